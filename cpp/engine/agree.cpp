@@ -50,7 +50,7 @@ void report_system(const Rank& rank, const Script& script, Population& here, std
   round.own.systems.push_back(std::move(system));
 }
 
-// What the calculator has.
+// Fills in the report of each system on this calculator.
 void report_systems(const Rank& rank, const Script& script, const Calculator& calculator, Round& round) {
   round.own = {};
   round.own_loads.clear();
@@ -59,14 +59,15 @@ void report_systems(const Rank& rank, const Script& script, const Calculator& ca
   }
 }
 
-// What viewers ask for, once in a conversation: in its last round, so as late as all ranks can still hear of it.
+// Adds viewers' orders to the report, once per conversation, in its last round: as late as all ranks can still learn of
+// them.
 void report_orders(Rank& rank, const Script& script, Round& round) {
   const bool last = round.last == script.systems.size();
   if (!script.steered() || !last || !rank.talk.draws() || !rank.settings.orders) return;
   rank.talk.work("viewers", [&] { round.own.orders = rank.settings.orders(); });
 }
 
-// What happened to the rank.
+// Fills in this rank's part of the report: its failure or differing list, a signal, its tails.
 void report_rank(const Rank& rank, const Script& script, Calculator& calculator, Round& round) {
   const Failure& failure = rank.talk.failure();
   if (failure.kind == Failure::Kind::mismatch) {
@@ -117,7 +118,8 @@ Verdict mismatch(const Script& script, int ranks, const std::vector<Dissent>& di
   return verdict;
 }
 
-// A rank whose script differs says nothing reliable about computing, so mismatches are told first.
+// Compares the ranks' lists. Mismatches come before failures, since a rank whose script differs says nothing reliable
+// about computing.
 Verdict compare(const Script& script, int ranks, const Report& report) {
   if (!report.dissents.empty()) return mismatch(script, ranks, report.dissents);
   Verdict verdict;
@@ -144,7 +146,7 @@ void sum_up(const Script& script, const Round& round, const Report& report, Verd
   }
 }
 
-// What belongs to calculators of one part of the tree, where all of it is in the order of the tree.
+// Returns the entries of calculators in one part of the tree; all entries are in the order of the tree.
 template <class T, class Calculator>
 std::vector<T> within(const std::vector<T>& all, const roles::Tree& tree, int first, int end, Calculator calculator) {
   const auto before = [&](const T& one, int place) { return tree.place_of(static_cast<int>(one.*calculator)) < place; };
@@ -152,8 +154,8 @@ std::vector<T> within(const std::vector<T>& all, const roles::Tree& tree, int fi
           std::lower_bound(all.begin(), all.end(), end, before)};
 }
 
-// Each rank learns what concerns it, and the ranks below it what concerns them. Who will send within this part of the
-// tree is known here only.
+// Passes the verdict to this rank and the ranks below, each with its own part. Flows within this part of the tree are
+// known here only.
 void pass_on(Rank& rank, Round& round, Judgement judgement, const std::vector<Flow>& staying) {
   Relay& relay = rank.talk.relay();
   const roles::Tree& tree = relay.tree();
@@ -188,7 +190,7 @@ void say(Alarm&& alarm, std::uint64_t frame, Manager& manager) {
   manager.remarks.push_back(std::move(alarm.text));
 }
 
-// What all should hear of the last picture, and, at the end, of all of them.
+// Decides which warnings about pictures to give: on the last picture, and at the end on all of them.
 void watch_pictures(const Script& script, const Tail& tail, Manager& manager) {
   const std::uint64_t frame = tail.valid ? tail.frame : script.record.frame;
   const auto look = [&](std::size_t system, Sighted sighted, bool last) {
@@ -203,7 +205,7 @@ void watch_pictures(const Script& script, const Tail& tail, Manager& manager) {
   for (std::size_t i = 0; i < script.systems.size(); ++i) look(i, Sighted::unknown, true);
 }
 
-// What all should hear of a system's meetings.
+// Decides which warnings about a system's interactions to give.
 void watch(const Script& script, const Round& round, const std::vector<Strain>& strains, int substeps,
            Manager& manager) {
   for (std::size_t i = round.first; i < round.last && i - round.first < strains.size(); ++i) {
@@ -239,7 +241,7 @@ void judge(Rank& rank, const Script& script, Manager& manager, Round& round) {
   }
   pass_on(rank, round, std::move(judgement), gathered.staying);
   if (round.verdict.failure.failed()) return;
-  // Nobody waits for the rest.
+  // The rest happens after the verdict, when nobody waits.
   std::vector<Strain> strains;
   for (const SystemReport& system : gathered.report.systems) strains.push_back(system.strain);
   manager.judged.push_back({std::move(gathered.report.tail), loads_of(rank, round, gathered), std::move(strains)});

@@ -11,14 +11,14 @@
 
 namespace motes::engine {
 
-/// All ranks: what happened here in a round; neighbours decide before it what moves between them, where they do so
-/// without the manager. Tells also what became known after the last report.
+/// Sends this rank's report of a round, with what became known after the last one. Neighbours that balance without the
+/// manager decide before it. Collective.
 void report(Rank& rank, const Script& script, Calculator& calculator, Round& round, const Newborn& newborn);
 
 /// Manager: hears all reports, and sends the verdict.
 void judge(Rank& rank, const Script& script, Manager& manager, Round& round);
 
-/// All ranks: hears the verdict, and takes it over; throws where all agreed to give up.
+/// Receives the verdict and applies it; throws if all agreed to give up. Collective.
 void hear_verdict(Rank& rank, Script& script, Round& round);
 
 /// Manager: what it heard goes into the account, when no rank waits for it.

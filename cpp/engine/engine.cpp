@@ -1,4 +1,4 @@
-// What the script says to the engine between two frames: systems, lists, reads.
+// The script's calls to the engine between two frames: systems, lists, reads.
 #include "engine/engine.h"
 
 #include <stdexcept>
@@ -49,7 +49,7 @@ int Engine::add_system(recording::SystemDefinition definition) {
 
 void Engine::record(int index, recording::Item item) {
   System& s = system(index);
-  parts_->rank.talk.comm().progress();  // of what the last frame has sent
+  parts_->rank.talk.comm().progress();  // lets messages of the last frame progress
   bool uses_copies = std::holds_alternative<recording::KeepCopies>(item);
   if (const auto* action = std::get_if<actions::Action>(&item)) {
     actions::check(*action);
@@ -152,8 +152,8 @@ void Engine::Kept::keep(Script& script) {
   if (!pictures) script.record.view.reset();
 }
 
-// Nobody needs the particles for keeping what a script says, so with one rank they are not computed; where the script
-// asks for them after all, the kept lists are replayed first.
+// Computes particles by replaying the kept lists. With one rank, lists are kept without computing particles until the
+// script asks for them.
 void Engine::catch_up() {
   if (!kept_.only) return;
   kept_.only = false;

@@ -27,7 +27,7 @@ class Engine {
  public:
   Engine(std::unique_ptr<comm::Communicator> communicator, roles::Cast cast, Settings settings);
 
-  /// Who this rank is, what it plays, and which frame is being recorded.
+  /// Returns this rank's conversation: its rank, roles and the frame being recorded.
   const Conversation& talk() const { return parts_->rank.talk; }
   /// The threads of this rank.
   threads::Pool& pool() const { return *parts_->rank.pool; }
@@ -47,13 +47,13 @@ class Engine {
   /// Adds an action between the particles of two systems: it stands at this place in both of their lists.
   void record_meeting(int first, int second, actions::Action action);
 
-  /// See System::next_birth.
+  /// Returns System::next_birth.
   std::pair<std::uint64_t, std::uint64_t> next_birth(int system);
 
   /// This rank's particles as they are where the script stands: runs what was recorded so far. Communicates nothing.
   /// Throws what that fails with: it cannot run again from its middle, so all ranks hear of it in what they say next.
   Seen local(int system);
-  /// What the last local() saw.
+  /// Returns what the last local() showed.
   Seen seen(int system) { return engine::seen(population(system)); }
   /// The script writes what the last local() saw, where that is a preview: see read.h.
   void keep_preview(int system);
@@ -82,7 +82,7 @@ class Engine {
 
   /// Image generator: what viewers ask for, as text; asked once in each frame, and in hear_orders().
   void on_orders(std::function<std::string()> orders);
-  /// What it said in the last frame or hear_orders(), the same on all ranks.
+  /// Returns viewers' orders of the last frame or hear_orders(), the same on all ranks.
   const std::string& orders() const { return parts_->rank.talk.orders; }
   /// Collective, between two frames. Brings orders and signals to all ranks, as a frame does.
   void hear_orders(const std::string& argument = "");
@@ -95,8 +95,8 @@ class Engine {
   /// Manager: the last frame about which all is known, for progress and logs.
   const std::optional<FrameRow>& last_row() const { return parts_->manager.account.last_row(); }
 
-  /// From now on, until the end, the engine keeps each frame's list. Without `compute` it makes no pictures, and on a
-  /// single rank it computes no particles before catch_up(). To be called before start(), on all ranks.
+  /// Keeps each frame's list from now on. Without `compute` it makes no pictures, and on a single rank computes no
+  /// particles before catch_up(). Call before start(), on all ranks.
   void keep_lists(bool compute);
   /// The recorded lists of the frames since then, as bytes.
   const std::vector<base::Bytes>& kept_lists() const { return kept_.lists; }
@@ -104,17 +104,16 @@ class Engine {
   /// it.
   void catch_up();
 
-  /// From now on the loss of ranks is survived: copies of all particles are made before every `every`-th frame, and a
-  /// collective call that a loss interrupts is made again, on the ranks that are left, in the world as it was. Where
-  /// that cannot be, it throws Unrecoverable, the same on all of them. To be called behind start(), on all ranks, where
-  /// the communicator survives losses.
+  /// Survives losses of ranks from now on: keeps replicas of all particles before every `every`-th frame. A collective
+  /// call that a loss interrupts is repeated on the remaining ranks, in the world as it was; if that is impossible, it
+  /// throws Unrecoverable on all of them. Call after start(), on all ranks, where the communicator survives losses.
   void survive_losses(std::uint64_t every, Bystander bystander);
   /// Collective, behind restore_rows() on all ranks: copies from here on. Throws RankLost where a rank is lost before
   /// all have theirs.
   void copy_restored();
   /// The image generator: pictures of the frames from here on are in no file yet. UINT64_MAX: none.
   void set_unsaved_from(std::uint64_t frame) { parts_->rank.talk.unsaved_from = frame; }
-  /// How often ranks were lost so far.
+  /// Returns how often ranks were lost so far.
   std::uint32_t losses() const { return replicas_.losses; }
 
   /// Between two frames: what all ranks know of the world, equal on all of them.
@@ -160,21 +159,21 @@ class Engine {
   struct Kept {
     bool on = false;
     bool pictures = true;  // frames are drawn
-    bool only = false;  // nothing is computed
+    bool only = false;  // keep lists without computing
     std::vector<base::Bytes> lists;
 
     void keep(Script& script);
   };
 
-  // A collective call that has come to its end. Others may not have: then it is made again.
+  // A collective call that ended on this rank; it is repeated if it did not end on others.
   struct Ended {
-    std::uint64_t count = 0;  // so many before it, and this one
-    bool frame = false;  // its list is kept
+    std::uint64_t count = 0;  // number of calls so far, this one included
+    bool frame = false;  // the call is a frame, whose list is kept
     std::function<void()> again;  // another call, if it can be made again
-    std::vector<std::size_t> before, after;  // how long the lists were
+    std::vector<std::size_t> before, after;  // lengths of the lists
   };
 
-  // What a loss has interrupted.
+  // The call that a loss interrupted.
   struct Interrupted {
     std::vector<std::unique_ptr<System>> systems;
     std::function<void(const Call&)> callback;
@@ -222,14 +221,14 @@ class Engine {
   Replicas replicas_;
   Bystander bystander_;
   Ended last_;
-  std::vector<std::size_t> before_;  // how long the lists were when the call under way began
+  std::vector<std::size_t> before_;  // lengths of the lists when the current call began
   std::uint64_t frame_before_ = 0;  // and where it stands
   bool wrote_ = false;  // the script wrote to particles in the frame under way
   bool recovering_ = false;
   std::unique_ptr<Interrupted> interrupted_;
-  std::optional<Announced> announced_;  // by ranks that have made the call under way before
+  std::optional<Announced> announced_;  // announced by ranks that made the current call already
   Loss loss_;
-  double zero_ = 0;  // of timelines
+  double zero_ = 0;  // zero of timelines
 };
 
 }  // namespace motes::engine

@@ -46,8 +46,9 @@ void close(Parts& p, const Round& round) {
 // Round by round; or, overlapped, what one round says travels while the next ones compute.
 void converse(Parts& p) {
   const bool manages = p.rank.talk.manages();
-  if (p.script.in_frame()) take_new_cuts(p.rank, p.script, p.calculator);  // that all know already
-  if (manages) take_all_proposals(p.rank, p.script, p.manager);  // of the last frame: new cuts go out with the births
+  if (p.script.in_frame()) take_new_cuts(p.rank, p.script, p.calculator);  // cuts that all know already
+  if (manages)
+    take_all_proposals(p.rank, p.script, p.manager);  // proposals of the last frame: new cuts go out with the births
   std::vector<Round>& rounds = p.script.rounds;
   const bool overlaps = p.script.overlaps;
   for (std::size_t round = 0; manages && overlaps && round < rounds.size(); ++round) {
@@ -57,7 +58,7 @@ void converse(Parts& p) {
     if (step < rounds.size()) {
       if (manages && !overlaps) deal(p.rank, p.script, p.manager, rounds[step]);
       open(p, step);
-      lag = p.script.overlaps ? 1 : 0;  // as the manager says
+      lag = p.script.overlaps ? 1 : 0;  // in the manager's order of rounds
     }
     if (step >= lag && step - lag < rounds.size()) settle(p, rounds[step - lag]);
     if (step >= 2 * lag) close(p, rounds[step - 2 * lag]);
@@ -82,7 +83,7 @@ void begin(Parts& p, Verb verb, const std::optional<image::View>& view, const st
   split_rounds(p.script, run.combine, p.rank.talk.turn);
 }
 
-// What the log tells of each system on this calculator.
+// Notes what the log needs of each system on this calculator.
 void note_tails(const Script& script, Calculator& calculator) {
   const std::vector<Density> densities = engine::densities(script, calculator);
   const PhaseTimes& times = calculator.tail.times;
@@ -148,7 +149,7 @@ std::string shared_settings(const Settings& run) {
   return shared.append(", fan-out ").append(std::to_string(run.fan_out));
 }
 
-// Whether only the script itself can run this list.
+// Tells whether only the script itself can run this list.
 bool needs_script(const Script& script) {
   return std::any_of(script.systems.begin(), script.systems.end(), [](const auto& system) {
     return std::any_of(system->list.begin(), system->list.end(),
@@ -246,7 +247,7 @@ void Engine::finish_now() {
   parts_->rank.talk.comm().finish();
 }
 
-// What a conversation about particles computes first: it may fail.
+// Computes what a conversation about particles needs first, since computing may fail.
 template <class Compute>
 void Engine::look_at(int index, const Compute& compute) {
   const std::optional<Seen> seen = try_read(index);

@@ -66,7 +66,7 @@ Loss loss_of(const roles::Cast& before, int size, std::vector<int> survivors, in
   return loss;
 }
 
-// What the run was set to, for those that are left.
+// Returns the run's settings for the remaining ranks.
 Settings settings_of(Settings settings, const Loss& loss) {
   std::vector<std::string> hosts;
   for (const int rank : loss.survivors) {
@@ -244,7 +244,7 @@ void Engine::recover() {
   interrupted_.reset();
 }
 
-// Those that are left, in their new roles, without a world as yet.
+// Makes new parts for the remaining ranks in their new roles, without a world as yet.
 void Engine::regroup() {
   Rank& then = parts_->rank;
   std::vector<int> survivors;
@@ -306,7 +306,7 @@ Standing Engine::standing() const {
   return own;
 }
 
-// A new world of the same systems, which knows each other's ranks and goes on with the log.
+// Starts a new world with the same systems on the remaining ranks, and continues the log.
 void Engine::start_again(const Generation& from) {
   Rank& rank = parts_->rank;
   rank.talk.frame = from.of.frame;
@@ -327,7 +327,7 @@ void Engine::go_back(const WayBack& way) {
   });
 }
 
-// To where the script stands on this rank.
+// Runs the kept lists again, up to where the script stands on this rank.
 void Engine::run_again(const WayBack& way, bool ahead) {
   const std::uint64_t end = ahead && last_.frame ? way.frame + 1 : way.frame;
   for (std::uint64_t number = way.from.frame; number < end; ++number) {
@@ -357,7 +357,7 @@ void Engine::run_again(const WayBack& way, bool ahead) {
   }
 }
 
-// With its picture where all others make it, or where it is needed again.
+// Replays a frame, with its picture if the others make it or it is needed again.
 void Engine::replay_frame(const KeptList& list, const WayBack& way) {
   base::Reader in(list.record.view());
   const recording::Record record = recording::read(in);
@@ -373,7 +373,7 @@ void Engine::replay_frame(const KeptList& list, const WayBack& way) {
   parts_->rank.talk.work("movie", [&] { bystander_.redrawn(list.frame, *record.view); });
 }
 
-// What the script had recorded in the frame under way.
+// Records again what the script had recorded in the current frame.
 void Engine::record_items(const std::vector<std::size_t>& from, const std::vector<std::size_t>& to) {
   for (std::size_t i = 0; i < to.size() && i < interrupted_->systems.size(); ++i) {
     const std::vector<recording::Item>& list = interrupted_->systems[i]->list;

@@ -16,14 +16,14 @@ using actions::Action;
 using actions::Kind;
 using particles::Store;
 
-constexpr double kGravity = 9.81;  // m/s2: what slow and sleeping particles are measured by
+constexpr double kGravity = 9.81;  // m/s2; scale for slow and sleeping particles
 
 bool collides(const Action& action) { return action.kind == Kind::collide; }
 bool touches(const Action& action) { return action.kind == Kind::contact; }
 bool flows(const Action& action) { return action.kind == Kind::fluid; }
 
-// Where a particle will be at the end of the step; at most `farthest` away from where it is. The same for a copy as for
-// the particle itself.
+// Predicts the position at the end of the step, at most `farthest` m away. Gives the same bits for a ghost as for the
+// particle.
 struct Ahead {
   float dt;
   float farthest;
@@ -105,7 +105,7 @@ class Meeting {
     }
   }
 
-  // Where a law looks for what it reads as it is; -1: it needs something made of it.
+  // Returns the column to which an attribute is copied unchanged; -1: it needs conversion.
   int place_of(Component read) const {
     switch (read.attribute) {
       case particles::velocity: return value_x + read.component;
@@ -122,7 +122,7 @@ class Meeting {
     party.cells.arrange(crowds_[s], column, values.data(), pool_);
   }
 
-  // What is not above 0 counts as 0.
+  // Arranges a column; values that are not above 0 become 0.
   void arrange_positive(std::size_t s, int to, const Column& column) {
     arrange(s, to, column);
     std::vector<float>& values = scratch_.party[s].column[to];
@@ -166,8 +166,8 @@ class Meeting {
     return radii() ? scratch_.party[s].column[radius][place] : given_radius(action_, s == 1);
   }
 
-  // Newborn particles that overlap others by more than the given part of their radius. Of two newborn ones, that of the
-  // higher id is in the way, or of the second system.
+  // Returns newborn particles that overlap others by more than the given part of their radius. Of two newborn particles
+  // the one with the higher id, or of the second system, is returned.
   std::vector<std::uint32_t> in_the_way(std::size_t s) const {
     const std::size_t other = count_ == 2 ? 1 - s : s;
     const CellsView own = scratch_.party[s].cells.view(crowds_[s].own);
@@ -206,7 +206,7 @@ class Meeting {
     return least > 0 && r2 < least * least;
   }
 
-  // Those that meet for the first time push nobody: whether they stay is settled when all of them are known.
+  // Moves newborn particles to NaN, where they push nobody: whether they stay is decided when all of them are known.
   void set_newborn_apart(std::size_t s) {
     const std::vector<std::uint32_t>& order = scratch_.party[s].cells.order();
     for (std::size_t k = 0; k < order.size(); ++k) {
@@ -230,8 +230,8 @@ class Meeting {
     for (std::size_t i = 0; i < crowd.size(); ++i) values[i] = values[i] > 0 ? 0.5f * values[i] : 0.0f;
   }
 
-  // A particle whose mass is 0 or NaN is pushed away by the other alone; springs, which it would not withstand, it
-  // does not touch.
+  // Arranges inverse masses. A particle without a positive mass is moved by the other alone in collide, and touches
+  // nobody in contact.
   void arrange_masses(std::size_t s, const Column& all_masses) {
     arrange(s, inverse_mass, all_masses);
     std::vector<float>& values = scratch_.party[s].column[inverse_mass];
@@ -247,7 +247,8 @@ class Meeting {
     t.reach = reach_;
     t.side = side;
     if (flows(action_)) {
-      // Some friction of its own lets a liquid come to rest. More than takes all of a difference in a step would swing.
+      // A little viscosity lets a liquid come to rest. The upper bound keeps a step from reversing a difference of
+      // velocities.
       const float all_at_once = reach_ * reach_ / dt_;
       t.step = dt_;
       t.rest_density = static_cast<float>(action_.numbers[0]);
@@ -336,7 +337,7 @@ class Meeting {
 
   std::size_t results() const { return touches(action_) ? 7 : collides(action_) ? 4 : 3; }
 
-  // The planes that the results go to, in their order.
+  // Finds the planes that the results are written to, in their order.
   void find_planes(Store& store, float* (&to)[party_results]) const {
     const bool spins = action_.kind == Kind::match_rotational_velocity;
     for (int c = 0; c < 3; ++c) {
@@ -349,7 +350,7 @@ class Meeting {
   void apply(std::size_t s) {
     float* to[party_results];
     find_planes(*sides_[s].store, to);
-    const std::size_t added = action_.kind == Kind::gravitate ? 3 : 0;  // the first ones come on top of what is there
+    const std::size_t added = action_.kind == Kind::gravitate ? 3 : 0;  // number of results that are added, not stored
     const std::vector<std::uint32_t>& order = scratch_.party[s].cells.order();
     const std::vector<std::uint8_t>* chosen = sides_[s].chosen;
     const std::vector<std::uint8_t>* adds_to = sides_[s].adds_to;
@@ -375,7 +376,7 @@ class Meeting {
   std::size_t count_;
   float reach_;
   Crowd crowds_[2];
-  Crowd now_[2];  // the same where they are before the step
+  Crowd now_[2];  // the same particles at their positions before the step
 };
 
 }  // namespace

@@ -10,10 +10,11 @@ namespace motes::interactions {
 namespace {
 
 constexpr std::int32_t kFarthest = 1 << 20;
-constexpr int kDigit = 11;  // bits: its counters stay in the first cache
+constexpr int kDigit = 11;  // bits per digit of the radix sort: its counters fit the first-level cache
 constexpr std::size_t kDigits = std::size_t{1} << kDigit;
 
-// In double: float32 would put particles far from the origin into other cells than their neighbours expect.
+// Returns the cell number of a coordinate. Computed in double: float32 would put particles far from the origin into the
+// wrong cells.
 std::int32_t cell_of(float x, double cells_per_metre) {
   const double q = static_cast<double>(x) * cells_per_metre;
   if (!(q > -kFarthest)) return -kFarthest;
@@ -36,7 +37,7 @@ int bits_of(std::uint64_t values) {
   return bits;
 }
 
-// A part of the particles, sorted by one digit of their keys: stable, so digits from the lowest on sort by all.
+// One pass of a stable radix sort, by one digit of the keys; digits run from the lowest up.
 struct Pass {
   const std::uint64_t* keys;
   const std::uint32_t* order;
@@ -58,14 +59,14 @@ struct Pass {
   }
 };
 
-// Each part has counters of its own: few parts, each a thread's share.
+// Splits items among threads: few parts, since each part has its own counters.
 struct Shares {
   Shares(std::size_t count, threads::Pool& pool)
       : size(count),
         parts(std::clamp<std::size_t>(count / pool.items(kRange), 1, static_cast<std::size_t>(pool.threads()))) {}
   std::size_t first(std::size_t part) const { return size * part / parts; }
 
-  /// The same, but never between two that belong together: goes on while together(i - 1, i).
+  /// Like first(), but moved on while together(i - 1, i), so that no group is split.
   template <class Together>
   std::size_t first_apart(std::size_t part, const Together& together) const {
     std::size_t at = first(part);
@@ -95,7 +96,7 @@ void run(const Pass& pass, const Shares& shares, std::vector<std::uint32_t>& cou
   });
 }
 
-// A table of z pays where a row has about as many cells as particles.
+// Tells whether a table of z pays: the row has not many more cells than particles.
 bool worth_a_table(const Row& row, std::uint32_t particles) {
   return static_cast<std::int64_t>(row.z_high) - row.z_low < std::int64_t{8} * particles + 64;
 }
@@ -165,7 +166,7 @@ void Cells::sort_cells(const Range& range, threads::Pool& pool) {
   }
 }
 
-// Few particles per cell: insertion, and a sort where there are many.
+// Sorts each cell by id: by insertion if it has few particles.
 void Cells::sort_ids(const Crowd& crowd, threads::Pool& pool) {
   constexpr std::size_t kFew = 24;
   const std::size_t count = order_.size();
@@ -196,7 +197,7 @@ void Cells::sort_ids(const Crowd& crowd, threads::Pool& pool) {
   most_ = *std::max_element(most.begin(), most.end());
 }
 
-// Each part finds the rows that begin in it, with a table of its own.
+// Finds all rows; each part finds those that begin in it, with a table of its own.
 void Cells::find_rows(const Range& range, threads::Pool& pool) {
   const std::size_t count = order_.size();
   const std::uint64_t z_cells = range.z_cells();
@@ -225,7 +226,7 @@ void Cells::find_rows(const Range& range, threads::Pool& pool) {
   rows_.push_back({INT32_MAX, INT32_MAX, static_cast<std::uint32_t>(count), 0, 0, -1});
 }
 
-// The row whose first particle stands at `begin`; returns where it ends.
+// Appends the row whose first particle is at `begin`; returns its end.
 std::size_t Cells::find_row(const Range& range, std::size_t begin, Rows& found) {
   const std::size_t count = order_.size();
   const std::uint64_t z_cells = range.z_cells();

@@ -1,5 +1,6 @@
-// Particles in the order (cell, id): which ones can be near each other, and the order in which their parts are summed.
-// It depends on positions, ids and the edge alone: never on the order in memory, nor on which of them are ghosts.
+// The cell list: particles sorted by (cell, id). It tells which particles can be near each other and fixes the order of
+// sums. The order depends on positions, ids and the edge length alone, never on the order in memory or on which
+// particles are ghosts.
 #pragma once
 
 #include <cstddef>
@@ -11,19 +12,19 @@
 
 namespace motes::interactions {
 
-/// A column of particles: this rank's own, then ghosts of others. Without a plane all own ones have the same value.
+/// A column of values: of this rank's own particles, then of ghosts. If `own` is null, all own particles have `value`.
 struct Column {
   const float* own = nullptr;
   const float* ghosts = nullptr;
   float value = 0;
 
-  /// Of particle i, where the first `count` are this rank's own.
+  /// Returns the value of particle i; the first `count` particles are this rank's own.
   float of(std::size_t i, std::size_t count) const {
     return i >= count ? ghosts[i - count] : own != nullptr ? own[i] : value;
   }
 };
 
-/// Particles that meet.
+/// The particles of one system that take part in an interaction: own ones, then ghosts.
 struct Crowd {
   Column at[3];  // metres
   particles::Ids own_ids;
@@ -35,41 +36,44 @@ struct Crowd {
   std::uint64_t id(std::size_t i) const { return i < own ? own_ids[i] : copied_ids[i - own]; }
 };
 
-/// The cells with the same x and y that hold particles, and their particles, which follow each other by z and id.
+/// A row: the non-empty cells with the same x and y. Its particles are contiguous, sorted by z and id:
+///
+///   rows      [x0 y0 first=0] [x0 y1 first=5] ... [end first=n]
+///   particles  z z z z z       z z ...                          table[row]: first particle of each z
 struct Row {
   std::int32_t x = 0, y = 0;
-  std::uint32_t first = 0;   // its first particle; the next row's first one ends it
+  std::uint32_t first = 0;  // its first particle; the next row's `first` is its end
   std::int32_t z_low = 0, z_high = 0;
-  std::int64_t table = -1;   // where its part of the table begins; -1: z is searched for
+  std::int64_t table = -1;  // index of its part of the table; -1: binary search for z
 };
 
-/// Kernels see this.
+/// A view of the cell list for kernels.
 struct CellsView {
-  const Row* rows = nullptr;  // ascending in (x, y), with one more behind the last
+  const Row* rows = nullptr;  // ascending in (x, y), plus one end row
   std::size_t row_count = 0;
-  const std::uint32_t* table = nullptr;  // for a row: the first particle of each z from z_low to z_high + 1
-  const std::int32_t* z = nullptr;       // of each particle
-  const std::uint32_t* order = nullptr;  // the index of each particle in its crowd
-  std::uint32_t own = 0;                 // indices below are this rank's own
+  const std::uint32_t* table = nullptr;  // per row: first particle of each z from z_low to z_high + 1
+  const std::int32_t* z = nullptr;  // cell number along z of each particle
+  const std::uint32_t* order = nullptr;  // index of each particle in its crowd
+  std::uint32_t own = 0;  // indices below are this rank's own
 };
 
-/// Cells are cubes anchored at the origin of space, numbered -2^20..2^20 along each axis; whatever is farther out is in
-/// the outermost ones, NaN in the lowest. Neighbours stay neighbours by that.
+/// Sorts particles into cubic cells anchored at the origin, numbered -2^20..2^20 along each axis. Particles farther out
+/// are clamped to the outermost cells and NaN to the lowest, so neighbours stay neighbours.
 class Cells {
  public:
-  /// `edge`: metres, > 0.
+  /// Sorts the crowd into cells of this edge length, m, > 0.
   void sort(const Crowd& crowd, double edge, threads::Pool& pool);
 
   std::size_t size() const { return order_.size(); }
   const std::vector<std::uint32_t>& order() const { return order_; }
   const std::vector<Row>& rows() const { return rows_; }
-  /// `own`: as in the crowd that was sorted.
+  /// Returns a view; `own` as in the crowd that was sorted.
   CellsView view(std::size_t own) const;
 
-  /// The most particles in one cell.
+  /// Returns the largest number of particles in one cell.
   std::uint32_t most_in_a_cell() const { return most_; }
 
-  /// Puts a column into the order: to[k] is the value of particle order()[k]. `to` has room for size() values.
+  /// Copies a column in sorted order: to[k] is the value of particle order()[k]. `to` must hold size() values.
   void arrange(const Crowd& crowd, const Column& column, float* to, threads::Pool& pool) const;
 
  private:
@@ -100,7 +104,7 @@ class Cells {
   std::uint32_t most_ = 0;
 };
 
-/// The rows of `cells` around (x, y), ascending; nobody is in those that are missing.
+/// Returns the non-empty rows among the nine around (x, y), ascending.
 std::vector<const Row*> rows_around(const Cells& cells, std::int32_t x, std::int32_t y);
 
 /// Calls work(place) for the particles of a row in the cells z - 1 .. z + 1, in their order.

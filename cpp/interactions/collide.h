@@ -1,6 +1,6 @@
-// collide: spheres push each other apart so that they will not overlap at the end of the step, with Coulomb friction
+// collide: spheres push each other apart so that they do not overlap at the end of the step, with Coulomb friction
 // (position-based dynamics with one iteration, as an action on velocities: Mueller et al. 2007, "Position based
-// dynamics"). Each pair is seen from both of its ends with opposite signs, so momentum is kept. A pile is stiff but
+// dynamics"). Each pair is computed at both ends with opposite signs, so momentum is conserved. Piles are stiff but
 // stable because each push is divided by the contacts that its busier end had in the last step.
 #pragma once
 
@@ -9,13 +9,13 @@
 
 namespace motes::MOTES_ISA {
 
-/// kRadii: particles have radii of their own. kMasses: and masses.
+/// kRadii: particles have individual radii. kMasses: and individual masses.
 template <bool kRadii, bool kMasses>
 struct Collision {
   Floats reach2, reach, per_step, friction, restitution, slow, sleep2;
 
-  /// The push of a pair whose distance is `d` and unit vector from target to source is `n`; `apart`: the source's
-  /// velocity seen from the target. Returns the change of the target's velocity.
+  /// Returns the change of the target's velocity by a pair at distance `d`, with unit vector `n` from target to source
+  /// and `apart`, the source's velocity relative to the target.
   MOTES_INLINE Floats3 push(Floats reach_of_pair, Floats d, Floats3 n, Floats3 apart) const {
     const Floats along = dot(apart, n);
     Floats out = (reach_of_pair - d) * per_step;
@@ -56,7 +56,7 @@ struct Collision {
       touching -= seen;
     }
 
-    /// The target's part of a push: by mass, and as stable as the busier of both allows.
+    /// Returns the target's part of a push: by mass, divided by half the contacts of the busier particle.
     MOTES_INLINE Floats share(const float* const* column, std::uint32_t j) const {
       const Floats contacts = max(busy, all(column[interactions::contacts][j]));
       const Floats part = min(all(1.0f), 2.0f / max(contacts, all(1.0f)));
@@ -67,7 +67,7 @@ struct Collision {
 
     MOTES_INLINE void finish(const Collision& law, const Task& task, const Around& around, std::uint32_t i,
                              std::uint32_t last) {
-      Ints self{};  // a particle of some width sees itself
+      Ints self{};  // a particle with a radius finds itself at distance 0
       const Floats own_reach = kRadii ? own_radius + own_radius : law.reach;
       if (task.terms.side == 0) self -= own_reach * own_reach > 0.0f;
       if (any(zeros > self)) part_equals(law, task, around, i, last);
@@ -80,7 +80,7 @@ struct Collision {
       task.stats->pairs += sum_own(task.targets.cells, touching, i, last);
     }
 
-    /// Those at the same place as others: after all other contacts, in the same order.
+    /// Adds the contacts with particles at the same position, after all others and in the same order.
     __attribute__((noinline)) void part_equals(const Collision& law, const Task& task, const Around& around,
                                                std::uint32_t i, std::uint32_t last) {
       const CellsView& targets = task.targets.cells;

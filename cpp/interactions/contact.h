@@ -1,7 +1,7 @@
-// contact: discrete elements (Cundall and Strack 1979). Spheres that touch push each other apart as springs with
-// dampers do; their surfaces hold each other by springs that remember how far they have slid and rolled, up to
-// Coulomb's limit (Luding 2008, "Cohesive, frictional powders": sliding and rolling alike). Each touch is computed at
-// both of its ends with opposite signs, so momentum and angular momentum are kept.
+// contact: discrete elements (Cundall and Strack 1979). Touching spheres push each other apart by damped springs; their
+// surfaces hold each other by springs that remember how far they have slid and rolled, up to Coulomb's limit (Luding
+// 2008, "Cohesive, frictional powders"). Each touch is computed at both ends with opposite signs, so momentum and
+// angular momentum are conserved.
 #pragma once
 
 #include "interactions/parting.h"
@@ -11,30 +11,30 @@
 
 namespace motes::MOTES_ISA {
 
-/// How much a particle resists to being moved and turned.
+/// Radius and inverse mass of a particle.
 struct Inertia {
   Floats radius, inverse;  // m, 1/kg
 
-  /// Of a solid sphere, 1/(kg m2).
+  /// Returns the inverse moment of inertia of a solid sphere, 1/(kg m2).
   MOTES_INLINE Floats inverse_moment() const { return 2.5f * inverse / max(radius * radius, all(1e-30f)); }
 };
 
-/// What two that touch are to each other, seen from the target.
+/// Geometry and motion of a touch, seen from the target.
 struct Touching {
   Floats3 normal;  // towards the source
   Floats overlap;
-  Floats3 apart;  // the source's velocity, seen from the target
+  Floats3 apart;  // velocity of the source relative to the target
   Floats3 spin, other_spin;
   Inertia own, other;
 };
 
-/// The forces at a touch, newtons and newton metres, on the target.
+/// Force and torque of a touch on the target, N and N m.
 struct Push {
   Floats3 force, torque;
-  Mask softened;  // the spring was too stiff for the step
+  Mask softened;  // the spring had to be softened
 };
 
-/// A spring: newtons per metre, and per metre and second.
+/// A damped spring: N/m, and N s/m.
 struct Spring {
   Floats stiffness, damper;
 };
@@ -42,16 +42,17 @@ struct Spring {
 struct Contact {
   Floats step, stiffness, damping, friction, rolling_friction;
 
-  // Two that touch need so many steps for it that twelve at once are no trouble either: else springs throw them about.
-  // They touch for pi sqrt(m / stiffness), with m half the harmonic mean of their masses: five steps at least.
+  // Limits stiffness so that a touch, pi sqrt(m / stiffness) long with m half the harmonic mean of the masses, lasts at
+  // least five steps; then even twelve touches at once are stable.
   static constexpr float kMostStiff = 0.39f;
 
-  // Springs along the surface, as stiff as two sevenths of that between the centres: then spheres that hit each other
+  // Stiffness of springs along the surface relative to that between the centres: with 2/7, spheres that hit each other
   // slide and slip back in one period (Schaefer et al. 1996, "Force schemes in simulations of granular materials").
   static constexpr float kAlong = 2.0f / 7;
   static constexpr float kAlongDamping = 0.5f;
 
-  /// `at`: how far a spring is drawn out, which the limit shortens; `speed`: how fast. Returns what it pulls with.
+  /// Stretches a spring by a step at `speed` and returns its pull, at most `limit`; `at`: its elongation, which is cut
+  /// when it slips.
   MOTES_INLINE Floats3 held(Spring spring, Floats3& at, Floats3 speed, Floats limit) const {
     at = at + speed * step;
     Floats3 pull = at * spring.stiffness + speed * spring.damper;
@@ -71,11 +72,11 @@ struct Contact {
     const Floats along = dot(t.apart, t.normal);
     const Floats out = stiff * t.overlap - damper * along;
     const Floats pressed = max(out, Floats{});
-    // Where they touch is between both surfaces.
+    // The point of contact is halfway between both surfaces.
     const Floats arm = t.own.radius - 0.5f * t.overlap;
     const Floats3 turning = t.spin * arm + t.other_spin * (t.other.radius - 0.5f * t.overlap);
     const Floats3 slide = t.apart - t.normal * along - cross(turning, t.normal);
-    slid = slid - t.normal * dot(slid, t.normal);  // the touch has turned since
+    slid = slid - t.normal * dot(slid, t.normal);  // projects onto the contact plane, which has turned
     const Floats3 drag = held(surface, slid, slide, friction * pressed);
     const Floats both = t.own.radius * t.other.radius / max(t.own.radius + t.other.radius, all(1e-30f));
     const Floats3 roll = cross(t.spin - t.other_spin, t.normal) * both;
@@ -85,8 +86,7 @@ struct Contact {
   }
 
   struct Sums {
-    // Who touches a target is listed first and computed when all are known, or the list is full: a vector of targets
-    // then works on as many touches at once.
+    // Touches are listed first and computed when all are known, or when the list is full, so that all lanes have work.
     static constexpr std::uint32_t kListed = 16;
     std::uint32_t first;
     Floats3 at, velocity, spin, sum{}, turn{};
@@ -107,7 +107,7 @@ struct Contact {
       for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
         before[lane] = nullptr;
         after[lane].count = 0;
-        if (i + lane >= last) {  // of another row, whose touches another thread may be writing; or nobody
+        if (i + lane >= last) {  // belongs to another row (maybe another thread's), or is no particle
           own.radius[lane] = 0;
           continue;
         }
@@ -134,7 +134,7 @@ struct Contact {
       if (most == kListed) compute(law, task);
     }
 
-    /// The n-th listed touch of each target.
+    /// Computes all listed touches, the n-th of each target at a time.
     __attribute__((noinline)) void compute(const Contact& law, const Task& task) {
       for (std::uint32_t n = 0; n < most; ++n) add_touch(law, task, n);
       most = 0;
@@ -193,7 +193,7 @@ struct Contact {
       }
     }
 
-    // Those beyond the most are felt, but not remembered.
+    // Remembers a touch; beyond kMost it is felt but not remembered.
     static void remember(particles::Touches& after, std::uint64_t id, std::uint32_t lane, const Floats3& slid,
                          const Floats3& rolled) {
       if (after.count == particles::Touches::kMost) return;
@@ -210,7 +210,7 @@ struct Contact {
       for (std::uint32_t k = i; k < last; ++k) {
         const std::uint32_t index = task.targets.cells.order[k];
         if (index >= task.targets.cells.own || (task.chosen != nullptr && task.chosen[index] == 0)) continue;
-        // Another contact of this sub-step remembers already: its springs are not those of this one.
+        // Another contact action of this sub-step has its memory here already.
         if (task.touches[index].step == task.terms.now) continue;
         after[k - i].step = task.terms.now;
         task.touches[index] = after[k - i];
@@ -221,7 +221,7 @@ struct Contact {
   };
 };
 
-/// What makes two that meet head on part with this part of their speed: of critical damping, twice.
+/// Returns twice the part of critical damping that gives this restitution in a head-on collision.
 MOTES_INLINE Floats damping_of(float restitution) {
   if (!(restitution > 1e-30f)) return all(2.0f);
   const Floats l = log(all(restitution));

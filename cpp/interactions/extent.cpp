@@ -29,7 +29,7 @@ float largest(const std::vector<float>& values) {
   return most;
 }
 
-// How far particles get in the step, along an axis, if nothing stops them. Nobody sees a particle at NaN.
+// Returns the largest displacement along an axis in the step, m, ignoring obstacles and particles at NaN.
 float displacement_of(const Store& store, float dt, threads::Pool& pool) {
   std::vector<float> most;
   each_range(store.size(), pool, most, [&](std::size_t first, std::size_t last, float& far) {
@@ -133,7 +133,7 @@ double range_of(const Action& action, const Extent& extent) {
   if (!looks_ahead(action)) return reach * (1 + 4 * kMargin);
   const double step =
       std::min(static_cast<double>(extent.displacement), static_cast<double>(step_limit(reach_of(action, extent))));
-  // In a fluid those that are seen must have seen their own neighbours.
+  // In a fluid, ghosts must see their own neighbours too.
   const double seen = action.kind == Kind::fluid ? 2 * reach : reach;
   return (seen + 2 * (step + static_cast<double>(extent.rounding))) * (1 + 4 * kMargin);
 }

@@ -1,4 +1,4 @@
-// What an action between particles needs to know before they meet: what it reads of others, and how far it sees.
+// What an action between particles needs before the interaction: which columns it reads of others, and how far it sees.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 namespace motes::interactions {
 
-/// A thread takes so many particles at once.
+/// Particles that a thread takes at once.
 inline constexpr std::size_t kRange = std::size_t{1} << 15;
 
 /// A component of an attribute.
@@ -19,45 +19,46 @@ struct Component {
   int component = 0;
 };
 
-/// What an action reads of those that it sees: position first.
+/// Returns the columns that an action reads of other particles, position first.
 std::vector<Component> read_by(const actions::Action& action);
 
-/// What all ranks agree on before particles meet: maxima over all of them.
+/// Maxima over all ranks, agreed on before an interaction.
 struct Extent {
-  float radius = 0;         // metres; of ties: the longest in their last meeting
-  float other_radius = 0;   // of the second system
-  float displacement = 0;   // metres along an axis, in the step; of tied ones: since their last meeting
-  float rounding = 0;       // metres: of positions where ghosts are; see rounding_at
-  float masses = 0;         // above 0: some particle has another mass than 1 kg
+  float radius = 0;  // largest radius, m; of ties: the longest at their last interaction
+  float other_radius = 0;  // largest radius of the second system, m
+  float displacement =
+      0;  // largest displacement along an axis in the step, m; of tied particles: since their last interaction
+  float rounding = 0;  // rounding of positions at the cuts, m: see rounding_at
+  float masses = 0;  // above 0: some mass differs from 1 kg
 
   bool operator==(const Extent&) const = default;
 };
 
-/// What looking ahead may round, for particles next to a cut this far from the origin of space.
+/// Returns the rounding of predicted positions near a cut this far from the origin, m.
 constexpr float rounding_at(float cut) { return cut * 0x1p-22f; }
 
-/// Of this rank's particles, but for rounding. `second`: they are of the action's second system.
+/// Measures this rank's particles; leaves `rounding` 0. `second`: they belong to the action's second system.
 Extent extent_of(const actions::Action& action, const particles::Store& store, float dt, bool second,
                  threads::Pool& pool);
 
-/// How far apart two particles may be that see each other, at the places where the action looks for them.
+/// Returns the largest distance, m, at which two particles interact, at the (predicted) positions the action uses.
 float reach_of(const actions::Action& action, const Extent& extent);
-/// How far apart they may be now.
+/// Returns the largest present distance, m, of two particles that may interact.
 double range_of(const actions::Action& action, const Extent& extent);
 
-/// Whether its reach is that of two radii.
+/// Tells whether the reach is the sum of two radii.
 bool has_radius(const actions::Action& action);
-/// Whether particles see each other where they will be at the end of the step.
+/// Tells whether the action uses positions predicted for the end of the step.
 bool looks_ahead(const actions::Action& action);
 
-/// The radius of the particles of one side that the script gave, in metres; 0: half of their size.
+/// Returns the radius that the script gave for one side, m; 0: half of each particle's size.
 float given_radius(const actions::Action& action, bool second);
 
-/// A particle that gets farther than this in a step, in metres, is looked for at most so far ahead: whom it would meet
-/// beyond, it passes through in any case, and one spark does not make all ranks exchange what they have.
+/// Returns the limit on predicted displacements, m. A faster particle passes through others anyway, and without a limit
+/// one spark would make all ranks exchange everything.
 constexpr float step_limit(float reach) { return reach; }
 
-/// Cells and halos are larger than the reach by this part of it.
+/// Relative margin by which cells and halos exceed the reach.
 inline constexpr double kMargin = 1e-6;
 
 }  // namespace motes::interactions

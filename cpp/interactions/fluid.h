@@ -1,8 +1,8 @@
 // fluid: particles of a liquid keep their density (Macklin and Mueller 2013, "Position based fluids", one iteration, as
-// an action on velocities). Each looks at the density where it will be at the end of the step: first all find how hard
-// they must push for it not to be above the rest density, then each adds up the pushes of its neighbours and its own.
-// A particle that is too dense already is relieved slowly (Baumgarte 1972): at once, it would fly apart with what the
-// error weighs, and never come to rest. Kernels of density and of its slope are those of Mueller et al. (2003).
+// an action on velocities). At predicted positions, all particles first find the pressure that keeps them at rest
+// density; then each sums its own pushes and those of its neighbours. Excess density that exists already is relieved
+// slowly (Baumgarte 1972); at once, the liquid would fly apart and never come to rest. Kernels of density and gradient
+// are those of Mueller et al. (2003).
 #pragma once
 
 #include "interactions/parting.h"
@@ -10,7 +10,7 @@
 
 namespace motes::MOTES_ISA {
 
-/// How a particle's mass is spread around it, as far as `radius`.
+/// Smoothing kernels with support `radius`.
 struct Spread {
   Floats per_radius;  // 1/m
   Floats high, steep;
@@ -19,19 +19,19 @@ struct Spread {
       : per_radius(all(1 / radius)), high(all(1.5666815f / (radius * radius * radius))),
         steep(all(14.323945f / (radius * radius * radius * radius))) {}
 
-  /// Its share at a distance whose square is q2 radii, 1/m3.
+  /// Returns the density kernel at squared distance q2 (in radii), 1/m3.
   MOTES_INLINE Floats share(Floats q2) const {
     const Floats left = 1.0f - q2;
     return high * left * left * left;
   }
-  /// How fast that falls off at a distance of q radii, 1/m4.
+  /// Returns the magnitude of the gradient kernel at distance q (in radii), 1/m4.
   MOTES_INLINE Floats slope(Floats q) const {
     const Floats left = 1.0f - q;
     return steep * left * left;
   }
 };
 
-/// A source seen from the targets, as far as a fluid is concerned.
+/// A source relative to the targets: distance, direction, and who is within reach.
 struct Neighbour {
   Floats q2, q;  // distance in radii
   Floats3 normal;
@@ -52,7 +52,7 @@ struct Neighbour {
     if (any(here)) part(task, here, first, j);
   }
 
-  // Those at the same place: a target sees itself, and is parted from others.
+  // Handles sources at the same position: the target itself is excluded, others get a direction from their ids.
   __attribute__((noinline)) void part(const Task& task, Mask here, std::uint32_t first, std::uint32_t j) {
     for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
       if (here[lane] == 0 || first + lane >= count_of(task.targets)) continue;
@@ -62,18 +62,18 @@ struct Neighbour {
   }
 };
 
-/// How hard each must push, the multiplier of its constraint: out.
+/// Computes the pressure of each particle: the multiplier of its density constraint.
 struct Pressure {
   Spread spread;
   Floats step, per_density;
 
-  static constexpr float kRelieved = 0.05f;  // of a density that is too high already
+  static constexpr float kRelieved = 0.05f;  // part of existing excess density that is relieved per step
 
   struct Sums {
     std::uint32_t first;
     Floats3 at, velocity, slope{};
     Floats mass, density{}, slopes2{};
-    Floats parts{};  // kg/(m3 s): how fast the density falls
+    Floats parts{};  // rate at which the density falls, kg/(m3 s)
 
     MOTES_INLINE Sums(const Pressure&, const Task& task, std::uint32_t i, std::uint32_t)
         : first(i), at(load_column(task.targets.column, interactions::at_x, i)),
@@ -103,7 +103,7 @@ struct Pressure {
   };
 };
 
-/// The velocity that a particle has then: out.
+/// Computes the new velocity of each particle.
 struct Fluid {
   Spread spread;
   Floats step, per_density, viscosity, cohesion;
@@ -134,8 +134,8 @@ struct Fluid {
       pairs -= n.other;
     }
 
-    /// Draws those at more than half the radius to each other, and keeps nearer ones apart (Akinci et al. 2013,
-    /// "Versatile surface tension and adhesion for SPH fluids").
+    /// Returns the cohesion kernel: attraction beyond half the radius, repulsion below (Akinci et al. 2013, "Versatile
+    /// surface tension and adhesion for SPH fluids").
     static MOTES_INLINE Floats pull(const Fluid& law, Floats q) {
       const Floats left = 1.0f - q;
       const Floats bump = left * left * left * (q * q * q);

@@ -1,4 +1,4 @@
-// Compiled once for each instruction set: the kernels of meetings.
+// The kernels of pair interactions, compiled once for each instruction set.
 #include "interactions/collide.h"
 #include "interactions/contact.h"
 #include "interactions/fluid.h"

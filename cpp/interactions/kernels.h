@@ -1,5 +1,5 @@
-// The kernels of meetings, in the build that suits this processor: each sums, for particles in lanes, over all that are
-// within reach of them, in the order (cell, id).
+// The kernels of pair interactions, in the build for this processor. Each sums, for targets in lanes, over all sources
+// within reach, in the order (cell, id).
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 namespace motes::interactions {
 
-/// What a kernel knows of the particles of one system: columns in the order of the cells, readable up to the next
+/// The particles of one system as a kernel sees them: columns in the order of the cells, readable up to the next
 /// multiple of particles::kPadding.
 struct Party {
   CellsView cells;
@@ -18,7 +18,7 @@ struct Party {
   const Crowd* crowd = nullptr;  // for ids
 };
 
-/// Columns of a party: `at` first, then what the law reads.
+/// Columns of a party: positions first, then what the law reads.
 enum At : int {
   at_x,
   at_y,
@@ -36,57 +36,57 @@ enum At : int {
   pressure,
   party_columns
 };
-inline constexpr std::size_t party_results = 7;  // planes of what laws say, at most
+inline constexpr std::size_t party_results = 7;  // most planes of results of any law
 
-/// What the laws are set to. Lengths in metres, times in seconds.
+/// Parameters of the laws. Lengths in metres, times in seconds.
 struct Terms {
-  float reach = 0;  // who is farther away is not seen
-  float strength = 0;  // gravitate, match: magnitude times the step
+  float reach = 0;  // particles farther away have no effect
+  float strength = 0;  // gravitate, match: magnitude * step
   float epsilon = 0;  // metres squared
-  float step = 0;  // collide, contact, fluid
+  float step = 0;  // length of the sub-step: collide, contact, fluid
   float friction = 0;
   float restitution = 0;
   float stiffness = 0;  // contact: N/m
   float rolling_friction = 0;
-  std::uint32_t now = 0;  // contact: the number of the sub-step, from 1 on
+  std::uint32_t now = 0;  // contact: number of the sub-step, from 1 on
   float rest_density = 0;  // fluid: kg/m3
-  float viscosity = 0;  // ten times that, m2/s
+  float viscosity = 0;  // fluid: ten times the viscosity, m2/s
   float cohesion = 0;  // m/s2
-  float slow = 0;  // m/s: those that approach each other more slowly do not rebound
+  float slow = 0;  // collide: slower approaches do not rebound, m/s
   float sleep2 = 0;  // m2/s2
-  int side = 0;  // 0: targets are among the sources; 1, 2: they are of the first or second of two systems
+  int side = 0;  // 0: one system; 1, 2: targets are of the first or second of two systems
 };
 
-/// What was seen, for the log.
+/// Counts for the log.
 struct KernelStats {
-  std::uint64_t pairs = 0;  // within reach; each counts for both of its particles
-  bool softened = false;  // contact: springs were stiffer than the step allows
+  std::uint64_t pairs = 0;  // pairs within reach, counted once per end
+  bool softened = false;  // contact: springs were softened because the step is too long
 };
 
 struct Task {
   Party targets, sources;
   Terms terms;
-  float* const* out = nullptr;  // planes by place: what the law says
-  particles::Touches* touches = nullptr;  // contact: of this rank's own particles, by index
-  const std::uint8_t* chosen = nullptr;  // contact: who of them is changed, by index; null: all
-  std::size_t first_row = 0, last_row = 0;  // of the targets
+  float* const* out = nullptr;  // planes of results, in the order of the cells
+  particles::Touches* touches = nullptr;  // contact: memory of this rank's particles, by index
+  const std::uint8_t* chosen = nullptr;  // contact: which particles are changed, by index; null: all
+  std::size_t first_row = 0, last_row = 0;  // rows of targets to work on
   KernelStats* stats = nullptr;
 };
 
 struct Kernels {
-  /// v_i += sum of (x_j - x_i) strength / (r (r^2 + epsilon)): out is that sum.
+  /// Writes the change of velocity: sum of (x_j - x_i) strength / (r (r^2 + epsilon)).
   void (*gravitate)(const Task&);
-  /// out: the value that its neighbours' values draw this particle's to.
+  /// Writes the new value: the particle's own, drawn to those of its neighbours.
   void (*match)(const Task&);
-  /// out: velocity (3), contacts. With radii of their own, with masses.
+  /// Writes velocity (3) and contacts. Indexed by [particles have radii][particles have masses].
   void (*collide[2][2])(const Task&);
-  /// out: velocity (3), contacts, rotational velocity (3).
+  /// Writes velocity (3), contacts, rotational velocity (3).
   void (*contact)(const Task&);
-  /// out: how hard each particle of a fluid pushes. The ghosts that targets see are targets too.
+  /// Writes the pressure of each particle of a fluid. Ghosts within reach of own particles must be targets too.
   void (*find_pressure)(const Task&);
-  /// out: velocity (3). Reads the pressure of all.
+  /// Writes velocity (3). Reads the pressure of all particles.
   void (*fluid)(const Task&);
-  /// See pull.h.
+  /// Sums gravitation over a list of sources: see pull.h.
   void (*pull)(const float* const* sources, std::size_t count, float epsilon, const float* const* targets,
                std::size_t begin, std::size_t end, float* sums);
 };

@@ -1,6 +1,6 @@
-// match_velocity, match_rotational_velocity: each takes on what those within reach have, by magnitude / (r^2 + epsilon)
-// (McAllister 2000, MatchVelocity). His sums are unstable where a particle's weights come to more than 2 in a step:
-// here they count for at most 1.
+// match_velocity, match_rotational_velocity: each particle takes on the values of those within reach, weighted by
+// magnitude / (r^2 + epsilon) (McAllister 2000, MatchVelocity). His sums are unstable if weights add up to more than 2
+// in a step; here they are scaled to at most 1.
 #pragma once
 
 #include "interactions/sweep.h"

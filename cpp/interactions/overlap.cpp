@@ -8,9 +8,9 @@ namespace motes::interactions {
 
 namespace {
 
-constexpr std::size_t kLooked = 1024;  // particles
+constexpr std::size_t kLooked = 1024;  // number of particles to sample
 
-// Where a particle of the crowd is now.
+// Reads the present position of particle i.
 void place_of(const Crowd& crowd, std::size_t i, float (&x)[3]) {
   for (std::size_t c = 0; c < 3; ++c) x[c] = crowd.at[c].of(i, crowd.own);
 }

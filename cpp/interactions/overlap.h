@@ -1,22 +1,22 @@
-// How deep spheres overlap that touch: what tells whether sub-steps are short enough for a heap.
+// Measures how deep touching spheres overlap, which tells whether sub-steps are short enough for a heap.
 #pragma once
 
 #include "interactions/cell_list.h"
 
 namespace motes::interactions {
 
-/// Spheres in their cells, and their radii by place.
+/// Spheres in their cells, with radii in the order of the cells.
 struct Spheres {
   const Cells* cells;
-  const Crowd* crowd;  // where they are now
-  const float* radius = nullptr;  // null: all have the same
+  const Crowd* crowd;  // their present positions
+  const float* radius = nullptr;  // null: all have same_radius
   float same_radius = 0;          // m
 
   float radius_at(std::size_t place) const { return radius != nullptr ? radius[place] : same_radius; }
 };
 
-/// The 99th percentile of the overlaps of pairs that touch, in parts of the sum of both radii; 0 where none touch. Of a
-/// thousand particles of the first side, and all that they touch of the second, which may be the same.
+/// Returns the 99th percentile of overlaps of touching pairs, relative to the sum of both radii; 0 if none touch.
+/// Samples about a thousand particles of `first` and all that they touch of `second`, which may be the same.
 float overlap_99(const Spheres& first, const Spheres& second);
 
 }  // namespace motes::interactions

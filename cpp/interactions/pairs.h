@@ -1,5 +1,5 @@
-// The pairs of particles that are within reach of each other, for a script's own function (paper 3.1.5: users add
-// procedures of collision).
+// Lists pairs of particles within reach of each other, for a script's own function (paper 3.1.5: users add procedures
+// of collision).
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace motes::interactions {
 
-/// Each pair as one of this rank's particles sees it, in the order (cell, id) of that one, then of the other.
+/// Pairs, each seen from one of this rank's particles, in the order (cell, id) of that particle, then of the other.
 struct PairList {
   std::vector<std::uint32_t> own;       // index in the store
   std::vector<std::uint64_t> id, other_id;
@@ -19,8 +19,8 @@ struct PairList {
   std::size_t size() const { return own.size(); }
 };
 
-/// `column`: positions and velocities in the order of the cells, six planes. `chosen`: of this rank's particles; null:
-/// all.
+/// Lists the pairs within `reach` m. `column`: positions and velocities in the order of the cells, six planes.
+/// `chosen`: which of this rank's particles; null: all.
 PairList pairs_within(float reach, const Cells& cells, const Crowd& crowd, const float* const (&column)[6],
                       const std::vector<std::uint8_t>* chosen);
 

@@ -1,4 +1,4 @@
-// Particles at the same place: what laws between particles take for the direction from one to the other.
+// Directions for pairs of particles at the same position.
 #pragma once
 
 #include "interactions/kernels.h"
@@ -6,7 +6,7 @@
 
 namespace motes::MOTES_ISA {
 
-/// What two particles at the same place have instead of a direction: a function of their ids, seen from the first one.
+/// Returns a unit vector from the first particle to the second, a function of their ids.
 inline Float3 parting(std::uint64_t first, std::uint64_t second) {
   std::uint64_t bits = first * 0x9e3779b97f4a7c15u + second;
   const auto number = [&] {  // SplitMix64 (Steele, Lea, Flood 2014), in [-1, 1)
@@ -20,7 +20,8 @@ inline Float3 parting(std::uint64_t first, std::uint64_t second) {
   return unit(way);
 }
 
-/// The same, seen from `target`: the first of two is that of the lower id, or of the first system.
+/// Returns the unit vector from target to source; both ends of a pair get opposite vectors. The first particle of a
+/// pair has the lower id, or belongs to the first system.
 inline Float3 parting(std::uint64_t target, std::uint64_t source, int side) {
   const bool first = side == 0 ? target < source : side == 1;
   return first ? parting(target, source) : times(parting(source, target), -1);

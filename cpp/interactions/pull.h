@@ -1,12 +1,12 @@
-// The sums of gravitate over a list of sources with weights, for a few targets.
+// Sums gravitation over a list of weighted sources, for a few targets.
 #pragma once
 
 #include "simd/floats3.h"
 
 namespace motes::MOTES_ISA {
 
-/// `sources`: x, y, z and weight (magnitude times the step, times the number of particles). `targets`: columns from
-/// `begin` to `end`, readable beyond it to the next whole vector. `sums`: three numbers for each target.
+/// Writes three sums per target. `sources`: x, y, z and weight (magnitude * step * number of particles). `targets`:
+/// columns from `begin` to `end`, readable up to the next whole vector.
 inline void pull(const float* const* sources, std::size_t count, float epsilon, const float* const* targets,
                  std::size_t begin, std::size_t end, float* sums) {
   for (std::size_t i = begin; i < end; i += kLanes) {

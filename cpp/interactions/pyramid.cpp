@@ -15,8 +15,8 @@ using particles::Store;
 
 constexpr double kPerLeaf = 12;
 constexpr int kMostBits = 7;
-constexpr double kCoordinates = 1048576;  // 2^20: the numbers along the cube's edge
-constexpr double kFarthestLeaf = 524288;  // 2^19: cells have numbers up to 2^20
+constexpr double kCoordinates = 1048576;  // 2^20: integer coordinates along the cube's edge
+constexpr double kFarthestLeaf = 524288;  // 2^19: cell numbers reach up to 2^20
 
 struct Index {
   std::int32_t x, y, z;
@@ -29,7 +29,7 @@ std::size_t place(int bits, const Index& at) {
 
 bool inside(std::int32_t number, int bits) { return number >= 0 && number < 1 << bits; }
 
-// A level of the pyramid: how much each cell weighs, and where its particles are on average.
+// A level of the pyramid: weight and centre of mass of each cell.
 struct Level {
   int bits = 0;
   std::vector<std::int64_t> moments;
@@ -70,7 +70,7 @@ std::vector<std::int64_t> parents_of(const std::vector<std::int64_t>& moments, i
   return sums;
 }
 
-// From the leaves up to level 2, above which no two cells are far from each other.
+// Returns the levels from the leaves up to level 2; above, no two cells are far from each other.
 std::vector<Level> levels_of(const Cube& cube, const Moments& moments, float strength) {
   std::vector<Level> levels;
   std::vector<std::int64_t> sums = moments;
@@ -82,7 +82,7 @@ std::vector<Level> levels_of(const Cube& cube, const Moments& moments, float str
   return levels;
 }
 
-// What the particles of one leaf see, in this order: near particles, then cells, level by level.
+// The sources of one leaf, in this order: near particles, then cells, level by level.
 struct Sources {
   std::vector<float> column[4];  // x, y, z, weight
 
@@ -102,7 +102,7 @@ class Seeing {
          float strength)
       : cube_(cube), levels_(levels), cells_(cells), column_(column), strength_(strength) {}
 
-  // The sources of the leaf with this number, whose particles stand in row `row` of the cells.
+  // Finds the sources of leaf z of a row.
   void find(const Row& row, std::int32_t z, Sources& to) const {
     to.clear();
     add_near(row, z, to);
@@ -121,7 +121,7 @@ class Seeing {
     }
   }
 
-  // The children of the neighbours of this cell's parent that are not its own neighbours.
+  // Adds the children of the parent's neighbours that are not neighbours of this cell.
   static void add_far(const Level& level, const Index& own, Sources& to) {
     const std::int32_t last = (1 << level.bits) - 1;
     const auto from = [](std::int32_t n) { return std::max(0, (n / 2 - 1) * 2); };
@@ -172,7 +172,7 @@ Cube Cube::around(const Bounds& bounds, std::uint64_t particles) {
   double farthest = 1e-30;
   double extent = 1e-30;
   for (std::size_t c = 0; c < 3; ++c) {
-    if (!std::isfinite(bounds[c]) || !std::isfinite(bounds[3 + c])) return cube;  // nobody is anywhere
+    if (!std::isfinite(bounds[c]) || !std::isfinite(bounds[3 + c])) return cube;  // no finite particles
     const double high = static_cast<double>(bounds[c]);
     const double low = -static_cast<double>(bounds[3 + c]);
     extent = std::max(extent, high - low);

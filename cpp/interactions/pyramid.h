@@ -1,5 +1,6 @@
-// gravitate without a reach, where far particles count as cells: a pyramid of cells over a cube that holds all of them.
-// Moments of cells are sums of integers, so those of all ranks add up to the same bits in any order.
+// gravitate(far="cells"): distant particles are grouped into cells (Barnes-Hut), of a pyramid of levels over a cube
+// that holds all particles. Moments of cells are sums of integers, so those of all ranks add up to the same bits in any
+// order.
 #pragma once
 
 #include <array>
@@ -11,32 +12,34 @@
 
 namespace motes::interactions {
 
-/// Whether the action asks for cells.
+/// Tells whether the action groups distant particles into cells.
 bool uses_cells(const actions::Action& action);
 
-/// Where finite particles are: maxima of x, y, z and of -x, -y, -z; -infinity where there are none.
+/// Bounds of finite particles: maxima of x, y, z and of -x, -y, -z; -infinity if there are none.
 using Bounds = std::array<float, 6>;
 Bounds bounds_of(const particles::Store& store);
 
-/// The cube: 2^bits leaves along each axis, anchored at the origin of space, with edges of a power of two.
+/// The cube: 2^bits leaves along each axis. Leaves are anchored at the origin; their edge is a power of two.
 struct Cube {
   int bits = 2;
   double leaf = 1;  // m
-  std::array<std::int32_t, 3> low{};  // number of its first leaf along each axis
+  std::array<std::int32_t, 3> low{};  // index of its first leaf along each axis
 
-  /// `bounds` and `particles` are agreed on by all ranks. About twelve particles per leaf, where they are spread
-  /// evenly.
+  /// Returns a cube around `bounds`, with about twelve particles per leaf if they are spread evenly. All ranks must
+  /// agree on the arguments.
   static Cube around(const Bounds& bounds, std::uint64_t particles);
 
   std::size_t leaves() const { return std::size_t{1} << 3 * bits; }
 };
 
-/// Of each leaf: the number of its particles, and the sums of their coordinates in 20 bits of the cube's edge.
+/// Four integers per leaf; coordinates are in units of the cube's edge / 2^20:
+///
+///   [count, sum of x, sum of y, sum of z] [count, ...] ...
 using Moments = std::vector<std::int64_t>;
 Moments moments_of(const Cube& cube, const particles::Store& store);
 
-/// Acts on one rank's particles: those in the 27 leaves around each are seen as they are, the others as cells.
-/// `moments`: of all ranks.
+/// Acts on this rank's particles: sources in the 27 leaves around each are taken one by one, the others as cells.
+/// `moments`: sums over all ranks.
 Seen act_by_cells(const actions::Action& action, const Cube& cube, const Moments& moments, float dt, const Side& side,
                   Scratch& scratch, threads::Pool& pool);
 

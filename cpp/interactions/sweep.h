@@ -1,8 +1,8 @@
-// How kernels walk through the cells: targets in lanes, their sources one after another in the order (cell, id).
+// The sweep over neighbours: kernels hold targets in lanes and visit sources one by one in the order (cell, id).
 //
-// A vector takes targets that follow each other in a row of cells, and all sources in the nine rows around it that any
-// of them may see. What is out of a lane's reach adds +0 to a sum that began with +0, so neither the width of the
-// vector nor who shares it shows in the bits.
+// A vector takes consecutive targets of a row of cells, and all sources in the nine rows around it that any of them may
+// see. A source out of a lane's reach adds +0 to a sum that began with +0, so the bits depend neither on the vector's
+// width nor on which targets share it.
 #pragma once
 
 #include "interactions/kernels.h"
@@ -18,9 +18,9 @@ MOTES_INLINE bool before(const Row& row, std::int32_t x, std::int32_t y) {
   return row.x < x || (row.x == x && row.y < y);
 }
 
-/// The first row that is not before (x, y); `hint`: one that is before it, or 0.
+/// Returns the first row that is not before (x, y); `hint`: a row that is before it, or 0.
 inline std::size_t row_from(const CellsView& cells, std::size_t hint, std::int32_t x, std::int32_t y) {
-  // The next target row is near the last one: steps that double, then halving.
+  // The next row is usually near: gallop, then bisect.
   std::size_t low = hint;
   std::size_t step = 1;
   while (low + step < cells.row_count && before(cells.rows[low + step], x, y)) {
@@ -39,7 +39,7 @@ inline std::size_t row_from(const CellsView& cells, std::size_t hint, std::int32
   return low;
 }
 
-/// The first particle of the row whose cell is not below z.
+/// Returns the first particle of the row with a cell number of at least z.
 MOTES_INLINE std::uint32_t first_at(const CellsView& cells, const Row& row, std::int32_t z) {
   if (z <= row.z_low) return row.first;
   const std::uint32_t end = (&row)[1].first;
@@ -58,13 +58,13 @@ MOTES_INLINE std::uint32_t first_at(const CellsView& cells, const Row& row, std:
   return low;
 }
 
-/// The rows that particles of a row can see, ascending.
+/// The rows whose particles can be within reach of a row, ascending.
 struct Around {
   const Row* rows[9];
   int count = 0;
 };
 
-/// Finds them for target rows in ascending order.
+/// Finds the rows around target rows, which come in ascending order.
 struct Cursor {
   std::size_t at[3] = {0, 0, 0};
 
@@ -82,7 +82,7 @@ struct Cursor {
   }
 };
 
-/// How many particles a party has, ghosts included.
+/// Returns the number of particles of a party, ghosts included.
 MOTES_INLINE std::size_t count_of(const interactions::Party& party) { return party.crowd->own + party.crowd->ghosts; }
 
 MOTES_INLINE bool any_own(const CellsView& cells, std::uint32_t first, std::uint32_t last) {
@@ -92,21 +92,21 @@ MOTES_INLINE bool any_own(const CellsView& cells, std::uint32_t first, std::uint
   return false;
 }
 
-/// Stores lanes of a vector that belong to targets, and no others: the next ones may be another thread's.
+/// Stores the first `lanes` lanes only: what follows in memory may belong to another thread.
 MOTES_INLINE void store_lanes(float* to, Floats v, std::uint32_t lanes) {
   if (lanes == kLanes) return store(to, v);
   for (std::uint32_t k = 0; k < lanes; ++k) to[k] = v[k];
 }
 
-/// The same of three planes.
+/// Stores the first `lanes` lanes of three components to three planes.
 MOTES_INLINE void store_lanes3(float* const* to, std::uint32_t i, const Floats3& v, std::uint32_t lanes) {
   store_lanes(to[0] + i, v.x, lanes);
   store_lanes(to[1] + i, v.y, lanes);
   store_lanes(to[2] + i, v.z, lanes);
 }
 
-/// Runs a law over the task's rows. A law has a type Sums, which is made for the targets first .. last - 1, at most a
-/// vector of them, and has add(source) and finish(around, first, last).
+/// Runs a law over the task's rows. A law has a type Sums: constructed for up to a vector of targets first .. last - 1,
+/// it has add(source) and finish(around, first, last).
 template <class Law>
 MOTES_INLINE void sweep(const Task& task, const Law& law) {
   const CellsView& targets = task.targets.cells;
@@ -134,12 +134,12 @@ MOTES_INLINE void sweep(const Task& task, const Law& law) {
   }
 }
 
-/// Where a source is, seen from the targets.
+/// Returns a source's position relative to the targets.
 MOTES_INLINE Floats3 seen_from(const Floats3& targets, const float* const* column, std::uint32_t j) {
   return {column[interactions::at_x][j] - targets.x, column[interactions::at_y][j] - targets.y,
           column[interactions::at_z][j] - targets.z};
 }
-/// How a source's value differs from those of the targets.
+/// Returns a source's value (velocity) relative to those of the targets.
 MOTES_INLINE Floats3 value_seen_from(const Floats3& targets, const float* const* column, std::uint32_t j) {
   return {column[interactions::value_x][j] - targets.x, column[interactions::value_y][j] - targets.y,
           column[interactions::value_z][j] - targets.z};
@@ -148,7 +148,7 @@ MOTES_INLINE Floats3 load_column(const float* const* column, int first, std::uin
   return {load(column[first] + i), load(column[first + 1] + i), load(column[first + 2] + i)};
 }
 
-/// Sums what was counted for this rank's own targets: beside ghosts they may stand in one vector.
+/// Sums counts over this rank's own targets; a vector may also hold ghosts.
 MOTES_INLINE std::uint64_t sum_own(const CellsView& targets, Ints counts, std::uint32_t i, std::uint32_t last) {
   std::uint64_t sum = 0;
   for (std::uint32_t k = i; k < last; ++k) {

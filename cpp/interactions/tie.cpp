@@ -15,16 +15,16 @@ namespace {
 
 using particles::Store;
 
-constexpr float kRelaxation = 1.8f;  // of the average of a particle's corrections, where that is stable
-// A step x + v dt that is corrected by the part q of what is wrong, and a velocity that follows from it, swing up where
-// q > 4/3.
+constexpr float kRelaxation = 1.8f;  // factor on the mean of a particle's corrections, where stable
+// Upper bound on the corrected part q of an error: with velocities derived from positions, oscillations grow if q >
+// 4/3.
 constexpr float kStable = 1.3f;
 constexpr float kInf = std::numeric_limits<float>::infinity();
 
 struct Terms {
   float dt;
-  std::array<float, 3> compliance;  // m/N over dt^2, by kind
-  float kept;  // part of the velocity among tied ones that damping leaves
+  std::array<float, 3> compliance;  // compliance / dt^2 by kind, m/(N s2)
+  float kept;  // part of the relative velocity that damping leaves
   float break_at;
   bool tethers;
 };
@@ -39,8 +39,8 @@ Terms terms_of(const actions::Action& action, float dt) {
   return terms;
 }
 
-// The sum of n n^T over directions n: how much of a deviation the ties of a particle take back together. Where they all
-// point the same way, as in a rope, that is more than where they share the work, as in a cloth.
+// Sum of n n^T over the directions n of a particle's ties: how much of a deviation they correct together. That is more
+// if all point the same way, as in a rope, than if they share the work, as in a cloth.
 struct Spread {
   float xx = 0, yy = 0, zz = 0, xy = 0, xz = 0, yz = 0;
 
@@ -53,7 +53,7 @@ struct Spread {
     yz += weight * d[1] * d[2];
   }
 
-  // Not less than the largest eigenvalue.
+  // Returns an upper bound on the largest eigenvalue.
   float most() const {
     const float x = xx + std::abs(xy) + std::abs(xz);
     const float y = yy + std::abs(xy) + std::abs(yz);
@@ -145,8 +145,8 @@ class Tying {
     float longest2 = 0;  // m2
   };
 
-  // The velocity that its ties give a particle. Both ends of a tie compute its length from the same numbers, so both
-  // find it torn.
+  // Returns the velocity that ties give a particle. Both ends of a tie compute its length from the same numbers, so
+  // both find it torn.
   std::array<float, 3> pull(std::uint32_t row, std::size_t i, Held& held, std::uint32_t& tears) const {
     const Knots::Knot& own = knots_.knots[row];
     std::array<float, 3> sum{};
@@ -158,7 +158,7 @@ class Tying {
       const Bond& bond = bonds_.bond(b);
       const Knots::Knot& other = knots_.knots[bond.partner];
       const bool may_tear = b - first < kTearing;
-      if (other.seen != knots_.meeting) continue;  // it is dead, or not yet born
+      if (other.seen != knots_.meeting) continue;  // the partner is dead, or not yet born
       held.longest2 = std::max(held.longest2, distance2(own.place, other.place));
       if (may_tear && (own.torn >> (b - first) & 1u) != 0) continue;
       const std::array<float, 3> d = {own.at[0] - other.at[0], own.at[1] - other.at[1], own.at[2] - other.at[2]};
@@ -171,7 +171,7 @@ class Tying {
       if (r > 0 && weights > 0) {
         const float part = -own.inverse * (r - bond.length) / (weights * r);
         for (std::size_t c = 0; c < 3; ++c) sum[c] += d[c] * part;
-        const float both = other.inverse == 0 ? 1.0f : 2.0f;  // a partner that moves too doubles what is wrong
+        const float both = other.inverse == 0 ? 1.0f : 2.0f;  // a moving partner doubles the correction
         spread.add(d, both * own.inverse / (weights * r * r));
       }
       for (std::size_t c = 0; c < 3; ++c) drift[c] += other.velocity[c];
@@ -181,7 +181,7 @@ class Tying {
     if (own.inverse == 0) return {};
     std::array<float, 3> at = {own.at[0], own.at[1], own.at[2]};
     if (count > 0) {
-      // Damping is drawn off relative to the neighbours: it slows no fall.
+      // Damps velocity relative to the partners only, so that it does not slow a fall.
       const float lost = (1 - terms_.kept) * terms_.dt;
       const float relaxed = std::min(kRelaxation / count, kStable / std::max(spread.most(), 1e-20f));
       for (std::size_t c = 0; c < 3; ++c) {
@@ -194,7 +194,7 @@ class Tying {
     return now;
   }
 
-  // Nobody is farther from a pinned particle than along the ties.
+  // Limits the distance from pinned particles to the length of each tether.
   void hold(std::uint32_t row, std::array<float, 3>& at) const {
     for (std::size_t t = bonds_.first_tether(row); t < bonds_.first_tether(row + 1); ++t) {
       const Tether& tether = bonds_.tether(t);
@@ -258,10 +258,12 @@ Stretch stretch_of(const Bonds& bonds, const Knots& knots, const Store& store) {
     if (row == Bonds::kNone) continue;
     float now[3];
     for (int c = 0; c < 3; ++c) now[c] = store.value(particles::position, c, i);
-    if (std::isnan(now[0] + now[1] + now[2])) continue;  // nobody sees it
+    if (std::isnan(now[0] + now[1] + now[2])) continue;  // a particle at NaN has no effect
     const bool met = row < knots.knots.size() && knots.meeting > 0 && knots.knots[row].seen == knots.meeting;
     const float way2 = met ? distance2(now, knots.knots[row].place) : kInf;
-    farthest2 = way2 <= farthest2 ? farthest2 : way2 < kInf ? way2 : kInf;  // it was at NaN: infinite
+    farthest2 = way2 <= farthest2 ? farthest2
+                : way2 < kInf     ? way2
+                                  : kInf;  // NaN: its last position was NaN, so the way is infinite
   }
   stretch.way = std::sqrt(farthest2);
   return stretch;

@@ -60,7 +60,7 @@ void check_tethers(const Ties& ties) {
   }
 }
 
-// SplitMix64's finaliser over the bytes (Steele, Lea, Flood 2014).
+// Hashes ties with SplitMix64's finaliser over their bytes (Steele, Lea, Flood 2014).
 TiesKey fingerprint(const Ties& ties) {
   base::Bytes bytes;
   base::write_fields(ties, bytes);
@@ -97,7 +97,7 @@ Kept get(TiesKey key) {
   return found->second;
 }
 
-// By two keys, the lower one first: lists that have both ask in every frame.
+// Cache of shared_particle() by two keys, the lower one first: lists with both ask in every frame.
 std::map<std::pair<TiesKey, TiesKey>, std::optional<std::uint64_t>>& shared() {
   static std::map<std::pair<TiesKey, TiesKey>, std::optional<std::uint64_t>> found;
   return found;
@@ -160,7 +160,7 @@ Bonds::Bonds(const Ties& ties) : pins_(ties.pinned.size()) {
 
 std::uint32_t Bonds::row_of(std::uint64_t id) const {
   if (ids_.empty() || id < ids_.front() || id > ids_.back()) return kNone;
-  const std::uint64_t ahead = id - ids_.front();  // ids of one cloth follow each other
+  const std::uint64_t ahead = id - ids_.front();  // ids of one cloth are consecutive
   if (ids_.back() - ids_.front() + 1 == ids_.size()) return static_cast<std::uint32_t>(ahead);
   const auto found = std::lower_bound(ids_.begin(), ids_.end(), id);
   return *found == id ? static_cast<std::uint32_t>(found - ids_.begin()) : kNone;

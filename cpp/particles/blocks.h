@@ -10,7 +10,7 @@ namespace motes::particles {
 inline constexpr std::size_t kBlock = 256;
 
 /// Of a list of few actions. Blocks are short, so that all columns advance through memory side by side, which the
-/// processor foresees; with still shorter ones, starting the actions would cost more. docs/speed.md has figures.
+/// processor foresees; with still shorter ones, starting the actions would cost more. docs/notes/speed.md has figures.
 inline constexpr std::size_t kShortBlock = 128;
 
 /// Words that have a bit for each particle of a block, and for the padding behind it.

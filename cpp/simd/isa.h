@@ -19,7 +19,7 @@ std::string_view name(Isa isa);
 bool offers(Isa isa);
 
 /// Whether loops that stream through memory are faster with instructions that fetch ahead: with AVX2 and AVX-512.
-/// Processors of AMD foresee all columns by themselves, and such instructions are in the way (docs/speed.md).
+/// Processors of AMD foresee all columns by themselves, and such instructions are in the way (docs/notes/speed.md).
 bool fetches_ahead();
 
 /// Picks the build that belongs to isa(), of MOTES_BUILDS(table) (simd/builds.h).

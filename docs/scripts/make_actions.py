@@ -37,36 +37,34 @@ WRITTEN = """
 Written by `docs/scripts/make_actions.py` from the docstrings of `motes.actions`; change those.
 """
 SYMBOLS = """
-In the formulas x is a particle's position in m, v its velocity in m/s, dt the length of the (sub)step in
-seconds, unit(y) is y / |y|. [Actions](actions.md) lists all, and what they cost.
+The first item of each action is its formula: x is a particle's position in m, v its velocity in m/s, dt the
+length of the (sub)step in seconds, unit(y) is y / |y|. [Actions](actions.md) lists all.
 """
 OPENING = """
 An action acts on each particle [alone](actions_alone.md), or [between particles](actions_between.md). Every
-action takes `where=` too: a shape or a comparison of columns. `s.gravity(...)` records
-`motes.actions.Gravity(...)`; arguments go by place or by name, `where` by name only. Names in the table lead
-to formulas and parameters.
+action also takes `where=`: a shape or a comparison of columns. `s.gravity(...)` records
+`motes.actions.Gravity(...)`. Names in the table lead to formulas and parameters.
 
-Most actions have the meaning that they have in D. McAllister's Particle System API;
-`tests/actions/test_conformance.py` holds them against 108 cases that his library computed. What differs:
+Unless a page names another source, an action is that of D. McAllister's Particle System API, and agrees with
+the cases that his library computed (`tests/actions/test_conformance.py`), with two exceptions: his `sink` of a
+`Plane` kills above it, and his `bounce` is ours with `exact_hit=False`.
 
-| what | cases | ours | his |
-|---|---|---|---|
-| `sink` with a `Plane` | 4 | it holds the half-space below | it holds the half-space above |
-| `bounce` | 10 | at the true place and time of the hit | `exact_hit=False` |
-
-The cases of `sink` with a `Plane` run with `inside` inverted, those of `bounce` with `exact_hit=False`.
-Samples of his shapes crowd where ours are uniform, and his generator differs: what is random is held
-against its distribution by `tests/actions/test_actions.py`.
+Most cost less than a nanosecond per particle and step ([the costs](notes/costs_of_actions.md)); `curl_noise`,
+`field` and `follow_path` cost about ten, `sort` 75.
 """
 
 COST = """
-The column "ns" says what an action adds to a particle's step: nanoseconds on one core of {machine} with
+What each action costs. "ns" is what it adds to a particle's step: nanoseconds on one core of {machine} with
 {simd}, the time of the list of the paper's fountain with the action less the time without it, the median of
-repeats over {particles} particles (`python -m motes bench actions`). "in cache" is the same over
-512 particles, whose columns stay in the first cache: arithmetic alone. Differences of 0.2 ns are noise. What
-actions between particles cost depends on how many are within reach: [heaps.md](heaps.md) has figures of
+repeats over {particles} particles (`python -m motes bench actions`). "in cache" is the same over 512
+particles, whose columns stay in the first-level cache: arithmetic alone. Differences of 0.2 ns are noise.
+What actions between particles cost depends on how many are within reach: [heaps.md](heaps.md) has figures of
 `collide`.
 """
+SHORT = 240
+"""Parameters whose texts have fewer characters than these share a line."""
+OWN_NAME = re.compile(r"McAllister's \w+\.")
+"""The usual source, which the overview names once."""
 # Why an action adds more than 1 ns.
 REASONS = {
     "random_acceleration random_velocity random_displacement random_rotational_velocity": "random numbers, "
@@ -138,9 +136,14 @@ def section(name: str, kind: type, heading: str) -> str:
     lines = [f"{heading} `{signature(name)}`", ""]
     for paragraph in what:
         lines += [wrapped(paragraph), ""]
-    lines += [wrapped(f"- formula: {formula}", "  ")]
-    lines += [wrapped(f"- `{parameter}`: {text}", "  ") for parameter, text in parameters]
-    lines += [wrapped(f"- source: {source}", "  "), ""]
+    lines += [wrapped(f"- {formula}", "  ")]
+    listed = [f"`{parameter}`: {text}" for parameter, text in parameters]
+    together = " ".join(listed)
+    listed = [together] if len(together) < SHORT else listed
+    lines += [wrapped(f"- {one}", "  ") for one in listed if one]
+    if not OWN_NAME.fullmatch(source):
+        lines += [wrapped(f"- source: {source}", "  ")]
+    lines += [""]
     return "\n".join(lines)
 
 
@@ -187,16 +190,26 @@ def kinds(module: ModuleType) -> dict[str, type]:
 
 def overview() -> str:
     """Return the page that lists all actions."""
-    rows = ["| action | what it does to a particle | ns | in cache |", "|---|---|---|---|"]
+    rows = ["| action | what it does to a particle |", "|---|---|"]
     for page, (_, _, families) in PAGES.items():
         for name, kind in (pair for _, module in families for pair in kinds(module).items()):
             what = " ".join(parts(kind.__doc__ or "")[0][0].split())
-            ns = f"{cost(name, 'added_ns')} | {cost(name, 'added_in_cache_ns')}"
-            rows.append(f"| [`{name}`]({page}#{anchor(name)}) | {what} | {ns} |")
+            rows.append(f"| [`{name}`]({page}#{anchor(name)}) | {what} |")
+    opening = [wrapped(p) for p in [WRITTEN, *OPENING.strip().split("\n\n")]]
+    return "\n\n".join(["# Actions", *opening, "\n".join(rows)]) + "\n"
+
+
+def costs() -> str:
+    """Return the page of what actions cost."""
+    rows = ["| action | ns | in cache |", "|---|---|---|"]
+    for name in COSTS["actions"]:
+        rows.append(f"| `{name}` | {cost(name, 'added_ns')} | {cost(name, 'added_in_cache_ns')} |")
     measured = COST.format(**{**COSTS, "particles": f"{COSTS['particles'] / 1e6:g} million"})
-    paragraphs = [*WRITTEN.split("\n\n"), *OPENING.strip().split("\n\n"), measured]
-    opening = [p if p.startswith("|") else wrapped(p) for p in paragraphs]
-    return "\n\n".join(["# Actions", *opening, "\n".join(rows), costly().strip()]) + "\n"
+    opening = [
+        wrapped(WRITTEN.replace("the docstrings of `motes.actions`; change those", "docs/costs.json")),
+        wrapped(measured),
+    ]
+    return "\n\n".join(["# The costs of actions", *opening, "\n".join(rows), costly().strip()]) + "\n"
 
 
 def described(title: str, more: str, families: list[tuple[str, ModuleType]]) -> str:
@@ -212,7 +225,7 @@ def described(title: str, more: str, families: list[tuple[str, ModuleType]]) -> 
 def pages() -> dict[Path, str]:
     """Return all pages."""
     made = {DOCS / name: described(*what) for name, what in PAGES.items()}
-    return {DOCS / "actions.md": overview(), **made}
+    return {DOCS / "actions.md": overview(), DOCS / "notes" / "costs_of_actions.md": costs(), **made}
 
 
 if __name__ == "__main__":

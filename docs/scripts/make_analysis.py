@@ -44,8 +44,9 @@ def table(name: str, one: Table) -> str:
     """Describe one table."""
     when = "" if one.required else "; where there was something to write"
     lines = [f"### `run.{name}`: {one.file}", "", f"One row per {one.row}{when}.", ""]
-    lines += ["| column | unit | meaning |", "|---|---|---|"]
     for column in one.columns:
+        if column.name == "frame":
+            continue  # the page says it once
         if column.name[1:] in {name[1:] for name in QUANTILES[1:]}:
             continue
         label = f"`{column.name}`"
@@ -53,8 +54,9 @@ def table(name: str, one: Table) -> str:
         if column.name[1:] == QUANTILES[0][1:]:
             label = f"`{column.name}` .. `{column.name[0]}{QUANTILES[-1][1:]}`"
         if column.name == QUANTILES[0]:
-            meaning = "along the first axis that is cut: they part the particles into sixteenths; null: none"
-        lines.append(f"| {label} | {column.unit} | {meaning} |")
+            meaning = "17 quantiles along the first axis that is cut; null: no particles"
+        unit = f" ({column.unit})" if column.unit else ""
+        lines.append(f"- {label}{unit}: {meaning}")
     return "\n".join(lines)
 
 

@@ -1,6 +1,6 @@
-"""Make the tables and plot of docs/decompositions.md.
+"""Make the tables and plot of docs/notes/decompositions.md.
 
-`python docs/scripts/make_decompositions.py [real] [virtual]`.
+Run `python docs/scripts/make_decompositions.py [real] [virtual]`.
 
 real: snow, fountain, heap and flock of examples/ under slabs, bricks and by id, on real ranks. virtual: snow
 and the fountains again, and crowds that meet (decompositions_crowds.py), on up to 1024 virtual ranks; needs
@@ -27,7 +27,7 @@ import motes
 from motes.analysis.run import Run
 
 DOCS = Path(__file__).resolve().parents[1]
-TARGET = DOCS / "plots" / "decompositions.png"
+TARGET = DOCS / "notes" / "decompositions.png"
 FIGURES = Path(__file__).with_name("decompositions.json")
 EXAMPLES = DOCS.parent / "examples"
 

@@ -155,16 +155,15 @@ def page() -> str:
     lines = [
         "# Gallery",
         "",
-        "Written by `docs/scripts/make_gallery.py` from the scripts. Each effect is one script of fewer than",
-        "a hundred lines: `python -m motes demo NAME` runs it, also where only the package is installed, and",
-        "writes `out/NAME.mp4`; `--particles`, `--frames`, `--size 1920x1080` and `--seed` change it. They",
-        "look the same at any resolution: sizes are in metres, or parts of the picture's height.",
-        "`python docs/scripts/make_gallery.py --loops` makes a loop of four seconds, out/loops/NAME.mp4.",
+        "Written by `docs/scripts/make_gallery.py`. Each effect is one short script; its picture leads to it.",
+        "`python -m motes demo NAME` runs it and writes `out/NAME.mp4`; `--particles`, `--frames`,",
+        "`--size 1920x1080` and `--seed` change it. Effects look the same at any resolution.",
+        "`python docs/scripts/make_gallery.py --loops` makes a loop of four seconds of each, out/loops/NAME.mp4.",
     ]
     for name in effects():
         methods = ", ".join(f"`{method}`" for method in shows(name)[:5])
         lines += ["", f"## {name}", "", f"[![{name}](gallery/{name}.png)](../examples/{name}.py)", ""]
-        lines += [f"{sentence(name)}: [`examples/{name}.py`](../examples/{name}.py) ({methods})."]
+        lines += [f"{sentence(name)} ({methods})."]
     return "\n".join(lines) + "\n"
 
 

@@ -1,7 +1,7 @@
 """Make the plot of docs/pictures.md, which path when: `python docs/scripts/make_paths.py`.
 
-Snow that fills a picture of 1920x1080 pixels, on virtual clusters (docs/growth.md describes them): over the
-number of particles on 16 ranks, and over the number of ranks with 3.2 million particles. It needs what
+Snow that fills a picture of 1920x1080 pixels, on virtual clusters (docs/notes/growth.md describes them): over
+the number of particles on 16 ranks, and over the number of ranks with 3.2 million particles. It needs what
 `motes cluster` needs.
 """
 

@@ -368,7 +368,7 @@ def test_a_whole_table_of_the_paper(simulated_replay: Path, tmp_path: Path, tabl
     made = command([sys.executable, "-m", "motes", *argv], env=env, timeout=1700)
     facts = json.loads(made.lines[-1])
     assert len(facts["rows"]) == len(cells(table))
-    assert facts["near"] >= 0.75 * len(facts["rows"]), "as near as docs/paper.md says"
+    assert facts["near"] >= 0.75 * len(facts["rows"]), "see docs/notes/paper.md"
     assert (tmp_path / "table.png").stat().st_size > 10_000
 
 
@@ -380,6 +380,6 @@ def test_the_papers_text(simulated_replay: Path):
     facts = json.loads(command([sys.executable, "-m", "motes", *argv], env=env, timeout=1700).lines[-1])
     snow = [row for row in facts["speedups"] if row["experiment"] == "snow"]
     assert len(snow) == 4
-    assert all(abs(row["ours"] / row["paper"] - 1) < 0.2 for row in snow), "as near as docs/paper.md says"
+    assert all(abs(row["ours"] / row["paper"] - 1) < 0.2 for row in snow), "see docs/notes/paper.md"
     assert facts["eight_slow_nodes"]["ours"] == 7 and facts["eight_slow_nodes"]["ours_two_each"] == 4
     assert all(abs(row["ours"] - row["paper"]) < 6 for row in facts["saved_percent"])

@@ -22,7 +22,7 @@ def made() -> dict[str, Any]:
 
 def test_tables_show_the_figures_that_are_kept(made: dict[str, Any]):
     known = json.loads((DOCS / "scripts" / "decompositions.json").read_text())
-    page = (DOCS / "decompositions.md").read_text()
+    page = (DOCS / "notes" / "decompositions.md").read_text()
     for part in ("real", "virtual"):
         assert made["table"](part, known[part]) in page
 

@@ -16,7 +16,7 @@ namespace {
 
 using particles::Store;
 
-// What the list cost on all that it ran over: who was here or came, also who died or will leave.
+// Charges the cost of the list for every particle it ran over, the dead and the migrants included.
 void charge_list(const Rank& rank, const System& system, const Population& here) {
   const Costs& costs = rank.machine.costs();
   const auto newborn = static_cast<double>(here.tally.created);

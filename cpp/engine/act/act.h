@@ -11,7 +11,7 @@ namespace motes::engine {
 /// Runs a round's lists; what leaves this domain is packed for its owners.
 void act(Rank& rank, Script& script, Calculator& calculator, Round& round, Newborn& newborn);
 
-/// What `sort` is for: the particles that a calculator has at the frame's end stand in the order of drawing.
+/// Sorts each calculator's particles into drawing order at the frame's end, where the list says `sort`.
 void sort_all(Rank& rank, const Script& script, Calculator& calculator);
 
 /// Calls the script's function of one system's particles, at a time of the animation (seconds).

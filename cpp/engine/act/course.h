@@ -30,11 +30,11 @@ class Course {
     std::size_t next_group = 0;
     std::size_t next_piece = 0;
     std::uint64_t newborn_from = 0;  // ids from here on have met nobody
-    Collided collided = Collided::none;  // in this sub-step
+    Collided collided = Collided::none;  // collisions of this sub-step
   };
 
   bool run_substep(int substep);
-  /// To the next meeting, or to the end of the list: then null.
+  /// Runs the list to the next pair interaction and returns it, or to the end and returns null.
   const Piece* run_to_meeting(Runner& runner, int substep);
   void run_piece(Runner& runner, const Piece& piece, int substep);
   Meeting meeting_of(const Piece& piece, Runner& first, Runner& second, int substep) const;

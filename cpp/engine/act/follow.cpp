@@ -87,7 +87,7 @@ class Following {
     }
   }
 
-  // Each calculator's message to each, its own included.
+  // Exchanges one message between every two calculators, including to itself.
   void trade(std::vector<Message>& messages) {
     comm::Communicator& comm = rank_.talk.comm();
     std::vector<Message> heard(messages.size());
@@ -122,7 +122,7 @@ class Following {
     std::sort(known_.begin(), known_.end(), [](const Known& a, const Known& b) { return a.id < b.id; });
   }
 
-  // Of each keeper: whether it knows a particle, and where the first one is.
+  // Returns, per keeper, whether it knows a particle and where the first one is.
   Maxima first_places() const {
     Maxima word(1 + 4 * static_cast<std::size_t>(count_), -kInf);
     word[0] = rank_.talk.failed() ? 1.0f : 0.0f;

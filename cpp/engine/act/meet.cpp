@@ -27,7 +27,7 @@ using particles::Store;
 
 namespace {
 
-// How far apart two intervals are, in metres; the same seen from either.
+// Returns the distance of two intervals, m; symmetric in both.
 double gap(double low, double high, double other_low, double other_high) {
   return std::max({0.0, low - other_high, other_low - high});
 }
@@ -38,7 +38,7 @@ double gap(const domains::Box& a, const domains::Box& b) {
   return most;
 }
 
-// How far out of the box a point is, in metres; infinite for NaN, which may belong to any calculator.
+// Returns the distance of a point from the box, m; infinite for NaN, which may belong to any calculator.
 double outside(const domains::Box& box, const float (&x)[3]) {
   double most = 0;
   for (std::size_t c = 0; c < 3; ++c) {
@@ -52,7 +52,7 @@ void position_of(const Store& store, std::size_t i, float (&x)[3]) {
   for (int c = 0; c < 3; ++c) x[c] = store.value(particles::position, c, i);
 }
 
-// Who left its domain since the last meeting, by owner.
+// Migrants since the last interaction, by new owner.
 struct Migrants {
   std::map<int, std::vector<std::uint32_t>> to;
   double farthest = 0;  // metres outside the domain
@@ -74,7 +74,7 @@ Migrants migrants_of(const Rank& rank, const System& system, Population& here) {
   return migrants;
 }
 
-// What each calculator knows when it begins to meet: who goes where, and what all agreed on.
+// Swaps migrants and ghosts for an interaction: what this calculator sends to whom, and what all agreed on.
 class Swap {
  public:
   Swap(Rank& rank, const Script& script, Calculator& calculator, const Round& round, const Meeting& meeting)
@@ -143,7 +143,7 @@ class Swap {
     extent_.displacement = stretch.way;
   }
 
-  // What the first number says of failure is said by all who can still talk.
+  // Element 0 is a failure flag; ranks that can still communicate always send it.
   bool agree() {
     const double farthest = std::max(migrants_[0].farthest, migrants_[1].farthest);
     const float out = std::nextafter(static_cast<float>(farthest), std::numeric_limits<float>::infinity());
@@ -179,7 +179,7 @@ class Swap {
     return most;
   }
 
-  // Whether what one calculator has may concern another: migrants, or ghosts of what is within reach.
+  // Tells whether one calculator may have migrants or ghosts for another.
   bool concerns(int from, int to) const {
     for (std::size_t a = 0; a < meeting_.count; ++a) {
       const domains::Box box = system(a).domains.box(from);
@@ -189,7 +189,7 @@ class Swap {
     return false;
   }
 
-  // Who sees the particles of this side: their own kind, or the other one.
+  // Returns the side whose particles see those of this side: itself, or the other system.
   std::size_t seer(std::size_t side) const { return meeting_.count == 1 ? 0 : 1 - side; }
 
   void exchange() {
@@ -279,7 +279,7 @@ class Swap {
     return count;
   }
 
-  // For each calculator: migrants that are its own from now on, and ghosts of what its particles may see.
+  // Packs, for each calculator, its new migrants and ghosts of particles within reach of its own.
   void pack(std::size_t side, std::map<int, Message>& messages) {
     Population& here = population(side);
     const int self = rank_.talk.calculator();
@@ -301,7 +301,7 @@ class Swap {
       const auto migrant = owners.find(p);
       return migrant == owners.end() ? self : migrant->second;
     };
-    // Where it belongs, a particle is no copy.
+    // A particle is a ghost everywhere but at its owner.
     const auto copy_for = [&](int who, std::uint32_t p) { return owner_of(p) != who && sees(who, p); };
     for (auto& [target, message] : messages) {
       base::Bytes& bytes = message.bytes();
@@ -320,7 +320,7 @@ class Swap {
       here.interaction.ghosts += copied.size();
       rank_.machine.charge(rank_.machine.costs().copy * static_cast<double>(copied.size()));
     }
-    base::Bytes kept;  // of migrants that this calculator still sees
+    base::Bytes kept;  // migrants that this calculator still sees, packed
     std::vector<std::uint32_t> copied;
     for (const auto& [p, owner] : owners) {
       if (sees(self, p)) copied.push_back(p);
@@ -330,7 +330,7 @@ class Swap {
     take_ghosts(in, interactions::read_by(*meeting_.action).size(), ghosts_[side]);
   }
 
-  // Which of those that leave are noted here: their new owner has to know.
+  // Lists the migrants that are noted here, for their new owner to know.
   template <class Ids>
   static void put_noted(const Population& here, const Ids& noted, const std::vector<std::uint32_t>& gone,
                         base::Bytes& out) {
@@ -380,7 +380,7 @@ class Swap {
       throw std::runtime_error("particles were lost on the way between calculators");
   }
 
-  // What the script's function says of these pairs.
+  // Calls the script's function with these pairs and returns its changes.
   std::vector<float> ask(const interactions::PairList& pairs) {
     std::vector<float> changes;
     if (pairs.size() == 0) return changes;
@@ -394,7 +394,7 @@ class Swap {
     return changes;
   }
 
-  // They never took part: no spawn rule hears of their death.
+  // Removes newborn particles that overlapped others. They never took part, so no spawn rule counts their death.
   void drop(Population& here, const std::vector<std::uint32_t>& dropped) const {
     if (dropped.empty()) return;
     here.store.remove(dropped, *rank_.pool);

@@ -12,16 +12,16 @@
 
 namespace motes::engine {
 
-/// A meeting: its action in the list of the first system, and who meets.
+/// A pair interaction: its action in the list of the first system, and the systems that take part.
 struct Meeting {
   const actions::Action* action = nullptr;
-  std::size_t item = 0;  // in that list
+  std::size_t item = 0;  // index in that list
   std::size_t systems[2] = {};
-  std::size_t count = 1;  // of systems: two where they meet each other
+  std::size_t count = 1;  // number of systems: two if they interact with each other
   std::uint64_t newborn_from[2] = {UINT64_MAX, UINT64_MAX};  // ids that meet for the first time
   Collided collided[2] = {};  // already in this sub-step
   bool collides_again[2] = {};  // and later in it
-  std::uint32_t substep = 0;  // its number since the run's start, from 1 on
+  std::uint32_t substep = 0;  // number of the sub-step since the run's start, from 1 on
   double time = 0;  // at its start, seconds of the animation
   bool last = false;  // the frame's last sub-step
 };
@@ -29,7 +29,7 @@ struct Meeting {
 /// Calculators, collective. Returns false where one of them has failed: all leave the list and go on to the report.
 bool meet(Rank& rank, const Script& script, Calculator& calculator, const Round& round, const Meeting& meeting);
 
-/// What a calculator does that has failed before the list: the others hear it at their first meeting.
+/// Tells the other calculators, at their first interaction, that this one failed before the list.
 void say_failed(Rank& rank, const Round& round);
 
 }  // namespace motes::engine

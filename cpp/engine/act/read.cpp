@@ -74,14 +74,14 @@ void end_part(System& system) {
   system.mark_run();
 }
 
-// In place: the rest of the list comes to the same whether it runs with this part or behind it.
+// Runs the list so far in place: the rest gives the same result whether it runs with this part or after it.
 void run_in_place(Rank& rank, Script& script, const Calculator& calculator, std::size_t index) {
   Population& here = *calculator.populations[index];
   here.tally.compute_s += rank.machine.timed([&] { run_and_arrange(rank, script, calculator, index); });
   here.moved = true;
 }
 
-// On a copy: afterwards all is as it was.
+// Runs the list so far on a copy, so that everything stays as it was.
 void run_preview(Rank& rank, Script& script, const Calculator& calculator, std::size_t index) {
   System& system = *script.systems[index];
   Population& here = *calculator.populations[index];
@@ -117,7 +117,7 @@ void run_preview(Rank& rank, Script& script, const Calculator& calculator, std::
   restore();
 }
 
-// What goes around or to rank 0; where its sender failed, nothing that counts.
+// A message that is passed around or sent to rank 0; its content does not count if its sender failed.
 struct Passing {
   Message message;
   std::uint64_t count = 0;
@@ -155,7 +155,7 @@ void take(Rank& rank, const Passing& passing, Store& gathered) {
   });
 }
 
-// Each message goes around once: in step s a rank passes on what came in the step before.
+// Passes each message once around the ring: in step s a rank forwards what it received in step s - 1.
 void pass_around(Rank& rank, Passing passing, Store& gathered) {
   Conversation& talk = rank.talk;
   const int next = (talk.rank() + 1) % talk.size();

@@ -21,12 +21,12 @@ struct Seen {
 /// run that alone.
 void check_readable(const System& system);
 
-/// What the last read saw, or the particles as they are.
+/// Returns what the last read showed, or the particles as they are.
 Seen seen(Population& here);
 
-/// Of a system that check_readable() lets pass: runs what was recorded so far on this rank alone, and communicates
-/// nothing: each calculator makes the newborn of its own domain. The rest of the list runs at the frame's end. With
-/// sub-steps a list may not run in parts, so it runs on a copy that is forgotten at the frame's end.
+/// Runs what was recorded so far for a system that check_readable() accepts, on this rank alone, without communication:
+/// each calculator creates the newborn particles of its own domain. The rest of the list runs at the frame's end. With
+/// sub-steps a list may not run in parts, so it runs on a copy that is dropped at the frame's end.
 Seen read(Rank& rank, Script& script, Calculator& calculator, int system);
 
 /// After a read in which all ranks take part: where this one failed before or within it, its list goes on like those of
@@ -38,8 +38,8 @@ void pass_over(const Rank& rank, System& system);
 /// like those of the others.
 void keep_preview(Rank& rank, Script& script, Calculator& calculator, int system);
 
-/// What is read next names *_b attributes: they are in use from here on, also where the list runs again without the
-/// script that reads them.
+/// Marks *_b attributes as in use, because the next read names them; they stay in use when the list runs again without
+/// the script.
 void read_copies(System& system, Population& here);
 
 /// Collective, after read(): a fingerprint of what is seen is part of the next report.

@@ -29,8 +29,8 @@ program::Region region_of(const Rank& rank, const System& system);
 /// Looks through all particles for those outside the domain.
 void find_migrants(const Rank& rank, const System& system, Population& here);
 
-/// Those of here.outcome.left by their owners. A particle that is infinitely far out, or NaN, may belong here all the
-/// same.
+/// Returns the particles of here.outcome.left by owner. A particle at infinity or NaN may belong to this calculator all
+/// the same.
 std::map<int, std::vector<std::uint32_t>> migrants_by_owner(const Rank& rank, const System& system,
                                                             const Population& here);
 

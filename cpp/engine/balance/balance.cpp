@@ -147,11 +147,11 @@ void take_proposals(Rank& rank, const Script& script, Manager& manager, const As
       }
     });
   }
-  // A calculator that failed says so with its next report; until then cuts stay.
+  // A failed calculator says so with its next report; until then cuts stay.
   if (whole) rank.talk.work("balance", [&] { move_cuts(rank, script, manager, asked.systems); });
 }
 
-// What the policy makes of the round's loads, as questions to the calculators.
+// Turns the round's loads into questions to the calculators, by the policy.
 void make_plan(const Rank& rank, const Script& script, Manager& manager, const Round& round,
                std::vector<Inquiry>& inquiries) {
   const balance::Policy& policy = *rank.settings.policy;

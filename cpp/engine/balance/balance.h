@@ -12,14 +12,14 @@
 
 namespace motes::engine {
 
-/// Whether cuts may move at all.
+/// Tells whether cuts may move at all.
 bool balances(const Rank& rank, const Script& script);
 
 /// The systems whose cuts a round decides on; where the sum over systems counts, or the manager does not, all of them
 /// in the last round.
 std::vector<std::size_t> systems_to_balance(const Rank& rank, const Script& script, const Round& round);
 
-/// Whether a round has a plan.
+/// Tells whether a round has a plan.
 bool plans(const Rank& rank, const Script& script, const Round& round);
 
 /// Manager: what the reports of a round say about loads.
@@ -31,8 +31,8 @@ void note_decisions(const Rank& rank, const Script& script, Manager& manager, co
 /// Manager: plans from the loads of each round, and tells all ranks. Where the policy fails it tells them that.
 void plan(Rank& rank, const Script& script, Manager& manager);
 
-/// All ranks, at the end of the frame: hear the plan of each round. Donors look where their particles are, and tell the
-/// manager; nobody waits for answers. Throws where the policy failed: all give up.
+/// Receives the plan of each round at the end of the frame. Donors find their cuts and tell the manager; nobody waits
+/// for answers. Throws on all ranks if the policy failed. Collective.
 void balance(Rank& rank, const Script& script, Calculator& calculator, Manager& manager);
 
 /// Manager: before it deals births, the cuts that follow from the last frame's proposals.

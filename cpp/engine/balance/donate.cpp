@@ -18,7 +18,7 @@ std::span<const float> coordinates(const Population& here, int axis, std::vector
   return room;
 }
 
-// The same of all systems that share these domains.
+// Returns the coordinates of this calculator's particles in all systems that share these domains.
 std::span<const float> coordinates(const Script& script, const Calculator& calculator, std::size_t system, int axis,
                                    std::vector<float>& room) {
   const std::vector<std::size_t> sharing = script.sharing(system);

@@ -24,7 +24,7 @@ Load load_of(const Population& here) {
           here.speeds.error(0)};
 }
 
-// The same of all systems that share these domains.
+// Returns this calculator's load, summed over all systems that share these domains.
 Load own_load(const Script& script, const Calculator& calculator, std::size_t system, bool exchanged) {
   std::vector<std::vector<Load>> loads;
   for (const std::size_t i : script.sharing(system)) {
@@ -34,7 +34,7 @@ Load own_load(const Script& script, const Calculator& calculator, std::size_t sy
   return loads.size() == 1 ? loads[0][0] : balance::sum_of(loads)[0];
 }
 
-// What this calculator, of two with these loads, has to give.
+// Returns how many particles this calculator gives to the other, by their loads.
 std::uint64_t to_give(const balance::Policy& policy, int self, int other, const Load& own, const Load& theirs) {
   const balance::Order order = other < self ? policy.between(other, theirs, own) : policy.between(self, own, theirs);
   return order.from == self ? std::min(order.count, own.particles / 2) : 0;
@@ -90,8 +90,8 @@ std::vector<Request> compare(Rank& rank, const Round& round, const std::vector<s
   return requests;
 }
 
-// Whether particles are on their way to this calculator over the same cut. The donor cannot see them yet, and would
-// give them all back in addition to what it means to give.
+// Tells whether particles are still on their way to this calculator over the same cut. The donor cannot see them yet
+// and would give them all back.
 bool comes_back(const Script& script, const Request& request, int self) {
   const bool right = request.kind == Request::Kind::give_right;
   const int cut = right ? self : self - 1;

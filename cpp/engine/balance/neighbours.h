@@ -17,19 +17,20 @@ std::vector<Request> decide_with_neighbours(Rank& rank, const Script& script, co
                                             const Round& round, const std::vector<std::size_t>& systems,
                                             const std::vector<std::int32_t>& partners);
 
-/// Whether neighbours compare their loads in this round without the manager: in a frame's last one, for all systems.
+/// Tells whether neighbours compare their loads in this round without the manager: in a frame's last round, for all
+/// systems.
 bool compare_alone(const Rank& rank, const Script& script, const Round& round);
 
-/// How many of a system's particles a calculator will have behind the exchange, as far as neighbours know it before:
-/// those that its list has left alive, and those that the frame's new cuts bring and take. Without these, the same
-/// difference would be evened out twice. What else crosses a cut counts in the next frame.
+/// Returns how many particles of a system a calculator will have after the exchange, as far as neighbours know before
+/// it: the live ones, corrected for what the frame's new cuts move. Otherwise the same difference would be evened out
+/// twice. Particles that cross a cut by themselves count in the next frame.
 std::uint64_t expected_of(const Script& script, std::size_t system, int calculator, std::uint64_t alive);
 
 /// Calculators, where neighbours compare: tells both the loads of all systems, hears theirs, and finds the cuts of what
 /// this one gives.
 std::vector<Decision> decide_alone(Rank& rank, const Script& script, const Calculator& calculator, const Round& round);
 
-/// All ranks, at the beginning of a frame: the cuts of the last verdict hold from now on.
+/// Applies the cuts of the last verdict, at the beginning of a frame, on all ranks.
 void take_new_cuts(Rank& rank, Script& script, const Calculator& calculator);
 
 }  // namespace motes::engine

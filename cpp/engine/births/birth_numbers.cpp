@@ -16,7 +16,7 @@ std::span<const std::byte> births_in(Reader& in) { return in.take(in.get<std::ui
 
 using DigitCounts = std::array<std::uint32_t, roles::Ring::kDigits>;
 
-// Which message takes each birth, and how many each takes. The ring is a copy: then it may stay in registers.
+// Finds the message for each birth and counts them. The ring is passed by value so that it can stay in registers.
 DigitCounts digits_of(std::span<const Due> births, const roles::Ring ring, int step, std::uint8_t* digits) {
   DigitCounts counts{};
   for (std::size_t i = 0; i < births.size(); ++i) {
@@ -27,7 +27,7 @@ DigitCounts digits_of(std::span<const Due> births, const roles::Ring ring, int s
   return counts;
 }
 
-// Where so many births of a group shall stand.
+// Makes room for `count` births of a group in a message and returns its place.
 std::byte* make_room(std::uint32_t group, std::uint32_t count, Message& message) {
   base::Bytes& bytes = message.bytes();
   bytes.reserve(bytes.size() + sizeof group + sizeof count + count * sizeof(Due));

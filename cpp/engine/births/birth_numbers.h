@@ -12,21 +12,22 @@
 
 namespace motes::engine {
 
-/// A birth on its way to its owner: a particle depends on its number alone, so that is all that travels.
+/// A birth on its way to its owner: only its number travels, since the particle is a function of it.
 struct Due {
-  std::uint32_t number;  // in its group
+  std::uint32_t number;  // number of the birth in its group
   std::uint32_t owner;   // the calculator that it belongs to
   bool operator==(const Due&) const = default;
 };
-static_assert(sizeof(Due) == 8 && std::has_unique_object_representations_v<Due>);  // as it travels
+static_assert(sizeof(Due) == 8 && std::has_unique_object_representations_v<Due>);  // sent as raw bytes
 
 /// Births of one group that are at one calculator, on their way.
 struct BirthNumbers {
-  std::uint32_t group = 0;  // its number in the round
+  std::uint32_t group = 0;  // number of the group in the round
   std::vector<Due> births;
 };
 
-/// What stays here, and behind it the step's messages in the order of ring.ahead(step). Headers count the births.
+/// Returns the births that stay here, then the step's messages in the order of ring.ahead(step). Headers count the
+/// births.
 std::vector<comm::Message> split(std::span<const BirthNumbers> groups, const roles::Ring& ring, int step);
 
 /// Adds what messages hold; groups[g] is of group g. Returns how many births came. Throws where there is no such group,

@@ -56,7 +56,7 @@ void make_pieces(const Rank& rank, const System& system, std::uint64_t births, c
   }
 }
 
-// To each calculator what belongs to it.
+// Packs the newborn particles by owner.
 void deal_out(const Rank& rank, const System& system, const particles::Store& newborn, std::vector<Part>& parts) {
   std::vector<std::vector<std::uint32_t>> owned(rank.talk.calculators());
   std::vector<std::uint32_t> owners(newborn.size());
@@ -101,8 +101,8 @@ void take_next_cuts(Script& script, Manager& manager) {
   }
 }
 
-// All in the first round, as above: where systems share domains, the births of a later one may fit those of an earlier
-// one, and the manager has no other cuts than its round's ranks.
+// Fits all domains in the first round: systems that share domains may be fitted to births of a later one, and the
+// manager must use the same cuts as the ranks of its round.
 void fit_all(const Rank& rank, Script& script, Manager& manager) {
   for (std::size_t i = 0; i < script.systems.size(); ++i) {
     if (fit(rank, script, i)) manager.systems[script.sharing(i).front()].untold = true;

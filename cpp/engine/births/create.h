@@ -15,16 +15,16 @@
 
 namespace motes::engine {
 
-/// What a calculator got of a round's births.
+/// A calculator's part of a round's births.
 struct Newborn {
   Heard heard;  // the manager's message
-  std::optional<RenderPlan> plan;  // of the frame's picture: with the first round
+  std::optional<RenderPlan> plan;  // plan of the frame's picture, with the first round
   base::Reader dealt{{}};  // births where the manager makes them
   bool meet = false;  // particles of the round meet
   bool compare = false;  // neighbours compare their loads
   bool shared = false;  // the calculators made them:
-  std::vector<comm::Message> shares;  // from several, each with numbers of births by groups in their order
-  std::vector<base::Reader> readers;  // of the shares
+  std::vector<comm::Message> shares;  // messages from several ranks, each with numbers of births by group, in order
+  std::vector<base::Reader> readers;  // readers of `shares`
   std::uint32_t group = 0;  // the next to be taken
   std::uint64_t count = 0;  // particles in all of it
 };
@@ -32,8 +32,8 @@ struct Newborn {
 /// Manager: makes and deals out a round's births, with the cuts that others do not know yet.
 void deal(Rank& rank, Script& script, Manager& manager, const Round& round);
 
-/// All ranks: the manager's message of a round. Where this rank's list differs from the manager's it fails, and goes on
-/// by the manager's rounds until all agree on that.
+/// Receives the manager's message of a round. If this rank's list differs it fails, but follows the manager's rounds
+/// until all agree on that. Collective.
 Newborn receive_births(Rank& rank, Script& script, Calculator& calculator, std::size_t round);
 
 /// Calculator: takes its particles of the next group into the store.

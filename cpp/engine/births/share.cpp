@@ -59,7 +59,7 @@ std::vector<BirthNumbers> make_share(const Rank& rank, const Script& script, con
   return groups;
 }
 
-// All that is here between two steps.
+// Returns all births that are here between two steps.
 std::vector<BirthNumbers> between_steps(const Rank& rank, const Script& script, const Round& round,
                                         const std::vector<Message>& messages) {
   std::vector<BirthNumbers> groups;

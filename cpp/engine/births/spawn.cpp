@@ -40,7 +40,7 @@ std::vector<std::uint32_t> bounced_of(const Population& here) {
   return found;
 }
 
-// Nobody is looked for where no rule asks.
+// Returns the live particles; none if no rule asks for them.
 std::vector<std::uint32_t> living_of(const System& system, const Population& here) {
   std::vector<std::uint32_t> found;
   if (!asks_for(system, Spawn::On::frame)) return found;
@@ -51,7 +51,7 @@ std::vector<std::uint32_t> living_of(const System& system, const Population& her
   return found;
 }
 
-// What becomes of each rule, where these particles were born, died or bounced.
+// Adds the events of each rule for particles that were born, died or bounced.
 void add_events(const Rank& rank, const System& system, Population& here, const std::vector<std::uint32_t>& newborn,
                 const std::vector<std::uint32_t>& dead, const std::vector<std::uint32_t>& bounced,
                 const std::vector<std::uint32_t>& living) {

@@ -23,7 +23,7 @@ void clear_dead(const Rank& rank, const System& system, Population& here);
 void collect_parents(const Rank& rank, const Script& script, Manager& manager, const Round& round,
                      const std::vector<SystemReport>& reports, Judgement& judgement);
 
-/// All ranks, at the frame's end: counts, and on calculators the particles.
+/// Creates the children of this frame's events on calculators and counts them on all ranks. Collective.
 void spawn(Rank& rank, Script& script, Calculator& calculator);
 
 }  // namespace motes::engine

@@ -16,7 +16,7 @@
 
 namespace motes::engine {
 
-/// How the run begins whose log this is: anew, behind a checkpoint, or behind a loss of ranks.
+/// Returns how the run of this log began: anew, from a checkpoint, or after a loss of ranks.
 Opening opening_of(const Logging& logging);
 
 class Account {
@@ -26,17 +26,17 @@ class Account {
   void open_log(const Logging& logging);
   Log* log() { return log_.get(); }
 
-  /// A round has been judged; with the first one a row begins.
+  /// Notes a judged round; the first one begins a row.
   void note_round(const Script& script, const Round& round, const Judged& judged, const roles::Cast& cast,
                   const roles::Tree& tree);
   /// Children that a calculator gets at the frame's end.
   void note_children(std::size_t system, int calculator, std::uint64_t count);
-  /// All rounds are judged and children have their numbers: the row is complete, but for what ranks tell later.
+  /// Closes the row when all rounds are judged and children numbered; tails of the ranks are still to come.
   void close_row(const Script& script, const roles::Cast& cast, bool digest);
 
-  /// What ranks did after their last report: the last row is known now, but for what its calculators tell the log.
+  /// Adds what ranks did after their last report to the last row.
   void note_tail(const Tail& tail);
-  /// What each calculator did.
+  /// Adds what each calculator did to the last row, which is then complete.
   void note_tails(const std::vector<CalculatorTail>& tails, const roles::Tree& tree);
   /// Complete rows go to the log. A row is written a turn after it is complete: nobody waits for the disk then.
   void write_rows();
@@ -53,7 +53,7 @@ class Account {
   void note_imbalance(const roles::Cast& cast);
 
   std::unique_ptr<Log> log_;
-  FrameRow row_;                      // of the frame whose rounds are being judged
+  FrameRow row_;                      // row of the frame whose rounds are being judged
   std::optional<FrameRow> open_row_;  // waits for the tails
   std::optional<FrameRow> last_row_;
   bool row_is_new_ = false;  // the log does not have it yet

@@ -33,9 +33,10 @@ class Alarms {
  private:
   struct Watched {
     bool crowded = false, deep = false, softened = false;  // said
-    std::int32_t frames = 0;  // in which overlaps were deep, and became no less
+    std::int32_t frames = 0;  // frames in which overlaps were deep and did not decrease
     float deepness = 0;       // at the first of them
-    bool seen = false, beside = false, unseen = false;  // in a picture; beside the first; said that it is not
+    bool seen = false, beside = false,
+         unseen = false;  // was in a picture; was beside the first picture; a warning was given
 
     template <class Visitor>
     friend constexpr void fields(Visitor& visit, Watched& watched) {

@@ -22,7 +22,7 @@ struct LoadRow {
   std::uint64_t n_end = 0;
   double rescaled_s = 0, exchange_s = 0, wait_s = 0, image_s = 0;
   domains::Box domain;  // metres; infinite at the ends
-  domains::Axes axes;   // that are cut
+  domains::Axes axes;   // axes that are cut
   double speed = 0;                    // particles per second
   Density density;
   InteractionStats interaction;
@@ -35,7 +35,7 @@ struct BalanceRow {
   int left_rank = 0, right_rank = 0;
   balance::Load left, right;
   std::optional<std::int64_t> ordered, given;  // particles; above 0: from left to right
-  int axis = 0;                                // of the cut: 0..2, or kById
+  int axis = 0;                                // axis of the cut: 0..2, or kById
   float cut_before = 0, cut_after = 0;         // metres
   std::string policy;
 };
@@ -51,9 +51,9 @@ struct FrameRow {
   std::string render_path;  // empty: no picture
   std::uint64_t records = 0, render_bytes = 0;
   std::string image_sha256;
-  std::vector<particles::Digest> digests;  // one per system; empty where nobody asked for them
-  std::vector<LoadRow> load;               // by system, then calculator
-  std::size_t systems = 0;                 // of which these are
+  std::vector<particles::Digest> digests;  // one per system; empty if not asked for
+  std::vector<LoadRow> load;               // ordered by system, then calculator
+  std::size_t systems = 0;                 // number of systems in `load`
   bool has_tail = false;                   // ranks told what they did after their reports
 };
 

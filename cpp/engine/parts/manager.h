@@ -1,5 +1,5 @@
-// What the manager keeps: each system's cuts to come, the loads that they follow from, what the ranks reported, and the
-// account of the frame.
+// The manager's state: each system's coming cuts, the loads they follow from, the ranks' reports, and the account of
+// the frame.
 #pragma once
 
 #include <cstdint>
@@ -26,15 +26,15 @@ namespace motes::engine {
 /// Cuts of one system: what they follow from, and what they will be.
 struct Balancing {
   bool untold = false;  // the other ranks do not know the cuts yet
-  std::optional<domains::Domains> next;  // from the next frame's births on
+  std::optional<domains::Domains> next;  // domains from the next frame's births on
   std::vector<balance::Load> loads;  // after the exchange of this frame, one per calculator
   balance::Plan plan;  // what this frame's loads call for
   std::uint64_t evaluations = 0;  // how often cuts were looked at
   std::vector<balance::Histogram> histograms;  // one per calculator, where all are asked for one
-  std::vector<std::vector<balance::Cell>> cells;  // the same for bricks
+  std::vector<std::vector<balance::Cell>> cells;  // one list per calculator, for bricks
 };
 
-/// What the manager asked for in a round, until it needs the new cuts.
+/// The manager's open questions of a round, until it needs the new cuts.
 struct Asked {
   comm::Stamp stamp;
   std::vector<std::size_t> systems;
@@ -45,14 +45,14 @@ struct PlacedParent {
   int calculator;
   int into;  // the children's system
   std::uint32_t count;
-  std::uint64_t first_id;  // of its children
+  std::uint64_t first_id;  // id of the first child
   Parent parent;
 };
 
-/// What calculators tell the log arrives behind everybody's report.
+/// Messages of calculators for the log that are still to arrive, after all reports.
 struct AwaitedTails {
   comm::Stamp stamp;
-  std::vector<CalculatorTail> own;  // of the manager, where it calculates
+  std::vector<CalculatorTail> own;  // the manager's own tails, if it calculates
 };
 
 struct Manager {
@@ -61,14 +61,14 @@ struct Manager {
   Alarms alarms;
   std::vector<std::string> remarks;  // warnings that the script has not heard yet
   std::map<std::pair<std::size_t, std::int32_t>, BalanceRow> rows;  // by system and cut, until cuts are known
-  std::vector<Asked> asked;  // whose proposals are under way
-  std::vector<PlacedParent> parents;  // of this frame
+  std::vector<Asked> asked;  // questions whose answers are on their way
+  std::vector<PlacedParent> parents;  // parents with events in this frame
   RenderLoad picture;  // what the last pictures took
   std::vector<Judged> judged;  // rounds of this conversation that are not in the account yet
-  std::optional<AwaitedTails> tails;  // that are not in the account yet
+  std::optional<AwaitedTails> tails;  // tails that are not in the account yet
 };
 
-/// How many of a parent's children come to life, where the capacity has room for `children` of the whole frame.
+/// Returns how many of a parent's children are born if the capacity has room for `children` in the whole frame.
 std::uint64_t children_of(std::uint64_t first, std::uint32_t count, std::uint64_t children);
 
 /// Manager, once all rounds are judged: what each parent's children add to which system on which calculator.

@@ -1,4 +1,4 @@
-// All that a rank holds: each phase takes the parts that it uses.
+// Everything that a rank holds. Each phase takes the parts that it uses.
 #pragma once
 
 #include "engine/parts/manager.h"

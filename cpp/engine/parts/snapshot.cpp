@@ -35,7 +35,7 @@ void check(const Settings& run, const Script& script, const SharedState& state) 
   }
 }
 
-// The same domains where they are as many, along the same axes; else such as hold equally many of the sample.
+// Returns the same domains if their number and axes are unchanged, otherwise domains that divide the sample equally.
 Domains domains_for(const System& system, const SharedSystem& then, const Sample& sample, int calculators) {
   const domains::Axes axes = system.definition.axes;
   if (then.axes == axes && then.cuts.size() + 1 == static_cast<std::size_t>(calculators)) return Domains::of(then.cuts);

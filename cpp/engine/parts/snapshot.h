@@ -1,6 +1,6 @@
-// What a world is between two frames, as bytes: what all ranks know of it, and each calculator's particles
-// (snapshots/part.h). From these, the world goes on with the same bits on any number of ranks, in any roles, with any
-// cuts. Clocks start anew there; where the domains are as many as before, they stay where they were.
+// A snapshot: a world between two frames, as bytes. It holds what all ranks know, and each calculator's particles
+// (snapshots/part.h). The world can go on from it with the same bits on any number of ranks, in any roles, with any
+// cuts. Clocks start anew; domains stay if their number is unchanged.
 #pragma once
 
 #include <cstdint>
@@ -34,9 +34,9 @@ constexpr void fields(Visitor& visit, SharedSystem& system) {
         system.history, system.axes, system.cuts);
 }
 
-/// What the manager alone knows, and goes on with where it is still there: balancing in its turn, no warning twice.
+/// State of the manager alone, so that balancing continues and no warning is repeated.
 struct ManagerState {
-  std::vector<std::uint64_t> evaluations;  // of each system, as of Balancing
+  std::vector<std::uint64_t> evaluations;  // one per system: Balancing::evaluations
   Alarms alarms;
 };
 
@@ -51,7 +51,7 @@ struct SharedState {
   double dt = 0;
   int substeps = 1;
   std::vector<SharedSystem> systems;
-  std::optional<image::Camera> camera;  // of the last picture
+  std::optional<image::Camera> camera;  // camera of the last picture
   std::uint64_t camera_frame = 0;
   ManagerState manager;  // empty where another rank describes the world
 };
@@ -67,7 +67,7 @@ using Sample = std::array<std::vector<float>, 3>;
 
 SharedState shared_state(const Parts& parts);
 
-/// For files: with the meshes that this process must keep when it goes on.
+/// Writes the state for a file, with the meshes that a continuing process needs.
 void write(const SharedState& state, base::Bytes& out);
 /// Throws std::runtime_error where the bytes are not such a state. From then on this process keeps its meshes.
 SharedState read_state(std::span<const std::byte> bytes);

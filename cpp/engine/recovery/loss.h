@@ -1,4 +1,4 @@
-// What a loss of ranks means outside the engine: for the script's side of each rank that is left.
+// A loss of ranks as the script's side of each remaining rank sees it.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@ class Unrecoverable : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// What has changed for those that are left.
+/// What changed for the remaining ranks.
 struct Loss {
   std::vector<int> survivors;  // the old rank of each, ascending
   std::vector<int> lost;       // old ranks
@@ -36,7 +36,7 @@ struct Bystander {
   std::function<void(std::uint64_t frame)> resumed;
   /// The image generator has made the picture of a frame again.
   std::function<void(std::uint64_t frame, const image::View& view)> redrawn;
-  /// How waits go among those that are left; empty functions: as before.
+  /// How the remaining ranks watch each other while waiting; empty functions: as before.
   comm::Watch watch;
 };
 

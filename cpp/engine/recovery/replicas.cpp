@@ -16,7 +16,7 @@ using comm::Phase;
 // took part in the frame behind.
 constexpr std::uint64_t kLag = 2;
 
-// Who holds the copy of a calculator's particles.
+// Returns the calculator that holds the replica of this one's particles.
 int holder_of(const Conversation& talk, int calculator) {
   const int count = static_cast<int>(talk.calculators());
   if (count > 1) return talk.rank_of((calculator + 1) % count);

@@ -1,7 +1,9 @@
-// What ranks keep in memory for the loss of others: every few frames, copies of all particles, each calculator's own
-// and its neighbour's; what all ranks know of the world then; and the lists of the frames since. From these the world
-// is made again as it was between two frames (recover.cpp), as long as no calculator is lost together with the one that
-// holds its copy.
+// Replicas in memory, against the loss of ranks. Every few frames each calculator keeps its own particles and a replica
+// of its neighbour's; all ranks keep what they know of the world and the lists of the frames since:
+//
+//   calculator 0: own 0, replica of n-1    calculator 1: own 1, replica of 0    ...
+//
+// From these recover.cpp restores the world, unless a calculator is lost together with the holder of its replica.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +19,7 @@
 
 namespace motes::engine {
 
-/// Which generation of copies: made before this frame, after so many losses.
+/// Identifies a generation of replicas: made before `frame`, after `losses` losses.
 struct GenerationId {
   std::uint64_t frame = 0;
   std::uint32_t losses = 0;
@@ -30,19 +32,19 @@ constexpr void fields(Visitor& visit, GenerationId& of) {
   visit(of.frame, of.losses);
 }
 
-/// A calculator's particles as they travel.
+/// A calculator's particles as a message.
 struct Replica {
-  int calculator = -1;  // whose; -1: none
+  int calculator = -1;  // whose particles; -1: none
   std::shared_ptr<const comm::Message> message;
 };
 
-/// One generation on one rank.
+/// A generation as one rank holds it.
 struct Generation {
   GenerationId of;
   std::uint32_t parts = 0;  // calculators then; 0: there were no particles yet
   std::size_t systems = 0;
   base::Bytes state;  // SharedState
-  Replica own, other;  // of calculators; `other`: of the neighbour that sent it
+  Replica own, other;  // own particles, and the replica that the neighbour sent
   bool arrived = false;  // `other` is here, if one comes
   bool counts = false;  // the world may be made again from it
 };
@@ -51,7 +53,7 @@ struct Generation {
 struct KeptList {
   std::uint64_t frame = 0;
   base::Bytes record;
-  bool needs_script = false;  // it calls functions of the script, or the script wrote to particles meanwhile
+  bool needs_script = false;  // calls functions of the script, or the script wrote to particles
 };
 
 class Replicas {
@@ -92,7 +94,7 @@ class Replicas {
   std::vector<std::shared_ptr<const comm::Message>> used_;  // none of them const: their memory may be used again
 };
 
-/// What such a message holds.
+/// The content of a replica message.
 struct OpenedReplica {
   snapshots::Description description;
   std::span<const std::byte> planes;

@@ -9,7 +9,7 @@
 
 namespace motes::engine {
 
-/// A generation of copies that a rank has.
+/// A generation that a rank holds.
 struct Holding {
   GenerationId of;
   std::uint32_t parts = 0;  // calculators then
@@ -22,7 +22,7 @@ constexpr void fields(Visitor& visit, Holding& holding) {
   visit(holding.of, holding.parts, holding.own, holding.other);
 }
 
-/// What a call has brought to all ranks besides its outcome.
+/// What a call brought to all ranks besides its result: signals and viewers' orders.
 struct Announced {
   std::int32_t stop = 0;  // the signal after which all stop, or 0
   std::string orders;     // what viewers asked for
@@ -33,11 +33,11 @@ constexpr void fields(Visitor& visit, Announced& announced) {
   visit(announced.stop, announced.orders);
 }
 
-/// What a rank tells the others.
+/// What a rank tells the others after a loss.
 struct Standing {
   std::uint64_t call = 0;          // the number of the collective call that was interrupted: others may be one ahead
-  std::uint64_t frame = 0;         // where that call stands
-  Announced announced;                     // in the call before
+  std::uint64_t frame = 0;         // frame of that call
+  Announced announced;                     // announced in the call before
   std::uint64_t unsaved_from = UINT64_MAX;  // the first frame whose picture it needs again
   std::vector<Holding> holdings;
   std::vector<std::uint64_t> needs_script;  // frames that have run, and cannot be run again from their lists
@@ -52,19 +52,19 @@ constexpr void fields(Visitor& visit, Standing& standing) {
         standing.needs_script, standing.wrote, standing.repeatable, standing.refusal);
 }
 
-/// What all ranks do.
+/// What all ranks do to recover.
 struct WayBack {
-  std::uint64_t call = 0;   // to be made again; ranks that were ahead of it have made it before
-  std::uint64_t frame = 0;  // where it stands
+  std::uint64_t call = 0;   // call to repeat; ranks that were ahead have made it already
+  std::uint64_t frame = 0;  // frame of that call
   bool anyone_ahead = false;  // some rank has made it before
-  Announced announced;              // what these ranks heard in it
+  Announced announced;              // announced to those ranks in it
   GenerationId from;            // the generation from which the world is made again
   std::uint64_t unsaved_from = UINT64_MAX;
   std::vector<int> holders;  // the rank that has each calculator's particles; none where there were no particles yet
   std::string refusal;      // why there is no way back, or empty: a sentence
 };
 
-/// The same on all ranks. The newest copies that are whole and old enough.
+/// Chooses the newest generation that is complete and old enough; gives the same result on all ranks.
 WayBack way_back(const std::vector<Standing>& standings);
 
 }  // namespace motes::engine

@@ -1,4 +1,4 @@
-// How fast each rank draws, as its last tiles tell.
+// Measures how fast each rank draws, from its last tiles.
 #pragma once
 
 #include <cstdint>
@@ -11,22 +11,22 @@ namespace motes::engine {
 struct DrawSample {
   int rank = 0;
   double expected_s = 0;  // seconds at speed 1
-  double seconds = 0;     // that it took
+  double seconds = 0;     // time it took, s
 };
 
-/// A number that differs from picture to picture, smoothed: what it was so far (0: not known) and what it is now.
+/// Smooths a number that varies from picture to picture; before = 0: not known.
 double smoothed(double before, double now);
 
 /// Speeds relative to the mean of all that draw: 1 until something else is known. They are smoothed over pictures, and
 /// small changes count for nothing: where all ranks are alike, tiles stay with their owners.
 class DrawSpeeds {
  public:
-  /// Of one picture; ranks that drew next to nothing say nothing.
+  /// Adds the samples of one picture; ranks that drew next to nothing do not count.
   void add(std::span<const DrawSample> samples);
 
   double of(std::size_t rank) const { return rank < speeds_.size() ? speeds_[rank].used : 1; }
 
-  /// How many times as long as expected all take together: 1 until something is known.
+  /// Returns how many times as long as expected all ranks take together; 1 until known.
   double slowness() const { return slowness_ > 0 ? slowness_ : 1; }
 
  private:

@@ -1,4 +1,4 @@
-// What ranks compute for a picture, and what they say where their memory is too small for it.
+// Runs a rank's work on a picture and reports when its memory is too small.
 #pragma once
 
 #include <new>
@@ -21,7 +21,7 @@ class TooLarge : public std::bad_alloc {
   std::string text_;
 };
 
-/// The same as talk.work, but memory that is not there is said to be the picture's.
+/// Runs work like talk.work, but reports missing memory as TooLarge, with the picture's size.
 template <class Work>
 void draw_work(Rank& rank, const image::View& view, const Work& draw) {
   rank.talk.work("render", [&] {

@@ -1,4 +1,4 @@
-// What of a system goes into its picture, and what that depends on.
+// What a system contributes to a picture.
 #pragma once
 
 #include "engine/state/script.h"
@@ -14,7 +14,7 @@ image::Drawn drawn(const particles::Store& store);
 /// `count` of them, from the first one on.
 image::Drawn part_of(const image::Drawn& all, std::size_t first, std::size_t count);
 
-/// How the records of a system are made, where the record under way has a view: equal on every rank.
+/// Returns how records of a system are made, if the current record has a view; equal on every rank.
 image::Projection projection(const Script& script, std::size_t system);
 
 }  // namespace motes::engine

@@ -10,7 +10,8 @@
 namespace motes::engine {
 namespace {
 
-// What is in the picture but has no record is too dark or too small to be seen: that is no reason for a warning.
+// Tells where the particles are relative to the picture. Particles in the picture without a record are too dark or too
+// small, which is no reason to warn.
 Sighted look(const image::View& view, const image::Drawn& particles) {
   const image::Lens lens = image::lens(view);
   Sighted found = Sighted::unknown;

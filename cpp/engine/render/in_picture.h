@@ -1,4 +1,4 @@
-// Whether a picture shows anything of a system: what a warning needs where it does not.
+// Finds out whether a picture shows anything of a system, for warnings.
 #pragma once
 
 #include <cstddef>

@@ -17,7 +17,7 @@ std::size_t bytes_of(const image::View& view) {
   return std::size_t{3} * static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height);
 }
 
-// What calculators sent to the image generator, and how many particles it stands for.
+// Receives calculators' records at the image generator and counts the particles they stand for.
 std::vector<comm::Message> receive_all(Rank& rank, double& records) {
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::render, "wait for records");
   std::vector<comm::Message> messages;
@@ -76,7 +76,8 @@ void share_memory(Rank& rank, const image::View& view, Painter& painter) {
   });
 }
 
-// What the ranks of the other paths need to draw tiles: the scene, the picture's memory, and this rank's own records.
+// Prepares drawing tiles on the paths tiles and composite: the scene, the picture's memory, and this rank's own
+// records.
 void open_tiles(Rank& rank, const image::View& view, Painter& painter) {
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::draw, "open tiles");
   draw_work(rank, view, [&] {

@@ -24,25 +24,25 @@
 
 namespace motes::engine {
 
-/// Who draws: working memory of projecting and drawing, kept from frame to frame, and the last picture.
+/// The painter: working memory for projecting and drawing, reused from frame to frame, and the last picture.
 struct Painter {
-  RenderPlan plan;     // of this frame's picture, as the manager told it
-  image::Slots slots;  // its order of tiles
+  RenderPlan plan;     // plan of this frame's picture, from the manager
+  image::Slots slots;  // the plan's order of tiles
   std::optional<image::Sprite::Blend> merged;  // path composite: of what is sent as partial tiles
   std::deque<image::Projector> projectors;  // one per thread
-  std::vector<image::Records> records;  // of this rank's particles, one or more per system
-  std::vector<std::uint32_t> counts;    // of these records, by slot
+  std::vector<image::Records> records;  // records of this rank's particles, one or more batches per system
+  std::vector<std::uint32_t> counts;    // number of these records by slot
   std::vector<std::uint64_t> pictures;  // so far, in which there were particles of a system: one per system
   image::Canvas canvas;                 // path gather: all of the picture
-  image::PreparedScene scene;           // other paths: what is needed of it for some tiles
+  image::PreparedScene scene;           // paths tiles, composite: the scene as far as this rank's tiles need it
   image::Pieces pieces;
   image::TileWorkers workers;
   image::Pixels pixels;
-  SharedPictures shared;  // other paths: with ranks of one host
-  image::PictureLight whole;  // other paths, where the view keeps it
+  SharedPictures shared;  // paths tiles, composite: memory shared with ranks of one host
+  image::PictureLight whole;  // paths tiles, composite: the picture's light, if the view keeps it
   bool light_kept = false;
-  image::BloomTiles bloom_tiles;  // other paths, where the view has bloom: of this rank's tiles
-  image::Bloom bloom;             // of the whole picture, on the image generator
+  image::BloomTiles bloom_tiles;  // paths tiles, composite: bloom of this rank's tiles
+  image::Bloom bloom;             // bloom of the whole picture, on the image generator
   std::vector<std::vector<std::uint64_t>> glow;  // around this rank's tiles, where it is another one
   image::Layers layers;
   Drawing drawing;  // what this rank did for this frame's picture
@@ -52,9 +52,9 @@ struct Painter {
 
   /// The picture of the last frame, on the image generator: height * width * 3 bytes of sRGB, moved out.
   image::Pixels take_pixels() { return std::move(pixels); }
-  /// Its light, where the view keeps it: linear RGB, height * width * 3. Throws std::logic_error where it does not.
+  /// Returns the picture's linear RGB light, height * width * 3. Throws std::logic_error if the view does not keep it.
   std::vector<float> linear() const;
-  /// One of the view's layers: see Layers. Throws std::logic_error where the view does not ask for it.
+  /// Returns one of the view's layers. Throws std::logic_error if the view does not ask for it.
   const std::vector<float>& layer(std::uint8_t bit) const;
 };
 

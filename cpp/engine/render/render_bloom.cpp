@@ -24,7 +24,7 @@ void each_other(const Rank& rank, const Painter& painter, const Work& work) {
   }
 }
 
-// What another rank's tiles add to the picture's cells, and their layers.
+// Adds the averages of another rank's tiles to the picture's cells, and takes their layers.
 void take_averages(const comm::Message& message, int from, Painter& painter) {
   base::Reader in = message.reader();
   for (int slot = painter.plan.first(from); slot < painter.plan.end(from); ++slot) {
@@ -58,7 +58,7 @@ void send_glow(Rank& rank, int to, comm::Message message, bool failed, Painter& 
   rank.talk.comm().post(to, comm::Phase::glow, rank.talk.stamp(), std::move(message), 0, failed);
 }
 
-// One of those that draw has failed: the others, who wait for the glow of its tiles, are told why.
+// Tells the ranks that wait for the glow of a failed rank's tiles why it failed.
 void tell_others(Rank& rank, int failed, const comm::Message& why, Painter& painter) {
   each_other(rank, painter, [&](int to) {
     if (to == failed) return;

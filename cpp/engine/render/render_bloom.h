@@ -11,13 +11,14 @@ namespace motes::engine {
 /// Makes room for the tiles of this rank.
 void open_bloom(const Rank& rank, const image::View& view, Painter& painter);
 
-/// Those who draw, and the image generator: the others' messages may arrive from now on.
+/// Announces the messages with averages and glow, on drawing ranks and the image generator.
 void await_glow(Rank& rank, const Painter& painter);
 
 /// Writes what the image generator needs of a tile of this rank; the layers of one that is not blank follow.
 void put_averages(const Painter& painter, int tile, bool blank, base::Bytes& out);
 
-/// All that draw, when they have drawn, and the image generator: the light of each tile goes to all others.
+/// Spreads the bloom: drawing ranks send averages of their tiles and get back the glow around each. Collective among
+/// drawing ranks and the image generator.
 void spread_glow(Rank& rank, const image::View& view, Painter& painter);
 
 /// Shows this rank's tiles, and sends them to the image generator where it is another one.

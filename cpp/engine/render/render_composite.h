@@ -22,7 +22,7 @@ class Partials {
 
   /// Merges what the message has of a tile into the painter's; returns how many records that stands for.
   std::uint64_t add_to(int slot, image::TilePainter& painter) const;
-  /// Whether the message has something of this tile.
+  /// Tells whether the message has a part of this tile.
   bool has(int slot) const { return !of(slot).bytes.empty(); }
 
  private:

@@ -1,6 +1,6 @@
-// What a picture costs, for choosing who draws what: the one place of these numbers. They change no pixel. What
-// `python -m motes bench costs` prints, on one core of an AMD EPYC with AVX-512 and, for messages, between two ranks on
-// one machine. Only ratios matter, and those are alike on other processors.
+// Costs of drawing, in seconds, from which the plan of a picture is made; they change no pixel. Measured by `python -m
+// motes bench costs` on one core of an AMD EPYC with AVX-512 and, for messages, between two ranks on one machine. Only
+// ratios matter, and those are similar on other processors.
 #pragma once
 
 #include "image/scene.h"
@@ -17,12 +17,12 @@ inline constexpr double kMessage = 2600;  // a message at each of its ends
 inline constexpr double kPartialPixel = 0.54;  // a pixel of a partial tile: cleared, packed; and the same to add it
 
 // Bytes of a pixel.
-inline constexpr double kLightBytes = 12;  // of a partial tile of additive particles
-inline constexpr double kSurfaceBytes = 8;  // of a partial tile of opaque ones
-inline constexpr double kShownBytes = 3;  // of a finished tile
-inline constexpr double kGlowBytes = 3.5;  // of its averages on their way to the image generator and back
+inline constexpr double kLightBytes = 12;  // bytes per pixel of a partial tile with additive particles
+inline constexpr double kSurfaceBytes = 8;  // bytes per pixel of a partial tile with opaque particles
+inline constexpr double kShownBytes = 3;  // bytes per pixel of a finished tile
+inline constexpr double kGlowBytes = 3.5;  // bytes per pixel of averages and glow, to the image generator and back
 
-/// A record, drawn by its tile's painter.
+/// Returns the cost of drawing a record.
 constexpr double record(const image::Sprite& sprite, const image::View& view) {
   const bool fixed = sprite.kind != image::Sprite::Kind::point && sprite.pixels >= 1;
   const double pixels = sprite.kind == image::Sprite::Kind::point ? 2
@@ -36,10 +36,10 @@ constexpr double record(const image::Sprite& sprite, const image::View& view) {
   return cost;
 }
 
-/// A pixel of a tile.
+/// Returns the cost of a pixel.
 constexpr double pixel(const image::View& view) { return kPixel + (view.bloom > 0 ? kBloomPixel : 0); }
 
-/// The same, as a multiple of one without bloom.
+/// Returns the cost of a pixel relative to one without bloom.
 constexpr double passes(const image::View& view) { return pixel(view) / kPixel; }
 
 /// Spreading, likewise.

@@ -1,4 +1,4 @@
-// What the manager learns of pictures from reports, and how its plan for the next one reaches all ranks.
+// Collects the load of pictures from reports, and sends the plan for the next one to all ranks.
 #pragma once
 
 #include <optional>
@@ -15,12 +15,12 @@ namespace motes::engine {
 /// picture.
 void note_pictures(const Rank& rank, const Script& script, const Round& round, const Judged& judged, RenderLoad& load);
 
-/// What the image generator did with the tiles of other ranks, of a picture whose counts have been noted.
+/// Notes the image generator's work on other ranks' tiles, for a picture whose counts are noted already.
 void note_assembly(const Drawings& drawn, int image_generator, RenderLoad& load);
 
 /// Manager: the plan of the frame's picture, where it has one and this is its first round.
 void put_plan(const Rank& rank, const Script& script, const Round& round, RenderLoad& load, base::Bytes& out);
-/// All ranks.
+/// Reads the plan from *begin*, on all ranks.
 std::optional<RenderPlan> take_plan(base::Reader& in);
 
 }  // namespace motes::engine

@@ -8,13 +8,14 @@
 namespace motes::engine {
 namespace {
 
-// A rank, and where its stretch should be: 0 at the first tile, 1 at the last.
+// A rank and the desired place of its stretch of tiles: 0 at the first tile, 1 at the last.
 struct Placed {
   double at;
   int rank;
 };
 
-// In the order of the domains, those without one evenly in between: stretches lie over what calculators have, or near.
+// Orders ranks by their domains, with ranks without a domain evenly in between, so that stretches of tiles lie near
+// calculators' own particles.
 std::vector<int> spread_out(const roles::Cast& cast, int ranks) {
   std::vector<Placed> placed;
   const auto spread = [&](const std::vector<int>& some) {

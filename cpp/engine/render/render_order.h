@@ -1,5 +1,5 @@
-// In which order the tiles of a picture are dealt out, and in which order ranks get them: a rank should draw where its
-// own particles are, since their records need not be sent.
+// Orders the tiles of a picture and the ranks that get them, so that ranks draw where their own particles are: those
+// records need not be sent.
 #pragma once
 
 #include <cstdint>

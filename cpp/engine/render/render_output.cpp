@@ -15,7 +15,7 @@ using image::Area;
 using image::TileLight;
 using image::TilePainter;
 
-// What is sent of a tile. Where the picture's light is kept these are sums of light, else sRGB.
+// Content of a tile in a message: sums of light if the picture's light is kept, otherwise sRGB.
 enum class Content : std::uint8_t {
   one_color,
   pixels,
@@ -35,8 +35,8 @@ std::size_t row_of(const image::View& view) { return 3 * static_cast<std::size_t
 
 }  // namespace
 
-// What has fewer than 2 * kBytes goes in one message, larger parts of a picture in several of kBytes or more, less what
-// blank tiles save.
+// Splits a rank's part of the picture into messages: one below 2 * kBytes, otherwise several of at least kBytes, less
+// what blank tiles save.
 std::vector<Parcel> parcels_of(const RenderPlan& plan, int rank, const image::View& view) {
   constexpr double kBytes = 1 << 19;
   const int first = plan.first(rank), tiles = plan.end(rank) - first;

@@ -21,8 +21,8 @@ struct Parcel {
   int first, end;  // slots
 };
 
-/// A rank's tiles, in the order in which it draws and sends them: while it draws those of the next message, the image
-/// generator can take the last one. All ranks find the same.
+/// Returns a rank's tiles by message, in the order of drawing: while it draws the next message's tiles, the image
+/// generator can take the last one. All ranks get the same result.
 std::vector<Parcel> parcels_of(const RenderPlan& plan, int rank, const image::View& view);
 
 /// Shows tiles: sRGB, or sums of light where the picture's light is kept. Several threads may show different tiles.
@@ -30,10 +30,10 @@ class TileOutput {
  public:
   TileOutput(const Rank& rank, const image::View& view, Painter& painter);
 
-  /// On the image generator: in the picture itself.
+  /// Writes a tile into the picture, on the image generator.
   void show(const image::TilePainter& by, const image::TileLight& light, int slot) const;
 
-  /// On another rank: in memory that it shares, or in a message. `blank`: all pixels are alike.
+  /// Writes a tile into shared memory or a message, on other ranks. `blank`: all pixels are alike.
   void put(const image::TilePainter& by, const image::TileLight& light, int slot, bool blank, base::Bytes& out) const;
 
  private:
@@ -59,14 +59,14 @@ bool draw_some(Rank& rank, const image::View& view, Painter& painter, const Work
   const double start = rank.machine.compute_seconds();
   draw_work(rank, view, draw);
   rank.machine.slow_down(start);
-  // On path composite tiles are drawn before they are sent: what is left for their owners tells no speed.
+  // On path composite owners only merge tiles, which tells nothing about their speed.
   if (painter.plan.path == image::View::Path::tiles) {
     painter.drawing.draw_s += rank.machine.compute_seconds() - start;
   }
   return !rank.talk.failed();
 }
 
-/// The same into a message for the image generator: draw(bytes). Where that fails, the message says why.
+/// Calls draw(bytes) to fill a message for the image generator; if that fails, the message says why.
 template <class Work>
 bool draw_and_send(Rank& rank, const image::View& view, Painter& painter, comm::Phase phase, const Work& draw) {
   comm::Message out;

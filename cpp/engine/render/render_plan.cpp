@@ -11,7 +11,7 @@ namespace costs = render_costs;
 
 constexpr double kNano = 1e-9;
 
-// What there is to draw, in seconds and records.
+// The work of a picture, in seconds and records.
 struct Work {
   std::vector<double> records;    // in each slot
   std::vector<double> pixels;     // in each slot
@@ -20,13 +20,13 @@ struct Work {
   double active = 0;              // tiles with records
   double particles = 0;
   double record_s = 0;            // drawing one record, the mean over systems
-  double record_bytes = 0;        // of one, the mean
+  double record_bytes = 0;        // mean bytes per record
   double byte_s = costs::kByte * kNano;
   double crossing = 0;            // the part of records that go to other ranks' tiles
   double merged = 0;              // the part of records that may be drawn into partial tiles
-  double partial_bytes = 0;       // of a pixel there
+  double partial_bytes = 0;       // bytes per pixel of a partial tile
   double pixel_s = 0;
-  double glow_bytes = 0;          // of a pixel, beside what is shown
+  double glow_bytes = 0;          // extra bytes per pixel for bloom
   Deal deal;
 };
 
@@ -36,7 +36,7 @@ double mean_record_s(const image::View& view, std::span<const image::Sprite> spr
   return record * kNano / static_cast<double>(std::max<std::size_t>(1, sprites.size()));
 }
 
-// What drawing takes a rank of speed 1.
+// Returns the time of drawing on a rank of speed 1, s.
 double draw_s(double records, double record_s, double pixels, double pixel_s) {
   return records * record_s + pixels * pixel_s;
 }
@@ -93,7 +93,7 @@ double level_of(std::vector<Drawer> drawers, double work) {
   std::sort(drawers.begin(), drawers.end(), less_busy);
   double level = drawers.front().busy;
   double left = work;
-  double speed = 0;  // of all that draw until then
+  double speed = 0;  // sum of speeds of those that draw until then
   for (std::size_t i = 0; i < drawers.size(); ++i) {
     speed += drawers[i].speed;
     const bool last = i + 1 == drawers.size();
@@ -105,8 +105,9 @@ double level_of(std::vector<Drawer> drawers, double work) {
   return level;
 }
 
-// How much more each has to do than who has least, up to an even share of the work: seconds of one frame say little of
-// the next one where many particles were born, and a rank that was thought to be idle must not keep all others waiting.
+// Returns how much more each rank has to do than the one with the least, limited to an even share of the work: times of
+// one frame say little of the next if many particles were born, and a rank thought to be idle must not keep all others
+// waiting.
 std::vector<Drawer> ahead(const std::vector<Drawer>& drawers, double work) {
   const double least = std::min_element(drawers.begin(), drawers.end(), less_busy)->busy;
   const double most = work / sum_of_speeds(drawers);
@@ -151,9 +152,8 @@ double end_of(const RenderPlan& plan, const std::vector<double>& work, const std
   return most;
 }
 
-// A tile's scenery is rendered by its owner and kept while camera and objects stand still. So tiles with objects stay
-// with their owners, as long as other stretches would not be better by more than what seconds differ from frame to
-// frame.
+// Keeps tiles with their owners unless other stretches are better by more than times vary from frame to frame, because
+// owners keep the rendered scenery of tiles with objects.
 RenderPlan steady(RenderPlan next, const image::View& view, const RenderLoad& load, const std::vector<double>& work,
                   const std::vector<Drawer>& drawers) {
   constexpr double kNoise = 1.02;
@@ -263,13 +263,14 @@ RenderEstimate estimate_composite(const Work& w, const RenderLoad& load, const r
     most = std::max(most, own_s / load.speeds.of(static_cast<std::size_t>(cast.calculators[i])));
   }
   drawers[static_cast<std::size_t>(cast.image_generator)].busy += assembly(w, load, drawers.size());
-  const double others = 1 - w.merged;  // of the records
+  const double others = 1 - w.merged;  // part of the records
   std::vector<double> work(w.pixels.size());
   for (std::size_t t = 0; t < work.size(); ++t) {
     const double added = w.records[t] > 0 && w.active > 0 ? partials / w.active : 0;
     work[t] = w.pixels[t] * (w.pixel_s + added * partial_pixel_s) + others * w.records[t] * w.record_s;
   }
-  // As if owners drew all of it: so most stretches lie over the calculators' own particles, of which nothing is sent.
+  // Deals tiles as if owners drew everything: then most stretches lie over calculators' own particles, which are not
+  // sent.
   e.plan = deal_tiles(Path::composite, w.deal, drawing(w), drawers);
   e.seconds = slowest_projection(load) + most + exchange(w, others, senders, ranks) + end_of(e.plan, work, drawers);
   return e;

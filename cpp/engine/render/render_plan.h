@@ -1,5 +1,5 @@
-// Who draws what of a frame's picture: decided by the manager from what the last pictures took, told to all ranks with
-// the frame's first message, and the same for each of them.
+// Plans who draws what of a frame's picture. The manager decides from the last pictures and tells all ranks with
+// *begin*.
 #pragma once
 
 #include <cstdint>
@@ -20,13 +20,13 @@ namespace motes::engine {
 /// one range, and its part of the picture is nearly a rectangle.
 struct RenderPlan {
   image::View::Path path = image::View::Path::gather;  // never automatic
-  image::TileOrder order = image::TileOrder::rows;  // of slots; rows where one rank draws all of them
+  image::TileOrder order = image::TileOrder::rows;  // order of slots; rows if one rank draws all
   std::vector<std::uint32_t> firsts, ends;  // rank r draws slots firsts[r] .. ends[r] - 1
 
   int first(int rank) const { return static_cast<int>(firsts[static_cast<std::size_t>(rank)]); }
   int end(int rank) const { return static_cast<int>(ends[static_cast<std::size_t>(rank)]); }
   bool draws(int rank) const { return first(rank) < end(rank); }
-  /// Whether it deals out `tiles` tiles, all of a picture, to `ranks` ranks.
+  /// Tells whether the plan deals exactly `tiles` tiles to `ranks` ranks.
   bool covers(int tiles, int ranks) const;
 
   bool operator==(const RenderPlan&) const = default;
@@ -37,7 +37,7 @@ constexpr void fields(Visitor& visit, RenderPlan& plan) {
   visit(plan.path, plan.order, plan.firsts, plan.ends);
 }
 
-/// What the manager knows of the work that a picture makes: the newest that ranks have told.
+/// The newest numbers that the manager has about the work of a picture.
 struct RenderLoad {
   /// One calculator.
   struct Calculator {
@@ -46,23 +46,23 @@ struct RenderLoad {
     double active = 0;  // tiles that its particles touch
   };
 
-  image::Grid grid;  // of the picture that was counted; 0x0: none was
+  image::Grid grid;  // grid of the counted picture; 0x0: none
   std::vector<std::uint32_t> counts;  // records in each of its tiles
   std::vector<Calculator> calculators;  // in the order of the domains
   double scale = 1;  // under a simulator: what each particle and record stands for
-  double record_bytes = 0;  // of each, the mean; 0: not known
+  double record_bytes = 0;  // mean bytes per record; 0: unknown
   double crossing = -1;  // the part of records that went to other ranks' tiles; below 0: not known
-  RenderPlan last;  // of the last picture
-  DrawSpeeds speeds;  // of ranks
-  double assembled_pixel_s = 0;  // to put a pixel that another rank drew into the picture; 0: not known
-  int axis = 0;  // of the domains
+  RenderPlan last;  // plan of the last picture
+  DrawSpeeds speeds;  // drawing speeds of ranks
+  double assembled_pixel_s = 0;  // time to put a pixel of another rank into the picture, s; 0: unknown
+  int axis = 0;  // axis of the domains
 };
 
 /// Seconds that a rank of speed 1 takes to draw so many records, on tiles of so many pixels.
 double drawing_s(const image::View& view, std::span<const image::Sprite> sprites, double records, double pixels);
 
-/// What a picture would take on one path: seconds from the first projected particle to the last actions of the next
-/// frame, on ranks with a processor each.
+/// Estimated time of a picture on one path, s, from the first projected particle to the last actions of the next frame,
+/// on ranks with a processor each.
 struct RenderEstimate {
   RenderPlan plan;
   double seconds = 0;

@@ -12,7 +12,7 @@
 namespace motes::engine {
 namespace {
 
-// Of records by slot, as each thread has counted them.
+// Adds up the threads' counts of records by slot.
 void add_up(const std::vector<std::vector<std::uint32_t>>& by_thread, Painter& painter) {
   painter.counts = by_thread[0];
   for (std::size_t t = 1; t < by_thread.size(); ++t) {
@@ -32,7 +32,7 @@ struct PartOfSystem {
   double place = 0;
 };
 
-// Of a system's particles: of equal parts, the size of one that holds no more than it should.
+// Returns the size of equal parts of a system's particles, none larger than allowed.
 std::size_t size_of_part(const threads::Pool& pool, std::size_t count) {
   constexpr std::size_t kParticles = std::size_t{1} << 15, kWhole = 16;  // planes start with whole vectors
   if (pool.threads() == 1 || count == 0) return std::max(count, std::size_t{1});

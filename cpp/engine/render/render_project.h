@@ -21,7 +21,7 @@ void take_records(base::Reader& in, const Add& add) {
   for (auto systems = in.get<std::uint32_t>(); systems > 0; --systems) add(in.take(in.get<std::uint64_t>()));
 }
 
-/// A message that says why this rank's part is missing, or another's that it needed.
+/// Returns a message that says why this rank's part, or another's that it needed, is missing.
 comm::Message failure_message(int failed_rank, const Failure& failure);
 
 /// Gives up, for the reason that a message of this kind gives.

@@ -17,7 +17,7 @@ namespace {
 
 using image::Area;
 
-// What calculators have sent for this rank's tiles.
+// Receives calculators' records for this rank's tiles.
 std::vector<comm::Message> receive_records(Rank& rank) {
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::render, "wait for records");
   std::vector<comm::Message> messages;

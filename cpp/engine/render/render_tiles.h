@@ -9,7 +9,7 @@ namespace motes::engine {
 /// Image generator: the tiles of other ranks may arrive from now on.
 void await_tiles(Rank& rank, const image::View& view, const Painter& painter);
 
-/// Each rank that owns tiles: receives what belongs into them, draws them, and sends them to the image generator.
+/// Receives the records of this rank's tiles, draws them and sends them to the image generator.
 void draw_tiles(Rank& rank, const image::View& view, Painter& painter);
 
 /// Image generator: puts the tiles of all ranks together.

@@ -38,13 +38,13 @@ class SharedPictures {
   std::uint8_t* find(comm::Stamp stamp);
 
  private:
-  // What stands at the memory of a picture; 0: nothing yet.
+  // Returns the number that marks a picture's memory with its stamp; 0 marks none.
   static std::uint64_t sign_of(comm::Stamp stamp) { return ((stamp.frame << 32) | stamp.turn) + 1; }
 
-  // What the image generator knows of a picture's memory.
+  // The image generator's record of a picture's memory.
   struct Use {
     std::atomic<bool> taken{false};
-    std::uint64_t forks = 0;  // of this process, when it was taken
+    std::uint64_t forks = 0;  // forks of this process when the picture was taken
   };
   using Uses = std::array<Use, kPictures>;
 
@@ -54,8 +54,8 @@ class SharedPictures {
   void tell(Rank& rank, int to);
   void hear(Rank& rank);
 
-  std::size_t bytes_ = 0;  // of the largest picture so far: the same on all ranks
-  std::vector<bool> met_;  // by rank: since then
+  std::size_t bytes_ = 0;  // bytes of the largest picture so far, the same on all ranks
+  std::vector<bool> met_;  // by rank: has been told of this memory
   std::shared_ptr<comm::SharedMemory> memory_;  // signs, then pictures
   std::shared_ptr<Uses> uses_;
   std::uint64_t opened_ = 0;

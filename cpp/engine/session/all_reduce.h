@@ -1,4 +1,4 @@
-// A word among calculators: each says some numbers, and all hear the largest of each.
+// All-reduce (max) among calculators: each contributes some numbers and gets the maximum of each.
 #pragma once
 
 #include <vector>

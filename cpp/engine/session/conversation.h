@@ -1,4 +1,4 @@
-// Who talks: this rank among the others, the conversation that is under way, and a failure that waits to be agreed on.
+// The conversation of this rank with the others: communicator, relay, turn, and a failure that waits to be agreed on.
 #pragma once
 
 #include <cstdint>
@@ -59,7 +59,7 @@ class Conversation {
   std::uint32_t turn = 0;  // rounds so far
   int stop = 0;            // the number of the signal after which all stop with the last frame, or 0
   std::uint64_t unsaved_from = UINT64_MAX;      // the first frame of which a picture made here is in no file yet
-  std::uint64_t all_unsaved_from = UINT64_MAX;  // the same of all ranks, as agreed last
+  std::uint64_t all_unsaved_from = UINT64_MAX;  // minimum of `unsaved_from` over all ranks, as agreed last
   std::string orders;      // what viewers asked for in the last conversation that could carry it
   comm::Stamp stamp() const { return {frame, turn}; }
   comm::Stamp stamp(const Round& round) const { return {frame, round.turn}; }
@@ -92,7 +92,7 @@ class Conversation {
   /// Throws what this rank has failed with, if it has: for what may not reach the script. The exception itself comes
   /// once: Python's may not be raised again.
   void rethrow();
-  /// Whether all ranks have given up: nobody waits for this one any more.
+  /// Tells whether all ranks have given up, so that nobody waits for this one any more.
   bool over() const { return broken_; }
   /// Throws std::runtime_error where that is so.
   void check_alive() const;

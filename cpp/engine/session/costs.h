@@ -1,5 +1,5 @@
-// What work costs on a simulated machine: under a cluster simulator particles are really computed, but time comes from
-// here. Elsewhere all costs are 0 and nothing asks for them.
+// Costs of work on a simulated machine. Under a cluster simulator particles are really computed, but time comes from
+// here; elsewhere all costs are 0 and unused.
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// A failure that belongs to one item of a system's list: errors can then name the action, and the script's line.
+// Attributes a failure to one item of a system's list, so that errors can name the action and the script's line.
 #pragma once
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 
 namespace motes::engine {
 
-/// What a piece of work failed with, and the item that it was done for.
+/// The error of a piece of work and the item it was done for.
 class ItemFailure : public std::runtime_error {
  public:
   ItemFailure(std::exception_ptr original, const std::string& text, std::string action, ItemPlace place)

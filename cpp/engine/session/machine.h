@@ -22,7 +22,7 @@ class Machine {
     return comm::cpu_seconds() + (comm::simulated() ? 0 : pool_->beyond_caller_s());
   }
 
-  /// A slower machine would have taken longer for what was done since `start`: spends the rest.
+  /// Spends the extra time that a slower machine would have taken for the work since `start`.
   void slow_down(double start) const {
     if (speed_ < 1) comm::spend((compute_seconds() - start) * (1 / speed_ - 1));
   }
@@ -40,7 +40,7 @@ class Machine {
   /// stands for `scale` others. Elsewhere nothing happens.
   void charge(double nanoseconds) const { comm::execute(nanoseconds * costs_.messages.scale); }
 
-  /// The same for work that does not grow with the number of particles.
+  /// Charges the cost of work that does not grow with the number of particles.
   void charge_once(double nanoseconds) const { comm::execute(nanoseconds); }
 
  private:

@@ -1,5 +1,4 @@
-// What every phase of a frame needs of its rank: what the run is set to, how to talk, what work costs, what time it
-// took.
+// What every phase of a frame needs of its rank: settings, conversation, threads, cost of work, stopwatch.
 #pragma once
 
 #include <memory>

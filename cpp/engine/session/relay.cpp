@@ -144,7 +144,7 @@ void Relay::pass_up(Phase phase, Stamp stamp, Message message, bool failed) {
 }
 
 Message Relay::from_above(Phase phase, Stamp stamp) {
-  // Who stands higher is served first, and speaks first where somebody is silent.
+  // Ranks higher in the tree are served first, and report first when a rank is silent.
   const int patience = tree_.height() + tree_.depth();
   return comm_.expect(tree_.parent(), phase, stamp, tree_.root() ? 0 : patience - 2);
 }

@@ -12,13 +12,13 @@
 
 namespace motes::engine {
 
-/// What the manager sends to one rank, besides what it sends to all.
+/// The manager's message to one rank, besides the part for all.
 struct Part {
   base::Bytes bytes;
   std::uint64_t count = 0;  // particles in it
 };
 
-/// What a rank heard from the manager. The message keeps the bytes.
+/// A message received from the manager; `message` owns the bytes.
 struct Heard {
   comm::Message message;
   std::span<const std::byte> common;
@@ -27,13 +27,13 @@ struct Heard {
   bool failed = false;
 };
 
-/// What a rank said to the manager.
+/// A rank's message to the manager.
 struct Said {
   std::span<const std::byte> bytes;
   bool failed = false;
 };
 
-/// What came up the tree: one entry per rank. The messages keep the bytes.
+/// Messages that came up the tree, one entry per rank; `messages` own the bytes.
 struct AllSaid {
   std::vector<comm::Message> messages;
   std::vector<Said> ranks;
@@ -43,7 +43,7 @@ class Relay {
  public:
   /// Until grow() all ranks talk to the manager directly: they have not yet agreed on a tree.
   Relay(comm::Communicator& comm, const roles::Cast& cast);
-  /// All ranks have agreed on this tree.
+  /// Switches to this tree, on which all ranks have agreed.
   void grow(const roles::Cast& cast, int fan_out);
   const roles::Tree& tree() const { return tree_; }
 
@@ -65,7 +65,7 @@ class Relay {
   void await_below(comm::Phase phase);
   /// Waits for what each child sent up, in their order.
   std::vector<comm::Message> from_below(comm::Phase phase, comm::Stamp stamp);
-  /// All but the manager: to the rank above this one, and what that one sent down.
+  /// Sends a message to the rank above; from_above() waits for its answer. Not for the manager.
   void pass_up(comm::Phase phase, comm::Stamp stamp, comm::Message message, bool failed);
   comm::Message from_above(comm::Phase phase, comm::Stamp stamp);
   void pass_down(const roles::Tree::Range& child, comm::Phase phase, comm::Stamp stamp, comm::Message message,

@@ -1,4 +1,4 @@
-// What ranks tell each other about a frame: their reports to the manager, and its verdict to all. Plain values.
+// Plain values that ranks exchange about a frame: reports to the manager, and its verdict.
 #pragma once
 
 #include <cstdint>
@@ -26,7 +26,7 @@ struct PhaseTimes {
   double project = 0;   // particles to records, on their way
   double draw = 0;      // records to pixels
   double assemble = 0;  // tiles of all ranks to one picture
-  double wait = 0;      // of all these: waiting for messages
+  double wait = 0;      // part of all these spent waiting for messages
   double frame = 0;     // the whole frame, the script's own part included
 };
 
@@ -36,8 +36,7 @@ constexpr void fields(Visitor& visit, PhaseTimes& times) {
         times.assemble, times.wait, times.frame);
 }
 
-/// An item of a list: of which system, and how many calls of the script came before it in the list; -1 where it is not
-/// known.
+/// An item of a list: its system, and the number of script calls before it in the list; -1: unknown.
 struct ItemPlace {
   std::int32_t system = -1;
   std::int32_t item = -1;
@@ -52,9 +51,9 @@ constexpr void fields(Visitor& visit, ItemPlace& place) {
 struct Failure {
   enum class Kind : std::uint8_t { none, compute, mismatch };
   Kind kind = Kind::none;
-  std::string action;  // what it was doing
+  std::string action;  // what the rank was doing
   std::string text;
-  ItemPlace place{};  // the item that it was doing it for
+  ItemPlace place{};  // the item of the list that it was doing this for
 
   bool failed() const { return kind != Kind::none; }
 };
@@ -70,7 +69,7 @@ struct Sent {
   std::uint64_t count = 0;
 };
 
-/// What happened to one system on one calculator in a frame.
+/// Counts of one system on one calculator in a frame.
 struct Tally {
   std::uint64_t at_start = 0;
   std::uint64_t created = 0;
@@ -81,18 +80,19 @@ struct Tally {
   double compute_s = 0;
 };
 
-/// What the meetings of one system on one calculator came to in a frame. Systems that meet each other: the first one's.
+/// Statistics of the pair interactions of one system on one calculator in a frame. For two systems, kept with the
+/// first.
 struct InteractionStats {
-  std::uint64_t pairs = 0;   // that saw each other, counted at both ends
+  std::uint64_t pairs = 0;   // pairs within reach, counted at both ends
   std::uint64_t ghosts = 0;  // sent to other calculators
   std::uint64_t bytes = 0;   // sent: copies and particles that changed their calculator
-  std::uint64_t moved_in = 0, moved_out = 0;  // that did so
+  std::uint64_t moved_in = 0, moved_out = 0;  // migrants in interactions
   std::uint32_t meetings = 0;
   std::uint32_t most_in_a_cell = 0;
-  float meet_s = 0, wait_s = 0;  // in meetings, waits included; waits
+  float meet_s = 0, wait_s = 0;  // time in interactions, waits included; waits alone, s
   float overlap_99 = 0;          // see interactions/overlap.h
   std::uint16_t softened = 0;    // 1: springs of contact were
-  std::uint16_t hops = 0;        // to so many other calculators a meeting's messages went
+  std::uint16_t hops = 0;        // most calculators that an interaction's messages went to
 };
 
 template <class Visitor>
@@ -102,7 +102,7 @@ constexpr void fields(Visitor& visit, InteractionStats& interaction) {
         interaction.overlap_99, interaction.softened, interaction.hops);
 }
 
-/// What in a system's meetings asks for a warning: the most on any calculator.
+/// Maxima over calculators of what may need a warning in a system's interactions.
 struct Strain {
   std::uint32_t most_in_a_cell = 0;
   float overlap_99 = 0;
@@ -129,7 +129,7 @@ constexpr void fields(Visitor& visit, Parent& parent) {
 
 /// One system on all calculators of a part of the tree, after its list ran and before the exchange.
 struct SystemReport {
-  std::uint64_t particles = 0;  // that stay or leave
+  std::uint64_t particles = 0;  // particles, migrants included
   Strain strain;
   particles::Digest digest;
   std::uint64_t oldest = UINT64_MAX;  // the lowest id, where the birth history asks for it
@@ -180,7 +180,7 @@ struct DrawnTiles {
   std::uint32_t first = 0;
   std::vector<std::uint32_t> counts;  // records in each
   std::int32_t rank = 0;
-  float seconds = 0;  // of work; 0: not measured
+  float seconds = 0;  // seconds of work; 0: not measured
 };
 
 template <class Visitor>
@@ -188,27 +188,27 @@ constexpr void fields(Visitor& visit, DrawnTiles& tiles) {
   visit(tiles.first, tiles.counts, tiles.rank, tiles.seconds);
 }
 
-/// Where particles of a system are to a picture, from nowhere to in it: of several, the greatest.
+/// Where particles of a system are relative to a picture; for several, the greatest counts.
 enum class Sighted : std::uint8_t { unknown, behind, beside, inside };  // behind the camera; beside what it sees
 
-/// What a rank did for a frame's picture.
+/// A rank's work on a frame's picture.
 struct Drawing {
   std::int32_t width = 0, height = 0;  // pixels; 0: the frame had no picture
   image::View::Path path = image::View::Path::gather;
-  std::uint64_t records = 0;  // of its own particles
-  std::uint64_t record_bytes = 0;  // of all of these
-  std::uint64_t sent = 0;     // those that went to other ranks, as they are or drawn
+  std::uint64_t records = 0;  // records of its own particles
+  std::uint64_t record_bytes = 0;  // bytes of all records
+  std::uint64_t sent = 0;     // records sent to other ranks, plain or drawn
   std::uint64_t bytes = 0;    // sent to other ranks
   std::uint32_t active = 0;   // tiles that its own particles touch
   image::TileOrder order = image::TileOrder::rows;
   std::uint32_t first = 0;            // the first slot that it drew
   std::vector<std::uint32_t> counts;  // records in each slot that it drew
   double draw_s = 0;                  // seconds of work that these took; 0: not measured
-  double assemble_s = 0;              // of putting other ranks' tiles into the picture
-  std::vector<Sighted> sighted;       // of a calculator, one per system: its particles
+  double assemble_s = 0;              // time to put other ranks' tiles into the picture, s
+  std::vector<Sighted> sighted;       // on a calculator: where its particles of each system are
 };
 
-/// What the ranks of a part of the tree did for it.
+/// Work on a picture, of all ranks in a part of the tree.
 struct Drawings {
   std::int32_t width = 0, height = 0;
   image::View::Path path = image::View::Path::gather;
@@ -231,12 +231,12 @@ constexpr void fields(Visitor& visit, Drawings& drawings) {
 
 Drawings drawings_of(Drawing drawing, int rank, bool calculates);
 
-/// What became known too late for the report of its own frame: it is sent with the next one.
+/// A tail: what became known too late for the report of its own frame, sent with the next one.
 struct Tail {
   bool valid = false;
   std::uint64_t frame = 0;
   PhaseTimes times;                  // the longest of each phase
-  std::uint64_t exchanged_bytes = 0;  // also in meetings
+  std::uint64_t exchanged_bytes = 0;  // bytes exchanged, in interactions too
   std::uint64_t moved = 0;           // particles that changed their calculator in meetings
   std::vector<particles::Digest> children;  // born at the frame's end; one per system, where the log has digests
   Drawings drawings;
@@ -263,7 +263,7 @@ constexpr void fields(Visitor& visit, CalculatorTail& tail) {
   visit(tail.bytes_sent, tail.particles, tail.quantiles, tail.exchange_s, tail.wait_s, tail.image_s, tail.interaction);
 }
 
-/// A rank whose script says something else, and what it says.
+/// A rank whose list differs, and that list.
 struct Dissent {
   std::int32_t rank = 0;
   base::Bytes record;
@@ -274,8 +274,7 @@ constexpr void fields(Visitor& visit, Dissent& dissent) {
   visit(dissent.rank, dissent.record);
 }
 
-/// Where a cut will be from the next frame on, and how many particles lay in between: above 0, they go from left to
-/// right.
+/// A cut's position from the next frame on, and the particles that it moves: > 0, from left to right.
 struct NewCut {
   std::uint32_t system = 0;
   std::uint32_t cut = 0;  // between calculators `cut` and `cut` + 1
@@ -288,7 +287,7 @@ constexpr void fields(Visitor& visit, NewCut& cut) {
   visit(cut.system, cut.cut, cut.at, cut.given);
 }
 
-/// What two neighbours decided without the manager, as the donor tells it.
+/// A decision of two neighbours without the manager, as the donor reports it.
 struct Decision {
   NewCut cut;
   std::int64_t ordered = 0;  // particles, with the sign of those given
@@ -299,18 +298,18 @@ constexpr void fields(Visitor& visit, Decision& decision) {
   visit(decision.cut, decision.ordered);
 }
 
-/// What the ranks of a part of the tree report: sums, and what must arrive from each. Beside it travel the loads of its
-/// calculators, which no rank on the way needs to read. Where a rank failed, only the failures count.
+/// The report of a part of the tree: sums, and what must arrive from each rank. Loads of its calculators travel beside
+/// it, unread on the way. If a rank failed, only the failures count.
 struct Report {
   Failure failure;
   std::int32_t failed_rank = -1;  // the lowest
   std::uint8_t stop = 0;          // the number of a signal that asked a rank to stop: the highest, or 0
   std::uint64_t unsaved_from = UINT64_MAX;  // the first frame whose picture is in no file yet
-  std::string orders;             // of the image generator's viewers: text that all ranks hear
+  std::string orders;             // orders of viewers, from the image generator, for all ranks
   std::vector<Dissent> dissents;
-  std::vector<SystemReport> systems;  // of the round; none where no rank calculates
-  std::vector<Flow> flows;            // to calculators elsewhere in the tree
-  std::vector<Decision> decisions;    // of neighbours without a manager: data that travels to all
+  std::vector<SystemReport> systems;  // systems of the round; empty if no rank calculates
+  std::vector<Flow> flows;            // flows to calculators elsewhere in the tree
+  std::vector<Decision> decisions;    // decisions of neighbours without the manager, passed to all
   Tail tail;
 
   bool failed() const { return failure.failed() || !dissents.empty(); }
@@ -325,8 +324,8 @@ constexpr void fields(Visitor& visit, Report& report) {
 /// Puts together what two parts of the tree report. Throws std::runtime_error where they speak of different systems.
 void join(Report& into, Report&& other);
 
-/// What a calculator is asked for before cuts move: this many particles at most for a neighbour, or where all of
-/// its particles are, along an axis or in boxes.
+/// A request to a calculator before cuts move: a cut that gives at most `count` particles to a neighbour, or a
+/// histogram of its particles along an axis or in boxes.
 struct Request {
   enum class Kind : std::uint32_t { give_left, give_right, histogram, cells };
   std::int32_t system = 0;
@@ -355,9 +354,9 @@ constexpr void fields(Visitor& visit, Proposal& proposal) {
 struct Verdict {
   Failure failure;
   std::int32_t failed_rank = -1;
-  std::uint8_t stop = 0;                // of the reports: all ranks stop after this frame
+  std::uint8_t stop = 0;                // highest signal in the reports: all ranks stop after this frame
   std::uint64_t unsaved_from = UINT64_MAX;
-  std::string orders;                   // of the reports: all ranks obey before the next frame
+  std::string orders;                   // viewers' orders: all ranks apply them before the next frame
   std::vector<std::int32_t> ranks;      // kind mismatch: those whose lists differ from most
   std::vector<std::uint64_t> alive;     // one per system, over all ranks
   std::vector<particles::Digest> digests;
@@ -396,11 +395,11 @@ constexpr void fields(Visitor& visit, OwnedParent& owned) {
   visit(owned.owner, owned.parent);
 }
 
-/// What the ranks of a part of the tree hear: the same for all, and what concerns some.
+/// The verdict for a part of the tree: the part for all, and what concerns some ranks.
 struct Judgement {
   Verdict verdict;
   std::vector<Source> sources;
-  std::vector<OwnedParent> parents;  // of one owner: by system, rule and id
+  std::vector<OwnedParent> parents;  // parents of one owner, ordered by system, rule and id
 };
 
 template <class Visitor>
@@ -408,13 +407,13 @@ constexpr void fields(Visitor& visit, Judgement& judgement) {
   visit(judgement.verdict, judgement.sources, judgement.parents);
 }
 
-/// What the verdict says to one rank alone.
+/// The part of the verdict for one rank.
 struct Orders {
   std::vector<std::int32_t> sources;  // ranks that will send it particles
-  std::vector<Parent> parents;        // whose children belong to it
+  std::vector<Parent> parents;        // parents whose children belong to this calculator
 };
 
-/// What the manager planned in a round, for all ranks.
+/// The manager's plan of a round, for all ranks.
 struct Planned {
   Failure failure;    // the balancer's: all give up
   bool asks = false;  // some calculator has an inquiry: all say what they propose
@@ -425,7 +424,7 @@ constexpr void fields(Visitor& visit, Planned& planned) {
   visit(planned.failure, planned.asks);
 }
 
-/// What the plan asks of one calculator, before cuts move.
+/// The plan's request to one calculator, before cuts move.
 struct Inquiry {
   std::vector<Request> requests;
   std::vector<std::int32_t> partners;  // neighbouring calculators to compare loads with, ascending

@@ -1,6 +1,5 @@
-// What comes up the tree in a round: each rank puts its own report together with those of the ranks right below it, so
-// that no rank reads more reports than it has children. The loads of calculators travel behind the reports, and only
-// the manager reads them.
+// Merges reports on their way up the tree: each rank adds those of the ranks right below it to its own, so that no rank
+// reads more reports than it has children. Loads of calculators follow behind the reports; only the manager reads them.
 #pragma once
 
 #include <cstdint>
@@ -14,12 +13,12 @@
 
 namespace motes::engine {
 
-/// What a rank and all below it report.
+/// The merged report of a rank and all ranks below it.
 struct Gathered {
-  Report report;              // its flows lead out of this part of the tree
-  std::vector<Flow> staying;  // from one calculator of this part to another
-  std::vector<comm::Message> below;                // keep the bytes of
-  std::vector<std::span<const std::byte>> loads;   // the calculators' loads, one entry per child
+  Report report;  // only flows that lead out of this part of the tree
+  std::vector<Flow> staying;  // flows within this part of the tree
+  std::vector<comm::Message> below;  // keep the bytes of
+  std::vector<std::span<const std::byte>> loads;  // the calculators' loads, one entry per child
 };
 
 /// The loads of a round's systems on all calculators. Manager.
@@ -32,21 +31,21 @@ struct Loads {
   }
 };
 
-/// What the manager heard in a round.
+/// The reports of a round at the manager.
 struct Judged {
   Tail tail;
   Loads loads;
-  std::vector<Strain> strains;  // of the round's systems
+  std::vector<Strain> strains;  // one per system of the round
 };
 
-/// All ranks: what they report in this round. It leaves at once if no rank stands below this one, otherwise with
-/// pass_reports(), or judge().
+/// Sends this rank's report of a round: at once if no rank is below it, otherwise with pass_reports() or judge(). All
+/// ranks.
 void send_report(Rank& rank, const Round& round);
 
 /// Waits for the reports of those right below this rank, and puts them together with its own.
 Gathered gather_reports(Rank& rank, Round& round);
 
-/// All but the manager: sends up what it has put together. Returns the flows that stay in this part of the tree.
+/// Sends the merged report up; returns the flows that stay in this part of the tree. All ranks but the manager.
 std::vector<Flow> pass_reports(Rank& rank, Round& round);
 
 /// Manager: all loads, once nobody waits for it any more.

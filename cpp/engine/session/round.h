@@ -1,4 +1,4 @@
-// A round: the systems whose conversations are held together (paper 3.3), and what is known of them on the way.
+// A round: systems whose conversations are held together (paper 3.3), and their state on the way.
 #pragma once
 
 #include <cstdint>
@@ -18,12 +18,12 @@ struct Round {
   std::size_t first = 0;  // systems first .. last - 1
   std::size_t last = 0;
   std::uint32_t turn = 0;
-  std::map<int, comm::Message> leaving;  // by the calculator that they go to
+  std::map<int, comm::Message> leaving;  // migrants by destination
   Verdict verdict;
   Orders orders;
   double reported_s = 0;  // when this rank's report was sent
 
-  // What this rank reports, until those below it have reported too.
+  // This rank's report, until those below it have reported.
   Report own{};
   std::vector<CalculatorLoad> own_loads{};  // on calculators, one per system
   std::vector<CalculatorTail> own_tails{};  // on calculators, one per system of the last frame

@@ -1,4 +1,4 @@
-// What a run is set to: equal on all ranks but for `speed`, `threads`, `shares_pictures` and the functions.
+// Settings of a run, equal on all ranks but for `speed`, `threads`, `shares_pictures` and the functions.
 #pragma once
 
 #include <cstddef>
@@ -31,7 +31,7 @@ struct Logging {
   bool digest = false;             // fingerprint the particles of every frame
   std::uint64_t continued_from =
       0;  // the first frame of a run that goes on after another one, in its log; 0: a new run
-  std::string lost;  // how it came that the run goes on without some ranks; empty: after a checkpoint
+  std::string lost;  // why some ranks are missing; empty: a continuation from a checkpoint
   std::vector<Opening> openings;  // before that
 };
 
@@ -42,14 +42,14 @@ struct Settings {
   balance::PolicyPtr policy;  // null: cuts stay
   Combine combine = Combine::together;
   Births births = Births::manager;
-  int threads = 1;          // of this rank, for calculating and drawing
+  int threads = 1;          // threads of this rank, for calculating and drawing
   std::size_t grain = SIZE_MAX;  // see threads::Pool
-  bool shares_pictures = true;   // in memory of the image generator's host: see SharedPictures
+  bool shares_pictures = true;   // draw into the image generator's memory on its host: see SharedPictures
   int fan_out = 8;          // a rank relays the manager's messages to at most this many others
   bool blocking = false;    // calculators wait until the image generator has taken their particles (paper)
   bool wall_clock = false;  // compute seconds are wall time, not this thread's processor time
   double speed = 1;         // 0..1: this rank takes as long as a machine of this fraction of its speed would
-  Costs costs;              // of work on a simulated machine
+  Costs costs;              // costs of work on a simulated machine
   Logging log;
   std::function<int()> stop_signal;  // the signal that asks this rank to stop, or 0; asked once per frame; may be empty
   std::function<std::string()>

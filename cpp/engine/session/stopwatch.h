@@ -1,4 +1,4 @@
-// What the phases of a frame took on this rank: seconds for its report, and a timeline where the run keeps one.
+// Measures the phases of a frame on this rank: seconds for its report, and a timeline if the run keeps one.
 #pragma once
 
 #include <memory>
@@ -11,7 +11,7 @@ namespace motes::engine {
 
 class Stopwatch {
  public:
-  /// From its construction to its destruction counts as `phase`.
+  /// Counts the time from its construction to its destruction as `phase`.
   class Phase {
    public:
     Phase(Stopwatch& watch, double PhaseTimes::* seconds, const char* phase, std::string system = "");
@@ -36,9 +36,10 @@ class Stopwatch {
 
   const PhaseTimes& last() const { return last_; }
 
-  /// From now on each phase is a row of a file of this rank's own. Throws std::runtime_error where it cannot be made.
+  /// Writes each phase as a row of this rank's own file from now on. Throws std::runtime_error if the file cannot be
+  /// made.
   void keep_spans(const std::string& directory, int rank, double zero, std::uint64_t first_frame = 0);
-  /// What a round's messages took, from `start` to now.
+  /// Notes the time of a round's messages, from `start` to now.
   void note_messages(const std::string& system, double start);
   void write_spans();
 

@@ -1,4 +1,4 @@
-// What every rank has to say, told to all.
+// Gathers a value of every rank and tells all to all ranks.
 #pragma once
 
 #include <utility>

@@ -49,7 +49,8 @@ void copy_over(const Store& newborn, std::size_t from, Store& living, std::size_
 
 }  // namespace
 
-// A source says the same in every frame. What was emitted has arrays of its own: it is not compared.
+// Returns the number of this birth; a source that says the same in every frame keeps its number. Emitted arrays are not
+// compared.
 std::uint64_t BirthHistory::number_of(const Birth& birth, const Moment& moment) {
   const std::size_t first = calls_.size() > kSources ? calls_.size() - kSources : 0;
   for (std::size_t i = calls_.size(); birth.kind != Birth::Kind::emit && i > first; --i) {

@@ -1,5 +1,5 @@
-// Where living particles came from, as long as nobody asked: births are functions of their ids, so their first values
-// can be made once more when a script first names a *_b attribute.
+// Birth history: where live particles came from. Births are functions of ids, so birth values can be recomputed when a
+// script first names a *_b attribute.
 #pragma once
 
 #include <algorithm>
@@ -21,8 +21,8 @@ class BirthHistory {
   /// Notes particles first_id .. first_id + count - 1 of a call, born in this (sub)step.
   void add(const recording::Birth& birth, std::uint64_t first_id, std::uint64_t count, const recording::Moment& moment);
 
-  /// Whether the history has grown so much that forgetting the dead is worth a look at all ids. `limit`: bytes that it
-  /// may take.
+  /// Tells whether the history has grown so much that dropping dead particles is worth a pass over all ids. `limit`:
+  /// bytes it may take.
   bool wants_pruning(std::size_t limit) const {
     constexpr std::size_t kWorthALook = std::size_t{64} << 10;
     return bytes() > std::min(limit / 4, kWorthALook) && bytes() > 2 * pruned_bytes_;

@@ -1,4 +1,4 @@
-// Where a store's particles are, as domains look at it.
+// Positions of a store's particles, as domains need them.
 #pragma once
 
 #include "domains/domains.h"

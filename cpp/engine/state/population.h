@@ -1,4 +1,4 @@
-// What one calculator has of a system: its particles, and what happened to them in this frame.
+// A population: one calculator's particles of a system, and what happened to them in this frame.
 #pragma once
 
 #include <cstdint>
@@ -21,21 +21,21 @@
 
 namespace motes::engine {
 
-/// What the script reads where the list may not run in parts: a copy that has run the items so far.
+/// A preview, which the script reads if the list may not run in parts: a copy on which the items so far have run.
 struct Preview {
   particles::Store store;
   std::size_t dead;   // stand behind the others
-  std::size_t items;  // of the list, that have run
-  BirthHistory history;  // with the births of these items
+  std::size_t items;  // number of items of the list that have run
+  BirthHistory history;  // birth history with the births of these items
 };
 
-/// Which particles of a system have collided in this sub-step: their contacts count from then on.
+/// Which particles of a system have collided in this sub-step, so that further contacts add up.
 enum class Collided : std::uint8_t { none, some, all };
 
 struct Population {
   explicit Population(const particles::Schema& schema) : store(schema) {}
 
-  /// How many particles a script sees: the dead of this frame stand behind them until it ends.
+  /// Returns the number of particles a script sees; the dead of this frame are stored behind them until it ends.
   std::size_t seen() const { return store.size() - outcome.dead.size(); }
 
   particles::Store store;
@@ -44,33 +44,33 @@ struct Population {
   bool moved = false;                         // positions may have changed since migrants were looked for
   program::Outcome outcome;
   std::set<std::uint64_t> bounced;  // ids of those here that did so before the last meeting, where a rule asks for it
-  std::unordered_set<std::uint64_t> collided;  // the same of those that did so in this sub-step, where only some did
+  std::unordered_set<std::uint64_t> collided;  // ids that collided in this sub-step, if only some did
   Tally tally;
   InteractionStats interaction;
   std::vector<Sent> sent;  // migrants of this frame, by domain
   std::vector<std::vector<recording::Event>> events;  // one list per rule: parents on this rank
   std::uint64_t oldest = 0;  // the lowest id here, where the history asks for it
-  particles::Digest digest;  // where the conversation asks for it
+  particles::Digest digest;  // only if the conversation asks for it
   balance::Speeds speeds;  // this calculator's
-  balance::Load expected;  // behind the exchange, as far as that is known before it: see expected_of
+  balance::Load expected;  // expected load after the exchange: see expected_of
 };
 
-/// One call of a function of the script: of particles `begin`.. of a system or, where a condition stands, of those at
-/// the indices `chosen`.
+/// One call of a script's function: for particles from `begin` on, or with a condition for those at the indices
+/// `chosen`.
 struct Call {
   int system;
-  int callback;  // its number
+  int callback;  // number of the callback
   std::size_t begin;
   const std::vector<std::uint32_t>* chosen;
-  const interactions::PairList* pairs = nullptr;  // of a procedure of pairs
-  std::vector<float>* changes = nullptr;  // what that says: three numbers each, or nothing
+  const interactions::PairList* pairs = nullptr;  // arguments of a function of pairs
+  std::vector<float>* changes = nullptr;  // its result: three numbers per pair, or nothing
 };
 
-/// What a calculator keeps, per system. Ranks that do not calculate have empty populations.
+/// The populations of a rank, one per system; empty on ranks that do not calculate.
 struct Calculator {
   std::vector<std::unique_ptr<Population>> populations;
   std::function<void(const Call&)> callback;
-  interactions::Scratch scratch;  // of meetings, one after another
+  interactions::Scratch scratch;  // working memory of interactions
   std::map<std::pair<std::size_t, interactions::TiesKey>, interactions::Knots> knots;  // by system
   Tail tail;  // what the next report tells of the last frame
   std::vector<CalculatorTail> tails;  // and, for the log, of each system
@@ -79,7 +79,7 @@ struct Calculator {
 /// 0, 1, ... count - 1.
 std::vector<std::uint32_t> first_indices(std::size_t count);
 
-/// For each particle, whether it stands in `collided`.
+/// Returns, for each particle, whether it is in `collided`.
 std::vector<std::uint8_t> collided_of(const Population& here);
 /// These collide, or all, where none needs to be noted; null: all.
 void note_collided(Population& here, const std::vector<std::uint8_t>* chosen);

@@ -37,7 +37,8 @@ void note_camera(Script& script, std::uint64_t frame, image::View& view) {
   script.camera_before = view.before;
 }
 
-// From where the last frame was seen, it is seen again as it was.
+// Restores the camera before the last frame's for a redraw from that frame's camera, so that streaks look the same
+// again.
 void recall_camera(const Script& script, std::uint64_t frame, image::View& view) {
   const bool same = script.camera == view.camera && script.camera_frame + 1 == frame;
   if (view.shutter > 0 && !view.before && same) view.before = script.camera_before;

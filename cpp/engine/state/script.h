@@ -1,4 +1,4 @@
-// What the script said: its systems with their lists, and the record of the conversation under way.
+// What the script said: systems with their lists, and the record of the current conversation.
 #pragma once
 
 #include <memory>
@@ -17,13 +17,13 @@ namespace motes::engine {
 
 struct Script {
   std::vector<std::unique_ptr<System>> systems;
-  recording::Record record;  // of the conversation under way; its lists are in the systems
-  base::Bytes bytes;    // the same with lists: what all ranks hash
+  recording::Record record;  // record of the current conversation; its lists are in the systems
+  base::Bytes bytes;    // the record with its lists, as bytes that all ranks hash
   recording::Hash hash;
   std::vector<Round> rounds;
   bool overlaps = false;  // the messages of one round travel while the next one computes
-  std::vector<NewCut> new_cuts;  // that the last verdict brought: they hold from the next frame on
-  std::vector<NewCut> moved_cuts;  // that hold since this frame began: its exchange takes particles over them
+  std::vector<NewCut> new_cuts;  // cuts from the last verdict, valid from the next frame on
+  std::vector<NewCut> moved_cuts;  // cuts valid since this frame began; its exchange moves particles over them
 
   // The camera of the last frame that was drawn: its next one knows from where particles came across the screen.
   std::optional<image::Camera> camera;
@@ -31,7 +31,7 @@ struct Script {
   std::optional<image::Camera> camera_before;  // that frame's View::before
 
   bool in_frame() const { return record.verb == recording::Verb::render || record.verb == recording::Verb::step; }
-  /// Whether this conversation carries signals and viewers' orders to all ranks.
+  /// Tells whether this conversation carries signals and viewers' orders to all ranks.
   bool steered() const { return in_frame() || record.verb == recording::Verb::orders; }
   /// The systems that share this one's domains, itself among them; the one that they follow stands first.
   std::vector<std::size_t> sharing(std::size_t system) const;
@@ -49,7 +49,7 @@ void write_record(Script& script, const Settings& settings, std::uint64_t frame,
 /// The rounds of this conversation: the systems one by one, or all at once. Each takes a turn.
 void split_rounds(Script& script, Combine combine, std::uint32_t& turn);
 
-/// Whether particles of the round's systems meet.
+/// Tells whether the round's systems have pair interactions.
 bool meets(const Script& script, const Round& round);
 
 }  // namespace motes::engine

@@ -1,5 +1,5 @@
-// One particle system as every rank knows it: its definition, its domains, its counts, and what the script has recorded
-// of it in this frame. The particles themselves are a Population.
+// A particle system as every rank knows it: definition, domains, counts, and this frame's list. Its particles are in a
+// Population.
 #pragma once
 
 #include <cstdint>
@@ -27,21 +27,21 @@ struct BirthGroup {
   std::uint64_t count = 0;
 };
 
-/// A stretch of the list between callbacks and meetings.
+/// A stretch of the list between callbacks and pair interactions.
 struct Piece {
   program::Program program;
   std::size_t first = 0;  // actions before it in the segment
   std::size_t end = 0;  // place in the list of what stands behind it, or the list's length
-  const recording::Callback* callback = nullptr;  // that stands behind it, if any; in the list
-  const actions::Action* meeting = nullptr;  // the same
+  const recording::Callback* callback = nullptr;  // callback that follows in the list, if any
+  const actions::Action* meeting = nullptr;  // pair interaction that follows in the list, if any
 };
 
 /// Numbers of particles that all ranks agree on.
 struct Counts {
   std::uint64_t alive = 0;  // at the end of the last frame
-  std::uint64_t alive_at_start = 0;  // of the frame under way: what the capacity is held against
+  std::uint64_t alive_at_start = 0;  // particles alive when this frame began; counted against the capacity
   std::uint64_t born = 0;  // ids given so far
-  std::uint64_t born_at_start = 0;  // of the frame
+  std::uint64_t born_at_start = 0;  // births before this frame
   std::uint64_t newborn_from = 0;  // ids from here on are new in this frame: they count as births for spawn rules
   std::uint64_t dropped = 0;  // births above the capacity so far
 };
@@ -71,7 +71,7 @@ class System {
   /// Actions of the items that have not run yet, cut where callbacks stand. One piece at least.
   std::vector<Piece> pending_pieces() const;
 
-  /// Whether particles meet in the items that have not run yet.
+  /// Tells whether the items that have not run yet contain pair interactions.
   bool meets() const;
 
   /// The frame's spawn rules so far, in order.
@@ -80,7 +80,7 @@ class System {
   /// The actions of kind `sort` from item `first` on.
   std::vector<const actions::Action*> sorts(std::size_t first) const;
 
-  /// All items so far have run.
+  /// Marks all items so far as run.
   void mark_run() { run_items = list.size(); }
   bool pending() const { return run_items < list.size(); }
 
@@ -88,7 +88,7 @@ class System {
   std::uint64_t number_children(std::uint64_t spawned);
   void start_frame();
 
-  /// How many more fit where there are `taken`.
+  /// Returns how many more particles fit if there are `taken`.
   std::uint64_t room_of(std::uint64_t taken) const {
     return definition.capacity > taken ? definition.capacity - taken : 0;
   }
@@ -103,18 +103,18 @@ class System {
   BirthHistory history;  // until copies are kept
   bool asks_oldest = false;  // the history has grown: reports say which ids still live
   Counts counts;
-  std::vector<recording::SourceTotal> sources;  // what each was asked for so far
-  particles::Digest digest;  // of all particles, as last agreed
+  std::vector<recording::SourceTotal> sources;  // total of each source so far
+  particles::Digest digest;  // digest of all particles, as last agreed
 
   std::vector<recording::Item> list;  // this frame's
-  std::size_t run_items = 0;  // of which have run
+  std::size_t run_items = 0;  // number of items that have run
   std::vector<BirthGroup> groups;  // births of those that have not
 
  private:
   particles::Store make(const BirthGroup& group, const std::vector<std::uint64_t>& ids, double dt, int substeps) const;
 };
 
-/// Whether a spawn rule asks to whom this happened.
+/// Tells whether a spawn rule needs the particles of this event.
 bool asks_for(const System& system, recording::Spawn::On event);
 
 }  // namespace motes::engine

@@ -1,5 +1,5 @@
-// What ranks tell each other while they write particles to files: numbers that add up, and for the manager a note of
-// each rank. The particles themselves stay where they are.
+// What ranks exchange while writing particles to files: numbers that are summed, and a note of each rank for the
+// manager.
 #pragma once
 
 #include <cstdint>
@@ -10,13 +10,13 @@
 
 namespace motes::engine {
 
-/// What a rank tells: as many numbers on every rank, and bytes that only the manager's script understands.
+/// A rank's note: numbers (equally many on every rank), and bytes for the manager's script.
 struct Note {
   std::vector<std::int64_t> numbers;
   std::string text;
 };
 
-/// What a rank learns.
+/// What a rank gets back.
 struct Notes {
   std::vector<std::int64_t> totals;  // each number, added up over all ranks
   std::vector<std::string> texts;    // manager: of each rank in order; empty elsewhere

@@ -20,7 +20,7 @@ void write(const program::Totals& totals, base::Bytes& out) {
   std::visit([&](const auto& values) { out.put_raw(values.data(), bytes_of(values)); }, totals);
 }
 
-// As many as this rank has itself, of the same kind.
+// Returns totals of the same size and kind as this rank's own.
 program::Totals room_for(const program::Summed& own) {
   if (const auto* counts = std::get_if<std::vector<std::int64_t>>(&own)) return *counts;
   return std::vector<double>(std::get<std::vector<particles::ExactSum>>(own).size());

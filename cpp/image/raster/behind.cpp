@@ -11,7 +11,7 @@
 namespace motes::image {
 namespace {
 
-// Of depths, relative: what single precision and the grid of the picture leave uncertain.
+// Relative uncertainty of depths, from single precision and the picture's grid.
 constexpr float kLeastMargin = 1.0f / 4096;
 // No plane is so much nearer in a tile than its nearest pixel.
 constexpr float kNearer = 0.9f;
@@ -146,7 +146,8 @@ Behind::Center Behind::center_of(const Piece& piece, const std::byte* record) co
   return center;
 }
 
-// The surface at the nearest pixel is taken for its tangent plane, of which the inverse depth is linear in the image.
+// Returns a depth at which the surface at the nearest pixel hides the record, or the record's own. The surface is
+// replaced by its tangent plane, whose inverse depth is linear in the image.
 float Behind::settled_depth(const Center& center, float depth) const {
   const auto nearest = [](float at, int first, int count) {
     const float in_tile = std::floor(at) - static_cast<float>(first);
@@ -160,9 +161,9 @@ float Behind::settled_depth(const Center& center, float depth) const {
   const float square = right * right + down * down;
   const Scenery::Tilt tilt = scenery_->tilt(x, y);
   const float there = tilt.ahead + tilt.right * right + tilt.down * down;
-  if (!(there > 0)) return depth;  // beyond the plane's horizon
+  if (!(there > 0)) return depth;  // beyond the tangent plane's horizon
   const float at = surface * (tilt.ahead / there);
-  const float slope = (std::abs(tilt.right) + std::abs(tilt.down)) / there;  // of depths, relative, per pixel
+  const float slope = (std::abs(tilt.right) + std::abs(tilt.down)) / there;  // relative change of depth per pixel
   const float margin = kLeastMargin + slope * center.blur;
   if (!(depth > at * (1 + margin))) return depth;
   const float bent = bend(column, row) * square * scenery_->pixel() / (there * there);
@@ -173,7 +174,7 @@ float Behind::settled_depth(const Center& center, float depth) const {
   return std::max(depth, needed);
 }
 
-// How far the normals of a pixel's neighbours on the same object are from its own: 0 on what is flat.
+// Returns how much normals of neighbouring pixels on the same object differ from this pixel's: 0 on flat surfaces.
 float Behind::bend(int column, int row) const {
   const auto normal = [&](int x, int y) { return scenery_->normal(area_.x + x, area_.y + y); };
   const auto object = [&](int x, int y) { return object_of(scenery_->surface(area_.x + x, area_.y + y)); };

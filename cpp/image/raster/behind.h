@@ -1,5 +1,5 @@
-// Particles just behind a surface. Scenery begins to hide a little behind its surface, so that what rests on it shows,
-// down to the pixels of a disc that reach below its centre. What is on the other side must not show through for that.
+// Hides particles just behind a surface. Scenery hides only what is a little behind its surface, so that discs resting
+// on it show whole; particles on the other side must not show through because of that.
 #pragma once
 
 #include <cstddef>
@@ -14,14 +14,14 @@
 
 namespace motes::image {
 
-/// Looks at the records of one tile before they are drawn.
+/// Corrects the depths of one tile's records before they are drawn.
 class Behind {
  public:
   /// The scenery of this tile must have been rendered, and stay.
   void start(const Scenery& scenery, const Area& area, const SplatLanes& lanes);
 
-  /// Returns the piece, or a copy that is valid until the next call, in which records of particles whose centre is
-  /// behind the surface that their nearest pixel shows are so deep that this surface hides all of them.
+  /// Returns the piece, or a copy (valid until the next call) in which records whose centre is behind the surface at
+  /// their nearest pixel are so deep that the surface hides them completely.
   Piece settled(const Piece& piece);
 
  private:
@@ -31,7 +31,7 @@ class Behind {
   // Where a record's centre is, pixels from the image's top left corner, and its size.
   struct Center {
     float x, y;
-    float blur;    // how far it may be from there
+    float blur;    // error of x and y, px
     float radius;  // pixels
   };
   Center center_of(const Piece& piece, const std::byte* record) const;

@@ -15,7 +15,7 @@
 namespace motes::image {
 namespace {
 
-// The list is in the order of the enumeration.
+// kinds.inc must list kinds in the order of the enumeration.
 constexpr Sprite::Kind kKinds[] = {
 #define MOTES_SPRITE_KIND(kind, Name) Sprite::Kind::kind,
 #include "image/raster/kinds.inc"
@@ -30,8 +30,8 @@ static_assert(in_order() && kSpriteKinds == base::enumerators<Sprite::Kind>());
 
 constexpr double kWholeByte = 255;
 
-// Calls `use` for each pixel of each phase: the row in tables, the column, and the distance in pixels from the
-// particle's centre to the pixel's, to the right and down.
+// Calls use(row in tables, column, x, y) for each pixel of each phase; (x, y) is the pixel's centre relative to the
+// particle's, px, right and down.
 template <class Use>
 void for_each_pixel(int size, int phase_bits, const Use& use) {
   const int phases = 1 << phase_bits;
@@ -52,8 +52,7 @@ std::uint8_t to_byte(double value) { return static_cast<std::uint8_t>(value + 0.
 
 std::size_t rows_of(int size, int phase_bits) { return static_cast<std::size_t>(size) << (2 * phase_bits); }
 
-// Covers every pixel whose centre is inside; a point covers the pixel that it
-// is in.
+// Makes tables that cover every pixel whose centre is inside a disc; a point covers the pixel it is in.
 SurfaceTables flat_surface(bool point, float diameter, const Footprint& f) {
   SurfaceTables t;
   t.covered.assign(rows_of(f.size, f.phase_bits), 0);
@@ -65,13 +64,13 @@ SurfaceTables flat_surface(bool point, float diameter, const Footprint& f) {
   return t;
 }
 
-// A pixel of a sphere: what part of it is covered, and what part of its light is seen there.
+// A pixel of a sphere: the part of it that is covered, and its shade.
 struct SpherePixel {
   double edge, shade;
 };
 
-// `pixels`: all phases, in the order of for_each_pixel. Wherever a sphere is in a pixel, its light is that of
-// Sphere::total().
+// Sets weights so that a sphere has the light of Sphere::total() in each phase. `pixels`: in the order of
+// for_each_pixel.
 void set_weights(std::span<const SpherePixel> pixels, double light, const Footprint& f, SurfaceTables& t) {
   const auto in_phase = static_cast<std::size_t>(f.size) * static_cast<std::size_t>(f.size);
   std::vector<double> weights;
@@ -108,7 +107,8 @@ SurfaceTables sphere_tables(float diameter, const Footprint& f, const View& view
   for_each_pixel(size, phase_bits, [&](std::size_t row, std::size_t column, double x, double y) {
     const double distance = std::sqrt(x * x + y * y);
     const double edge = std::clamp(radius - distance + 0.5, 0.0, 1.0);
-    const double shrink = distance < radius ? 1 / radius : 1 / distance; // outside: the direction at the rim
+    const double shrink =
+        distance < radius ? 1 / radius : 1 / distance; // outside the sphere: the direction at the rim
     const double nx = x * shrink, ny = -y * shrink;
     const double nz = std::sqrt(std::max(0.0, 1 - nx * nx - ny * ny));
     const double shade = daylight.shade({nx, ny, nz});
@@ -123,7 +123,7 @@ SurfaceTables sphere_tables(float diameter, const Footprint& f, const View& view
   return t;
 }
 
-// A footprint's light beside that of the profile that it samples.
+// Returns the ratio of a footprint's light to that of the profile it samples.
 float gain_at(Sprite::Kind kind, int pixels) {
   const Footprint& f = footprint({kind, pixels});
   double sum = 0;
@@ -173,7 +173,7 @@ const Footprint& Brush::footprint_in_use() const {
   return footprint(outline);
 }
 
-// Pointers are taken here, not kept: a brush may be moved.
+// Takes pointers to tables anew each time, since a brush may be moved.
 Splat Brush::splat_at(int x, int y) const {
   Splat s = splat_;
   const bool own = !tables_.weights.empty();

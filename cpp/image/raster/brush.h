@@ -1,4 +1,4 @@
-// How the records of one sprite are drawn: worked out once per frame.
+// A brush draws the records of one sprite; it is prepared once per frame.
 #pragma once
 
 #include <compare>
@@ -14,17 +14,17 @@
 
 namespace motes::image {
 
-/// Tables of a sprite of fixed size that is not a plain footprint: rows as in Footprint.
+/// Tables of a fixed-size sprite that is not a plain footprint. Rows are ordered as in Footprint.
 struct SurfaceTables {
   std::vector<std::uint8_t> weights, cover;  // three per pixel
-  std::vector<std::uint16_t> covered;        // bits of a row
-  std::vector<std::uint32_t> shade;          // see Splat; empty: fully lit
-  std::vector<float> bulge;                  // the same; empty: flat
+  std::vector<std::uint16_t> covered;        // one bit per pixel of a row
+  std::vector<std::uint32_t> shade;          // as Splat::shade; empty: fully lit
+  std::vector<float> bulge;                  // as Splat::bulge; empty: flat
 };
 
 class Brush {
  public:
-  /// `colored`: records have colours; see form().
+  /// `colored`: whether records carry colours.
   Brush(const Sprite& sprite, Layout layout, const View& view, bool colored = true);
 
   const Sprite& sprite() const { return sprite_; }
@@ -34,22 +34,22 @@ class Brush {
   bool blends(Sprite::Blend blend) const { return sprite_.blend == blend; }
   std::size_t record_bytes() const { return record_bytes_; }
 
-  /// For the tile whose first pixel is (x, y).
+  /// Returns the drawing parameters for the tile whose first pixel is (x, y).
   Splat splat_at(int x, int y) const;
   WideSplat wide_at(const Area& area) const;
 
-  /// Pixels of a footprint in each direction; 0: each record has its own.
+  /// Returns a footprint's side, px; 0: each record has its own size.
   int footprint_pixels() const { return of_fixed_size(layout_) ? splat_.size : 0; }
 
-  /// Whether its streaks are drawn from stamps: see Stamp.
+  /// Tells whether streaks are drawn from stamps.
   bool has_stamps() const { return wide_.one_size; }
 
-  /// Whether records of both are drawn in the same way.
+  /// Tells whether records of this sprite and layout are drawn by this brush.
   bool same(const Sprite& sprite, Layout layout, bool colored = true) const {
     return sprite == sprite_ && layout == layout_ && colored == colored_;
   }
 
-  /// A total order that depends only on what is drawn: the same on every rank.
+  /// Orders brushes by what they draw, so that every rank gets the same order.
   std::strong_ordering operator<=>(const Brush& other) const;
   bool operator==(const Brush& other) const { return same(other.sprite_, other.layout_, other.colored_); }
 
@@ -63,7 +63,7 @@ class Brush {
   bool colored_;
   std::size_t record_bytes_;
   int width_, height_;
-  Footprint own_; // of a size that no others have
+  Footprint own_; // a footprint of a size in parts of the picture's height
   SurfaceTables tables_;
   Splat splat_{};
   WideSplat wide_{};

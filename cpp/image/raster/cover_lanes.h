@@ -1,5 +1,5 @@
-// Streaks of one colour: their weights are added up, and become light together. Processors add to memory about once in
-// two cycles, however much: a block of 16 weights in two rows costs as much as a third of a row's light.
+// Accumulates weights of streaks of one colour and turns them into light together. A processor adds to memory about
+// once in two cycles, whatever the width: a block of 16 weights in two rows costs a third of one row's light.
 #pragma once
 
 #include "image/raster/cover.h"
@@ -8,7 +8,7 @@
 
 namespace motes::MOTES_ISA {
 
-/// A record's colour for the weights of stamps, in the units of sums.
+/// Returns a record's tint for weights of stamps.
 MOTES_INLINE Tint stamp_tint(const Channels& channels, std::uint32_t color, std::uint32_t light) {
   Tint tint;
   tint.shift = image::kStampShift;
@@ -16,7 +16,7 @@ MOTES_INLINE Tint stamp_tint(const Channels& channels, std::uint32_t color, std:
     const Uints products = products_of(channels, color, j);
     tint.part[j] = light == image::kAllLight ? (products + 8u) >> 4 : (products * light + (1u << 18)) >> 19;
   }
-  // 65536 / 16 for an opaque one's weight of 255.
+  // 65536 / 16 for a weight of 255 of an opaque record.
   tint.alpha = ((color >> 24) * (66053u * light >> 15)) >> 12;
   return tint;
 }
@@ -36,8 +36,8 @@ MOTES_INLINE void add_block(std::uint16_t* to, const std::uint8_t* weights) {
 #endif
 }
 
-/// Takes the weights away, calling use(row, column, weights) for each eight pixels; also beside a tile that is not
-/// whole, and for one more row where their number is odd.
+/// Calls use(row, column, weights) for each eight pixels and clears their weights. Visits whole rows of kTile pixels,
+/// and an even number of rows.
 template <class Use>
 MOTES_INLINE void take_weights(image::Cover& cover, int rows, const Use& use) {
   constexpr int kStride = image::Cover::kPairStride;
@@ -59,7 +59,7 @@ MOTES_INLINE void take_weights(image::Cover& cover, int rows, const Use& use) {
   cover.most = 0;
 }
 
-/// Makes room for more weights.
+/// Moves the 16-bit weights into the 32-bit sums, to make room for more.
 inline __attribute__((noinline)) void add_up(image::Cover& cover, int rows) {
   take_weights(cover, rows, [&](int row, int column, Eight weights) {
     std::uint32_t* to = cover.sums + static_cast<std::ptrdiff_t>(row) * image::kPixelStride + column;
@@ -75,7 +75,7 @@ MOTES_INLINE void show_eight(const Tint& tint, Eight cover, std::uint32_t* to) {
   V before;
   __builtin_memcpy(&before, to + kPart * kWidth, sizeof before);
   V sum = before + more;
-  if (kSaturating) sum |= (V)(sum < before);  // a sum stays at its greatest value
+  if (kSaturating) sum |= (V)(sum < before);  // saturates
   __builtin_memcpy(to + kPart * kWidth, &sum, sizeof sum);
   if constexpr (kPart + 1 < kParts) show_eight<kSaturating, kPart + 1>(tint, cover, to);
 }
@@ -98,7 +98,7 @@ MOTES_INLINE void show_rows(const image::TilePlanes& tile, image::Cover& cover, 
   cover.has_sums ? show_rows<kSaturating, true>(tile, cover, rows) : show_rows<kSaturating, false>(tile, cover, rows);
 }
 
-/// Adds what is covered to the tile's light, and clears it.
+/// Adds the accumulated weights to the tile's light and clears them.
 inline void show_cover(const image::TilePlanes& tile, image::Cover& cover, int rows) {
   cover.saturating ? show_rows<true>(tile, cover, rows) : show_rows<false>(tile, cover, rows);
   cover.has_sums = false;

@@ -20,7 +20,7 @@ const float* DepthBlocks::met(const TilePlanes& tile, const Area& area, int size
 }
 
 void DepthBlocks::clear() {
-  // Of no pixel: whatever it is joined with, the other one is left.
+  // The empty range: joined with another, it gives the other.
   constexpr Range kOfNone{std::numeric_limits<float>::infinity(), 0};
   std::fill_n(own_[0], (kSide + kReach) * (kSide + kReach), kOfNone);
   measured_ = true;
@@ -30,7 +30,7 @@ void DepthBlocks::clear() {
 void DepthBlocks::measure(const TilePlanes& tile, const Area& area) {
   clear();
   for (int first = 0; first < area.height; first += kBlock) {
-    // Of the columns; what is beyond the last one is not looked at.
+    // Only the columns of the area count.
     std::uint32_t nearest[kTile], farthest[kTile];
     std::fill_n(nearest, kTile, kFarAway);
     std::fill_n(farthest, kTile, 0u);

@@ -1,5 +1,5 @@
-// What a tile hides, coarsely: most particles are in front of everything near them, or behind it, and need no test per
-// pixel.
+// Depth ranges of a tile in blocks of pixels. Most particles are in front of everything near them, or behind it, and
+// need no test per pixel.
 #pragma once
 
 #include <cstddef>
@@ -11,35 +11,34 @@
 
 namespace motes::image {
 
-/// Depths in blocks of 8x8 pixels.
+/// Nearest and farthest depth per block of 8x8 pixels.
 class DepthBlocks {
  public:
   static constexpr int kBits = 3;
-  /// Footprints begin up to so many pixels outside the tile.
+  /// Pixels by which a footprint may begin outside the tile.
   static constexpr int kBefore = 2 << kBits;
   /// Blocks per row.
   static constexpr int kSide = (kBefore + kTile) >> kBits;
   static_assert(kBefore >= kMargin);
 
-  /// The block in which a footprint begins: 0 .. kSide * kSide - 1.
+  /// Returns the block in which a footprint at this pixel begins: 0 .. kSide * kSide - 1.
   template <class Number>
   static constexpr Number at(Number column, Number row) {
     return ((row + kBefore) >> kBits) * kSide + ((column + kBefore) >> kBits);
   }
 
-  /// The tile's depths have changed.
+  /// Drops the ranges, because the tile's depths have changed.
   void forget() { measured_ = false; }
 
-  /// From now on depths are those of tile.surfaces as they are now, and no range is narrower than from 0 on. Surfaces
-  /// that come nearer stay within it.
+  /// Measures tile.surfaces instead of tile.depth. All ranges begin at 0, so they stay valid when surfaces come nearer.
   void measure_surfaces(const TilePlanes& tile, const Area& area, const SplatLanes& lanes);
 
-  /// For each block two numbers, the least and the greatest of the depths that footprints of `size` pixels may meet
-  /// that begin there, or of more. `area`: of it, only its size is looked at. The tile must have depths.
+  /// Returns two numbers per block: bounds on the nearest and farthest depth that a footprint of `size` pixels
+  /// beginning there may meet. Only the size of `area` matters. The tile must have depths.
   const float* met(const TilePlanes& tile, const Area& area, int size);
 
  private:
-  // Blocks to the right and below that footprints reach, at most.
+  // Most blocks that a footprint reaches to the right and below.
   static constexpr int kReach = (kMargin + (1 << kBits) - 1) >> kBits;
 
   void clear();

@@ -1,29 +1,28 @@
-// Discs and their streaks in groups: what is known of a record is computed for
-// a vector of records at once, then the weights of all of them, then all are
-// drawn. None of these steps waits for another one of the same record.
+// Draws discs and their streaks in groups of kWidth records, in three steps over the whole group: prepare, weigh, draw.
+// No step waits for the step before it of the same record.
 #pragma once
 
 #include "image/raster/wide_sprite.h"
 
 namespace motes::MOTES_ISA {
 
-/// Of a disc and its streak: see Disc.
+/// Profiles of a disc and its streak in fixed point.
 struct DiscShape {
-  /// The mean of a disc's light over its way is (1 - c^2)^2.5 at c radii
-  /// across: (1 - (kSlim c)^2)^2 is nearly the same.
+  /// A disc's mean light over a streak, c radii across from its line, is (1 - c^2)^2.5; (1 - (kSlim c)^2)^2 is nearly
+  /// the same.
   static constexpr float kSlim = 1.1f;
   static constexpr float kStillWeight = 16384,
-                         kStreakWeight = 2048; // the greatest
-  static constexpr float kUnit = 4096; // of 16-bit numbers: 8 radii in each direction
+                         kStreakWeight = 2048;  // greatest weights, still and in motion
+  static constexpr float kUnit = 4096;  // fixed-point units per radius: 16 bits reach 8 radii each way
   static constexpr float kFullTurn = 3.14159265f;
 
   static MOTES_INLINE Ints fixed(Floats v) { return to_ints(clamp(v * kUnit, -32767, 32767)); }
-  /// v^2 * 16384 of v * 4096, at |v| < 1.
+  /// Returns v^2 * 16384 for v * 4096, |v| clamped to 1.
   static MOTES_INLINE Shorts square_of(Shorts v) {
     const Shorts inside = min_shorts(max_shorts(v, all_shorts(-4095)), all_shorts(4095)) << 3;
     return multiply_high(inside, inside);
   }
-  /// v^2 * 16384 of v * 16384
+  /// Returns v^2 * 16384 for v * 16384.
   static MOTES_INLINE Shorts soft(Shorts rest) {
     const Shorts twice = rest + rest;
     return multiply_high_unsigned(twice, twice);
@@ -31,8 +30,8 @@ struct DiscShape {
   static MOTES_INLINE Shorts still(Shorts row, Shorts across) {
     return soft(subtract_to_zero(all_shorts(16384) - square_of(row), across));
   }
-  /// Places across the streak, in radii, and beyond both ends of its level
-  /// part, in lengths of its ends; all * 4096.
+  /// Returns a streak's weight from the distance across its line (radii) and beyond both ends of its plateau (lengths
+  /// of its ramps), each * 4096.
   static MOTES_INLINE Shorts streak(Shorts side, Shorts one, Shorts other) {
     const Shorts profile = soft(all_shorts(16384) - square_of(side));
     const Shorts beyond = min_shorts(max_shorts(max_shorts(one, other), Shorts{}), all_shorts(4095)) << 3;
@@ -43,14 +42,13 @@ struct DiscShape {
   }
 };
 
-/// What a group's lanes are.
+/// A group of kWidth records, one per lane.
 struct DiscGroup {
-  static constexpr int kRows = 32, kStrips = 3; // of what is drawn in groups
+  static constexpr int kRows = 32, kStrips = 3;  // largest patch that is drawn in groups
   static constexpr int kPixels = kRows * kStrips * kStrip;
-  // Of the usual disc, which has one strip. All small ones get as many: the end of a loop that is mispredicted costs
-  // more than rows beyond the last, where weights are 0.
+  // Rows drawn of every small disc (one strip): a mispredicted loop end costs more than extra rows of weight 0.
   static constexpr int kSmallRows = 8;
-  static constexpr bool kHasSmall = kWidth >= 8; // for narrower vectors more rows cost more than they save
+  static constexpr bool kHasSmall = kWidth >= 8;  // narrower vectors lose more by extra rows than they gain
 
   alignas(64) std::int32_t at_x[kWidth], at_y[kWidth], size[kWidth], light[kWidth], dx[kWidth], dy[kWidth];
   alignas(64) std::uint32_t color[kWidth], depth[kWidth];
@@ -59,7 +57,7 @@ struct DiscGroup {
   alignas(64) float left[kWidth], slope[kWidth], total[kWidth];
   alignas(64) float narrow[kWidth], end[kWidth], level[kWidth], unit[kWidth];
   alignas(64) std::int32_t first[kWidth], last[kWidth], strips[kWidth], column[kWidth], state[kWidth];
-  alignas(64) std::int32_t small[kWidth]; // true: a still disc of one strip
+  alignas(64) std::int32_t small[kWidth];  // mask: a still disc of one strip
   alignas(64) std::int32_t row_base[kWidth], column_base[kWidth], step[kWidth], step_side[kWidth], step_end[kWidth];
   alignas(64) std::uint32_t sum[kWidth], number[kWidth], shift[kWidth];
 
@@ -68,12 +66,12 @@ struct DiscGroup {
   alignas(64) std::uint16_t room[kWidth * kPixels + 64];
 };
 inline constexpr int kHidden = 0, kStill = 1, kMoving = 2,
-                     kLarge = 3; // DiscGroup::state
+                     kLarge = 3;  // DiscGroup::state
 
 MOTES_INLINE Floats gain_of(const image::WideSplat& task, Floats diameter) {
   const Floats most = all(static_cast<float>(image::kMaxFootprint));
   const Floats within = min(diameter, most);
-  // Lanes without a record hold anything: they look up something, too.
+  // Lanes without a record may hold anything, so the index is clamped.
   const Ints below = max_ints(min_ints(to_ints(within), all_ints(image::kMaxFootprint - 1)), all_ints(0));
 #if MOTES_WIDTH == 512
   const Floats table = load(task.gain);
@@ -88,7 +86,7 @@ MOTES_INLINE Floats gain_of(const image::WideSplat& task, Floats diameter) {
   return low + (high - low) * (within - to_floats(below));
 }
 
-/// Everything that follows from the records.
+/// Computes everything that follows from the records: position, direction, outline, state.
 MOTES_OUTLINE void prepare(DiscGroup& g, const image::TilePlanes& tile, const image::WideSplat& task, int count) {
   constexpr float kUnit = 1.0f / (1 << image::kWideBits);
   const Floats x = to_floats(load_mask(g.at_x) - task.origin_x) * kUnit;
@@ -103,7 +101,7 @@ MOTES_OUTLINE void prepare(DiscGroup& g, const image::TilePlanes& tile, const im
   const Floats per_radius = 1.0f / radius;
   const Floats half_radii = half * per_radius;
 
-  // See outline_of().
+  // The outline, as in outline_of().
   const Floats steep = abs(along_y), extent_x = radius + half * abs(along_x), extent_y = radius + half * steep;
   const Floats reach = radius * (1 / DiscShape::kSlim);
   const Mask follows = moving & (reach < steep * extent_x) & (2 * reach < steep * kWideRow);
@@ -133,8 +131,7 @@ MOTES_OUTLINE void prepare(DiscGroup& g, const image::TilePlanes& tile, const im
   store_mask(g.last, last);
   store_mask(g.column, column);
   store_mask(g.strips, strips);
-  // A still disc is as high as it is wide: one strip has at most as many rows as columns. What is seen of it begins at
-  // most so far beside the tile that margins hold the rest.
+  // A still disc of one strip has at most kStrip rows, and the tile's margins hold what falls outside.
   static_assert(DiscGroup::kSmallRows == kStrip && kStrip <= image::kMargin);
   store_mask(g.small, DiscGroup::kHasSmall ? seen & ~moving & (strips == 1) : Mask{});
 
@@ -198,7 +195,7 @@ MOTES_INLINE void weigh_streak(DiscGroup& g, int i, std::uint16_t* to) {
   g.sum[i] = sum_of(sum);
 }
 
-/// The weights of the group's sprites; see tint_of() for `number` and `shift`.
+/// Computes the weights of the group's sprites, and their `number` and `shift` for tint_of().
 MOTES_OUTLINE void weigh(DiscGroup& g, int count) {
   std::uint16_t* to = g.room;
   for (int i = 0; i < count; ++i) {
@@ -254,7 +251,7 @@ MOTES_INLINE void draw_in_group(const image::TilePlanes& tile, const image::Wide
   }
 }
 
-/// All rows that small ones get.
+/// Draws a small disc: always kSmallRows rows, unclipped.
 template <bool kOver, bool kSaturating>
 MOTES_INLINE void draw_small(const image::TilePlanes& tile, const DiscGroup& g, int i, const Tint& tint) {
   const std::uint16_t* weights = g.weights[i];
@@ -279,7 +276,7 @@ MOTES_INLINE void draw(const image::TilePlanes& tile, const image::WideSplat& ta
   }
 }
 
-/// Draws records i .. count - 1 up to the first that is large; returns its number, or `count`.
+/// Draws records i .. count - 1 up to the first large one; returns its index, or `count`.
 template <bool kOver, bool kSaturating>
 int draw_discs(const image::TilePlanes& planes, const image::WideSplat& task, const DiscGroup& g, int i, int count) {
   const image::TilePlanes tile = planes;
@@ -288,4 +285,4 @@ int draw_discs(const image::TilePlanes& planes, const image::WideSplat& task, co
   return i;
 }
 
-} // namespace motes::MOTES_ISA
+}  // namespace motes::MOTES_ISA

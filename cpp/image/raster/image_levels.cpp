@@ -9,9 +9,9 @@
 namespace motes::image {
 namespace {
 
-constexpr double kOne = 32767;  // products of 16-bit numbers with a sign have room for it
+constexpr double kOne = 32767;  // fits products of signed 16-bit numbers
 
-// The inverse of sRGB's curve, from + - * / alone: ((x + 0.055) / 1.055)^2.4 by Newton's method on y^5 = v^12.
+// Inverts sRGB's curve with + - * / alone: ((x + 0.055) / 1.055)^2.4 by Newton's method on y^5 = v^12.
 double linear_of(double encoded) {
   if (encoded <= 0.04045) return encoded / 12.92;
   const double v = (encoded + 0.055) / 1.055;
@@ -56,9 +56,9 @@ std::vector<std::uint16_t> first_level(const meshes::Picture& picture) {
 // One side of a level.
 struct Side {
   int pixels;
-  double exact;  // so many pixels it would have if all sides could be halved
+  double exact;  // pixels it would have by exact halving
 
-  // Of the level that is about half as large. Of less than two pixels two are left: one alone would be seen as a blur.
+  // Returns the side of the next smaller level. Between one and two pixels it keeps two: one alone would look blurred.
   Side half() const {
     const double half = exact / 2;
     return {half >= 2 ? static_cast<int>(half + 0.5) : half > 1 ? 2 : 1, half};
@@ -66,7 +66,7 @@ struct Side {
   float scale() const { return static_cast<float>(pixels / exact); }
 };
 
-// What a pixel of a smaller side shows of a larger one: parts of its pixels first, first + 1, ...
+// The pixels of a larger side that one pixel of a smaller side averages: first, first + 1, ..., with their weights.
 struct Share {
   int first;
   std::vector<std::uint64_t> parts;  // they add up to the pixels of the larger side

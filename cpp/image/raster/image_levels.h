@@ -1,4 +1,4 @@
-// A sprite's picture, ready to be drawn at any size.
+// Mip levels of a sprite's picture.
 #pragma once
 
 #include <cstdint>
@@ -8,24 +8,23 @@
 
 namespace motes::image {
 
-/// Linear light times alpha, and alpha: 0..32767, four numbers per pixel; a frame of one transparent pixel surrounds
-/// it.
+/// One mip level: premultiplied linear light and alpha, 0..32767, four numbers per pixel, with a border of one
+/// transparent pixel.
 struct ImageLevel {
-  const std::uint16_t* texels;  // the first pixel of the frame
-  int width, height;            // without the frame
-  /// How many of its pixels cover as much of the picture as one of exactly half the size, a quarter of it and so on:
-  /// 1 where sides are powers of two.
+  const std::uint16_t* texels;  // first pixel of the border
+  int width, height;            // without the border
+  /// Ratio of its sides to those of exact halving: 1 where sides are powers of two.
   float across, down;
-  std::uint16_t most_alpha;  // of its pixels, at least 1
+  std::uint16_t most_alpha;  // greatest alpha of its pixels, at least 1
 };
 
-/// The picture, and smaller ones, each of about half the size of the one before, down to one pixel. Each covers the
-/// picture exactly, so that none is beside its place.
+/// The picture and smaller levels, each about half the size of the one before, down to one pixel. Each covers the
+/// picture exactly, so none is displaced.
 class ImageLevels {
  public:
   explicit ImageLevels(const meshes::Picture& picture);
   const std::vector<ImageLevel>& levels() const { return levels_; }
-  /// The part of a square as wide as the picture's longer side that it covers.
+  /// Returns the mean alpha over a square as wide as the picture's longer side.
   double cover() const { return cover_; }
 
  private:
@@ -34,8 +33,8 @@ class ImageLevels {
   double cover_ = 0;
 };
 
-/// Computed at first use, kept until the process ends; thread-safe. Throws std::invalid_argument where this process
-/// keeps no such picture.
+/// Returns the levels of a picture, computed at first use and kept until the process ends. Thread-safe. Throws
+/// std::invalid_argument if this process has no such picture.
 const ImageLevels& image_levels(meshes::AssetKey key);
 
 }  // namespace motes::image

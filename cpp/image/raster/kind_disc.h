@@ -24,10 +24,10 @@ struct Disc : DiscShape {
   MOTES_INLINE float reach() const { return half > 0 ? s.radius * (1 / kSlim) : s.radius; }
   MOTES_INLINE float box_x() const { return s.radius; }
   MOTES_INLINE float box_y() const { return s.radius; }
-  /// Its light's mean is a third of that in its middle.
+  /// Returns the disc's total light, px^2: its mean is a third of that in the middle.
   MOTES_INLINE float total() const { return s.radius * s.radius * (3.14159265f / 3) * gain; }
   MOTES_INLINE float greatest() const { return half > 0 ? kStreakWeight : kStillWeight; }
-  /// What the weights' sum is where there are many pixels.
+  /// Returns the expected sum of the weights, exact for many pixels.
   MOTES_INLINE float usual_sum() const {
     const float square = s.radius * s.radius;
     if (!(half > 0)) return square * (3.14159265f / 3) * kStillWeight;
@@ -45,7 +45,8 @@ struct Disc : DiscShape {
   }
 
  private:
-  /// Along the streak there is equal light in the middle, and at its ends it gets less over `ramp` radii.
+  /// Light along the streak is constant over the plateau, whose half length this is in radii, and fades over `ramp`
+  /// radii at both ends.
   MOTES_INLINE float plateau() const { return half > 1 ? half - 1 : 0; }
   MOTES_INLINE float ramp() const { return half > 1 ? 2 : half + 1; }
 

@@ -17,13 +17,13 @@ struct Image {
 
   WideSprite s;
   image::ImageLevel level;
-  float across, down;   // texels per pixel, along its width and its height
+  float across, down;   // texels per pixel along width and height
   float width, height;  // px
   float cover;
-  float least;      // what counts as covered by an opaque particle
+  float least;      // least alpha that counts as covered by an opaque particle
   bool moves;
-  int steps = 1;    // places along the streak that a pixel looks at
-  float finer = 1;  // weights are multiplied by this: those of long streaks would be few, and rounded
+  int steps = 1;    // samples along the streak per pixel
+  float finer = 1;  // scales weights up on long streaks, which would otherwise be rounded away
 
   MOTES_INLINE Image(const image::WideSplat& task, const WideSprite& sprite) : s(sprite) {
     const image::ImageLevel& first = task.levels[0];
@@ -37,7 +37,8 @@ struct Image {
     down = scale * level.down;
     width = static_cast<float>(level.width) / across;
     height = static_cast<float>(level.height) / down;
-    // Smaller levels and sides below a pixel are less opaque than the picture; they must not vanish for that.
+    // Smaller levels, and sides below a pixel, are less opaque than the picture: lower the threshold so that they do
+    // not vanish.
     const float opaque = static_cast<float>(level.most_alpha) / static_cast<float>(first.most_alpha);
     least = 0.5f * kPixelWeight * opaque * (width < 1 ? width : 1) * (height < 1 ? height : 1);
     moves = s.half >= 0.5f;
@@ -47,14 +48,14 @@ struct Image {
       finer = s.half / longest;
     }
   }
-  /// Half of the diagonal of a square, and half a pixel more on each side.
+  /// Returns half the diagonal of a square around the picture, half a pixel larger on each side, px.
   MOTES_INLINE float reach() const { return 1.4143f * ((width > height ? width : height) * 0.5f + 0.5f); }
   MOTES_INLINE float box_x() const { return box(size_of(s.up_y), size_of(s.up_x)); }
   MOTES_INLINE float box_y() const { return box(size_of(s.up_x), size_of(s.up_y)); }
 
   MOTES_INLINE float total() const { return 4 * s.radius * s.radius * cover * s.light; }
   static MOTES_INLINE float greatest() { return kPixelWeight; }
-  /// As large as the picture.
+  /// Returns the expected sum of the weights.
   MOTES_INLINE float usual_sum() const { return 4 * s.radius * s.radius * cover * kPixelWeight * finer; }
   static MOTES_INLINE const std::uint16_t* measured(const Patch<4>& p) { return p.cover; }
 
@@ -68,7 +69,7 @@ struct Image {
     });
   }
 
-  /// Where it is at least half opaque, at the most opaque place of its way.
+  /// Covers the pixels where the picture is at least half opaque, taking the most opaque sample along the streak.
   MOTES_INLINE Front front(Floats x, Floats y) const {
     const Texels t = moves ? most_opaque(x, y) : texels(x, y);
     Front front;
@@ -88,12 +89,14 @@ struct Image {
   static constexpr int kMostSteps = 64;
   static constexpr int kPartBits = 7;  // of a texel, in places between texels
 
-  /// How far the turned picture reaches along one axis, where its sides are that much along it.
+  /// Returns half the extent of the rotated picture along one axis; of_width, of_height: components of its sides'
+  /// directions along it.
   MOTES_INLINE float box(float of_width, float of_height) const {
     return of_width * (0.5f * width + 0.5f) + of_height * (0.5f * height + 0.5f);
   }
 
-  /// The part of the streak on which the picture may reach a pixel, as so many places in steps of one length, px.
+  /// The part of the streak where the picture may reach a pixel: position of the first sample and the step between
+  /// samples, px.
   struct Stretch {
     Floats first, step;
   };
@@ -108,7 +111,7 @@ struct Image {
     return texels(x - along * s.along_x, y - along * s.along_y);
   }
 
-  /// Over the streak.
+  /// Returns the mean over the streak.
   MOTES_INLINE Texels mean(Floats x, Floats y) const {
     if (!moves) return texels(x, y);
     const Stretch at = stretch(x, y);
@@ -133,13 +136,13 @@ struct Image {
     return most;
   }
 
-  /// Its edge is as sharp as pixels are, however large its texels, and it has its light wherever it is in a pixel,
-  /// however thin it is.
+  /// Returns the picture at pixels (x, y) relative to its middle. Edges are one pixel wide however large the texels;
+  /// thin pictures keep their light at any sub-pixel position.
   MOTES_INLINE Texels texels(Floats x, Floats y) const {
     // The picture's x is a quarter turn to the right of `up`.
     const Floats to_right = y * s.up_x - x * s.up_y, to_below = -(x * s.up_x + y * s.up_y);
     const auto columns = static_cast<float>(level.width), rows = static_cast<float>(level.height);
-    // From the middle of the frame's first texel.
+    // Columns and rows count from the centre of the frame's first texel.
     Texels t = between(clamp(to_right * across + (0.5f * columns + 0.5f), 1, columns),
                        clamp(to_below * down + (0.5f * rows + 0.5f), 1, rows));
     const Ints part = to_ints(covered(to_right, width) * covered(to_below, height) * 32768.0f + 0.5f);
@@ -147,19 +150,20 @@ struct Image {
     return t;
   }
 
-  /// The part of a pixel, so far from the middle, that is between two edges so far apart, px.
+  /// Returns the part of a pixel that lies between two edges `apart` px from each other; from_middle: distance of the
+  /// pixel from the middle between them.
   static MOTES_INLINE Floats covered(Floats from_middle, float apart) {
     return clamp(0.5f * apart + 0.5f - max(from_middle, -from_middle), 0, apart < 1 ? apart : 1);
   }
 
-  /// Between the middles of four texels, by how near they are: weights like those of Patch.
+  /// Interpolates bilinearly between four texels; weights have the scale of Patch.
   MOTES_INLINE Texels between(Floats at_column, Floats at_row) const {
     constexpr int kOne = 1 << kPartBits;
     const Ints column = to_ints(at_column * float{kOne}), row = to_ints(at_row * float{kOne});
     const Ints first_column = min_ints(column >> kPartBits, all_ints(level.width));
     const Ints first_row = min_ints(row >> kPartBits, all_ints(level.height));
     const Ints right = column - (first_column << kPartBits), below = row - (first_row << kPartBits);
-    // Weights of the left and right texel: the lower and upper half of each lane.
+    // Packs the weights of the left and right texel into the lower and upper half of each lane.
     const Ints pair = (kOne - right) | right << 16;
     const int stride = 4 * (level.width + 2);
     std::int32_t index[kLanes];
@@ -171,7 +175,7 @@ struct Image {
     return sum;
   }
 
-  /// Of each lane two neighbouring texels, which begin at its index: pairs of one of their numbers times the weights.
+  /// Adds, per lane, two neighbouring texels from its index on, times their weights, for each of the four channels.
   static MOTES_INLINE void add_row(Texels& sum, const std::uint16_t* texels, const std::int32_t (&index)[kLanes],
                                    Ints weights) {
     const FourWords pairs = load_pairs([&](std::size_t lane) { return texels + index[lane]; });

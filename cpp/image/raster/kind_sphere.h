@@ -12,7 +12,7 @@ struct Sphere {
   WideSprite s;
   const image::WideSplat& task;
   float half;  // of the streak, in radii
-  float finer;  // weights are multiplied by this: those of long streaks would be few, and rounded
+  float finer;  // scales weights up on long streaks, which would otherwise be rounded away
 
   MOTES_INLINE Sphere(const image::WideSplat& t, const WideSprite& sprite) : s(sprite), task(t) {
     half = shown_half(s);
@@ -22,7 +22,7 @@ struct Sphere {
   MOTES_INLINE float box_x() const { return reach(); }
   MOTES_INLINE float box_y() const { return reach(); }
   static MOTES_INLINE float greatest() { return kPixelWeight; }
-  /// Each pixel's light is what glow() says.
+  /// Returns the expected sum of the weights that weigh() computes.
   MOTES_INLINE float usual_sum() const { return total() * kPixelWeight * finer; }
   MOTES_OUTLINE void weigh(Patch<2>& p) const {
     const Sphere own = *this;  // no store to the patch can change it
@@ -32,7 +32,8 @@ struct Sphere {
 
   MOTES_INLINE float total() const { return s.radius * s.radius * 3.14159265f * task.mean_shade * s.light; }
 
-  /// At a place on the sphere: along the streak and across it, in radii; outside it, the shade at the rim.
+  /// Returns the shade at a position on the sphere, along and across the streak, in radii; outside the sphere, that at
+  /// the rim.
   MOTES_INLINE Floats shade(Floats along, Floats across) const {
     const Floats square = along * along + across * across;
     const Floats shrink = select(square > 1.0f, 1.0f / sqrt(square), all(1.0f));
@@ -51,7 +52,7 @@ struct Sphere {
       const Floats cover = clamp((1.0f - distance) * s.radius + 0.5f, 0, 1) * s.light;
       return {cover, cover * shade(p.along, p.across)};
     }
-    // The mean of its shade over the time in which it is over the pixel.
+    // Mean shade while the sphere is over the pixel.
     const Chord c = chord(p, half);
     const Floats length = max(c.last - c.first, Floats{});
     const Floats cover = length * (0.5f / half * s.light * finer);

@@ -1,5 +1,5 @@
-// Opaque records of one fixed size: at each pixel the nearest wins. In a crowd most are behind others that have been
-// drawn before them: these are left out.
+// Draws opaque records of one fixed size: at each pixel the nearest wins. Records behind everything they would meet are
+// skipped; in a crowd these are most.
 #pragma once
 
 #include "image/raster/depth_blocks.h"
@@ -10,17 +10,17 @@
 
 namespace motes::MOTES_ISA {
 
-// Some records: where they begin, and which are seen.
+// Up to kMost records: their positions, and the list of those that may be seen.
 struct Crowd {
   static constexpr std::size_t kMost = 128;
 
   alignas(64) std::uint32_t position[kMost], depth[kMost];
-  alignas(64) std::int32_t pixel[kMost], row[kMost];  // from the tile's first pixel, and in tables
-  alignas(64) std::uint32_t seen[kMost + kLanes];     // numbers of records
+  alignas(64) std::int32_t pixel[kMost], row[kMost];  // offset from the tile's first pixel, and first row in tables
+  alignas(64) std::uint32_t seen[kMost + kLanes];  // indices of records
 };
 
-// Finds those of `count` records that are not behind everything they would meet, as far as is known. Without branches:
-// whether one is seen has nothing to do with whether the next is.
+// Lists those of `count` records that are not known to be behind everything they would meet; returns how many. No
+// branches: whether one record is seen says nothing about the next.
 MOTES_INLINE std::size_t find_seen(const image::TilePlanes& tile, const image::Splat& s, const unsigned char* records,
                                    std::size_t count, Crowd& crowd) {
   read_places(s.record_bytes, s.form.depth, records, count, crowd.position, crowd.depth);
@@ -41,12 +41,12 @@ MOTES_INLINE std::size_t find_seen(const image::TilePlanes& tile, const image::S
   return seen;
 }
 
-// How one of them looks.
+// Colour and depth of a record.
 struct Coat {
   std::uint32_t color, depth;
 };
 
-// Calls draw(coat, pixel, row) for those that are seen: see Crowd.
+// Calls draw(coat, pixel, row) for each record that may be seen; pixel and row as in Crowd.
 template <class Draw>
 MOTES_INLINE void for_each_seen(const image::TilePlanes& planes, const image::Splat& s, const unsigned char* records,
                                 std::size_t count, const Draw& draw) {
@@ -64,7 +64,7 @@ MOTES_INLINE void for_each_seen(const image::TilePlanes& planes, const image::Sp
   }
 }
 
-// Rows of `kVectors` of kLongs pixels.
+// Draws a flat record whose rows have kVectors vectors of kLongs pixels.
 template <int kVectors>
 MOTES_INLINE void draw_flat(const image::Splat& s, const Coat& coat, const std::uint16_t* covered, image::Nearest* to) {
   const Longs here = all_longs(image::Nearest{coat.depth} << 32 | 0xff000000u | coat.color);
@@ -84,7 +84,7 @@ void flat_records(const image::TilePlanes& planes, const image::Splat& task, con
 }
 
 #if MOTES_WIDTH == 512
-// Eight pixels of a sphere's row, as half vectors: more of these are computed at once.
+// Draws eight pixels of a sphere's row with half vectors, which the processor computes more of at once.
 MOTES_INLINE void round_eight(image::Nearest* to, const std::uint32_t* shade, const float* bulge, Uints color,
                               Floats center, Floats radius, unsigned covered) {
   const __m256i shades = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(shade));
@@ -97,7 +97,8 @@ MOTES_INLINE void round_eight(image::Nearest* to, const std::uint32_t* shade, co
 }
 #endif
 
-// Rows of `kVectors` of kWidth pixels; kHalf: the last one of half as many. `in_tables`: the first row there.
+// Draws a sphere whose rows have kVectors vectors of kWidth pixels; kHalf: the last one is half a vector. `in_tables`:
+// its first row in the tables.
 template <int kVectors, bool kHalf>
 MOTES_INLINE void draw_round(const image::Splat& s, const Coat& coat, std::ptrdiff_t in_tables, image::Nearest* to) {
   constexpr int kInRow = image::surface_row(kHalf ? kVectors * kWidth - kLongs : kVectors * kWidth);
@@ -160,7 +161,7 @@ inline void opaque_any(const image::TilePlanes& tile, const image::Splat& s, con
 
 MOTES_INLINE Longs greater(Longs a, Longs b) { return a > b ? a : b; }
 
-// See SplatLanes::measure_surfaces.
+// Implements SplatLanes::measure_surfaces.
 inline void measure_surfaces(const image::TilePlanes& tile, int rows, int columns, std::uint32_t* farthest) {
   constexpr int kBlock = 1 << image::DepthBlocks::kBits, kVectors = kBlock / kLongs;
   for (int top = 0; top < image::kTile; top += kBlock) {

@@ -10,16 +10,16 @@
 namespace motes::image {
 namespace {
 
-// With fewer keys, passes over counters cost more than comparing.
+// Fewest keys for a radix sort; below, passes over counters cost more than comparisons.
 constexpr std::size_t kFewestKeys = 256;
 constexpr int kMostDigitBits = 12, kMostPasses = 3;  // of 32 bits
 
 constexpr std::size_t kDeepBytes = sizeof(DeepRecord);
 
-// Of each digit, one pass after another.
+// Counts of each digit value, one array per pass.
 using DigitCounts = std::array<std::array<std::uint32_t, std::size_t{1} << kMostDigitBits>, kMostPasses>;
 
-// Adds the digits of all passes, the lowest first, of what the upper halves are above `least`.
+// Counts the digits of all passes, lowest first, of (upper half - least).
 template <int kPasses>
 void count_digits(std::span<const std::uint64_t> keys, std::uint32_t least, int digit_bits, DigitCounts& counts) {
   const std::uint32_t mask = (std::uint32_t{1} << digit_bits) - 1;
@@ -67,7 +67,7 @@ void Ordered::sort(std::span<const Piece> pieces) {
   gather();
 }
 
-// Records of one brush are brought together first: then a record's number says where it is.
+// Appends the keys of a piece. Records of one brush are copied together, so a record's index tells where it is.
 void Ordered::list(const Piece& piece, std::size_t first, std::size_t at) {
   const std::size_t size = piece.brush->record_bytes();
   const bool deep = has_depth(piece.brush->layout());
@@ -88,7 +88,7 @@ void Ordered::list(const Piece& piece, std::size_t first, std::size_t at) {
   }
 }
 
-// By the upper half only, in as few passes as the range of the depths needs: two for most tiles.
+// Radix-sorts keys by their upper half, in as few passes as the range of depths needs: two for most tiles.
 void Ordered::sort_keys() {
   if (count_ < kFewestKeys) {
     std::sort(keys_.data(), keys_.data() + count_);
@@ -125,13 +125,13 @@ Ordered::Entry Ordered::entry(std::uint64_t key) const {
   return entries_.data()[number];
 }
 
-// Whether the i-th key is the first of several of one depth; `before`: the key before it.
+// Tells whether the i-th key is the first of several with the same depth; `before` is the key before it.
 bool Ordered::begins_equals(std::size_t i, std::uint64_t before) const {
   const std::uint64_t* keys = keys_.data();
   return i + 1 < count_ && (keys[i] ^ keys[i + 1]) >> 32 == 0 && (keys[i] ^ before) >> 32 != 0;
 }
 
-// Equally deep records from `first` on are put in the order of their content.
+// Sorts the equally deep records from `first` on by content.
 void Ordered::order_equals(std::size_t first) {
   const auto before = [&](std::uint64_t a, std::uint64_t b) {
     const Entry one = entry(a), other = entry(b);
@@ -150,11 +150,11 @@ void Ordered::gather() {
   records_.resize(bytes_);
   if (brush_ == nullptr) return gather_each();
   runs_.push_back({brush_, records_.data(), count_, most_alpha_});
-  // Most records are of this size, and a copy of a known one is no call.
+  // Most records have this size; with a constant size memcpy is inlined.
   brush_->record_bytes() == kDeepBytes ? copy_alike<kDeepBytes>(kDeepBytes) : copy_alike<0>(brush_->record_bytes());
 }
 
-// `kSize`: bytes of a record; 0: `size`.
+// Copies records of one brush in order. kSize: bytes of a record; 0: use `size`.
 template <std::size_t kSize>
 void Ordered::copy_alike(std::size_t size) {
   const std::byte* from = listed_.data();

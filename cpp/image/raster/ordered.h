@@ -1,4 +1,4 @@
-// Records of a tile from far to near.
+// Sorts the records of a tile from far to near, for blending by alpha.
 #pragma once
 
 #include <cstddef>
@@ -11,15 +11,15 @@
 
 namespace motes::image {
 
-/// Sorts the records that are not opaque by depth, the farthest first. Equally deep ones are in the order of their
-/// content (brush, then bytes), so the order depends only on the set of records. Keeps its memory from tile to tile.
+/// Sorts non-opaque records by depth, farthest first. Ties are ordered by content (brush, then bytes), so the result
+/// depends only on the set of records. Reuses its memory from tile to tile.
 class Ordered {
  public:
-  /// Records without a depth are nearer than all others. Throws std::runtime_error where some have no colour: see
-  /// in_order_of_depth(). The pieces must not change while the order is in use.
+  /// Records without a depth count as nearest. Throws std::runtime_error if some have no colour (see
+  /// in_order_of_depth()). The pieces must not change while the result is in use.
   void sort(std::span<const Piece> pieces);
 
-  /// Neighbours that share a brush, one behind the other in memory; in order.
+  /// Returns the sorted records as runs that share a brush, each contiguous in memory.
   std::span<const Piece> runs() const { return runs_; }
 
  private:
@@ -38,13 +38,13 @@ class Ordered {
   void copy_alike(std::size_t size);
   void gather_each();
 
-  // A key is the complement of the depth, then the number of the record.
+  // A key: complement of the depth's bits (upper half), index of the record (lower half).
   BufferOf<std::uint64_t> keys_, other_keys_;
-  std::uint32_t least_ = 0, greatest_ = 0;  // complements of depths
+  std::uint32_t least_ = 0, greatest_ = 0;  // range of the keys' upper halves
   std::size_t count_ = 0, bytes_ = 0;       // of all records
   std::uint8_t most_alpha_ = 0;
   const Brush* brush_ = nullptr;  // of all records; null: they have several
-  Buffer listed_;                 // all records, where they have one brush; else:
+  Buffer listed_;                 // copies of all records, if they share a brush; otherwise entries_
   BufferOf<Entry> entries_;
   std::vector<Piece> runs_;
   Buffer records_;

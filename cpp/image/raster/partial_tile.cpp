@@ -16,7 +16,7 @@ struct Header {
 };
 static_assert(sizeof(Header) == 16);
 
-// The smallest box of the pixels for which `active(x, y)` holds; empty where there are none.
+// Returns the bounding box of the pixels for which active(x, y) holds; empty if there are none.
 template <class Active>
 Box bounding_box(const Area& area, const Active& active) {
   int left = area.width, right = 0, top = area.height, bottom = 0;

@@ -1,4 +1,4 @@
-// A tile's sums and nearest surfaces as a message: what several ranks drew of one tile is merged by its owner.
+// A partial tile: sums and nearest surfaces that one rank drew, as a message to the tile's owner, who merges them.
 #pragma once
 
 #include <cstddef>
@@ -22,23 +22,23 @@ struct Box {
   }
 };
 
-/// Appends the smallest rectangle of pixels that have light, and the smallest with an opaque particle:
-///   magic u32, tile u32, two boxes of 4 u8, sums u32[rows][columns][3], Nearest[rows][columns]
-/// `surfaces`: tile.surfaces and tile.depth are in use.
+/// Appends to a message the bounding boxes of pixels with light and of pixels with an opaque particle:
+/// magic u32, tile u32, two boxes of 4 u8, sums u32[rows][columns][3], Nearest[rows][columns] `surfaces`: whether
+/// tile.surfaces and tile.depth are in use.
 void append_partial(const Area& area, const TilePlanes& tile, bool surfaces, Buffer& to);
 
-/// Such a message in memory owned by someone else.
+/// A view of such a message.
 class PartialTile {
  public:
-  /// Throws std::runtime_error where the bytes are not a whole partial tile of this area.
+  /// Throws std::runtime_error if the bytes are not a whole partial tile of this area.
   PartialTile(std::span<const std::byte> bytes, const Area& area);
 
   bool has_surfaces() const { return surface_box_.pixels() != 0; }
 
-  /// Adds its sums; one that would overflow gets its greatest value, so that the order of partial tiles has no meaning.
+  /// Adds its sums to `light`, saturating, so the order of partial tiles does not matter.
   void add_light(std::uint32_t* light) const;
 
-  /// Keeps the nearer surfaces.
+  /// Keeps the nearer surface at each pixel.
   void keep_nearest(Nearest* surfaces) const;
 
  private:

@@ -1,4 +1,4 @@
-// The pixels around one sprite: their weights are computed first, then its light is drawn row by row.
+// A patch: the pixels around one sprite. Their weights are computed first, then its light is drawn row by row.
 #pragma once
 
 #include "image/raster/pixel_lanes.h"
@@ -6,26 +6,31 @@
 
 namespace motes::MOTES_ISA {
 
-/// Rows are drawn in strips of so many pixels: 24 lanes of light.
+/// Pixels per strip in which rows are drawn: 24 lanes of light.
 inline constexpr int kStrip = 8;
 inline constexpr int kPatchRows = 64;
 inline constexpr int kPatchStrips = 9;  // a tile's columns, wherever the first strip starts
 inline constexpr int kPatchPixels = kPatchRows * kPatchStrips * kStrip;
-/// Rows in a vector of 16-bit numbers.
+/// Rows of a strip in one vector of 16-bit numbers.
 inline constexpr int kRowsAtOnce = kShorts / kStrip;
-/// Rows of which weights are computed may be this many more than there are.
+/// Weights are computed for up to this many rows more than the patch has.
 inline constexpr int kMoreRows = 16;
 
-/// A part of a sprite's rows. Numbers of strip k, row r begin at 8 * (k * stride + r).
+/// A part of a sprite's rows, cut into strips of 8 pixels. Weights of strip k, row r begin at 8 * (k * stride + r):
+///
+///   strip 0: row 0 (8 numbers), row 1, ... row stride-1; strip 1: ...
 struct PatchPart {
   int first, rows;  // pixels of the tile
-  int stride;       // rows, and those that fill vectors
+  int stride;       // `rows`, rounded up to whole vectors
   int strips;
   std::int32_t start[kPatchRows + kMoreRows];  // column of each row's first pixel
 };
 
-/// Weights of 15 bits. kPlanes: 1: what is covered shines; 2: its light has a plane of its own; 4: and a colour of its
-/// own, three numbers per pixel.
+/// Holds 15-bit weights of a patch. kPlanes:
+///
+///   1  cover only: a pixel is as bright as it is covered
+///   2  cover, and light (one number per pixel)
+///   4  cover, and coloured light (three numbers per pixel)
 template <int kPlanes>
 struct Patch : PatchPart {
   alignas(64) std::uint16_t cover[kPatchPixels + 64];
@@ -45,11 +50,11 @@ MOTES_INLINE int floor_of(float v) {
   return towards_zero - (static_cast<float>(towards_zero) > v);
 }
 
-/// Rows this wide, px, are not worth following a streak.
+/// Width in px from which rows do not follow a streak sideways: it would save too little.
 inline constexpr float kWideRow = 24;
 
-/// Of a sprite within a box around its middle, moved along the streak; `reach`: how far its light is from the streak's
-/// line.
+/// Returns the outline of a sprite that fills a box of half sides box_x, box_y around its middle and moves along its
+/// streak. `reach`: greatest distance of its light from the streak's line, px.
 template <class Sprite>
 MOTES_INLINE Outline outline_of(const Sprite& s, float reach, float box_x, float box_y) {
   const float slope = size_of(s.along_y);
@@ -74,7 +79,7 @@ MOTES_INLINE Floats numbers_from(int first) {
   return v + static_cast<float>(first);
 }
 
-/// Rows first .. last, strips from .. from + strips - 1.
+/// Sets up a part with rows first .. last and strips from .. from + strips - 1 of an outline.
 template <class Sprite>
 MOTES_INLINE void place_rows(PatchPart& p, const Sprite& s, const Outline& o, int first, int last, int from,
                              int strips) {
@@ -85,7 +90,7 @@ MOTES_INLINE void place_rows(PatchPart& p, const Sprite& s, const Outline& o, in
   for (int i = 0; i < p.rows; i += kWidth) {
     const Floats left = (numbers_from(first + i) - s.y) * o.slope + o.left;
     const Ints towards_zero = to_ints(left);
-    // Rounded down, the pixel after that: a true lane is -1.
+    // Rounds down and adds 1 (a true lane is -1).
     store_mask(p.start + i, towards_zero + (to_floats(towards_zero) > left) + (1 + kStrip * from));
   }
 }
@@ -100,16 +105,16 @@ MOTES_INLINE Shorts rows_of_lanes() {
   for (int lane = 0; lane < kShorts; ++lane) v[lane] = static_cast<std::int16_t>(lane / kStrip);
   return v;
 }
-/// The weights of the rows from `row` on, without those of rows beyond the last.
+/// Clears weights of rows beyond the last; the vector begins at row `row` of `rows`.
 MOTES_INLINE Shorts rows_within(Shorts weights, int row, int rows) {
   return row + kRowsAtOnce > rows ? weights & (rows_of_lanes() < all_shorts(rows - row)) : weights;
 }
 
-// Eight pixels; and vectors of their 24 lanes of light.
+// Eight pixels, one number each; light has 24 lanes for them.
 using Eight = std::uint32_t __attribute__((vector_size(32)));
 
 MOTES_INLINE Eight eight_of(std::uint32_t value) { return Eight{} + value; }
-/// 32 bytes, whatever numbers are in them.
+/// Loads 32 bytes.
 MOTES_INLINE Eight load_words(const void* from) {
   Eight v;
   __builtin_memcpy(&v, from, sizeof v);
@@ -151,7 +156,7 @@ struct PartType<1> {
   using Type = Eight;
 };
 #endif
-/// Lanes kPart * kWidth and those after it.
+/// Vector number kPart of the 24 lanes of light of eight pixels.
 template <int kPart>
 using Part = typename PartType<kPart>::Type;  // NOLINT(readability-redundant-typename): clang 14 needs it
 
@@ -175,7 +180,7 @@ MOTES_INLINE Part<kPart> spread_eight(Eight pixels) {
 #endif
 }
 
-/// 16-bit numbers, one for each lane.
+/// Loads vector kPart of 24 16-bit numbers.
 template <int kPart>
 MOTES_INLINE Part<kPart> load_part(const std::uint16_t* from) {
 #if MOTES_WIDTH == 512
@@ -206,15 +211,15 @@ MOTES_INLINE Eight multiply_short(Eight a, Eight b) { return (Eight)_mm256_madd_
 MOTES_INLINE Eight multiply_short(Eight a, Eight b) { return a * b; }
 #endif
 
-/// A sprite's colour in the units of sums: a weight times a number of these, shifted to the right.
+/// A sprite's colour in the units of sums: (weight * part) >> shift is the light of a weight.
 struct Tint {
   Uints part[3];
-  std::uint32_t alpha;  // in the units of 65536 / 16 for what is opaque
+  std::uint32_t alpha;  // 65536 / 16 for an opaque sprite
   int shift;
 };
 
-/// `number` of 15 bits and `shift` are what a weight of 1 shines: as precise where a sprite is faint as where it is
-/// bright.
+/// Makes the tint with which a weight of 1 shines number / 2^shift. `number` has 15 bits, so faint sprites are as
+/// precise as bright ones.
 MOTES_INLINE Tint tint_of(const Channels& channels, std::uint32_t color, std::uint32_t number, int shift) {
   Tint tint;
   tint.shift = shift;
@@ -225,8 +230,8 @@ MOTES_INLINE Tint tint_of(const Channels& channels, std::uint32_t color, std::ui
   return tint;
 }
 
-/// `unit`: how much light a weight of 1 is, from a sprite whose colour and alpha are 1; at most 1/1024. False where
-/// nothing of it would be left.
+/// Makes the tint with which a weight of 1 shines `unit` (<= 1/1024) for a sprite of colour and alpha 1. Returns false
+/// where that is too faint to show.
 MOTES_INLINE bool tint_of(const Channels& channels, std::uint32_t color, float unit, Tint& tint) {
   const float scale = unit * (65536.0f * image::kUnit / (255.0f * 255.0f));
   std::uint32_t bits;
@@ -237,11 +242,12 @@ MOTES_INLINE bool tint_of(const Channels& channels, std::uint32_t color, float u
   return true;
 }
 
-/// Where the row is seen, in 4096 parts of its light.
+/// Returns the visible part of eight pixels, 0..4096: `walls` are depths of the tile, `depth` that of the particle, as
+/// bits.
 MOTES_INLINE Eight seen_of(const std::uint32_t* walls, std::uint32_t depth, float fade) {
   using Whole = std::int32_t __attribute__((vector_size(32)));
   const Eight wall = load_words(walls);
-  const Eight visible = (Eight)((Whole)wall >= (Whole)eight_of(depth));  // both are bits of positive floats
+  const Eight visible = (Eight)((Whole)wall >= (Whole)eight_of(depth));  // compares bits of positive floats
   if (!(fade > 0)) return visible & 4096u;
   using Numbers = float __attribute__((vector_size(32)));
   float center;
@@ -252,7 +258,8 @@ MOTES_INLINE Eight seen_of(const std::uint32_t* walls, std::uint32_t depth, floa
   return visible & (Eight) __builtin_convertvector(room * 4096.0f + 0.5f, Whole);
 }
 
-/// One row of a strip, where `to` is the light of its first pixel. `lights`: see Patch. kUsed: parts that are drawn.
+/// Draws one row of a strip; `to` is the light of its first pixel, `lights` its coloured weights (kPlanes = 4). kUsed:
+/// how many of the kParts vectors are drawn.
 template <int kPlanes, bool kOver, bool kSaturating, bool kTest, int kPart = 0, int kUsed = kParts>
 MOTES_INLINE void draw_row(const Tint& tint, std::uint32_t* to, Eight cover, Eight light, const std::uint16_t* lights,
                            Eight seen) {
@@ -276,7 +283,7 @@ MOTES_INLINE void draw_row(const Tint& tint, std::uint32_t* to, Eight cover, Eig
   }
 }
 
-/// What is left of light behind a row that covers this: see behind().
+/// Returns the opacity, 0..65535, of eight pixels that are covered this much: the argument of behind().
 MOTES_INLINE Eight opacity_of(const Tint& tint, Eight cover) {
   const Eight part = multiply_short(cover, eight_of(tint.alpha)) >> (tint.shift + 4);
   const Eight opacity = part + (part >> 8);
@@ -284,7 +291,7 @@ MOTES_INLINE Eight opacity_of(const Tint& tint, Eight cover) {
   return (opacity & ~more) | (more & 65535u);
 }
 
-/// The rows first .. last of the tile that are in the part.
+/// Draws those rows of the patch that are in first .. last of the tile.
 template <int kPlanes, bool kOver, bool kSaturating, bool kTest>
 void draw_patch(const image::TilePlanes& tile, const Patch<kPlanes>& patch, const Tint& tint, int first, int last,
                 int columns, std::uint32_t depth, float fade) {

@@ -22,7 +22,7 @@ void Pieces::add(std::span<const std::byte> message) {
   parts_.push_back({std::move(seen), &brush});
 }
 
-// Systems with equal sprites share a brush.
+// Returns the brush for a message; systems with equal sprites share one.
 const Brush& Pieces::brush_for(const RecordsView& records) {
   for (const Brush& brush : brushes_) {
     if (brush.same(records.sprite(), records.layout(), records.colored())) return brush;

@@ -1,4 +1,4 @@
-// The records of a frame, sorted out by tile.
+// The records of a frame, by tile.
 #pragma once
 
 #include <cstddef>
@@ -13,27 +13,27 @@
 
 namespace motes::image {
 
-/// Records of one message for one tile. The order of pieces, and of records in them, has no meaning.
+/// Records of one message for one tile. The order of pieces, and of records in them, does not matter.
 struct Piece {
   const Brush* brush;
   const std::byte* records;  // any alignment
   std::size_t count;
-  std::uint8_t most_alpha = 255;  // no record has more
+  std::uint8_t most_alpha = 255;  // greatest alpha of any record
   std::uint32_t color = 0;        // of all records, where the brush has none: r | g << 8 | b << 16 | alpha << 24
 };
 
-/// All messages of a frame, from any number of ranks.
+/// All messages with records of a frame, from any number of ranks.
 class Pieces {
  public:
-  /// Forgets the last frame's messages. `slots`: the order of tiles that they were made with.
+  /// Drops the last frame's messages. `slots`: the order of tiles in the messages.
   void begin(const View& view, const Slots& slots = {});
 
-  /// The bytes must not change while pieces of them are in use. Throws std::runtime_error where they are malformed or
-  /// made for a different view.
+  /// Adds a message, whose bytes must not change while pieces of it are in use. Throws std::runtime_error if it is
+  /// malformed or made for a different view.
   void add(std::span<const std::byte> message);
 
-  /// Replaces the content of `pieces` by those of one tile; returns how many records they have. Pieces are valid until
-  /// the next begin().
+  /// Fills `pieces` with those of one tile and returns their number of records. Pieces are valid until the next
+  /// begin().
   std::size_t collect(int tile, std::vector<Piece>& pieces) const;
 
  private:

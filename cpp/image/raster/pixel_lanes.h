@@ -1,4 +1,4 @@
-// What the kernels of a tile's painter share: pixels have three lanes each in light, and one in everything else.
+// Helpers of a tile painter's kernels. A pixel has three lanes in light (red, green, blue) and one in everything else.
 #pragma once
 
 #include "image/tile_planes.h"
@@ -8,7 +8,7 @@ namespace motes::MOTES_ISA {
 
 inline constexpr int kWidth = static_cast<int>(kLanes);
 
-// Puts one byte into each lane.
+// Loads one byte per lane.
 MOTES_INLINE Uints load_bytes(const std::uint8_t* from) {
 #if MOTES_WIDTH == 512
   // The masked form: g++ 12 warns of an uninitialised operand in the plain one.
@@ -27,13 +27,15 @@ MOTES_INLINE Uints load_bytes(const std::uint8_t* from) {
 #endif
 }
 
-// A record's light as three vectors that repeat red, green, blue: 12 bits per colour, colour * alpha / 16.
+// A record's light, colour * alpha / 16 (12 bits per channel), as three vectors of lanes:
+//
+//   part[0] part[1] part[2] = r g b r g b r g b ...
 struct Light {
   Uints part[3];
 };
 
 #if MOTES_WIDTH == 512 || MOTES_WIDTH == 256
-// Shuffle controls: lane l of vector j takes byte (l + kWidth * j) % 3 and zeros.
+// Byte shuffles: lane l of vector j takes byte (l + kWidth * j) % 3 of the colour, and zeros.
 struct Channels {
   Uints part[3];
 };
@@ -46,7 +48,7 @@ MOTES_INLINE Channels channels() {
   }
   return c;
 }
-// Vector j of colour * alpha.
+// Returns vector j of colour * alpha, in the order of Light.
 MOTES_INLINE Uints products_of(const Channels& channels, std::uint32_t color, int j) {
   const Uints word = all_uints(color);
 #if MOTES_WIDTH == 512
@@ -80,7 +82,7 @@ MOTES_INLINE void add(std::uint32_t* to, Uints more) {
   store_uints(to, sum);
 }
 
-// The rows of a record that nothing hides.
+// Adds the rows of a record that nothing hides to the light at `to`.
 template <int kVectors, bool kSaturating>
 MOTES_INLINE void add_rows(int size, int row_bytes, const Light& light, const std::uint8_t* weights,
                            std::uint32_t* to) {
@@ -97,7 +99,7 @@ MOTES_INLINE std::uint32_t word_at(const unsigned char* from) {
   return word;
 }
 
-// One value per pixel to three lanes per pixel: lane l of vector j takes pixel (l + kWidth * j) / 3.
+// Spreads one value per pixel over three lanes: lane l of vector j takes pixel (l + kWidth * j) / 3.
 #if MOTES_WIDTH >= 256
 struct Spread {
   Uints from[3];
@@ -128,9 +130,8 @@ MOTES_INLINE Uints spread(const Spread&, Uints p, int j) {
                   : Uints{p[0], p[1], p[1], p[1]};
 }
 #endif
-// Vector j of any number: `pixels` is the first pixel's value.
-// At most half as many pixels as a vector has lanes are wanted, and half a vector crosses the border of a cache line
-// half as often.
+// Loads vector j of values spread over three lanes per pixel; `pixels` is the first pixel's value. At most half a
+// vector of pixels is needed, and half a vector crosses a cache line half as often.
 MOTES_INLINE Uints load_spread(const Spread& s, const std::uint32_t* pixels, int j) {
 #if MOTES_WIDTH == 512
   const __m256i half = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(pixels + kWidth * j / 3));
@@ -143,7 +144,8 @@ MOTES_INLINE Uints load_spread(const Spread& s, const std::uint32_t* pixels, int
 #endif
 }
 
-// Light of what is at `depth`, where what is `here` is not nearer. Both are bits of positive floats.
+// Returns the light of something at `depth` where the surface `here` is not nearer, 0 elsewhere. Depths are bits of
+// positive floats.
 MOTES_INLINE Uints where_seen(Uints light, Uints here, Uints depth) {
 #if MOTES_WIDTH == 512
   return (Uints)_mm512_maskz_mov_epi32(_mm512_cmpge_epi32_mask((__m512i)here, (__m512i)depth), (__m512i)light);
@@ -152,8 +154,9 @@ MOTES_INLINE Uints where_seen(Uints light, Uints here, Uints depth) {
 #endif
 }
 
-// light * opacity / 65536, rounded down. By halves: of the products of a lane's two halves, `high` has the upper 16
-// bits, each where it belongs, and the upper one of `low` what the upper product adds below.
+// Returns light * opacity / 65536, rounded down, from products of 16-bit halves (light = h l):
+//
+//   high = [h * opacity >> 16 | l * opacity >> 16],  low = [h * opacity & 0xffff | ...];  sum = high + (low >> 16)
 #if MOTES_WIDTH == 512
 MOTES_INLINE __m512i covered(__m512i light, __m512i opacity) {
   const __m512i halves = _mm512_broadcast_i32x4(_mm_setr_epi8(0, 1, 0, 1, 4, 5, 4, 5, 8, 9, 8, 9, 12, 13, 12, 13));
@@ -177,8 +180,8 @@ MOTES_INLINE __m128i covered(__m128i light, __m128i opacity) {
 }
 #endif
 
-// What is left of light after something of this opacity, 0..65535, has covered it: light - light * opacity / 65536,
-// rounded up; exact for any 32 bits.
+// Returns the light that remains behind something of this opacity (0..65535): light - light * opacity / 65536, rounded
+// up, exact for any 32 bits.
 template <class Vector>
 MOTES_INLINE Vector behind(Vector light, Vector opacity) {
 #if MOTES_WIDTH == 512
@@ -192,11 +195,11 @@ MOTES_INLINE Vector behind(Vector light, Vector opacity) {
   return light - (light >> 16) * opacity - ((light & 0xffffu) * opacity >> 16);
 }
 
-// The opacity of alpha * weight, 0..255 each: 255 * 255 becomes 65533.
+// Returns the opacity, 0..65535, of alpha * weight (0..255 each): 255 * 255 becomes 65533.
 MOTES_INLINE Uints opacity_of(Uints alpha_weight) { return alpha_weight + (alpha_weight >> 7); }
 
-// The part of a particle's light that is left near an opaque surface, in 4096 parts: times a record's greatest light,
-// 4064 * 255, it stays below 2^32.
+// Returns the part, 0..4096, of a soft particle's light that remains in front of a surface at depth `wall`. 4096 times
+// a record's greatest light, 4064 * 255, fits into 32 bits.
 MOTES_INLINE Uints faded(Uints wall, std::uint32_t depth, float fade) {
   float center;
   __builtin_memcpy(&center, &depth, sizeof center);
@@ -204,13 +207,13 @@ MOTES_INLINE Uints faded(Uints wall, std::uint32_t depth, float fade) {
   return (Uints)to_ints(min(max(room, Floats{}), all(1.0f)) * all(4096.0f) + all(0.5f));
 }
 
-// Where faded() leaves all light, whatever is farther than this wall.
+// Tells where faded() keeps all light, for this surface and any farther one.
 MOTES_INLINE Mask keeps_all(Floats wall, Floats depth, float fade) { return (wall - depth) * all(fade) >= 1.0f; }
 
-// A sphere's front may be nearer than the camera; depths stay positive.
+// Least depth, m: a sphere's front may reach behind the camera, but depths must stay positive.
 inline constexpr float kLeastDepth = 1e-6f;
 
-// 64-bit lanes: half as many as other vectors have.
+// A vector of 64-bit lanes: half as many as other vectors have.
 using Longs = std::int64_t __attribute__((vector_size(4 * MOTES_LANES)));
 inline constexpr int kLongs = kWidth / 2;
 
@@ -221,7 +224,7 @@ MOTES_INLINE Longs load_longs(const image::Nearest* from) {
   return v;
 }
 
-// Keeps the lesser number of each pixel where the lowest kLongs bits of `covered` say so. All are positive.
+// Keeps the smaller of both numbers at each of kLongs pixels whose bit of `covered` is set. All numbers are positive.
 MOTES_INLINE void keep_nearest(image::Nearest* to, Longs more, unsigned covered) {
 #if MOTES_WIDTH == 512
   const Longs before = load_longs(to);
@@ -242,16 +245,16 @@ MOTES_INLINE void keep_nearest(image::Nearest* to, Longs more, unsigned covered)
 #endif
 }
 
-// Eight pixels' depths and surfaces as numbers to compare; `half` selects which of two vectors.
+// Combines depths and surfaces of pixels into numbers of type Nearest; `half` selects the lower or upper half of the
+// lanes.
 MOTES_INLINE Longs nearest_of(Uints depth, Uints surface, int half) {
 #if MOTES_WIDTH == 512
-  // In turn a word of `surface` and one of `depth`, from the lower or the upper
-  // half of both.
+  // Interleaves words of `surface` and `depth`, from the lower or the upper half of both.
   const __m512i lower = _mm512_set_epi32(23, 7, 22, 6, 21, 5, 20, 4, 19, 3, 18, 2, 17, 1, 16, 0);
   const __m512i of = half == 0 ? lower : _mm512_add_epi32(lower, _mm512_set1_epi32(8));
   return (Longs)_mm512_permutex2var_epi32((__m512i)surface, of, (__m512i)depth);
 #elif MOTES_WIDTH == 256
-  // The same within each half of the vector: lanes 0, 1, 4, 5 or 2, 3, 6, 7.
+  // unpack works within each 128-bit half: lanes 0, 1, 4, 5 or 2, 3, 6, 7.
   const __m256i low = _mm256_unpacklo_epi32((__m256i)surface, (__m256i)depth);
   const __m256i high = _mm256_unpackhi_epi32((__m256i)surface, (__m256i)depth);
   return (Longs)(half == 0 ? _mm256_permute2x128_si256(low, high, 0x20) : _mm256_permute2x128_si256(low, high, 0x31));
@@ -265,7 +268,7 @@ MOTES_INLINE Longs nearest_of(Uints depth, Uints surface, int half) {
 #endif
 }
 
-// Words in turn, such as surfaces and depths of pixels.
+// Splits interleaved words, such as surfaces and depths of pixels, into two vectors.
 #if MOTES_WIDTH == 512
 MOTES_INLINE void split(__m512i low, __m512i high, Uints& first, Uints& second) {
   const __m512i even = _mm512_set_epi32(30, 28, 26, 24, 22, 20, 18, 16, 14, 12, 10, 8, 6, 4, 2, 0);
@@ -278,7 +281,7 @@ MOTES_INLINE void split(const void* words, Uints& first, Uints& second) {
 #if MOTES_WIDTH == 512
   split(_mm512_loadu_si512(from), _mm512_loadu_si512(from + kLongs), first, second);
 #elif MOTES_WIDTH == 256
-  // Words 0, 2 or 1, 3 of each half of both vectors, then the halves in their order.
+  // Takes words 0, 2 or 1, 3 of each half of both vectors, then puts the halves in order.
   const __m256 low = _mm256_loadu_ps(reinterpret_cast<const float*>(from));
   const __m256 high = _mm256_loadu_ps(reinterpret_cast<const float*>(from + kLongs));
   first = (Uints)_mm256_permute4x64_pd((__m256d)_mm256_shuffle_ps(low, high, 0x88), 0xd8);

@@ -1,5 +1,5 @@
-// Points that nothing hides: so little is drawn of each that finding its place costs more, so this is done for a vector
-// of them at once.
+// Draws points that nothing hides. Finding a point's place costs more than drawing it, so places are found for a vector
+// of points at once.
 #pragma once
 
 #include "image/layout.h"
@@ -8,14 +8,14 @@
 
 namespace motes::MOTES_ISA {
 
-// The pixels that a point touches in each direction, the bytes of a row of their weights, and the vectors of a row.
+// Side of a point's footprint, px; bytes and vectors per row of its weights.
 inline constexpr int kPointSize = 2, kPointRow = 16;
 inline constexpr int kPointVectors = (3 * kPointSize + kWidth - 1) / kWidth;
 template <bool kColored>
 inline constexpr std::size_t kPointBytes = image::record_bytes(image::Layout::plain, kColored);
 
 #if MOTES_WIDTH == 512
-// Points are two pixels wide: half of a vector, which rarely crosses the border of a cache line.
+// Adds a point, two pixels wide, with half vectors, which rarely cross a cache line.
 template <bool kSaturating>
 MOTES_INLINE void add_point(const Light& light, const std::uint8_t* weights, std::uint32_t* to) {
   const __m256i color = _mm512_castsi512_si256((__m512i)light.part[0]);
@@ -34,7 +34,8 @@ MOTES_INLINE void add_point(const Light& light, const std::uint8_t* weights, std
 }
 #endif
 
-// The pixels of the tile in which footprints begin, and their phases: which of the table's footprints they have.
+// First pixels of footprints in the tile, and their phases (sub-pixel positions, which select a footprint of the
+// table).
 struct Places {
   Ints column, row, phase;
 };
@@ -44,13 +45,13 @@ MOTES_INLINE Places places(const image::Splat& s, Uints positions) {
   const Ints phase_x = ((Ints)((Uints)x << up) & 15) >> down, phase_y = ((Ints)((Uints)y << up) & 15) >> down;
   return {x >> s.sub_bits, y >> s.sub_bits, (Ints)((Uints)phase_y << s.phase_bits) | phase_x};
 }
-// Which footprints have a pixel in the tile.
+// Tells which footprints have a pixel in the tile.
 MOTES_INLINE Mask touch(const Places& at, int size) {
   return (min_ints(at.column, at.row) > -size) & (max_ints(at.column, at.row) < image::kTile);
 }
 MOTES_INLINE Ints in_light(const Places& at) { return at.row * image::kLightStride + 3 * at.column; }
 
-// The colour of a record, its own or that of all.
+// Returns the colour of a record: its own, or the common one.
 MOTES_INLINE std::uint32_t color_of(const image::Splat& s, const unsigned char* record) {
   return s.form.color != 0 ? word_at(record + s.form.color) : s.color;
 }
@@ -84,7 +85,7 @@ MOTES_INLINE void read_places(int record_bytes, int depth_at, const unsigned cha
   for (; i % kLanes != 0; ++i) positions[i] = depths[i] = 0;
 }
 
-// The words of records of points; without colours that word has no meaning.
+// Words of kWidth records of points; `color` is undefined where records carry none.
 struct Points {
   Uints position, color;
 };
@@ -100,7 +101,7 @@ MOTES_INLINE Points whole_points(const unsigned char* from) {
   return p;
 }
 
-// Of fewer records than a vector has lanes: what is in the others has no meaning.
+// Reads fewer records than a vector has lanes; the other lanes are undefined.
 template <bool kColored>
 MOTES_INLINE Points some_points(const unsigned char* from, int number) {
   constexpr std::size_t kBytes = kPointBytes<kColored>;
@@ -122,7 +123,7 @@ MOTES_INLINE Points some_points(const unsigned char* from, int number) {
 #endif
 }
 
-// Draws the first `number` of a vector of points; false, and nothing is drawn, where some do not belong to this tile.
+// Draws the first `number` points of a vector; draws nothing and returns false if some do not belong to this tile.
 template <bool kSaturating, bool kColored>
 MOTES_INLINE bool add_vector(const image::TilePlanes& planes, const image::Splat& s, const Channels& channel,
                              const Points& p, const unsigned char* records, int number) {

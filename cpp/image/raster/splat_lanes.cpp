@@ -18,13 +18,13 @@ using image::kPixelStride;
 using image::Splat;
 using image::TilePlanes;
 
-// Where a footprint starts in the tile, and its rows in tables.
+// Where a footprint begins: offsets in the planes of the tile, and its first row in tables.
 struct FootprintPlace {
   std::ptrdiff_t light, pixel;
   int row;
 };
 
-// False where the record does not belong to this tile.
+// Finds a record's place; returns false if it does not touch this tile.
 MOTES_INLINE bool place(const Splat& s, std::uint32_t position, FootprintPlace& at) {
   const int x = static_cast<std::int16_t>(position & 0xffffu) - s.origin_x;
   const int y = static_cast<std::int16_t>(position >> 16) - s.origin_y;
@@ -60,7 +60,7 @@ void add_records(const TilePlanes& planes, const Splat& task, const unsigned cha
   }
 }
 
-// Points that nothing hides.
+// Adds points that nothing hides.
 template <bool kSaturating, bool kColored>
 void add_points(const TilePlanes& planes, const Splat& task, const unsigned char* records, std::size_t count) {
   constexpr std::size_t kBytes = kPointBytes<kColored>;
@@ -75,8 +75,8 @@ void add_points(const TilePlanes& planes, const Splat& task, const unsigned char
   if (count != 0) draw(some_points<kColored>(records, static_cast<int>(count)), count);
 }
 
-// Whether some of the records are nearer than everything in the tile and some are not: then it is cheaper to test the
-// pixels of all than to predict which ones need it.
+// Tells whether records in front of everything in the tile and others are mixed: then testing the pixels of all is
+// cheaper than predicting which need it.
 bool is_mixed(const TilePlanes& tile, const Splat& s, const unsigned char* records, std::size_t count) {
   constexpr std::size_t kSample = 32;
   const std::size_t number = count < kSample ? count : kSample;
@@ -160,8 +160,8 @@ MOTES_INLINE void blend_in(const TilePlanes& tile, const Splat& s, const unsigne
   blend_records<kVectors, kSaturating, kOver, true, true>(tile, s, records, count);
 }
 
-// The number of vectors per row is a constant of each loop. With four lanes, which only old processors have, there is a
-// loop for each 16 lanes (the weights of a row are filled up to these), and all saturate: less to compile.
+// Step between the numbers of vectors per row for which a loop is compiled. With four lanes, which only old processors
+// have, there is one loop per 16 lanes (rows of weights are padded to that), and all saturate: less to compile.
 constexpr int kStep = kWidth == 4 ? 4 : 1;
 
 template <int kVectors, bool kOver>
@@ -189,7 +189,7 @@ void over_any(const TilePlanes& tile, const Splat& s, const unsigned char* recor
   blend_from<kStep, true>(tile, s, records, count);
 }
 
-// Shifts that bring a pixel's red, green, blue to the lowest byte, in the order of the lanes of light.
+// Right shifts that bring red, green, blue of a surface to the lowest byte, in the order of the lanes of light.
 struct Shifts {
   Uints part[3];
 };
@@ -201,7 +201,7 @@ MOTES_INLINE Shifts channel_shifts() {
   return s;
 }
 
-// A surface has the light of an additive record with its shade as alpha and the weight 255.
+// Returns the light of a surface: that of an additive record with its shade as alpha and a weight of 255.
 MOTES_INLINE Uints surface_light(Uints surface, Uints shift) {
   return ((multiply_short(surface >> shift & 0xffu, surface >> 24) + 8u) >> 4) * 255u;
 }
@@ -212,15 +212,14 @@ image::DepthRange show_surfaces(const TilePlanes& tile, int rows, int columns) {
   Ints least = (Ints)all_uints(0x7f800000u), greatest{};
   for (int row = 0; row < rows; ++row) {
     const std::ptrdiff_t first = static_cast<std::ptrdiff_t>(row) * kPixelStride;
-    // The row's surfaces where they are seen, elsewhere 0: of those that are
-    // seen the shade is at least 1. Whole vectors: what is beyond the last
-    // column is not looked at.
+    // The row's visible surfaces, 0 elsewhere (a visible one has a shade of at least 1). Whole vectors are written;
+    // columns beyond the last do not matter.
     std::uint32_t seen[image::kTile + 2 * kLanes];
     for (int x = 0; x < columns; x += kWidth) {
       Uints surface, front;
       split(tile.surfaces + first + x, surface, front);
       const Uints depth = load_uints(tile.depth + first + x);
-      // Depths are bits of positive floats; that of none is behind the solid.
+      // Depths are bits of positive floats; "no surface" lies behind the solid.
       const Mask shows = (Ints)front <= (Ints)depth;
       store_uints(seen + x, surface & (Uints)shows);
       store_uints(tile.depth + first + x, (front & (Uints)shows) | (depth & ~(Uints)shows));

@@ -12,9 +12,8 @@ inline constexpr int kPlaceBits = 6;     // 1/256 px to 1/4 px
 inline constexpr int kFarthestWay = 32;  // px, of streaks that have stamps
 inline constexpr int kWays = 2 * kFarthestWay + 1;
 
-/// Calls use(row, column, weight) for each weight but 0, in a footprint's steps; rows and columns are those of the
-/// tile. What is rounded off is added to the next pixel that the streak covers, or long narrow ones would lose a
-/// hundredth of their light.
+/// Calls use(row, column, weight) for each pixel of the tile whose weight, rounded to 1..255, is not 0. The rounding
+/// error is carried to the next pixel; otherwise long narrow streaks would lose a hundredth of their light.
 template <class Use>
 MOTES_INLINE void round_weights(const DiscGroup& g, const Use& use) {
   const float scale = g.unit[0] * 255;
@@ -35,7 +34,7 @@ MOTES_INLINE void round_weights(const DiscGroup& g, const Use& use) {
   }
 }
 
-/// first .. end - 1.
+/// Columns first .. end - 1; empty at first.
 struct ColumnRange {
   int first = INT8_MAX, end = INT8_MIN;
   void add(int column) {
@@ -44,7 +43,7 @@ struct ColumnRange {
   }
 };
 
-/// Puts the group's first streak into a stamp, which is empty.
+/// Stores the group's first streak in an empty stamp.
 MOTES_INLINE void keep(const DiscGroup& g, image::Stamp& stamp) {
   ColumnRange all, pair[image::Stamp::kPairs];
   const int first = g.first[0];
@@ -55,7 +54,7 @@ MOTES_INLINE void keep(const DiscGroup& g, image::Stamp& stamp) {
   const int pairs = (g.last[0] - first) / 2 + 1;
   int widest = 1;
   for (int p = 0; p < pairs; ++p) {
-    if (pair[p].first > pair[p].end) pair[p] = {all.first, all.first};  // nothing
+    if (pair[p].first > pair[p].end) pair[p] = {all.first, all.first};  // an empty pair
     widest = pair[p].end - pair[p].first > widest ? pair[p].end - pair[p].first : widest;
   }
   const int strips = (widest + kStrip - 1) / kStrip;
@@ -80,7 +79,7 @@ MOTES_INLINE void keep(const DiscGroup& g, image::Stamp& stamp) {
   });
 }
 
-/// Computes a stamp, with the streak's middle in the first pixel of a large tile.
+/// Computes the stamp of a key, with the streak's middle in the tile's first pixel.
 inline __attribute__((noinline)) void fill(const image::WideSplat& task, std::uint32_t key, DiscGroup& g,
                                            image::Stamp& stamp) {
   image::WideSplat alone = task;

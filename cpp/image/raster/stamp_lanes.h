@@ -1,5 +1,5 @@
-// Streaks of sprites that all have the same size, from stamps: weights that are kept and used again. The places of
-// such streaks are rounded to a quarter of a pixel, their lengths along both axes to whole pixels.
+// Draws streaks of sprites of one size from stamps (precomputed weights, see Stamp). Positions are rounded to a quarter
+// of a pixel, lengths along both axes to whole pixels.
 #pragma once
 
 #include <cstddef>
@@ -12,46 +12,48 @@
 
 namespace motes::MOTES_ISA {
 
-/// A vector of records.
+/// Fields of kWidth records, one record per lane.
 struct Streaks {
   Uints position, color, depth, size, way;
 };
 
-/// What is drawn of one record's stamp.
+/// The part of one record's stamp that lies in the tile.
 struct StampPart {
   int first, left;  // row and column of the tile where its first pair begins
-  int pairs;        // of rows
+  int pairs;  // of rows
   int strips, strip_bytes;
-  int block, column;  // its first block and its pair's column: bytes from the first stamp on
-  int cover;          // where in the Cover it begins
+  int block, column;  // byte offsets, from the first stamp, of its first block and of its first pair's `column`
+  int cover;  // index of its first number in Cover::weights
 };
 template <class Number>
 MOTES_INLINE Number begin_of_cover(Number first, Number left) {
   return image::Cover::kPairStride * ((first + 1) >> 1) + image::Cover::kOddRows * (first & 1) + 2 * left;
 }
 
-/// Which stamps a vector of records need, and where they stand.
+/// The stamps that kWidth records need, and their positions in the tile.
 struct StampUses {
   alignas(64) std::uint32_t color[kWidth], depth[kWidth], size[kWidth], key[kWidth];
   alignas(64) std::int32_t middle_row[kWidth], middle_column[kWidth], place[kWidth], stamp[kWidth];
 
-  /// What is drawn of those that have a stamp: see StampPart.
+  /// The StampPart of each record that has a stamp, field by field.
   alignas(64) std::int32_t first[kWidth], left[kWidth], pairs[kWidth], strips[kWidth], strip_bytes[kWidth];
   alignas(64) std::int32_t block[kWidth], column[kWidth], cover[kWidth];
-  std::uint32_t most;  // the sum of the greatest weights
-  bool simple;         // all have a stamp, and stand within the tile's margin
-  bool narrow;         // all of their stamps are
+  std::uint32_t most;  // sum over records of the greatest weight
+  bool simple;  // all records have a stamp that lies within the tile's margin
+  bool narrow;  // all stamps are narrow
 
   MOTES_INLINE StampPart part(int k) const {
     return {first[k], left[k], pairs[k], strips[k], strip_bytes[k], block[k], column[k], cover[k]};
   }
 };
-/// What is drawn so far beside a tile does no harm: beyond it is the margin on the next row's other side.
+/// Pixels that may be drawn beside the tile on either side: they land in the margins of this row and the next.
 inline constexpr int kReach = 2 * image::kMargin;
 
-inline constexpr std::uint32_t kNoStamp = 0;  // StampUses::key: of what has too long a way
+inline constexpr std::uint32_t kNoStamp = 0;  // StampUses::key of a streak that is too long for a stamp
 
-/// Records of at(lane) and the lanes after it. Those of streaks that have stamps end with their size and way.
+/// Reads one record per lane from at(lane). Words of a record, those in brackets where the form has them:
+///
+///   position [color] [depth] size|light way (dx, dy)
 template <class At>
 MOTES_INLINE Streaks read_streaks(const image::WideSplat& task, const At& at) {
   const image::RecordForm& form = task.form;
@@ -67,14 +69,15 @@ MOTES_INLINE Streaks read_streaks(const image::WideSplat& task, const At& at) {
   return {first.word[0], first.word[1], first.word[2], last.word[2], last.word[3]};
 }
 
-/// The 16 stamps of one way stand beside each other; ways of up to 15 pixels never share a place.
+/// Finds the stamp of each record. The 16 stamps of one direction and length are adjacent; streaks of up to 15 pixels
+/// never collide in the table.
 MOTES_INLINE void find_stamps(const image::WideSplat& task, const Streaks& streaks, StampUses& uses, Mask used) {
   const auto first_of = [](Ints pair) { return (Ints)((Uints)pair << 16) >> 16; };
   const int half = 1 << (task.bits - 2), places = image::kWideBits - task.bits;
   const Ints way = (Ints)streaks.way;
   Ints across = (first_of(way) + half) >> (task.bits - 1), down = ((way >> 16) + half) >> (task.bits - 1);
   const Mask known = (max_ints(across, -across) <= kFarthestWay) & (max_ints(down, -down) <= kFarthestWay);
-  // The same streak the other way round, downwards or to the right.
+  // A streak and its reverse are the same: make it point down, or right.
   const Ints turn = select(down == 0, across, down) >> 31;
   across = (across ^ turn) - turn;
   down = (down ^ turn) - turn;
@@ -115,31 +118,31 @@ MOTES_INLINE void find_stamps(const image::WideSplat& task, const Streaks& strea
   store_mask(uses.column, stamp + static_cast<int>(offsetof(image::Stamp, column)) + begin);
 }
 
-/// The blocks of stamps that are to be drawn, in the order of their records: drawn in one loop, whose length does not
-/// depend on how many rows each streak has.
+/// Queues the blocks to draw, in the order of their records, so that one long loop draws them all, however many rows
+/// each streak has.
 struct BlockQueue {
-  /// Those of a vector of records, and what is written behind the last one.
+  /// Capacity: kWidth records x kBlocks, plus 16 slots of over-write.
   static constexpr int kMost = kWidth * image::Stamp::kBlocks + 16;
 
   int count = 0;
-  bool tested = false;  // some of the records may be hidden
+  bool tested = false;  // something may hide some of the records
   bool one_tint = true;
-  bool narrow = false;  // all rows are
-  bool covers = false;  // instead of giving light
-  std::uint32_t most = 0;  // the sum of the greatest weights, where it counts
-  Tint tints[kWidth];   // of the records; if they are equal, the first one counts
-  std::int32_t from[kMost], light[kMost], pixel[kMost], record[kMost];  // pixel, record: where they are asked for
+  bool narrow = false;  // all stamps are narrow
+  bool covers = false;  // blocks go to the Cover, not to light
+  std::uint32_t most = 0;  // sum over records of the greatest weight; used if `covers`
+  Tint tints[kWidth];  // one per record; only the first if one_tint
+  std::int32_t from[kMost], light[kMost], pixel[kMost], record[kMost];  // pixel, record: filled only when needed
 };
 
-/// Numbers for eight pairs of rows: `from` is that of the first one, were it in column `left`.
+/// Returns offsets for eight pairs of rows: from + i * pair + columns[i] * column.
 MOTES_INLINE Eight of_pairs(int from, int pair, int column, Eight columns) {
   constexpr Eight kNumbers = {0, 1, 2, 3, 4, 5, 6, 7};
   return kNumbers * static_cast<std::uint32_t>(pair) + columns * static_cast<std::uint32_t>(column) +
          static_cast<std::uint32_t>(from);
 }
 
-/// Adds a part to the `count` blocks that are queued; returns how many there are then. kCovers: for the Cover; light
-/// needs the numbers of its own planes.
+/// Appends a part's blocks to `count` queued ones and returns the new count. kCovers: queue offsets in the Cover,
+/// otherwise in the planes of light (and depth, if tested).
 template <bool kCovers>
 MOTES_INLINE int queue_part(BlockQueue& queue, int count, const unsigned char* stamps, const StampPart& part, int k) {
   const bool all_planes = !kCovers && (queue.tested || !queue.one_tint);
@@ -192,7 +195,7 @@ MOTES_INLINE void draw_blocks(const image::TilePlanes& tile, const image::WideSp
                               const StampUses& uses) {
   const auto* stamps = reinterpret_cast<const unsigned char*>(task.stamps);
   Tint tint = queue.tints[0];
-  tint.shift = image::kStampShift;  // the compiler knows this one
+  tint.shift = image::kStampShift;  // a constant for the compiler
   for (int i = 0; i < queue.count; ++i) {
     const Eight both = load_eight(reinterpret_cast<const std::uint16_t*>(stamps + queue.from[i]));
     if (!kOneTint) {
@@ -213,7 +216,7 @@ MOTES_INLINE void draw_blocks(const image::TilePlanes& tile, const image::WideSp
   }
 }
 
-/// Draws the queue's blocks, which give light.
+/// Draws the queued blocks into the tile's light.
 template <bool kOver, bool kSaturating>
 void draw_queue(const image::TilePlanes& tile, const image::WideSplat& task, const BlockQueue& queue,
                 const StampUses& uses) {
@@ -230,21 +233,21 @@ void draw_queue(const image::TilePlanes& tile, const image::WideSplat& task, con
 using QueueKernel = void(const image::TilePlanes& tile, const image::WideSplat& task, const BlockQueue& queue,
                          const StampUses& uses);
 
-/// How streaks are drawn.
+/// How streaks of one blend are drawn.
 struct StreakKernels {
-  bool over;  // they cover what is behind them
+  bool over;  // blended by alpha
   QueueKernel* queue;
 };
 
-/// Draws what is queued, and empties the queue.
+/// Draws the queued blocks and empties the queue.
 MOTES_INLINE void empty(BlockQueue& queue, const image::TilePlanes& tile, const image::WideSplat& task,
                         const StampUses& uses, const StreakKernels& draw) {
   queue.covers ? cover_blocks(task, queue) : draw.queue(tile, task, queue, uses);
   queue.count = 0;
 }
 
-/// The stamp of record k, which stands at the tile's edge or has just been computed. Beside the tile, blocks are left
-/// out: they would come to the other side of it, a row farther.
+/// Queues the stamp of record k, clipped to the tile. Blocks outside are skipped: they would wrap around to the other
+/// side, one row lower.
 MOTES_INLINE void queue_stamp(const image::WideSplat& task, const StampUses& uses, int k, BlockQueue& queue) {
   const auto* stamps = reinterpret_cast<const unsigned char*>(task.stamps);
   const image::Stamp& stamp = task.stamps[uses.place[k]];
@@ -279,7 +282,7 @@ MOTES_INLINE void queue_stamp(const image::WideSplat& task, const StampUses& use
   }
 }
 
-/// Draws one record after another: some have no stamp yet, or cannot have one. The order of all stays as it is.
+/// Draws records one by one, in order, because some have no stamp yet or cannot have one.
 template <class DrawAlone>
 __attribute__((noinline)) void draw_one_by_one(const image::TilePlanes& tile, const image::WideSplat& task,
                                                const StampUses& uses, int count, BlockQueue& queue, DiscGroup& g,
@@ -287,7 +290,7 @@ __attribute__((noinline)) void draw_one_by_one(const image::TilePlanes& tile, co
   for (int k = 0; k < count; ++k) {
     image::Stamp& stamp = task.stamps[uses.place[k]];
     if (uses.key[k] != kNoStamp && stamp.key != uses.key[k]) {
-      empty(queue, tile, task, uses, draw);  // it may refer to what is replaced
+      empty(queue, tile, task, uses, draw);  // queued blocks may refer to the stamp that fill() replaces
       fill(task, uses.key[k], g, stamp);
     }
     if (uses.key[k] != kNoStamp && stamp.usable()) {
@@ -300,7 +303,7 @@ __attribute__((noinline)) void draw_one_by_one(const image::TilePlanes& tile, co
   empty(queue, tile, task, uses, draw);
 }
 
-/// Whether records of this colour are added up first: see Cover.
+/// Tells whether weights of this colour are accumulated in the Cover first.
 MOTES_INLINE bool covers_tile(const image::WideSplat& task, std::uint32_t color, std::uint32_t light) {
   return task.cover != nullptr && task.cover->color == color && task.cover->light == light;
 }
@@ -313,7 +316,7 @@ MOTES_INLINE void queue_all(BlockQueue& queue, const image::WideSplat& task, con
   queue.count = blocks;
 }
 
-/// Draws `count` records, at most a vector of them; draw_alone(k) those that have no stamp.
+/// Draws `count` <= kWidth records; calls draw_alone(k) for those without a stamp.
 template <class DrawAlone>
 MOTES_INLINE void draw_streaks(const image::TilePlanes& tile, const image::WideSplat& task, const Streaks& streaks,
                                int count, StampUses& uses, BlockQueue& queue, DiscGroup& g, const Channels& channel,

@@ -1,5 +1,5 @@
-// Additive records of one fixed size in a tile where something hides what is behind it. Most records are in front of
-// everything near them, or behind it: only the others are tested pixel by pixel.
+// Draws additive records of one fixed size in a tile with surfaces. Records in front of everything near them are drawn
+// whole, those behind it are skipped; only the others are tested pixel by pixel.
 #pragma once
 
 #include "image/raster/depth_blocks.h"
@@ -8,22 +8,22 @@
 
 namespace motes::MOTES_ISA {
 
-// A record that nothing hides.
+// Adds a record that nothing hides.
 template <int kVectors, bool kSaturating>
 MOTES_INLINE void add_open(const image::Splat& s, const Light& light, const std::uint8_t* weights, std::uint32_t* to) {
   if (kWidth * kVectors < 24 && s.size == 2) return add_point<kSaturating>(light, weights, to);
   add_rows<kVectors, kSaturating>(s.size, s.row_bytes, light, weights, to);
 }
 
-// Some records, and which of them are drawn how. It is found without branches: the depths of neighbouring records have
-// nothing to do with each other.
+// Up to kMost records, sorted into those to draw whole and those to test. Sorting has no branches, since depths of
+// neighbouring records are unrelated.
 struct Among {
   static constexpr std::size_t kMost = 128;
 
   alignas(64) std::uint32_t position[kMost], depth[kMost];
-  // From the tile's first pixel, and in the table of weights.
+  // Offsets from the tile's first pixel in the planes, and into the table of weights.
   alignas(64) std::int32_t light[kMost], pixel[kMost], weights[kMost];
-  // -1 or 0: nothing hides any of it; something may.
+  // -1 (true) or 0: nothing hides any of the record; something may hide it.
   alignas(64) std::int32_t is_open[kMost], is_tested[kMost];
   std::uint8_t open[kMost], tested[kMost];
   std::size_t opens, testeds;
@@ -60,7 +60,7 @@ MOTES_INLINE void sort_among(const image::TilePlanes& tile, const image::Splat& 
   some.testeds = testeds;
 }
 
-// Record `i`, pixel by pixel.
+// Adds record `i`, testing its depth at each pixel.
 template <int kVectors, bool kSaturating, bool kFade>
 MOTES_INLINE void add_tested(const image::TilePlanes& tile, const image::Splat& s, const Spread& spreading,
                              const Light& light, const Among& some, std::size_t i) {

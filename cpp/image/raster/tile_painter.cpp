@@ -13,19 +13,20 @@
 namespace motes::image {
 namespace {
 
-// With room for fewer records than this, another search for the greatest sum costs more than saturating.
+// Fewest records that must fit before sums may overflow; below, saturating is cheaper than searching for the greatest
+// sum.
 constexpr std::uint32_t kWorthCounting = 256;
 
-// The most that a record of such an alpha adds to a sum.
+// Returns the most that a record of this alpha adds to a sum.
 std::uint32_t most_light(std::uint32_t alpha) {
   constexpr auto kOfAlpha = static_cast<std::uint32_t>(kUnit * kMostLight / 255) + 1;
-  return kOfAlpha * (alpha + 1);  // one more, for what is rounded up
+  return kOfAlpha * (alpha + 1);  // one more, for rounding
 }
 
-// What can be added to sums before one may overflow, where the greatest is now `brightest`.
+// Returns what can be added to sums without overflow if the greatest is `brightest`.
 std::uint32_t room(std::uint32_t brightest) { return std::numeric_limits<std::uint32_t>::max() - brightest; }
 
-// Pieces whose records are fetched ahead.
+// Number of pieces whose records are prefetched.
 constexpr std::size_t kAhead = 2;
 
 void prefetch(const Piece& piece) {
@@ -33,10 +34,10 @@ void prefetch(const Piece& piece) {
   for (std::size_t i = 0; i < bytes; i += 64) __builtin_prefetch(piece.records + i);
 }
 
-// With fewer records of one colour than this, a pass over the tile costs more than their light.
+// Fewest records of one colour for which a Cover pays: it costs a pass over the tile.
 constexpr std::size_t kWorthCovering = 256;
 
-// The colour and the light of a piece's first record.
+// Colour and light of a piece's first record.
 struct Paint {
   std::uint32_t color;
   std::uint16_t light;
@@ -50,11 +51,11 @@ Paint paint_of(const Piece& piece) {
   return paint;
 }
 
-// Surfaces are looked at when they have been drawn over so many times, then each time that half as much has been drawn
-// again: before that hardly anything is hidden. With so little left it is not worth it.
+// Surfaces are measured after the tile has been drawn over kFirstLook times, then each time half as much again has been
+// drawn: earlier hardly anything is hidden. With less than kWorthLooking times the tile left, measuring does not pay.
 constexpr std::size_t kFirstLook = 6, kWorthLooking = 2;
 
-// Pixels that an opaque record is drawn over, roughly.
+// Returns roughly the pixels that one opaque record covers.
 std::size_t pixels_of(const Piece& piece) {
   const int size = piece.brush->footprint_pixels();
   return size > 0 ? static_cast<std::size_t>(size) * static_cast<std::size_t>(size) : 64;
@@ -112,7 +113,7 @@ void TilePainter::clear(const Area& area, std::uint32_t brightest) {
 void TilePainter::start(const Area& area) {
   bare_ = false;
   const Scenery& scenery = scene_->scenery();
-  clear(area, std::max(scenery.brightest(area.tile), most_light(255)));  // opaque particles are not counted
+  clear(area, std::max(scenery.brightest(area.tile), most_light(255)));  // opaque particles may add this much
   const auto lanes = static_cast<std::size_t>(area.width) * 3;
   if (planes_.hides) {
     for (int y = 0; y < area.height; ++y) {
@@ -145,7 +146,7 @@ void TilePainter::start_surfaces() {
 void TilePainter::merge(std::span<const std::byte> partial) {
   const PartialTile part(partial, area_);
   part.add_light(planes_.light);
-  room_ = 0;  // unknown: counted when records are added
+  room_ = 0;  // unknown until the next search
   if (!part.has_surfaces()) return;
   start_surfaces();
   part.keep_nearest(planes_.surfaces);
@@ -188,7 +189,7 @@ void TilePainter::add(std::span<const Piece> pieces) {
   end_cover();
 }
 
-// Chooses where the light of the first piece's streaks is added up: those behind it that are alike count, too.
+// Decides whether streaks of the first piece are accumulated in the Cover, counting the alike pieces that follow.
 void TilePainter::start_cover(std::span<const Piece> pieces) {
   const Brush* brush = pieces.front().brush;
   if (!brush->has_stamps()) return end_cover();
@@ -223,7 +224,8 @@ void TilePainter::end_cover() {
   covering_ = nullptr;
 }
 
-// In parts: between them it is looked at how far away surfaces have remained, since what is farther is hidden.
+// Draws opaque records in parts. Between parts it measures how far away surfaces still are, so that farther records can
+// be skipped.
 void TilePainter::paint_surfaces(std::span<const Piece> pieces) {
   start_surfaces();
   planes_.blocks = nullptr;
@@ -306,7 +308,7 @@ void TilePainter::blend(const Piece& given) {
   }
 }
 
-// In parts that cannot overflow a sum, until that costs more than saturating.
+// Draws a piece in parts that cannot overflow a sum; switches to saturating sums when parts would become too small.
 template <class Draw>
 void TilePainter::in_parts(const Piece& piece, const Draw& draw) {
   const unsigned char* records = raw(piece.records);
@@ -353,7 +355,7 @@ void TilePainter::depth(float* depths, std::size_t row_floats) const {
     const std::uint32_t* bits = planes_.depth + y * kPixelStride;
     for (int x = 0; x < area_.width; ++x) depths[x] = std::bit_cast<float>(planes_.hides ? bits[x] : Scenery::kNothing);
     if (!solids) continue;
-    // Where a solid is in front its surface counts, not the depth at which it begins to hide.
+    // For a solid, write the depth of its surface, not that from which it hides.
     const std::uint32_t* hides = scenery.depth(area_.x, area_.y + y);
     const float* surface = scenery.surface_depth(area_.x, area_.y + y);
     for (int x = 0; x < area_.width; ++x) {

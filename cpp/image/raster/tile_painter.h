@@ -1,4 +1,4 @@
-// One tile of the picture: scenery and records become light.
+// Paints one tile of the picture: turns scenery and records into light.
 #pragma once
 
 #include <cstddef>
@@ -22,47 +22,47 @@ namespace motes::image {
 /// grouping of their records, nor on how many partial tiles they were first added up in. It holds the working memory of
 /// one tile; there may be several painters, one per thread.
 ///
-/// What hides what, pixel by pixel: opaque particles and the scenery hide what is behind them, the nearest wins. All
-/// others are drawn before that: where none of a tile's records is blended by alpha they are added in any order;
-/// otherwise all of them, additive ones too, are blended from far to near.
+/// Hiding is decided per pixel: the nearest opaque particle or solid hides what is behind it. All other particles are
+/// drawn in front of that: added in any order if none of the tile's records is blended by alpha; otherwise all of them,
+/// additive ones too, are blended from far to near.
 class TilePainter {
  public:
   explicit TilePainter(const SplatLanes& lanes = splat_lanes(), const WideLanes& wide = wide_lanes());
 
-  /// The scene must not change before the frame's last tile is painted.
+  /// Starts a frame. The scene must not change before its last tile is painted.
   void begin(const PreparedScene& scene);
 
-  /// Starts with the scenery's light, and hides what is behind it.
+  /// Starts a tile with the scenery's light and depth.
   void start(const Area& area);
 
-  /// Starts without light: for a partial tile, which is merged into another. The scenery still hides what is behind it.
+  /// Starts a partial tile, without light, to be merged into another. The scenery still hides what is behind it.
   void start_bare(const Area& area);
 
-  /// Adds what save_partial() wrote, here or on another rank, for the same tile. Throws std::runtime_error where the
-  /// bytes are malformed or of another tile.
+  /// Merges a partial tile that save_partial() wrote, here or on another rank. Throws std::runtime_error if it is
+  /// malformed or of another tile.
   void merge(std::span<const std::byte> partial);
 
-  /// Draws all records of this tile that have not been merged. Partial tiles can be merged in any order, so a bare tile
-  /// takes only opaque records, or only additive ones of a frame in which no system is opaque or blended by alpha:
-  /// throws std::logic_error where its records are of another blend or of both.
+  /// Draws all records of this tile that have not been merged. A partial tile takes either opaque records, or additive
+  /// ones of a frame without other blends, so that partial tiles can be merged in any order; throws std::logic_error
+  /// otherwise.
   void paint(std::span<const Piece> pieces);
 
-  /// Appends what a bare tile holds to `to`: the pixels that have light or an opaque particle.
+  /// Appends a partial tile to `to`: the pixels that have light or an opaque particle.
   void save_partial(Buffer& to) const;
 
-  /// The tile's light, until another one is started.
+  /// Returns the tile's light, valid until the next start.
   TileLight light() const { return {planes_.light, kLightStride, area_.width, area_.height}; }
 
-  /// Writes it as sRGB, three bytes per pixel; the tile's first pixel is at `pixels`, a row of the picture has
-  /// `row_bytes`. The second form shows other light.
+  /// Writes light as sRGB, three bytes per pixel; the tile's first pixel is at `pixels`, a row of the picture has
+  /// `row_bytes` bytes. The first form writes this tile's light.
   void show(std::uint8_t* pixels, std::size_t row_bytes) const { show(light(), pixels, row_bytes); }
   void show(const TileLight& light, std::uint8_t* pixels, std::size_t row_bytes) const;
 
-  /// Writes the view depth of the nearest solid or opaque particle, m; infinite where there is none.
+  /// Writes the view depth of the nearest solid or opaque particle, m; infinite if there is none.
   void depth(float* depths, std::size_t row_floats) const;
 
-  /// Writes the part of the light from behind that the painted `pieces`, and what hides some of them, hold back, 0..1.
-  /// Overwrites the tile's light.
+  /// Writes the coverage, 0..1, of the painted `pieces` and of the surfaces that hide some of them. Overwrites the
+  /// tile's light.
   void alpha(std::span<const Piece> pieces, float* alphas, std::size_t row_floats);
 
   /// Writes the velocity of the nearest opaque particle of the painted `pieces`, m/s, three floats per pixel; 0 where
@@ -93,22 +93,22 @@ class TilePainter {
   bool bare_ = false;
   bool surfaces_ = false;  // planes_.surfaces is in use
 
-  // The brush in use, for the tile: most pieces need the same one as the piece before them.
+  // The brush in use, and its parameters for this tile: most pieces need the same brush as the one before.
   const Brush* brush_ = nullptr;
   Splat splat_{};
   WideSplat wide_splat_{};
 
-  // How much more light can be added to any sum before it may overflow; and whether sums may have.
+  // Light that can still be added to any sum without overflow; and whether sums may have overflowed already.
   std::uint32_t room_ = 0;
   bool saturating_ = false;
 
   BufferOf<std::uint32_t> light_, depth_;
   BufferOf<Nearest> nearest_;
   TilePlanes planes_{};
-  DepthBlocks blocks_, fronts_;  // of the tile's depths; of surfaces while they are drawn
-  BufferOf<Stamp> stamps_;  // of several megabytes: a vector would have them in small pages
+  DepthBlocks blocks_, fronts_;  // ranges of the tile's depths; ranges of surfaces while they are drawn
+  BufferOf<Stamp> stamps_;  // several megabytes, which a std::vector would put in small pages
 
-  // Where streaks are added up, while it is in use by records of this brush.
+  // Accumulates streaks of the brush covering_, if any.
   BufferOf<std::uint16_t> cover_weights_;
   BufferOf<std::uint32_t> cover_sums_;
   Cover cover_;

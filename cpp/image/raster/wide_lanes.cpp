@@ -14,9 +14,9 @@ using image::kPixelStride;
 using image::TilePlanes;
 using image::WideSplat;
 
-// Half of the longest streaks of narrow sprites, px, all of which is looked at to normalise them: each of their tiles
-// has to. Of longer ones it evens out along their way that they lie between pixels, but for those that stay within
-// fewer than kStraight rows or columns, which are looked at in kSamples places.
+// Half length, px, up to which all of a narrow streak is weighed to normalise it, in each of its tiles. Along longer
+// ones the sub-pixel position averages out, unless they stay within fewer than kStraight rows or columns; those are
+// sampled in kSamples places.
 constexpr float kLongest = 512;
 constexpr float kStraight = 12;
 constexpr int kSamples = 32;
@@ -62,7 +62,7 @@ MOTES_INLINE void read_record(const WideSplat& task, const unsigned char* bytes,
   g.dy[k] = r.dy;
 }
 
-// The sum of the weights of all rows, and the greatest of them.
+// Sum of the weights of all rows, and the greatest weight.
 struct Weighed {
   std::uint64_t sum = 0;
   int most = 1;
@@ -99,14 +99,14 @@ MOTES_INLINE Weighed count_blocks(const Kind& kind, const Outline& o, Patch<Kind
   return all;
 }
 
-// What is narrow may lie between pixels, or not: its light depends on that until it is normalised.
+// Tells whether a sprite is so narrow that its sum of weights depends on the sub-pixel position and must be normalised.
 template <class Kind>
 MOTES_INLINE bool is_narrow(const Kind& kind) {
   return kind.s.radius < Kind::kNarrow;
 }
 
-// A streak along a row or column: strips of all rows, or rows of all strips, evenly spaced, stand for the rest. Between
-// its ends a sprite leaves the same light everywhere, and with both as much as if that began and ended at once.
+// Estimates the weights of a streak along a row or column from kSamples evenly spaced strips or rows. Between its ends
+// a streak has constant light, and both ends together add nothing.
 template <class Kind>
 MOTES_INLINE Weighed count_samples(const Kind& kind, const Outline& o, Patch<Kind::kPlanes>& patch) {
   const WideSprite& s = kind.s;
@@ -129,7 +129,7 @@ MOTES_INLINE Weighed count_samples(const Kind& kind, const Outline& o, Patch<Kin
   return all;
 }
 
-// What the weights of a sprite that is larger than a part are; nothing where it is what they usually are.
+// Weighs a sprite that is larger than a part; returns nothing if the expected sum is good enough.
 template <class Kind>
 MOTES_INLINE Weighed count_large(const Kind& kind, const Outline& o, Patch<Kind::kPlanes>& patch) {
   const WideSprite& s = kind.s;
@@ -139,7 +139,7 @@ MOTES_INLINE Weighed count_large(const Kind& kind, const Outline& o, Patch<Kind:
   return 2 * s.half * size_of(slope) < kStraight ? count_samples(kind, o, patch) : Weighed{};
 }
 
-// What a weight of 1 shines: so much that the weights' sum is the sprite's light.
+// Returns the light of a weight of 1, such that the sum of weights gives the sprite's light.
 template <class Kind>
 MOTES_INLINE float unit_of(const Kind& kind, const Weighed& all) {
   const float unit = kind.total() / (all.sum > 0 ? static_cast<float>(all.sum) : kind.usual_sum());
@@ -147,10 +147,10 @@ MOTES_INLINE float unit_of(const Kind& kind, const Weighed& all) {
   return unit < most ? unit : most;
 }
 
-// Rows first .. last, which are in the tile.
+// Sets up the part of an outline that lies in the tile: rows first .. last.
 MOTES_INLINE void place_in_tile(PatchPart& part, const WideSprite& s, const Outline& o, int first, int last,
                                 int columns) {
-  // Rows that follow a streak are not wide; others all begin at the same column.
+  // Rows that follow a streak are narrow; all others begin at the same column.
   int from = 0, strips = o.strips;
   if (o.slope == 0) {
     const int left = floor_of(o.left) + 1, end = (columns - left + kStrip - 1) / kStrip;
@@ -160,7 +160,7 @@ MOTES_INLINE void place_in_tile(PatchPart& part, const WideSprite& s, const Outl
   place_rows(part, s, o, first, last, from, strips);
 }
 
-// Computes the weights of what is in the tile, rows first .. last; returns what a weight of 1 shines.
+// Computes the weights in rows first .. last of the tile; returns the light of a weight of 1.
 template <class Kind>
 MOTES_INLINE float weigh(const Kind& kind, const Outline& o, int first, int last, int columns,
                          Patch<Kind::kPlanes>& patch) {
@@ -178,22 +178,22 @@ MOTES_INLINE float weigh(const Kind& kind, const Outline& o, int first, int last
   return unit;
 }
 
-// Of something within a box, whether any of it is in the tile.
+// Tells whether a sprite within a box of half width box_x lies beside the tile.
 MOTES_INLINE bool beside(const WideSplat& task, const WideSprite& s, float box_x) {
   const float extent = box_x + s.half * size_of(s.along_x);
   return s.x + extent <= 0 || s.x - extent >= static_cast<float>(task.columns - 1);
 }
 
-// Draws the rows first .. last of a patch: see draw_patch().
+// Draws rows first .. last of a patch, as draw_patch().
 template <int kPlanes>
 using PatchKernel = void(const TilePlanes& tile, const Patch<kPlanes>& patch, const Tint& tint, int first, int last,
                          int columns, std::uint32_t depth, float fade);
 
-// The inner loops of a blend, which all kinds of sprites share.
+// The inner loops of one blend, shared by all kinds of sprites.
 struct Blend {
   int (*discs)(const TilePlanes& tile, const WideSplat& task, const DiscGroup& g, int i, int count);
   StreakKernels streaks;
-  // [whether something may hide it]
+  // Indexed by whether something may hide the sprite.
   PatchKernel<1>* shining[2];
   PatchKernel<2>* shaded[2];
   PatchKernel<4>* colored[2];
@@ -231,7 +231,7 @@ __attribute__((noinline)) void draw_one(const TilePlanes& tile, const WideSplat&
   blend.patch<Kind::kPlanes>(test)(tile, patch, tint, first, last, task.columns, s.depth, task.fade);
 }
 
-// Streaks of sprites of one size: see Stamp. Long ones are drawn alone.
+// Draws streaks of sprites of one size from stamps; long ones one by one.
 void draw_stamped(const TilePlanes& planes, const WideSplat& task, const unsigned char* records, std::size_t count,
                   const Blend& blend) {
   const TilePlanes tile = planes;
@@ -253,7 +253,7 @@ void draw_stamped(const TilePlanes& planes, const WideSplat& task, const unsigne
   }
 }
 
-// Discs and points: see DiscGroup. Large ones are drawn alone.
+// Draws discs and points in groups (DiscGroup); large ones one by one.
 void draw_groups(const TilePlanes& tile, const WideSplat& task, const unsigned char* records, std::size_t count,
                  const Blend& blend) {
   const Channels channel = channels();
@@ -297,7 +297,7 @@ void over_wide(const TilePlanes& tile, const WideSplat& task, const unsigned cha
   draw_all<Kind>(tile, task, records, count, task.saturating ? kBlend<true, true> : kBlend<true, false>);
 }
 
-// Where a vector of pixels is covered.
+// Keeps the nearest surface at those of a vector of pixels that are covered.
 MOTES_INLINE void keep_vector(const TilePlanes& tile, const PatchPart& part, const InPart& at, unsigned covered,
                               Longs first, Longs second) {
   const auto keep = [&](int row, int column, unsigned bits, Longs nearest) {
@@ -309,7 +309,8 @@ MOTES_INLINE void keep_vector(const TilePlanes& tile, const PatchPart& part, con
   keep(at.row + kLongs / kStrip, at.first + kLongs % kStrip, covered >> kLongs, second);
 }
 
-// Whether all that the sprite would meet is nearer than its front, as far as is known. `extent_x`: see Outline.
+// Tells whether everything the sprite would meet is known to be nearer than its front. `extent_x`: half its width with
+// the streak, px.
 MOTES_INLINE bool is_hidden(const TilePlanes& tile, const WideSprite& s, float extent_x, int first, int last,
                             float front) {
   if (tile.blocks == nullptr) return false;

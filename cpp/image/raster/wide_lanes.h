@@ -1,4 +1,4 @@
-// Wide records to light: sprites of any size up to kMaxDiameter, streaks and images, computed pixel by pixel.
+// Turns wide records into light: sprites of any size up to kMaxDiameter, streaks and images, computed pixel by pixel.
 #pragma once
 
 #include <cstddef>
@@ -13,36 +13,36 @@
 
 namespace motes::image {
 
-/// A normalised sprite may be brighter in its middle than a footprint by this factor.
+/// Most by which the middle of a normalised sprite may outshine that of a footprint.
 inline constexpr float kMostLight = 1.125f;
 
-/// How wide records of one sprite find their pixels.
+/// Parameters for drawing the wide records of one sprite in one tile.
 struct WideSplat {
-  int origin_x, origin_y;  // 1/256 px: middle of the tile's first pixel, from the centre of the image
+  int origin_x, origin_y;  // centre of the tile's first pixel, relative to the centre of the image, 1/256 px
   int columns, rows;       // of the tile
   int record_bytes;
   RecordForm form; // of the records
-  std::uint32_t color;  // of all of them, where they have none
-  int bits;        // of their positions
-  bool saturating; // the sums may overflow
-  float fade;      // 1 / softness, 1/m; 0: hard
-  float radius; // of something with a radius of one pixel at a depth of 1 m, m
+  std::uint32_t color;  // of all records, if they carry none
+  int bits;        // bits below a pixel in records' positions
+  bool saturating; // sums may overflow and must saturate
+  float fade;      // 1 / softness, 1/m; 0: no softness
+  float radius; // radius of one pixel at a depth of 1 m, m
 
-  /// Discs and points: what their light is multiplied by at a diameter of n pixels, so that it is that of a footprint
-  /// of this size; the last one holds for all larger ones.
+  /// Discs and points: factor on their light at a diameter of n pixels that makes it equal that of a footprint; the
+  /// last one holds for all larger ones.
   float gain[kMaxFootprint + 1];
 
-  /// Spheres: see Daylight.
+  /// Spheres: their lighting, from Daylight.
   float toward_sun[3], upward[3], sun, low, high, mean_shade;
 
-  bool one_size;  // all sprites are equally large
-  int key_shift;  // of sizes in keys of stamps; 1 for points: see Stamp
-  Stamp* stamps;  // kStamps of them, which the kernels fill
-  Cover* cover;  // where the light of its colour's streaks is added up; null: nowhere
+  bool one_size;  // all sprites have the same size
+  int key_shift;  // right shift of the size in a stamp's key: 1 for points, 0 otherwise
+  Stamp* stamps;  // kStamps entries, filled by the kernels
+  Cover* cover;  // accumulates weights of streaks of its colour; null: none
 
   const ImageLevel* levels;  // images
   int level_count;
-  float image_cover;  // the part of a square around the picture that it covers
+  float image_cover;  // mean alpha of the square around the picture
 };
 
 /// Draws `count` wide records.
@@ -65,11 +65,11 @@ inline constexpr int kSpriteKinds = [] {
 struct WideLanes {
   WideKernels kinds[kSpriteKinds];  // by Sprite::Kind
 
-  /// Adds what is covered to the light of `rows` rows, and clears it.
+  /// Adds the accumulated weights of `rows` rows to the tile's light and clears the Cover.
   void (*show_cover)(const TilePlanes& tile, Cover& cover, int rows);
 };
 
-/// The build that suits this processor.
+/// Returns the build for this processor.
 const WideLanes& wide_lanes();
 
 }  // namespace motes::image

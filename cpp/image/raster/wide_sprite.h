@@ -1,4 +1,4 @@
-// What the kinds of sprites share where they are computed pixel by pixel: see docs/extending.md.
+// Shared by the kinds of sprites that are computed pixel by pixel: see docs/extending.md.
 #pragma once
 
 #include "image/layout.h"
@@ -7,24 +7,24 @@
 
 namespace motes::MOTES_ISA {
 
-/// One wide record. Lengths are in pixels, y points down.
+/// One wide record, unpacked. Lengths are in pixels, y points down.
 struct WideSprite {
-  float x, y;          // middle of the streak, from the middle of the tile's first pixel
+  float x, y;          // middle of the streak, relative to the centre of the tile's first pixel
   float radius;        // half of the diameter
-  float half;          // half of the streak's length; 0: none
+  float half;          // half the streak's length; 0: no streak
   float along_x, along_y;  // direction of the streak, a unit vector
   float up_x, up_y;    // direction of the particle's `up`, a unit vector
-  float light;         // part of its alpha that is shown
+  float light;         // factor on its alpha, 0..1
   std::uint32_t color, depth;
 };
 
-/// A sprite at a vector of pixels, 0..1: what part of each pixel it covers, and that times its light.
+/// How a sprite looks at a vector of pixels, 0..1: the covered part of each pixel, and that part times its light.
 struct Glow {
   Floats cover, light;
 };
 
-/// An opaque sprite at a vector of pixels: where it is, its red, green and blue (in the lower 24 bits), the part of
-/// that light it shows (0..1), and how much nearer than its centre it is, in pixels, at most its radius.
+/// How an opaque sprite looks at a vector of pixels: where it is, its colour (red, green, blue in the lower 24 bits),
+/// its shade (0..1), and how much nearer than its centre it is, px, at most its radius.
 struct Front {
   Mask covered;
   Uints color;
@@ -33,7 +33,7 @@ struct Front {
 
 MOTES_INLINE Floats clamp(Floats v, float low, float high) { return min(max(v, all(low)), all(high)); }
 
-/// Where a pixel is beside a streak: along it and across, in radii.
+/// Position of a pixel relative to a streak's middle, along it and across it, in radii.
 struct Beside {
   Floats along, across;
 };
@@ -42,11 +42,11 @@ MOTES_INLINE Beside beside(const WideSprite& s, Floats x, Floats y) {
   return {(x * s.along_x + y * s.along_y) * scale, (y * s.along_x - x * s.along_y) * scale};
 }
 
-/// The part of the streak's time in which a disc of one radius is over the pixel is that between `first` and `last`,
-/// places in the disc, over its whole length.
+/// The chord that a pixel draws through a disc of radius 1 as it passes: the disc is over the pixel for (last - first)
+/// / streak length of the time.
 struct Chord {
-  Floats square;       // of half the disc's width across the streak; 0 where the disc passes by
-  Floats first, last;  // first >= last where the disc is never over the pixel
+  Floats square;       // square of half the chord through the whole disc; 0 where it misses the pixel
+  Floats first, last;  // ends of the chord; first >= last where the disc is never over the pixel
 };
 MOTES_INLINE Chord chord(Beside p, float half) {
   Chord c;
@@ -57,17 +57,17 @@ MOTES_INLINE Chord chord(Beside p, float half) {
   return c;
 }
 
-/// Shorter streaks, in radii, are drawn without one: the difference cannot be seen.
+/// Streaks with a half length below this many radii are drawn as still sprites: the difference is invisible.
 inline constexpr float kShortest = 1.0f / 64;
-/// Half of the streak that is drawn, in radii.
+/// Returns half the streak's length in radii; drops streaks that are too short to be seen.
 MOTES_INLINE float shown_half(WideSprite& s) {
   if (!(s.half > kShortest * s.radius)) s.half = 0;
   return s.half / s.radius;
 }
 
-/// A vector of pixels of a strip: one or two rows of eight, or half of one.
+/// Positions of a vector of pixels of a strip: one or two rows of eight, or half a row.
 struct Place {
-  Floats x, y;  // from the middle of the tile's first pixel
+  Floats x, y;  // relative to the centre of the tile's first pixel
 };
 inline constexpr int kPixelRows = kWidth > kStrip ? kWidth / kStrip : 1;
 MOTES_INLINE Place place_of(const PatchPart& p, int strip, int row, int first) {
@@ -81,13 +81,13 @@ MOTES_INLINE Place place_of(const PatchPart& p, int strip, int row, int first) {
   return {column + start + static_cast<float>(strip * kStrip + first), down + static_cast<float>(p.first + row)};
 }
 
-/// Where a vector of pixels begins in a part: a strip, its row, and a column of the strip.
+/// Start of a vector of pixels in a part: strip, row, and column within the strip.
 struct InPart {
   int strip, row, first;
   MOTES_INLINE int number(const PatchPart& p) const { return kStrip * (strip * p.stride + row) + first; }
 };
 
-/// Calls use(x, y, in_part) for all vectors of pixels of a part: where they are on the screen, and in the part.
+/// Calls use(x, y, in_part) for all vectors of pixels of a part, with their positions in the tile and in the part.
 template <class Use>
 MOTES_INLINE void for_each_vector(const PatchPart& p, const Use& use) {
   for (int strip = 0; strip < p.strips; ++strip) {
@@ -100,7 +100,7 @@ MOTES_INLINE void for_each_vector(const PatchPart& p, const Use& use) {
   }
 }
 
-/// The weight of what covers a pixel: see Patch.
+/// Weight of a fully covered pixel in a Patch.
 inline constexpr float kPixelWeight = 16384;
 MOTES_INLINE Ints weight_of(Floats part) { return to_ints(clamp(part, 0, 1) * kPixelWeight + 0.5f); }
 

@@ -98,7 +98,7 @@ class World(Settings):
         pair of ranks for all systems) or "overlapped" (the messages of one travel while the next computes).
         `births`: who creates newborn particles: the "manager", which distributes them, or the "calculators",
         each its part; the particles are the same. `fan_out`: each rank relays the manager's messages to at
-        most this many others (docs/growth.md measures the benefit of both with many ranks). `threads`: of
+        most this many others (docs/notes/growth.md measures the benefit of both with many ranks). `threads`: of
         each rank; the bits are the same. None: the processors that it may use, shared among the ranks of its
         host (`MOTES_THREADS` overrides). `clock`: what measures a calculator's load: "cpu" (processor time of
         its threads, which other processes do not lengthen, divided by their number) or "wall". `log`: a

@@ -39,17 +39,17 @@ LEAST_DENSITY = 1e-9  # kg/m^3
 
 @value(kw_only=True)
 class Gravitate(Action):
-    """Draws particles to each other, more strongly the nearer they are; not those at the same place.
+    """Draws particles to each other, more strongly the nearer they are.
 
-    Formula: v_i += sum over r < max_radius of toward_ij magnitude dt / (r^2 + epsilon), with r the distance
-    to particle j, toward_ij the direction to it
+    Formula: v_i += sum over 0 < r < max_radius of toward_ij magnitude dt / (r^2 + epsilon), with r the
+    distance to particle j, toward_ij the direction to it
 
     Attributes:
         magnitude: strength, m^3/s^2; negative: particles repel each other.
         epsilon: softens the pull of those that are near, m^2.
         max_radius: no pull beyond this distance, m.
-        far: "exact", every pair; or "cells", which needs an infinite `max_radius`: particles that are not
-            near count as cells of about a dozen, and larger ones; 0.2 to 0.3 % off, in the mean square.
+        far: "exact", every pair; or "cells": distant particles are grouped into cells, with a root mean
+            square error of 0.2 to 0.3 %; needs an infinite `max_radius`.
 
     Source: McAllister's Gravitate; cells: Barnes and Hut (1986), on the levels of a cube.
     """
@@ -76,7 +76,7 @@ class Gravitate(Action):
 
 @value(kw_only=True)
 class Follow(Action):
-    """Draws each particle to the one that was born after it, the next of those that live; the last goes free.
+    """Draws each particle to the next living one in the order of birth; the last is free.
 
     Formula: v += toward magnitude dt / (r^2 + epsilon) where r < max_radius, with r the distance to that
     particle, toward the direction to it
@@ -153,12 +153,11 @@ class MatchRotationalVelocity(Action):
 
 @value(kw_only=True)
 class Collide(Action):
-    """Keeps spheres apart: they push each other so that they will not overlap after this step, with friction.
+    """Keeps spheres apart: they push each other so that they do not overlap after this step, with friction.
 
-    Piles come to rest where a frame has enough sub-steps: about dt sqrt(50 g layers / diameter) of them
-    keep the mean overlap at 5 % under so many layers. Momentum is kept, but for particles that fall asleep.
-    In each sub-step, `contacts` becomes the number of others that a particle touches. A particle that gets
-    farther than the sum of two radii in a sub-step may pass through another.
+    Piles come to rest if a frame has enough sub-steps: about dt sqrt(50 g layers / diameter). Momentum is
+    conserved, except for particles that fall asleep. `contacts` becomes the number of others that a particle
+    touches in this sub-step.
 
     Formula: v_i += sum over contacts of f (n out - t min(|t|, friction out) / |t|) w_i / (w_i + w_j),
     with out = overlap after the step / dt, or (1 + restitution) times the speed of approach where that is
@@ -173,9 +172,8 @@ class Collide(Action):
         sleep: particles that touch several others and are slower stop, m/s; None: 2.5 g times the sub-step.
         other: another system: its particles collide with these, and none among themselves.
         other_radius: of its particles, m; None: half of `size[0]`.
-        clear: newborn particles that overlap others by more than this part of their radius are removed, of
-            two newborn ones that of the higher id, also where the other one is removed; where they are
-            after the step counts, and they push nobody before. 0: none are.
+        clear: newborn particles that overlap others by more than this part of their radius after the step are
+            removed (of two newborn ones that of the higher id), before they push anybody. 0: none are.
 
     Source: Mueller et al. (2007), "Position based dynamics", one iteration, as an action on velocities.
     """
@@ -212,16 +210,15 @@ class Collide(Action):
 
 @value(kw_only=True)
 class Contact(Action):
-    """Lets spheres press, rub and roll on each other as grains do, by springs that remember.
+    """Lets spheres press, rub and roll on each other like grains (discrete elements).
 
-    Where `collide` keeps many grains apart in few sub-steps, these are grains whose forces and spins are
-    right: heaps are as steep as friction makes them. A sub-step must be short beside the time for which two
-    of them touch, pi sqrt(mass / (2 stiffness)): a twentieth is good, and gives the restitution to 0.03;
-    100 sub-steps per touch to 0.01, 300 to a thousandth. Where it is more than a fifth, springs are
-    softened. Particles turn: their `rotational_velocity` changes. In each sub-step, `contacts` becomes the
-    number of others that a particle touches. What twelve touches of a particle hold is remembered (392
-    bytes, which move with it); further ones push, but slip. Those without a positive mass touch nobody. Of
-    several in a list, the first that chooses a particle holds it by springs; the others push and brake it.
+    Forces and spins (`rotational_velocity`) are physical, unlike those of `collide`. Two grains touch for pi
+    sqrt(mass / (2 stiffness)); a sub-step should be a twentieth of that, which gives the restitution to 0.03,
+    with 100 sub-steps per touch to 0.01, with 300 to a thousandth. Above a fifth, springs are softened.
+    `contacts` becomes the number of others that a particle touches in this sub-step. Friction remembers up to
+    twelve touches per particle (392 bytes, which move with it); further ones slip. Particles without a
+    positive mass touch nobody. Of several in a list, the first that chooses a particle holds it by springs;
+    the others push and brake it.
 
     Formula: force_i = -n (stiffness overlap - damper n.v_ij) + drag, torque_i = arm n x drag - r n x brake,
     with n the direction to particle j, v_ij its velocity seen from here, damper = 2 zeta sqrt(stiffness m),
@@ -262,12 +259,12 @@ class Contact(Action):
 
 @value(kw_only=True)
 class Fluid(Action):
-    """Keeps the density of a liquid: particles push each other apart until they are no denser than at rest.
+    """Keeps the density of a liquid: particles push each other apart where they are denser than at rest.
 
     A particle's mass is what it stands for: rest_density spacing^3, where they are born `spacing` apart;
-    `radius` is twice the spacing, so that each sees some 30 others. Stiffness comes from sub-steps, as for
-    `collide`: of 16 layers of 5 cm, 20 sub-steps of a 24th of a second let the lowest be a sixth too dense,
-    40 a 20th. `bounce` keeps a liquid in a vessel. Momentum is kept.
+    `radius` is twice the spacing, so that each sees some 30 others. Stiffness comes from sub-steps: with 20
+    per 24th of a second the lowest of 16 layers of 5 cm is a sixth too dense, with 40 a 20th. `bounce` keeps
+    a liquid in a vessel. Momentum is conserved.
 
     Formula: at x + v dt, density_i = sum of mass_j W(r); pressure_i such that it would come to rest_density
     if it is above that; what was above already comes down by a 20th; v_i += sum of (pressure_i mass_j /
@@ -306,11 +303,10 @@ class Fluid(Action):
 class Tie(Action):
     """Holds particles at the distances that ties give them, as in cloth and ropes.
 
-    Stiffness comes from sub-steps: 40 of them keep a cloth that falls over a ball within some percent of its
-    size. Ties whose partner is dead do not pull. Pinned particles stand still unless the script moves them.
-    In `torn`, each bit stands for one of a particle's ties, in the order of its partners' ids. A particle has
-    the bits of one `Ties` only: ties that can tear must not share particles with other ties of the list, and
-    a script that replaces ties by others sets `torn` to 0.
+    Stiffness comes from sub-steps: 40 keep a cloth that falls over a ball within a few percent of its size.
+    Ties to dead particles do not pull. Pinned particles stand still unless the script moves them. Each bit of
+    `torn` stands for one of a particle's ties, in the order of its partners' ids. Ties that can tear must not
+    share particles with other ties of the list, and a script that replaces ties sets `torn` to 0.
 
     Formula: at x + v dt, correction_ij = -w_i (r - length) / (w_i + w_j + compliance / dt^2) along the tie,
     with w = 1 / mass; x_i moves by 1.8 times the mean of its corrections, less where

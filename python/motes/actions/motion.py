@@ -112,8 +112,7 @@ class SinkVelocity(Action):
 class KillOld(Action):
     """Kills particles that have reached an age, or with younger=True those that have not.
 
-    Ages and the limit are compared in float32, and ages do not drift: with `kill_old(24 * dt)` before `move`,
-    what is born in a frame is in 24 pictures.
+    Ages do not drift: with `kill_old(24 * dt)` before `move`, a particle is in 24 pictures.
 
     Formula: dead where age >= age_limit (younger: age < age_limit)
 
@@ -155,9 +154,8 @@ class Move(Action):
     """Moves particles by their velocity, turns them by their rotational velocity, and increases their age.
 
     A particle dies if its position would leave float32's range (3e38 m), or if its velocity is not finite.
-    Ages do not drift: n frames after its birth at age 0 a particle's age is n dt, rounded to float32 once,
-    with any number of sub-steps, for 48 hours of film at 24 frames per second. Other ages stay within four
-    units of the last place of what the sum is without rounding.
+    Ages do not drift: n frames after birth at age 0 a particle's age is n dt, rounded to float32 once, with
+    any number of sub-steps, for 48 hours of film. Other ages stay within four units in the last place.
 
     Formula: x += v dt; age += dt; with `rotational`, up += rotational_velocity dt
 
@@ -178,9 +176,8 @@ class Move(Action):
 class Sort(Action):
     """Sorts particles for drawing: far ones first, so that nearer ones cover them.
 
-    Each calculator sorts its particles once the list so far has run: before the picture, and before
-    `System.local` shows them, in that order. Births, deaths and changes of calculator disturb the order, so
-    record it in each frame. The light of sprites adds up in any order: their pictures do not need it, and it
+    Each calculator sorts its own particles, before the picture and before `System.local` shows them. Births,
+    deaths and migration disturb the order, so record it in each frame. Pictures do not need it, and it
     changes no particle. `gather` sorts by id. With `where`, the other particles keep their places.
 
     Formula: by (x - eye) . look, from the largest to the smallest; ties by id

@@ -1,6 +1,6 @@
 // The streams of random numbers that the engine draws, looked at as a statistician would: words of neighbouring ids,
 // of ids far apart or above 2^32, of neighbouring steps, places in the list, draws and seeds. Everything is a fixed
-// function, so a test that passes once passes always. docs/speed.md tells what larger tests found.
+// function, so a test that passes once passes always. docs/notes/speed.md tells what larger tests found.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

@@ -59,23 +59,23 @@ FRAMES = Table(
         + """
         time float s time in the animation at the frame's end
         particles int - particles of all systems after the exchange
-        exchanged int - particles that went to another calculator, in meetings too: the sum of sent
-        exchanged_bytes int B what these, and copies for meetings, weighed in messages: the sum of bytes_sent
-        dropped int - births above the capacity, children included, since the start
-        imbalance float - slowest calculator's compute seconds over their mean; 1 is perfect
+        exchanged int - migrants, those in interactions included: the sum of sent
+        exchanged_bytes int B migrants and ghosts in messages: the sum of bytes_sent
+        dropped int - births and children above the capacity, since the start
+        imbalance float - compute seconds of the slowest calculator over their mean; 1 is perfect
         slowest_rank int - that calculator's rank
         t_frame_s float s wall-clock time of the frame, the script's own part included
-        t_create_s float s births; this and the following phases: the slowest rank of each
+        t_create_s float s births; for this and the following phases: the slowest rank
         t_act_s float s the recorded list of actions
-        t_report_s float s report and verdict, with the wait for the slowest
-        t_exchange_s float s particles to their owners
+        t_report_s float s report and verdict, waiting for the slowest included
+        t_exchange_s float s migrants to their owners
         t_balance_s float s orders, donations, new cuts
-        t_render_s float s the picture: the three below, and waits for others' parts of it
-        t_project_s float s particles to records, and their sending; as the following, with pictures only
+        t_render_s float s the picture: the three below, and waiting for other ranks' parts
+        t_project_s float s particles to records, and sending them; with pictures only, like the next two
         t_draw_s float s records to pixels
-        t_assemble_s float s image generator: tiles of other ranks put into the picture
+        t_assemble_s float s image generator: other ranks' tiles into the picture
         render_path str - gather, tiles or composite: who drew
-        records int - particles that were seen, counted in each tile that they touch
+        records int - visible particles, counted once per tile they touch
         render_bytes int B messages for the picture
         """
     ),
@@ -96,30 +96,30 @@ LOAD = Table(
         n_end int - particles after the exchange: n_start + created - killed - sent + received
         created int - born in this domain
         killed int - removed
-        sent int - went to another calculator
-        received int - came from another calculator
-        bytes_sent int B what was sent weighed, copies for meetings included
+        sent int - migrated to another calculator
+        received int - migrated from another calculator
+        bytes_sent int B migrants and ghosts sent
         t_compute_s float s from the first action to the last, by the run's clock
-        t_rescaled_s float s the same in proportion to the particles after the exchange (paper 3.2.4)
-        t_exchange_s float s exchange, its waits included; of the rank, the same in each system's row
-        t_wait_s float s waiting for messages in all phases; of the rank
-        t_image_s float s its part of the picture; of the rank
+        t_rescaled_s float s the same, scaled to the particles after the exchange (paper 3.2.4)
+        t_exchange_s float s exchange, waiting included; per rank, the same in each system's row
+        t_wait_s float s waiting for messages in all phases; per rank
+        t_image_s float s its part of the picture; per rank
         domain_lo float m lower end of the domain along the first axis that is cut; null: reaches to infinity
-        domain_hi float m upper end; where particles are dealt out by id: both are parts of the ids, 0..1
-        domain_y_lo float m bricks that y cuts too: their lower end along it
+        domain_hi float m upper end; for particles dealt out by id both are parts of the ids, 0..1
+        domain_y_lo float m lower end along y, of bricks that y also cuts
         domain_y_hi float m upper end
-        domain_z_lo float m bricks that z cuts too: their lower end along it
+        domain_z_lo float m lower end along z, of bricks that z also cuts
         domain_z_hi float m upper end
         speed float particles/s particles processed per second of compute
-        meetings int - times that particles met in this frame; null where they did not, as what follows
-        pairs int - that saw each other in all meetings, counted at both ends
-        copies int - of particles, sent to other calculators for meetings
-        copied_bytes int B what these, and particles that changed their calculator in meetings, weighed
+        meetings int - pair interactions in this frame; null for none, like all that follow
+        pairs int - pairs within reach in all interactions, counted at both ends
+        copies int - ghosts sent to other calculators
+        copied_bytes int B ghosts, and migrants in interactions, sent
         most_in_a_cell int - the most particles in one cell of the reach's size
-        overlap_99 float - 99th percentile of overlaps in the last sub-step, in parts of both radii
-        hops int - to so many other calculators a meeting's messages went, at most
-        t_meet_s float s in meetings, waits included
-        t_meet_wait_s float s waiting in meetings for other calculators
+        overlap_99 float - 99th percentile of overlaps in the last sub-step, over the sum of the radii
+        hops int - the most calculators that an interaction's messages went to
+        t_meet_s float s interactions, waiting included
+        t_meet_wait_s float s waiting for other calculators in interactions
         """
     ),
 )
@@ -140,9 +140,9 @@ BALANCE = Table(
         t_right_s float s on the right
         speed_left float particles/s smoothed speed on the left
         speed_right float particles/s on the right
-        ordered int - particles ordered: + left gives to right, - right gives to left; null: cut by shares
-        given int - particles given, signed alike; fewer than ordered where several share a coordinate
-        axis str - axis of the cut; id: it parts the ids
+        ordered int - particles ordered to move: + left to right, - right to left; null: cut by shares
+        given int - particles given, same sign; fewer than ordered where several share a coordinate
+        axis str - axis of the cut; id: a cut between ids
         cut_before float m the cut
         cut_after float m the cut from the next frame on
         policy str - who decided; Diffusive with manager=False: neighbours, before the exchange
@@ -160,7 +160,7 @@ DENSITY = Table(
         for i, name in enumerate(QUANTILES)
     )
     + tuple(
-        Column(f"{axis}{name[1:]}", float, "m", f"bricks that {axis} cuts too: the same along it")
+        Column(f"{axis}{name[1:]}", float, "m", f"the same along {axis}, of bricks that {axis} also cuts")
         for axis in "yz"
         for name in QUANTILES
     ),

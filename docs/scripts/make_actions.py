@@ -206,7 +206,7 @@ def costs() -> str:
         rows.append(f"| `{name}` | {cost(name, 'added_ns')} | {cost(name, 'added_in_cache_ns')} |")
     measured = COST.format(**{**COSTS, "particles": f"{COSTS['particles'] / 1e6:g} million"})
     opening = [
-        wrapped(WRITTEN.replace("the docstrings of `motes.actions`; change those", "docs/costs.json")),
+        wrapped(WRITTEN.replace("the docstrings of `motes.actions`; change those", "docs/scripts/costs.json")),
         wrapped(measured),
     ]
     return "\n\n".join(["# The costs of actions", *opening, "\n".join(rows), costly().strip()]) + "\n"

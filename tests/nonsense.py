@@ -172,7 +172,7 @@ NONSENSE: list[Any] = [
     *([(0, 1)], [(0, (1, 1, 1))], [(1, 1), (0, 1)], [(NAN, 1)], [(0, 1), (0, 2)], {"heat": 0}, {"x y": 1}),
 ]
 
-BASES = (shapes.Shape, actions.Action, motes.Balancer)
+BASES = (shapes.Shape, actions.Action, motes.balance.Balancer)
 BINARY = ("add", "sub", "mul", "truediv", "and", "or")
 OTHERS = ("lt", "le", "gt", "ge", "eq", "ne", "invert", "neg", "abs", "getitem")
 OPERATORS = [f"__{name}__" for name in (*BINARY, *(f"r{name}" for name in BINARY), *OTHERS)]

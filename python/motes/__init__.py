@@ -19,17 +19,6 @@ from ._run import rank_process as _rank_process
 if TYPE_CHECKING:
     from . import actions, analysis, balance, cluster, errors, expressions, replay, script, shapes
     from .analysis import Run, Runs, open_run, open_runs
-    from .balance import (
-        Balancer,
-        Diffusive,
-        LoadTable,
-        Orders,
-        Pairwise,
-        PrefixCuts,
-        Proportional,
-        Static,
-        Targets,
-    )
     from .checkpoint import Checkpoint
     from .controls import Control
     from .curves import Curve
@@ -38,13 +27,13 @@ if TYPE_CHECKING:
         ArgumentError,
         CheckpointError,
         LogError,
-        MissingExtra,
+        MissingExtraError,
         MotesError,
         MotesWarning,
-        NotAssignable,
-        NotHere,
+        NotAssignableError,
+        NotHereError,
         RankError,
-        ScriptMismatch,
+        ScriptMismatchError,
     )
     from .export import Export
     from .expressions import column, maximum, minimum, time
@@ -67,10 +56,6 @@ if TYPE_CHECKING:
 
 _MODULES = {
     "analysis": ("Run", "Runs", "open_run", "open_runs"),
-    "balance": (
-        *("Balancer", "Diffusive", "LoadTable", "Orders", "Pairwise", "PrefixCuts", "Proportional"),
-        *("Static", "Targets"),
-    ),
     "checkpoint": ("Checkpoint",),
     "controls": ("Control",),
     "curves": ("Curve",),
@@ -80,12 +65,12 @@ _MODULES = {
             "ArgumentError",
             "CheckpointError",
             "LogError",
-            "MissingExtra",
+            "MissingExtraError",
             "MotesError",
             "MotesWarning",
-            "NotAssignable",
+            "NotAssignableError",
         ),
-        *("NotHere", "RankError", "ScriptMismatch"),
+        *("NotHereError", "RankError", "ScriptMismatchError"),
     ),
     "export": ("Export",),
     "expressions": ("column", "maximum", "minimum", "time"),
@@ -112,44 +97,35 @@ _PUBLIC_MODULES = (
 
 __all__ = [
     "ArgumentError",
-    "Balancer",
     "Camera",
     "Checkpoint",
     "CheckpointError",
     "Control",
     "Curve",
-    "Diffusive",
     "Export",
     "Frame",
     "Light",
     "Live",
-    "LoadTable",
     "LogError",
     "Mesh",
-    "MissingExtra",
+    "MissingExtraError",
     "MotesError",
     "MotesWarning",
     "Movie",
     "Normal",
-    "NotAssignable",
-    "NotHere",
-    "Orders",
-    "Pairwise",
+    "NotAssignableError",
+    "NotHereError",
     "Particles",
     "Player",
-    "PrefixCuts",
-    "Proportional",
     "RankError",
     "Renderer",
     "Roles",
     "Run",
     "Runs",
-    "ScriptMismatch",
+    "ScriptMismatchError",
     "Solid",
     "Sprite",
-    "Static",
     "System",
-    "Targets",
     "Ties",
     "Uniform",
     "World",
@@ -198,17 +174,16 @@ if not TYPE_CHECKING:  # a checker reads the imports above, and knows each name'
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__, "__version__"})
+    return [*__all__, "__version__"]
 
 
 def _near(name: str) -> str:
     # `from . import arguments` asks `__getattr__` first: it must not look for similar names.
     if name.startswith("_") or os.path.exists(os.path.join(__path__[0], f"{name}.py")):
         return ""
-    from difflib import get_close_matches
+    from .errors import near
 
-    near = get_close_matches(name, __all__, 1, 0.75)
-    return f"; did you mean {near[0]!r}?" if near else ""
+    return near(name, __all__)
 
 
 def _start_mpi() -> None:

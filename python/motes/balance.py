@@ -4,9 +4,9 @@ After each frame the manager has each calculator's load: particles, seconds, spe
 into orders for neighbours, or into every calculator's share; donors then find the new cuts. Particles and
 pixels never depend on it. A balancer of your own is a subclass with one method:
 
-    class BySpeed(motes.Balancer):
+    class BySpeed(motes.balance.Balancer):
         def decide(self, load):
-            return motes.Targets(load.powers)
+            return motes.balance.Targets(load.powers)
 
 The same object balances a run, `World(balancer=BySpeed())`, and replays the log of an earlier one,
 `run.replay(BySpeed())`.
@@ -19,13 +19,13 @@ import operator
 from abc import abstractmethod
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _core, arguments
-from .errors import ArgumentError, NotAssignable, missing, near
+from .errors import ArgumentError, NotAssignableError, missing, near
 from .load_table import LoadTable
 from .values import says_near_names
 
@@ -77,7 +77,7 @@ class Balancer:
     """
 
     smoothing: float = 0.5
-    over: str = "system"
+    over: Literal["system", "all"] = "system"
     slabs_only: ClassVar[bool] = False
     """Whether it needs domains in a row, that is, slabs along one axis."""
 
@@ -94,7 +94,7 @@ class Balancer:
         """Return `Targets` or `Orders` for one system's loads of one frame. Called on the manager only."""
 
     @property
-    def policy(self) -> _core.Policy:
+    def _policy(self) -> _core.Policy:
         """This balancer as the engine takes it."""
         return _core.scripted_policy(self._name(), self._plan, *self._options())
 
@@ -130,7 +130,7 @@ class Balancer:
 class _Native(Balancer):
     """A balancer whose policy is implemented in the core."""
 
-    def __init__(self, smoothing: float, over: str) -> None:
+    def __init__(self, smoothing: float, over: Literal["system", "all"]) -> None:
         self.smoothing = smoothing
         self.over = over
 
@@ -138,21 +138,21 @@ class _Native(Balancer):
         """Set an option; refuse unknown ones, unless a user's subclass has them."""
         known = [*inspect.signature(type(self)).parameters, "smoothing", "over"]
         if name not in known and type(self).__module__ == __name__:
-            raise NotAssignable(f"{type(self).__name__} has no option {name!r}{near(name, known)}")
+            raise NotAssignableError(f"{type(self).__name__} has no option {name!r}{near(name, known)}")
         super().__setattr__(name, given)
 
     def decide(self, load: LoadTable) -> Targets | Orders:
         """Return what the core's policy plans for these loads."""
-        plan = self.policy.plan(load.table)
+        plan = self._policy.plan(load._table)
         return Targets(plan.shares) if len(plan.shares) else Orders(plan.orders)
 
     def _check(self) -> None:
-        """Check the options, which a script may have changed since: `policy` is what the engine takes."""
+        """Check the options, which a script may have changed since: `_policy` is what the engine takes."""
         self.smoothing, _ = self._options()
 
     def __repr__(self) -> str:
         """Show the call."""
-        return self.policy.name
+        return self._policy.name
 
 
 class Static(_Native):
@@ -163,7 +163,7 @@ class Static(_Native):
         super().__init__(Balancer.smoothing, Balancer.over)
 
     @property
-    def policy(self) -> _core.Policy:
+    def _policy(self) -> _core.Policy:
         """This balancer as the engine takes it."""
         return _core.static_policy()
 
@@ -188,7 +188,7 @@ class Pairwise(_Native):
         powers: Sequence[float] | None = None,
         min_particles: int = 64,
         smoothing: float = 0.5,
-        over: str = "system",
+        over: Literal["system", "all"] = "system",
     ) -> None:
         """Set the options.
 
@@ -210,7 +210,7 @@ class Pairwise(_Native):
         self.min_particles = arguments.integer("min_particles", self.min_particles, high=MOST)
 
     @property
-    def policy(self) -> _core.Policy:
+    def _policy(self) -> _core.Policy:
         """This balancer as the engine takes it."""
         self._check()
         return _core.pairwise_policy(self.threshold, self.powers or [], self.min_particles, *self._options())
@@ -241,7 +241,7 @@ class Diffusive(_Native):
         min_particles: int = 64,
         manager: bool = True,
         smoothing: float = 0.5,
-        over: str = "system",
+        over: Literal["system", "all"] = "system",
     ) -> None:
         """Set the options.
 
@@ -265,7 +265,7 @@ class Diffusive(_Native):
         self.manager = arguments.flag("manager", self.manager)
 
     @property
-    def policy(self) -> _core.Policy:
+    def _policy(self) -> _core.Policy:
         """This balancer as the engine takes it."""
         self._check()
         return _core.diffusive_policy(
@@ -288,7 +288,7 @@ class PrefixCuts(_Native):
         powers: Sequence[float] | None = None,
         min_particles: int = 64,
         smoothing: float = 0.5,
-        over: str = "system",
+        over: Literal["system", "all"] = "system",
     ) -> None:
         """Set the options.
 
@@ -312,7 +312,7 @@ class PrefixCuts(_Native):
         self.min_particles = arguments.integer("min_particles", self.min_particles, high=MOST)
 
     @property
-    def policy(self) -> _core.Policy:
+    def _policy(self) -> _core.Policy:
         """This balancer as the engine takes it."""
         self._check()
         return _core.prefix_cuts_policy(
@@ -330,7 +330,7 @@ class Proportional(_Native):
         *,
         threshold: float = 0.05,
         min_particles: int = 64,
-        over: str = "system",
+        over: Literal["system", "all"] = "system",
     ) -> None:
         """Set the options.
 
@@ -351,7 +351,7 @@ class Proportional(_Native):
         self.min_particles = arguments.integer("min_particles", self.min_particles, high=MOST)
 
     @property
-    def policy(self) -> _core.Policy:
+    def _policy(self) -> _core.Policy:
         """This balancer as the engine takes it."""
         self._check()
         return _core.proportional_policy(self.powers, self.threshold, self.min_particles, *self._options())

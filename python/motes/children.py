@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from . import _core, arguments
 from ._run import script_lines
@@ -33,7 +33,13 @@ class Children:
 
     @says_near_names
     def spawn(
-        self, *, into: System, on: str = "death", count: int, inherit_velocity: float = 0, where: Where = None
+        self,
+        into: System,
+        *,
+        on: Literal["birth", "death", "collision", "frame"],
+        count: int,
+        inherit_velocity: float = 0,
+        where: Where = None,
     ) -> None:
         """Let events of this frame emit particles of system `into`: `count` for each parent.
 
@@ -48,9 +54,9 @@ class Children:
     def trail(
         self,
         into: System,
+        *,
         every: float,
         count: int = 1,
-        *,
         inherit_velocity: float = 0,
         where: Where = None,
     ) -> None:

@@ -110,7 +110,7 @@ class Region(Held):
 
     __slots__ = ()
 
-    core: _core.Shape
+    _native: _core.Shape
     """The engine's value; for the package itself."""
 
 
@@ -262,7 +262,7 @@ def program_of(steps: Steps, shapes: list[_core.Shape]) -> Program:
     program: Program = []
     for operation, operand in steps:
         if operation == "inside":
-            shapes.append(operand.core)
+            shapes.append(operand._native)
             program.append((operation, len(shapes) - 1, 0.0))
         elif operation == "constant":
             program.append((operation, 0, operand))

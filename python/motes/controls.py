@@ -9,7 +9,7 @@ from typing import Any, NoReturn
 import numpy as np
 
 from . import arguments
-from .errors import ArgumentError, NotAssignable
+from .errors import ArgumentError, NotAssignableError
 
 __all__ = ["Choice", "Control", "made"]
 
@@ -62,7 +62,7 @@ class Control:
         return self._values[self.name]
 
     @property
-    def definition(self) -> dict[str, Any]:
+    def _definition(self) -> dict[str, Any]:
         """What it is, for viewers and for the log."""
         if self.choices is not None:
             return {"value": self.default, "choices": list(self.choices)}
@@ -70,7 +70,7 @@ class Control:
             return {"value": self.default}
         return {"value": self.default, "low": self.low, "high": self.high, "step": self.step}
 
-    def settled(self, wish: Any) -> Any:
+    def _settled(self, wish: Any) -> Any:
         """Return what it becomes where a viewer wishes this: a number within its bounds, on its steps.
 
         Raises ValueError, which says what is allowed, for a wish of another kind.
@@ -112,11 +112,11 @@ class Control:
     def __setattr__(self, name: str, _: object) -> NoReturn:
         """Refuse: viewers set its value."""
         hint = ": viewers set it, at a border between frames" if name == "value" else ""
-        raise NotAssignable(f"Control.{name} cannot be assigned{hint}")
+        raise NotAssignableError(f"Control.{name} cannot be assigned{hint}")
 
     def __delattr__(self, name: str) -> NoReturn:
         """Refuse."""
-        raise NotAssignable(f"Control.{name} cannot be deleted")
+        raise NotAssignableError(f"Control.{name} cannot be deleted")
 
 
 def made(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from itertools import pairwise
-from typing import Any, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -36,10 +36,10 @@ class Curve(Value, Moving):
 
     keys: tuple[tuple[float, Key], ...]
     """Times, s, and values: numbers or vectors."""
-    interpolation: str = "linear"
+    interpolation: Literal["linear", "smooth", "hold"] = "linear"
     """What happens between two keys: "linear", "smooth" or "hold"."""
 
-    def __init__(self, keys: Any, interpolation: str = "linear") -> None:
+    def __init__(self, keys: Any, interpolation: Literal["linear", "smooth", "hold"] = "linear") -> None:
         """Take the key frames and what happens between them."""
         kept: list[tuple[float, Key]] = []
         for time, given in _pairs(keys):
@@ -141,6 +141,6 @@ def moving_part(given: Any) -> tuple[float, ...]:
     """Return the times of the keys of a curve, or of the curves in a value's fields."""
     if isinstance(given, Moving):
         return given.times
-    if isinstance(given, Value) and given.moves:
+    if isinstance(given, Value) and given._moves:
         return tuple(time for field in given._key() for time in moving_part(field))
     return ()

@@ -94,7 +94,7 @@ def distribution(attribute: str, width: int, value: Any) -> _core.Distribution:
             raise ArgumentError(
                 attribute, value, "a number, Uniform or Normal: it has one number per particle"
             )
-        return _core.Distribution.shape(value.core)
+        return _core.Distribution.shape(value._native)
     if isinstance(value, Uniform):
         lo, hi, alike = _pair(attribute, width, value.lo, value.hi)
         if any(a > b for a, b in zip(lo, hi, strict=True)):

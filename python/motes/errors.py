@@ -10,13 +10,13 @@ __all__ = [
     "ArgumentError",
     "CheckpointError",
     "LogError",
-    "MissingExtra",
+    "MissingExtraError",
     "MotesError",
     "MotesWarning",
-    "NotAssignable",
-    "NotHere",
+    "NotAssignableError",
+    "NotHereError",
     "RankError",
-    "ScriptMismatch",
+    "ScriptMismatchError",
     "Stopped",
 ]
 
@@ -86,7 +86,7 @@ class RankError(MotesError, RuntimeError):
         self.speaker = speaker
 
 
-class ScriptMismatch(MotesError, RuntimeError):
+class ScriptMismatchError(MotesError, RuntimeError):
     """Ranks recorded different lists in the same frame: the script does not do the same on every rank."""
 
     def __init__(self, text: str, *, frame: int, ranks: tuple[int, ...], speaker: int | None = None) -> None:
@@ -106,11 +106,11 @@ class Stopped(SystemExit):
     """
 
 
-class NotHere(MotesError, AttributeError):
+class NotHereError(MotesError, AttributeError):
     """What was asked for is on another rank."""
 
 
-class NotAssignable(MotesError, AttributeError):
+class NotAssignableError(MotesError, AttributeError):
     """An assignment to something that cannot be assigned; says what to do instead."""
 
 
@@ -135,7 +135,7 @@ EXTRAS = {
 """The optional packages of `pip install ".[EXTRA]"`, as in pyproject.toml."""
 
 
-class MissingExtra(MotesError, ImportError):
+class MissingExtraError(MotesError, ImportError):
     """A package that only this part of motes needs is not installed; says how to install it."""
 
     def __init__(self, need: str, *, extra: str, package: str, reason: object = None) -> None:
@@ -154,8 +154,8 @@ class MissingExtra(MotesError, ImportError):
         return _missing_extra, (self.args, self.name, self.extra)
 
 
-def _missing_extra(args: tuple[Any, ...], package: str, extra: str) -> MissingExtra:
-    error = MissingExtra.__new__(MissingExtra, *args)
+def _missing_extra(args: tuple[Any, ...], package: str, extra: str) -> MissingExtraError:
+    error = MissingExtraError.__new__(MissingExtraError, *args)
     error.args, error.name, error.extra = args, package, extra
     return error
 

@@ -131,7 +131,7 @@ class FirstFrame:
 def camera_inside(renderer: Renderer) -> list[str]:
     """Return what is wrong with the camera's position."""
     position = at(renderer.camera.position, 0)
-    for solid in renderer.solids:
+    for solid in renderer._solids:
         # A mesh that is only drawn may be open, and needs no grid.
         if any(bool(part.contains(position)) for part in parts(solid.shape) if not isinstance(part, Mesh)):
             return [f"the camera at {position} is inside the solid {solid.shape!r}"]

@@ -6,14 +6,14 @@ import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from . import _core, _extras, arguments
 from ._io import exr, files, png
-from .errors import ArgumentError, MotesError, NotHere
+from .errors import ArgumentError, MotesError, NotHereError
 
 __all__ = ["Frame"]
 
@@ -27,7 +27,7 @@ class Frame:
     """A picture of the animation.
 
     On the image generator it holds the pixels. On every other rank it is falsy, `save` does nothing, and
-    asking for pixels raises `NotHere`; so a script need not test its rank.
+    asking for pixels raises `NotHereError`; so a script need not test its rank.
     """
 
     __slots__ = (
@@ -76,9 +76,9 @@ class Frame:
     def pixels(self) -> NDArray[np.uint8]:
         """The picture as sRGB, uint8 (height, width, 3), row 0 on top; read-only and not a copy."""
         if self._pixels is None and self._home is None:
-            raise NotHere(f"frame {self.index} has no picture: {self._missing}")
+            raise NotHereError(f"frame {self.index} has no picture: {self._missing}")
         if self._pixels is None:
-            raise NotHere(
+            raise NotHereError(
                 f"the pixels of frame {self.index} live on rank {self._home}, the image generator; "
                 f"this is rank {self._rank}"
             )
@@ -104,13 +104,16 @@ class Frame:
             "ask for it with Renderer(linear=True)"
         )
 
-    def layer(self, name: str) -> NDArray[np.float32]:
+    def layer(self, name: Literal["depth", "alpha", "velocity"]) -> NDArray[np.float32]:
         """One of the renderer's `layers`: float32 (height, width), or (height, width, 3) for "velocity".
 
         "depth": metres from the camera's plane to the nearest opaque surface, infinite where there is none.
         "alpha": the part of the light from behind that is held back, 0..1. "velocity": m/s of the nearest
         opaque particle, 0 where there is none.
         """
+        return self._layer(name)
+
+    def _layer(self, name: str) -> NDArray[np.float32]:
         if not isinstance(name, str) or name not in self._layers:
             raise ArgumentError("name", name, self._allowed_layers(), known=self._layers)
         height, width, _ = self.pixels.shape
@@ -131,7 +134,7 @@ class Frame:
         if self._linear is not None:
             self.linear  # noqa: B018
         for name in self._layers:
-            self.layer(name)
+            self._layer(name)
 
     def save(self, path: str | os.PathLike[str], *, bits: int = 8) -> None:
         """Write the picture whole or not at all; the suffix says as what.
@@ -161,7 +164,7 @@ class Frame:
         elif suffix == ".npy":
             files.write_whole(path, lambda file: np.save(file, pixels))
         else:
-            linear, layers = self.linear, {name: self.layer(name) for name in self._layers}
+            linear, layers = self.linear, {name: self._layer(name) for name in self._layers}
             with files.whole_path(path) as draft:
                 exr.write(_extras.openexr(), draft, linear, layers)
 

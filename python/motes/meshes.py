@@ -116,7 +116,7 @@ class Mesh(Shape):
         here = _pose(place, axis, angle_deg)
         before = here
         if moving_from is not None:
-            if not isinstance(moving_from, Mesh) or moving_from.key != self.key:
+            if not isinstance(moving_from, Mesh) or moving_from._content != self._content:
                 raise ArgumentError("moving_from", moving_from, "this mesh at another place")
             before = moving_from._numbers[:7]
             if sum(map(operator.mul, here[3:], before[3:])) < 0:  # the same rotation, by the shorter way
@@ -127,7 +127,7 @@ class Mesh(Shape):
         return made
 
     @property
-    def key(self) -> int:
+    def _content(self) -> int:
         """The engine's name for it, made from its content; for the package itself."""
         made: int = self.__dict__["_name"]
         return made
@@ -140,10 +140,10 @@ class Mesh(Shape):
     def _place(self, numbers: tuple[float, ...]) -> None:
         """Keep the places at the frame's end and start, and make the engine's value."""
         self.__dict__["_placed"] = numbers
-        self.__dict__["core"] = _core.Shape.mesh(self.key, [*numbers, self.solid, self.resolution])
+        self.__dict__["_native"] = _core.Shape.mesh(self._content, [*numbers, self.solid, self.resolution])
 
     def _key(self) -> tuple[Any, ...]:
-        return (self.key, self.solid, self.resolution, self._numbers)
+        return (self._content, self.solid, self.resolution, self._numbers)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle by the arrays, the options and the places."""

@@ -15,7 +15,7 @@ from fractions import Fraction
 from functools import partial
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import Literal, Self, TypeAlias, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,7 +33,9 @@ from .frame import Frame
 
 __all__ = ["Movie"]
 
-_PRESETS = ("ultrafast", "superfast", "veryfast", "faster", "fast", "medium", "slow", "slower", "veryslow")
+Preset: TypeAlias = Literal[
+    "ultrafast", "superfast", "veryfast", "faster", "fast", "medium", "slow", "slower", "veryslow"
+]
 _QUEUE_FRAMES = 4  # enough to smooth over a slow frame; more would only hold memory
 _LOOK_S = 0.1
 _NO_FRAME = -1  # what is written is an array of the script's, not a frame of the world
@@ -52,7 +54,7 @@ class Movie:
     """
 
     def __init__(
-        self, path: str | os.PathLike[str], *, fps: float = 24, crf: float = 18, preset: str = "superfast"
+        self, path: str | os.PathLike[str], *, fps: float = 24, crf: float = 18, preset: Preset = "superfast"
     ) -> None:
         """Name the file (.mp4, .mkv, .mov); smaller `crf`, slower `preset` look better and take longer."""
         self.path = arguments.file_path("path", path)
@@ -60,7 +62,7 @@ class Movie:
             raise ArgumentError("path", os.fspath(path), "a name ending in .mp4, .mkv or .mov")
         self.fps = arguments.number("fps", fps, low=1e-3, high=1e4)
         self.crf = arguments.number("crf", crf, low=0, high=51)
-        self.preset = arguments.choice("preset", preset, _PRESETS)
+        self.preset = arguments.choice("preset", preset, get_args(Preset))
         # Checked here, not when frames arrive, so that every rank gets the same error at the same line.
         _extras.require_av("Movie")
         self._process = os.getpid()

@@ -125,7 +125,7 @@ def launch(
 
 
 def _player() -> Callable[[Any], Player]:
-    """Return what makes the player: a widget in a notebook. Raises MissingExtra for what is not there."""
+    """Return what makes the player, a widget in a notebook. Raises MissingExtraError where it is missing."""
     _extras.require_live("motes.show and motes.launch")
     if not kernel.running():
         return Player

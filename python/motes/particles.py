@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _extras, by_id
-from .errors import ArgumentError, MotesError, NotAssignable, NotHere, near
+from .errors import ArgumentError, MotesError, NotAssignableError, NotHereError, near
 from .written_views import noticing
 
 if TYPE_CHECKING:
@@ -215,10 +215,10 @@ class Particles:
         """Return the columns of these names, or all that `s.emit(p)` emits.
 
         These are all but the ids, and but the copies of birth values (`position_b` and so on) where the
-        system kept none. Raises NotHere where the particles are on another rank.
+        system kept none. Raises NotHereError where the particles are on another rank.
         """
         if not self._here:
-            raise NotHere("the particles were gathered on another rank")
+            raise NotHereError("the particles were gathered on another rank")
         for name in names:
             if name not in self._columns:
                 raise ArgumentError("columns", name, ", ".join(self._columns), known=self._columns)
@@ -230,7 +230,7 @@ class Particles:
     def to_frame(self) -> Any:
         """Return a pandas DataFrame, one row per particle; vectors are columns name_x, name_y, name_z.
 
-        Needs the extra [analysis]. Raises NotHere where the particles are on another rank.
+        Needs the extra [analysis]. Raises NotHereError where the particles are on another rank.
         """
         columns = {name: self._columns[name] for name in ("id", *self.columns())}
         pandas = _extras.pandas("Particles.to_frame")
@@ -277,7 +277,7 @@ def _unknown(name: str, known: Iterable[str]) -> AttributeError:
 
 def _refuse(name: str, known: Iterable[str]) -> NoReturn:
     if name not in known:
-        raise NotAssignable(str(_unknown(name, known)))
-    raise NotAssignable(
+        raise NotAssignableError(str(_unknown(name, known)))
+    raise NotAssignableError(
         f"particles.{name} cannot be replaced; write into the array: particles.{name}[:] = ..."
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from functools import partial
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -66,10 +66,10 @@ class Camera(Settings):
         for name, one in given.items():
             setattr(self, name, one)
         for time in (0.0, *times_of(given.values())):
-            self.set_in(view := _core.View(1, 1), time)
+            self._set_in(view := _core.View(1, 1), time)
             view.check()
 
-    def set_in(self, view: _core.View, time: float, pose: tuple[Any, ...] | None = None) -> None:
+    def _set_in(self, view: _core.View, time: float, pose: tuple[Any, ...] | None = None) -> None:
         """Set the engine's view as the camera is at a time (s), or in a `pose`: all attributes but near."""
         given = [at(self.__dict__[name], time) for name in self._checks]
         view.set_camera(*(given if pose is None else (*pose, given[-1])))
@@ -110,7 +110,7 @@ class Renderer(Settings):
     """The direction to the sun, which lights solids and spheres; (0, 0, 0): there is none."""
     lights: tuple[Light, ...]
     """What lights the solids besides the sun."""
-    path: str
+    path: Literal["auto", "gather", "tiles", "composite"]
     """Who makes the picture of particles; the pixels are the same. "gather": the image generator alone (the
     paper). "tiles": each rank a part of the picture. "composite": each calculator draws its own particles
     tile by tile, and the tiles' owners merge them, where the blends allow that. "auto" chooses for each
@@ -123,7 +123,7 @@ class Renderer(Settings):
     """Whether edges of solids are anti-aliased."""
     linear: bool
     """Whether frames keep their light for `Frame.linear`, `.exr` and PNG with 16 bits."""
-    layers: tuple[str, ...]
+    layers: tuple[Literal["depth", "alpha", "velocity"], ...]
     """What frames keep for `Frame.layer` and `.exr`, of "depth", "alpha" and "velocity"."""
 
     _checks = {
@@ -155,12 +155,12 @@ class Renderer(Settings):
         objects: Iterable[Solid | Shape | Mesh] = (),
         sun: ArrayLike | Curve = (-0.5, 0.8, 0.4),
         lights: Iterable[Light] = (),
-        path: str = "auto",
+        path: Literal["auto", "gather", "tiles", "composite"] = "auto",
         shutter: float | Curve = 0,
         bloom: float | Curve = 0,
         smooth: bool = True,
         linear: bool = False,
-        layers: Iterable[str] = (),
+        layers: Iterable[Literal["depth", "alpha", "velocity"]] = (),
     ) -> None:
         """Take the attributes, which are described with their names."""
         given = {"width": width, "height": height, "camera": camera, "background": background}
@@ -171,22 +171,22 @@ class Renderer(Settings):
         self.__dict__["linear"] = arguments.flag("linear", linear)
         what_moves = (self.camera, self, *self.lights)
         for time in (0.0, *times_of(value for one in what_moves for value in vars(one).values())):
-            self.view(time)
+            self._view(time)
 
-    def view(self, time: float, pose: tuple[Any, ...] | None = None) -> _core.View:
+    def _view(self, time: float, pose: tuple[Any, ...] | None = None) -> _core.View:
         """Check how the attributes fit together at a time (s), and return the engine's value.
 
         `pose`: position, look_at, up and fov_deg instead of the camera's.
         """
         view = _core.View(self.width, self.height)
-        self.camera.set_in(view, time, pose)
+        self.camera._set_in(view, time, pose)
         view.set_background(at(self.background, time))
         view.set_exposure(at(self.exposure, time))
-        for solid in self.solids:
-            solid.add_to(view)
+        for solid in self._solids:
+            solid._add_to(view)
         view.set_sun(at(self.sun, time))
         for light in self.lights:
-            now: Any = light.at_time(time)
+            now: Any = light._at_time(time)
             view.add_light(now.position, now.color, now.power)
         view.set_path(self.path)
         view.set_shutter(at(self.shutter, time))
@@ -198,7 +198,7 @@ class Renderer(Settings):
         return view
 
     @property
-    def solids(self) -> list[Solid]:
+    def _solids(self) -> list[Solid]:
         """The objects as solids."""
         return [one if isinstance(one, Solid) else Solid(one) for one in self.objects]
 

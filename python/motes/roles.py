@@ -53,7 +53,7 @@ def cast(roles: Any, ranks: Sequence[int], size: int) -> Core:
         _core.check_roles(chosen, size)
         return chosen if len(ranks) == size else _core.cast_left(chosen, list(ranks))
     if not isinstance(roles, str) or roles not in ("auto", "shared"):
-        raise ArgumentError("roles", roles, "'auto', 'shared' or Roles(...)")
+        raise ArgumentError("roles", roles, "'auto', 'shared' or Roles(...)", known=("auto", "shared"))
     return _core.cast(roles, len(ranks))
 
 

@@ -6,7 +6,7 @@ import argparse
 import re
 import sys
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, Literal, NoReturn
 
 from .balance import Balancer, Diffusive, Pairwise, PrefixCuts, Static
 from .errors import near
@@ -29,7 +29,7 @@ def options(
     particles: int = 400_000,
     frames: int = 96,
     size: str = "1280x720",
-    balancer: str = "static",
+    balancer: Literal["static", "pairwise", "diffusive", "prefix"] = "static",
     argv: Sequence[str] | None = None,
     **own: str | int | float,
 ) -> argparse.Namespace:

@@ -52,7 +52,7 @@ class Shape(Region, Value):
                 numbers.append(number)
         state = self.__dict__
         state.update(fields)
-        state["core"] = _core.Shape(type(self).__name__, numbers)  # which checks the numbers
+        state["_native"] = _core.Shape(type(self).__name__, numbers)  # which checks the numbers
 
     @property
     def measure(self) -> float:
@@ -60,7 +60,7 @@ class Shape(Region, Value):
 
         Equal radii leave a curve or a surface, measured as such. A union has the sum of its parts.
         """
-        return self.core.measure()
+        return self._native.measure()
 
     def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
         """Tell for each of the points, (n, 3) or (3,), whether the shape holds it: bool (n,) or ().
@@ -75,13 +75,13 @@ class Shape(Region, Value):
         if array.ndim not in (1, 2) or array.shape[-1] not in (2, 3):
             raise ArgumentError("points", points, allowed, hint=arguments.PAIR)
         array = arguments.with_z(array)
-        inside = self.core.contains(np.atleast_2d(array))
+        inside = self._native.contains(np.atleast_2d(array))
         return inside if array.ndim == 2 else inside[0]
 
     def sample(self, n: int, seed: int = 0) -> NDArray[np.float32]:
         """Draw n points, float32 (n, 3); the same seed gives the same points. A plane gives its own point."""
         n = arguments.integer("n", n, high=2**32 - 1)
-        return self.core.sample(n, arguments.integer("seed", seed, high=2**64 - 1))
+        return self._native.sample(n, arguments.integer("seed", seed, high=2**64 - 1))
 
     def __or__(self, other: Shape | ArrayLike) -> Union:
         """Unite two shapes: `a | b | c` is one union of three."""
@@ -324,7 +324,9 @@ class Union(Shape):
             parts.extend(shape.shapes if isinstance(shape, Union) else (shape,))
         if not parts:
             raise ArgumentError("shapes", shapes, "one shape or more")
-        self.__dict__.update(shapes=tuple(parts), core=_core.Shape.united([part.core for part in parts]))
+        self.__dict__.update(
+            shapes=tuple(parts), _native=_core.Shape.united([part._native for part in parts])
+        )
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle by the parts."""

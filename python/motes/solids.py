@@ -46,13 +46,13 @@ class Solid(Value):
             light=arguments.number("light", light, low=0, high=1e6),
         )
 
-    def add_to(self, view: _core.View) -> None:
+    def _add_to(self, view: _core.View) -> None:
         """Put it into the engine's view; for the package itself."""
         for part in parts(self.shape):
             if isinstance(part, Mesh):
-                view.add_mesh(part.core, self.color, self.light)
+                view.add_mesh(part._native, self.color, self.light)
             else:
-                view.add_object(part.core, self.color, self.light)
+                view.add_object(part._native, self.color, self.light)
 
 
 @value()

@@ -125,7 +125,7 @@ class Steered(Facts):
         """Return what the renderer shows at a time (s), from where viewers look."""
         assert self.renderer is not None
         pose = self._steering.camera
-        return self.renderer.view(time, None if pose is None else tuple(pose))
+        return self.renderer._view(time, None if pose is None else tuple(pose))
 
     def _picture(self, engine: _core.Engine, index: int, time: float, view: _core.View) -> Frame:
         """Return the picture that the engine has made of a view."""
@@ -307,7 +307,7 @@ class Steered(Facts):
         header = {
             "seed": settings.seed,
             "script_sha256": same_script.facts()["sha256"],
-            "controls": {name: one.definition for name, one in self._steering.controls.items()},
+            "controls": {name: one._definition for name, one in self._steering.controls.items()},
         }
         self._steer_file = SteerFile(settings.log, header, continued_from=settings.continued_from)
 

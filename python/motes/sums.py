@@ -31,7 +31,7 @@ class Sums:
     _columns: Columns
 
     @says_near_names
-    def total(self, expression: Expression | ArrayLike, where: Where = None) -> Any:
+    def total(self, expression: Expression | ArrayLike, *, where: Where = None) -> Any:
         """Sum an expression over all particles: a float, or for a vector an array of 3. Collective.
 
         Every rank gets the result: the exact sum of the expression's float32 values, rounded once, whatever
@@ -49,6 +49,7 @@ class Sums:
         expression: Expression,
         edges: ArrayLike,
         weights: Expression | float | None = None,
+        *,
         where: Where = None,
     ) -> NDArray[Any]:
         """Count particles by an expression, or sum `weights` in each bin. Collective; every rank gets it.
@@ -69,6 +70,7 @@ class Sums:
         high: ArrayLike,
         shape: Sequence[int],
         weights: Expression | float | None = None,
+        *,
         where: Where = None,
     ) -> NDArray[Any]:
         """Count particles in a grid of cells, or sum `weights` in each. Collective; every rank gets it.

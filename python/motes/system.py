@@ -6,7 +6,7 @@ import zlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
-from typing import TYPE_CHECKING, Any, NoReturn, Unpack, overload
+from typing import TYPE_CHECKING, Any, Literal, NoReturn, Unpack, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,7 +19,7 @@ from .children import Children
 from .conditions import columns_of, condition_of
 from .curves import Curve, integrals, moving_part
 from .distributions import Drawn, State, distribution
-from .errors import ArgumentError, MotesError, NotAssignable, missing, near
+from .errors import ArgumentError, MotesError, NotAssignableError, missing, near
 from .fabrics import Fabrics
 from .first_frame import FirstFrame
 from .interchange.foreign import no_column
@@ -174,22 +174,18 @@ class System(Recorder, Children, Fabrics, Sums):
         else:
             given = arguments.number("rate", rate, low=0, high=1e12)
         flag = arguments.flag("jitter", jitter)
-        start = None if before is None else before.core
+        start = None if before is None else before._native
         said = script_lines.running_line(1) if key is None else arguments.key("key", key)
         number = script_lines.number_of(said)
-        birth = _core.Birth.source(where.core, given, flag, self._state_now(), start, until, scale, number)
+        birth = _core.Birth.source(where._native, given, flag, self._state_now(), start, until, scale, number)
         self._record_birth("source", birth)
 
     @says_near_names
-    def burst(self, shape: Shape | ArrayLike, count: int) -> None:
+    def burst(self, shape: Shape | ArrayLike, count: int = 1) -> None:
         """Emit `count` particles in `shape`, once in this frame."""
-        where = as_shape("shape", shape).core
+        where = as_shape("shape", shape)._native
         count = arguments.integer("count", count, high=4_000_000_000)
         self._record_birth("burst", _core.Birth.burst(where, count, self._state_now()))
-
-    def vertex(self, position: ArrayLike) -> None:
-        """Emit one particle at `position`."""
-        self.burst(arguments.triple("position", position), count=1)
 
     def emit(
         self,
@@ -247,17 +243,17 @@ class System(Recorder, Children, Fabrics, Sums):
     def _record(self, action: actions.Action, depth: int = 3) -> None:
         """Record an action; `depth` calls of the package stand between the script and the engine."""
         world = self.world
-        if action.moves:
-            action = action.at_time(world.time)
+        if action._moves:
+            action = action._at_time(world.time)
         engine = world._begin(type(action).__name__)
         try:
             line = script_lines.running_line(depth)
             other = getattr(action, "other", None)
             if other is None:
-                engine.record_action(self._index, action.compiled(self._columns))
+                engine.record_action(self._index, action._compiled(self._columns))
             else:
                 self._check_other(other)
-                engine.record_meeting(self._index, other._index, action.compiled(self._columns))
+                engine.record_meeting(self._index, other._index, action._compiled(self._columns))
                 other._list.append(action)
                 other._lines.append(line)
             self._list.append(action)
@@ -394,13 +390,13 @@ class System(Recorder, Children, Fabrics, Sums):
     def _refuse_writing(self, recording: Recording) -> NoReturn:
         recording.refuse(self.world.frame, f"the script writes particles of '{self.name}'")
 
-    def gather(self, *, to: int | str = 0) -> Particles:
+    def gather(self, *, to: Literal[0, "all"] = 0) -> Particles:
         """Copy all particles, sorted by id, to rank 0 or to "all". Collective.
 
         Elsewhere the result is falsy and empty.
         """
         if not isinstance(to, (int, str)) or isinstance(to, bool) or to not in (0, "all"):
-            raise ArgumentError("to", to, "0 or 'all'")
+            raise ArgumentError("to", to, "0 or 'all'", known=("all",))
         engine = self.world._begin("gather()", reads=True)
         try:
             return Particles(engine.gather(self._index, to == "all"))
@@ -420,7 +416,7 @@ class System(Recorder, Children, Fabrics, Sums):
         with world._usage.during("setting the sprite"):
             self._sprite = value
             if world._engine is not None:
-                world._engine.set_sprite(self._index, value.core)
+                world._engine.set_sprite(self._index, value._native)
 
     @property
     def axis(self) -> str | None:
@@ -466,14 +462,14 @@ class System(Recorder, Children, Fabrics, Sums):
 
     def _refuse(self, name: str) -> NoReturn:
         if name in self._attributes:
-            raise NotAssignable(
+            raise NotAssignableError(
                 f"{name} belongs to particles, not to a system: configure({name}=...) gives it to newborn "
                 f"particles, set({name}=...) to living ones"
             )
         if hasattr(type(self), name) or name in ("world", "name"):
-            raise NotAssignable(f"{name} of a system cannot be assigned")
+            raise NotAssignableError(f"{name} of a system cannot be assigned")
         known = ["sprite", *self._attributes]
-        raise NotAssignable(f"a system has no attribute {name!r} to assign{near(name, known)}")
+        raise NotAssignableError(f"a system has no attribute {name!r} to assign{near(name, known)}")
 
     def __getattr__(self, name: str) -> Any:
         """Raise the error for an attribute that does not exist, with what to use instead."""

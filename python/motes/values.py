@@ -8,7 +8,7 @@ from abc import abstractmethod
 from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, TypeVar, dataclass_transform
 
-from .errors import ArgumentError, NotAssignable, near
+from .errors import ArgumentError, NotAssignableError, near
 
 __all__ = ["Moving", "Settings", "Value", "at", "says_near_names", "shown", "times_of", "value"]
 
@@ -96,7 +96,7 @@ class Value:
     """The fields that may be given by place: all or none."""
     _may_move: ClassVar[bool] = False
     """Whether curves may stand in its fields."""
-    moves = False
+    _moves = False
     """Whether a curve stands in a field."""
 
     def __init__(self, *args: Any, **keywords: Any) -> None:
@@ -108,9 +108,9 @@ class Value:
     def __post_init__(self) -> None:
         """Check the fields."""
 
-    def at_time(self: T, time: float) -> T:
+    def _at_time(self: T, time: float) -> T:
         """Return the value as it is at a time, in seconds: with the curves' values in place of curves."""
-        if not self.moves:  # type: ignore[attr-defined]
+        if not self._moves:  # type: ignore[attr-defined]
             return self
         items: dict[str, Any] = self._items()  # type: ignore[attr-defined]
         return type(self)(**{name: at(field, time) for name, field in items.items()})
@@ -129,7 +129,7 @@ class Value:
         items = self._items()
         for time in times_of(items.values()):
             type(self)(**{name: at(field, time) for name, field in items.items()})
-        self.__dict__["moves"] = True
+        self.__dict__["_moves"] = True
 
     def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **keywords: Any) -> NoReturn:
         """Refuse NumPy's arithmetic, which would take any object for a true constant."""
@@ -192,22 +192,22 @@ class Value:
         """Refuse: values do not change."""
         kind = type(self).__name__
         if name in self._fields:
-            raise NotAssignable(
+            raise NotAssignableError(
                 f"{kind}.{name} cannot be assigned: values do not change; make a new {kind}, "
                 f"or dataclasses.replace(it, {name}=...)"
             )
-        raise NotAssignable(f"{kind} has no attribute {name!r}{near(name, self._fields)}")
+        raise NotAssignableError(f"{kind} has no attribute {name!r}{near(name, self._fields)}")
 
     def __delattr__(self, name: str) -> NoReturn:
         """Refuse: values do not change."""
-        raise NotAssignable(f"{type(self).__name__}.{name} cannot be deleted: values do not change")
+        raise NotAssignableError(f"{type(self).__name__}.{name} cannot be deleted: values do not change")
 
 
 def at(given: Any, time: float) -> Any:
     """Return what a field is at a time: a curve's value then, or the field itself where it does not move."""
     if isinstance(given, Moving):
         return given(time)
-    return given.at_time(time) if isinstance(given, Value) else given
+    return given._at_time(time) if isinstance(given, Value) else given
 
 
 def times_of(given: Iterable[Any]) -> list[float]:
@@ -257,8 +257,8 @@ class Settings:
         if check is None:
             kind = type(self).__name__
             if name in self.__dict__:
-                raise NotAssignable(f"{kind}.{name} is fixed when the {kind} is made")
-            raise NotAssignable(f"{kind} has no attribute {name!r}{near(name, self._checks)}")
+                raise NotAssignableError(f"{kind}.{name} is fixed when the {kind} is made")
+            raise NotAssignableError(f"{kind} has no attribute {name!r}{near(name, self._checks)}")
         if isinstance(given, Moving) and name in self._may_move:
             for time in given.times:
                 check(name, given(time))

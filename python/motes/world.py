@@ -6,7 +6,7 @@ import os
 import warnings
 from collections.abc import Callable, Mapping
 from types import TracebackType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,24 +72,24 @@ class World(Looping, Facts, Settings):
         seed: int | None = None,
         dt: float = 1 / 24,
         substeps: int = 1,
-        axis: str | None = "x",
-        space: tuple[float, float] | str | None = None,
-        roles: str | _roles.Roles = "auto",
+        axis: Literal["x", "y", "z", "xy", "xz", "yz", "xyz"] | None = "x",
+        space: tuple[float, float] | Literal["fit"] | None = None,
+        roles: Literal["auto", "shared"] | _roles.Roles = "auto",
         balancer: Balancer | None = None,
         renderer: Renderer | None = None,
-        combine: str = "together",
-        births: str = "manager",
+        combine: Literal["one_by_one", "together", "overlapped"] = "together",
+        births: Literal["auto", "manager", "calculators"] = "auto",
         fan_out: int = 8,
         threads: int | None = None,
-        clock: str = "cpu",
+        clock: Literal["cpu", "wall"] = "cpu",
         log: str | os.PathLike[str] | None = None,
         spans: bool = False,
         digest: bool = False,
         checkpoint: Checkpoint | str | os.PathLike[str] | None = None,
-        on_loss: str = "stop",
+        on_loss: Literal["stop", "recover"] = "stop",
         live: Live | int | None = None,
         steering: str | os.PathLike[str] | None = None,
-        progress: str | Callable[[dict[str, Any]], None] = LINES,
+        progress: Literal["lines", "bar", "off"] | Callable[[dict[str, Any]], None] = "lines",
         comm: MPI.Intracomm | None = None,
     ) -> None:
         """Take the run's settings; nothing is started before `with world:`.
@@ -179,8 +179,8 @@ class World(Looping, Facts, Settings):
         *,
         capacity: int | None = None,
         sprite: Sprite | None = None,
-        axis: str | None = "world",
-        space: tuple[float, float] | str | None = None,
+        axis: Literal["world", "x", "y", "z", "xy", "xz", "yz", "xyz"] | None = "world",
+        space: tuple[float, float] | Literal["fit"] | None = None,
         domains_of: System | None = None,
         attributes: Mapping[str, Any] | None = None,
     ) -> System:
@@ -222,7 +222,7 @@ class World(Looping, Facts, Settings):
 
     def _define(self, system: System) -> None:
         assert self._engine is not None
-        definition = dict(system._definition, sprite=system._sprite.core)
+        definition = dict(system._definition, sprite=system._sprite._native)
         self._engine.add_system(name=system.name, **definition)
 
     # --- the run

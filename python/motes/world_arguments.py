@@ -51,7 +51,7 @@ def axis(value: Any, world: str | None = None) -> str:
     if value is None:
         return BY_ID
     if not isinstance(value, str) or not value or len(set(value)) != len(value) or set(value) - set("xyz"):
-        raise ArgumentError("axis", value, ALLOWED_AXES)
+        raise ArgumentError("axis", value, ALLOWED_AXES, known=("x", "y", "z", "xy", "xz", "yz", "xyz"))
     return "".join(sorted(value))
 
 
@@ -159,7 +159,7 @@ def interval(space: Any) -> tuple[float, float] | str | None:
     if isinstance(space, str) and space == "fit":
         return space
     if isinstance(space, str) or not isinstance(space, (tuple, list)) or len(space) != 2:
-        raise ArgumentError("space", space, "(lo, hi), None or 'fit'")
+        raise ArgumentError("space", space, "(lo, hi), None or 'fit'", known=("fit",))
     low = arguments.number("space", space[0], low=-1e12, high=1e15)
     high = arguments.number("space", space[1], low=-1e12, high=1e15)
     if not low < high:

@@ -8,6 +8,7 @@
 
 #include "check.h"
 #include "engine/births/birth_numbers.h"
+#include "engine/births/share.h"
 #include "isas.h"
 #include "roles/ring.h"
 
@@ -105,6 +106,19 @@ TEST(numbers_of_births_reach_their_owners_once_group_by_group) {
       CHECK(counted == taken);
       CHECK(std::all_of(readers.begin(), readers.end(), [](const auto& in) { return in.done(); }));
     }
+  }
+}
+
+TEST(who_creates_births_follows_from_how_many_there_are) {
+  using engine::Births;
+  CHECK(engine::quicker_births(1'000'000'000, 1) == Births::manager);
+  std::uint64_t border = 0;
+  for (const std::size_t calculators : {std::size_t{4}, std::size_t{16}, std::size_t{300}, std::size_t{5000}}) {
+    CHECK(engine::quicker_births(100, calculators) == Births::manager);
+    CHECK(engine::quicker_births(10'000, calculators) == Births::calculators);
+    const std::uint64_t before = border;  // with more calculators there are more messages
+    for (border = 100; engine::quicker_births(border, calculators) == Births::manager;) ++border;
+    CHECK(border > before);
   }
 }
 

@@ -29,6 +29,8 @@ class Account {
   /// A round has been judged; with the first one a row begins.
   void note_round(const Script& script, const Round& round, const Judged& judged, const roles::Cast& cast,
                   const roles::Tree& tree);
+  /// Who created the frame's births.
+  void note_births(Births by);
   /// Children that a calculator gets at the frame's end.
   void note_children(std::size_t system, int calculator, std::uint64_t count);
   /// All rounds are judged and children have their numbers: the row is complete, but for what ranks tell later.

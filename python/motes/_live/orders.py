@@ -102,7 +102,7 @@ class Orders:
         for name, value in wish.items():
             if name not in self._controls:
                 raise ValueError(f"there is no control {name!r}")
-            settled[name] = self._controls[name].settled(value)
+            settled[name] = self._controls[name]._settled(value)
         with self._arrived:
             self._said.setdefault("set", {}).update(settled)
             self._note()

@@ -73,7 +73,7 @@ class Viewing:
     def tell(self, steering: Steering, **facts: Any) -> None:
         """Tell viewers where the run is."""
         controls = {
-            name: {**control.definition, "value": steering.wished(name)}
+            name: {**control._definition, "value": steering.wished(name)}
             for name, control in steering.controls.items()
         }
         turned = steering.camera is not None

@@ -26,7 +26,7 @@ READERS: dict[str, Callable[[Path, bytes], Triangles]] = {
 def read(path: Path) -> Triangles:
     """Return vertices, float64 (n, 3), and triangles, int64 (m, 3), in the order of the file.
 
-    Raises Unreadable, with the reason; OSError, if the file cannot be opened; MissingExtra.
+    Raises Unreadable, with the reason; OSError, if the file cannot be opened; MissingExtraError.
     """
     content = path.read_bytes()
     try:

@@ -14,7 +14,7 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from .. import environment
-from ..errors import ArgumentError, LogError, MotesError, ScriptMismatch, place
+from ..errors import ArgumentError, LogError, MotesError, ScriptMismatchError, place
 from . import attendance, ending, launchers, open_worlds
 from .losses import lost_ranks, unless_lost
 from .output import tell
@@ -68,9 +68,9 @@ def _count_left(comm: MPI.Intracomm) -> None:
 def meet(run: OpenRun, comm: MPI.Intracomm, settings: RunSettings, role: str) -> RunSettings:
     """Fill in the run: communicator, peers, log. Collective.
 
-    Returns the settings with the seed that all agreed on and this rank's threads. Raises ScriptMismatch if
-    ranks were given different settings, and whatever `LogDirectory.claim` raises on the manager; every rank
-    raises it.
+    Returns the settings with the seed that all agreed on and this rank's threads. Raises ScriptMismatchError
+    if ranks were given different settings, and whatever `LogDirectory.claim` raises on the manager; every
+    rank raises it.
     """
     from mpi4py import MPI
 
@@ -247,7 +247,7 @@ def _exchange_cards(
 
 
 def _compare(comm: MPI.Intracomm, cards: Sequence[_Card], text: bytes, settings: RunSettings) -> None:
-    """Raise ScriptMismatch if ranks were given different settings, naming the ranks and the difference."""
+    """Raise ScriptMismatchError, with the ranks and the difference, if ranks were given different settings."""
     digests = [card.digest for card in cards]
     model = max(range(len(cards)), key=lambda rank: (digests.count(digests[rank]), -rank))
     different = [rank for rank, digest in enumerate(digests) if digest != digests[model]]
@@ -265,7 +265,7 @@ def _compare(comm: MPI.Intracomm, cards: Sequence[_Card], text: bytes, settings:
     where = place(first, role=cards[first].peer.role, frame=0)
     message = f"{where}: its script differs from the other ranks': {listed}"
     message += f" ({who} differ from rank {model})" if who else ""
-    raise ScriptMismatch(message, frame=0, ranks=tuple(different), speaker=first)
+    raise ScriptMismatchError(message, frame=0, ranks=tuple(different), speaker=first)
 
 
 def _claim_log(run: OpenRun, settings: RunSettings) -> None:

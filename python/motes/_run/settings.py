@@ -26,7 +26,7 @@ class RunSettings(NamedTuple):
     roles: tuple[int, int, Sequence[int]]
     """Manager, image generator, calculators: ranks."""
     balancer: Any
-    """One of motes.balance, of which `policy` is what the core takes."""
+    """One of motes.balance, of which `_policy` is what the core takes."""
     combine: str
     births: str
     fan_out: int
@@ -79,7 +79,7 @@ class RunSettings(NamedTuple):
             "digest": self.digest,
             "log": self.log or "",
             "hosts": list(hosts),
-            "policy": self.balancer.policy,
+            "policy": self.balancer._policy,
             "combine": self.combine,
             "births": self.births,
             "fan_out": self.fan_out,

@@ -32,7 +32,7 @@ class Action(Value):
             if type(field) is tuple:
                 numbers.extend(field if type(field[0]) is not tuple else _flat(field))
             elif isinstance(field, Shape):
-                shapes.append(field.core)
+                shapes.append(field._native)
             else:
                 numbers.append(field)
         state = self.__dict__
@@ -42,7 +42,7 @@ class Action(Value):
         state["_call"] = (name, numbers, shapes)
         state["_made"] = _core.Action(name, numbers, shapes)
 
-    def compiled(self, columns: Columns) -> _core.Action:
+    def _compiled(self, columns: Columns) -> _core.Action:
         """Return the engine's value for a system with these columns."""
         if self.where is None:
             made: _core.Action = self.__dict__["_made"]

@@ -7,7 +7,7 @@ same on any number of ranks. They stand before `bounce` and `move`. `where` says
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from .. import _core, arguments
 from ..conditions import Columns, condition_of
@@ -56,7 +56,7 @@ class Gravitate(Action):
     magnitude: Number = 1
     epsilon: Number = 1e-3
     max_radius: Number = math.inf
-    far: str = "exact"
+    far: Literal["exact", "cells"] = "exact"
 
     def __post_init__(self) -> None:
         """Check the fields and make the engine's value."""
@@ -349,7 +349,7 @@ class Tie(Action):
             tethers=arguments.flag("tethers", self.tethers),
         )
 
-    def compiled(self, columns: Columns) -> _core.Action:
+    def _compiled(self, columns: Columns) -> _core.Action:
         """Return the engine's value for a system with these columns."""
         name, numbers, own = self.__dict__["_call"]
         shapes = list(own)

@@ -6,7 +6,7 @@ Written by `.ci/recorder` from the fields of the actions.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from .. import actions
 from ..curves import Number
@@ -30,7 +30,7 @@ class BetweenRecorder(Recording):
         magnitude: Number = 1,
         epsilon: Number = 0.001,
         max_radius: Number = math.inf,
-        far: str = "exact",
+        far: Literal["exact", "cells"] = "exact",
         *,
         where: Where = None,
     ) -> None:

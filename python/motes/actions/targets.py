@@ -429,7 +429,7 @@ class Set(Action):
         """Return what is compared and hashed: `==` of expressions makes conditions."""
         return self.attribute, as_expression(self.attribute, self.value)._node, self.where
 
-    def compiled(self, columns: Columns) -> _core.Action:
+    def _compiled(self, columns: Columns) -> _core.Action:
         """Return the engine's value for a system with these columns."""
         if self.attribute not in columns:
             known = ", ".join(columns)

@@ -71,6 +71,7 @@ FRAMES = Table(
         t_exchange_s float s particles to their owners
         t_balance_s float s orders, donations, new cuts
         t_render_s float s the picture: the three below, and waits for others' parts of it
+        births_by str - manager or calculators: who created the births; null where there were none
         t_project_s float s particles to records, and their sending; as the following, with pictures only
         t_draw_s float s records to pixels
         t_assemble_s float s image generator: tiles of other ranks put into the picture

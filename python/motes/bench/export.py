@@ -13,7 +13,7 @@ from typing import Any
 from numpy.typing import NDArray
 
 from ..distributions import Uniform
-from ..errors import MissingExtra
+from ..errors import MissingExtraError
 from ..interchange.formats import FORMATS
 from ..shapes import Box, Sphere
 from ..world import World
@@ -31,7 +31,7 @@ def export(*, particles: int, repeats: int) -> dict[str, Any]:
     for format in FORMATS.values():
         try:
             format.require()
-        except MissingExtra as error:
+        except MissingExtraError as error:
             missing.append(error.name)
         else:
             formats.append(format)

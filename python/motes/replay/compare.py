@@ -58,7 +58,7 @@ def planning_ms(balancer: Balancer, calculators: int) -> float:
     speed = 1e6 * random.integers(1, 9, calculators)
     cuts = np.arange(calculators - 1, dtype=np.float32)
     table = _core.BalanceTable(0, 0, "s", particles, particles / speed, speed, cuts)
-    policy = balancer.policy
+    policy = balancer._policy
     name = policy.name
     shortest = np.inf
     for _ in range(10):

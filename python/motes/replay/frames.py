@@ -132,7 +132,7 @@ def simulate(history: History, balancer: Balancer, powers: Floats | None = None)
         if balancer.slabs_only and len(axes) != 1:
             allowed = "Static, PrefixCuts, Proportional or a balancer of your own that returns Targets"
             raise ArgumentError("balancer", balancer, f"{allowed}: domains of {name!r} are no slabs ({axes})")
-    policy = balancer.policy
+    policy = balancer._policy
     policy.check(len(history.ranks))
     systems = [_System(policy, len(history.ranks)) for _ in history.systems]
     for k, frame in enumerate(history.frames):

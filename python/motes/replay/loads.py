@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Literal, TypeAlias
 
 import numpy as np
 
+from .. import arguments
 from .density import Density
 from .history import Floats, Moment
 
 __all__ = ["LOADS", "Synthetic", "synthetic"]
+
+Load: TypeAlias = Literal["halves", "alternating", "step", "hot_spot"]
 
 
 class Synthetic:
@@ -45,7 +49,11 @@ class Synthetic:
 
 
 def synthetic(
-    load: str, *, calculators: int = 16, particles: int = 3_200_000, frames: int = 100
+    load: Literal["halves", "alternating", "step", "hot_spot"],
+    *,
+    calculators: int = 16,
+    particles: int = 3_200_000,
+    frames: int = 100,
 ) -> Synthetic:
     """Make a load by its name in `LOADS`: from 1 to thousands of calculators, any number of particles.
 
@@ -53,7 +61,8 @@ def synthetic(
     machine is. "step": equal machines; after a tenth of the frames, half of all particles are within a fifth
     of the axis. "hot_spot": equal machines; such a cluster moves from end to end.
     """
-    return LOADS[load](calculators, particles, frames)
+    name: Load = arguments.choice("load", load, tuple(LOADS))
+    return LOADS[name](calculators, particles, frames)
 
 
 def _halves(calculators: int, particles: int, frames: int) -> Synthetic:
@@ -95,7 +104,7 @@ def _crowd(calculators: int, particles: int, frames: int, center: Callable[[int]
     return Synthetic(frames, lambda _: speeds, shape, calculators=calculators, particles=particles)
 
 
-LOADS: dict[str, Callable[[int, int, int], Synthetic]] = {
+LOADS: dict[Load, Callable[[int, int, int], Synthetic]] = {
     "halves": _halves,
     "alternating": _alternating,
     "step": _step,

@@ -54,7 +54,7 @@ def test_balancers_show_their_call() -> None:
         PrefixCuts(over="all"),
         Proportional([2, 1], min_particles=3),
     ):
-        again = eval(repr(balancer), vars(motes))
+        again = eval(repr(balancer), vars(motes.balance))
         assert repr(again) == repr(balancer) == balancer._policy.name
         assert again._policy.moves is (type(balancer) is not Static)
         assert again._policy.decentralised is (type(balancer) is Diffusive)

@@ -364,6 +364,10 @@ def __getattr__(name: str) -> Any:
     raise missing("motes.balance", name, __all__)
 
 
+def __dir__() -> list[str]:
+    return [*__all__]
+
+
 def _powers(powers: Any, *, above: bool) -> list[float]:
     allowed = f"a list of finite numbers {'>' if above else '>='} 0, one per calculator"
     values = arguments.floats("powers", powers, np.float64, allowed)

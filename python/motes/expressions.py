@@ -24,8 +24,6 @@ __all__ = [
     "Condition",
     "Expression",
     "absolute",
-    "as_condition",
-    "as_expression",
     "atan2",
     "choose",
     "clamp",
@@ -49,6 +47,10 @@ __all__ = [
     "step",
     "time",
 ]
+
+
+def __dir__() -> list[str]:
+    return [*__all__]
 
 
 class Expression:

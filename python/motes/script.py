@@ -6,10 +6,10 @@ import argparse
 import re
 import sys
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Literal, NoReturn
+from typing import TYPE_CHECKING, Literal
 
+from ._io.options import Parser
 from .balance import Balancer, Diffusive, Pairwise, PrefixCuts, Static
-from .errors import near
 
 if TYPE_CHECKING:
     from .frame import Frame
@@ -42,7 +42,7 @@ def options(
     `world` for all that World takes: `World(**args.world, renderer=...)`.
     `options(__doc__, wind=2.5)` adds `--wind`, a float like its default.
     """
-    parser = _Parser(description=description)
+    parser = Parser(description=description)
     parser.add_argument("--systems", type=_count, default=systems)
     parser.add_argument("--particles", type=_count, default=particles, help="of each system")
     parser.add_argument("--frames", type=_count, default=frames)
@@ -67,12 +67,8 @@ def options(
     return args
 
 
-class _Parser(argparse.ArgumentParser):
-    """Suggests the nearest option where one is mistyped."""
-
-    def error(self, message: str) -> NoReturn:
-        unknown = re.search(r"unrecognized arguments: .*?(--[^\s=]+)", message)
-        super().error(message + (near(unknown[1], self._option_string_actions) if unknown else ""))
+def __dir__() -> list[str]:
+    return [*__all__]
 
 
 def end_frame(world: World, movie: Movie, args: argparse.Namespace) -> None:

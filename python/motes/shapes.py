@@ -36,7 +36,6 @@ __all__ = [
     "Sphere",
     "Triangle",
     "Union",
-    "as_shape",
 ]
 
 
@@ -343,6 +342,10 @@ def __getattr__(name: str) -> Any:
 
         return Mesh
     raise missing("motes.shapes", name, __all__)
+
+
+def __dir__() -> list[str]:
+    return [*__all__]
 
 
 def as_shape(argument: str, value: Any) -> Shape:

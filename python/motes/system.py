@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _core, actions, arguments
 from ._run import script_lines
-from .actions.base import Where
+from .actions.base import Where, as_action
 from .actions.recorder import Recorder
 from .children import Children
 from .conditions import columns_of, condition_of
@@ -238,7 +238,7 @@ class System(Recorder, Children, Fabrics, Sums):
     def apply(self, action: actions.Action | Sequence[actions.Action]) -> None:
         """Record an action, or each of a list."""
         for one in action if isinstance(action, (list, tuple)) else (action,):
-            self._record(actions.as_action(one), 2)
+            self._record(as_action(one), 2)
 
     def _record(self, action: actions.Action, depth: int = 3) -> None:
         """Record an action; `depth` calls of the package stand between the script and the engine."""

@@ -247,7 +247,7 @@ def _exchange_cards(
 
 
 def _compare(comm: MPI.Intracomm, cards: Sequence[_Card], text: bytes, settings: RunSettings) -> None:
-    """Raise ScriptMismatchError, with the ranks and the difference, if ranks were given different settings."""
+    """Raise ScriptMismatchError, naming ranks and difference, if ranks were given different settings."""
     digests = [card.digest for card in cards]
     model = max(range(len(cards)), key=lambda rank: (digests.count(digests[rank]), -rank))
     different = [rank for rank, digest in enumerate(digests) if digest != digests[model]]

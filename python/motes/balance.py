@@ -46,10 +46,13 @@ MOST = 2**64 - 1
 
 @dataclass(frozen=True)
 class Targets:
-    """Wanted shares of all particles, one per calculator in the order of their domains; any positive scale.
+    """Wanted shares of all particles.
 
     The engine finds the cuts from histograms of all calculators, without gathering particles, and cuts all
     domains anew at once.
+
+    Attributes:
+        shares: one per calculator in the order of their domains, on any positive scale.
     """
 
     shares: npt.ArrayLike
@@ -57,10 +60,13 @@ class Targets:
 
 @dataclass(frozen=True)
 class Orders:
-    """Particles to move between neighbours: `(from, to, count)`, calculators numbered by their domains.
+    """Particles to move between neighbours.
 
     The engine makes them legal: orders over the same cut are added with their signs, and no calculator gives
     more particles than it has.
+
+    Attributes:
+        moves: `(from, to, count)` each, calculators numbered by their domains.
     """
 
     moves: Iterable[tuple[int, int, int]]
@@ -69,17 +75,17 @@ class Orders:
 class Balancer:
     """Base of all balancers; a user's own overrides `decide`.
 
-    Options of all balancers, attributes of the class or the object:
-
-    `smoothing`: weight in 0..1 of a calculator's known speed against a new sample, while speeds change;
-    0 trusts only the last frame. While samples differ only by noise, the known speed has a larger weight.
-    `over`: "system" balances each particle system by itself, "all" the sum over systems.
+    Attributes:
+        smoothing: weight in 0..1 of a calculator's known speed against a new sample, while speeds change; 0
+            trusts only the last frame. While samples differ only by noise, the known speed has a larger
+            weight.
+        over: "system" balances each particle system by itself, "all" the sum over systems.
+        slabs_only: whether it needs domains in a row, that is, slabs along one axis.
     """
 
     smoothing: float = 0.5
     over: Literal["system", "all"] = "system"
     slabs_only: ClassVar[bool] = False
-    """Whether it needs domains in a row, that is, slabs along one axis."""
 
     def __new__(cls, *given: Any, **named: Any) -> Self:
         """Refuse a class that cannot decide."""
@@ -91,7 +97,14 @@ class Balancer:
 
     @abstractmethod
     def decide(self, load: LoadTable) -> Targets | Orders:
-        """Return `Targets` or `Orders` for one system's loads of one frame. Called on the manager only."""
+        """Decide for one system's loads of one frame. Called on the manager only.
+
+        Args:
+            load: the loads of all calculators.
+
+        Returns:
+            `Targets`, shares for all calculators, or `Orders`, particles to move between neighbours.
+        """
 
     @property
     def _policy(self) -> _core.Policy:
@@ -142,7 +155,14 @@ class _Native(Balancer):
         super().__setattr__(name, given)
 
     def decide(self, load: LoadTable) -> Targets | Orders:
-        """Return what the core's policy plans for these loads."""
+        """Decide by the core's policy. Called on the manager only.
+
+        Args:
+            load: the loads of all calculators.
+
+        Returns:
+            What the policy plans for these loads.
+        """
         plan = self._policy.plan(load._table)
         return Targets(plan.shares) if len(plan.shares) else Orders(plan.orders)
 
@@ -192,10 +212,13 @@ class Pairwise(_Native):
     ) -> None:
         """Set the options.
 
-        `threshold`: smallest difference in time that counts, as a fraction of the longer time.
-        `powers`: None: measured speeds; or each machine's power, one per calculator, as in the paper: the
-        last frame's times are compared, and a pair divides its particles in proportion to its powers.
-        `min_particles`: fewer are not worth a message. `smoothing`, `over`: see `Balancer`.
+        Args:
+            threshold: smallest difference in time that counts, as a fraction of the longer time.
+            powers: each machine's power, one per calculator, as in the paper: the last frame's times are
+                compared, and a pair divides its particles in proportion to its powers. None: measured speeds.
+            min_particles: fewer are not worth a message.
+            smoothing: see `Balancer`.
+            over: see `Balancer`.
         """
         super().__init__(smoothing, over)
         self.threshold = threshold
@@ -245,10 +268,13 @@ class Diffusive(_Native):
     ) -> None:
         """Set the options.
 
-        `threshold`: smallest difference in time that counts, as a fraction of the longer time. `rate`: part
-        of half the difference that flows, in 0..1; with 1 equal machines may oscillate. `min_particles`:
-        fewer are not worth a message. `manager`: whether it says which neighbours differ. `smoothing`,
-        `over`: see `Balancer`.
+        Args:
+            threshold: smallest difference in time that counts, as a fraction of the longer time.
+            rate: part of half the difference that flows, in 0..1; with 1 equal machines may oscillate.
+            min_particles: fewer are not worth a message.
+            manager: whether it says which neighbours differ.
+            smoothing: see `Balancer`.
+            over: see `Balancer`.
         """
         super().__init__(smoothing, over)
         self.threshold = threshold
@@ -292,12 +318,14 @@ class PrefixCuts(_Native):
     ) -> None:
         """Set the options.
 
-        `threshold`: cuts move when the slowest calculator is this fraction above the mean. `powers`: None:
-        shares follow measured speeds, which suits machines that differ; or each machine's power, one per
-        calculator: the rest of the measured time is the cost of the place, which suits particles that differ
-        in cost.
-        `min_particles`: cuts stay while no calculator is this many particles off its share. `smoothing`,
-        `over`: see `Balancer`.
+        Args:
+            threshold: cuts move when the slowest calculator is this fraction above the mean.
+            powers: each machine's power, one per calculator: the rest of the measured time is the cost of the
+                place, which suits particles that differ in cost. None: shares follow measured speeds, which
+                suits machines that differ.
+            min_particles: cuts stay while no calculator is this many particles off its share.
+            smoothing: see `Balancer`.
+            over: see `Balancer`.
         """
         super().__init__(smoothing, over)
         self.threshold = threshold
@@ -334,9 +362,11 @@ class Proportional(_Native):
     ) -> None:
         """Set the options.
 
-        `powers`: each calculator's share, on any scale; 0 leaves a calculator idle. `threshold`: cuts move
-        when a calculator is off its share by more than this fraction of it, and by at least `min_particles`.
-        `over`: see `Balancer`.
+        Args:
+            powers: each calculator's share, on any scale; 0 leaves a calculator idle.
+            threshold: cuts move when a calculator is off its share by more than this fraction of it,
+            min_particles: and by at least this many particles.
+            over: see `Balancer`.
         """
         super().__init__(Balancer.smoothing, over)
         self.powers = powers

@@ -41,12 +41,18 @@ class Children:
         inherit_velocity: float = 0,
         where: Where = None,
     ) -> None:
-        """Let events of this frame emit particles of system `into`: `count` for each parent.
+        """Let events of this frame emit particles of another system.
 
-        `on`: "birth", "death", "collision" (with what it bounces off), or "frame" (being alive at its end); a
-        particle counts once per rule and frame. Children are born at the end of this frame, where the parent
-        is then, with the attributes that `into.configure` has set so far plus `inherit_velocity` times the
-        parent's velocity. They are numbered in the order of the parents' ids.
+        Children are born at the end of this frame, where the parent is then, with the attributes that
+        `into.configure` has set so far. They are numbered in the order of the parents' ids.
+
+        Args:
+            into: the system that gets the children.
+            on: "birth", "death", "collision" (with what it bounces off), or "frame" (being alive at its end);
+                a particle counts once per rule and frame.
+            count: children for each parent.
+            inherit_velocity: the part of the parent's velocity that is added to a child's.
+            where: which parents: those in a shape, or for which a comparison of columns holds; None: all.
         """
         self._spawn("spawn", into, on, count, inherit_velocity, where)
 
@@ -60,10 +66,17 @@ class Children:
         inherit_velocity: float = 0,
         where: Where = None,
     ) -> None:
-        """Let particles leave `count` particles of system `into` behind, each `every` seconds of their age.
+        """Let particles leave particles of another system behind at regular ages.
 
         They do so in the frames in which their age passes a multiple of `every`, up to half a frame early:
         once per frame at most. As `spawn(on="frame")`, which says where children are born and with what.
+
+        Args:
+            into: the system that gets the children.
+            every: seconds of a parent's age from one time to the next.
+            count: children each time.
+            inherit_velocity: the part of the parent's velocity that is added to a child's.
+            where: which parents: those in a shape, or for which a comparison of columns holds; None: all.
         """
         every = arguments.number("every", every, low=1e-6, high=1e6)
         passed, half = column("age") / every + ROUNDING, self.world.dt / 2 / every

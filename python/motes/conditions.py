@@ -123,7 +123,12 @@ class Condition(Held):
     _size: int
 
     def __init__(self, node: Node, size: int = 1) -> None:
-        """Take the tree and its number of operations; scripts compare columns instead."""
+        """Take the tree; comparisons of columns make conditions.
+
+        Args:
+            node: an operation and its operands.
+            size: the number of operations in it.
+        """
         object.__setattr__(self, "_node", node)
         object.__setattr__(self, "_size", checked(size))
 

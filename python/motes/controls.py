@@ -48,7 +48,17 @@ class Control:
         step: float | None = None,
         choices: Sequence[Choice] | None = None,
     ) -> None:
-        """Take what is checked already; `values`: by name, what the controls of a world are set to now."""
+        """Take what is checked already; scripts call `World.control`.
+
+        Args:
+            name: its name.
+            default: its value before a viewer sets it.
+            values: what the controls of a world are set to now, by name.
+            low: the least number, or None.
+            high: the largest number, or None.
+            step: of numbers, or None.
+            choices: what it can be, or None.
+        """
         listed = None if choices is None else tuple(arguments.listed("choices", choices, _CHOICES))
         for slot, given in (
             *(("name", name), ("default", default), ("low", low), ("high", high), ("step", step)),

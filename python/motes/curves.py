@@ -73,7 +73,12 @@ class Curve(Value, Moving):
         return a + (b - a) * part
 
     def integral(self, low: float, high: float) -> float:
-        """Return the integral over time from `low` to `high` seconds, low <= high; of numbers only."""
+        """Return the integral over time; of numbers only.
+
+        Args:
+            low: seconds.
+            high: seconds, at least `low`.
+        """
         if isinstance(self.keys[0][1], tuple):
             raise ArgumentError("curve", self, "of numbers: a vector has no integral here")
         low, high = arguments.number("low", low), arguments.number("high", high)

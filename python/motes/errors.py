@@ -49,9 +49,14 @@ class ArgumentError(MotesError, ValueError):
     def __init__(
         self, argument: str, value: object, allowed: str, *, known: Iterable[str] = (), hint: str = ""
     ) -> None:
-        """Say that `argument` must be `allowed` and is `value` instead.
+        """Say what an argument must be, and what it is instead.
 
-        `known`: names, of which the one nearest to `value` is suggested. `hint`: what else helps.
+        Args:
+            argument: its name.
+            value: what was given.
+            allowed: what it must be.
+            known: names, of which the one nearest to `value` is suggested.
+            hint: what else helps.
         """
         more = near(value, known) + (f"; {hint}" if hint else "")
         super().__init__(f"{argument} must be {allowed}, got {_short(value)}{more}")
@@ -74,7 +79,17 @@ class RankError(MotesError, RuntimeError):
         line: str | None = None,
         speaker: int | None = None,
     ) -> None:
-        """Name who failed, when and in which action; `line` is the script's line, as "snow.py:21"."""
+        """Name who failed, when and in which action.
+
+        Args:
+            text: what went wrong.
+            rank: that failed.
+            role: of that rank.
+            frame: in which it failed.
+            action: in which it failed.
+            line: of the script, as "snow.py:21".
+            speaker: the one rank that prints the error.
+        """
         where = place(rank, role=role, frame=frame)
         if action is not None:
             where += f", {action}"
@@ -94,7 +109,14 @@ class ScriptMismatchError(MotesError, RuntimeError):
     """Ranks recorded different lists in the same frame: the script does not do the same on every rank."""
 
     def __init__(self, text: str, *, frame: int, ranks: tuple[int, ...], speaker: int | None = None) -> None:
-        """`text` names the first of the `ranks` that differ from most others, the frame and what differs."""
+        """Say which ranks differ, and in what.
+
+        Args:
+            text: names the first of the ranks that differ from most others, the frame and what differs.
+            frame: in which they differ.
+            ranks: those that differ.
+            speaker: the one rank that prints the error.
+        """
         super().__init__(text)
         self.text = text
         self.frame = frame
@@ -143,7 +165,14 @@ class MissingExtraError(MotesError, ImportError):
     """A package that only this part of motes needs is not installed; says how to install it."""
 
     def __init__(self, need: str, *, extra: str, package: str, reason: object = None) -> None:
-        """`need` says who needs the package, such as "Movie"; `extra` is a name of `EXTRAS`."""
+        """Say who needs the package and how to install it.
+
+        Args:
+            need: who needs it, such as "Movie".
+            extra: a name of `EXTRAS`.
+            package: that is missing.
+            reason: why it cannot be imported; None: it is not installed.
+        """
         wanted = " ".join(f'"{name}"' for name in EXTRAS[extra])
         why = "which is not installed" if reason is None else f"which cannot be imported ({reason})"
         super().__init__(

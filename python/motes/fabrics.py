@@ -52,17 +52,31 @@ class Fabrics(ABC):
     ) -> Ties:
         """Emit rows x columns particles, tied to a cloth; ids in the order of rows.
 
-        Row 0, column 0 is at `origin`, the last row at `origin + along`, the last column at
-        `origin + across`. `pinned`: places (row, column) of particles that only the script moves. Return the
-        ties, for `tie`.
+        Args:
+            rows: at least 2.
+            columns: at least 2.
+            origin: where row 0, column 0 is, m.
+            along: from there to the last row, m.
+            across: from there to the last column, m.
+            pinned: places (row, column) of particles that only the script moves.
+
+        Returns:
+            The ties, for `tie`.
         """
         return _cloth(self, rows, columns, origin, along, across, pinned)
 
     @says_near_names
     def rope(self, start: ArrayLike, end: ArrayLike, count: int, pinned: Iterable[int] = ()) -> Ties:
-        """Emit `count` particles from `start` to `end`, tied to a rope. `pinned`: places, 0..count - 1.
+        """Emit particles in a straight line, tied to a rope.
 
-        Return the ties, for `tie`.
+        Args:
+            start: where the first one is, m.
+            end: where the last one is, m.
+            count: at least 2.
+            pinned: places, 0..count - 1, of particles that only the script moves.
+
+        Returns:
+            The ties, for `tie`.
         """
         return _rope(self, start, end, count, pinned)
 

@@ -48,12 +48,18 @@ class Frame:
         rank: int = 0,
         missing: str = "it was stepped, not rendered",
     ) -> None:
-        """Wrap `pixels`, uint8 (height, width, 3), without copying; None if the picture lives elsewhere.
+        """Wrap pixels without copying; `World.render` makes frames.
 
-        `linear` makes the float32 picture when it is asked for; `exposure` is what it was multiplied by to
-        become `pixels`. `layers` makes each layer by its name; off the image generator only the names count.
-        `home` is the image generator's rank, None if no picture was made at all; `missing` says why not;
-        `rank` is this rank. These three are used in messages only.
+        Args:
+            index: the frame's number.
+            time: seconds of the animation.
+            pixels: uint8 (height, width, 3); None: the picture is elsewhere.
+            linear: makes the float32 picture when it is asked for.
+            exposure: what that was multiplied by to become `pixels`.
+            layers: what makes each layer, by its name; off the image generator only the names count.
+            home: the image generator's rank, for messages; None: no picture was made at all.
+            rank: this rank, for messages.
+            missing: why there is no picture, for messages.
         """
         self.index = index
         self.time = time
@@ -64,7 +70,7 @@ class Frame:
         self._home = home
         self._rank = rank
         self._missing = missing
-        self._elsewhere: Callable[[int, Path, int], None] | None = None
+        self._elsewhere: Callable[[int, Path, Literal[8, 16]], None] | None = None
         """What to tell of a picture that another rank saves, which may be lost before it has."""
 
     def _arrive(self, picture: Frame) -> None:
@@ -105,11 +111,18 @@ class Frame:
         )
 
     def layer(self, name: Literal["depth", "alpha", "velocity"]) -> NDArray[np.float32]:
-        """One of the renderer's `layers`: float32 (height, width), or (height, width, 3) for "velocity".
+        """Return one of the renderer's `layers`.
 
-        "depth": metres from the camera's plane to the nearest opaque surface, infinite where there is none.
-        "alpha": the part of the light from behind that is held back, 0..1. "velocity": m/s of the nearest
-        opaque particle, 0 where there is none.
+        Args:
+            name: "depth": metres from the camera's plane to the nearest opaque surface, infinite where there
+                is none. "alpha": the part of the light from behind that is held back, 0..1. "velocity": m/s
+                of the nearest opaque particle, 0 where there is none.
+
+        Returns:
+            float32 (height, width), or (height, width, 3) for "velocity".
+
+        Raises:
+            NotHereError: if the picture is on another rank.
         """
         return self._layer(name)
 
@@ -136,13 +149,19 @@ class Frame:
         for name in self._layers:
             self._layer(name)
 
-    def save(self, path: str | os.PathLike[str], *, bits: int = 8) -> None:
-        """Write the picture whole or not at all; the suffix says as what.
+    def save(self, path: str | os.PathLike[str], *, bits: Literal[8, 16] = 8) -> None:
+        """Write the picture whole or not at all; does nothing where the picture is not.
 
-        `.png`: sRGB with 8 bits, the same as `pixels`, or with `bits=16`, from the linear picture. `.npy`:
-        `pixels`. `.exr`: the linear picture as half floats, and all layers (`depth.Z`, `alpha.A`,
-        `velocity.X` and so on), compressed without loss; needs the extra `[exr]`. Does nothing off the image
-        generator, except to refuse what it could not write.
+        Args:
+            path: its suffix says as what. .png: sRGB; .npy: `pixels`; .exr: the linear picture as half
+                floats, and all layers (`depth.Z`, `alpha.A`, `velocity.X` and so on), compressed without
+                loss; needs the extra [exr].
+            bits: of a PNG: 8, the same as `pixels`, or 16, from the linear picture.
+
+        Raises:
+            ArgumentError: for another suffix; on all ranks.
+            MotesError: if the renderer kept no linear picture, which EXR and 16 bits need.
+            MissingExtraError: if the extra is not installed.
         """
         suffix = arguments.file_path("path", path).suffix.lower()
         if suffix not in (".png", ".npy", ".exr"):
@@ -172,7 +191,14 @@ class Frame:
         return _core.tone_16_bits(self.linear, self._exposure)
 
     def digest(self) -> str:
-        """SHA-256 in hexadecimal of the text "<height>x<width>x3", a line feed, and the pixels by rows."""
+        """Hash the picture.
+
+        Returns:
+            SHA-256 in hexadecimal of the text "<height>x<width>x3", a line feed, and the pixels by rows.
+
+        Raises:
+            NotHereError: if the picture is on another rank.
+        """
         import hashlib
 
         pixels = self.pixels

@@ -33,7 +33,11 @@ class LoadTable:
     """
 
     def __init__(self, table: _core.BalanceTable) -> None:
-        """Take the engine's own table."""
+        """Take the loads; the engine gives them to `Balancer.decide`.
+
+        Args:
+            table: the engine's own.
+        """
         self._table = table
 
     @property

@@ -10,16 +10,12 @@ from ._run import stopping
 from .errors import MotesError
 from .frame import Frame
 from .steered import Steered
+from .usage import outside
 
 if TYPE_CHECKING:
     from ._notebook.cells import CellProgress
 
-__all__ = ["Looping", "outside"]
-
-
-def outside(call: str) -> MotesError:
-    """Return the error of a call before a world's start or after its end."""
-    return MotesError(f"{call} works inside `with world:` only, or after world.open()")
+__all__ = ["Looping"]
 
 
 class Looping(Steered):
@@ -34,13 +30,22 @@ class Looping(Steered):
         def _warn(self, text: str, level: int) -> None: ...
 
     def frames(self, n: int) -> Iterator[int]:
-        """Yield those frames of 0..n-1 that are still to do; end each pass of the loop by `render` or `step`.
+        """Yield the frames of 0..n-1 that are still to do. Collective: every rank runs the same loop.
 
-        Frames count from the world's first one: after `frames(5)`, `frames(8)` yields 5, 6 and 7. A world
-        with checkpoints goes on behind the newest whole one, where there is one, and writes new ones between
-        two passes of the loop. SIGINT (Ctrl-C), SIGTERM or SIGUSR1 on any rank ends the loop on all ranks
-        once its frame is done. At a prompt or in a notebook Ctrl-C then raises KeyboardInterrupt, and
-        `frames(n)` goes on later.
+        Each pass of the loop ends its frame by `render` or `step`. Frames count from the world's first one:
+        after `frames(5)`, `frames(8)` yields 5, 6 and 7. A world with checkpoints goes on from the newest
+        whole one, where there is one, and writes new ones between two passes of the loop. SIGINT (Ctrl-C),
+        SIGTERM or SIGUSR1 on any rank ends the loop on all ranks once its frame is done. At a prompt or in a
+        notebook Ctrl-C then raises KeyboardInterrupt, and `frames(n)` goes on later.
+
+        Args:
+            n: how many frames the run has in all.
+
+        Yields:
+            The number of the frame to record.
+
+        Raises:
+            MotesError: outside `with world:`, and if a pass did not end its frame.
         """
         self._usage.check("frames()")
         if self._ended:

@@ -56,7 +56,17 @@ class Movie:
     def __init__(
         self, path: str | os.PathLike[str], *, fps: float = 24, crf: float = 18, preset: Preset = "superfast"
     ) -> None:
-        """Name the file (.mp4, .mkv, .mov); smaller `crf`, slower `preset` look better and take longer."""
+        """Name the file.
+
+        Args:
+            path: a name ending in .mp4, .mkv or .mov.
+            fps: frames per second.
+            crf: 0..51; smaller looks better and makes larger files.
+            preset: "ultrafast" to "veryslow"; slower ones make smaller files.
+
+        Raises:
+            MissingExtraError: if the package av is not installed.
+        """
         self.path = arguments.file_path("path", path)
         if self.path.suffix.lower() not in FORMATS:
             raise ArgumentError("path", os.fspath(path), "a name ending in .mp4, .mkv or .mov")
@@ -90,9 +100,14 @@ class Movie:
         return continuing.continued.movies.get(self.place, 0)
 
     def write(self, frame: Frame | NDArray[np.uint8]) -> None:
-        """Append a frame; waits while four are queued. Does nothing for a frame that lives on another rank.
+        """Append a frame; waits while four are queued.
 
-        An error of the encoder is raised here, at the next call, or by `close`.
+        Args:
+            frame: a frame, or uint8 (height, width, 3); nothing is done for a frame that is on another rank.
+
+        Raises:
+            MotesError: if the movie is closed.
+            OSError: that of an earlier frame, such as a full disk; or `close` raises it.
         """
         if self._closed:
             raise MotesError(f"the movie {self.path} is closed")

@@ -27,7 +27,11 @@ class Player:
     _play: Play
 
     def __init__(self, play: Play) -> None:
-        """Take what is played."""
+        """Take what is played; `motes.show` and `motes.launch` make players.
+
+        Args:
+            play: a loop in a thread, or a job.
+        """
         self._play = play
 
     @property
@@ -53,9 +57,13 @@ class Player:
         self._play.stop()
 
     def wait(self, timeout: float | None = None) -> bool:
-        """Wait for the end, or for so many seconds; tell whether the run has ended.
+        """Wait for the run's end. An interrupt asks the run to stop, and is raised when it has.
 
-        An interrupt asks the run to stop, and is raised when it has.
+        Args:
+            timeout: seconds; None: as long as it takes.
+
+        Returns:
+            Whether the run has ended.
         """
         seconds = None if timeout is None else arguments.number("timeout", timeout, low=0)
         try:
@@ -66,9 +74,13 @@ class Player:
             raise
 
     def result(self) -> Any:
-        """Wait for the end and return what the loop has returned; raises what it has raised.
+        """Wait for the run's end, and return what its loop has returned; raise what it has raised.
 
-        Of a launched run: None; raises MotesError, with the last lines of its output, if it has failed.
+        Returns:
+            The loop's result; None for a launched run.
+
+        Raises:
+            MotesError: if a launched run has failed, with the last lines of its output.
         """
         self.wait()
         return self._play.result()
@@ -81,11 +93,20 @@ class Player:
 def show(world: World, loop: Callable[..., Any], *, paused: bool = False) -> Player:
     """Run `loop` in a thread, and show what it does: in a notebook as a widget, elsewhere in a browser.
 
-    `loop` is a function without arguments, or of the world. It runs the loop of frames of `world`, which is
-    open (`world.open()`) or which it opens (`with world:`); the world must be one of a single process. Until
-    the loop has ended, no other thread can use the world. The widget's stop button, `Player.stop` and an
-    interrupt of `Player.wait` end the loop of `world.frames` at a border between two frames; the world stays
-    as it is, and further loops go on. `paused`: it starts paused. Needs the extra `notebook`.
+    Until the loop has ended, no other thread can use the world. The widget's stop button, `Player.stop` and
+    an interrupt of `Player.wait` end the loop of `world.frames` at a border between two frames; the world
+    stays as it is, and further loops go on. Needs the extra [notebook].
+
+    Args:
+        world: a world of one process, which is open (`world.open()`) or which the loop opens.
+        loop: a function without arguments, or of the world, that runs the loop of `world.frames`.
+        paused: whether it starts paused.
+
+    Returns:
+        What shows and steers the run.
+
+    Raises:
+        MissingExtraError: if the extra is not installed.
     """
     from ._notebook.loops import LoopPlay
     from .world import World
@@ -107,12 +128,23 @@ def show(world: World, loop: Callable[..., Any], *, paused: bool = False) -> Pla
 def launch(
     script: str | os.PathLike[str], *, n: int, arguments: Sequence[object] = (), paused: bool = False
 ) -> Player:
-    """Run a script on `n` ranks beside the notebook, and show what it does as `motes.show` does.
+    """Run a script on several ranks beside the notebook, and show it as `motes.show` does.
 
-    The script is run unchanged, as by `python -m motes run -n N script.py`, with `arguments` behind its name.
-    What its ranks print is below the picture and in `Player.output`. `paused`: it starts paused. The stop
-    button, `Player.stop` and an interrupt of `Player.wait` end the run at a border between two frames; the
-    second time they terminate it. Needs the extra `notebook`.
+    What its ranks print is below the picture and in `Player.output`. The stop button, `Player.stop` and an
+    interrupt of `Player.wait` end the run at a border between two frames; the second time they terminate it.
+    Needs the extra [notebook].
+
+    Args:
+        script: a path; the script runs unchanged, as by `python -m motes run -n N script.py`.
+        n: how many ranks.
+        arguments: what follows the script's name.
+        paused: whether the run starts paused.
+
+    Returns:
+        What shows and steers the run.
+
+    Raises:
+        MissingExtraError: if the extra is not installed.
     """
     from ._notebook import jobs
 

@@ -171,7 +171,11 @@ class Particles:
     """Copies of all particles of a system, sorted by id; falsy on ranks that did not get them."""
 
     def __init__(self, columns: dict[str, NDArray[Any]] | None) -> None:
-        """Take the engine's columns in any order of particles."""
+        """Take the engine's columns; `System.gather` and `motes.open_particles` make particles.
+
+        Args:
+            columns: by name, in any order of particles; None: they are on another rank.
+        """
         self._here = columns is not None
         self._columns: dict[str, NDArray[Any]] = {}
         if columns is not None:
@@ -212,10 +216,17 @@ class Particles:
         return [*super().__dir__(), *self._columns]
 
     def columns(self, *names: str) -> dict[str, NDArray[Any]]:
-        """Return the columns of these names, or all that `s.emit(p)` emits.
+        """Return columns by name.
 
-        These are all but the ids, and but the copies of birth values (`position_b` and so on) where the
-        system kept none. Raises NotHereError where the particles are on another rank.
+        Args:
+            *names: which; none: all that `s.emit(p)` emits, that is all but the ids, and but the copies of
+                birth values (`position_b` and so on) where the system kept none.
+
+        Returns:
+            Arrays of shape (n, 3) or (n,), not copied.
+
+        Raises:
+            NotHereError: if the particles are on another rank.
         """
         if not self._here:
             raise NotHereError("the particles were gathered on another rank")
@@ -228,9 +239,13 @@ class Particles:
         return {name: self._columns[name] for name in wanted}
 
     def to_frame(self) -> Any:
-        """Return a pandas DataFrame, one row per particle; vectors are columns name_x, name_y, name_z.
+        """Make a pandas DataFrame. Needs the extra [analysis].
 
-        Needs the extra [analysis]. Raises NotHereError where the particles are on another rank.
+        Returns:
+            One row per particle; vectors are columns name_x, name_y, name_z.
+
+        Raises:
+            NotHereError: if the particles are on another rank.
         """
         columns = {name: self._columns[name] for name in ("id", *self.columns())}
         pandas = _extras.pandas("Particles.to_frame")

@@ -8,8 +8,8 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Literal
 
-from ._io.options import Parser
 from .balance import Balancer, Diffusive, Pairwise, PrefixCuts, Static
+from .options import Parser
 
 if TYPE_CHECKING:
     from .frame import Frame
@@ -33,14 +33,26 @@ def options(
     argv: Sequence[str] | None = None,
     **own: str | int | float,
 ) -> argparse.Namespace:
-    """Read a script's command line; the arguments are its defaults, and `own` are the script's own options.
+    """Read a script's command line; the arguments are its defaults.
 
-    `--systems`, `--particles` (of each system), `--frames`, `--seed`, `--out` and `--log` (directories),
-    `--digest`, `--no-images`, `--size` WxH, `--axis` x, xz, ... or none, `--space` LO,HI or infinite or fit,
-    `--balancer` static, pairwise, diffusive or prefix. The result has them as attributes: `size`, `axis`,
-    `space` and `balancer` as Renderer and World take them, `images` for the opposite of `--no-images`, and
-    `world` for all that World takes: `World(**args.world, renderer=...)`.
-    `options(__doc__, wind=2.5)` adds `--wind`, a float like its default.
+    There are also `--seed`, `--out` and `--log` (directories), `--digest`, `--no-images`, and `--axis` x, xz,
+    ... or none.
+
+    Args:
+        description: what `--help` says: the script's `__doc__`.
+        space: of `--space`: LO,HI in metres, infinite or fit.
+        systems: of `--systems`.
+        particles: of `--particles`, of each system.
+        frames: of `--frames`.
+        size: of `--size`, WxH in pixels.
+        balancer: of `--balancer`: static, pairwise, diffusive or prefix.
+        argv: the command line; None: that of the process.
+        **own: the script's own options with their defaults: `wind=2.5` adds `--wind`, a float.
+
+    Returns:
+        The options as attributes: `size`, `axis`, `space` and `balancer` as Renderer and World take them,
+        `images` for the opposite of `--no-images`, and `world` for all that World takes: `World(**args.world,
+        renderer=...)`.
     """
     parser = Parser(description=description)
     parser.add_argument("--systems", type=_count, default=systems)
@@ -74,7 +86,10 @@ def __dir__() -> list[str]:
 def end_frame(world: World, movie: Movie, args: argparse.Namespace) -> None:
     """End the frame as `options` say: render or step, write the movie, print digests. Collective.
 
-    The picture in the middle of the movie is also saved as a PNG beside it.
+    Args:
+        world: whose frame ends.
+        movie: which gets the picture; the one in the middle of the movie is also saved as a PNG beside it.
+        args: what `options` returned.
     """
     picture = world.render() if args.images else world.step()
     movie.write(picture)
@@ -87,7 +102,9 @@ def end_frame(world: World, movie: Movie, args: argparse.Namespace) -> None:
 def print_digest(world: World, picture: Frame) -> None:
     """Print `frame particles_digest image_sha256` of the frame that has just ended. Collective.
 
-    The picture's part is "-" where there is none.
+    Args:
+        world: whose frame it was.
+        picture: what ended it; its part is "-" where there is none.
     """
     particles = world.digest()
     if picture:

@@ -62,12 +62,16 @@ class Shape(Region, Value):
         return self._native.measure()
 
     def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
-        """Tell for each of the points, (n, 3) or (3,), whether the shape holds it: bool (n,) or ().
-
-        Points of 2 numbers lie at z = 0.
+        """Tell which points the shape holds.
 
         Shapes without volume (point, line, triangle, rectangle, disc) hold none; a plane holds the half-space
         below it, a blob what is within one sigma of its centre, a union what any of its parts holds.
+
+        Args:
+            points: (n, 3) or (3,), m; points of 2 numbers lie at z = 0.
+
+        Returns:
+            bool (n,), or () for one point.
         """
         allowed = "an array of shape (n, 3) or (3,)"
         array = arguments.floats("points", points, np.float32, allowed)
@@ -78,7 +82,15 @@ class Shape(Region, Value):
         return inside if array.ndim == 2 else inside[0]
 
     def sample(self, n: int, seed: int = 0) -> NDArray[np.float32]:
-        """Draw n points, float32 (n, 3); the same seed gives the same points. A plane gives its own point."""
+        """Draw points of the shape, uniformly by measure. A plane gives its own point.
+
+        Args:
+            n: how many.
+            seed: 0..2^64-1; the same seed gives the same points.
+
+        Returns:
+            float32 (n, 3), m.
+        """
         n = arguments.integer("n", n, high=2**32 - 1)
         return self._native.sample(n, arguments.integer("seed", seed, high=2**64 - 1))
 
@@ -110,7 +122,11 @@ class Shape(Region, Value):
 
 @value(init=False)
 class Point(Shape):
-    """A single point `p`."""
+    """A single point.
+
+    Attributes:
+        p: its coordinates, m.
+    """
 
     p: Triple
 
@@ -121,7 +137,12 @@ class Point(Shape):
 
 @value(init=False)
 class Line(Shape):
-    """The segment from `p0` to `p1`."""
+    """A segment.
+
+    Attributes:
+        p0: one end, m.
+        p1: the other end, m.
+    """
 
     p0: Triple
     p1: Triple
@@ -149,7 +170,13 @@ class Triangle(Shape):
 
 @value(init=False)
 class Rectangle(Shape):
-    """The parallelogram `origin` + a `u` + b `v`, a and b in 0..1."""
+    """The parallelogram `origin` + a `u` + b `v`, a and b in 0..1.
+
+    Attributes:
+        origin: a corner, m.
+        u: an edge that starts there, m.
+        v: the other edge that starts there, m.
+    """
 
     origin: Triple
     u: Triple
@@ -316,7 +343,11 @@ class Union(Shape):
     """The parts, none of them a union."""
 
     def __init__(self, *shapes: Shape | ArrayLike) -> None:
-        """Take the shapes; a vector is a point."""
+        """Take the parts.
+
+        Args:
+            *shapes: shapes; a vector is a point.
+        """
         parts: list[Shape] = []
         for given in shapes:
             shape = as_shape("shapes", given)

@@ -20,9 +20,8 @@ from .errors import ArgumentError, MotesError
 from .frame import Frame
 from .live import Live
 from .rendering import Renderer, kept
-from .usage import Usage, Weakly
+from .usage import EngineCalls, Weakly
 from .values import at, says_near_names
-from .world_facts import Facts
 
 if TYPE_CHECKING:
     from ._live.viewing import Viewing
@@ -33,14 +32,12 @@ __all__ = ["Steered"]
 BEAT_S = 1.0  # how often ranks of a paused run hear from each other
 
 
-class Steered(Facts):
+class Steered(EngineCalls):
     """Viewers of a live run, their orders, and the record of these."""
 
     renderer: Renderer | None
     _recording: scenefile.Recording | None
     _run_state: OpenRun | None
-    _usage: Usage
-    _ended: bool
     _stop: stopping.Stop
     _total: int
     _last_picture: Callable[[], Frame | None]
@@ -48,8 +45,6 @@ class Steered(Facts):
     if TYPE_CHECKING:
 
         def _stops(self) -> bool: ...
-        def _begin(self, call: str, *, reads: bool = False) -> _core.Engine: ...
-        def _end_call(self, engine: _core.Engine) -> None: ...
 
     def _init_steering(self, settings: RunSettings) -> None:
         """Start with what the arguments say, before the run."""
@@ -77,10 +72,23 @@ class Steered(Facts):
     ) -> Control:
         """Let viewers of a live run set `Control.value`; without viewers it stays `value`.
 
-        A number needs its bounds `low` and `high`, and moves in steps of `step`, if given; with whole numbers
-        for all four it is an int. A bool has no bounds. With `choices`, texts or numbers, it is one of them.
         Every rank makes the same calls. The value is the same on all ranks, and changes between two frames
-        only: where the loop of `frames` begins its next pass.
+        only: where the loop of `frames` begins its next pass. With whole numbers for `value` and all bounds
+        it is an int.
+
+        Args:
+            name: a text that no other control of this world has.
+            value: what it is set to at first: a number, a bool, or one of `choices`.
+            low: the least number; needed for a number.
+            high: the largest number; needed for a number.
+            step: numbers go from `low` in steps of this; None: any number between the bounds.
+            choices: the texts or numbers that it can be; None: it is a number or a bool.
+
+        Returns:
+            The control, whose `value` the script reads in each frame.
+
+        Raises:
+            MotesError: if the world has ended.
         """
         if self._ended:
             raise MotesError("this world has ended; make a new one")
@@ -96,11 +104,17 @@ class Steered(Facts):
         return None if self._viewing is None else self._viewing.url
 
     def redraw(self) -> Frame:
-        """Return another picture of the particles as they are between two frames. Collective.
+        """Draw the particles as they are between two frames once more. Collective.
 
         Nothing is computed and nothing counts as a frame: what was recorded for the next one is not in it.
-        From where viewers look, or where `renderer.camera` is now. Off the image generator the result is
-        falsy. Raises ArgumentError if particles were read after some of the frame's list.
+        The picture is seen from where viewers look, or from where `renderer.camera` is now.
+
+        Returns:
+            The picture; on other ranks than the image generator it is falsy.
+
+        Raises:
+            ArgumentError: if particles were read after some of the frame's list, or the world has no
+                renderer.
         """
         if self.renderer is None:
             raise ArgumentError("renderer", None, "given to World(renderer=...) before redraw()")

@@ -32,12 +32,18 @@ class Sums:
 
     @says_near_names
     def total(self, expression: Expression | ArrayLike, *, where: Where = None) -> Any:
-        """Sum an expression over all particles: a float, or for a vector an array of 3. Collective.
+        """Sum an expression over all particles. Collective.
 
-        Every rank gets the result: the exact sum of the expression's float32 values, rounded once, whatever
-        the ranks, threads and order. So it equals `math.fsum` of these values. With NaN, or both infinities,
-        it is NaN; with one infinity it is that one; of no particles it is 0. `total(1)` counts. With `where`,
-        only the particles in a shape or for which a comparison holds.
+        The exact sum of the expression's float32 values, rounded once, whatever the ranks, threads and order;
+        so it equals `math.fsum` of these values. With NaN, or both infinities, it is NaN; with one infinity
+        it is that one; of no particles it is 0. `total(1)` counts.
+
+        Args:
+            expression: a number or a vector per particle.
+            where: which particles: those in a shape, or for which a comparison of columns holds; None: all.
+
+        Returns:
+            A float, or for a vector an array of 3; on every rank.
         """
         summed = compile_sum(self._columns, (), weights=expression, where=where, time=self.world.time)
         found = self._sum("total", summed)
@@ -52,11 +58,19 @@ class Sums:
         *,
         where: Where = None,
     ) -> NDArray[Any]:
-        """Count particles by an expression, or sum `weights` in each bin. Collective; every rank gets it.
+        """Count particles by an expression, or sum `weights` in each bin. Collective.
 
         Bin i holds edges[i] <= value < edges[i + 1], the last one its upper edge too, as in
-        `numpy.histogram`. Values outside and NaN are left out; the outer edges may be infinite. Counts are
-        int64; sums are float64, exact and rounded once, as those of `total`.
+        `numpy.histogram`. Values outside and NaN are left out.
+
+        Args:
+            expression: a number per particle.
+            edges: ascending numbers, at least 2; the outer ones may be infinite.
+            weights: what is added up in each bin; None: particles are counted.
+            where: which particles: those in a shape, or for which a comparison of columns holds; None: all.
+
+        Returns:
+            Counts, int64, or sums, float64, exact and rounded once as those of `total`; on every rank.
         """
         bins = [("expression", expression, histogram_edges(edges))]
         time = self.world.time
@@ -73,12 +87,21 @@ class Sums:
         *,
         where: Where = None,
     ) -> NDArray[Any]:
-        """Count particles in a grid of cells, or sum `weights` in each. Collective; every rank gets it.
+        """Count particles in a grid of cells, or sum `weights` in each. Collective.
 
-        There are `shape` = (nx, ny, nz) cells from `low` to `high`; the result is indexed [ix, iy, iz]. Their
-        edges are those of `numpy.linspace(low[0], high[0], nx + 1)` and so on; a cell holds its lower faces,
-        not its upper ones. Particles outside are left out. Counts are int64; sums are float64, exact and
-        rounded once, as those of `total`.
+        The cells' edges are those of `numpy.linspace(low[0], high[0], nx + 1)` and so on; a cell holds its
+        lower faces, not its upper ones. Particles outside are left out.
+
+        Args:
+            low: the grid's lowest corner, m.
+            high: its highest corner, m.
+            shape: the number of cells along each axis, (nx, ny, nz).
+            weights: what is added up in each cell; None: particles are counted.
+            where: which particles: those in a shape, or for which a comparison of columns holds; None: all.
+
+        Returns:
+            Counts, int64, or sums, float64, exact and rounded once as those of `total`, indexed [ix, iy, iz];
+            on every rank.
         """
         cells = cell_edges(low, high, shape)
         time = self.world.time

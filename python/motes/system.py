@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import zlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
@@ -13,17 +12,17 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _core, actions, arguments
 from ._run import script_lines
-from .actions.base import Where, as_action
+from .actions.base import as_action
 from .actions.recorder import Recorder
+from .callbacks import Callbacks
 from .children import Children
-from .conditions import columns_of, condition_of
+from .conditions import columns_of
 from .curves import Curve, integrals, moving_part
 from .distributions import Drawn, State, distribution
 from .errors import ArgumentError, MotesError, NotAssignableError, missing, near
 from .fabrics import Fabrics
 from .first_frame import FirstFrame
 from .interchange.foreign import no_column
-from .pairs import Pairs
 from .particles import LocalParticles, Particles
 from .shapes import Shape, Union, as_shape
 from .sprites import Sprite
@@ -39,7 +38,7 @@ __all__ = ["System"]
 CUT = np.dtype([("axis", "U1"), ("at", np.float32)])
 
 
-class System(Recorder, Children, Fabrics, Sums):
+class System(Recorder, Callbacks, Children, Fabrics, Sums):
     """A particle system, created by `World.system`. Calls are recorded, and run when the frame ends.
 
     Every rank makes the same calls in the same order; each does the part of its roles. None of the recording
@@ -52,7 +51,15 @@ class System(Recorder, Children, Fabrics, Sums):
     name: str
 
     def __init__(self, world: World, index: int, name: str, axes: str, definition: dict[str, Any]) -> None:
-        """Create a system of a world; scripts call `World.system`."""
+        """Create a system of a world; scripts call `World.system`.
+
+        Args:
+            world: the world.
+            index: its place among the world's systems.
+            name: its name.
+            axes: what its domains cut.
+            definition: what the engine takes, checked already.
+        """
         names = [*_core.builtin_attributes(), *((a[0], a[1]) for a in definition["attributes"])]
         self._attributes = {attribute: (i, width) for i, (attribute, width) in enumerate(names)}
         self.__dict__.update(world=world, name=name)
@@ -80,10 +87,12 @@ class System(Recorder, Children, Fabrics, Sums):
     @overload
     def configure(self, **state: Drawn) -> None: ...
     def configure(self, **state: Any) -> None:
-        """Set what newborn particles get from here on: velocity, color, lifetime, a user's attribute, ...
+        """Set what newborn particles get from here on; attributes set by earlier calls remain.
 
-        Each is a value, a shape (drawn uniformly from it), `Uniform(lo, hi)` or `Normal(mean, sigma)`.
-        Attributes set by earlier calls remain. A `motes.Curve` gives each frame's newborn its value then.
+        Args:
+            **state: velocity, color, lifetime, a user's attribute, ... Each is a value, a shape (drawn
+                uniformly from it), `Uniform(lo, hi)` or `Normal(mean, sigma)`; a `motes.Curve` gives each
+                frame's newborn particles its value then.
         """
         made = {}
         for attribute, value in state.items():
@@ -145,24 +154,24 @@ class System(Recorder, Children, Fabrics, Sums):
         *,
         key: str | int | None = None,
     ) -> None:
-        """Emit `rate` particles per second in `shape`.
+        """Emit particles in a shape at a rate.
 
-        The rate may be another one in each frame, and a curve is integrated: at each frame's end the source
-        has emitted floor(S) particles, where S is the sum of rate times `dt` over the frames that called it.
-        No fraction is lost, also while the rate is 0 or the source is not called. With sub-steps, this holds
-        at the end of each.
+        At each frame's end the source has emitted floor(S) particles, where S is the sum of rate times `dt`
+        over the frames that called it; with sub-steps, this holds at the end of each. No fraction is lost,
+        also while the rate is 0 or the source is not called. Paper 3.2.1.
 
-        `key` says which source this is, so whose fraction goes on: a text or an integer. Calls of a system
-        with the same key are the same source. Without one, it is the line of the script that calls; of
-        several calls of a line (or key) in a frame, the first one, the second one and so on are sources of
-        their own. Where emitters of a loop come and go, give each a key.
-
-        `jitter` spreads them over the (sub)step: each has aged and travelled a random part of it.
-
-        `moving_from`: where the shape was one frame ago, if it moves: a shape of the same kind, and no union.
-        Each particle is born where the shape was at the moment of its birth, on the straight way from a point
-        of the one to the same point of the other. So a trail has no gaps, however fast the shape is. Paper
-        3.2.1.
+        Args:
+            shape: where they are born, m.
+            rate: particles per second, another one in each frame if need be; a curve is integrated.
+            jitter: whether births spread over the (sub)step: each particle has aged and travelled a random
+                part of it.
+            moving_from: where the shape was one frame ago, if it moves: a shape of the same kind, and no
+                union. Each particle is born where the shape was at the moment of its birth, on the straight
+                way from a point of the one to the same point of the other, so a trail has no gaps.
+            key: which source this is, so whose fraction goes on: a text or an integer; calls of a system with
+                the same key are the same source. None: the line of the script that calls; several calls of a
+                line (or key) in a frame are sources of their own, in their order. Where emitters of a loop
+                come and go, give each a key.
         """
         where = as_shape("shape", shape)
         before = None if moving_from is None else as_shape("moving_from", moving_from)
@@ -182,7 +191,12 @@ class System(Recorder, Children, Fabrics, Sums):
 
     @says_near_names
     def burst(self, shape: Shape | ArrayLike, count: int = 1) -> None:
-        """Emit `count` particles in `shape`, once in this frame."""
+        """Emit particles in a shape, once in this frame.
+
+        Args:
+            shape: where they are born, m; a point for all at one place.
+            count: how many.
+        """
         where = as_shape("shape", shape)._native
         count = arguments.integer("count", count, high=4_000_000_000)
         self._record_birth("burst", _core.Birth.burst(where, count, self._state_now()))
@@ -195,13 +209,17 @@ class System(Recorder, Children, Fabrics, Sums):
         position: ArrayLike | None = None,
         **columns: ArrayLike,
     ) -> None:
-        """Emit the particles of these arrays, one row per particle: `position` (n, 3), others (n, 3) or (n,).
+        """Emit the particles of these arrays, the same on every rank, one row per particle.
 
-        Vectors of 2 numbers, (n, 2), stand for (x, y, 0). Attributes that are not given come from
-        `configure`. The arrays must be the same on every rank.
+        Attributes that are not given come from `configure`. Vectors of 2 numbers, (n, 2), stand for (x, y,
+        0).
 
-        `particles`: those that `gather("all")` or `motes.open_particles(path)[frame]` gave, with all that
-        `Particles.columns` names; arrays that are also given replace its columns. They get new ids.
+        Args:
+            particles: those that `gather("all")` or `motes.open_particles(path)[frame]` gave, with all that
+                `Particles.columns` names; they get new ids, and arrays that are also given replace their
+                columns.
+            position: m, shape (n, 3).
+            **columns: other attributes by name, shape (n, 3) or (n,).
         """
         given: dict[str, Any] = {"position": position, **columns}
         if particles is not None:
@@ -236,7 +254,11 @@ class System(Recorder, Children, Fabrics, Sums):
     # --- actions
 
     def apply(self, action: actions.Action | Sequence[actions.Action]) -> None:
-        """Record an action, or each of a list."""
+        """Record an action, or each of a list.
+
+        Args:
+            action: an action of `motes.actions`, or a list of them.
+        """
         for one in action if isinstance(action, (list, tuple)) else (action,):
             self._record(as_action(one), 2)
 
@@ -265,83 +287,6 @@ class System(Recorder, Children, Fabrics, Sums):
         if not isinstance(other, System) or other.world is not self.world or other is self:
             raise ArgumentError("other", other, "another system of the same world")
 
-    @says_near_names
-    def callback(self, function: Callable[[LocalParticles], object], *, where: Where = None) -> None:
-        """Call `function(particles)` here in the list, on each calculator, with views of its particles.
-
-        It must treat each particle by itself, and not depend on how many there are: newborn particles may
-        come in a separate call. It is called in each sub-step. It cannot record, step or read systems. With
-        `where`, it sees only the particles in a shape or for which a comparison holds: their columns are
-        copies, which are written back afterwards, and it is not called if there are none.
-        """
-        if not callable(function):
-            raise ArgumentError("function", function, "a function of particles")
-        shapes: list[_core.Shape] = []
-        callback = _core.Callback(
-            name=_name_of(function),
-            number=len(self._callbacks),
-            where=condition_of(where, self._columns, shapes),
-            shapes=shapes,
-        )
-        self._record_function("callback", function, partial(_core.Engine.record_callback, callback=callback))
-
-    def _record_function(
-        self, call: str, function: Callable[[Any], object], record: Callable[..., None]
-    ) -> None:
-        world = self.world
-        engine = world._begin(call)
-        try:
-            if world._recording is not None:
-                world._recording.refuse(world.frame, f"'{self.name}' calls {_name_of(function)} back")
-            record(engine, self._index)
-            self._callbacks.append(function)
-            self._list.append(function)
-            self._lines.append(script_lines.running_line(3))
-        finally:
-            world._usage.end()
-
-    def _called(self, number: int, begin: int, chosen: Any, pairs: Any) -> NDArray[np.float32] | None:
-        if pairs is not None:
-            return self._call_pairs(number, pairs)
-        self._call_back(number, begin, chosen)
-        return None
-
-    def _call_back(self, number: int, begin: int, chosen: NDArray[np.uint32] | None) -> None:
-        engine = self.world._engine_for("callback")
-        function = self._callbacks[number]
-        view = LocalParticles(engine, self._index, self._attributes, begin, chosen)
-        try:
-            with self.world._usage.callback(f"{_name_of(function)!r} of system {self.name!r}"):
-                function(view)
-            view._write_back()
-        finally:
-            if view._close():
-                engine.release_views(self._index)
-
-    @says_near_names
-    def pairs(self, function: Callable[[Pairs], object], radius: float, *, where: Where = None) -> None:
-        """Call `function(pairs)` here in the list, on each calculator, with the pairs within `radius` metres.
-
-        Each pair is seen from both of its particles; `function` returns the changes of velocity of the own
-        ones, shape (n, 3), or None for no change. They are added in the order of the pairs. It must treat
-        each pair by itself. Paper 3.1.5.
-        """
-        if not callable(function):
-            raise ArgumentError("function", function, "a function of pairs")
-        name = _name_of(function)
-        shapes: list[_core.Shape] = []
-        condition = condition_of(where, self._columns, shapes)
-        numbers = [arguments.number("radius", radius, low=0), len(self._callbacks), zlib.crc32(name.encode())]
-        action = _core.Action("pairs", numbers, shapes, condition)
-        self._record_function("pairs", function, partial(_core.Engine.record_action, action=action))
-
-    def _call_pairs(self, number: int, arrays: tuple[NDArray[Any], ...]) -> NDArray[np.float32] | None:
-        function = self._callbacks[number]
-        pairs = Pairs(*arrays)
-        with self.world._usage.callback(f"{_name_of(function)!r} of system {self.name!r}"):
-            changes = function(pairs)
-        return None if changes is None else pairs._checked(changes)
-
     @property
     def recorded(self) -> list[Any]:
         """This frame's list so far: actions and births in order."""
@@ -357,6 +302,9 @@ class System(Recorder, Children, Fabrics, Sums):
         any result. With sub-steps the views show a preview, in which all of them have run; writing into it
         makes it count, and then the rest of the list runs after it. Particles whose positions were written go
         to their owners when the frame ends. The frame cannot end inside the block.
+
+        Yields:
+            The views: `p.position` (n, 3), `p.id` (n,), ...
         """
         world = self.world
         engine = world._begin("local()", reads=True)
@@ -391,9 +339,13 @@ class System(Recorder, Children, Fabrics, Sums):
         recording.refuse(self.world.frame, f"the script writes particles of '{self.name}'")
 
     def gather(self, *, to: Literal[0, "all"] = 0) -> Particles:
-        """Copy all particles, sorted by id, to rank 0 or to "all". Collective.
+        """Copy all particles, sorted by id. Collective.
 
-        Elsewhere the result is falsy and empty.
+        Args:
+            to: 0: to rank 0 alone; "all": to every rank.
+
+        Returns:
+            The particles; elsewhere the result is falsy and empty.
         """
         if not isinstance(to, (int, str)) or isinstance(to, bool) or to not in (0, "all"):
             raise ArgumentError("to", to, "0 or 'all'", known=("all",))
@@ -485,7 +437,3 @@ class System(Recorder, Children, Fabrics, Sums):
     def __repr__(self) -> str:
         """Show name and size."""
         return f"<System {self.name!r}, {self.count} particles>"
-
-
-def _name_of(function: object) -> str:
-    return str(getattr(function, "__qualname__", type(function).__name__))

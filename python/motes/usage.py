@@ -11,12 +11,16 @@ import threading
 import weakref
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from . import _core, roles
 from .errors import MotesError
+from .world_facts import Facts
 
-__all__ = ["Usage", "Weakly", "Describing"]
+if TYPE_CHECKING:
+    from .system import System
+
+__all__ = ["Describing", "EngineCalls", "Usage", "Weakly", "outside"]
 
 
 class Usage:
@@ -128,3 +132,59 @@ class Describing:
     def __call__(self, rank: int) -> str:
         """Name a rank and its roles."""
         return f"rank {rank} ({_core.describe_role(self.cast, rank)})"
+
+
+def outside(call: str) -> MotesError:
+    """Return the error of a call before a world's start or after its end."""
+    return MotesError(f"{call} works inside `with world:` only, or after world.open()")
+
+
+class EngineCalls(Facts):
+    """Calls of the engine, each between `_begin` and `_end_call`."""
+
+    _usage: Usage
+    _ended: bool
+    _open_views: list[System]
+
+    if TYPE_CHECKING:
+
+        def _leave(self, *, well: bool) -> None: ...
+
+    def digest(self) -> str:
+        """Hash every particle of every system, all columns. Collective.
+
+        Returns:
+            Hexadecimal digits; equal particles give equal ones, whatever the number of ranks and the order in
+            memory.
+        """
+        engine = self._begin("digest()", reads=True)
+        try:
+            return engine.digest()
+        finally:
+            self._end_call(engine)
+
+    def _engine_for(self, call: str) -> _core.Engine:
+        if self._engine is None or self._ended:
+            raise outside(call)
+        return self._engine
+
+    def _end_call(self, engine: _core.Engine) -> None:
+        """End what `_begin` started. Where all ranks have given up, nobody waits for this one any more."""
+        self._usage.end()
+        if engine.gave_up:
+            self._leave(well=False)
+
+    def _begin(self, call: str, *, reads: bool = False) -> _core.Engine:
+        """Start a call of the engine, which `_usage.end` ends. Raises MotesError while another one runs."""
+        engine = self._engine_for(call)
+        if reads and self._course is not None:
+            self._course.go_on(self._systems)
+        self._usage.begin(call)
+        for system in self._open_views if reads else ():
+            if len(system._list) != system._views[0]:
+                self._usage.end()
+                raise MotesError(
+                    f"{call} inside `with` {system.name!r}`.local()`, after more was recorded for it: "
+                    "its views would no longer show its particles; leave the block first"
+                )
+        return engine

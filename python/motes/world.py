@@ -14,24 +14,20 @@ from numpy.typing import NDArray
 from . import _core, _extras, arguments, environment, scenefile
 from . import roles as _roles
 from . import world_arguments as checks
-from ._live import repeating
 from ._notebook import kernel
 from ._run import busy, ending, handshake, recovering, script_lines, stopping, waiting
 from ._run.output import tell
 from ._run.process import OpenRun, process
 from ._run.progress import LINES, Progress
 from ._run.progress import check as check_progress
-from ._run.settings import RunSettings
 from ._run.speaking import mark
 from .balance import Balancer
 from .checkpoint import Checkpoint
-from .checkpoint import checked as checkpoint_of
 from .errors import ArgumentError, MotesError, MotesWarning, Stopped
 from .first_frame import remarks_on
 from .frame import Frame
 from .live import Live
-from .live import checked as live_of
-from .looping import Looping, outside
+from .looping import Looping
 from .rendering import Renderer
 from .sprites import Sprite
 from .system import System
@@ -92,58 +88,58 @@ class World(Looping, Facts, Settings):
         progress: Literal["lines", "bar", "off"] | Callable[[dict[str, Any]], None] = "lines",
         comm: MPI.Intracomm | None = None,
     ) -> None:
-        """Take the run's settings; nothing is started before `with world:`.
+        """Take the run's settings; nothing starts before `with world:`.
 
-        `seed`: 0..2^64-1, or None for one that rank 0 draws. `dt`: seconds per frame, in which the recorded
-        list runs `substeps` times. `axis`: what domains cut: one axis makes slabs; two or three, "xy", "xyz",
-        make bricks, by halving space again and again; None deals particles out by id, wherever they are.
-        `space`: the interval (m) that they divide at the start, the same along each axis: (lo, hi), None for
-        the paper's infinite space, or "fit" for quantiles of the first births. `roles`: "auto", "shared" or
-        Roles(...). `balancer`: one of motes.balance; None keeps cuts. `renderer`: what `render` draws.
-        `combine`: how several systems share a frame (paper 3.3): "one_by_one", "together" (one message per
-        pair of ranks for all systems) or "overlapped" (the messages of one travel while the next computes).
-        `births`: who creates newborn particles: the "manager", which distributes them, or the "calculators",
-        each its part; the particles are the same. `fan_out`: each rank relays the manager's messages to at
-        most this many others (docs/growth.md measures the benefit of both with many ranks). `threads`: of
-        each rank; the bits are the same. None: the processors that it may use, shared among the ranks of its
-        host (`MOTES_THREADS` overrides). `clock`: what measures a calculator's load: "cpu" (processor time of
-        its threads, which other processes do not lengthen, divided by their number) or "wall". `log`: a
-        directory. `spans`: also log a timeline of each rank. `digest`: also log fingerprints of particles and
-        pictures, one row per frame. `checkpoint`: a directory, or Checkpoint(directory, every=48, keep=2):
-        every so many frames all particles go there, and a later run of the script goes on behind the newest
-        whole one (docs/checkpoints.md). `on_loss`: what follows when a rank is killed: "stop" ends the job;
-        with "recover", under `motes run --survive`, the others take over its work and go on with the same
-        bits. `live`: a port, or Live(port=8080): the run can be seen and steered in a browser. `steering`:
-        the steer.jsonl of such a run, whose orders happen again (docs/live.md). `progress`: "lines", in a
-        notebook a bar and the last picture below the cell (docs/notebooks.md), "bar", "off" or a function of
-        a row. `comm`: an mpi4py communicator.
+        Args:
+            seed: 0..2^64-1; None: rank 0 draws one, which the run prints and logs.
+            dt: seconds per frame.
+            substeps: how many times per frame the recorded list runs, each time for dt / substeps.
+            axis: what domains cut. One axis makes slabs, two or three ("xy", "xyz") make bricks by recursive
+                bisection; None deals particles out by id, wherever they are.
+            space: the interval in metres that domains divide at the start, the same along each axis: (lo,
+                hi); None: the paper's infinite space; "fit": quantiles of the first births.
+            roles: "auto": one rank plays all; of three or more, rank 0 draws, rank 1 manages, and the others
+                calculate (the paper). "shared": every rank calculates. Or Roles(...).
+            balancer: one of `motes.balance`; None: cuts stay.
+            renderer: what `render` draws; may change between frames.
+            combine: how several systems share a frame (paper 3.3). "one_by_one"; "together": one message per
+                pair of ranks for all systems; "overlapped": one system's messages travel while the next
+                computes.
+            births: who creates newborn particles: the "manager", which sends them to their owners, or the
+                "calculators", each its part. "auto" chooses for each frame by their number. The particles are
+                the same.
+            fan_out: each rank relays the manager's messages to at most this many others.
+            threads: threads of each rank, with the same bits for any number; None: the processors that this
+                process may use, shared among the ranks of its host. `MOTES_THREADS` takes precedence.
+            clock: what measures a calculator's load: "cpu", the processor time of its threads divided by
+                their number, which other processes do not lengthen; or "wall".
+            log: a directory for the run's log; None: no log.
+            spans: also log a timeline of each rank.
+            digest: also log fingerprints of particles and picture for each frame.
+            checkpoint: a directory, or Checkpoint(directory, every=48, keep=2): every so many frames all
+                particles are written there, and a later run of the script goes on from the newest whole one.
+            on_loss: what happens when a rank is killed. "stop": the job ends; "recover", under `motes run
+                --survive`: the other ranks take over its work and go on with the same bits.
+            live: a port, or Live(port=8080): the run can be seen and steered in a browser.
+            steering: the steer.jsonl of such a run, whose orders are repeated at the same frames.
+            progress: "lines", in a notebook a bar and the last picture below the cell; "bar"; "off"; or a
+                function that takes a row of the log.
+            comm: an mpi4py communicator; None: all ranks.
+
+        Raises:
+            ArgumentError: for a setting that is not allowed, with what is.
         """
         self._given = (comm, roles)
         joined, ranks, of = checks.ranks_of(comm)
         cast = _roles.cast(roles, ranks, of)
         self._take_ranks(joined, cast)
-        self._settings = RunSettings(
-            seed=None if seed is None else arguments.integer("seed", seed, high=2**64 - 1),
-            dt=arguments.number("dt", dt, low=1e-9, high=1e9),
-            substeps=arguments.integer("substeps", substeps, low=1, high=10_000),
-            axis=checks.axis(axis),
-            space=checks.interval(space),
-            roles=cast,
-            balancer=checks.balancer(balancer, checks.axis(axis)),
-            combine=arguments.choice("combine", combine, ("one_by_one", "together", "overlapped")),
-            births=environment.births(births),
-            fan_out=environment.fan_out(fan_out),
-            threads=environment.threads(threads),
-            clock=arguments.choice("clock", clock, ("cpu", "wall")),
-            digest=arguments.flag("digest", digest),
-            log=checks.directory(log),
-            spans=checks.spans(spans, log=log),
+        self._settings = checks.settings(
+            cast=cast,
             speeds=_roles.speeds(roles, ranks, of),
-            stall_s=environment.stall_s(),
-            checkpoint=checkpoint_of(checkpoint),
-            on_loss=arguments.choice("on_loss", on_loss, ("stop", "recover")),
-            live=live_of(live),
-            steering=repeating.checked(steering),
+            **{"seed": seed, "dt": dt, "substeps": substeps, "axis": axis, "space": space},
+            **{"balancer": balancer, "combine": combine, "births": births, "fan_out": fan_out},
+            **{"threads": threads, "clock": clock, "log": log, "spans": spans, "digest": digest},
+            **{"checkpoint": checkpoint, "on_loss": on_loss, "live": live, "steering": steering},
         )
         if self._settings.live is not None:
             _extras.require_live()
@@ -186,11 +182,23 @@ class World(Looping, Facts, Settings):
     ) -> System:
         """Create a particle system; every rank makes the same calls in the same order.
 
-        `capacity`: most particles alive at once; births beyond it are dropped and counted. `attributes`:
-        extra float32 columns with their initial values, e.g. {"heat": 0.0, "wind": (0, 0, 0)}. `axis` and
-        `space` override the world's. `domains_of`: an earlier system whose domains this one shares, always:
-        the same calculator then owns what is in the same place. Balancers see the sum of both loads, and
-        count all particles alike where they look for a cut.
+        Args:
+            name: a text that no other system of this world has.
+            capacity: most particles alive at once; births beyond it are dropped and counted. None: no limit.
+            sprite: how its particles are drawn; None: Sprite().
+            axis: what its domains cut, as in `World`; "world": the same as the world's.
+            space: the interval in metres that its domains divide at the start; None: the world's.
+            domains_of: an earlier system whose domains this one always shares, so that the same calculator
+                owns what is in the same place. Balancers see the sum of both loads, and count all particles
+                alike where they look for a cut.
+            attributes: extra float32 columns with their initial values, such as {"heat": 0.0, "wind": (0, 0,
+                0)}.
+
+        Returns:
+            The system, which records births and actions.
+
+        Raises:
+            MotesError: if the world has ended.
         """
         checks.system_name(name, taken=self._names)
         if capacity is not None:
@@ -228,7 +236,16 @@ class World(Looping, Facts, Settings):
     # --- the run
 
     def __enter__(self) -> World:
-        """Start the run: communicator, roles, log. Collective."""
+        """Start the run: communicator, roles, log, files. Collective.
+
+        Returns:
+            The world itself.
+
+        Raises:
+            MotesError: if the world has run already; a world runs once.
+            ScriptMismatchError: if ranks were given different settings.
+            LogError: if the log cannot be written.
+        """
         self._usage.check("open()")
         if self._engine is not None or self._ended:
             raise MotesError("a world runs once; make a new one")
@@ -315,7 +332,13 @@ class World(Looping, Facts, Settings):
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """End the run. Collective; after an exception the whole job ends."""
+        """End the run. Collective; after an exception the whole job ends.
+
+        Args:
+            kind: the class of the exception that leaves the block, or None.
+            error: the exception.
+            trace: where it was raised.
+        """
         if self._usage.inherited:  # a fork has nothing to end but itself
             if error is not None:
                 ending.end_fork(error)
@@ -362,16 +385,29 @@ class World(Looping, Facts, Settings):
             self._warn(remark, 3)
 
     def open(self) -> World:
-        """Start the run, as `with world:` does; for notebooks. Collective."""
+        """Start the run: an alias of `with world:` for notebooks. Collective.
+
+        Returns:
+            The world itself.
+        """
         return self.__enter__()
 
     def close(self) -> None:
-        """End the run, as leaving `with world:` does; does nothing if it has ended. Collective."""
+        """End the run: an alias of leaving `with world:`; does nothing if it has ended. Collective."""
         if not self._ended:
             self.__exit__(None, None, None)
 
     def render(self) -> Frame:
-        """End the frame with a picture. Collective. Off the image generator the result is falsy."""
+        """End the frame with a picture. Collective.
+
+        Returns:
+            The picture; on other ranks than the image generator it is falsy, and saving it does nothing.
+
+        Raises:
+            RankError: if a rank failed; all ranks raise it.
+            ScriptMismatchError: if ranks recorded different lists; all ranks raise it.
+            Stopped: when a signal or a viewer has stopped the run.
+        """
         if self.renderer is None:
             raise ArgumentError(
                 "renderer", None, "given to World(renderer=...) before render(); step() needs none"
@@ -393,7 +429,11 @@ class World(Looping, Facts, Settings):
         return frame
 
     def step(self) -> Frame:
-        """End the frame without a picture. Collective. The result is falsy, and saving it does nothing."""
+        """End the frame without a picture. Collective. Raises what `render` raises.
+
+        Returns:
+            A frame without a picture: it is falsy, and saving it does nothing.
+        """
         if self._course is not None and self._course.skip(self._systems):
             return self._skipped()
         index = self.frame
@@ -452,40 +492,3 @@ class World(Looping, Facts, Settings):
     def _show(self, *, last: bool = False) -> None:
         if self.rank == self._cast[0] and self._progress is not None and self._engine is not None:
             self._progress.update(self._engine.last_row, total=self._total, last=last)
-
-    def digest(self) -> str:
-        """Hash every particle of every system, all columns. Collective.
-
-        Equal particles give equal digests, whatever the number of ranks and the order in memory.
-        """
-        engine = self._begin("digest()", reads=True)
-        try:
-            return engine.digest()
-        finally:
-            self._end_call(engine)
-
-    def _engine_for(self, call: str) -> _core.Engine:
-        if self._engine is None or self._ended:
-            raise outside(call)
-        return self._engine
-
-    def _end_call(self, engine: _core.Engine) -> None:
-        """End what `_begin` started. Where all ranks have given up, nobody waits for this one any more."""
-        self._usage.end()
-        if engine.gave_up:
-            self._leave(well=False)
-
-    def _begin(self, call: str, *, reads: bool = False) -> _core.Engine:
-        """Start a call of the engine, which `_usage.end` ends. Raises MotesError while another one runs."""
-        engine = self._engine_for(call)
-        if reads and self._course is not None:
-            self._course.go_on(self._systems)
-        self._usage.begin(call)
-        for system in self._open_views if reads else ():
-            if len(system._list) != system._views[0]:
-                self._usage.end()
-                raise MotesError(
-                    f"{call} inside `with` {system.name!r}`.local()`, after more was recorded for it: "
-                    "its views would no longer show its particles; leave the block first"
-                )
-        return engine

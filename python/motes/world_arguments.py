@@ -9,11 +9,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from . import _core, arguments
+from . import _core, arguments, environment
+from ._live import repeating
 from ._run import alone, rank_process
 from ._run.process import process
+from ._run.settings import RunSettings
 from .balance import BALANCERS, Balancer, Static
+from .checkpoint import checked as checkpoint_of
 from .errors import ArgumentError
+from .live import checked as live_of
 from .rendering import Renderer
 from .sprites import Sprite
 
@@ -31,6 +35,7 @@ __all__ = [
     "leader",
     "ranks_of",
     "renderer",
+    "settings",
     "spans",
     "sprite",
     "system_name",
@@ -39,6 +44,42 @@ __all__ = [
 
 ALLOWED_AXES = "'x', 'y', 'z', 'xy', 'xz', 'yz', 'xyz' or None"
 BY_ID = "id"  # the name of axis=None in logs and in the core
+
+
+def settings(
+    *,
+    cast: tuple[int, int, Sequence[int]],
+    speeds: Mapping[int, float],
+    **given: Any,
+) -> RunSettings:
+    """Return the settings of a run from the arguments of a world, checked; the environment takes precedence.
+
+    `cast`, `speeds`: what its `roles` come to on the ranks that are there.
+    """
+    seed, axes, log = given["seed"], axis(given["axis"]), given["log"]
+    return RunSettings(
+        seed=None if seed is None else arguments.integer("seed", seed, high=2**64 - 1),
+        dt=arguments.number("dt", given["dt"], low=1e-9, high=1e9),
+        substeps=arguments.integer("substeps", given["substeps"], low=1, high=10_000),
+        axis=axes,
+        space=interval(given["space"]),
+        roles=cast,
+        balancer=balancer(given["balancer"], axes),
+        combine=arguments.choice("combine", given["combine"], ("one_by_one", "together", "overlapped")),
+        births=environment.births(given["births"]),
+        fan_out=environment.fan_out(given["fan_out"]),
+        threads=environment.threads(given["threads"]),
+        clock=arguments.choice("clock", given["clock"], ("cpu", "wall")),
+        digest=arguments.flag("digest", given["digest"]),
+        log=directory(log),
+        spans=spans(given["spans"], log=log),
+        speeds=speeds,
+        stall_s=environment.stall_s(),
+        checkpoint=checkpoint_of(given["checkpoint"]),
+        on_loss=arguments.choice("on_loss", given["on_loss"], ("stop", "recover")),
+        live=live_of(given["live"]),
+        steering=repeating.checked(given["steering"]),
+    )
 
 
 def axis(value: Any, world: str | None = None) -> str:

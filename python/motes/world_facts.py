@@ -94,7 +94,11 @@ class Facts:
         return {} if self._engine is None else self._engine.times
 
     def say(self, text: object) -> None:
-        """Print once, on the manager."""
+        """Print once, on the manager.
+
+        Args:
+            text: what to print.
+        """
         if self.rank == self._cast[0]:
             print(text, flush=True)
 

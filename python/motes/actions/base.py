@@ -19,7 +19,12 @@ Where = Shape | Condition | None
 
 @value(kw_only=True)
 class Action(Value):
-    """Base of all actions. `where` limits one to particles in a shape, or for which a comparison holds."""
+    """Base of all actions.
+
+    Attributes:
+        where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
+            None: all.
+    """
 
     where: Where = None
     _may_move = True

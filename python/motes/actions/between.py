@@ -75,7 +75,7 @@ class Gravitate(Action):
 
 @value(kw_only=True)
 class Follow(Action):
-    """Draws each particle to the one that was born after it, the next of those that live; the last goes free.
+    """Draws each particle to the next living one that was born after it; the last one goes free.
 
     Formula: v += toward magnitude dt / (r^2 + epsilon) where r < max_radius, with r the distance to that
     particle, toward the direction to it
@@ -152,7 +152,7 @@ class MatchRotationalVelocity(Action):
 
 @value(kw_only=True)
 class Collide(Action):
-    """Keeps spheres apart: they push each other so that they will not overlap after this step, with friction.
+    """Keeps spheres apart, with friction: they push each other so that none overlap after this step.
 
     Piles come to rest where a frame has enough sub-steps: about dt sqrt(50 g layers / diameter) of them
     keep the mean overlap at 5 % under so many layers. Momentum is kept, but for particles that fall asleep.
@@ -261,7 +261,7 @@ class Contact(Action):
 
 @value(kw_only=True)
 class Fluid(Action):
-    """Keeps the density of a liquid: particles push each other apart until they are no denser than at rest.
+    """Keeps a liquid's density: particles push each other apart until they are no denser than at rest.
 
     A particle's mass is what it stands for: rest_density spacing^3, where they are born `spacing` apart;
     `radius` is twice the spacing, so that each sees some 30 others. Stiffness comes from sub-steps, as for

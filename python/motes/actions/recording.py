@@ -24,6 +24,11 @@ class Recording(ABC):
         """Record an action; `depth` calls of the package stand between the script and the engine."""
 
     def set(self, *, where: Where = None, **attributes: Any) -> None:
-        """Record `actions.Set` for each attribute in turn: `s.set(heat=column("age") * 2)`."""
+        """Set attributes to values, or to expressions of columns, in turn. Records `actions.Set` for each.
+
+        Args:
+            where: which particles: those in a shape, or for which a comparison of columns holds; None: all.
+            **attributes: by name a number, a vector or an expression: `s.set(heat=column("age") * 2)`.
+        """
         for name, value in attributes.items():
             self._record(Set(attribute=name, value=value, where=where), 2)

@@ -8,7 +8,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from .._io.options import Parser
+from ..options import Parser
 
 __all__ = ["Parser", "add_commands", "add_json", "plain", "positive", "print_figures", "size"]
 

@@ -20,16 +20,25 @@ GOAL = 1.05
 
 
 def candidates(speeds: Iterable[float]) -> list[Balancer]:
-    """Return the balancers that a comparison shows; `speeds` go to `Proportional`."""
+    """Return the balancers that a comparison shows.
+
+    Args:
+        speeds: of the machines, for `Proportional`.
+    """
     return [Static(), Pairwise(), Pairwise(0.05), Diffusive(), PrefixCuts(), Proportional(list(speeds))]
 
 
 def compare(history: History, balancers: Iterable[Balancer]) -> list[dict[str, Any]]:
-    """Run each balancer on a history: one row of figures each.
+    """Run each balancer on a history.
 
-    `mean_imbalance` and `last_imbalance` are slowest over mean of the calculators' seconds;
-    `evaluations_to_goal` counts from the worst frame to the first at 1.05 or below (None: never);
-    `moved` counts the particles that all new cuts together gave to other calculators.
+    Args:
+        history: recorded or synthetic loads.
+        balancers: which.
+
+    Returns:
+        One row of figures each. `mean_imbalance` and `last_imbalance` are slowest over mean of the
+        calculators' seconds; `evaluations_to_goal` counts from the worst frame to the first at 1.05 or below
+        (None: never); `moved` counts the particles that all new cuts together gave to other calculators.
     """
     rows = []
     for balancer in balancers:
@@ -52,7 +61,15 @@ def compare(history: History, balancers: Iterable[Balancer]) -> list[dict[str, A
 
 
 def planning_ms(balancer: Balancer, calculators: int) -> float:
-    """Processor time of one plan, made legal: the shortest of several, milliseconds."""
+    """Time one plan, made legal.
+
+    Args:
+        balancer: whose.
+        calculators: how many.
+
+    Returns:
+        Processor time in milliseconds, the shortest of several.
+    """
     random = np.random.default_rng(1)
     particles = random.integers(0, 1_000_000, calculators)
     speed = 1e6 * random.integers(1, 9, calculators)

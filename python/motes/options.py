@@ -6,7 +6,7 @@ import argparse
 import re
 from typing import Any, NoReturn
 
-from ..errors import near
+from .errors import near
 
 __all__ = ["Parser"]
 

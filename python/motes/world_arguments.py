@@ -42,7 +42,8 @@ __all__ = [
     "user_attributes",
 ]
 
-ALLOWED_AXES = "'x', 'y', 'z', 'xy', 'xz', 'yz', 'xyz' or None"
+AXES = ("x", "y", "z", "xy", "xz", "yz", "xyz")
+ALLOWED_AXES = f"{', '.join(map(repr, AXES))} or None"
 BY_ID = "id"  # the name of axis=None in logs and in the core
 
 
@@ -92,7 +93,7 @@ def axis(value: Any, world: str | None = None) -> str:
     if value is None:
         return BY_ID
     if not isinstance(value, str) or not value or len(set(value)) != len(value) or set(value) - set("xyz"):
-        raise ArgumentError("axis", value, ALLOWED_AXES, known=("x", "y", "z", "xy", "xz", "yz", "xyz"))
+        raise ArgumentError("axis", value, ALLOWED_AXES, known=AXES if world is None else ("world", *AXES))
     return "".join(sorted(value))
 
 

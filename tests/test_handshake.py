@@ -91,12 +91,14 @@ def test_settings_are_frozen_and_say_everything_once():
     )  # fmt: skip
     with pytest.raises(AttributeError):
         settings.dt = 1.0  # type: ignore[misc]
-    agreed = settings.agreed(seed=7, threads=3, continued_from=9)
+    agreed = settings.agreed(seed=7, threads=3, continued_from=9, crowded=True)
     assert (settings.seed, agreed.seed) == (None, 7)
     assert agreed.for_core(rank=0, hosts=["h"])["speed"] == 0.5
     assert agreed.for_core(rank=1, hosts=["h"])["speed"] == 1.0
     assert agreed.for_log()["calculators"] == [0]
     assert agreed.for_core(rank=1, hosts=["h"])["threads"] == 3
+    assert agreed.for_core(rank=1, hosts=["h"])["births"] == "manager", "its ranks take turns"
+    assert settings._replace(seed=1).for_core(rank=1, hosts=["h"])["births"] == "auto"
     assert agreed.for_core(rank=1, hosts=["h"])["continued_from"] == 9
     assert {"speeds", "threads"}.isdisjoint(agreed.compared())
     assert agreed.compared()["log"] == "a"

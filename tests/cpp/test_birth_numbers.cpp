@@ -113,11 +113,11 @@ TEST(who_creates_births_follows_from_how_many_there_are) {
   using engine::Births;
   CHECK(engine::quicker_births(1'000'000'000, 1) == Births::manager);
   std::uint64_t border = 0;
-  for (const std::size_t calculators : {std::size_t{4}, std::size_t{16}, std::size_t{300}, std::size_t{5000}}) {
-    CHECK(engine::quicker_births(100, calculators) == Births::manager);
-    CHECK(engine::quicker_births(10'000, calculators) == Births::calculators);
-    const std::uint64_t before = border;  // with more calculators there are more messages
-    for (border = 100; engine::quicker_births(border, calculators) == Births::manager;) ++border;
+  for (const std::size_t calculators : {std::size_t{16}, std::size_t{17}, std::size_t{300}, std::size_t{5000}}) {
+    CHECK(engine::quicker_births(1000, calculators) == Births::manager);
+    CHECK(engine::quicker_births(20'000, calculators) == Births::calculators);
+    const std::uint64_t before = border;  // with more steps there is more to wait for
+    for (border = 1000; engine::quicker_births(border, calculators) == Births::manager;) ++border;
     CHECK(border > before);
   }
 }

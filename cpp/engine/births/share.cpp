@@ -15,14 +15,15 @@ using comm::Phase;
 
 namespace {
 
-// Seconds on one core of 2020, by which the quicker way is chosen: `python -m motes bench births` measures those of a
-// birth, and a message is a small one on one host, sent and taken. Twice as many would change the choice near the
-// border only, where both ways take about the same time.
-constexpr double kDeal = 35e-9;    // the manager: makes a birth, finds its owner, packs it
-constexpr double kTake = 4e-9;     // a calculator: unpacks one
-constexpr double kShare = 32e-9;   // a calculator: makes one, finds its owner, sorts its number; its owner makes it again
-constexpr double kForward = 5e-9;  // a calculator: passes a number on, in each step but the last
-constexpr double kMessage = 2e-6;  // a calculator: a message to another one
+// Seconds on one core of 2020, by which the quicker way is chosen. `python -m motes bench births` measures those of a
+// birth; a message is a small one on one host, sent and taken. In each step of the ring all calculators wait for each
+// other, which takes as long as the last one is late: on busy hosts far longer than the messages.
+constexpr double kDeal = 35e-9;    // manager: makes a birth, finds its owner, packs it
+constexpr double kTake = 4e-9;     // calculator: unpacks one
+constexpr double kShare = 32e-9;   // calculators: make one, find its owner, sort its number, and make it again there
+constexpr double kForward = 5e-9;  // calculator: passes a number on, in each step but the last
+constexpr double kMessage = 2e-6;  // calculator: a message to another one
+constexpr double kStep = 100e-6;   // calculators: the wait for the slowest
 
 // The first number of calculator c's part of so many births.
 std::uint64_t share(std::uint64_t count, std::size_t calculators, std::size_t c) {
@@ -112,7 +113,8 @@ Births quicker_births(std::uint64_t births, std::size_t calculators) {
   for (int step = 0; step < ring.steps(); ++step) messages += ring.ahead(step).size();
   const double each = static_cast<double>(births) / static_cast<double>(calculators);
   const double dealt_s = static_cast<double>(births) * kDeal + each * kTake;
-  const double shared_s = each * (kShare + kForward * (ring.steps() - 1)) + static_cast<double>(messages) * kMessage;
+  const double talk_s = ring.steps() * kStep + static_cast<double>(messages) * kMessage;
+  const double shared_s = each * (kShare + kForward * (ring.steps() - 1)) + talk_s;
   return shared_s < dealt_s ? Births::calculators : Births::manager;
 }
 

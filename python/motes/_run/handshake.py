@@ -21,7 +21,7 @@ from .output import tell
 from .peers import Peer, PeerWatch
 from .process import OpenRun, process
 from .settings import RunSettings
-from .threads import MASK_BYTES, Place, processors, threads_of
+from .threads import MASK_BYTES, Place, are_crowded, processors, threads_of
 from .waiting import Wait, poll, warn_s
 
 if TYPE_CHECKING:
@@ -84,7 +84,8 @@ def meet(run: OpenRun, comm: MPI.Intracomm, settings: RunSettings, role: str) ->
     text = json.dumps(settings.compared()).encode()
     cards = _exchange_cards(made, Peer.here(rank=comm.rank, role=role), wish, text, settings)
     run.peers = [card.peer for card in cards]
-    run.threads = threads_of([card.place for card in cards])
+    places = [card.place for card in cards]
+    run.threads = threads_of(places)
     run.watch = PeerWatch(run.peers, rank=comm.rank)
     _compare(made, cards, text, settings)
     settings = _find_repeated(run, settings)
@@ -96,6 +97,7 @@ def meet(run: OpenRun, comm: MPI.Intracomm, settings: RunSettings, role: str) ->
         seed=seed,
         threads=run.threads[comm.rank],
         continued_from=settings.continued_from if found is None else found.frame,
+        crowded=are_crowded(places),
     )
     _claim_log(run, settings)
     process.entered += 1

@@ -44,14 +44,16 @@ class RunSettings(NamedTuple):
     checkpoint: Checkpoint | None = None
     on_loss: str = "stop"
     live: Live | None = None
+    crowded: bool = False
+    """Whether a host has fewer processors than ranks, once the ranks have met."""
     steering: str | None = None
     """A steer.jsonl of the run that this one repeats."""
     continued_from: int = 0
     """The first frame still to do of a run that goes on after another one, in its log; 0: a new run."""
 
-    def agreed(self, *, seed: int, threads: int, continued_from: int) -> Self:
+    def agreed(self, *, seed: int, threads: int, continued_from: int, crowded: bool) -> Self:
         """Return the same with what is known once the ranks have met."""
-        return self._replace(seed=seed, threads=threads, continued_from=continued_from)
+        return self._replace(seed=seed, threads=threads, continued_from=continued_from, crowded=crowded)
 
     def of_those_left(self, roles: tuple[int, int, Sequence[int]], survivors: Sequence[int]) -> Self:
         """Return the same for those that are left: their roles; `survivors` are their ranks of before."""
@@ -81,7 +83,8 @@ class RunSettings(NamedTuple):
             "hosts": list(hosts),
             "policy": self.balancer._policy,
             "combine": self.combine,
-            "births": self.births,
+            # Ranks that take turns wait long for each other, so one of them creates all births.
+            "births": "manager" if self.births == "auto" and self.crowded else self.births,
             "fan_out": self.fan_out,
             "threads": self.threads,
             "grain": environment.grain(),

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
         NotHereError,
         RankError,
         ScriptMismatchError,
+        Stopped,
     )
     from .export import Export
     from .expressions import column, maximum, minimum, time
@@ -70,7 +71,7 @@ _MODULES = {
             "MotesWarning",
             "NotAssignableError",
         ),
-        *("NotHereError", "RankError", "ScriptMismatchError"),
+        *("NotHereError", "RankError", "ScriptMismatchError", "Stopped"),
     ),
     "export": ("Export",),
     "expressions": ("column", "maximum", "minimum", "time"),
@@ -125,6 +126,7 @@ __all__ = [
     "ScriptMismatchError",
     "Solid",
     "Sprite",
+    "Stopped",
     "System",
     "Ties",
     "Uniform",

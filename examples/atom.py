@@ -41,7 +41,7 @@ with world, motes.Movie(f"{args.out}/atom.mp4") as movie:
             place = 0.32 * (np.stack(np.mgrid[:3, :3, :3], axis=-1).reshape(-1, 3) - 1)
             color = np.where(np.arange(27)[:, None] % 2, (0.75, 0.06, 0.04), (0.1, 0.2, 0.65))
             nucleus.emit(position=place, color=color)
-            halo.vertex((0, 0, 0))
+            halo.burst((0, 0, 0))
         for i, (electrons, trail) in enumerate(shells):
             tilt = np.pi * i / args.systems
             normal = np.array([np.cos(tilt), 0.45, np.sin(tilt)]) / np.hypot(1, 0.45)
@@ -58,7 +58,7 @@ with world, motes.Movie(f"{args.out}/atom.mp4") as movie:
                 )
             electrons.orbit_point((0, 0, 0), magnitude=pull, epsilon=soft)
             electrons.move()
-            electrons.spawn(into=trail, on="frame", count=40, inherit_velocity=1)
+            electrons.spawn(trail, on="frame", count=40, inherit_velocity=1)
             # Born at the end of the electron's way in the frame: spread over all of it.
             new = column("age") == 0
             trail.set(position=column("position") - column("velocity") * column("late"), where=new)

@@ -83,7 +83,7 @@ with world, motes.Movie(f"{args.out}/fireflies.mp4") as movie:
         home = (column("position") - (0, 1.2, 0)) * (0.01, 0.25, 0.01)
         flies.set(velocity=column("velocity") - home * world.dt)
         flies.bounce(meadow)
-        flies.spawn(into=glow, on="frame", count=5, inherit_velocity=1, where=flash > 0.25)
+        flies.spawn(glow, on="frame", count=5, inherit_velocity=1, where=flash > 0.25)
         # Born at the end of the fly's way in the frame: spread over all of it.
         glow.set(
             position=column("position") - column("velocity") * column("late"),

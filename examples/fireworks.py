@@ -70,13 +70,13 @@ with world, motes.Movie(f"{args.out}/fireworks.mp4") as movie:
             up, light = (-1, 0.4) if mirrored else (1, 1.0)
             if (frame + every + 1 - place * delay) % every == 0:
                 launch(rocket, place, frame, up)
-            rocket.spawn(into=spark, on="birth", count=1 + args.particles // 200, inherit_velocity=1)
-            rocket.spawn(into=star, on="death", count=stars)
-            star.spawn(into=spark, on="birth", count=1 + args.particles // stars // 3, inherit_velocity=1)
+            rocket.spawn(spark, on="birth", count=1 + args.particles // 200, inherit_velocity=1)
+            rocket.spawn(star, on="death", count=stars)
+            star.spawn(spark, on="birth", count=1 + args.particles // stars // 3, inherit_velocity=1)
             # The sparks of a star start together and differ only in drag: they draw out into its tail.
             spark.set(velocity=column("velocity") * (1 - column("drag") * world.dt))
             spark.alpha_over_life([(0, light), (0.12, 0.3 * light), (0.7, 0.13 * light), (1, 0)])
-            spark.spawn(into=crackle, on="death", count=2, where=(column("drag") < 0.95) & ~water)
+            spark.spawn(crackle, on="death", count=2, where=(column("drag") < 0.95) & ~water)
             spark.random_displacement(Box((-8, -36, 0), (8, 36, 0)), where=water)  # waves blur the mirror
             for system in (rocket, star, spark):
                 system.gravity((0, -9.81 * up, 0))

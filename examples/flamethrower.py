@@ -66,7 +66,7 @@ with world, motes.Movie(f"{args.out}/flamethrower.mp4") as movie:
             fire.wind((0, 0.8, 0), drag=2.2)
             for solid in (ground, wall, *blocks):
                 fire.bounce(solid, restitution=0.1, friction=0.15)
-            fire.spawn(into=smoke, on="death", count=1, where=column("lifetime") > 1.45)
+            fire.spawn(smoke, on="death", count=1, where=column("lifetime") > 1.45)
         embers.configure(velocity=Cone((0, 0, 0), (15 * aim + (0, 1, 0)).round(4), 4))
         embers.source(Sphere(muzzle, 0.05), rate=220, jitter=True)
         embers.gravity((0, -6, 0))

@@ -64,7 +64,7 @@ with world, motes.Movie(f"{args.out}/hail.mp4") as movie:
             hail.source(
                 Rectangle((-8, 6, -9), (15, 0, 0), (0, 0, 11)), rate=args.particles / 4.6, jitter=True
             )
-            hail.spawn(into=spray, on="collision", count=2, where=column("velocity").length() > 2.5)
+            hail.spawn(spray, on="collision", count=2, where=column("velocity").length() > 2.5)
             hail.gravity((0, -9.81, 0))
             for part in (body, cabin, roof):
                 hail.bounce(part, restitution=0.4, friction=0.25)

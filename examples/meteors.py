@@ -60,7 +60,7 @@ with world, motes.Movie(f"{args.out}/meteors.mp4") as movie:
         for _ in range(chance.poisson(0.32)):
             x, y, z, speed = chance.uniform((-55, 40, -75, 90), (85, 75, -30, 150)).round(3)
             meteors.emit(position=[(x, y, z)], velocity=[(speed * radiant).round(3)])
-        meteors.spawn(into=trails, on="frame", count=90, inherit_velocity=1)
+        meteors.spawn(trails, on="frame", count=90, inherit_velocity=1)
         new = column("age") == 0
         trails.set(position=column("position") - column("velocity") * column("late"), where=new)
         trails.set(velocity=column("velocity") * 0.012, where=new)

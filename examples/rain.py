@@ -56,7 +56,7 @@ with world, motes.Movie(f"{args.out}/rain.mp4") as movie:
             splashes.configure(
                 velocity=Box((-0.7, 0.5, -0.7), (0.7, 1.5, 0.7)), size=0.009, lifetime=motes.Uniform(0.1, 0.3)
             )
-            rain.spawn(into=splashes, on="death", count=1)
+            rain.spawn(splashes, on="death", count=1)
             for solid in (ground, seat, hood):
                 rain.sink(solid)
         # A drop has died below the surface, up to 37 cm deep: where its way ended in this frame.

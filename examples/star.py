@@ -56,7 +56,7 @@ with world, motes.Movie(f"{args.out}/star.mp4") as movie:
             gas.kill_expired()
             # Where it is hottest, gas leaves along arches.
             chosen = (cells > 0.93) & (column("lifetime") > 4.6) & (column("age") < 0.4)
-            gas.spawn(into=flares, on="frame", count=2, where=chosen)
+            gas.spawn(flares, on="frame", count=2, where=chosen)
         new = column("age") == 0
         flares.set(velocity=out * 0.75, where=new)
         flares.orbit_point((0, 0, 0), magnitude=0.85, epsilon=0.1)

@@ -62,7 +62,7 @@ with world, motes.Movie(f"{args.out}/welding.mp4") as movie:
             sparks.color_over_life(
                 [(0, (9, 2.2, 0.5)), (0.15, (7, 0.7, 0.05)), (0.6, (6, 0.28, 0.005)), (1, (2, 0.03, 0))]
             )
-            sparks.spawn(into=crackle, on="death", count=3, where=column("size").x > 0.0095)
+            sparks.spawn(crackle, on="death", count=3, where=column("size").x > 0.0095)
             sparks.gravity((0, -9.81, 0))
             sparks.wind((0, 0, 0), drag=0.9)
             for shape in (floor, girder, drum):

@@ -4,6 +4,7 @@
 #include "comm/environment.h"
 #include "comm/mpi_transport.h"
 #include "comm/stop_signals.h"
+#include "engine/births/share.h"
 #include "engine/engine.h"
 #include "recording/scene.h"
 
@@ -68,7 +69,7 @@ engine::Settings make_settings(const py::dict& facts) {
   settings.log.hosts = facts["hosts"].cast<std::vector<std::string>>();
   if (!facts["policy"].is_none()) settings.policy = facts["policy"].cast<std::shared_ptr<balance::Policy>>();
   settings.combine = base::enumerator<engine::Combine>("combine", facts["combine"].cast<std::string>());
-  settings.births = base::enumerator<engine::Births>("births", facts["births"].cast<std::string>());
+  settings.births = engine::births_named(facts["births"].cast<std::string>());
   settings.fan_out = facts["fan_out"].cast<int>();
   settings.threads = facts["threads"].cast<int>();
   if (!facts["grain"].is_none()) settings.grain = facts["grain"].cast<std::size_t>();

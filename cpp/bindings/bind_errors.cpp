@@ -16,7 +16,7 @@ void raise_agreed(const engine::Agreed& error) {
   keywords["speaker"] = verdict.failed_rank;
   if (verdict.failure.kind == engine::Failure::Kind::mismatch) {
     keywords["ranks"] = py::tuple(py::cast(verdict.ranks));
-    raise(errors("ScriptMismatch")(error.what(), **keywords));
+    raise(errors("ScriptMismatchError")(error.what(), **keywords));
     return;
   }
   keywords["rank"] = verdict.failed_rank;

@@ -20,6 +20,7 @@
 #include "driver/files.h"
 #include "driver/options.h"
 #include "driver/run_file.h"
+#include "engine/births/share.h"
 #include "engine/replay.h"
 #include "image/camera.h"
 #include "simd/isa.h"
@@ -76,7 +77,7 @@ class Player {
     run_.policy = policy();
     run_.policy->check(cast_.calculators.size());
     run_.combine = combine();
-    run_.births = options.births == "calculators" ? engine::Births::calculators : engine::Births::manager;
+    run_.births = engine::births_named(options.births);
     run_.fan_out = options.fan_out;
     run_.threads = options.threads;
     run_.log.spans = options.spans;

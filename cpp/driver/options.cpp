@@ -83,7 +83,7 @@ Options read_options(std::span<char* const> arguments) {
       options.balancer = value();
       balance::policy_named(options.balancer);
     } else if (argument == "--births") {
-      options.births = chosen(argument, value(), {"manager", "calculators"});
+      options.births = chosen(argument, value(), {"auto", "manager", "calculators"});
     } else if (argument == "--fan-out") {
       options.fan_out = number_up_to(INT32_MAX, argument, value());
     } else if (argument == "--threads") {
@@ -147,7 +147,8 @@ Replays a scene that `python -m motes record` wrote, without Python, on any numb
   --spans               with --log: write a timeline of each rank too
   --balancer TEXT       instead of the scene's, such as "Pairwise(threshold=0.1)", "PrefixCuts" or "Static"
   --combine WAY         instead of the scene's: one_by_one, together or overlapped
-  --births WHO          who creates particles: manager (and sends them to their owners) or calculators (each a part)
+  --births WHO          who creates particles: manager (and sends them to their owners), calculators (each a part), or
+                        auto: the quicker of both in each frame
   --fan-out N           each rank relays the manager's messages to at most N others (8)
   --threads N           threads per rank for calculating and drawing (1)
   --blocking            calculators wait until the image generator has taken their particles, as in the paper

@@ -19,7 +19,7 @@ struct Options {
   std::string path;              // auto | gather | tiles | composite, or empty: as the scene's views say
   std::string balancer;          // empty: the scene's own
   std::string combine;           // one_by_one | together | overlapped, or empty: the scene's own
-  std::string births = "manager";  // manager | calculators
+  std::string births = "auto";  // auto | manager | calculators
   int fan_out = 8;               // each rank relays the manager's messages to at most this many
   int threads = 1;               // of each rank
   std::string costs;             // file with the costs on a simulated machine, or empty

@@ -6,6 +6,7 @@
 #include "comm/clock.h"
 #include "engine/balance/balance.h"
 #include "engine/balance/neighbours.h"
+#include "engine/births/share.h"
 #include "engine/births/spawn.h"
 #include "engine/render/render_load.h"
 #include "engine/session/reports.h"
@@ -285,6 +286,7 @@ void keep_account(Rank& rank, const Script& script, Manager& manager) {
     note_pictures(rank, script, round, judged, manager.picture);
     if (!script.in_frame()) continue;
     manager.account.note_round(script, round, judged, rank.talk.cast(), tree);
+    if (const std::optional<Births> by = births_by(rank, script)) manager.account.note_births(*by);
     watch(script, round, judged.strains, rank.settings.substeps, manager);
     if (round.last < script.systems.size()) continue;
     note_children(script, manager, [&](std::size_t into, int calculator, std::uint64_t count) {

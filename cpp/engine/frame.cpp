@@ -145,7 +145,7 @@ constexpr void fields(Visitor& visit, RankText& said) {
 std::string shared_settings(const Settings& run) {
   std::string shared(base::name_of(run.combine));
   shared.append(", ").append(run.policy ? run.policy->name() : "cuts stay");
-  shared.append(run.births == Births::calculators ? ", births by calculators" : "");
+  shared.append(", births ").append(base::name_of(run.births));
   return shared.append(", fan-out ").append(std::to_string(run.fan_out));
 }
 

@@ -67,7 +67,7 @@ Way random_way(Random& random) {
   way.cast = random_cast(random, way.ranks);
   way.axes = kAxes[random.below(6)];
   way.combine = static_cast<engine::Combine>(random.below(3));
-  way.births = static_cast<engine::Births>(random.below(2));
+  way.births = random.below(2) == 0 ? engine::Births::manager : engine::Births::calculators;
   way.threads = 1 + static_cast<int>(random.below(8) == 0);
   way.fan_out = random.below(2) == 0 ? 8 : 2;
   const bool slabs = way.axes == 1 || way.axes == 2;

@@ -84,7 +84,7 @@ def near_and_far(sprite: motes.Sprite) -> motes.Frame:
         system.configure(size=0.2, color=(0.9, 0.5, 0.15))
         for step in range(14):
             for x in (-0.5, 0.5):
-                system.vertex((x, 0.1, 3 - 1.1 * step))
+                system.burst((x, 0.1, 3 - 1.1 * step))
 
     return picture(sprite, fill, objects=[GROUND])
 

@@ -37,28 +37,18 @@ if TYPE_CHECKING:
     from ._values.ties import Ties
     from ._world.world import World
     from .analysis import Run, Runs, open_run, open_runs
-    from .balance import (
-        Balancer,
-        Diffusive,
-        LoadTable,
-        Orders,
-        Pairwise,
-        PrefixCuts,
-        Proportional,
-        Static,
-        Targets,
-    )
     from .errors import (
         ArgumentError,
         CheckpointError,
         LogError,
-        MissingExtra,
+        MissingExtraError,
         MotesError,
         MotesWarning,
-        NotAssignable,
-        NotHere,
+        NotAssignableError,
+        NotHereError,
         RankError,
-        ScriptMismatch,
+        ScriptMismatchError,
+        Stopped,
     )
     from .expressions import column, maximum, minimum, time
     from .shapes._mesh import Mesh
@@ -67,10 +57,6 @@ if TYPE_CHECKING:
 
 _MODULES = {
     "analysis": ("Run", "Runs", "open_run", "open_runs"),
-    "balance": (
-        *("Balancer", "Diffusive", "LoadTable", "Orders", "Pairwise", "PrefixCuts", "Proportional"),
-        *("Static", "Targets"),
-    ),
     "_values.checkpoint": ("Checkpoint",),
     "_live.controls": ("Control",),
     "_values.curves": ("Curve",),
@@ -80,12 +66,12 @@ _MODULES = {
             "ArgumentError",
             "CheckpointError",
             "LogError",
-            "MissingExtra",
+            "MissingExtraError",
             "MotesError",
             "MotesWarning",
-            "NotAssignable",
+            "NotAssignableError",
         ),
-        *("NotHere", "RankError", "ScriptMismatch"),
+        *("NotHereError", "RankError", "ScriptMismatchError", "Stopped"),
     ),
     "_interchange.export": ("Export",),
     "expressions": ("column", "maximum", "minimum", "time"),
@@ -113,44 +99,36 @@ _PUBLIC_MODULES = (
 
 __all__ = [
     "ArgumentError",
-    "Balancer",
     "Camera",
     "Checkpoint",
     "CheckpointError",
     "Control",
     "Curve",
-    "Diffusive",
     "Export",
     "Frame",
     "Light",
     "Live",
-    "LoadTable",
     "LogError",
     "Mesh",
-    "MissingExtra",
+    "MissingExtraError",
     "MotesError",
     "MotesWarning",
     "Movie",
     "Normal",
-    "NotAssignable",
-    "NotHere",
-    "Orders",
-    "Pairwise",
+    "NotAssignableError",
+    "NotHereError",
     "Particles",
     "Player",
-    "PrefixCuts",
-    "Proportional",
     "RankError",
     "Renderer",
     "Roles",
     "Run",
     "Runs",
-    "ScriptMismatch",
+    "ScriptMismatchError",
     "Solid",
     "Sprite",
-    "Static",
+    "Stopped",
     "System",
-    "Targets",
     "Ties",
     "Uniform",
     "World",
@@ -199,16 +177,15 @@ if not TYPE_CHECKING:  # a checker reads the imports above, and knows each name'
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__, "__version__"})
+    return [*__all__, "__version__"]
 
 
 def _near(name: str) -> str:
     if name.startswith("_"):  # `from . import _extras` asks `__getattr__` first
         return ""
-    from difflib import get_close_matches
+    from .errors import near
 
-    near = get_close_matches(name, __all__, 1, 0.75)
-    return f"; did you mean {near[0]!r}?" if near else ""
+    return near(name, __all__)
 
 
 def _start_mpi() -> None:

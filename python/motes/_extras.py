@@ -1,4 +1,4 @@
-"""Optional packages, imported when they are needed; `MissingExtra` where they are not installed."""
+"""Optional packages, imported when they are needed; `MissingExtraError` where they are not installed."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import os
 from collections.abc import Iterator
 from typing import Any
 
-from .errors import MissingExtra
+from .errors import MissingExtraError
 
 __all__ = [
     *("av", "draco", "matplotlib", "openexr", "pandas", "pillow", "require_av", "require_live"),
@@ -21,72 +21,72 @@ _LIVE = "a live run"
 
 
 def pandas(need: str = "a table of a run's log") -> Any:
-    """Import pandas. Raises MissingExtra if it is not installed."""
+    """Import pandas. Raises MissingExtraError if it is not installed."""
     return _import("pandas", need, "analysis")
 
 
 def matplotlib(module: str = "matplotlib") -> Any:
-    """Import matplotlib, or one of its modules. Raises MissingExtra if it is not installed."""
+    """Import matplotlib, or one of its modules. Raises MissingExtraError if it is not installed."""
     return _import(module, "a plot of a run's log", "analysis")
 
 
 def require_av(need: str) -> None:
-    """Raise MissingExtra if PyAV is not installed; does not import it."""
+    """Raise MissingExtraError if PyAV is not installed; does not import it."""
     if importlib.util.find_spec("av") is None:
-        raise MissingExtra(need, extra="video", package="av")
+        raise MissingExtraError(need, extra="video", package="av")
 
 
 def av(need: str) -> Any:
-    """Import PyAV. Raises MissingExtra if it is not installed."""
+    """Import PyAV. Raises MissingExtraError if it is not installed."""
     return _import("av", need, "video")
 
 
 def openexr() -> Any:
-    """Import OpenEXR. Raises MissingExtra if it is not installed."""
+    """Import OpenEXR. Raises MissingExtraError if it is not installed."""
     return _import("OpenEXR", _EXR, "exr")
 
 
 def require_openexr() -> None:
-    """Raise MissingExtra if OpenEXR is not installed; does not import it."""
+    """Raise MissingExtraError if OpenEXR is not installed; does not import it."""
     if importlib.util.find_spec("OpenEXR") is None:
-        raise MissingExtra(_EXR, extra="exr", package="OpenEXR")
+        raise MissingExtraError(_EXR, extra="exr", package="OpenEXR")
 
 
 def pillow(module: str = "PIL.Image") -> Any:
-    """Import a part of Pillow, the one that reads pictures. Raises MissingExtra if it is not installed."""
+    """Import a part of Pillow, which reads pictures. Raises MissingExtraError if it is not installed."""
     return _import(module, "a sprite's image that is a path", "image", package="Pillow")
 
 
 def require_live(need: str = _LIVE) -> None:
-    """Raise MissingExtra if what serves a live run is not installed; does not import it."""
+    """Raise MissingExtraError if what serves a live run is not installed; does not import it."""
     for package in ("websockets", "simplejpeg"):
         if importlib.util.find_spec(package) is None:
-            raise MissingExtra(need, extra="live" if need == _LIVE else "notebook", package=package)
+            raise MissingExtraError(need, extra="live" if need == _LIVE else "notebook", package=package)
 
 
 def require_anywidget() -> None:
-    """Raise MissingExtra if what a widget is made with is not installed; does not import it."""
+    """Raise MissingExtraError if what a widget is made with is not installed; does not import it."""
     if importlib.util.find_spec("anywidget") is None:
-        raise MissingExtra("the widget of a run", extra="notebook", package="anywidget")
+        raise MissingExtraError("the widget of a run", extra="notebook", package="anywidget")
 
 
 def simplejpeg() -> Any:
-    """Import simplejpeg. Raises MissingExtra if it is not installed."""
+    """Import simplejpeg. Raises MissingExtraError if it is not installed."""
     return _import("simplejpeg", _LIVE, "live")
 
 
 def websockets(part: str) -> Any:
-    """Import a module of websockets: "asyncio.server". Raises MissingExtra if it is not installed."""
+    """Import a module of websockets: "asyncio.server". Raises MissingExtraError if it is not installed."""
     return _import(f"websockets.{part}", _LIVE, "live")
 
 
 def draco(need: str) -> Any:
-    """Import DracoPy. Raises MissingExtra if it is not installed."""
+    """Import DracoPy. Raises MissingExtraError if it is not installed."""
     return _import("DracoPy", need, "mesh")
 
 
 def usd(need: str) -> Any:
-    """Import the parts of USD that write and read layers. Raises MissingExtra if it is not installed."""
+    """Import the parts of USD that write and read layers. Raises MissingExtraError if it is not installed."""
     for part in ("Sdf", "Tf", "Vt"):
         _import(f"pxr.{part}", need, "usd", package="usd-core")
     return importlib.import_module("pxr")
@@ -112,9 +112,9 @@ def _environment(**wishes: str) -> Iterator[None]:
 
 
 def require_usd(need: str) -> None:
-    """Raise MissingExtra if USD is not installed; does not import it."""
+    """Raise MissingExtraError if USD is not installed; does not import it."""
     if importlib.util.find_spec("pxr") is None:
-        raise MissingExtra(need, extra="usd", package="usd-core")
+        raise MissingExtraError(need, extra="usd", package="usd-core")
 
 
 def _import(module: str, need: str, extra: str, *, package: str | None = None) -> Any:
@@ -123,4 +123,4 @@ def _import(module: str, need: str, extra: str, *, package: str | None = None) -
     except ImportError as error:
         top = module.partition(".")[0]
         reason = None if isinstance(error, ModuleNotFoundError) and error.name == top else error
-        raise MissingExtra(need, extra=extra, package=package or top, reason=reason) from error
+        raise MissingExtraError(need, extra=extra, package=package or top, reason=reason) from error

@@ -10,15 +10,19 @@ __all__ = [
     "ArgumentError",
     "CheckpointError",
     "LogError",
-    "MissingExtra",
+    "MissingExtraError",
     "MotesError",
     "MotesWarning",
-    "NotAssignable",
-    "NotHere",
+    "NotAssignableError",
+    "NotHereError",
     "RankError",
-    "ScriptMismatch",
+    "ScriptMismatchError",
     "Stopped",
 ]
+
+
+def __dir__() -> list[str]:
+    return [*__all__]
 
 
 class MotesError(Exception):
@@ -45,9 +49,14 @@ class ArgumentError(MotesError, ValueError):
     def __init__(
         self, argument: str, value: object, allowed: str, *, known: Iterable[str] = (), hint: str = ""
     ) -> None:
-        """Say that `argument` must be `allowed` and is `value` instead.
+        """Say what an argument must be, and what it is instead.
 
-        `known`: names, of which the one nearest to `value` is suggested. `hint`: what else helps.
+        Args:
+            argument: its name.
+            value: what was given.
+            allowed: what it must be.
+            known: names, of which the one nearest to `value` is suggested.
+            hint: what else helps.
         """
         more = near(value, known) + (f"; {hint}" if hint else "")
         super().__init__(f"{argument} must be {allowed}, got {_short(value)}{more}")
@@ -70,7 +79,17 @@ class RankError(MotesError, RuntimeError):
         line: str | None = None,
         speaker: int | None = None,
     ) -> None:
-        """Name who failed, when and in which action; `line` is the script's line, as "snow.py:21"."""
+        """Name who failed, when and in which action.
+
+        Args:
+            text: what went wrong.
+            rank: that failed.
+            role: of that rank.
+            frame: in which it failed.
+            action: in which it failed.
+            line: of the script, as "snow.py:21".
+            speaker: the one rank that prints the error.
+        """
         where = place(rank, role=role, frame=frame)
         if action is not None:
             where += f", {action}"
@@ -86,11 +105,18 @@ class RankError(MotesError, RuntimeError):
         self.speaker = speaker
 
 
-class ScriptMismatch(MotesError, RuntimeError):
+class ScriptMismatchError(MotesError, RuntimeError):
     """Ranks recorded different lists in the same frame: the script does not do the same on every rank."""
 
     def __init__(self, text: str, *, frame: int, ranks: tuple[int, ...], speaker: int | None = None) -> None:
-        """`text` names the first of the `ranks` that differ from most others, the frame and what differs."""
+        """Say which ranks differ, and in what.
+
+        Args:
+            text: names the first of the ranks that differ from most others, the frame and what differs.
+            frame: in which they differ.
+            ranks: those that differ.
+            speaker: the one rank that prints the error.
+        """
         super().__init__(text)
         self.text = text
         self.frame = frame
@@ -106,11 +132,11 @@ class Stopped(SystemExit):
     """
 
 
-class NotHere(MotesError, AttributeError):
+class NotHereError(MotesError, AttributeError):
     """What was asked for is on another rank."""
 
 
-class NotAssignable(MotesError, AttributeError):
+class NotAssignableError(MotesError, AttributeError):
     """An assignment to something that cannot be assigned; says what to do instead."""
 
 
@@ -135,11 +161,18 @@ EXTRAS = {
 """The optional packages of `pip install ".[EXTRA]"`, as in pyproject.toml."""
 
 
-class MissingExtra(MotesError, ImportError):
+class MissingExtraError(MotesError, ImportError):
     """A package that only this part of motes needs is not installed; says how to install it."""
 
     def __init__(self, need: str, *, extra: str, package: str, reason: object = None) -> None:
-        """`need` says who needs the package, such as "Movie"; `extra` is a name of `EXTRAS`."""
+        """Say who needs the package and how to install it.
+
+        Args:
+            need: who needs it, such as "Movie".
+            extra: a name of `EXTRAS`.
+            package: that is missing.
+            reason: why it cannot be imported; None: it is not installed.
+        """
         wanted = " ".join(f'"{name}"' for name in EXTRAS[extra])
         why = "which is not installed" if reason is None else f"which cannot be imported ({reason})"
         super().__init__(
@@ -154,8 +187,8 @@ class MissingExtra(MotesError, ImportError):
         return _missing_extra, (self.args, self.name, self.extra)
 
 
-def _missing_extra(args: tuple[Any, ...], package: str, extra: str) -> MissingExtra:
-    error = MissingExtra.__new__(MissingExtra, *args)
+def _missing_extra(args: tuple[Any, ...], package: str, extra: str) -> MissingExtraError:
+    error = MissingExtraError.__new__(MissingExtraError, *args)
     error.args, error.name, error.extra = args, package, extra
     return error
 

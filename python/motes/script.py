@@ -6,10 +6,10 @@ import argparse
 import re
 import sys
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, Literal
 
+from ._values.options import Parser
 from .balance import Balancer, Diffusive, Pairwise, PrefixCuts, Static
-from .errors import near
 
 if TYPE_CHECKING:
     from ._film.movie import Movie
@@ -29,20 +29,32 @@ def options(
     particles: int = 400_000,
     frames: int = 96,
     size: str = "1280x720",
-    balancer: str = "static",
+    balancer: Literal["static", "pairwise", "diffusive", "prefix"] = "static",
     argv: Sequence[str] | None = None,
     **own: str | int | float,
 ) -> argparse.Namespace:
-    """Read a script's command line; the arguments are its defaults, and `own` are the script's own options.
+    """Read a script's command line; the arguments are its defaults.
 
-    `--systems`, `--particles` (of each system), `--frames`, `--seed`, `--out` and `--log` (directories),
-    `--digest`, `--no-images`, `--size` WxH, `--axis` x, xz, ... or none, `--space` LO,HI or infinite or fit,
-    `--balancer` static, pairwise, diffusive or prefix. The result has them as attributes: `size`, `axis`,
-    `space` and `balancer` as Renderer and World take them, `images` for the opposite of `--no-images`, and
-    `world` for all that World takes: `World(**args.world, renderer=...)`.
-    `options(__doc__, wind=2.5)` adds `--wind`, a float like its default.
+    There are also `--seed`, `--out` and `--log` (directories), `--digest`, `--no-images`, and `--axis` x, xz,
+    ... or none.
+
+    Args:
+        description: what `--help` says: the script's `__doc__`.
+        space: of `--space`: LO,HI in metres, infinite or fit.
+        systems: of `--systems`.
+        particles: of `--particles`, of each system.
+        frames: of `--frames`.
+        size: of `--size`, WxH in pixels.
+        balancer: of `--balancer`: static, pairwise, diffusive or prefix.
+        argv: the command line; None: that of the process.
+        **own: the script's own options with their defaults: `wind=2.5` adds `--wind`, a float.
+
+    Returns:
+        The options as attributes: `size`, `axis`, `space` and `balancer` as Renderer and World take them,
+        `images` for the opposite of `--no-images`, and `world` for all that World takes: `World(**args.world,
+        renderer=...)`.
     """
-    parser = _Parser(description=description)
+    parser = Parser(description=description)
     parser.add_argument("--systems", type=_count, default=systems)
     parser.add_argument("--particles", type=_count, default=particles, help="of each system")
     parser.add_argument("--frames", type=_count, default=frames)
@@ -67,18 +79,17 @@ def options(
     return args
 
 
-class _Parser(argparse.ArgumentParser):
-    """Suggests the nearest option where one is mistyped."""
-
-    def error(self, message: str) -> NoReturn:
-        unknown = re.search(r"unrecognized arguments: .*?(--[^\s=]+)", message)
-        super().error(message + (near(unknown[1], self._option_string_actions) if unknown else ""))
+def __dir__() -> list[str]:
+    return [*__all__]
 
 
 def end_frame(world: World, movie: Movie, args: argparse.Namespace) -> None:
     """End the frame as `options` say: render or step, write the movie, print digests. Collective.
 
-    The picture in the middle of the movie is also saved as a PNG beside it.
+    Args:
+        world: whose frame ends.
+        movie: which gets the picture; the one in the middle of the movie is also saved as a PNG beside it.
+        args: what `options` returned.
     """
     picture = world.render() if args.images else world.step()
     movie.write(picture)
@@ -91,7 +102,9 @@ def end_frame(world: World, movie: Movie, args: argparse.Namespace) -> None:
 def print_digest(world: World, picture: Frame) -> None:
     """Print `frame particles_digest image_sha256` of the frame that has just ended. Collective.
 
-    The picture's part is "-" where there is none.
+    Args:
+        world: whose frame it was.
+        picture: what ended it; its part is "-" where there is none.
     """
     particles = world.digest()
     if picture:

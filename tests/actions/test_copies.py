@@ -113,7 +113,7 @@ with world:
             for _ in range(calls):
                 place = rng.uniform(-19, -18, 3).astype("f4")
                 born.append(place)
-                s.vertex(place)
+                s.burst(place)
             rows = rng.uniform(-19, -18, (60_000, 3)).astype("f4")
             born += list(rows)
             s.configure(velocity=(7, 0, 0))

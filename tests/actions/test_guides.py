@@ -276,7 +276,7 @@ def test_both_are_values():
     moving = actions.Field(
         grid=np.ones((2, 2, 2, 3)), low=LOW, high=HIGH, strength=motes.Curve([(0, 2), (1, 4)])
     )
-    assert moving.at_time(0.5).strength == 3
+    assert moving._at_time(0.5).strength == 3
 
 
 SCRIPT = """
@@ -313,7 +313,7 @@ def test_the_same_bits_on_any_ranks_and_in_any_build():
 def test_ranks_with_different_arrays_are_told():
     result = on_ranks(3, SCRIPT.format(unequal="(world.rank == 1)"))
     assert result.code != 0
-    assert "ScriptMismatch" in result.text
+    assert "ScriptMismatchError" in result.text
 
 
 def test_scene_files_carry_the_tables(tmp_path: Path, motes_replay: Path):

@@ -128,7 +128,7 @@ with world:
         if sys.argv[2] == "spawn":
             s.spawn(into=sparks, on="collision", count=1)
             s.spawn(into=sparks, on="birth", count=1)
-        s.vertex((0.5, 0.5, 0.5))
+        s.burst((0.5, 0.5, 0.5))
         meet()
         s.bounce(shapes.Plane((0, 0, 0), (0, 1, 0)), restitution=0.5)
         s.callback(push, where=column("age") > 0.1)
@@ -138,7 +138,7 @@ with world:
         if sys.argv[2] == "kill":  # the dead of a list without meetings go on until the frame ends
             s.kill_expired()
         s.move()
-        s.vertex((-1, 0.1, 0))
+        s.burst((-1, 0.1, 0))
         sparks.move()
         sparks.kill_old(0.2)
         world.step()
@@ -369,7 +369,8 @@ def test_a_box_of_twenty_layers_comes_to_rest():
 
 COPIES = """
 import numpy as np, motes, sys
-settings = dict(space=(-1, 1), roles="shared", balancer=motes.Static(), progress="off", log=sys.argv[1])
+settings = dict(space=(-1, 1), roles="shared", progress="off", log=sys.argv[1])
+settings["balancer"] = motes.balance.Static()
 with motes.World(seed=1, **settings) as w:
     s = w.system("some")
     s.emit(position=np.random.default_rng(2).uniform(-1, 1, (3000, 3)).astype(np.float32))

@@ -98,14 +98,14 @@ def test_expressions_refuse_what_they_cannot_say():
             lambda: s.gravity((0, 0, 0), where=column("nothing") > 1),
             lambda: s.gravity((0, 0, 0), where=column("age")[1] > 1),
             lambda: s.gravity((0, 0, 0), where=column("age") > 1 and column("age") < 2),
-            lambda: s.spawn(into="s", count=1),
-            lambda: s.spawn(into=s, count=0),
+            lambda: s.spawn("s", on="death", count=1),
+            lambda: s.spawn(s, on="death", count=0),
             lambda: s.spawn(into=s, count=1, on="lunch"),
-            lambda: s.spawn(into=s, count=1, inherit_velocity=float("inf")),
+            lambda: s.spawn(s, on="death", count=1, inherit_velocity=float("inf")),
             lambda: s.callback(3),
             lambda: s.callback(print, where=3),
             lambda: s.callback(print, where=column("nothing") > 1),
-            lambda: s.spawn(into=s, count=1, where=column("age")),
+            lambda: s.spawn(s, on="death", count=1, where=column("age")),
             lambda: sum([column("age")] * 500),
         ):
             with pytest.raises(motes.ArgumentError):

@@ -37,8 +37,8 @@ with world:
     for frame in world.frames(8):
         dust.configure(velocity=Sphere((0, 0, 0), 3), lifetime=motes.Uniform(0.2, 0.6))
         dust.source(Box((-2, 0, -2), (2, 2, 2)), rate=4000)
-        dust.vertex((0, 1, 1))  # two at one place: the id decides
-        dust.vertex((0, 1, 1))
+        dust.burst((0, 1, 1))  # two at one place: the id decides
+        dust.burst((0, 1, 1))
         dust.set(heat=motes.column("age") * 2)
         dust.spawn(into=chips, on="death", count=2)
         dust.spawn(into=chips, on="collision", count=1, inherit_velocity=0.5)

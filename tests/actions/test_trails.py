@@ -58,10 +58,10 @@ def test_trails_leave_children_at_each_multiple_once(every: Fraction, dt: Fracti
     s, left = world.system("s"), world.system("left")
     frames = []
     with world:
-        s.vertex((0, 0, 0))
+        s.burst((0, 0, 0))
         for frame in world.frames(120):
             s.move()
-            s.trail(left, float(every * dt))
+            s.trail(left, every=float(every * dt))
             world.step()
             frames += [frame] * (left.born - len(frames))
     half = Fraction(1, 2)
@@ -128,7 +128,7 @@ with world:
         s.kill_old(0.2)
         s.collide(radius=0.02)
         s.move()
-        s.trail(smoke, 0.1, 2, inherit_velocity=0.5)
+        s.trail(smoke, every=0.1, count=2, inherit_velocity=0.5)
         smoke.move()
         world.step()
         digest = world.digest()

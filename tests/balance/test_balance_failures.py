@@ -145,7 +145,7 @@ with world:
 def test_ranks_that_balance_otherwise_are_found_out(argument):
     result = on_ranks(4, DIFFERENT.replace("{0}", argument), timeout=30)
     assert result.code != 0
-    assert "ScriptMismatch" in result.err, result.text
+    assert "ScriptMismatchError" in result.err, result.text
 
 
 @pytest.mark.parametrize(

@@ -19,9 +19,9 @@ import numpy as np
 import motes
 from motes.shapes import Box
 
-class Orders(motes.Balancer):
+class Orders(motes.balance.Balancer):
     def decide(self, load):
-        return motes.Orders([(0, 1, 10)])
+        return motes.balance.Orders([(0, 1, 10)])
 
 world = motes.World(seed=4, progress="off", {options})
 {systems}
@@ -150,7 +150,7 @@ first = world.system("first")
 second = world.system("second", domains_of=first)
 with world:
     for frame in world.frames(3):
-        second.vertex((0.5, 2.5, 1.4))
+        second.burst((0.5, 2.5, 1.4))
         if frame > 0:
             first.burst(Sphere((0, 2.5, 1), 1), count=200)
         first.collide(0.05)

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import motes
-from motes import ArgumentError, Diffusive, Orders, Pairwise, PrefixCuts, Proportional, Static, Targets, _core
+from motes import ArgumentError, _core
+from motes.balance import Diffusive, Orders, Pairwise, PrefixCuts, Proportional, Static, Targets
 from motes.balance._load_table import LoadTable
 
 
@@ -53,12 +54,12 @@ def test_balancers_show_their_call() -> None:
         PrefixCuts(over="all"),
         Proportional([2, 1], min_particles=3),
     ):
-        again = eval(repr(balancer), vars(motes))
-        assert repr(again) == repr(balancer) == balancer.policy.name
-        assert again.policy.moves is (type(balancer) is not Static)
-        assert again.policy.decentralised is (type(balancer) is Diffusive)
-        assert again.policy.unmanaged is ("manager=False" in repr(balancer))
-        assert again.policy.over_all is (balancer.over == "all")
+        again = eval(repr(balancer), vars(motes.balance))
+        assert repr(again) == repr(balancer) == balancer._policy.name
+        assert again._policy.moves is (type(balancer) is not Static)
+        assert again._policy.decentralised is (type(balancer) is Diffusive)
+        assert again._policy.unmanaged is ("manager=False" in repr(balancer))
+        assert again._policy.over_all is (balancer.over == "all")
 
 
 @pytest.mark.parametrize(
@@ -80,7 +81,7 @@ def test_balancers_show_their_call() -> None:
         lambda: Proportional([0, 0]),
         lambda: Proportional([1, -1]),
         lambda: Proportional(3),
-        lambda: motes.Balancer().policy,
+        lambda: motes.balance.Balancer()._policy,
     ],
 )
 def test_balancers_refuse_bad_arguments(wrong: Any) -> None:
@@ -89,7 +90,7 @@ def test_balancers_refuse_bad_arguments(wrong: Any) -> None:
 
 
 def test_a_balancer_that_cannot_decide_is_refused_where_it_is_made() -> None:
-    class Hasty(motes.Balancer):
+    class Hasty(motes.balance.Balancer):
         def decid(self, load: LoadTable) -> Targets:
             return Targets(load.powers)
 
@@ -107,13 +108,13 @@ def test_a_balancer_that_cannot_decide_is_refused_where_it_is_made() -> None:
 def test_fixed_powers_must_fit_the_calculators() -> None:
     for balancer in (Proportional([1, 2]), PrefixCuts(powers=[1, 2])):
         with pytest.raises(ArgumentError, match=r"powers must be 3 numbers, one per calculator, got 2"):
-            balancer.policy.check(3)
+            balancer._policy.check(3)
         with pytest.raises(ArgumentError, match=type(balancer).__name__):
-            balancer.policy.plan(table([1, 2, 3]))
-        balancer.policy.check(2)
+            balancer._policy.plan(table([1, 2, 3]))
+        balancer._policy.check(2)
 
 
-class BySpeed(motes.Balancer):
+class BySpeed(motes.balance.Balancer):
     """A user's balancer."""
 
     def __init__(self) -> None:
@@ -126,7 +127,7 @@ class BySpeed(motes.Balancer):
 
 def test_a_users_balancer_sees_records_and_says_shares() -> None:
     balancer = BySpeed()
-    policy = balancer.policy
+    policy = balancer._policy
     assert (policy.name, policy.moves, policy.decentralised, policy.over_all) == (
         "BySpeed()",
         True,
@@ -149,14 +150,14 @@ def test_a_users_balancer_sees_records_and_says_shares() -> None:
 
 
 def answer(value: Any) -> _core.BalancePlan:
-    class Odd(motes.Balancer):
+    class Odd(motes.balance.Balancer):
         smoothing = 0.25
         over = "all"
 
         def decide(self, load: LoadTable) -> Any:
             return value() if callable(value) else value
 
-    policy = Odd().policy
+    policy = Odd()._policy
     assert policy.over_all
     return policy.plan(table([100, 100, 100]))
 
@@ -223,7 +224,7 @@ def test_natives_decide_as_their_policies_do() -> None:
 @pytest.mark.parametrize("name", ["Static", "Pairwise", "Diffusive", "PrefixCuts", "Proportional"])
 def test_options_that_are_not_given_are_the_core_s(name: str) -> None:
     """The driver takes a balancer by its name, and its options from the core; scripts see them in Python."""
-    ours = Proportional([1.0, 2.0]) if name == "Proportional" else getattr(motes, name)()
+    ours = Proportional([1.0, 2.0]) if name == "Proportional" else getattr(motes.balance, name)()
     core = _core.policy_named(f"{name}(powers=[1, 2])" if name == "Proportional" else name)
     assert repr(ours) == core.name
-    assert (ours.policy.over_all, ours.policy.smoothing) == (core.over_all, core.smoothing)
+    assert (ours._policy.over_all, ours._policy.smoothing) == (core.over_all, core.smoothing)

@@ -16,7 +16,8 @@ from particle_engine import play
 from standing import on_ranks
 
 import motes
-from motes import Diffusive, Pairwise, PrefixCuts, Proportional, Static, _core
+from motes import _core
+from motes.balance import Diffusive, Pairwise, PrefixCuts, Proportional, Static
 from motes.cli import main
 from motes.replay.compare import compare
 from motes.replay.density import Density, exchange
@@ -132,7 +133,7 @@ def test_a_replay_of_the_same_balancer_is_the_run(runs: dict[str, motes.Run]) ->
 @pytest.mark.parametrize("recorded", POLICIES, ids=lambda b: type(b).__name__)
 @pytest.mark.parametrize("balancer", POLICIES, ids=lambda b: type(b).__name__)
 def test_a_replay_predicts_the_run(
-    runs: dict[str, motes.Run], recorded: motes.Balancer, balancer: motes.Balancer
+    runs: dict[str, motes.Run], recorded: motes.balance.Balancer, balancer: motes.balance.Balancer
 ) -> None:
     real = runs[repr(balancer)]
     predicted = runs[repr(recorded)].replay(balancer)
@@ -159,12 +160,12 @@ def test_a_replay_is_a_run_and_can_be_replayed(runs: dict[str, motes.Run]) -> No
     assert again.imbalance().mean() == pytest.approx(run.imbalance().mean(), rel=0.05)
 
 
-class Halves(motes.Balancer):
+class Halves(motes.balance.Balancer):
     """A user's balancer: everything goes to the two calculators in the middle."""
 
-    def decide(self, load: motes.LoadTable) -> motes.Targets:
+    def decide(self, load: motes.balance.LoadTable) -> motes.balance.Targets:
         middle = len(load) // 2
-        return motes.Targets([1.0 if c in (middle - 1, middle) else 0.0 for c in range(len(load))])
+        return motes.balance.Targets([1.0 if c in (middle - 1, middle) else 0.0 for c in range(len(load))])
 
 
 def test_a_users_balancer_is_replayed(runs: dict[str, motes.Run]) -> None:
@@ -215,7 +216,7 @@ def test_a_killed_run_is_replayed_to_its_last_whole_frame(runs: dict[str, motes.
 )
 @pytest.mark.parametrize("noise", [0.0, 0.05])
 def test_two_machines_share_by_their_true_speeds(
-    balancer: motes.Balancer, by_frame: int, noise: float
+    balancer: motes.balance.Balancer, by_frame: int, noise: float
 ) -> None:
     """Within a tenth, starting from equal shares, though the clock is off by some percent in each frame."""
     random = np.random.default_rng(5)

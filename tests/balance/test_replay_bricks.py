@@ -7,7 +7,8 @@ import pytest
 from standing import on_ranks
 
 import motes
-from motes import Diffusive, Pairwise, Proportional, Static, _core
+from motes import _core
+from motes.balance import Diffusive, Pairwise, Proportional, Static
 from motes.replay.bricks import Cloud, Tree
 
 BRICKS = """
@@ -36,14 +37,14 @@ for name in ("Static", "Proportional", "Rising"):
 """
 
 
-class Rising(motes.Balancer):
+class Rising(motes.balance.Balancer):
     """A user's balancer: each calculator gets more than the one before."""
 
-    def decide(self, load: motes.LoadTable) -> motes.Targets:
-        return motes.Targets([1.0 + c for c in range(len(load))])
+    def decide(self, load: motes.balance.LoadTable) -> motes.balance.Targets:
+        return motes.balance.Targets([1.0 + c for c in range(len(load))])
 
 
-SHARES: dict[str, motes.Balancer] = {
+SHARES: dict[str, motes.balance.Balancer] = {
     "Static": Static(),
     "Proportional": Proportional([5, 1, 2, 4, 3]),
     "Rising": Rising(),

@@ -210,7 +210,7 @@ def test_a_class_is_shown_with_its_arguments(site):
     page = (site / "reference" / "python" / "motes.balance.html").read_text()
     shown = page.partition('id="motes.balance.Diffusive"')[2].partition("</dt>")[0]
     text = re.sub(r"<[^>]+>", "", shown)
-    for name in inspect.signature(motes.Diffusive).parameters:
+    for name in inspect.signature(motes.balance.Diffusive).parameters:
         assert f"{name}:" in text
 
 

@@ -30,7 +30,7 @@ world = motes.World(seed=1, space=(-1, 1), roles=roles, renderer=renderer, progr
 sparks = world.system("sparks")
 with world, motes.Movie(sys.argv[4]) as movie:
     for frame in world.frames(4):
-        sparks.vertex((0.5, 0, 0))
+        sparks.burst((0.5, 0, 0))
         sparks.move()
         movie.write(world.render())
         if frame == 1 and where == "middle":

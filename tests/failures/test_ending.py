@@ -212,7 +212,7 @@ for world in worlds:
     world.__enter__()
 for frame in range(3):
     for world in worlds:
-        world.system(f"s{frame}").vertex((frame, 0, 0))
+        world.system(f"s{frame}").burst((frame, 0, 0))
         world.step()
 worlds[int(sys.argv[2])].__exit__(None, None, None)
 if worlds[0].rank == 2 and sys.argv[1] == "leave":

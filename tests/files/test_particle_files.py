@@ -199,7 +199,7 @@ def test_of_several_systems_one_is_chosen(tmp_path):
     systems = [world.system(name) for name in ("snow", "rain")]
     with world, motes.Export(tmp_path / "a") as export:
         for system in systems:
-            system.vertex((0, 0, 0))
+            system.burst((0, 0, 0))
         world.step()
         export.write(world)
     opened = motes.open_particles(tmp_path / "a")
@@ -399,7 +399,7 @@ def test_particles_as_tables_and_in_notebooks(tmp_path):
     elsewhere = motes.Particles(None)
     assert "elsewhere" in elsewhere._repr_html_()
     for call in (elsewhere.to_frame, elsewhere.columns):
-        with pytest.raises(motes.NotHere):
+        with pytest.raises(motes.NotHereError):
             call()
     with pytest.raises(ArgumentError, match="did you mean 'velocity'"):
         particles.columns("velocty")

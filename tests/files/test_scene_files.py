@@ -153,23 +153,27 @@ def test_balancers_and_rounds_of_its_own_choice(
     assert replay(motes_replay, 5, scene, "--balancer", "PrefixCuts(min_particles=1)", *argv).lines == lines
     assert motes.open_run(tmp_path).frames.exchanged.sum() > 0
     run = json.loads((tmp_path / "run.json").read_text())
-    assert (run["balancer"], run["combine"]) == (repr(motes.PrefixCuts(min_particles=1)), "overlapped")
+    assert (run["balancer"], run["combine"]) == (
+        repr(motes.balance.PrefixCuts(min_particles=1)),
+        "overlapped",
+    )
     # The driver has defaults of its own, which follow those of Python.
     for name in ("Static", "Pairwise", "Diffusive", "PrefixCuts"):
         replay(motes_replay, 1, scene, "--frames", 0, "--log", tmp_path, "--balancer", name)
         run = json.loads((tmp_path / "run.json").read_text())
-        assert run["balancer"] == repr(getattr(motes, name)())
+        assert run["balancer"] == repr(getattr(motes.balance, name)())
 
 
 def test_the_scenes_own_balancer_is_used_if_it_is_built_in(motes_replay: Path, tmp_path: Path):
     body = "with world:\n    for frame in world.frames(2):\n        world.step()\n"
     scene, log = tmp_path / "x.motes", tmp_path / "log"
-    kept = WORLD.replace("seed=1", "seed=1, balancer=motes.Pairwise(0.25), combine='one_by_one'")
+    kept = WORLD.replace("seed=1", "seed=1, balancer=motes.balance.Pairwise(0.25), combine='one_by_one'")
     assert record_text(tmp_path, kept + body).code == 0
     assert replay(motes_replay, 1, scene, "--log", log).code == 0
     run = json.loads((log / "run.json").read_text())
-    assert (run["balancer"], run["combine"]) == (repr(motes.Pairwise(0.25)), "one_by_one")
-    own = "import motes\nclass Own(motes.Balancer):\n    def decide(self, load): return motes.Orders([])\n"
+    assert (run["balancer"], run["combine"]) == (repr(motes.balance.Pairwise(0.25)), "one_by_one")
+    own = "import motes\nfrom motes.balance import Balancer, Orders\n"
+    own += "class Own(Balancer):\n    def decide(self, load): return Orders([])\n"
     assert record_text(tmp_path, own + WORLD.replace("seed=1", "seed=1, balancer=Own()") + body).code == 0
     refused = replay(motes_replay, 1, scene)
     assert refused.code == 1 and "Own() is defined by its script: choose one with --balancer" in refused.err

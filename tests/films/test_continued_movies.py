@@ -159,7 +159,7 @@ def test_a_film_is_read_up_to_where_it_was_torn(tmp_path, suffix):
 def test_what_cannot_be_continued(tmp_path):
     film = tmp_path / "a.mp4"
     with pytest.raises(CheckpointError, match=r"a.mp4 cannot go on behind its first 10 frames: neither"):
-        Movie(film)._continue_at(10)
+        writer_of(Movie(film)).continue_at(10)
     cut_off(film, 40, secure={10})
     before = partial(film).read_bytes()
     cases = {
@@ -168,16 +168,16 @@ def test_what_cannot_be_continued(tmp_path):
     }
     for count, message in cases.items():
         with pytest.raises(CheckpointError, match=message):
-            Movie(film)._continue_at(count)
+            writer_of(Movie(film)).continue_at(count)
     partial(film).write_bytes(before[:300])
     with pytest.raises(CheckpointError, match=r"behind its first 10 frames: .*a.partial.mp4"):
-        Movie(film)._continue_at(10)
+        writer_of(Movie(film)).continue_at(10)
     partial(film).write_bytes(b"nothing of a film" * 99)
     with pytest.raises(CheckpointError, match=r"a.partial.mp4 is damaged"):
-        Movie(film)._continue_at(10)
+        writer_of(Movie(film)).continue_at(10)
     partial(film).write_bytes(b"")
     with pytest.raises(CheckpointError, match=r"a.partial.mp4 is damaged"):
-        Movie(film)._continue_at(10)
+        writer_of(Movie(film)).continue_at(10)
     assert os.listdir(tmp_path) == ["a.partial.mp4"]
 
 
@@ -188,7 +188,7 @@ def test_a_film_that_is_being_written_is_not_continued(tmp_path, monkeypatch):
         movie.write(frame)
     writer_of(movie).secure()
     with pytest.raises(CheckpointError, match=r"another process is writing .*a.partial.mp4"):
-        Movie(tmp_path / "a.mp4")._continue_at(5)
+        writer_of(Movie(tmp_path / "a.mp4")).continue_at(5)
     with pytest.raises(MotesError, match=r"is being written; it cannot be continued"):
         writer_of(movie).continue_at(5)
     movie.close()
@@ -211,7 +211,7 @@ def test_a_process_that_is_about_to_be_gone_is_waited_for(tmp_path):
     assert not files.is_locked_elsewhere(dying)
     threading.Timer(0.3, os.close, (dying,)).start()
     start = time.monotonic()
-    Movie(film)._continue_at(26)
+    writer_of(Movie(film)).continue_at(26)
     assert time.monotonic() - start > 0.25
 
 
@@ -222,22 +222,22 @@ def test_another_rank_takes_a_film_over(tmp_path):
     for k in range(30):
         other.write(Frame(k, 0.0, None, home=0, rank=1))
         if k == 25:
-            other._secure()
-            other._note_secured()
+            writer_of(other).secure()
+            writer_of(other).note_secured()
     lost = Movie(tmp_path / "lost.mp4")
     for frame in moving(30):
         lost.write(frame)
         if lost.written == 26:
-            lost._secure()
+            writer_of(lost).secure()
     shutil.copy(partial(lost.path), partial(film))  # as a killed process leaves it
-    lost._abandon()
-    assert list(other._unsecured) == [26, 27, 28, 29]
-    missing = other._take_over()
+    writer_of(lost).abandon()
+    assert list(writer_of(other)._unsecured) == [26, 27, 28, 29]
+    missing = writer_of(other).take_over()
     assert missing == [26, 27, 28, 29]
-    assert (other.written, other._first_unsaved()) == (30, 26)
+    assert (other.written, writer_of(other).first_unsaved()) == (30, 26)
     for frame in moving(4, first=26):
-        other._write_again(frame.index, frame)
-        other._write_again(frame.index, frame)  # once only
+        writer_of(other).write_again(frame.index, frame)
+        writer_of(other).write_again(frame.index, frame)  # once only
     assert other.written == 30
     for frame in moving(10, first=30):
         other.write(frame)
@@ -296,7 +296,7 @@ def test_a_film_to_which_nothing_is_added_is_finished(tmp_path, suffix):
     for draws in (False, True):
         continued.begin(100, known, draws=draws)
         with Movie(film) as movie:
-            assert (movie.written, continuing.frames_of_movies()[movie.place]) == (30, 30)
+            assert (movie.written, continuing.frames_of_movies()[writer_of(movie).place]) == (30, 30)
         assert film.exists() == draws
         Movie(tmp_path / "gone.mp4").close()  # a film that was moved away meanwhile
     assert place_of(film) not in {movie.place for movie in continuing._held.values()}

@@ -198,7 +198,7 @@ def test_wrong_arguments(arguments, message):
 
 def test_without_pyav_every_rank_is_told_what_to_install(monkeypatch):
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
-    with pytest.raises(motes.MissingExtra, match=r'pip install "\.\[video\]"'):
+    with pytest.raises(motes.MissingExtraError, match=r'pip install "\.\[video\]"'):
         Movie("a.mp4")
 
 

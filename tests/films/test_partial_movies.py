@@ -196,12 +196,12 @@ def test_every_rank_counts_the_pictures_wherever_they_are(tmp_path):
             movie.write(stepped)
             movie.write(picture)
         if k == 3:
-            assert (here._secure(), there._secure()) == (4, 4)
-            here._note_secured()
-            there._note_secured()
+            assert (writer_of(here).secure(), writer_of(there).secure()) == (4, 4)
+            writer_of(here).note_secured()
+            writer_of(there).note_secured()
     assert (here.written, there.written) == (6, 6)
     assert (here.frames, there.frames) == (6, 0)
-    assert list(here._unsecured) == list(there._unsecured) == [4, 5]
+    assert list(writer_of(here)._unsecured) == list(writer_of(there)._unsecured) == [4, 5]
     here.close()
     there.close()
     assert os.listdir(tmp_path) == ["a.mp4"]
@@ -226,7 +226,7 @@ with motes.World(seed=1, space=(-1, 1), renderer=renderer, progress="off") as wo
             writer_of(movie).note_secured()
         if frame == 20 and world.rank == failing:
             raise KeyError("of the script")
-    assert frames_of_movies() == {movie.place: 16}
+    assert frames_of_movies() == {writer_of(movie).place: 16}
     sys.stdout.write(f"{movie.written} {list(writer_of(movie)._unsecured)}\\n")
     movie.close()
     assert frames_of_movies() == {}
@@ -256,10 +256,10 @@ def test_a_job_that_fails_leaves_a_film(tmp_path, failing):
 def test_open_movies_are_known_in_the_order_of_their_creation(tmp_path):
     before, held = open_movies(), dict(continuing._held)
     first, second, third = (Movie(tmp_path / f"{name}.mp4") for name in "bac")
-    assert open_movies() == [*before, first, second, third]
+    assert open_movies() == [*before, *map(writer_of, (first, second, third))]
     second.write(Frame(0, 0.0, None, home=0, rank=1))
     second.close()
-    assert open_movies() == [*before, first, third]
+    assert open_movies() == [*before, *map(writer_of, (first, third))]
     third.write(Frame(0, 0.0, None, home=0, rank=1))
     del first, third  # the script forgot one that has frames: all ranks still know it
     assert [movie.path.name for movie in open_movies()[len(before) :]] == ["c.mp4"]

@@ -46,7 +46,7 @@ with motes.World(**options) as world:
             "'None' on rank 0 and '1' on rank 1",
         ),
         (
-            *(5, [1, 3], [{}, {"dt": 0.5, "balancer": motes.Pairwise(0.2)}]),
+            *(5, [1, 3], [{}, {"dt": 0.5, "balancer": motes.balance.Pairwise(0.2)}]),
             "rank 1 (manager), frame 0: its script differs from the other ranks': World(dt=...) is '0.5' on "
             "rank 1 and '0.041666666666666664' on rank 0; World(balancer=...) is 'Pairwise(threshold=0.2, "
             "min_particles=64, smoothing=0.5)' on rank 1 and 'Static()' on rank 0 "
@@ -61,11 +61,11 @@ with motes.World(**options) as world:
     ids=["roles", "seed", "dt and balancer", "combine"],
 )
 def test_ranks_that_were_told_different_things_are_named(ranks, odd, options, reports):
-    shown = repr(options).replace("Pairwise", "motes.Pairwise")
+    shown = repr(options).replace("Pairwise", "motes.balance.Pairwise")
     result = on_ranks(ranks, DIFFERENT, shown, odd, timeout=30)
     assert result.code == 1, result.text
     (told,) = said(result.err, "*** motes: ")
-    assert told == f"motes.errors.ScriptMismatch: {reports}"
+    assert told == f"motes.errors.ScriptMismatchError: {reports}"
     assert result.seconds < 25, "the stall limit was not waited for"
 
 
@@ -78,24 +78,27 @@ def test_a_log_that_differs_between_ranks_is_refused(tmp_path):
     result = on_ranks(2, own, tmp_path, timeout=30)
     assert result.code == 1, result.text
     (told,) = said(result.err, "*** motes: ")
-    assert "ScriptMismatch" in told and "World(log=...) is" in told and str(tmp_path) in told
+    assert "ScriptMismatchError" in told and "World(log=...) is" in told and str(tmp_path) in told
     assert not any(os.listdir(folder) for folder in tmp_path.iterdir())
 
 
 def test_settings_are_frozen_and_say_everything_once():
     settings = RunSettings(
-        seed=None, dt=0.5, substeps=1, axis="x", space=None, roles=(0, 0, [0]), balancer=motes.Static(),
-        combine="together", births="manager", fan_out=8, threads=None, clock="cpu", digest=False, log="a",
+        seed=None, dt=0.5, substeps=1, axis="x", space=None, roles=(0, 0, [0]),
+        balancer=motes.balance.Static(), combine="together", births="auto", fan_out=8, threads=None,
+        clock="cpu", digest=False, log="a",
         spans=False, speeds={0: 0.5}, stall_s=3.0,
     )  # fmt: skip
     with pytest.raises(AttributeError):
         settings.dt = 1.0  # type: ignore[misc]
-    agreed = settings.agreed(seed=7, threads=3, continued_from=9)
+    agreed = settings.agreed(seed=7, threads=3, continued_from=9, crowded=True)
     assert (settings.seed, agreed.seed) == (None, 7)
     assert agreed.for_core(rank=0, hosts=["h"])["speed"] == 0.5
     assert agreed.for_core(rank=1, hosts=["h"])["speed"] == 1.0
     assert agreed.for_log()["calculators"] == [0]
     assert agreed.for_core(rank=1, hosts=["h"])["threads"] == 3
+    assert agreed.for_core(rank=1, hosts=["h"])["births"] == "manager", "its ranks take turns"
+    assert settings._replace(seed=1).for_core(rank=1, hosts=["h"])["births"] == "auto"
     assert agreed.for_core(rank=1, hosts=["h"])["continued_from"] == 9
     assert {"speeds", "threads"}.isdisjoint(agreed.compared())
     assert agreed.compared()["log"] == "a"

@@ -22,9 +22,9 @@ from motes.shapes import Box, Plane, Sphere
 log, options = sys.argv[1], json.loads(sys.argv[2])
 
 
-class Anything(motes.Balancer):
+class Anything(motes.balance.Balancer):
     def decide(self, load):
-        return motes.Targets(np.random.default_rng(load.frame).random(len(load.particles)) + 0.05)
+        return motes.balance.Targets(np.random.default_rng(load.frame).random(len(load.particles)) + 0.05)
 
 
 if options.pop("balanced"):

@@ -149,7 +149,7 @@ def test_report_without_matplotlib_names_the_extra(log, tmp_path, monkeypatch, c
     assert 'pip install "pandas>=2" "matplotlib>=3.8"' in capsys.readouterr().err
     assert motes.open_run(log)._repr_html_().count("matplotlib&gt;=3.8") == 1, "figures in words remain"
     monkeypatch.setitem(sys.modules, "matplotlib.pyplot", None)
-    with pytest.raises(motes.MissingExtra, match="needs matplotlib") as caught:
+    with pytest.raises(motes.MissingExtraError, match="needs matplotlib") as caught:
         motes.open_run(log).plot.imbalance()
     assert isinstance(caught.value, ImportError)
 

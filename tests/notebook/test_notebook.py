@@ -47,7 +47,7 @@ assert gust["SLB"] > 1.3 * gust["DLB"]
 # The slow rank gets less than a quarter.
 assert share(uneven[2]) < 0.23 and share(mine) < 0.23
 # A replay predicts how many particles move, and pairs move most.
-for balancer, real in ((motes.PrefixCuts(), uneven[2]), (Gentle(), mine)):
+for balancer, real in ((motes.balance.PrefixCuts(), uneven[2]), (Gentle(), mine)):
     assert 0.4 < moved(recorded.replay(balancer)) / moved(real) < 2.5
     assert moved(real) < 0.9 * moved(recorded)
 """

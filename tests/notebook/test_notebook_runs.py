@@ -411,10 +411,10 @@ def test_what_is_not_installed_is_named(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setitem(sys.modules, "anywidget", None)
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "anywidget" else True)
     monkeypatch.setattr(kernel_module, "running", lambda: True)
-    with pytest.raises(motes.MissingExtra, match=r"needs anywidget.*anywidget>=0.9"):
+    with pytest.raises(motes.MissingExtraError, match=r"needs anywidget.*anywidget>=0.9"):
         motes.show(world, lambda: None)
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
-    with pytest.raises(motes.MissingExtra, match="motes.launch needs websockets.*anywidget"):
+    with pytest.raises(motes.MissingExtraError, match="motes.launch needs websockets.*anywidget"):
         motes.launch(LAUNCHED, n=2)
 
 

@@ -13,7 +13,7 @@ import pytest
 from motes import _core
 from motes._io import png
 from motes._picture.frame import Frame
-from motes.errors import ArgumentError, MissingExtra, MotesError, NotHere
+from motes.errors import ArgumentError, MissingExtraError, MotesError, NotHereError
 
 
 @pytest.fixture
@@ -95,7 +95,7 @@ def test_elsewhere_a_frame_is_nothing(elsewhere, tmp_path):
         elsewhere.digest,
         lambda: np.asarray(elsewhere),
     ):
-        with pytest.raises(NotHere, match="live on rank 0, the image generator; this is rank 2"):
+        with pytest.raises(NotHereError, match="live on rank 0, the image generator; this is rank 2"):
             ask()
 
 
@@ -233,7 +233,7 @@ def test_an_unknown_layer_is_refused_and_the_message_says_which_there_are(layere
 
 def test_elsewhere_a_layer_is_not_here():
     elsewhere = Frame(120, 5.0, None, layers={"depth": lambda: []}, home=0, rank=2)
-    with pytest.raises(NotHere, match="live on rank 0"):
+    with pytest.raises(NotHereError, match="live on rank 0"):
         elsewhere.layer("depth")
     with pytest.raises(ArgumentError, match="one of the renderer's layers: 'depth'"):
         elsewhere.layer("alpha")
@@ -308,7 +308,7 @@ def test_an_exr_that_cannot_be_written_leaves_the_old_one(tmp_path, layered, mon
 def test_exr_without_its_library_says_how_to_install_it_on_every_rank(layered, elsewhere, monkeypatch):
     monkeypatch.setattr("importlib.util.find_spec", lambda _: None)
     for one in (layered, elsewhere):
-        with pytest.raises(MissingExtra, match=r"saved as .exr needs OpenEXR.*\.\[exr\]"):
+        with pytest.raises(MissingExtraError, match=r"saved as .exr needs OpenEXR.*\.\[exr\]"):
             one.save("a.exr")
 
 

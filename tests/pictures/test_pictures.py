@@ -220,10 +220,10 @@ def balls(**attributes: Any) -> motes.Frame:
     smoke = world.system("smoke", sprite=motes.Sprite(pixels=None, blend="alpha"))
     with world:
         ball.configure(size=1, velocity=(3, 0, 0))
-        ball.vertex((0, 0, 2))
+        ball.burst((0, 0, 2))
         ball.move()
         smoke.configure(size=0.5, alpha=0.5)
-        smoke.vertex((0.9, 0, 2.5))
+        smoke.burst((0.9, 0, 2.5))
         return world.render()
 
 
@@ -286,7 +286,7 @@ def test_layers_stay_with_their_frame():
     world = motes.World(seed=1, renderer=renderer, progress="off")
     system = world.system("a", sprite=motes.Sprite(pixels=9, blend="opaque"))
     with world:
-        system.vertex((0, 0, 0))
+        system.burst((0, 0, 0))
         first = world.render()
         system.kill_old(-1)
         second = world.render()
@@ -331,7 +331,7 @@ def test_a_streak_keeps_the_light_of_what_stands_still():
         system = world.system("a", sprite=motes.Sprite(pixels=5))
         with world:
             system.configure(velocity=(10, 0, 0))
-            system.vertex((0, 0, 0))
+            system.burst((0, 0, 0))
             system.move()
             return world.render().linear
 
@@ -399,7 +399,7 @@ def test_white_particles_have_velocities_too(kind: str, shutter: float):
     white = world.system("white", sprite=motes.Sprite(kind, blend="opaque", **shown.get(kind, {})))
     with world:
         white.configure(velocity=(3, 0, 0))
-        white.vertex((0, 0, 0))
+        white.burst((0, 0, 0))
         white.move()
         frame = world.render()
     seen = np.isfinite(frame.layer("depth"))

@@ -119,7 +119,7 @@ def test_what_is_never_kept_is_a_checkpoint_error(planted):
 KEEPS = """
 import sys, motes
 
-class Own(motes.Balancer):
+class Own(motes.balance.Balancer):
     def __init__(self):
         self.seen = [0]
         if sys.argv[2] == "more":

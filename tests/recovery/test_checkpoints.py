@@ -71,7 +71,7 @@ MANAGED = """
 import os, sys
 import numpy as np, motes
 
-class Counts(motes.Balancer):
+class Counts(motes.balance.Balancer):
     def decide(self, load):
         print("evaluation", load.evaluation, "of frame", load.frame, flush=True)
         return motes.balance.Orders([])

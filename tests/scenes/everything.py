@@ -71,7 +71,7 @@ def snow(s: motes.System, frame: int) -> None:
     s.source(shapes.Box((-4, 3, -4), (4, 3.5, 4)), rate=3000)
     s.random_acceleration(shapes.Sphere((0, 0, 0), 3))
     s.move(rotational=False)
-    s.vertex((0.25 * frame, 2, 0))
+    s.burst((0.25 * frame, 2, 0))
     rows = np.random.default_rng(frame).normal(0, 2, (frame * 3 % 7, 3)).astype(np.float32)
     s.emit(position=rows, velocity=-rows, heat=rows[:, 0], wind=rows)
     s.sink(shapes.Plane((0, 0, 0), (0, 1, 0)))

@@ -25,7 +25,7 @@ world = motes.World(
     roles=args.roles,
     substeps=args.substeps,
     progress="off",
-    balancer=motes.PrefixCuts(0.01, min_particles=1),
+    balancer=motes.balance.PrefixCuts(0.01, min_particles=1),
 )
 snow = world.system("snow", attributes={"heat": 0.5, "wind": (0, 0, 1)})
 rain = world.system("rain, fine", capacity=150, axis="y")

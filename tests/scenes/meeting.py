@@ -27,7 +27,7 @@ def grains(s: motes.System, pebbles: motes.System, sparks: motes.System, frame: 
     s.gravity((0, -9.8, 0))
     s.collide(restitution=0.3)
     for x in (-1.0, 0.0, 0.5, 1.0, 2.0):
-        s.vertex((x, 0.5, 0.0))
+        s.burst((x, 0.5, 0.0))
     s.emit(position=[HERE] * 5, velocity=[(0, 0, 0)] * 5)
     s.bounce(shapes.Plane((0, 0, 0), (0, 1, 0)), restitution=0.5)
     far = column("position") * (-2.0, 1.0, -3.0)

@@ -23,7 +23,7 @@ world = motes.World(
     births=args.births,
     combine=args.combine,
     roles=args.roles,
-    balancer=motes.Pairwise(0.0, min_particles=1),
+    balancer=motes.balance.Pairwise(0.0, min_particles=1),
 )
 drops, chips = world.system("drops"), world.system("chips", capacity=2500)
 drops.configure(velocity=Sphere((0, 0, 0), 4))

@@ -14,7 +14,11 @@ options = eval(sys.argv[3]) if len(sys.argv) > 3 else {}
 pause_s = options.pop("pause_s", 0.0)
 shutter = options.pop("shutter", 0.5)
 own_loop = options.pop("own_loop", False)
-balance = {"balancer": motes.Pairwise(threshold=0.02, min_particles=1)} if options.pop("moves", True) else {}
+balance = (
+    {"balancer": motes.balance.Pairwise(threshold=0.02, min_particles=1)}
+    if options.pop("moves", True)
+    else {}
+)
 
 renderer = motes.Renderer(160, 96, camera=motes.Camera((0, 2, 12), (0, 2, 0)), shutter=shutter)
 world = motes.World(

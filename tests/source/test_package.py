@@ -21,7 +21,7 @@ import pytest
 
 import motes
 from motes import _core
-from motes.errors import EXTRAS, MissingExtra
+from motes.errors import EXTRAS, MissingExtraError
 
 PACKAGE = importlib.resources.files("motes")
 ROOT = Path(__file__).resolve().parents[2]
@@ -165,7 +165,7 @@ def test_errors_name_the_packages_of_the_extras():
 
 
 def test_a_missing_extra_names_a_command_that_works():
-    error = MissingExtra("Movie", extra="video", package="av")
+    error = MissingExtraError("Movie", extra="video", package="av")
     assert isinstance(error, ImportError) and isinstance(error, motes.MotesError)
     assert error.name == "av"
     command = re.search(r"`(.*?)`", str(error))

@@ -172,7 +172,7 @@ NONSENSE: list[Any] = [
     *([(0, 1)], [(0, (1, 1, 1))], [(1, 1), (0, 1)], [(NAN, 1)], [(0, 1), (0, 2)], {"heat": 0}, {"x y": 1}),
 ]
 
-BASES = (shapes.Shape, actions.Action, motes.Balancer)
+BASES = (shapes.Shape, actions.Action, motes.balance.Balancer)
 BINARY = ("add", "sub", "mul", "truediv", "and", "or")
 OTHERS = ("lt", "le", "gt", "ge", "eq", "ne", "invert", "neg", "abs", "getitem")
 OPERATORS = [f"__{name}__" for name in (*BINARY, *(f"r{name}" for name in BINARY), *OTHERS)]
@@ -237,7 +237,7 @@ def methods(owner: Any, *without: str) -> list[Callable[..., Any]]:
 
 def constructors() -> list[Callable[..., Any]]:
     """What makes values, and their operators; not what a script does not make itself."""
-    not_made = (motes.System, motes.Particles, motes.Frame, motes.Run, motes.Runs, Exception)
+    not_made = (motes.System, motes.Particles, motes.Frame, motes.Run, motes.Runs, BaseException)
     made: list[Callable[..., Any]] = []
     for module in (motes, shapes, actions, motes.balance):
         for value in (getattr(module, name) for name in module.__all__ if not name.startswith("as_")):

@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from motes import Balancer, Run, _core
+from motes import Run, _core
 from motes.analysis._tables.schema import TABLES
 from motes.analysis._tables.tables import frame_of
+from motes.balance import Balancer
 
 __all__ = ["play"]
 
@@ -22,7 +23,7 @@ def play(balancer: Balancer, *, frames: int = 60, particles: int = 40_000, seed:
     random = np.random.default_rng(seed)
     machine = np.array([8e6, 4e6, 8e6, 2e6])
     n = len(machine)
-    policy = balancer.policy
+    policy = balancer._policy
     speeds = policy.speeds(n)
     x = random.normal(-2, 1, particles).astype(np.float32)
     v = random.normal(0.06, 0.05, particles).astype(np.float32)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from motes.errors import NotAssignable
+from motes.errors import NotAssignableError
 
 __all__ = ["CORNERS", "FACES", "INF", "LEAF", "NAN", "equal_and_immutable"]
 
@@ -28,5 +28,5 @@ def equal_and_immutable(one: Any, other: Any) -> None:
     for again in (copy.copy(one), copy.deepcopy(one), pickle.loads(pickle.dumps(one))):
         assert again == one
         assert hash(again) == hash(one)
-    with pytest.raises(NotAssignable):
+    with pytest.raises(NotAssignableError):
         one.color = 3

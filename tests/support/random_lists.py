@@ -379,7 +379,7 @@ def births() -> Text:
             lambda p: f"@.source(Sphere({p[0]}, 1), {p[2]}, {p[3]}, moving_from=Sphere({p[1]}, 0.5, 0.25))"
         ),
         burst.map(lambda p: f"@.burst({p[0]}, count={p[1]})"),
-        triples(-2, 2).map(lambda p: f"@.vertex({p})"),
+        triples(-2, 2).map(lambda p: f"@.burst({p})"),
         emitted(),
     )
 

@@ -198,7 +198,7 @@ def test_actions_get_the_value_at_the_frames_start():
     with world:
         for frame in world.frames(3):
             if frame == 0:
-                s.vertex((0, 0, 0))
+                s.burst((0, 0, 0))
             s.gravity(pull)
             s.apply(actions.Damping(damping=(1, 1, 1), max_speed=Curve([(0, 5)])))
             s.set(heat=Curve([(0, 1), (0.5, 3)], interpolation="hold"))
@@ -373,7 +373,7 @@ with world:
         comet.source(now, motes.Curve([(0, 0), (0.4, 2000)], "smooth"), True, moving_from=before)
         comet.set(velocity=column("velocity") + around, where=ex.noise(column("position"), motes.time()) > 0)
         comet.move()
-        comet.trail(dust, 0.1)
+        comet.trail(dust, every=0.1)
         dust.restore(1.0)
         dust.move()
         world.step()

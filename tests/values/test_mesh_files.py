@@ -13,7 +13,7 @@ from written_meshes import CUBE, QUADS, SOLID_L, TRIANGLES, Glb, obj, ply, stl
 
 import motes
 from motes._meshes import polygons
-from motes.errors import ArgumentError, MissingExtra
+from motes.errors import ArgumentError, MissingExtraError
 
 ONE = (6, 1, (0, 0, 0), (1, 1, 1))
 """A cube: area, volume, bounds."""
@@ -327,7 +327,7 @@ def test_glb_files_are_read_right_or_refused(tmp_path, name):
 def test_draco_needs_its_package(tmp_path, monkeypatch):
     (tmp_path / "a.glb").write_bytes(draco())
     monkeypatch.setitem(sys.modules, "DracoPy", None)
-    with pytest.raises(MissingExtra, match=r"KHR_draco_mesh_compression needs DracoPy.*\.\[mesh\]"):
+    with pytest.raises(MissingExtraError, match=r"KHR_draco_mesh_compression needs DracoPy.*\.\[mesh\]"):
         motes.Mesh.load(tmp_path / "a.glb")
 
 

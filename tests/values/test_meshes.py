@@ -210,11 +210,13 @@ def test_placed_meshes_are_values():
     copy = pickle.loads(pickle.dumps(moved))
     assert copy == moved != RING.at((1, 2, 3), axis=(0, 0, 1), angle_deg=90)
     assert RING.at(axis=(0, 1e300, 0), angle_deg=90) == RING.at(axis=(0, 1e-300, 0), angle_deg=90)
-    assert copy.core == moved.core and hash(copy) == hash(moved)
+    assert copy._native == moved._native and hash(copy) == hash(moved)
     assert motes.Mesh(*torus(), resolution=32) != RING != motes.Mesh(*torus(), solid=True, resolution=64)
     assert "solid" in repr(motes.Mesh(*torus(), solid=True))
     half = RING.at(axis=(0, 0, 1), angle_deg=350, moving_from=RING.at(axis=(0, 0, 1), angle_deg=10))
-    assert sum(a * b for a, b in zip(half.core.numbers[3:7], half.core.numbers[10:14], strict=True)) > 0.9
+    assert (
+        sum(a * b for a, b in zip(half._native.numbers[3:7], half._native.numbers[10:14], strict=True)) > 0.9
+    )
 
 
 # --- refusals
@@ -357,7 +359,7 @@ with world:
     world.step()
 """
     result = on_ranks(3, script)
-    assert result.code != 0 and "ScriptMismatch" in result.err
+    assert result.code != 0 and "ScriptMismatchError" in result.err
     assert "bounce with different arguments" in result.err, result.text
 
 

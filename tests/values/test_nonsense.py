@@ -120,22 +120,22 @@ def test_more_nonsense_is_refused_or_runs(seed):
 
 ANSWERS: dict[str, Callable[[Any], Any]] = {
     "decide's answer": lambda value: value,
-    "shares": motes.Targets,
-    "a share": lambda value: motes.Targets([value, 1, 1]),
-    "orders": motes.Orders,
-    "an order": lambda value: motes.Orders([value]),
-    "from": lambda value: motes.Orders([(value, 1, 1)]),
-    "to": lambda value: motes.Orders([(0, value, 1)]),
-    "count": lambda value: motes.Orders([(0, 1, value)]),
+    "shares": motes.balance.Targets,
+    "a share": lambda value: motes.balance.Targets([value, 1, 1]),
+    "orders": motes.balance.Orders,
+    "an order": lambda value: motes.balance.Orders([value]),
+    "from": lambda value: motes.balance.Orders([(value, 1, 1)]),
+    "to": lambda value: motes.balance.Orders([(0, value, 1)]),
+    "count": lambda value: motes.balance.Orders([(0, 1, value)]),
 }
 
 
 @pytest.mark.parametrize("what", ANSWERS)
 def test_answers_of_nonsense_become_legal_or_name_policy_and_frame(what):
-    class Odd(motes.Balancer):
+    class Odd(motes.balance.Balancer):
         value: Any = None
 
-        def decide(self, load: motes.LoadTable) -> Any:
+        def decide(self, load: motes.balance.LoadTable) -> Any:
             return ANSWERS[what](self.value)
 
     table = _core.BalanceTable(12, 0, "snow", [100] * 3, [0.0] * 3, [1e6] * 3, [1, 2])
@@ -144,7 +144,7 @@ def test_answers_of_nonsense_become_legal_or_name_policy_and_frame(what):
         warnings.simplefilter("error")
         for odd.value in [*NONSENSE, [1e308] * 3, [1e-320, 0, 0], (0, 1, 5), {0: 1, 1: 1, 2: 1}, "111"]:
             try:
-                plan = odd.policy.plan(table)
+                plan = odd._policy.plan(table)
             except ArgumentError as error:
                 assert "Odd(), frame 12" in str(error)
                 continue
@@ -154,13 +154,17 @@ def test_answers_of_nonsense_become_legal_or_name_policy_and_frame(what):
 
 
 OPTIONS = [
-    *((kind, name) for kind in (motes.Pairwise, motes.PrefixCuts) for name in ("threshold", "min_particles")),
     *(
-        (motes.Diffusive, name)
+        (kind, name)
+        for kind in (motes.balance.Pairwise, motes.balance.PrefixCuts)
+        for name in ("threshold", "min_particles")
+    ),
+    *(
+        (motes.balance.Diffusive, name)
         for name in ("threshold", "rate", "min_particles", "manager", "smoothing", "over")
     ),
-    *((lambda: motes.Proportional([1, 1, 1]), name) for name in ("powers", "threshold", "over")),
-    (motes.PrefixCuts, "powers"),
+    *((lambda: motes.balance.Proportional([1, 1, 1]), name) for name in ("powers", "threshold", "over")),
+    (motes.balance.PrefixCuts, "powers"),
 ]
 
 
@@ -171,8 +175,8 @@ def test_options_of_balancers_are_checked_when_set_later_too(kind, name):
         balancer = kind()
         setattr(balancer, name, value)
         try:
-            balancer.policy.check(3)
-            assert eval(repr(balancer), vars(motes)).policy.name == balancer.policy.name
+            balancer._policy.check(3)
+            assert eval(repr(balancer), vars(motes.balance))._policy.name == balancer._policy.name
         except ArgumentError:
             refused += 1
     assert refused > len(NONSENSE) / 2
@@ -186,7 +190,7 @@ def test_worlds_of_nonsense_run(wish):
     """Whatever a world takes, it runs with."""
     ran = 0
     sense = [(-1e12, 1e15), "fit", "shared", "y", 2**64 - 1, 1e-9, 1e9, "overlapped", "wall"]
-    for value in [*NONSENSE, *sense, motes.Pairwise()]:
+    for value in [*NONSENSE, *sense, motes.balance.Pairwise()]:
         try:
             world = motes.World(**{"seed": 1, "progress": "off", wish: value})
         except ArgumentError as error:

@@ -12,7 +12,7 @@ import pytest
 from plain_values import INF, LEAF, NAN, equal_and_immutable
 
 import motes
-from motes.errors import ArgumentError, MissingExtra
+from motes.errors import ArgumentError, MissingExtraError
 
 
 @pytest.mark.parametrize(
@@ -151,7 +151,7 @@ def test_pictures_without_a_range_and_other_formats_are_refused(tmp_path, name, 
 
 def test_a_path_needs_pillow(monkeypatch):
     monkeypatch.setitem(sys.modules, "PIL.Image", None)
-    with pytest.raises(MissingExtra, match=r"Pillow.*\.\[image\]"):
+    with pytest.raises(MissingExtraError, match=r"Pillow.*\.\[image\]"):
         motes.Sprite("image", image="leaf.png")
 
 

@@ -22,7 +22,7 @@ def test_time_is_that_of_the_start_of_each_substep():
     with world:
         for frame in world.frames(3):
             if frame == 0:
-                s.vertex((0, 0, 0))
+                s.burst((0, 0, 0))
             assert s.total(motes.time()) == world.time
             s.set(last=motes.time(), total=column("total") + motes.time())
             s.set(late=column("late") + 1, where=motes.time() >= 1.2)

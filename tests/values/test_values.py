@@ -18,7 +18,7 @@ import motes
 from motes import actions, column, shapes
 from motes._values.values import Value
 from motes.actions import Action
-from motes.errors import NotAssignable
+from motes.errors import NotAssignableError
 
 BALL = shapes.Sphere((0, 1, 2), 3, 0.5)
 FLOOR = shapes.Plane((0, 0, 0), (0, 1, 0))
@@ -141,9 +141,9 @@ def test_values_are_dataclasses_with_the_signature_of_their_fields():
     ("make", "message"),
     [
         (lambda: actions.Bounce(FLOOR), "Bounce.*takes 1 positional argument but 2 were given"),
-        (lambda: motes.Uniform(1, 2, 3), "Uniform.*takes from 1 to 3 positional arguments but 4 were given"),
+        (lambda: motes.Uniform(1, 2, 3), "Uniform.*takes 3 positional arguments but 4 were given"),
         (lambda: motes.Uniform(1, lo=2), "Uniform.*got multiple values for argument 'lo'"),
-        (lambda: motes.Uniform(1), "Uniform.*missing 1 required arguments: 'hi'"),
+        (lambda: motes.Uniform(1), "Uniform.*missing 1 required argument: 'hi'"),
         (lambda: actions.Explosion(center=(0, 0, 0)), "missing 4 required arguments: 'radius', 'magnitude'"),
         (lambda: actions.Bounce(restitutoin=1), "unexpected keyword argument 'restitutoin'; did you mean"),
     ],
@@ -180,7 +180,7 @@ def test_what_the_caller_does_to_an_array_afterwards_changes_nothing():
         (BALL, "raduis", "Sphere has no attribute 'raduis'; did you mean 'radius'"),
         (actions.Move(), "rotational", "Move.rotational cannot be assigned"),
         (motes.Sprite(), "pixels", "Sprite.pixels cannot be assigned"),
-        (motes.Sprite(), "core", "Sprite has no attribute 'core'"),
+        (motes.Sprite(), "colour", "Sprite has no attribute 'colour'"),
         (motes.Solid(BALL), "color", "Solid.color cannot be assigned"),
         (motes.Uniform(0, 1), "lo", "Uniform.lo cannot be assigned"),
         (motes.Camera((0, 0, 5), (0, 0, 0)), "fov", "Camera has no attribute 'fov'; did you mean 'fov_deg'"),
@@ -207,9 +207,9 @@ def test_attributes_of_cameras_and_renderers_are_checked_when_they_are_set():
         with pytest.raises(motes.ArgumentError, match=name):
             setattr(renderer, name, value)
         assert getattr(renderer, name) is before
-    with pytest.raises(NotAssignable, match="did you mean 'exposure'"):
+    with pytest.raises(NotAssignableError, match="did you mean 'exposure'"):
         renderer.exposre = 2
-    with pytest.raises(NotAssignable, match="linear is fixed"):
+    with pytest.raises(NotAssignableError, match="linear is fixed"):
         renderer.linear = True
 
 
@@ -218,7 +218,7 @@ def test_two_numbers_stand_for_x_y_0():
     s = world.system("a", attributes={"wind": (1, 2)})
     with world:
         s.configure(velocity=(1, 2), rotational_velocity=motes.Uniform((0, 0), (1, 1)))
-        s.vertex((3, 4))
+        s.burst((3, 4))
         s.emit(position=[(1, 1), (2, 2)], velocity=np.ones((2, 2)))
         s.burst((5, 6), count=1)
         s.gravity((24, 24))
@@ -287,7 +287,7 @@ PUBLIC = [getattr(motes, name) for name in motes.__all__ if name in ("Camera", "
 def test_help_says_what_each_field_is(kind):
     text = pydoc.plain(pydoc.render_doc(kind)).partition("Method resolution order")[0]
     for name in (name for name in getattr(kind, "__annotations__", {}) if not name.startswith("_")):
-        assert re.search(rf"\b{name}: [A-Z\"]|`{name}`", text), name
+        assert re.search(rf"\b{name}: [^'\s]|`{name}`", text), name
 
 
 @pytest.mark.parametrize(

@@ -32,7 +32,7 @@ def act(p):
         halve(p)
 
 
-class Mine(motes.Balancer):
+class Mine(motes.balance.Balancer):
     def decide(self, load):
         raise KeyError("load")  # line 19
 
@@ -135,9 +135,9 @@ def test_each_call_knows_the_line_that_recorded_it():
     calls = [
         lambda s: s.source((0, 0, 0), 24),
         lambda s: s.burst((0, 0, 0), 1),
-        lambda s: s.vertex((0, 0, 0)),
+        lambda s: s.burst((0, 0, 0)),
         lambda s: s.emit(position=[(0, 0, 0)]),
-        lambda s: s.spawn(into=other, count=1),
+        lambda s: s.spawn(other, on="death", count=1),
         lambda s: s.callback(print),
         lambda s: s.gravity((0, -9.81, 0)),
         lambda s: s.set(alpha=0.5),

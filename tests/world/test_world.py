@@ -66,7 +66,7 @@ def test_ids_are_birth_numbers_in_the_order_of_calls(world):
         for frame in world.frames(2):
             s.burst((1, 0, 0), count=3)
             s.emit(position=[(2, 0, 0), (2, 1, 0)])
-            s.vertex((3, 0, 0))
+            s.burst((3, 0, 0))
             world.step()
             p = s.gather()
             assert p.id.tolist() == list(range(6 * (frame + 1)))
@@ -104,11 +104,11 @@ def test_reading_in_the_middle_changes_no_capacity(world):
 def test_births_take_part_in_what_follows_their_call(world):
     s = world.system("a")
     with world:
-        s.vertex((0, 0, 0))
+        s.burst((0, 0, 0))
         s.gravity((24, 0, 0))
-        s.vertex((0, 0, 0))
+        s.burst((0, 0, 0))
         s.move()
-        s.vertex((0, 0, 0))
+        s.burst((0, 0, 0))
         world.step()
         p = s.gather()
     assert p.velocity[:, 0].tolist() == pytest.approx([1, 0, 0])
@@ -135,7 +135,7 @@ def test_jitter_spreads_births_over_the_frame():
 def test_what_newborns_get_by_default(world):
     s = world.system("a", attributes={"heat": 0.5, "wind": (1, 2, 3)})
     with world:
-        s.vertex((1, 2, 3))
+        s.burst((1, 2, 3))
         world.step()
         p = s.gather()
     assert p.position.tolist() == [[1, 2, 3]]
@@ -235,7 +235,7 @@ def test_local_runs_what_was_recorded_so_far(world):
     s = world.system("a")
     with world:
         s.configure(velocity=(24, 0, 0))
-        s.vertex((0, 0, 0))
+        s.burst((0, 0, 0))
         s.move()
         with s.local() as p:
             assert p.position[0, 0] == pytest.approx(1)
@@ -302,7 +302,7 @@ def test_orientations_turn_with_move(world):
     s = world.system("a")
     with world:
         s.configure(rotational_velocity=(24, 0, 0))
-        s.vertex((0, 0, 0))
+        s.burst((0, 0, 0))
         s.move(rotational=False)
         s.move()
         world.step()
@@ -361,10 +361,10 @@ def test_misuse_is_reported(world):
         with pytest.raises(motes.ArgumentError, match="renderer"):
             world.render()
         late = world.system("late")
-        late.vertex((0, 0, 0))
+        late.burst((0, 0, 0))
         world.step()
         assert late.count == 1
-    late = (lambda: s.vertex((0, 0, 0)), lambda: world.system("b"), lambda: world.frames(5))
+    late = (lambda: s.burst((0, 0, 0)), lambda: world.system("b"), lambda: world.frames(5))
     for call in (world.step, world.digest, s.gather, *late):
         with pytest.raises(motes.MotesError):
             call()

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "base/enumerators.h"
 #include "engine/births/birth_numbers.h"
 #include "engine/session/item_failure.h"
 #include "engine/state/places.h"
@@ -13,6 +14,16 @@ using comm::Message;
 using comm::Phase;
 
 namespace {
+
+// Seconds on one core of 2020, by which the quicker way is chosen. `python -m motes bench births` measures those of a
+// birth; a message is a small one on one host, sent and taken. In each step of the ring all calculators wait for each
+// other, which takes as long as the last one is late: on busy hosts far longer than the messages.
+constexpr double kDeal = 35e-9;    // manager: makes a birth, finds its owner, packs it
+constexpr double kTake = 4e-9;     // calculator: unpacks one
+constexpr double kShare = 32e-9;   // calculators: make one, find its owner, sort its number, and make it again there
+constexpr double kForward = 5e-9;  // calculator: passes a number on, in each step but the last
+constexpr double kMessage = 2e-6;  // calculator: a message to another one
+constexpr double kStep = 100e-6;   // calculators: the wait for the slowest
 
 // The first number of calculator c's part of so many births.
 std::uint64_t share(std::uint64_t count, std::size_t calculators, std::size_t c) {
@@ -91,8 +102,35 @@ std::vector<Message> pass_on(Rank& rank, const Round& round, const roles::Ring& 
 
 }  // namespace
 
+Births births_named(const std::string& name) {
+  return name == "auto" ? Births::automatic : base::enumerator<Births>("births", name);
+}
+
+Births quicker_births(std::uint64_t births, std::size_t calculators) {
+  if (calculators < 2) return Births::manager;
+  const roles::Ring ring(static_cast<int>(calculators), 0);
+  std::size_t messages = 0;
+  for (int step = 0; step < ring.steps(); ++step) messages += ring.ahead(step).size();
+  const double each = static_cast<double>(births) / static_cast<double>(calculators);
+  const double dealt_s = static_cast<double>(births) * kDeal + each * kTake;
+  const double talk_s = ring.steps() * kStep + static_cast<double>(messages) * kMessage;
+  const double shared_s = each * (kShare + kForward * (ring.steps() - 1)) + talk_s;
+  return shared_s < dealt_s ? Births::calculators : Births::manager;
+}
+
+std::optional<Births> births_by(const Rank& rank, const Script& script) {
+  std::uint64_t births = 0;
+  for (const auto& system : script.systems) {
+    for (const BirthGroup& group : system->groups) births += group.count;
+  }
+  if (births == 0) return std::nullopt;
+  const std::size_t calculators = rank.talk.calculators();
+  if (calculators < 2) return Births::manager;
+  return rank.settings.births == Births::automatic ? quicker_births(births, calculators) : rank.settings.births;
+}
+
 bool shares_births(const Rank& rank, const Script& script, const Round& round) {
-  if (rank.settings.births != Births::calculators || !script.in_frame() || rank.talk.calculators() < 2) return false;
+  if (!script.in_frame() || births_by(rank, script) != Births::calculators) return false;
   return std::any_of(script.systems.begin() + static_cast<std::ptrdiff_t>(round.first),
                      script.systems.begin() + static_cast<std::ptrdiff_t>(round.last),
                      [](const auto& system) { return !system->groups.empty(); });

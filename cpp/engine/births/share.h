@@ -3,9 +3,22 @@
 // they are those that the manager would make.
 #pragma once
 
+#include <cstdint>
+#include <optional>
+#include <string>
+
 #include "engine/births/create.h"
 
 namespace motes::engine {
+
+/// Who creates with that name; "auto" is automatic. Throws std::invalid_argument where there is none.
+Births births_named(const std::string& name);
+
+/// Who creates so many births on so many calculators: the quicker of both, as estimated from these numbers alone.
+Births quicker_births(std::uint64_t births, std::size_t calculators);
+
+/// Manager: who creates this frame's births, never automatic; nobody where there are none.
+std::optional<Births> births_by(const Rank& rank, const Script& script);
 
 /// Manager: whether calculators make this round's births. All of them send and receive then, also what is empty: nobody
 /// needs to be told who will.

@@ -53,6 +53,8 @@ void Account::note_round(const Script& script, const Round& round, const Judged&
   }
 }
 
+void Account::note_births(Births by) { row_.births_by = base::name_of(by); }
+
 void Account::note_loads(const System& system, const Loads& loads, std::size_t number, const roles::Cast& cast,
                          const roles::Tree& tree) {
   for (std::size_t c = 0; c < cast.calculators.size(); ++c) {

@@ -29,6 +29,8 @@ class Account {
   /// Notes a judged round; the first one begins a row.
   void note_round(const Script& script, const Round& round, const Judged& judged, const roles::Cast& cast,
                   const roles::Tree& tree);
+  /// Who created the frame's births.
+  void note_births(Births by);
   /// Children that a calculator gets at the frame's end.
   void note_children(std::size_t system, int calculator, std::uint64_t count);
   /// Closes the row when all rounds are judged and children numbered; tails of the ranks are still to come.

@@ -17,6 +17,7 @@ jsonl::Row row_of(const FrameRow& frame) {
   row.field("t_frame_s", frame.times.frame).field("t_create_s", frame.times.create).field("t_act_s", frame.times.act);
   row.field("t_report_s", frame.times.report).field("t_exchange_s", frame.times.exchange);
   row.field("t_balance_s", frame.times.balance).field("t_render_s", frame.times.render);
+  if (!frame.births_by.empty()) row.field("births_by", frame.births_by);
   if (!frame.render_path.empty()) {
     row.field("t_project_s", seconds(frame.times.project)).field("t_draw_s", seconds(frame.times.draw));
     row.field("t_assemble_s", seconds(frame.times.assemble));

@@ -48,6 +48,7 @@ struct FrameRow {
   double imbalance = 1;  // slowest calculator's compute seconds / their mean
   int slowest_rank = 0;
   PhaseTimes times;      // the slowest rank of each phase
+  std::string births_by;    // empty: no births
   std::string render_path;  // empty: no picture
   std::uint64_t records = 0, render_bytes = 0;
   std::string image_sha256;

@@ -13,10 +13,10 @@
 
 namespace motes::engine {
 
-/// Who makes newborn particles: the manager, which deals them out (paper 3.2.1), or each calculator a part of them.
-enum class Births : std::uint8_t { manager, calculators };
+/// Who creates newborn particles: the manager, which deals them out (paper 3.2.1), or each calculator a part of them.
+/// automatic: the manager chooses for each frame (births_by). The particles are the same in all.
+enum class Births : std::uint8_t { automatic, manager, calculators };
 
-/// What the run writes about itself.
 /// How a run, or a part of it, began, as the log's table of events says it.
 struct Opening {
   std::string kind;
@@ -24,6 +24,7 @@ struct Opening {
   std::string text;
 };
 
+/// What the run writes about itself.
 struct Logging {
   std::string directory;           // empty: no log
   std::vector<std::string> hosts;  // one per rank
@@ -41,7 +42,7 @@ struct Settings {
   int substeps = 1;
   balance::PolicyPtr policy;  // null: cuts stay
   Combine combine = Combine::together;
-  Births births = Births::manager;
+  Births births = Births::automatic;
   int threads = 1;          // threads of this rank, for calculating and drawing
   std::size_t grain = SIZE_MAX;  // see threads::Pool
   bool shares_pictures = true;   // draw into the image generator's memory on its host: see SharedPictures

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from fractions import Fraction
 from types import TracebackType
-from typing import Self
+from typing import Literal, Self, TypeAlias, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +21,9 @@ from .writing import FilmWriter
 
 __all__ = ["Movie", "writer_of"]
 
-_PRESETS = ("ultrafast", "superfast", "veryfast", "faster", "fast", "medium", "slow", "slower", "veryslow")
+Preset: TypeAlias = Literal[
+    "ultrafast", "superfast", "veryfast", "faster", "fast", "medium", "slow", "slower", "veryslow"
+]
 
 
 class Movie:
@@ -36,22 +38,31 @@ class Movie:
     """
 
     def __init__(
-        self, path: str | os.PathLike[str], *, fps: float = 24, crf: float = 18, preset: str = "superfast"
+        self, path: str | os.PathLike[str], *, fps: float = 24, crf: float = 18, preset: Preset = "superfast"
     ) -> None:
-        """Name the file (.mp4, .mkv, .mov); smaller `crf`, slower `preset` look better and take longer."""
+        """Name the file.
+
+        Args:
+            path: a name ending in .mp4, .mkv or .mov.
+            fps: frames per second.
+            crf: 0..51; smaller looks better and makes larger files.
+            preset: "ultrafast" to "veryslow"; slower ones make smaller files.
+
+        Raises:
+            MissingExtraError: if the package av is not installed.
+        """
         self.path = arguments.file_path("path", path)
         if self.path.suffix.lower() not in FORMATS:
             raise ArgumentError("path", os.fspath(path), "a name ending in .mp4, .mkv or .mov")
         self.fps = arguments.number("fps", fps, low=1e-3, high=1e4)
         self.crf = arguments.number("crf", crf, low=0, high=51)
-        self.preset = arguments.choice("preset", preset, _PRESETS)
+        self.preset = arguments.choice("preset", preset, get_args(Preset))
         # Checked here, not when frames arrive, so that every rank gets the same error at the same line.
         _extras.require_av("Movie")
         self._process = os.getpid()
-        self.place = continuing.place_of(self.path)
-        """The same for every run and rank that writes this film."""
+        place = continuing.place_of(self.path)
         rate = Fraction(self.fps).limit_denominator(60000)
-        self._writer = FilmWriter(self.path, self.place, rate, self.crf, self.preset)
+        self._writer = FilmWriter(self.path, place, rate, self.crf, self.preset)
 
     @property
     def frames(self) -> int:
@@ -64,9 +75,14 @@ class Movie:
         return self._writer.written
 
     def write(self, frame: Frame | NDArray[np.uint8]) -> None:
-        """Append a frame; waits while four are queued. Does nothing for a frame that lives on another rank.
+        """Append a frame; waits while four are queued.
 
-        An error of the encoder is raised here, at the next call, or by `close`.
+        Args:
+            frame: a frame, or uint8 (height, width, 3); nothing is done for a frame that is on another rank.
+
+        Raises:
+            MotesError: if the movie is closed.
+            OSError: that of an earlier frame, such as a full disk; or `close` raises it.
         """
         self._writer.write(frame)
 

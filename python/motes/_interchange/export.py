@@ -43,11 +43,18 @@ class Export:
     def __init__(
         self, path: str | os.PathLike[str], *, every: int = 1, attributes: Sequence[str] | None = None
     ) -> None:
-        """Name the files: a name ending in .usd (extra [usd]) or .pvd, or a directory for .npz files.
+        """Name the files.
 
-        `every`: frames whose number is a multiple of it are written, others are passed over. `attributes`:
-        names of what is written beside position and id, those that a system has; None: velocity, the
-        user's attributes, and any in which a particle has ever had another value than the initial one.
+        Args:
+            path: a name ending in .usd (extra [usd]) or .pvd, or a directory for .npz files.
+            every: frames whose number is a multiple of it are written, others are passed over.
+            attributes: names of what is written beside position and id, those that a system has; None:
+                velocity, the user's attributes, and any in which a particle has ever had another value than
+                the initial one.
+
+        Raises:
+            ArgumentError: if something else than an export is in that place.
+            MissingExtraError: if the format needs a package that is not installed.
         """
         self.path: Path = arguments.file_path("path", path)
         self.every = arguments.integer("every", every, low=1)
@@ -72,8 +79,13 @@ class Export:
 
         After `render()` or `step()` this is the frame that has just ended; in the middle of a frame, what the
         list so far makes of it, and reading that changes no result. Waits while two frames are being written.
-        An error of an earlier write, such as a full disk, is raised here or by `close`. Raises MotesError
-        before the first frame, and if the frame was written before.
+
+        Args:
+            world: whose particles they are.
+
+        Raises:
+            MotesError: before the first frame, and if the frame was written before.
+            OSError: that of an earlier write, such as a full disk; or `close` raises it.
         """
         frame = self._frame_of(world)
         if frame % self.every:

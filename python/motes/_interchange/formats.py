@@ -38,7 +38,7 @@ class Format:
     """What each index holds near its beginning: others are not ours to replace."""
 
     def require(self) -> None:
-        """Raise MissingExtra where a package that it needs is not installed."""
+        """Raise MissingExtraError where a package that it needs is not installed."""
         if self.kind == "usdc":
             _extras.require_usd("an export to .usd")
 

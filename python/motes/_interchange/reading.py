@@ -27,10 +27,20 @@ def open_particles(path: str | os.PathLike[str], *, system: str | None = None) -
     """Open particles that `Export` or `python -m motes pack` wrote, or a single .npz or .vtp file.
 
     `open_particles(path)[frame]` reads one frame: `Particles`, sorted by id, with the bits that `gather` gave
-    there. `system`: which one, where there are several. Frames are read when they are asked for. A single
-    file may be another program's: `P`, `v`, `Cd`, `Alpha`, `pscale`, `life` have our names then. Of a run
-    that was killed, all frames up to the last whole one are there. Needs no MPI; .usd needs the extra [usd].
-    Raises ArgumentError if there is nothing of that kind, MotesError if files are damaged or missing.
+    there. A single file may be another program's: `P`, `v`, `Cd`, `Alpha`, `pscale`, `life` have our names
+    then. Of a run that was killed, all frames up to the last whole one are there. Needs no MPI; .usd needs
+    the extra [usd].
+
+    Args:
+        path: of the export, or of the file.
+        system: which one, where there are several.
+
+    Returns:
+        The frames by their numbers; each is read when it is asked for.
+
+    Raises:
+        ArgumentError: if there is nothing of that kind.
+        MotesError: if files are damaged or missing.
     """
     where = arguments.file_path("path", path)
     if system is not None and not isinstance(system, str):

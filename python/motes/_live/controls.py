@@ -9,9 +9,9 @@ from typing import Any, NoReturn
 import numpy as np
 
 from .._values import arguments
-from ..errors import ArgumentError, NotAssignable
+from ..errors import ArgumentError, NotAssignableError
 
-__all__ = ["Choice", "Control", "made"]
+__all__ = ["Choice", "Control", "definition_of", "made", "settle"]
 
 Choice = str | int | float
 
@@ -48,7 +48,17 @@ class Control:
         step: float | None = None,
         choices: Sequence[Choice] | None = None,
     ) -> None:
-        """Take what is checked already; `values`: by name, what the controls of a world are set to now."""
+        """Take what is checked already; scripts call `World.control`.
+
+        Args:
+            name: its name.
+            default: its value before a viewer sets it.
+            values: what the controls of a world are set to now, by name.
+            low: the least number, or None.
+            high: the largest number, or None.
+            step: of numbers, or None.
+            choices: what it can be, or None.
+        """
         listed = None if choices is None else tuple(arguments.listed("choices", choices, _CHOICES))
         for slot, given in (
             *(("name", name), ("default", default), ("low", low), ("high", high), ("step", step)),
@@ -62,7 +72,7 @@ class Control:
         return self._values[self.name]
 
     @property
-    def definition(self) -> dict[str, Any]:
+    def _definition(self) -> dict[str, Any]:
         """What it is, for viewers and for the log."""
         if self.choices is not None:
             return {"value": self.default, "choices": list(self.choices)}
@@ -70,7 +80,7 @@ class Control:
             return {"value": self.default}
         return {"value": self.default, "low": self.low, "high": self.high, "step": self.step}
 
-    def settled(self, wish: Any) -> Any:
+    def _settled(self, wish: Any) -> Any:
         """Return what it becomes where a viewer wishes this: a number within its bounds, on its steps.
 
         Raises ValueError, which says what is allowed, for a wish of another kind.
@@ -112,11 +122,21 @@ class Control:
     def __setattr__(self, name: str, _: object) -> NoReturn:
         """Refuse: viewers set its value."""
         hint = ": viewers set it, at a border between frames" if name == "value" else ""
-        raise NotAssignable(f"Control.{name} cannot be assigned{hint}")
+        raise NotAssignableError(f"Control.{name} cannot be assigned{hint}")
 
     def __delattr__(self, name: str) -> NoReturn:
         """Refuse."""
-        raise NotAssignable(f"Control.{name} cannot be deleted")
+        raise NotAssignableError(f"Control.{name} cannot be deleted")
+
+
+def definition_of(control: Control) -> dict[str, Any]:
+    """Return what a control is, for viewers and for the log."""
+    return control._definition
+
+
+def settle(control: Control, wish: Any) -> Any:
+    """Return what a control becomes where a viewer wishes this; ValueError says what is allowed."""
+    return control._settled(wish)
 
 
 def made(

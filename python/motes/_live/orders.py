@@ -10,7 +10,7 @@ import threading
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from .controls import Control
+from .controls import Control, settle
 from .pose import Pose
 
 __all__ = ["Orders"]
@@ -102,7 +102,7 @@ class Orders:
         for name, value in wish.items():
             if name not in self._controls:
                 raise ValueError(f"there is no control {name!r}")
-            settled[name] = self._controls[name].settled(value)
+            settled[name] = settle(self._controls[name], value)
         with self._arrived:
             self._said.setdefault("set", {}).update(settled)
             self._note()

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from ..errors import MotesError
-from .controls import Control, made
+from .controls import Control, definition_of, made, settle
 from .pose import Pose
 
 __all__ = ["Steering"]
@@ -54,7 +54,7 @@ class Steering:
         if not self.controls:
             return ""
         if self._text is None:
-            self._text = "controls " + json.dumps({n: c.definition for n, c in self.controls.items()})
+            self._text = "controls " + json.dumps({n: definition_of(c) for n, c in self.controls.items()})
         return self._text
 
     def wished(self, name: str) -> Any:
@@ -137,7 +137,7 @@ class Steering:
                     f"the run that is repeated sets {name!r} before frame {frame}: no such control here"
                 )
             try:
-                settled = self.controls[name].settled(value)
+                settled = settle(self.controls[name], value)
             except ValueError as error:
                 raise MotesError(f"the run that is repeated, frame {frame}: {error}") from None
             if not _same(settled, value):
@@ -165,7 +165,7 @@ class Steering:
     def _put(self, left: dict[str, Any], name: str) -> None:
         value = left.pop(name)
         with contextlib.suppress(ValueError):  # another control, of a script that has changed since
-            self._values[name] = self.controls[name].settled(value)
+            self._values[name] = settle(self.controls[name], value)
 
 
 def _same(a: Any, b: Any) -> bool:

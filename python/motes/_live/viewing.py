@@ -12,7 +12,7 @@ from .._io.output import tell
 from .._picture.frame import Frame
 from .._values.live import Live
 from . import access
-from .controls import Control
+from .controls import Control, definition_of
 from .orders import Orders
 from .pose import Pose
 from .server import Server
@@ -73,7 +73,7 @@ class Viewing:
     def tell(self, steering: Steering, **facts: Any) -> None:
         """Tell viewers where the run is."""
         controls = {
-            name: {**control.definition, "value": steering.wished(name)}
+            name: {**definition_of(control), "value": steering.wished(name)}
             for name, control in steering.controls.items()
         }
         turned = steering.camera is not None

@@ -20,7 +20,7 @@ SUFFIXES = (".obj", ".ply", ".stl", ".glb")
 def read(path: Path) -> Triangles:
     """Return vertices, float64 (n, 3), and triangles, int64 (m, 3), in the order of the file.
 
-    Raises Unreadable, with the reason; OSError, if the file cannot be opened; MissingExtra.
+    Raises Unreadable, with the reason; OSError, if the file cannot be opened; MissingExtraError.
     """
     content = path.read_bytes()
     try:

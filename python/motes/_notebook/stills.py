@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from .. import _extras
 from .._io import png
-from ..errors import MissingExtra
+from ..errors import MissingExtraError
 
 __all__ = ["still"]
 
@@ -50,7 +50,7 @@ def _smaller(pixels: NDArray[np.uint8], most: int) -> NDArray[np.uint8]:
 def _encoder() -> Any:
     """Return a function of pixels and quality that makes a JPEG file; None where nothing can."""
     for package, encode in ((_extras.simplejpeg, _by_simplejpeg), (_extras.pillow, _by_pillow)):
-        with contextlib.suppress(MissingExtra):
+        with contextlib.suppress(MissingExtraError):
             package()
             return encode
     return None

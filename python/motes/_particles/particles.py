@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _extras
-from ..errors import ArgumentError, MotesError, NotAssignable, NotHere, near
+from ..errors import ArgumentError, MotesError, NotAssignableError, NotHereError, near
 from . import by_id
 from .written_views import noticing
 
@@ -175,7 +175,11 @@ class Particles:
     """Copies of all particles of a system, sorted by id; falsy on ranks that did not get them."""
 
     def __init__(self, columns: dict[str, NDArray[Any]] | None) -> None:
-        """Take the engine's columns in any order of particles."""
+        """Take the engine's columns; `System.gather` and `motes.open_particles` make particles.
+
+        Args:
+            columns: by name, in any order of particles; None: they are on another rank.
+        """
         self._here = columns is not None
         self._columns: dict[str, NDArray[Any]] = {}
         if columns is not None:
@@ -216,13 +220,20 @@ class Particles:
         return [*super().__dir__(), *self._columns]
 
     def columns(self, *names: str) -> dict[str, NDArray[Any]]:
-        """Return the columns of these names, or all that `s.emit(p)` emits.
+        """Return columns by name.
 
-        These are all but the ids, and but the copies of birth values (`position_b` and so on) where the
-        system kept none. Raises NotHere where the particles are on another rank.
+        Args:
+            *names: which; none: all that `s.emit(p)` emits, that is all but the ids, and but the copies of
+                birth values (`position_b` and so on) where the system kept none.
+
+        Returns:
+            Arrays of shape (n, 3) or (n,), not copied.
+
+        Raises:
+            NotHereError: if the particles are on another rank.
         """
         if not self._here:
-            raise NotHere("the particles were gathered on another rank")
+            raise NotHereError("the particles were gathered on another rank")
         for name in names:
             if name not in self._columns:
                 raise ArgumentError("columns", name, ", ".join(self._columns), known=self._columns)
@@ -232,9 +243,13 @@ class Particles:
         return {name: self._columns[name] for name in wanted}
 
     def to_frame(self) -> Any:
-        """Return a pandas DataFrame, one row per particle; vectors are columns name_x, name_y, name_z.
+        """Make a pandas DataFrame. Needs the extra [analysis].
 
-        Needs the extra [analysis]. Raises NotHere where the particles are on another rank.
+        Returns:
+            One row per particle; vectors are columns name_x, name_y, name_z.
+
+        Raises:
+            NotHereError: if the particles are on another rank.
         """
         columns = {name: self._columns[name] for name in ("id", *self.columns())}
         pandas = _extras.pandas("Particles.to_frame")
@@ -281,7 +296,7 @@ def _unknown(name: str, known: Iterable[str]) -> AttributeError:
 
 def _refuse(name: str, known: Iterable[str]) -> NoReturn:
     if name not in known:
-        raise NotAssignable(str(_unknown(name, known)))
-    raise NotAssignable(
+        raise NotAssignableError(str(_unknown(name, known)))
+    raise NotAssignableError(
         f"particles.{name} cannot be replaced; write into the array: particles.{name}[:] = ..."
     )

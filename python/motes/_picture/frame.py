@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 from .. import _core, _extras
 from .._io import exr, files, png
 from .._values import arguments
-from ..errors import ArgumentError, MotesError, NotHere
+from ..errors import ArgumentError, MotesError, NotHereError
 
 __all__ = ["Frame", "arrive", "keep_all", "tell_saves"]
 
@@ -28,7 +28,7 @@ class Frame:
     """A picture of the animation.
 
     On the image generator it holds the pixels. On every other rank it is falsy, `save` does nothing, and
-    asking for pixels raises `NotHere`; so a script need not test its rank.
+    asking for pixels raises `NotHereError`; so a script need not test its rank.
     """
 
     __slots__ = (
@@ -49,12 +49,18 @@ class Frame:
         rank: int = 0,
         missing: str = "it was stepped, not rendered",
     ) -> None:
-        """Wrap `pixels`, uint8 (height, width, 3), without copying; None if the picture lives elsewhere.
+        """Wrap pixels without copying; `World.render` makes frames.
 
-        `linear` makes the float32 picture when it is asked for; `exposure` is what it was multiplied by to
-        become `pixels`. `layers` makes each layer by its name; off the image generator only the names count.
-        `home` is the image generator's rank, None if no picture was made at all; `missing` says why not;
-        `rank` is this rank. These three are used in messages only.
+        Args:
+            index: the frame's number.
+            time: seconds of the animation.
+            pixels: uint8 (height, width, 3); None: the picture is elsewhere.
+            linear: makes the float32 picture when it is asked for.
+            exposure: what that was multiplied by to become `pixels`.
+            layers: what makes each layer, by its name; off the image generator only the names count.
+            home: the image generator's rank, for messages; None: no picture was made at all.
+            rank: this rank, for messages.
+            missing: why there is no picture, for messages.
         """
         self.index = index
         self.time = time
@@ -65,16 +71,16 @@ class Frame:
         self._home = home
         self._rank = rank
         self._missing = missing
-        self._elsewhere: Callable[[int, Path, int], None] | None = None
+        self._elsewhere: Callable[[int, Path, Literal[8, 16]], None] | None = None
         """What to tell of a picture that another rank saves, which may be lost before it has."""
 
     @property
     def pixels(self) -> NDArray[np.uint8]:
         """The picture as sRGB, uint8 (height, width, 3), row 0 on top; read-only and not a copy."""
         if self._pixels is None and self._home is None:
-            raise NotHere(f"frame {self.index} has no picture: {self._missing}")
+            raise NotHereError(f"frame {self.index} has no picture: {self._missing}")
         if self._pixels is None:
-            raise NotHere(
+            raise NotHereError(
                 f"the pixels of frame {self.index} live on rank {self._home}, the image generator; "
                 f"this is rank {self._rank}"
             )
@@ -100,13 +106,23 @@ class Frame:
             "ask for it with Renderer(linear=True)"
         )
 
-    def layer(self, name: str) -> NDArray[np.float32]:
-        """One of the renderer's `layers`: float32 (height, width), or (height, width, 3) for "velocity".
+    def layer(self, name: Literal["depth", "alpha", "velocity"]) -> NDArray[np.float32]:
+        """Return one of the renderer's `layers`.
 
-        "depth": metres from the camera's plane to the nearest opaque surface, infinite where there is none.
-        "alpha": the part of the light from behind that is held back, 0..1. "velocity": m/s of the nearest
-        opaque particle, 0 where there is none.
+        Args:
+            name: "depth": metres from the camera's plane to the nearest opaque surface, infinite where there
+                is none. "alpha": the part of the light from behind that is held back, 0..1. "velocity": m/s
+                of the nearest opaque particle, 0 where there is none.
+
+        Returns:
+            float32 (height, width), or (height, width, 3) for "velocity".
+
+        Raises:
+            NotHereError: if the picture is on another rank.
         """
+        return self._layer(name)
+
+    def _layer(self, name: str) -> NDArray[np.float32]:
         if not isinstance(name, str) or name not in self._layers:
             raise ArgumentError("name", name, self._allowed_layers(), known=self._layers)
         height, width, _ = self.pixels.shape
@@ -120,13 +136,19 @@ class Frame:
             return "one of the renderer's layers, which has none: ask for them with Renderer(layers=...)"
         return "one of the renderer's layers: " + ", ".join(map(repr, self._layers))
 
-    def save(self, path: str | os.PathLike[str], *, bits: int = 8) -> None:
-        """Write the picture whole or not at all; the suffix says as what.
+    def save(self, path: str | os.PathLike[str], *, bits: Literal[8, 16] = 8) -> None:
+        """Write the picture whole or not at all; does nothing where the picture is not.
 
-        `.png`: sRGB with 8 bits, the same as `pixels`, or with `bits=16`, from the linear picture. `.npy`:
-        `pixels`. `.exr`: the linear picture as half floats, and all layers (`depth.Z`, `alpha.A`,
-        `velocity.X` and so on), compressed without loss; needs the extra `[exr]`. Does nothing off the image
-        generator, except to refuse what it could not write.
+        Args:
+            path: its suffix says as what. .png: sRGB; .npy: `pixels`; .exr: the linear picture as half
+                floats, and all layers (`depth.Z`, `alpha.A`, `velocity.X` and so on), compressed without
+                loss; needs the extra [exr].
+            bits: of a PNG: 8, the same as `pixels`, or 16, from the linear picture.
+
+        Raises:
+            ArgumentError: for another suffix; on all ranks.
+            MotesError: if the renderer kept no linear picture, which EXR and 16 bits need.
+            MissingExtraError: if the extra is not installed.
         """
         suffix = arguments.file_path("path", path).suffix.lower()
         if suffix not in (".png", ".npy", ".exr"):
@@ -148,7 +170,7 @@ class Frame:
         elif suffix == ".npy":
             files.write_whole(path, lambda file: np.save(file, pixels))
         else:
-            linear, layers = self.linear, {name: self.layer(name) for name in self._layers}
+            linear, layers = self.linear, {name: self._layer(name) for name in self._layers}
             with files.whole_path(path) as draft:
                 exr.write(_extras.openexr(), draft, linear, layers)
 
@@ -156,7 +178,14 @@ class Frame:
         return _core.tone_16_bits(self.linear, self._exposure)
 
     def digest(self) -> str:
-        """SHA-256 in hexadecimal of the text "<height>x<width>x3", a line feed, and the pixels by rows."""
+        """Hash the picture.
+
+        Returns:
+            SHA-256 in hexadecimal of the text "<height>x<width>x3", a line feed, and the pixels by rows.
+
+        Raises:
+            NotHereError: if the picture is on another rank.
+        """
         import hashlib
 
         pixels = self.pixels
@@ -223,9 +252,9 @@ def keep_all(frame: Frame) -> None:
     if frame._linear is not None:
         frame.linear  # noqa: B018
     for name in frame._layers:
-        frame.layer(name)
+        frame._layer(name)
 
 
-def tell_saves(frame: Frame, told: Callable[[int, Path, int], None]) -> None:
+def tell_saves(frame: Frame, told: Callable[[int, Path, Literal[8, 16]], None]) -> None:
     """Let a frame that was drawn on another rank tell what the script saves of it: index, path and bits."""
     frame._elsewhere = told

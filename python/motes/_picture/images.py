@@ -25,7 +25,7 @@ def read_picture(argument: str, path: Any, *, most: int) -> NDArray[np.uint8]:
     """Read a picture, uint8 (height, width, 4), of at most `most` pixels each way, by Pillow.
 
     One channel of 16 bits is scaled by its range, one of floats from 0..1; animations give their first
-    picture. Raises ArgumentError, MissingExtra.
+    picture. Raises ArgumentError, MissingExtraError.
     """
     library = _extras.pillow()
     path = arguments.file_path(argument, path)

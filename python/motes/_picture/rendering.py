@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from functools import partial
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,9 +17,9 @@ from .._values.values import Settings, at, says_near_names, shown, times_of
 from ..errors import ArgumentError
 from ..shapes import Shape
 from ..shapes._mesh import Mesh
-from .solids import Light, Solid
+from .solids import Light, Solid, add_to
 
-__all__ = ["LAYERS", "Camera", "Renderer", "kept"]
+__all__ = ["LAYERS", "Camera", "Renderer", "kept", "solids_of", "view_of"]
 
 LAYERS = ("depth", "alpha", "velocity")
 LIGHTS = "a list of motes.Light"
@@ -67,10 +67,10 @@ class Camera(Settings):
         for name, one in given.items():
             setattr(self, name, one)
         for time in (0.0, *times_of(given.values())):
-            self.set_in(view := _core.View(1, 1), time)
+            self._set_in(view := _core.View(1, 1), time)
             view.check()
 
-    def set_in(self, view: _core.View, time: float, pose: tuple[Any, ...] | None = None) -> None:
+    def _set_in(self, view: _core.View, time: float, pose: tuple[Any, ...] | None = None) -> None:
         """Set the engine's view as the camera is at a time (s), or in a `pose`: all attributes but near."""
         given = [at(self.__dict__[name], time) for name in self._checks]
         view.set_camera(*(given if pose is None else (*pose, given[-1])))
@@ -111,7 +111,7 @@ class Renderer(Settings):
     """The direction to the sun, which lights solids and spheres; (0, 0, 0): there is none."""
     lights: tuple[Light, ...]
     """What lights the solids besides the sun."""
-    path: str
+    path: Literal["auto", "gather", "tiles", "composite"]
     """Who makes the picture of particles; the pixels are the same. "gather": the image generator alone (the
     paper). "tiles": each rank a part of the picture. "composite": each calculator draws its own particles
     tile by tile, and the tiles' owners merge them, where the blends allow that. "auto" chooses for each
@@ -124,7 +124,7 @@ class Renderer(Settings):
     """Whether edges of solids are anti-aliased."""
     linear: bool
     """Whether frames keep their light for `Frame.linear`, `.exr` and PNG with 16 bits."""
-    layers: tuple[str, ...]
+    layers: tuple[Literal["depth", "alpha", "velocity"], ...]
     """What frames keep for `Frame.layer` and `.exr`, of "depth", "alpha" and "velocity"."""
 
     _checks = {
@@ -156,12 +156,12 @@ class Renderer(Settings):
         objects: Iterable[Solid | Shape | Mesh] = (),
         sun: ArrayLike | Curve = (-0.5, 0.8, 0.4),
         lights: Iterable[Light] = (),
-        path: str = "auto",
+        path: Literal["auto", "gather", "tiles", "composite"] = "auto",
         shutter: float | Curve = 0,
         bloom: float | Curve = 0,
         smooth: bool = True,
         linear: bool = False,
-        layers: Iterable[str] = (),
+        layers: Iterable[Literal["depth", "alpha", "velocity"]] = (),
     ) -> None:
         """Take the attributes, which are described with their names."""
         given = {"width": width, "height": height, "camera": camera, "background": background}
@@ -172,22 +172,22 @@ class Renderer(Settings):
         self.__dict__["linear"] = arguments.flag("linear", linear)
         what_moves = (self.camera, self, *self.lights)
         for time in (0.0, *times_of(value for one in what_moves for value in vars(one).values())):
-            self.view(time)
+            self._view(time)
 
-    def view(self, time: float, pose: tuple[Any, ...] | None = None) -> _core.View:
+    def _view(self, time: float, pose: tuple[Any, ...] | None = None) -> _core.View:
         """Check how the attributes fit together at a time (s), and return the engine's value.
 
         `pose`: position, look_at, up and fov_deg instead of the camera's.
         """
         view = _core.View(self.width, self.height)
-        self.camera.set_in(view, time, pose)
+        self.camera._set_in(view, time, pose)
         view.set_background(at(self.background, time))
         view.set_exposure(at(self.exposure, time))
-        for solid in self.solids:
-            solid.add_to(view)
+        for solid in self._solids:
+            add_to(solid, view)
         view.set_sun(at(self.sun, time))
         for light in self.lights:
-            now: Any = light.at_time(time)
+            now: Any = at(light, time)
             view.add_light(now.position, now.color, now.power)
         view.set_path(self.path)
         view.set_shutter(at(self.shutter, time))
@@ -199,9 +199,19 @@ class Renderer(Settings):
         return view
 
     @property
-    def solids(self) -> list[Solid]:
+    def _solids(self) -> list[Solid]:
         """The objects as solids."""
         return [one if isinstance(one, Solid) else Solid(one) for one in self.objects]
+
+
+def view_of(renderer: Renderer, time: float, pose: tuple[Any, ...] | None = None) -> _core.View:
+    """Return what the engine draws at a time (s), from the camera or another pose; for the package's rest."""
+    return renderer._view(time, pose)
+
+
+def solids_of(renderer: Renderer) -> list[Solid]:
+    """Return the objects of a renderer as solids, for the rest of the package."""
+    return renderer._solids
 
 
 def kept(view: _core.View, engine: _core.Engine) -> dict[str, Any]:

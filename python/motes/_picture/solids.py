@@ -12,10 +12,10 @@ from .._values.arguments import Triple
 from .._values.curves import Curve
 from .._values.values import Value, value
 from ..errors import ArgumentError
-from ..shapes import Blob, Line, Point, Shape, Union
+from ..shapes import Blob, Line, Point, Shape, Union, native_of
 from ..shapes._mesh import Mesh
 
-__all__ = ["Light", "Solid"]
+__all__ = ["Light", "Solid", "add_to", "parts"]
 
 
 @value(init=False)
@@ -47,13 +47,13 @@ class Solid(Value):
             light=arguments.number("light", light, low=0, high=1e6),
         )
 
-    def add_to(self, view: _core.View) -> None:
+    def _add_to(self, view: _core.View) -> None:
         """Put it into the engine's view; for the package itself."""
         for part in parts(self.shape):
             if isinstance(part, Mesh):
-                view.add_mesh(part.core, self.color, self.light)
+                view.add_mesh(native_of(part), self.color, self.light)
             else:
-                view.add_object(part.core, self.color, self.light)
+                view.add_object(native_of(part), self.color, self.light)
 
 
 @value()
@@ -78,6 +78,11 @@ class Light(Value):
         state["position"] = arguments.place("position", self.position)
         state["color"] = arguments.color("color", self.color, low=0, high=arguments.FARTHEST)
         state["power"] = arguments.number("power", self.power, low=0, high=1e6)
+
+
+def add_to(solid: Solid, view: _core.View) -> None:
+    """Put a solid into the engine's view, for the rest of the package."""
+    solid._add_to(view)
 
 
 def parts(shape: Shape | Mesh) -> Iterator[Shape | Mesh]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,7 +14,7 @@ from .._values.values import Value, shown, value
 from ..errors import ArgumentError
 from .images import read_picture
 
-__all__ = ["Sprite"]
+__all__ = ["Sprite", "native_of"]
 
 KINDS = ("point", "disc", "sphere", "image")
 BLENDS = ("add", "alpha", "opaque")
@@ -32,13 +32,13 @@ class Sprite(Value):
     All blends of all systems are in one picture, in the right depth.
     """
 
-    kind: str = "disc"
+    kind: Literal["point", "disc", "sphere", "image"] = "disc"
     """"point", as small as a pixel; "disc", soft at its edge; "sphere", lit by the sun and round in depth;
     "image", a picture that faces the camera and is turned by the particle's `up`."""
     pixels: int | None = 5
     """The diameter, 1..512; None: as wide as the particle's `size[0]` in metres, up to 512 pixels. Points
     have none. With `height` it says nothing."""
-    blend: str = "add"
+    blend: Literal["add", "alpha", "opaque"] = "add"
     """"add", light adds up; "alpha", each particle covers what is behind it, from far to near; "opaque", the
     nearest wins."""
     softness: float = 0
@@ -55,9 +55,9 @@ class Sprite(Value):
 
     def __init__(
         self,
-        kind: str = "disc",
+        kind: Literal["point", "disc", "sphere", "image"] = "disc",
         pixels: int | None = 5,
-        blend: str = "add",
+        blend: Literal["add", "alpha", "opaque"] = "add",
         softness: float = 0,
         image: str | os.PathLike[str] | ArrayLike | None = None,
         *,
@@ -82,7 +82,7 @@ class Sprite(Value):
         )
 
     @property
-    def core(self) -> _core.Sprite:
+    def _native(self) -> _core.Sprite:
         """The engine's value; for the package itself."""
         made: _core.Sprite = self.__dict__["_core"]
         return made
@@ -100,6 +100,11 @@ class Sprite(Value):
         defaults = {"kind": "'disc'", "pixels": "5", "blend": "'add'", "softness": "0.0"}
         given = [f"{n}={one}" for n, one in shown_by_name.items() if one != defaults.get(n, "None")]
         return f"Sprite({', '.join(given)})"
+
+
+def native_of(sprite: Sprite) -> _core.Sprite:
+    """Return what the engine takes for a sprite, for the rest of the package."""
+    return sprite._native
 
 
 def _pixels(pixels: Any, height: Any) -> int | None:

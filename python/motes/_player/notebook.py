@@ -21,11 +21,20 @@ __all__ = ["launch", "show"]
 def show(world: World, loop: Callable[..., Any], *, paused: bool = False) -> Player:
     """Run `loop` in a thread, and show what it does: in a notebook as a widget, elsewhere in a browser.
 
-    `loop` is a function without arguments, or of the world. It runs the loop of frames of `world`, which is
-    open (`world.open()`) or which it opens (`with world:`); the world must be one of a single process. Until
-    the loop has ended, no other thread can use the world. The widget's stop button, `Player.stop` and an
-    interrupt of `Player.wait` end the loop of `world.frames` at a border between two frames; the world stays
-    as it is, and further loops go on. `paused`: it starts paused. Needs the extra `notebook`.
+    Until the loop has ended, no other thread can use the world. The widget's stop button, `Player.stop` and
+    an interrupt of `Player.wait` end the loop of `world.frames` at a border between two frames; the world
+    stays as it is, and further loops go on. Needs the extra [notebook].
+
+    Args:
+        world: a world of one process, which is open (`world.open()`) or which the loop opens.
+        loop: a function without arguments, or of the world, that runs the loop of `world.frames`.
+        paused: whether it starts paused.
+
+    Returns:
+        What shows and steers the run.
+
+    Raises:
+        MissingExtraError: if the extra is not installed.
     """
     from .._world.world import World
     from .loops import LoopPlay
@@ -47,12 +56,23 @@ def show(world: World, loop: Callable[..., Any], *, paused: bool = False) -> Pla
 def launch(
     script: str | os.PathLike[str], *, n: int, arguments: Sequence[object] = (), paused: bool = False
 ) -> Player:
-    """Run a script on `n` ranks beside the notebook, and show what it does as `motes.show` does.
+    """Run a script on several ranks beside the notebook, and show it as `motes.show` does.
 
-    The script is run unchanged, as by `python -m motes run -n N script.py`, with `arguments` behind its name.
-    What its ranks print is below the picture and in `Player.output`. `paused`: it starts paused. The stop
-    button, `Player.stop` and an interrupt of `Player.wait` end the run at a border between two frames; the
-    second time they terminate it. Needs the extra `notebook`.
+    What its ranks print is below the picture and in `Player.output`. The stop button, `Player.stop` and an
+    interrupt of `Player.wait` end the run at a border between two frames; the second time they terminate it.
+    Needs the extra [notebook].
+
+    Args:
+        script: a path; the script runs unchanged, as by `python -m motes run -n N script.py`.
+        n: how many ranks.
+        arguments: what follows the script's name.
+        paused: whether the run starts paused.
+
+    Returns:
+        What shows and steers the run.
+
+    Raises:
+        MissingExtraError: if the extra is not installed.
     """
     from . import jobs
 
@@ -65,7 +85,7 @@ def launch(
 
 
 def _player() -> Callable[[Any], Player]:
-    """Return what makes the player: a widget in a notebook. Raises MissingExtra for what is not there."""
+    """Return what makes the player, a widget in a notebook. Raises MissingExtraError where it is missing."""
     _extras.require_live("motes.show and motes.launch")
     if not kernel.running():
         return Player

@@ -22,7 +22,11 @@ class Player:
     _play: Play
 
     def __init__(self, play: Play) -> None:
-        """Take what is played."""
+        """Take what is played; `motes.show` and `motes.launch` make players.
+
+        Args:
+            play: a loop in a thread, or a job.
+        """
         self._play = play
 
     @property
@@ -48,9 +52,13 @@ class Player:
         self._play.stop()
 
     def wait(self, timeout: float | None = None) -> bool:
-        """Wait for the end, or for so many seconds; tell whether the run has ended.
+        """Wait for the run's end. An interrupt asks the run to stop, and is raised when it has.
 
-        An interrupt asks the run to stop, and is raised when it has.
+        Args:
+            timeout: seconds; None: as long as it takes.
+
+        Returns:
+            Whether the run has ended.
         """
         seconds = None if timeout is None else arguments.number("timeout", timeout, low=0)
         try:
@@ -61,9 +69,13 @@ class Player:
             raise
 
     def result(self) -> Any:
-        """Wait for the end and return what the loop has returned; raises what it has raised.
+        """Wait for the run's end, and return what its loop has returned; raise what it has raised.
 
-        Of a launched run: None; raises MotesError, with the last lines of its output, if it has failed.
+        Returns:
+            The loop's result; None for a launched run.
+
+        Raises:
+            MotesError: if a launched run has failed, with the last lines of its output.
         """
         self.wait()
         return self._play.result()

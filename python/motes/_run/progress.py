@@ -94,4 +94,4 @@ def check(way: Any) -> str | Callable[[dict[str, Any]], None]:
     if callable(way):
         told: Callable[[dict[str, Any]], None] = way
         return told
-    raise ArgumentError("progress", way, "'lines', 'bar', 'off' or a function of a row")
+    raise ArgumentError("progress", way, "'lines', 'bar', 'off' or a function of a row", known=CHOICES)

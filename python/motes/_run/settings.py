@@ -8,6 +8,7 @@ from typing import Any, NamedTuple, Self
 from .._values import environment
 from .._values.checkpoint import Checkpoint
 from .._values.live import Live
+from ..balance import policy_of
 
 __all__ = ["RunSettings"]
 
@@ -26,7 +27,7 @@ class RunSettings(NamedTuple):
     roles: tuple[int, int, Sequence[int]]
     """Manager, image generator, calculators: ranks."""
     balancer: Any
-    """One of motes.balance, of which `policy` is what the core takes."""
+    """One of motes.balance, whose policy the core takes."""
     combine: str
     births: str
     fan_out: int
@@ -44,14 +45,16 @@ class RunSettings(NamedTuple):
     checkpoint: Checkpoint | None = None
     on_loss: str = "stop"
     live: Live | None = None
+    crowded: bool = False
+    """Whether a host has fewer processors than ranks, once the ranks have met."""
     steering: str | None = None
     """A steer.jsonl of the run that this one repeats."""
     continued_from: int = 0
     """The first frame still to do of a run that goes on after another one, in its log; 0: a new run."""
 
-    def agreed(self, *, seed: int, threads: int, continued_from: int) -> Self:
+    def agreed(self, *, seed: int, threads: int, continued_from: int, crowded: bool) -> Self:
         """Return the same with what is known once the ranks have met."""
-        return self._replace(seed=seed, threads=threads, continued_from=continued_from)
+        return self._replace(seed=seed, threads=threads, continued_from=continued_from, crowded=crowded)
 
     def of_roles(self, roles: tuple[int, int, Sequence[int]], speeds: Mapping[int, float]) -> Self:
         """Return the same with other roles, before the run."""
@@ -83,9 +86,10 @@ class RunSettings(NamedTuple):
             "digest": self.digest,
             "log": self.log or "",
             "hosts": list(hosts),
-            "policy": self.balancer.policy,
+            "policy": policy_of(self.balancer),
             "combine": self.combine,
-            "births": self.births,
+            # Ranks that take turns wait long for each other, so one of them creates all births.
+            "births": "manager" if self.births == "auto" and self.crowded else self.births,
             "fan_out": self.fan_out,
             "threads": self.threads,
             "grain": environment.grain(),

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 from .._values.environment import MOST_THREADS
 
-__all__ = ["MASK_BYTES", "Place", "processors", "threads_of"]
+__all__ = ["MASK_BYTES", "Place", "are_crowded", "processors", "threads_of"]
 
 MASK_BYTES = 128
 
@@ -52,6 +52,15 @@ def threads_of(places: Sequence[Place]) -> list[int]:
     for place in places:
         users[place.host].update(_bits(place.mask))
     return [place.wish or _share(place, users[place.host]) for place in places]
+
+
+def are_crowded(places: Sequence[Place]) -> bool:
+    """Tell whether the ranks of a host have fewer processors than they are: then they take turns."""
+    usable: defaultdict[str, set[int]] = defaultdict(set)
+    for place in places:
+        usable[place.host].update(_bits(place.mask))
+    ranks = Counter(place.host for place in places)
+    return any(ranks[host] > len(found) for host, found in usable.items())
 
 
 def _share(place: Place, users: Counter[int]) -> int:

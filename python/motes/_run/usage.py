@@ -17,7 +17,7 @@ from .. import _core
 from .._values import roles
 from ..errors import MotesError
 
-__all__ = ["Usage", "Weakly", "Describing"]
+__all__ = ["Describing", "Usage", "Weakly"]
 
 
 class Usage:

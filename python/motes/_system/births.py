@@ -14,7 +14,7 @@ from .._run import script_lines
 from .._values import arguments
 from .._values.curves import Curve, integrals
 from ..errors import ArgumentError
-from ..shapes import Shape, Union, as_shape
+from ..shapes import Shape, Union, as_shape, native_of
 from .recorded import Recorded
 
 __all__ = ["Births"]
@@ -47,17 +47,16 @@ class Births:
         else:
             given = arguments.number("rate", rate, low=0, high=1e12)
         flag = arguments.flag("jitter", jitter)
-        start = None if before is None else before.core
+        start = None if before is None else native_of(before)
         said = script_lines.running_line(2) if key is None else arguments.key("key", key)
         number = script_lines.number_of(said)
         state = self._recorded.state_now()
-        self._record(
-            "source", _core.Birth.source(where.core, given, flag, state, start, until, scale, number)
-        )
+        birth = _core.Birth.source(native_of(where), given, flag, state, start, until, scale, number)
+        self._record("source", birth)
 
     def burst(self, shape: Shape | ArrayLike, count: int) -> None:
         """Record a burst: `System.burst`."""
-        where = as_shape("shape", shape).core
+        where = native_of(as_shape("shape", shape))
         count = arguments.integer("count", count, high=4_000_000_000)
         self._record("burst", _core.Birth.burst(where, count, self._recorded.state_now()))
 

@@ -12,7 +12,7 @@ from .._values import arguments
 from .._values.curves import Curve
 from .._values.values import Value, value
 from ..errors import ArgumentError
-from ..shapes import Shape
+from ..shapes import Shape, native_of
 
 __all__ = ["Drawn", "Normal", "State", "Uniform", "distribution"]
 
@@ -95,7 +95,7 @@ def distribution(attribute: str, width: int, value: Any) -> _core.Distribution:
             raise ArgumentError(
                 attribute, value, "a number, Uniform or Normal: it has one number per particle"
             )
-        return _core.Distribution.shape(value.core)
+        return _core.Distribution.shape(native_of(value))
     if isinstance(value, Uniform):
         lo, hi, alike = _pair(attribute, width, value.lo, value.hi)
         if any(a > b for a, b in zip(lo, hi, strict=True)):

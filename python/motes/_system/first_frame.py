@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import actions
-from .._picture.rendering import Renderer
+from .._picture.rendering import Renderer, solids_of
 from .._picture.solids import parts
 from .._values.values import at
 from ..shapes import Shape
@@ -131,7 +131,7 @@ class FirstFrame:
 def camera_inside(renderer: Renderer) -> list[str]:
     """Return what is wrong with the camera's position."""
     position = at(renderer.camera.position, 0)
-    for solid in renderer.solids:
+    for solid in solids_of(renderer):
         # A mesh that is only drawn may be open, and needs no grid.
         if any(bool(part.contains(position)) for part in parts(solid.shape) if not isinstance(part, Mesh)):
             return [f"the camera at {position} is inside the solid {solid.shape!r}"]

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from .._run import script_lines
-from ..actions.base import Action
+from .._values.values import at, moves
+from ..actions.base import Action, compiled
 from ..errors import ArgumentError
 from .recorded import Recorded
 
@@ -24,19 +25,19 @@ class Listing:
         """Record an action; `depth` calls of the package stand between the script and the engine."""
         system = self._recorded
         session = system.session
-        if action.moves:
-            action = action.at_time(session.time)
+        if moves(action):
+            action = at(action, session.time)
         engine = session.begin(type(action).__name__)
         try:
             line = script_lines.running_line(depth)
             given = getattr(action, "other", None)
             if given is None:
-                engine.record_action(system.index, action.compiled(system.columns))
+                engine.record_action(system.index, compiled(action, system.columns))
             else:
                 other = self._recorded_of(given)
                 if other is None or other.session is not session or other is system:
                     raise ArgumentError("other", given, "another system of the same world")
-                engine.record_meeting(system.index, other.index, action.compiled(system.columns))
+                engine.record_meeting(system.index, other.index, compiled(action, system.columns))
                 other.add(action, line)
             system.add(action, line)
         finally:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from .._picture.sprites import Sprite
+from .._picture.sprites import Sprite, native_of
 from .._run import script_lines
 from ..expressions._conditions import columns_of
 from .first_frame import FirstFrame
@@ -56,7 +56,7 @@ class Recorded:
 
     def define(self, engine: _core.Engine) -> None:
         """Tell the engine of the system."""
-        engine.add_system(name=self.name, **dict(self.definition, sprite=self.sprite.core))
+        engine.add_system(name=self.name, **dict(self.definition, sprite=native_of(self.sprite)))
 
     def add(self, entry: Any, line: script_lines.Line) -> None:
         """Note what was recorded, and where."""

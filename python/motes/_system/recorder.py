@@ -1,12 +1,8 @@
-"""Recorder: a method for each action, which records it. `System` is one.
-
-Written by `.ci/recorder` from the fields of the actions.
-"""
+"""Recorder: a method for each action of `forces`, `guides` and `motion`. Written by `.ci/recorder`."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 from numpy.typing import ArrayLike
 
@@ -16,26 +12,52 @@ from .._values.values import says_near_names
 from ..actions.base import Where
 from ..shapes import Shape
 from .recorder_between import BetweenRecorder
+from .recorder_targets import TargetsRecorder
 
 __all__ = ["Recorder"]
 
 
-class Recorder(BetweenRecorder):
-    """What a script can tell all particles of a system to do; `motes.actions` says what each means."""
+class Recorder(TargetsRecorder, BetweenRecorder):
+    """What scripts can tell the particles of a system."""
 
     @says_near_names
     def gravity(self, acceleration: Vector, *, where: Where = None) -> None:
-        """Record `actions.Gravity`."""
+        """Accelerates all particles by the same amount.
+
+        Records `actions.Gravity`.
+
+        Args:
+            acceleration: m/s^2.
+            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
+                None: all.
+        """
         self._record(actions.Gravity(acceleration=acceleration, where=where))
 
     @says_near_names
     def random_acceleration(self, shape: Shape | ArrayLike, *, where: Where = None) -> None:
-        """Record `actions.RandomAcceleration`."""
+        """Gives each particle an acceleration of its own, drawn anew in each step.
+
+        Records `actions.RandomAcceleration`.
+
+        Args:
+            shape: where a is drawn from, m/s^2.
+            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
+                None: all.
+        """
         self._record(actions.RandomAcceleration(shape=shape, where=where))
 
     @says_near_names
     def jet(self, shape: Shape, acceleration: Shape | ArrayLike, *, where: Where = None) -> None:
-        """Record `actions.Jet`."""
+        """Accelerates the particles inside a shape, as a fan does.
+
+        Records `actions.Jet`.
+
+        Args:
+            shape: where it blows, m.
+            acceleration: a value, or a shape from which a is drawn anew in each step, m/s^2.
+            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
+                None: all.
+        """
         self._record(actions.Jet(shape=shape, acceleration=acceleration, where=where))
 
     @says_near_names
@@ -49,7 +71,19 @@ class Recorder(BetweenRecorder):
         *,
         where: Where = None,
     ) -> None:
-        """Record `actions.Explosion`."""
+        """Pushes particles away from a centre, most strongly at the shock wave: let `radius` grow with time.
+
+        Records `actions.Explosion`.
+
+        Args:
+            center: m.
+            radius: of the shock wave's crest, m.
+            magnitude: strength, m^4/s^2.
+            sigma: thickness of the wave, m.
+            epsilon: softens the push near the centre, m^2.
+            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
+                None: all.
+        """
         self._record(
             actions.Explosion(
                 center=center, radius=radius, magnitude=magnitude, sigma=sigma, epsilon=epsilon, where=where
@@ -66,7 +100,18 @@ class Recorder(BetweenRecorder):
         *,
         where: Where = None,
     ) -> None:
-        """Record `actions.OrbitPoint`."""
+        """Pulls particles toward a point, more strongly the nearer they are, so that they may orbit it.
+
+        Records `actions.OrbitPoint`.
+
+        Args:
+            center: m.
+            magnitude: strength, m^3/s^2.
+            epsilon: softens the pull near the centre, m^2.
+            max_radius: no pull beyond this distance, m.
+            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
+                None: all.
+        """
         self._record(
             actions.OrbitPoint(
                 center=center, magnitude=magnitude, epsilon=epsilon, max_radius=max_radius, where=where
@@ -84,7 +129,19 @@ class Recorder(BetweenRecorder):
         *,
         where: Where = None,
     ) -> None:
-        """Record `actions.OrbitLine`."""
+        """Pulls particles toward an infinite line, more strongly the nearer they are.
+
+        Records `actions.OrbitLine`.
+
+        Args:
+            point: any point of the line, m.
+            axis: along the line, of any length.
+            magnitude: strength, m^3/s^2.
+            epsilon: softens the pull near the line, m^2.
+            max_radius: no pull beyond this distance, m.
+            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
+                None: all.
+        """
         self._record(
             actions.OrbitLine(
                 point=point,
@@ -109,7 +166,21 @@ class Recorder(BetweenRecorder):
         *,
         where: Where = None,
     ) -> None:
-        """Record `actions.Vortex`."""
+        """Whirls particles around an axis as a tornado does: draws them in, then carries them around and up.
+
+        Records `actions.Vortex`.
+
+        Args:
+            tip: where the axis starts, m.
+            axis: from the tip to the upper end, m.
+            tightness: 1 makes a cone, more bends its side inward.
+            max_radius: width at the upper end; nothing happens beyond it, m.
+            in_speed: acceleration toward the axis, outside the whirl, kg m/s^2.
+            up_speed: along the axis, inside the whirl, kg m/s^2.
+            around_speed: around the axis, inside the whirl, kg m/s^2.
+            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
+                None: all.
+        """
         self._record(
             actions.Vortex(
                 tip=tip,
@@ -125,7 +196,16 @@ class Recorder(BetweenRecorder):
 
     @says_near_names
     def wind(self, velocity: Vector, drag: Number, *, where: Where = None) -> None:
-        """Record `actions.Wind`."""
+        """Drags particles along with moving air; the result does not depend on the step's length.
+
+        Records `actions.Wind`.
+
+        Args:
+            velocity: of the air, m/s.
+            drag: after 1 / drag seconds, what was at rest has 63 % of the air's velocity, 1/s.
+            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
+                None: all.
+        """
         self._record(actions.Wind(velocity=velocity, drag=drag, where=where))
 
     @says_near_names
@@ -139,7 +219,22 @@ class Recorder(BetweenRecorder):
         *,
         where: Where = None,
     ) -> None:
-        """Record `actions.CurlNoise`."""
+        """Stirs particles as turbulent air does: accelerates them along a random field without divergence.
+
+        Records `actions.CurlNoise`.
+
+        Args:
+            strength: root mean square of the acceleration, m/s^2. Together with `wind`, particles reach
+                speeds of about strength / drag.
+            scale: edge length of a cell of the noise, about the distance between eddies, m.
+            octaves: 1 to 8; each adds smaller eddies, at the cost of one more evaluation of the noise.
+            speed: how many times per second the field is replaced by another, smoothly, 1/s; 0: it never
+                changes.
+            field: which of the system's fields, 0 to 65535. The same number is the same field in every frame,
+                wherever the action stands in the list; two actions with different fields need two numbers.
+            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
+                None: all.
+        """
         self._record(
             actions.CurlNoise(
                 strength=strength, scale=scale, octaves=octaves, speed=speed, field=field, where=where
@@ -150,7 +245,18 @@ class Recorder(BetweenRecorder):
     def avoid(
         self, shape: Shape, magnitude: Number, epsilon: Number, look_ahead: Number, *, where: Where = None
     ) -> None:
-        """Record `actions.Avoid`."""
+        """Turns particles that would hit a shape within `look_ahead`, without changing their speed.
+
+        Records `actions.Avoid`.
+
+        Args:
+            shape: what is avoided, m.
+            magnitude: how sharply they turn, s (Sphere: m^2/s).
+            epsilon: softens the turn near the shape, s^2 (Sphere: m^2).
+            look_ahead: s.
+            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
+                None: all.
+        """
         self._record(
             actions.Avoid(
                 shape=shape, magnitude=magnitude, epsilon=epsilon, look_ahead=look_ahead, where=where
@@ -168,7 +274,19 @@ class Recorder(BetweenRecorder):
         *,
         where: Where = None,
     ) -> None:
-        """Record `actions.Field`."""
+        """Accelerates particles by the vectors of a grid, or drags them along as air with these velocities.
+
+        Records `actions.Field`.
+
+        Args:
+            grid: float32 (nx, ny, nz, 3), m/s^2, or m/s with `drag`; it is copied.
+            low: the corner of node [0, 0, 0], m.
+            high: the corner of node [-1, -1, -1], above `low` in each component, m.
+            strength: what the vectors are multiplied by.
+            drag: None, or how fast particles take on the field's velocity, 1/s.
+            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
+                None: all.
+        """
         self._record(actions.Field(grid=grid, low=low, high=high, strength=strength, drag=drag, where=where))
 
     @says_near_names
@@ -184,7 +302,22 @@ class Recorder(BetweenRecorder):
         *,
         where: Where = None,
     ) -> None:
-        """Record `actions.FollowPath`."""
+        """Steers particles along a path, toward a point some way ahead of the nearest one.
+
+        Records `actions.FollowPath`.
+
+        Args:
+            points: the way points, (n, 3), m; equal ones in a row count once.
+            speed: m/s.
+            strength: how fast velocities change, 1/s.
+            look_ahead: m; larger cuts corners, smaller follows more closely.
+            radius: particles farther from the path are left alone, m.
+            loop: whether the path goes on from the last point to the first one.
+            smooth: whether it is a Catmull-Rom spline through the points instead of straight lines; the
+                spline is drawn with 16 straight pieces from point to point.
+            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
+                None: all.
+        """
         self._record(
             actions.FollowPath(
                 points=points,
@@ -199,97 +332,6 @@ class Recorder(BetweenRecorder):
         )
 
     @says_near_names
-    def damping(
-        self, damping: Vector, min_speed: Number = 0, max_speed: Number = math.inf, *, where: Where = None
-    ) -> None:
-        """Record `actions.Damping`."""
-        self._record(actions.Damping(damping=damping, min_speed=min_speed, max_speed=max_speed, where=where))
-
-    @says_near_names
-    def rotational_damping(
-        self, damping: Vector, min_speed: Number = 0, max_speed: Number = math.inf, *, where: Where = None
-    ) -> None:
-        """Record `actions.RotationalDamping`."""
-        self._record(
-            actions.RotationalDamping(damping=damping, min_speed=min_speed, max_speed=max_speed, where=where)
-        )
-
-    @says_near_names
-    def speed_clamp(
-        self, min_speed: Number = 0, max_speed: Number = math.inf, *, where: Where = None
-    ) -> None:
-        """Record `actions.SpeedClamp`."""
-        self._record(actions.SpeedClamp(min_speed=min_speed, max_speed=max_speed, where=where))
-
-    @says_near_names
-    def random_velocity(self, shape: Shape | ArrayLike, *, where: Where = None) -> None:
-        """Record `actions.RandomVelocity`."""
-        self._record(actions.RandomVelocity(shape=shape, where=where))
-
-    @says_near_names
-    def random_displacement(self, shape: Shape | ArrayLike, *, where: Where = None) -> None:
-        """Record `actions.RandomDisplacement`."""
-        self._record(actions.RandomDisplacement(shape=shape, where=where))
-
-    @says_near_names
-    def random_rotational_velocity(self, shape: Shape | ArrayLike, *, where: Where = None) -> None:
-        """Record `actions.RandomRotationalVelocity`."""
-        self._record(actions.RandomRotationalVelocity(shape=shape, where=where))
-
-    @says_near_names
-    def target_color(self, color: Vector, alpha: Number, scale: Number, *, where: Where = None) -> None:
-        """Record `actions.TargetColor`."""
-        self._record(actions.TargetColor(color=color, alpha=alpha, scale=scale, where=where))
-
-    @says_near_names
-    def target_size(self, size: Vector, scale: Vector, *, where: Where = None) -> None:
-        """Record `actions.TargetSize`."""
-        self._record(actions.TargetSize(size=size, scale=scale, where=where))
-
-    @says_near_names
-    def target_velocity(self, velocity: Vector, scale: Number, *, where: Where = None) -> None:
-        """Record `actions.TargetVelocity`."""
-        self._record(actions.TargetVelocity(velocity=velocity, scale=scale, where=where))
-
-    @says_near_names
-    def target_rotational_velocity(
-        self, rotational_velocity: Vector, scale: Number, *, where: Where = None
-    ) -> None:
-        """Record `actions.TargetRotationalVelocity`."""
-        self._record(
-            actions.TargetRotationalVelocity(
-                rotational_velocity=rotational_velocity, scale=scale, where=where
-            )
-        )
-
-    @says_near_names
-    def restore(
-        self, time_left: Number, position: bool = True, up: bool = True, *, where: Where = None
-    ) -> None:
-        """Record `actions.Restore`."""
-        self._record(actions.Restore(time_left=time_left, position=position, up=up, where=where))
-
-    @says_near_names
-    def copy_vertex_b(self, position: bool = True, velocity: bool = False, *, where: Where = None) -> None:
-        """Record `actions.CopyVertexB`."""
-        self._record(actions.CopyVertexB(position=position, velocity=velocity, where=where))
-
-    @says_near_names
-    def color_over_life(self, ramp: Sequence[tuple[float, ArrayLike]], *, where: Where = None) -> None:
-        """Record `actions.ColorOverLife`."""
-        self._record(actions.ColorOverLife(ramp=ramp, where=where))
-
-    @says_near_names
-    def alpha_over_life(self, ramp: Sequence[tuple[float, float]], *, where: Where = None) -> None:
-        """Record `actions.AlphaOverLife`."""
-        self._record(actions.AlphaOverLife(ramp=ramp, where=where))
-
-    @says_near_names
-    def size_over_life(self, ramp: Sequence[tuple[float, ArrayLike]], *, where: Where = None) -> None:
-        """Record `actions.SizeOverLife`."""
-        self._record(actions.SizeOverLife(ramp=ramp, where=where))
-
-    @says_near_names
     def bounce(
         self,
         shape: Shape,
@@ -300,7 +342,21 @@ class Recorder(BetweenRecorder):
         *,
         where: Where = None,
     ) -> None:
-        """Record `actions.Bounce`."""
+        """Makes particles that hit the surface of a shape in this step rebound: record it before `move`.
+
+        Records `actions.Bounce`.
+
+        Args:
+            shape: Plane (from above), Rectangle, Triangle and Disc (both sides), Box, Cylinder, Cone and
+                Sphere (from outside and from inside; a Sphere's inner radius has no surface), or a Union of
+                them, m.
+            restitution: part of the speed across the surface that remains.
+            friction: part of the speed along the surface that is lost, 0..1.
+            min_tangential_speed: m/s.
+            exact_hit: whether the true place and time of the hit count.
+            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
+                None: all.
+        """
         self._record(
             actions.Bounce(
                 shape=shape,
@@ -314,30 +370,81 @@ class Recorder(BetweenRecorder):
 
     @says_near_names
     def sink(self, shape: Shape, inside: bool = True, *, where: Where = None) -> None:
-        """Record `actions.Sink`."""
+        """Kills particles inside a shape, or with inside=False those outside it.
+
+        Records `actions.Sink`.
+
+        Args:
+            shape: m.
+            inside: whether those inside die, or those outside.
+            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
+                None: all.
+        """
         self._record(actions.Sink(shape=shape, inside=inside, where=where))
 
     @says_near_names
     def sink_velocity(self, shape: Shape, inside: bool = True, *, where: Where = None) -> None:
-        """Record `actions.SinkVelocity`."""
+        """Kills particles whose velocity is inside a shape, or outside it: slow or fast ones.
+
+        Records `actions.SinkVelocity`.
+
+        Args:
+            shape: m/s.
+            inside: whether those inside die, or those outside.
+            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
+                None: all.
+        """
         self._record(actions.SinkVelocity(shape=shape, inside=inside, where=where))
 
     @says_near_names
     def kill_old(self, age_limit: Number, younger: bool = False, *, where: Where = None) -> None:
-        """Record `actions.KillOld`."""
+        """Kills particles that have reached an age, or with younger=True those that have not.
+
+        Records `actions.KillOld`.
+
+        Args:
+            age_limit: s.
+            younger: whether the younger ones die.
+            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
+                None: all.
+        """
         self._record(actions.KillOld(age_limit=age_limit, younger=younger, where=where))
 
     @says_near_names
     def kill_expired(self, *, where: Where = None) -> None:
-        """Record `actions.KillExpired`."""
+        """Kills particles whose age has reached their lifetime.
+
+        Records `actions.KillExpired`.
+
+        Args:
+            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
+                None: all.
+        """
         self._record(actions.KillExpired(where=where))
 
     @says_near_names
     def move(self, rotational: bool = True, *, where: Where = None) -> None:
-        """Record `actions.Move`."""
+        """Moves particles by their velocity, turns them by their rotational velocity, and ages them.
+
+        Records `actions.Move`.
+
+        Args:
+            rotational: whether particles turn.
+            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
+                None: all.
+        """
         self._record(actions.Move(rotational=rotational, where=where))
 
     @says_near_names
     def sort(self, eye: Vector, look: Vector, *, where: Where = None) -> None:
-        """Record `actions.Sort`."""
+        """Sorts particles for drawing: far ones first, so that nearer ones cover them.
+
+        Records `actions.Sort`.
+
+        Args:
+            eye: the viewer's position, m.
+            look: the direction of view, of any length.
+            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
+                None: all.
+        """
         self._record(actions.Sort(eye=eye, look=look, where=where))

@@ -1,12 +1,9 @@
-"""BetweenRecorder: a method for each action between particles, which records it.
-
-Written by `.ci/recorder` from the fields of the actions.
-"""
+"""BetweenRecorder: a method for each action of `between`. Written by `.ci/recorder`."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from .. import actions
 from .._values.curves import Number
@@ -22,7 +19,7 @@ __all__ = ["BetweenRecorder"]
 
 
 class BetweenRecorder(Recording):
-    """What a script can tell particles that see each other; `motes.actions` says what each means."""
+    """What particles do that see each other."""
 
     @says_near_names
     def gravitate(
@@ -30,11 +27,23 @@ class BetweenRecorder(Recording):
         magnitude: Number = 1,
         epsilon: Number = 0.001,
         max_radius: Number = math.inf,
-        far: str = "exact",
+        far: Literal["exact", "cells"] = "exact",
         *,
         where: Where = None,
     ) -> None:
-        """Record `actions.Gravitate`."""
+        """Draws particles to each other, more strongly the nearer they are.
+
+        Records `actions.Gravitate`.
+
+        Args:
+            magnitude: strength, m^3/s^2; negative: particles repel each other.
+            epsilon: softens the pull of those that are near, m^2.
+            max_radius: no pull beyond this distance, m.
+            far: "exact", every pair; or "cells": distant particles are grouped into cells, with a root mean
+                square error of 0.2 to 0.3 %; needs an infinite `max_radius`.
+            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
+                None: all.
+        """
         self._record(
             actions.Gravitate(
                 magnitude=magnitude, epsilon=epsilon, max_radius=max_radius, far=far, where=where
@@ -50,7 +59,17 @@ class BetweenRecorder(Recording):
         *,
         where: Where = None,
     ) -> None:
-        """Record `actions.Follow`."""
+        """Draws each particle to the next living one that was born after it; the last one goes free.
+
+        Records `actions.Follow`.
+
+        Args:
+            magnitude: strength, m^3/s^2.
+            epsilon: softens the pull of one that is near, m^2.
+            max_radius: no pull beyond this distance, m.
+            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
+                None: all.
+        """
         self._record(actions.Follow(magnitude=magnitude, epsilon=epsilon, max_radius=max_radius, where=where))
 
     @says_near_names
@@ -62,7 +81,17 @@ class BetweenRecorder(Recording):
         *,
         where: Where = None,
     ) -> None:
-        """Record `actions.MatchVelocity`."""
+        """Draws each particle's velocity to those of the others within reach, as in a flock.
+
+        Records `actions.MatchVelocity`.
+
+        Args:
+            magnitude: strength, m^2/s.
+            epsilon: softens the effect of those that are near, m^2.
+            max_radius: no effect beyond this distance, m.
+            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
+                None: all.
+        """
         self._record(
             actions.MatchVelocity(magnitude=magnitude, epsilon=epsilon, max_radius=max_radius, where=where)
         )
@@ -76,7 +105,17 @@ class BetweenRecorder(Recording):
         *,
         where: Where = None,
     ) -> None:
-        """Record `actions.MatchRotationalVelocity`."""
+        """Draws each particle's rotational velocity to those of the others within reach.
+
+        Records `actions.MatchRotationalVelocity`.
+
+        Args:
+            magnitude: strength, m^2/s.
+            epsilon: softens the effect of those that are near, m^2.
+            max_radius: no effect beyond this distance, m.
+            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
+                None: all.
+        """
         self._record(
             actions.MatchRotationalVelocity(
                 magnitude=magnitude, epsilon=epsilon, max_radius=max_radius, where=where
@@ -96,7 +135,24 @@ class BetweenRecorder(Recording):
         *,
         where: Where = None,
     ) -> None:
-        """Record `actions.Collide`."""
+        """Keeps spheres apart, with friction: they push each other so that none overlap after this step.
+
+        Records `actions.Collide`.
+
+        Args:
+            radius: of the particles, m; None: half of `size[0]`.
+            restitution: speed after a head-on collision to that before, 0..1.
+            friction: Coulomb's coefficient.
+            sleep: particles that touch several others and are slower stop, m/s; None: 2.5 g times the
+                sub-step.
+            other: another system: its particles collide with these, and none among themselves.
+            other_radius: of its particles, m; None: half of `size[0]`.
+            clear: newborn particles that overlap others by more than this part of their radius after the step
+                are removed (of two newborn ones that of the higher id), before they push anybody. 0: none
+                are.
+            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
+                None: all.
+        """
         self._record(
             actions.Collide(
                 radius=radius,
@@ -121,7 +177,19 @@ class BetweenRecorder(Recording):
         *,
         where: Where = None,
     ) -> None:
-        """Record `actions.Contact`."""
+        """Lets spheres press, rub and roll on each other like grains (discrete elements).
+
+        Records `actions.Contact`.
+
+        Args:
+            stiffness: of the spring between two particles, N/m.
+            restitution: speed after a head-on collision of two to that before, 0..1.
+            friction: Coulomb's coefficient.
+            rolling_friction: the same for rolling, as rough or angular grains have it.
+            radius: of the particles, m; None: half of `size[0]`.
+            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
+                None: all.
+        """
         self._record(
             actions.Contact(
                 stiffness=stiffness,
@@ -143,7 +211,19 @@ class BetweenRecorder(Recording):
         *,
         where: Where = None,
     ) -> None:
-        """Record `actions.Fluid`."""
+        """Keeps a liquid's density: particles push each other apart until they are no denser than at rest.
+
+        Records `actions.Fluid`.
+
+        Args:
+            radius: how far particles see each other, 1e-4 to 1e6 m.
+            rest_density: of the liquid, kg/m^3.
+            viscosity: kinematic, m^2/s: 1e-2 is honey; what is above radius^2 / (24 dt) has no effect, and
+                radius^2 / (4000 dt) are always there, so that a liquid comes to rest.
+            cohesion: draws particles to each other, m/s^2: drops and strings.
+            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
+                None: all.
+        """
         self._record(
             actions.Fluid(
                 radius=radius, rest_density=rest_density, viscosity=viscosity, cohesion=cohesion, where=where
@@ -163,7 +243,21 @@ class BetweenRecorder(Recording):
         *,
         where: Where = None,
     ) -> None:
-        """Record `actions.Tie`."""
+        """Holds particles at the distances that ties give them, as in cloth and ropes.
+
+        Records `actions.Tie`.
+
+        Args:
+            ties: of `System.cloth`, `System.rope`, or `motes.Ties`.
+            stretch: compliance of ties between neighbours, m/N; 0: as stiff as the sub-steps allow.
+            shear: of those across the meshes, m/N.
+            bend: of those between the next but one, m/N.
+            damping: how fast a particle takes on its partners' velocity, 1/s.
+            break_at: a tie that is longer than so many times its length tears.
+            tethers: keep particles from getting farther away from pinned ones than along the ties.
+            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
+                None: all.
+        """
         self._record(
             actions.Tie(
                 ties=ties,

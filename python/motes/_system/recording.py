@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, Protocol
 
-from .. import actions
-from ..actions.base import Action, Where
+from ..actions.base import Action, Where, as_action
 from ..actions.targets import Set
 
 __all__ = ["Record", "Recording"]
@@ -30,11 +29,20 @@ class Recording:
         self._record = record
 
     def apply(self, action: Action | Sequence[Action]) -> None:
-        """Record an action, or each of a list."""
+        """Record an action, or each of a list.
+
+        Args:
+            action: an action of `motes.actions`, or a list of them.
+        """
         for one in action if isinstance(action, (list, tuple)) else (action,):
-            self._record(actions.as_action(one), 2)
+            self._record(as_action(one), 2)
 
     def set(self, *, where: Where = None, **attributes: Any) -> None:
-        """Record `actions.Set` for each attribute in turn: `s.set(heat=column("age") * 2)`."""
+        """Set attributes to values, or to expressions of columns, in turn. Records `actions.Set` for each.
+
+        Args:
+            where: which particles: those in a shape, or for which a comparison of columns holds; None: all.
+            **attributes: by name a number, a vector or an expression: `s.set(heat=column("age") * 2)`.
+        """
         for name, value in attributes.items():
             self._record(Set(attribute=name, value=value, where=where), 2)

@@ -5,20 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
-from typing import TYPE_CHECKING, Any, NoReturn, Unpack, overload
+from typing import TYPE_CHECKING, Any, Literal, NoReturn, Unpack, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._particles.particles import LocalParticles, Particles, close_views, keep_preview
-from .._picture.sprites import Sprite
+from .._picture.sprites import Sprite, native_of
 from .._run.scenefile import Recording
-from .._values import arguments
 from .._values.curves import Curve
 from .._values.ties import Ties
 from .._values.values import at, says_near_names
 from ..actions.base import Where
-from ..errors import ArgumentError, MotesError, NotAssignable, missing, near
+from ..errors import ArgumentError, MotesError, NotAssignableError, missing, near
 from ..expressions import Expression
 from ..shapes import Shape
 from .births import Births
@@ -53,7 +52,12 @@ class System(Recorder):
     name: str
 
     def __init__(self, world: World, recorded: Recorded) -> None:
-        """Create a system of a world; scripts call `World.system`."""
+        """Create a system of a world; scripts call `World.system`.
+
+        Args:
+            world: the world.
+            recorded: the system as the package knows it.
+        """
         super().__init__(Listing(recorded, recorded_of).record)
         self.__dict__.update(world=world, name=recorded.name)
         self._recorded = recorded
@@ -71,10 +75,12 @@ class System(Recorder):
     @overload
     def configure(self, **state: Drawn) -> None: ...
     def configure(self, **state: Any) -> None:
-        """Set what newborn particles get from here on: velocity, color, lifetime, a user's attribute, ...
+        """Set what newborn particles get from here on; attributes set by earlier calls remain.
 
-        Each is a value, a shape (drawn uniformly from it), `Uniform(lo, hi)` or `Normal(mean, sigma)`.
-        Attributes set by earlier calls remain. A `motes.Curve` gives each frame's newborn its value then.
+        Args:
+            **state: velocity, color, lifetime, a user's attribute, ... Each is a value, a shape (drawn
+                uniformly from it), `Uniform(lo, hi)` or `Normal(mean, sigma)`; a `motes.Curve` gives each
+                frame's newborn particles its value then.
         """
         self._recorded.newborn.configure(state)
         if self._recorded.first is not None:
@@ -91,35 +97,36 @@ class System(Recorder):
         *,
         key: str | int | None = None,
     ) -> None:
-        """Emit `rate` particles per second in `shape`.
+        """Emit particles in a shape at a rate.
 
-        The rate may be another one in each frame, and a curve is integrated: at each frame's end the source
-        has emitted floor(S) particles, where S is the sum of rate times `dt` over the frames that called it.
-        No fraction is lost, also while the rate is 0 or the source is not called. With sub-steps, this holds
-        at the end of each.
+        At each frame's end the source has emitted floor(S) particles, where S is the sum of rate times `dt`
+        over the frames that called it; with sub-steps, this holds at the end of each. No fraction is lost,
+        also while the rate is 0 or the source is not called. Paper 3.2.1.
 
-        `key` says which source this is, so whose fraction goes on: a text or an integer. Calls of a system
-        with the same key are the same source. Without one, it is the line of the script that calls; of
-        several calls of a line (or key) in a frame, the first one, the second one and so on are sources of
-        their own. Where emitters of a loop come and go, give each a key.
-
-        `jitter` spreads them over the (sub)step: each has aged and travelled a random part of it.
-
-        `moving_from`: where the shape was one frame ago, if it moves: a shape of the same kind, and no union.
-        Each particle is born where the shape was at the moment of its birth, on the straight way from a point
-        of the one to the same point of the other. So a trail has no gaps, however fast the shape is. Paper
-        3.2.1.
+        Args:
+            shape: where they are born, m.
+            rate: particles per second; it may differ from frame to frame, and a curve is integrated.
+            jitter: whether births spread over the (sub)step: each particle has aged and travelled a random
+                part of it.
+            moving_from: where the shape was one frame ago, if it moves: a shape of the same kind, and no
+                union. Each particle is born where the shape was at the moment of its birth, on the straight
+                way from a point of the one to the same point of the other, so a trail has no gaps.
+            key: which source this is, so whose fraction goes on: a text or an integer; calls of a system with
+                the same key are the same source. None: the line of the script that calls; several calls of a
+                line (or key) in a frame are sources of their own, in their order. Where emitters of a loop
+                come and go, give each a key.
         """
         self._births.source(shape, rate, jitter, moving_from, key)
 
     @says_near_names
-    def burst(self, shape: Shape | ArrayLike, count: int) -> None:
-        """Emit `count` particles in `shape`, once in this frame."""
-        self._births.burst(shape, count)
+    def burst(self, shape: Shape | ArrayLike, count: int = 1) -> None:
+        """Emit particles in a shape, once in this frame.
 
-    def vertex(self, position: ArrayLike) -> None:
-        """Emit one particle at `position`."""
-        self._births.burst(arguments.triple("position", position), 1)
+        Args:
+            shape: where they are born, m; a point for all at one place.
+            count: how many.
+        """
+        self._births.burst(shape, count)
 
     def emit(
         self,
@@ -129,13 +136,17 @@ class System(Recorder):
         position: ArrayLike | None = None,
         **columns: ArrayLike,
     ) -> None:
-        """Emit the particles of these arrays, one row per particle: `position` (n, 3), others (n, 3) or (n,).
+        """Emit the particles of these arrays, the same on every rank, one row per particle.
 
-        Vectors of 2 numbers, (n, 2), stand for (x, y, 0). Attributes that are not given come from
-        `configure`. The arrays must be the same on every rank.
+        Attributes that are not given come from `configure`. Vectors of 2 numbers, (n, 2), stand for (x, y,
+        0).
 
-        `particles`: those that `gather("all")` or `motes.open_particles(path)[frame]` gave, with all that
-        `Particles.columns` names; arrays that are also given replace its columns. They get new ids.
+        Args:
+            particles: those that `gather("all")` or `motes.open_particles(path)[frame]` gave, with all that
+                `Particles.columns` names; they get new ids, and arrays that are also given replace their
+                columns.
+            position: m, shape (n, 3).
+            **columns: other attributes by name, shape (n, 3) or (n,).
         """
         self._births.emit(particles, position, columns)
 
@@ -151,30 +162,56 @@ class System(Recorder):
     ) -> Ties:
         """Emit rows x columns particles, tied to a cloth; ids in the order of rows.
 
-        Row 0, column 0 is at `origin`, the last row at `origin + along`, the last column at
-        `origin + across`. `pinned`: places (row, column) of particles that only the script moves. Return the
-        ties, for `tie`.
+        Args:
+            rows: at least 2.
+            columns: at least 2.
+            origin: where row 0, column 0 is, m.
+            along: from there to the last row, m.
+            across: from there to the last column, m.
+            pinned: places (row, column) of particles that only the script moves.
+
+        Returns:
+            The ties, for `tie`.
         """
         return cloth(self._births, rows, columns, origin, along, across, pinned)
 
     @says_near_names
     def rope(self, start: ArrayLike, end: ArrayLike, count: int, pinned: Iterable[int] = ()) -> Ties:
-        """Emit `count` particles from `start` to `end`, tied to a rope. `pinned`: places, 0..count - 1.
+        """Emit particles in a straight line, tied to a rope.
 
-        Return the ties, for `tie`.
+        Args:
+            start: where the first one is, m.
+            end: where the last one is, m.
+            count: at least 2.
+            pinned: places, 0..count - 1, of particles that only the script moves.
+
+        Returns:
+            The ties, for `tie`.
         """
         return rope(self._births, start, end, count, pinned)
 
     @says_near_names
     def spawn(
-        self, *, into: System, on: str = "death", count: int, inherit_velocity: float = 0, where: Where = None
+        self,
+        into: System,
+        *,
+        on: Literal["birth", "death", "collision", "frame"],
+        count: int,
+        inherit_velocity: float = 0,
+        where: Where = None,
     ) -> None:
-        """Let events of this frame emit particles of system `into`: `count` for each parent.
+        """Let events of this frame emit particles of another system.
 
-        `on`: "birth", "death", "collision" (with what it bounces off), or "frame" (being alive at its end); a
-        particle counts once per rule and frame. Children are born at the end of this frame, where the parent
-        is then, with the attributes that `into.configure` has set so far plus `inherit_velocity` times the
-        parent's velocity. They are numbered in the order of the parents' ids.
+        Children are born at the end of this frame, where the parent is then, with the attributes that
+        `into.configure` has set so far. They are numbered in the order of the parents' ids.
+
+        Args:
+            into: the system that gets the children.
+            on: "birth", "death", "collision" (with what it bounces off), or "frame" (being alive at its end);
+                a particle counts once per rule and frame.
+            count: children for each parent.
+            inherit_velocity: the part of the parent's velocity that is added to a child's.
+            where: which parents: those in a shape, or for which a comparison of columns holds; None: all.
         """
         self._children.spawn("spawn", recorded_of(into), into, on, count, inherit_velocity, where)
 
@@ -182,16 +219,23 @@ class System(Recorder):
     def trail(
         self,
         into: System,
+        *,
         every: float,
         count: int = 1,
-        *,
         inherit_velocity: float = 0,
         where: Where = None,
     ) -> None:
-        """Let particles leave `count` particles of system `into` behind, each `every` seconds of their age.
+        """Let particles leave particles of another system behind at regular ages.
 
         They do so in the frames in which their age passes a multiple of `every`, up to half a frame early:
         once per frame at most. As `spawn(on="frame")`, which says where children are born and with what.
+
+        Args:
+            into: the system that gets the children.
+            every: seconds of a parent's age from one time to the next.
+            count: children each time.
+            inherit_velocity: the part of the parent's velocity that is added to a child's.
+            where: which parents: those in a shape, or for which a comparison of columns holds; None: all.
         """
         self._children.trail(recorded_of(into), into, every, count, inherit_velocity, where)
 
@@ -199,22 +243,31 @@ class System(Recorder):
 
     @says_near_names
     def callback(self, function: Callable[[LocalParticles], object], *, where: Where = None) -> None:
-        """Call `function(particles)` here in the list, on each calculator, with views of its particles.
+        """Call a function here in the list, on each calculator, with views of its particles.
 
         It must treat each particle by itself, and not depend on how many there are: newborn particles may
-        come in a separate call. It is called in each sub-step. It cannot record, step or read systems. With
-        `where`, it sees only the particles in a shape or for which a comparison holds: their columns are
-        copies, which are written back afterwards, and it is not called if there are none.
+        come in a separate call. It is called in each sub-step. It cannot record, step or read systems.
+
+        Args:
+            function: takes `LocalParticles`.
+            where: it sees only the particles in a shape or for which a comparison holds: their columns are
+                copies, which are written back afterwards, and it is not called if there are none. None: all
+                particles.
         """
         self._callbacks.callback(function, where)
 
     @says_near_names
     def pairs(self, function: Callable[[Pairs], object], radius: float, *, where: Where = None) -> None:
-        """Call `function(pairs)` here in the list, on each calculator, with the pairs within `radius` metres.
+        """Call a function here in the list, on each calculator, with the pairs within a radius. Paper 3.1.5.
 
-        Each pair is seen from both of its particles; `function` returns the changes of velocity of the own
-        ones, shape (n, 3), or None for no change. They are added in the order of the pairs. It must treat
-        each pair by itself. Paper 3.1.5.
+        Each pair is seen from both of its particles. The changes that the function returns are added in the
+        order of the pairs; it must treat each pair by itself.
+
+        Args:
+            function: takes `Pairs`; returns the changes of velocity of the own particles, m/s, shape (n, 3),
+                or None for no change.
+            radius: m.
+            where: which particles: those in a shape, or for which a comparison of columns holds; None: all.
         """
         self._callbacks.pairs(function, radius, where)
 
@@ -233,6 +286,9 @@ class System(Recorder):
         any result. With sub-steps the views show a preview, in which all of them have run; writing into it
         makes it count, and then the rest of the list runs after it. Particles whose positions were written go
         to their owners when the frame ends. The frame cannot end inside the block.
+
+        Yields:
+            The views: `p.position` (n, 3), `p.id` (n,), ...
         """
         session, recorded = self._session, self._recorded
         engine = session.begin("local()", reads=True)
@@ -266,13 +322,17 @@ class System(Recorder):
     def _refuse_writing(self, recording: Recording) -> NoReturn:
         recording.refuse(self._session.frame, f"the script writes particles of '{self.name}'")
 
-    def gather(self, *, to: int | str = 0) -> Particles:
-        """Copy all particles, sorted by id, to rank 0 or to "all". Collective.
+    def gather(self, *, to: Literal[0, "all"] = 0) -> Particles:
+        """Copy all particles, sorted by id. Collective.
 
-        Elsewhere the result is falsy and empty.
+        Args:
+            to: 0: to rank 0 alone; "all": to every rank.
+
+        Returns:
+            The particles; elsewhere the result is falsy and empty.
         """
         if not isinstance(to, (int, str)) or isinstance(to, bool) or to not in (0, "all"):
-            raise ArgumentError("to", to, "0 or 'all'")
+            raise ArgumentError("to", to, "0 or 'all'", known=("all",))
         engine = self._session.begin("gather()", reads=True)
         try:
             return Particles(engine.gather(self._recorded.index, to == "all"))
@@ -280,13 +340,19 @@ class System(Recorder):
             self._session.end_conversation(engine)
 
     @says_near_names
-    def total(self, expression: Expression | ArrayLike, where: Where = None) -> Any:
-        """Sum an expression over all particles: a float, or for a vector an array of 3. Collective.
+    def total(self, expression: Expression | ArrayLike, *, where: Where = None) -> Any:
+        """Sum an expression over all particles. Collective.
 
-        Every rank gets the result: the exact sum of the expression's float32 values, rounded once, whatever
-        the ranks, threads and order. So it equals `math.fsum` of these values. With NaN, or both infinities,
-        it is NaN; with one infinity it is that one; of no particles it is 0. `total(1)` counts. With `where`,
-        only the particles in a shape or for which a comparison holds.
+        The exact sum of the expression's float32 values, rounded once, whatever the ranks, threads and order;
+        so it equals `math.fsum` of these values. With NaN, or both infinities, it is NaN; with one infinity
+        it is that one; of no particles it is 0. `total(1)` counts.
+
+        Args:
+            expression: a number or a vector per particle.
+            where: which particles: those in a shape, or for which a comparison of columns holds; None: all.
+
+        Returns:
+            A float, or for a vector an array of 3; on every rank.
         """
         return self._sums.total(expression, where)
 
@@ -296,13 +362,22 @@ class System(Recorder):
         expression: Expression,
         edges: ArrayLike,
         weights: Expression | float | None = None,
+        *,
         where: Where = None,
     ) -> NDArray[Any]:
-        """Count particles by an expression, or sum `weights` in each bin. Collective; every rank gets it.
+        """Count particles by an expression, or sum `weights` in each bin. Collective.
 
         Bin i holds edges[i] <= value < edges[i + 1], the last one its upper edge too, as in
-        `numpy.histogram`. Values outside and NaN are left out; the outer edges may be infinite. Counts are
-        int64; sums are float64, exact and rounded once, as those of `total`.
+        `numpy.histogram`. Values outside and NaN are left out.
+
+        Args:
+            expression: a number per particle.
+            edges: ascending numbers, at least 2; the outer ones may be infinite.
+            weights: what is added up in each bin; None: particles are counted.
+            where: which particles: those in a shape, or for which a comparison of columns holds; None: all.
+
+        Returns:
+            Counts, int64, or sums, float64, exact and rounded once as those of `total`; on every rank.
         """
         return self._sums.histogram(expression, edges, weights, where)
 
@@ -313,14 +388,24 @@ class System(Recorder):
         high: ArrayLike,
         shape: Sequence[int],
         weights: Expression | float | None = None,
+        *,
         where: Where = None,
     ) -> NDArray[Any]:
-        """Count particles in a grid of cells, or sum `weights` in each. Collective; every rank gets it.
+        """Count particles in a grid of cells, or sum `weights` in each. Collective.
 
-        There are `shape` = (nx, ny, nz) cells from `low` to `high`; the result is indexed [ix, iy, iz]. Their
-        edges are those of `numpy.linspace(low[0], high[0], nx + 1)` and so on; a cell holds its lower faces,
-        not its upper ones. Particles outside are left out. Counts are int64; sums are float64, exact and
-        rounded once, as those of `total`.
+        The cells' edges are those of `numpy.linspace(low[0], high[0], nx + 1)` and so on; a cell holds its
+        lower faces, not its upper ones. Particles outside are left out.
+
+        Args:
+            low: the grid's lowest corner, m.
+            high: its highest corner, m.
+            shape: the number of cells along each axis, (nx, ny, nz).
+            weights: what is added up in each cell; None: particles are counted.
+            where: which particles: those in a shape, or for which a comparison of columns holds; None: all.
+
+        Returns:
+            Counts, int64, or sums, float64, exact and rounded once as those of `total`, indexed [ix, iy, iz];
+            on every rank.
         """
         return self._sums.tally(low, high, shape, weights, where)
 
@@ -338,7 +423,7 @@ class System(Recorder):
         with self._session.usage.during("setting the sprite"):
             self._recorded.sprite = value
             if self._session.engine is not None:
-                self._session.engine.set_sprite(self._recorded.index, value.core)
+                self._session.engine.set_sprite(self._recorded.index, native_of(value))
 
     @property
     def axis(self) -> str | None:
@@ -384,14 +469,14 @@ class System(Recorder):
 
     def _refuse(self, name: str) -> NoReturn:
         if name in self._recorded.attributes:
-            raise NotAssignable(
+            raise NotAssignableError(
                 f"{name} belongs to particles, not to a system: configure({name}=...) gives it to newborn "
                 f"particles, set({name}=...) to living ones"
             )
         if hasattr(type(self), name) or name in ("world", "name"):
-            raise NotAssignable(f"{name} of a system cannot be assigned")
+            raise NotAssignableError(f"{name} of a system cannot be assigned")
         known = ["sprite", *self._recorded.attributes]
-        raise NotAssignable(f"a system has no attribute {name!r} to assign{near(name, known)}")
+        raise NotAssignableError(f"a system has no attribute {name!r} to assign{near(name, known)}")
 
     def __getattr__(self, name: str) -> Any:
         """Raise the error for an attribute that does not exist, with what to use instead."""

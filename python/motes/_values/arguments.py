@@ -80,8 +80,8 @@ def flag(argument: str, value: Any) -> bool:
     return bool(value)
 
 
-def choice(argument: str, value: Any, allowed: Sequence[str]) -> str:
-    """Return `value`, which must be one of the allowed texts."""
+def choice(argument: str, value: Any, allowed: Sequence[str]) -> Any:
+    """Return `value`, which must be one of the allowed texts; any, since they are `Literal` where it goes."""
     if not isinstance(value, str) or value not in allowed:
         raise ArgumentError(argument, value, " or ".join(repr(text) for text in allowed), known=allowed)
     return value

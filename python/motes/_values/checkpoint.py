@@ -16,14 +16,17 @@ __all__ = ["Checkpoint"]
 class Checkpoint(Value):
     """Every so many frames all particles go to disk, while frames go on.
 
-    A run of the same script with the same directory goes on behind the newest whole checkpoint, on any
-    number of ranks, in any roles. They are made where the loop of `world.frames(n)` begins its next pass:
-    what the script computes in that loop must follow from the frame's number and from the particles.
+    A run of the same script with the same directory goes on from the newest whole checkpoint, on any number
+    of ranks, in any roles. They are made where the loop of `world.frames(n)` begins its next pass: what the
+    script computes in that loop must follow from the frame's number and from the particles.
 
-    `directory`: on a file system that all ranks see; each checkpoint is a folder in it. `every`: frames.
-    `keep`: how many whole ones stay; two survive a damaged disk block in the newest. `pickles`: whether what
-    a balancer of your own knows is kept and read by pickle where it is more than numbers, text, lists, dicts
-    and arrays; a pickle can run code of the person who wrote the checkpoint.
+    Attributes:
+        directory: on a file system that all ranks see; each checkpoint is a folder in it.
+        every: frames from one checkpoint to the next.
+        keep: how many whole ones stay; two survive a damaged disk block in the newest.
+        pickles: whether what a balancer of your own knows is kept and read by pickle where it is more than
+            numbers, text, lists, dicts and arrays; a pickle can run code of the person who wrote the
+            checkpoint.
     """
 
     directory: str | os.PathLike[str]

@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from itertools import pairwise
-from typing import Any, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import ArgumentError
 from . import arguments
-from .values import Moving, Value, key_of, value
+from .values import Moving, Value, key_of, moves, value
 
 __all__ = ["Curve", "Number", "Vector", "integrals", "moving_part"]
 
@@ -36,10 +36,10 @@ class Curve(Value, Moving):
 
     keys: tuple[tuple[float, Key], ...]
     """Times, s, and values: numbers or vectors."""
-    interpolation: str = "linear"
+    interpolation: Literal["linear", "smooth", "hold"] = "linear"
     """What happens between two keys: "linear", "smooth" or "hold"."""
 
-    def __init__(self, keys: Any, interpolation: str = "linear") -> None:
+    def __init__(self, keys: Any, interpolation: Literal["linear", "smooth", "hold"] = "linear") -> None:
         """Take the key frames and what happens between them."""
         kept: list[tuple[float, Key]] = []
         for time, given in _pairs(keys):
@@ -73,7 +73,12 @@ class Curve(Value, Moving):
         return a + (b - a) * part
 
     def integral(self, low: float, high: float) -> float:
-        """Return the integral over time from `low` to `high` seconds, low <= high; of numbers only."""
+        """Return the integral over time; of numbers only.
+
+        Args:
+            low: seconds.
+            high: seconds, at least `low`.
+        """
         if isinstance(self.keys[0][1], tuple):
             raise ArgumentError("curve", self, "of numbers: a vector has no integral here")
         low, high = arguments.number("low", low), arguments.number("high", high)
@@ -141,6 +146,6 @@ def moving_part(given: Any) -> tuple[float, ...]:
     """Return the times of the keys of a curve, or of the curves in a value's fields."""
     if isinstance(given, Moving):
         return given.times
-    if isinstance(given, Value) and given.moves:
+    if isinstance(given, Value) and moves(given):
         return tuple(time for field in key_of(given) for time in moving_part(field))
     return ()

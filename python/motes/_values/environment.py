@@ -26,7 +26,7 @@ __all__ = [
     "threads",
 ]
 
-BIRTHS = ("manager", "calculators")
+BIRTHS = ("auto", "manager", "calculators")
 PROGRESS = ("lines", "bar", "off")
 SIMD = ("sse2", "avx2", "avx512")
 MOST_RANKS = 2**31 - 1
@@ -87,7 +87,8 @@ def births(given: Any) -> str:
     """Return who creates births: MOTES_BIRTHS, or else World's `births`."""
     from . import arguments
 
-    return read("MOTES_BIRTHS") or arguments.choice("births", given, BIRTHS)
+    told: str | None = read("MOTES_BIRTHS")
+    return told or str(arguments.choice("births", given, BIRTHS))
 
 
 def fan_out(given: Any) -> int:
@@ -211,7 +212,7 @@ TABLE = {
         Variable(
             "MOTES_BIRTHS",
             "who creates births",
-            "manager or calculators",
+            "auto, manager or calculators",
             _one_of(*BIRTHS),
             default_text="what the script says: `World(births=...)`",
         ),

@@ -19,11 +19,15 @@ MOST_PORT = 65535
 class Live(Value):
     """The run can be seen and steered in a browser (docs/live.md).
 
-    `port`: where the image generator's process serves its page; a busy one gives way to the next one, 0 takes
-    any. `host`: the address that it listens to; others than the loopback's let everybody in the network try
-    the token in the page's address. `wait`: the first frame waits for the first viewer. `max_fps`: pictures
-    per second that a viewer gets, at most. `quality`: of their JPEG, 1..100; a picture that stands still
-    follows without loss. `paused`: the run starts paused.
+    Attributes:
+        port: where the image generator's process serves its page; a busy one gives way to the next one, 0
+            takes any.
+        host: the address that it listens to; others than the loopback's let everybody in the network try the
+            token in the page's address.
+        wait: whether the first frame waits for the first viewer.
+        max_fps: pictures per second that a viewer gets, at most.
+        quality: of their JPEG, 1..100; a picture that stands still follows without loss.
+        paused: whether the run starts paused.
     """
 
     port: int

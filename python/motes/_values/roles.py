@@ -21,9 +21,13 @@ MIN_SPEED = environment.LEAST_SPEED
 class Roles:
     """Ranks by role: a rank may play several roles, or none.
 
-    `speeds`: {rank: part of its speed, above 0, at most 1}: such a rank takes the time that a machine of that
-    speed would take, so that a heterogeneous cluster can be studied on one computer. The environment variable
-    MOTES_SPEEDS="2:1.0,3:0.5" does the same without a change of the script, and takes precedence.
+    Attributes:
+        manager: the rank that creates births, balances and writes the log.
+        image_generator: the rank that gets the picture.
+        calculators: the ranks that compute particles, in the order of their domains.
+        speeds: {rank: part of its speed, above 0, at most 1}. Such a rank takes the time that a machine of
+            that speed would take, so that one computer can stand for a heterogeneous cluster.
+            `MOTES_SPEEDS="2:1.0,3:0.5"` does the same without a change of the script, and takes precedence.
     """
 
     manager: int
@@ -54,7 +58,7 @@ def cast(roles: Any, ranks: Sequence[int], size: int) -> Core:
         _core.check_roles(chosen, size)
         return chosen if len(ranks) == size else _core.cast_left(chosen, list(ranks))
     if not isinstance(roles, str) or roles not in ("auto", "shared"):
-        raise ArgumentError("roles", roles, "'auto', 'shared' or Roles(...)")
+        raise ArgumentError("roles", roles, "'auto', 'shared' or Roles(...)", known=("auto", "shared"))
     return _core.cast(roles, len(ranks))
 
 

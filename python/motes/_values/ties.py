@@ -27,9 +27,11 @@ Tethers: TypeAlias = tuple[NDArray[np.uint64], NDArray[np.uint32], NDArray[np.fl
 class Ties(Value):
     """Pairs of particles that hold each other at a distance: for `System.tie`. Immutable.
 
-    `pairs`: ids, shape (n, 2). `lengths`: m, shape (n,) or one number. `kinds`: 0 for ties against
-    stretching, 1 against shearing, 2 against bending, shape (n,); None: all 0. `pinned`: ids of particles
-    that the ties do not move.
+    Attributes:
+        pairs: ids, shape (n, 2).
+        lengths: m, shape (n,) or one number.
+        kinds: 0 for ties against stretching, 1 against shearing, 2 against bending, shape (n,); None: all 0.
+        pinned: ids of particles that the ties do not move.
     """
 
     pairs: ArrayLike

@@ -8,7 +8,7 @@ from abc import abstractmethod
 from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, TypeVar, dataclass_transform
 
-from ..errors import ArgumentError, NotAssignable, near
+from ..errors import ArgumentError, NotAssignableError, near
 
 __all__ = [
     "Moving",
@@ -17,6 +17,7 @@ __all__ = [
     "at",
     "items_of",
     "key_of",
+    "moves",
     "says_near_names",
     "shown",
     "times_of",
@@ -28,8 +29,6 @@ if TYPE_CHECKING:
     from inspect import Signature
 
 T = TypeVar("T")
-_REQUIRED: Any = object()
-"""Stands for the default of a field that has none."""
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
@@ -80,7 +79,7 @@ def _signature_of(kind: Any) -> Signature:
     """Return the signature of a class without a constructor of its own."""
     from inspect import Parameter, Signature
 
-    if getattr(kind.__init__, "__wrapped__", kind.__init__) is not Value.__init__:
+    if kind.__init__ is not Value.__init__:
         raise AttributeError("__signature__")
     how = Parameter.POSITIONAL_OR_KEYWORD if kind.__match_args__ else Parameter.KEYWORD_ONLY
     parameters = [
@@ -93,9 +92,9 @@ def _signature_of(kind: Any) -> Signature:
 class Value:
     """Base of values: they are immutable, compare and hash by their fields, can be copied and pickled.
 
-    `repr` shows the call that makes an equal value. Subclasses are decorated by `value`. A class gets its
-    constructor when it is first called, and becomes a dataclass when `dataclasses` first looks at it: at
-    import, for 66 classes of which a run uses ten, that took 50 ms of each start.
+    `repr` shows the call that makes an equal value. Subclasses are decorated by `value`, and become
+    dataclasses when `dataclasses` first looks at them: constructors that `dataclass` writes would take 34 ms
+    of each start, for 49 classes of which a run uses ten, and make a value hardly faster.
     """
 
     __signature__ = _Late(_signature_of)
@@ -107,40 +106,64 @@ class Value:
     """The fields that may be given by place: all or none."""
     _may_move: ClassVar[bool] = False
     """Whether curves may stand in its fields."""
-    moves = False
+    _moves = False
     """Whether a curve stands in a field."""
 
-    def __init__(self, *args: Any, **keywords: Any) -> None:
+    def __init__(self, *by_place: Any, **given: Any) -> None:
         """Take the fields."""
-        kind = _decorated(type(self))
-        kind.__init__ = _constructor(kind)
-        kind.__init__(self, *args, **keywords)
+        kind = type(self)
+        if by_place:
+            given = self._named(by_place, given)
+        state = self.__dict__
+        state.update(kind._defaults)
+        state.update(given)
+        if state.keys() != _decorated(kind)._fields.keys():
+            self._refuse(given)
+        if kind._may_move:
+            for one in given.values():
+                if isinstance(one, Moving):
+                    self._check_moving()
+                    return
+        self.__post_init__()
+
+    def _named(self, by_place: tuple[Any, ...], given: dict[str, Any]) -> dict[str, Any]:
+        """Return all arguments by name. Raises TypeError for too many, as Python does."""
+        call, names = f"{type(self).__name__}.__init__()", self.__match_args__
+        if len(by_place) > len(names):
+            counted = f"{1 + len(names)} positional argument{'s' if names else ''}"  # self is one of them
+            raise TypeError(f"{call} takes {counted} but {1 + len(by_place)} were given")
+        placed = dict(zip(names, by_place, strict=False))
+        for name in placed.keys() & given.keys():
+            raise TypeError(f"{call} got multiple values for argument {name!r}")
+        return placed | given
 
     def __post_init__(self) -> None:
         """Check the fields."""
 
-    def at_time(self: T, time: float) -> T:
+    def _at_time(self: T, time: float) -> T:
         """Return the value as it is at a time, in seconds: with the curves' values in place of curves."""
-        if not self.moves:  # type: ignore[attr-defined]
+        if not self._moves:  # type: ignore[attr-defined]
             return self
         items: dict[str, Any] = self._items()  # type: ignore[attr-defined]
         return type(self)(**{name: at(field, time) for name, field in items.items()})
 
-    def _refuse(self, unknown: Mapping[str, Any], required: Mapping[str, Any]) -> NoReturn:
+    def _refuse(self, given: Mapping[str, Any]) -> NoReturn:
         """Raise TypeError for arguments that do not fit, as Python does, but with the near name."""
-        call = f"{type(self).__name__}.__init__()"
-        for name in unknown:
-            hint = near(name, self._fields)
-            raise TypeError(f"{call} got an unexpected keyword argument {name!r}{hint}")
-        missing = [repr(name) for name, given in required.items() if given is _REQUIRED]
-        raise TypeError(f"{call} missing {len(missing)} required arguments: {', '.join(missing)}")
+        call = f"{_decorated(type(self)).__name__}.__init__()"
+        for name in given:
+            if name not in self._fields:
+                hint = near(name, self._fields)
+                raise TypeError(f"{call} got an unexpected keyword argument {name!r}{hint}")
+        missing = [repr(name) for name in self._fields if name not in self.__dict__]
+        counted = f"{len(missing)} required argument{'s' if len(missing) > 1 else ''}"
+        raise TypeError(f"{call} missing {counted}: {', '.join(missing)}")
 
     def _check_moving(self) -> None:
         """Check all that the value will be."""
         items = self._items()
         for time in times_of(items.values()):
             type(self)(**{name: at(field, time) for name, field in items.items()})
-        self.__dict__["moves"] = True
+        self.__dict__["_moves"] = True
 
     def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **keywords: Any) -> NoReturn:
         """Refuse NumPy's arithmetic, which would take any object for a true constant."""
@@ -203,22 +226,22 @@ class Value:
         """Refuse: values do not change."""
         kind = type(self).__name__
         if name in self._fields:
-            raise NotAssignable(
+            raise NotAssignableError(
                 f"{kind}.{name} cannot be assigned: values do not change; make a new {kind}, "
                 f"or dataclasses.replace(it, {name}=...)"
             )
-        raise NotAssignable(f"{kind} has no attribute {name!r}{near(name, self._fields)}")
+        raise NotAssignableError(f"{kind} has no attribute {name!r}{near(name, self._fields)}")
 
     def __delattr__(self, name: str) -> NoReturn:
         """Refuse: values do not change."""
-        raise NotAssignable(f"{type(self).__name__}.{name} cannot be deleted: values do not change")
+        raise NotAssignableError(f"{type(self).__name__}.{name} cannot be deleted: values do not change")
 
 
 def at(given: Any, time: float) -> Any:
     """Return what a field is at a time: a curve's value then, or the field itself where it does not move."""
     if isinstance(given, Moving):
         return given(time)
-    return given.at_time(time) if isinstance(given, Value) else given
+    return given._at_time(time) if isinstance(given, Value) else given
 
 
 def times_of(given: Iterable[Any]) -> list[float]:
@@ -257,6 +280,11 @@ def key_of(value: Value) -> tuple[Any, ...]:
     return value._key()
 
 
+def moves(value: Value) -> bool:
+    """Tell whether a curve stands in a field of a value."""
+    return value._moves
+
+
 class Settings:
     """Base of objects with attributes that may change: each is checked when assigned; there are no others."""
 
@@ -278,8 +306,8 @@ class Settings:
         if check is None:
             kind = type(self).__name__
             if name in self.__dict__:
-                raise NotAssignable(f"{kind}.{name} is fixed when the {kind} is made")
-            raise NotAssignable(f"{kind} has no attribute {name!r}{near(name, self._checks)}")
+                raise NotAssignableError(f"{kind}.{name} is fixed when the {kind} is made")
+            raise NotAssignableError(f"{kind} has no attribute {name!r}{near(name, self._checks)}")
         if isinstance(given, Moving) and name in self._may_move:
             for time in given.times:
                 check(name, given(time))
@@ -304,29 +332,6 @@ def value(*, init: bool = True, kw_only: bool = False) -> Callable[[type[T]], ty
         decorated: type[T] = kind
         return decorated
 
-    return made
-
-
-def _constructor(kind: Any) -> Any:
-    """Make a constructor: scripts make values by the hundred, and one that loops over fields is slower."""
-    names = list(kind._fields)
-    required = [name for name in names if name not in kind._defaults]
-    lacks = " or ".join(["_unknown", *(f"{name} is _required" for name in required)])
-    moves = " or ".join(f"isinstance({name}, _Moving)" for name in names if kind._may_move) or "False"
-    lines = [
-        f"def __init__(self, {'' if kind.__match_args__ else '*, '}",
-        *(f"{name}=_defaults.get({name!r}, _required), " for name in names),
-        "**_unknown):\n",
-        f"    if {lacks}: self._refuse(_unknown, dict({', '.join(f'{name}={name}' for name in required)}))\n",
-        "    _state = self.__dict__\n",
-        *(f"    _state[{name!r}] = {name}\n" for name in names),
-        f"    if {moves}: self._check_moving()\n",
-        "    else: self.__post_init__()\n",
-    ]
-    scope = {"_defaults": kind._defaults, "_required": _REQUIRED, "_Moving": Moving}
-    exec("".join(lines), scope)  # of names of fields alone
-    made: Any = functools.wraps(Value.__init__)(scope["__init__"])
-    made.__qualname__ = f"{kind.__qualname__}.__init__"
     return made
 
 

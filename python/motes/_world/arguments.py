@@ -10,13 +10,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import _core
+from .._live import repeating
 from .._mpi import alone, rank_process
 from .._picture.rendering import Renderer
 from .._picture.sprites import Sprite
 from .._run.process import process
+from .._run.settings import RunSettings
 from .._system.recorded import Recorded
 from .._system.system import recorded_of
-from .._values import arguments
+from .._values import arguments, environment
+from .._values.checkpoint import checked as checkpoint_of
+from .._values.live import checked as live_of
 from ..balance import BALANCERS, Balancer, Static
 from ..errors import ArgumentError
 
@@ -33,14 +37,52 @@ __all__ = [
     "leader",
     "ranks_of",
     "renderer",
+    "settings",
     "spans",
     "sprite",
     "system_name",
     "user_attributes",
 ]
 
-ALLOWED_AXES = "'x', 'y', 'z', 'xy', 'xz', 'yz', 'xyz' or None"
+AXES = ("x", "y", "z", "xy", "xz", "yz", "xyz")
+ALLOWED_AXES = f"{', '.join(map(repr, AXES))} or None"
 BY_ID = "id"  # the name of axis=None in logs and in the core
+
+
+def settings(
+    *,
+    cast: tuple[int, int, Sequence[int]],
+    speeds: Mapping[int, float],
+    **given: Any,
+) -> RunSettings:
+    """Return the settings of a run from the arguments of a world, checked; the environment takes precedence.
+
+    `cast`, `speeds`: what its `roles` come to on the ranks that are there.
+    """
+    seed, axes, log = given["seed"], axis(given["axis"]), given["log"]
+    return RunSettings(
+        seed=None if seed is None else arguments.integer("seed", seed, high=2**64 - 1),
+        dt=arguments.number("dt", given["dt"], low=1e-9, high=1e9),
+        substeps=arguments.integer("substeps", given["substeps"], low=1, high=10_000),
+        axis=axes,
+        space=interval(given["space"]),
+        roles=cast,
+        balancer=balancer(given["balancer"], axes),
+        combine=arguments.choice("combine", given["combine"], ("one_by_one", "together", "overlapped")),
+        births=environment.births(given["births"]),
+        fan_out=environment.fan_out(given["fan_out"]),
+        threads=environment.threads(given["threads"]),
+        clock=arguments.choice("clock", given["clock"], ("cpu", "wall")),
+        digest=arguments.flag("digest", given["digest"]),
+        log=directory(log),
+        spans=spans(given["spans"], log=log),
+        speeds=speeds,
+        stall_s=environment.stall_s(),
+        checkpoint=checkpoint_of(given["checkpoint"]),
+        on_loss=arguments.choice("on_loss", given["on_loss"], ("stop", "recover")),
+        live=live_of(given["live"]),
+        steering=repeating.checked(given["steering"]),
+    )
 
 
 def axis(value: Any, world: str | None = None) -> str:
@@ -53,7 +95,7 @@ def axis(value: Any, world: str | None = None) -> str:
     if value is None:
         return BY_ID
     if not isinstance(value, str) or not value or len(set(value)) != len(value) or set(value) - set("xyz"):
-        raise ArgumentError("axis", value, ALLOWED_AXES)
+        raise ArgumentError("axis", value, ALLOWED_AXES, known=AXES if world is None else ("world", *AXES))
     return "".join(sorted(value))
 
 
@@ -164,7 +206,7 @@ def interval(space: Any) -> tuple[float, float] | str | None:
     if isinstance(space, str) and space == "fit":
         return space
     if isinstance(space, str) or not isinstance(space, (tuple, list)) or len(space) != 2:
-        raise ArgumentError("space", space, "(lo, hi), None or 'fit'")
+        raise ArgumentError("space", space, "(lo, hi), None or 'fit'", known=("fit",))
     low = arguments.number("space", space[0], low=-1e12, high=1e15)
     high = arguments.number("space", space[1], low=-1e12, high=1e15)
     if not low < high:

@@ -20,10 +20,10 @@ from .._run.losses import lost_ranks, unless_lost
 from .._run.peers import Peer, PeerWatch
 from .._run.process import OpenRun, process
 from .._run.settings import RunSettings
-from .._run.threads import MASK_BYTES, Place, processors, threads_of
+from .._run.threads import MASK_BYTES, Place, are_crowded, processors, threads_of
 from .._run.waiting import Wait, poll, warn_s
 from .._values import environment
-from ..errors import ArgumentError, LogError, MotesError, ScriptMismatch, place
+from ..errors import ArgumentError, LogError, MotesError, ScriptMismatchError, place
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -69,9 +69,9 @@ def _count_left(comm: MPI.Intracomm) -> None:
 def meet(run: OpenRun, comm: MPI.Intracomm, settings: RunSettings, role: str) -> RunSettings:
     """Fill in the run: communicator, peers, log. Collective.
 
-    Returns the settings with the seed that all agreed on and this rank's threads. Raises ScriptMismatch if
-    ranks were given different settings, and whatever `LogDirectory.claim` raises on the manager; every rank
-    raises it.
+    Returns the settings with the seed that all agreed on and this rank's threads. Raises ScriptMismatchError
+    if ranks were given different settings, and whatever `LogDirectory.claim` raises on the manager; every
+    rank raises it.
     """
     from mpi4py import MPI
 
@@ -85,7 +85,8 @@ def meet(run: OpenRun, comm: MPI.Intracomm, settings: RunSettings, role: str) ->
     text = json.dumps(settings.compared()).encode()
     cards = _exchange_cards(made, Peer.here(rank=comm.rank, role=role), wish, text, settings)
     run.peers = [card.peer for card in cards]
-    run.threads = threads_of([card.place for card in cards])
+    places = [card.place for card in cards]
+    run.threads = threads_of(places)
     run.watch = PeerWatch(run.peers, rank=comm.rank)
     _compare(made, cards, text, settings)
     settings = _find_repeated(run, settings)
@@ -97,6 +98,7 @@ def meet(run: OpenRun, comm: MPI.Intracomm, settings: RunSettings, role: str) ->
         seed=seed,
         threads=run.threads[comm.rank],
         continued_from=settings.continued_from if found is None else found.frame,
+        crowded=are_crowded(places),
     )
     _claim_log(run, settings)
     process.entered += 1
@@ -248,7 +250,7 @@ def _exchange_cards(
 
 
 def _compare(comm: MPI.Intracomm, cards: Sequence[_Card], text: bytes, settings: RunSettings) -> None:
-    """Raise ScriptMismatch if ranks were given different settings, naming the ranks and the difference."""
+    """Raise ScriptMismatchError, naming ranks and difference, if ranks were given different settings."""
     digests = [card.digest for card in cards]
     model = max(range(len(cards)), key=lambda rank: (digests.count(digests[rank]), -rank))
     different = [rank for rank, digest in enumerate(digests) if digest != digests[model]]
@@ -266,7 +268,7 @@ def _compare(comm: MPI.Intracomm, cards: Sequence[_Card], text: bytes, settings:
     where = place(first, role=cards[first].peer.role, frame=0)
     message = f"{where}: its script differs from the other ranks': {listed}"
     message += f" ({who} differ from rank {model})" if who else ""
-    raise ScriptMismatch(message, frame=0, ranks=tuple(different), speaker=first)
+    raise ScriptMismatchError(message, frame=0, ranks=tuple(different), speaker=first)
 
 
 def _claim_log(run: OpenRun, settings: RunSettings) -> None:

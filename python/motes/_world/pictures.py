@@ -8,7 +8,7 @@ from collections.abc import Callable
 from .. import _core
 from .._live.steering import Steering
 from .._picture.frame import Frame, keep_all
-from .._picture.rendering import Renderer, kept
+from .._picture.rendering import Renderer, kept, view_of
 from .._system.session import Session
 
 __all__ = ["Pictures"]
@@ -36,7 +36,7 @@ class Pictures:
         renderer = self._renderer()
         assert renderer is not None
         pose = self.steering.camera
-        return renderer.view(time, None if pose is None else tuple(pose))
+        return view_of(renderer, time, None if pose is None else tuple(pose))
 
     def take(self, engine: _core.Engine, index: int, time: float, view: _core.View) -> Frame:
         """Return the picture that the engine has made of a view."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import weakref
 from collections import deque
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from .. import _core
 from .._io.output import tell
@@ -51,7 +51,7 @@ class Recovery:
         self._running = weakref.ref(running)  # the engine holds this, and the world holds the engine
         self._run = run
         self._picture: weakref.ref[Frame] | None = None
-        self._saves: deque[tuple[int, Path, int]] = deque(maxlen=_SAVES)
+        self._saves: deque[tuple[int, Path, Literal[8, 16]]] = deque(maxlen=_SAVES)
         self._lost: list[str] = []
         continuing.keep_closed_movies(True)
         engine.survive_losses(EVERY, self)
@@ -75,7 +75,7 @@ class Recovery:
         self._picture = weakref.ref(picture)
         tell_saves(picture, self._note_save)
 
-    def _note_save(self, index: int, path: Path, bits: int) -> None:
+    def _note_save(self, index: int, path: Path, bits: Literal[8, 16]) -> None:
         self._saves.append((index, path, bits))
 
     def tell_unsaved(self, engine: _core.Engine) -> None:

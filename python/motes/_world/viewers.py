@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from .. import _core
 from .._io.output import tell
-from .._live.controls import Choice, Control
+from .._live.controls import Choice, Control, definition_of
 from .._live.pose import Pose
 from .._live.steer_file import NAME, SteerFile
 from .._picture.frame import Frame
@@ -284,7 +284,7 @@ class Viewers:
         header = {
             "seed": settings.seed,
             "script_sha256": same_script.facts()["sha256"],
-            "controls": {name: one.definition for name, one in self.steering.controls.items()},
+            "controls": {name: definition_of(one) for name, one in self.steering.controls.items()},
         }
         self._steer_file = SteerFile(settings.log, header, continued_from=settings.continued_from)
 

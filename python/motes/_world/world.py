@@ -5,26 +5,22 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from types import TracebackType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from .. import _extras
-from .._live import repeating
 from .._live.controls import Choice, Control
 from .._picture.frame import Frame
 from .._picture.rendering import Renderer
 from .._picture.sprites import Sprite
 from .._run.progress import LINES
 from .._run.progress import check as check_progress
-from .._run.settings import RunSettings
 from .._system.recorded import Recorded
 from .._system.session import Session
 from .._system.system import System
-from .._values import arguments, environment
+from .._values import arguments
 from .._values import roles as _roles
 from .._values.checkpoint import Checkpoint
-from .._values.checkpoint import checked as checkpoint_of
 from .._values.live import Live
-from .._values.live import checked as live_of
 from .._values.values import Settings, says_near_names
 from ..balance import Balancer
 from ..errors import MotesError
@@ -66,76 +62,76 @@ class World(Settings):
         seed: int | None = None,
         dt: float = 1 / 24,
         substeps: int = 1,
-        axis: str | None = "x",
-        space: tuple[float, float] | str | None = None,
-        roles: str | _roles.Roles = "auto",
+        axis: Literal["x", "y", "z", "xy", "xz", "yz", "xyz"] | None = "x",
+        space: tuple[float, float] | Literal["fit"] | None = None,
+        roles: Literal["auto", "shared"] | _roles.Roles = "auto",
         balancer: Balancer | None = None,
         renderer: Renderer | None = None,
-        combine: str = "together",
-        births: str = "manager",
+        combine: Literal["one_by_one", "together", "overlapped"] = "together",
+        births: Literal["auto", "manager", "calculators"] = "auto",
         fan_out: int = 8,
         threads: int | None = None,
-        clock: str = "cpu",
+        clock: Literal["cpu", "wall"] = "cpu",
         log: str | os.PathLike[str] | None = None,
         spans: bool = False,
         digest: bool = False,
         checkpoint: Checkpoint | str | os.PathLike[str] | None = None,
-        on_loss: str = "stop",
+        on_loss: Literal["stop", "recover"] = "stop",
         live: Live | int | None = None,
         steering: str | os.PathLike[str] | None = None,
-        progress: str | Callable[[dict[str, Any]], None] = LINES,
+        progress: Literal["lines", "bar", "off"] | Callable[[dict[str, Any]], None] = "lines",
         comm: MPI.Intracomm | None = None,
     ) -> None:
-        """Take the run's settings; nothing is started before `with world:`.
+        """Take the run's settings; nothing starts before `with world:`.
 
-        `seed`: 0..2^64-1, or None for one that rank 0 draws. `dt`: seconds per frame, in which the recorded
-        list runs `substeps` times. `axis`: what domains cut: one axis makes slabs; two or three, "xy", "xyz",
-        make bricks, by halving space again and again; None deals particles out by id, wherever they are.
-        `space`: the interval (m) that they divide at the start, the same along each axis: (lo, hi), None for
-        the paper's infinite space, or "fit" for quantiles of the first births. `roles`: "auto", "shared" or
-        Roles(...). `balancer`: one of motes.balance; None keeps cuts. `renderer`: what `render` draws.
-        `combine`: how several systems share a frame (paper 3.3): "one_by_one", "together" (one message per
-        pair of ranks for all systems) or "overlapped" (the messages of one travel while the next computes).
-        `births`: who creates newborn particles: the "manager", which distributes them, or the "calculators",
-        each its part; the particles are the same. `fan_out`: each rank relays the manager's messages to at
-        most this many others (docs/notes/growth.md measures the benefit of both with many ranks). `threads`: of
-        each rank; the bits are the same. None: the processors that it may use, shared among the ranks of its
-        host (`MOTES_THREADS` overrides). `clock`: what measures a calculator's load: "cpu" (processor time of
-        its threads, which other processes do not lengthen, divided by their number) or "wall". `log`: a
-        directory. `spans`: also log a timeline of each rank. `digest`: also log fingerprints of particles and
-        pictures, one row per frame. `checkpoint`: a directory, or Checkpoint(directory, every=48, keep=2):
-        every so many frames all particles go there, and a later run of the script goes on behind the newest
-        whole one (docs/checkpoints.md). `on_loss`: what follows when a rank is killed: "stop" ends the job;
-        with "recover", under `motes run --survive`, the others take over its work and go on with the same
-        bits. `live`: a port, or Live(port=8080): the run can be seen and steered in a browser. `steering`:
-        the steer.jsonl of such a run, whose orders happen again (docs/live.md). `progress`: "lines", in a
-        notebook a bar and the last picture below the cell (docs/notebooks.md), "bar", "off" or a function of
-        a row. `comm`: an mpi4py communicator.
+        Args:
+            seed: 0..2^64-1; None: rank 0 draws one, which the run prints and logs.
+            dt: seconds per frame.
+            substeps: how many times per frame the recorded list runs, each time for dt / substeps.
+            axis: what domains cut. One axis makes slabs, two or three ("xy", "xyz") make bricks by recursive
+                bisection; None deals particles out by id, wherever they are.
+            space: the interval in metres that domains divide at the start, the same along each axis: (lo,
+                hi); None: the paper's infinite space; "fit": quantiles of the first births.
+            roles: "auto": one rank plays all; of three or more, rank 0 draws, rank 1 manages, and the others
+                calculate (the paper). "shared": every rank calculates. Or Roles(...).
+            balancer: one of `motes.balance`; None: cuts stay.
+            renderer: what `render` draws; may change between frames.
+            combine: how several systems share a frame (paper 3.3). "one_by_one"; "together": one message per
+                pair of ranks for all systems; "overlapped": one system's messages travel while the next
+                computes.
+            births: who creates newborn particles: the "manager", which sends them to their owners, or the
+                "calculators", each its part. "auto" chooses for each frame by their number. The particles are
+                the same.
+            fan_out: each rank relays the manager's messages to at most this many others.
+            threads: threads of each rank, with the same bits for any number; None: the processors that this
+                process may use, shared among the ranks of its host. `MOTES_THREADS` takes precedence.
+            clock: what measures a calculator's load: "cpu", the processor time of its threads divided by
+                their number, which other processes do not lengthen; or "wall".
+            log: a directory for the run's log; None: no log.
+            spans: also log a timeline of each rank.
+            digest: also log fingerprints of particles and picture for each frame.
+            checkpoint: a directory, or Checkpoint(directory, every=48, keep=2): every so many frames all
+                particles are written there, and a later run of the script goes on from the newest whole one.
+            on_loss: what happens when a rank is killed. "stop": the job ends; "recover", under `motes run
+                --survive`: the other ranks take over its work and go on with the same bits.
+            live: a port, or Live(port=8080): the run can be seen and steered in a browser.
+            steering: the steer.jsonl of such a run, whose orders are repeated at the same frames.
+            progress: "lines", in a notebook a bar and the last picture below the cell; "bar"; "off"; or a
+                function that takes a row of the log.
+            comm: an mpi4py communicator; None: all ranks.
+
+        Raises:
+            ArgumentError: for a setting that is not allowed, with what is.
         """
         joined, ranks, of = checks.ranks_of(comm)
         cast = _roles.cast(roles, ranks, of)
-        settings = RunSettings(
-            seed=None if seed is None else arguments.integer("seed", seed, high=2**64 - 1),
-            dt=arguments.number("dt", dt, low=1e-9, high=1e9),
-            substeps=arguments.integer("substeps", substeps, low=1, high=10_000),
-            axis=checks.axis(axis),
-            space=checks.interval(space),
-            roles=cast,
-            balancer=checks.balancer(balancer, checks.axis(axis)),
-            combine=arguments.choice("combine", combine, ("one_by_one", "together", "overlapped")),
-            births=environment.births(births),
-            fan_out=environment.fan_out(fan_out),
-            threads=environment.threads(threads),
-            clock=arguments.choice("clock", clock, ("cpu", "wall")),
-            digest=arguments.flag("digest", digest),
-            log=checks.directory(log),
-            spans=checks.spans(spans, log=log),
+        settings = checks.settings(
+            cast=cast,
             speeds=_roles.speeds(roles, ranks, of),
-            stall_s=environment.stall_s(),
-            checkpoint=checkpoint_of(checkpoint),
-            on_loss=arguments.choice("on_loss", on_loss, ("stop", "recover")),
-            live=live_of(live),
-            steering=repeating.checked(steering),
+            **{"seed": seed, "dt": dt, "substeps": substeps, "axis": axis, "space": space},
+            **{"balancer": balancer, "combine": combine, "births": births, "fan_out": fan_out},
+            **{"threads": threads, "clock": clock, "log": log, "spans": spans, "digest": digest},
+            **{"checkpoint": checkpoint, "on_loss": on_loss, "live": live, "steering": steering},
         )
         if settings.live is not None:
             _extras.require_live()
@@ -158,18 +154,30 @@ class World(Settings):
         *,
         capacity: int | None = None,
         sprite: Sprite | None = None,
-        axis: str | None = "world",
-        space: tuple[float, float] | str | None = None,
+        axis: Literal["world", "x", "y", "z", "xy", "xz", "yz", "xyz"] | None = "world",
+        space: tuple[float, float] | Literal["fit"] | None = None,
         domains_of: System | None = None,
         attributes: Mapping[str, Any] | None = None,
     ) -> System:
         """Create a particle system; every rank makes the same calls in the same order.
 
-        `capacity`: most particles alive at once; births beyond it are dropped and counted. `attributes`:
-        extra float32 columns with their initial values, e.g. {"heat": 0.0, "wind": (0, 0, 0)}. `axis` and
-        `space` override the world's. `domains_of`: an earlier system whose domains this one shares, always:
-        the same calculator then owns what is in the same place. Balancers see the sum of both loads, and
-        count all particles alike where they look for a cut.
+        Args:
+            name: a text that no other system of this world has.
+            capacity: most particles alive at once; births beyond it are dropped and counted. None: no limit.
+            sprite: how its particles are drawn; None: Sprite().
+            axis: what its domains cut, as in `World`; "world": the same as the world's.
+            space: the interval in metres that its domains divide at the start; None: the world's.
+            domains_of: an earlier system whose domains this one always shares, so that the same calculator
+                owns what is in the same place. Balancers see the sum of both loads, and count all particles
+                alike where they look for a cut.
+            attributes: extra float32 columns with their initial values, such as {"heat": 0.0, "wind": (0, 0,
+                0)}.
+
+        Returns:
+            The system, which records births and actions.
+
+        Raises:
+            MotesError: if the world has ended.
         """
         session, settings = self._session, self._session.settings
         checks.system_name(name, taken=self._names)
@@ -202,37 +210,71 @@ class World(Settings):
     # --- the run
 
     def __enter__(self) -> World:
-        """Start the run: communicator, roles, log. Collective."""
+        """Start the run: communicator, roles, log, files. Collective.
+
+        Returns:
+            The world itself.
+
+        Raises:
+            MotesError: if the world has run already; a world runs once.
+            ScriptMismatchError: if ranks were given different settings.
+            LogError: if the log cannot be written.
+        """
         self._running.start()
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """End the run. Collective; after an exception the whole job ends."""
+        """End the run. Collective; after an exception the whole job ends.
+
+        Args:
+            kind: the class of the exception that leaves the block, or None.
+            error: the exception.
+            trace: where it was raised.
+        """
         self._running.end(error)
 
     def open(self) -> World:
-        """Start the run, as `with world:` does; for notebooks. Collective."""
+        """Start the run: an alias of `with world:` for notebooks. Collective.
+
+        Returns:
+            The world itself.
+        """
         return self.__enter__()
 
     def close(self) -> None:
-        """End the run, as leaving `with world:` does; does nothing if it has ended. Collective."""
+        """End the run: an alias of leaving `with world:`; does nothing if it has ended. Collective."""
         if not self._session.ended:
             self.__exit__(None, None, None)
 
     def render(self) -> Frame:
-        """End the frame with a picture. Collective. Off the image generator the result is falsy."""
+        """End the frame with a picture. Collective.
+
+        Returns:
+            The picture; on other ranks than the image generator it is falsy, and saving it does nothing.
+
+        Raises:
+            RankError: if a rank failed; all ranks raise it.
+            ScriptMismatchError: if ranks recorded different lists; all ranks raise it.
+            Stopped: when a signal or a viewer has stopped the run.
+        """
         return self._running.render()
 
     def step(self) -> Frame:
-        """End the frame without a picture. Collective. The result is falsy, and saving it does nothing."""
+        """End the frame without a picture. Collective. Raises what `render` raises.
+
+        Returns:
+            A frame without a picture: it is falsy, and saving it does nothing.
+        """
         return self._running.step()
 
     def digest(self) -> str:
         """Hash every particle of every system, all columns. Collective.
 
-        Equal particles give equal digests, whatever the number of ranks and the order in memory.
+        Returns:
+            Hexadecimal digits; equal particles give equal ones, whatever the number of ranks and the order in
+            memory.
         """
         engine = self._session.begin("digest()", reads=True)
         try:
@@ -243,13 +285,22 @@ class World(Settings):
     # --- the loop of frames
 
     def frames(self, n: int) -> Iterator[int]:
-        """Yield those frames of 0..n-1 that are still to do; end each pass of the loop by `render` or `step`.
+        """Yield the frames of 0..n-1 that are still to do. Collective: every rank runs the same loop.
 
-        Frames count from the world's first one: after `frames(5)`, `frames(8)` yields 5, 6 and 7. A world
-        with checkpoints goes on behind the newest whole one, where there is one, and writes new ones between
-        two passes of the loop. SIGINT (Ctrl-C), SIGTERM or SIGUSR1 on any rank ends the loop on all ranks
-        once its frame is done. At a prompt or in a notebook Ctrl-C then raises KeyboardInterrupt, and
-        `frames(n)` goes on later.
+        Each pass of the loop ends its frame by `render` or `step`. Frames count from the world's first one:
+        after `frames(5)`, `frames(8)` yields 5, 6 and 7. A world with checkpoints goes on from the newest
+        whole one, where there is one, and writes new ones between two passes of the loop. SIGINT (Ctrl-C),
+        SIGTERM or SIGUSR1 on any rank ends the loop on all ranks once its frame is done. At a prompt or in a
+        notebook Ctrl-C then raises KeyboardInterrupt, and `frames(n)` goes on later.
+
+        Args:
+            n: how many frames the run has in all.
+
+        Yields:
+            The number of the frame to record.
+
+        Raises:
+            MotesError: outside `with world:`, and if a pass did not end its frame.
         """
         return self._loop.frames(n)
 
@@ -268,10 +319,23 @@ class World(Settings):
     ) -> Control:
         """Let viewers of a live run set `Control.value`; without viewers it stays `value`.
 
-        A number needs its bounds `low` and `high`, and moves in steps of `step`, if given; with whole numbers
-        for all four it is an int. A bool has no bounds. With `choices`, texts or numbers, it is one of them.
         Every rank makes the same calls. The value is the same on all ranks, and changes between two frames
-        only: where the loop of `frames` begins its next pass.
+        only: where the loop of `frames` begins its next pass. With whole numbers for `value` and all bounds
+        it is an int.
+
+        Args:
+            name: a text that no other control of this world has.
+            value: what it is set to at first: a number, a bool, or one of `choices`.
+            low: the least number; needed for a number.
+            high: the largest number; needed for a number.
+            step: numbers go from `low` in steps of this; None: any number between the bounds.
+            choices: the texts or numbers that it can be; None: it is a number or a bool.
+
+        Returns:
+            The control, whose `value` the script reads in each frame.
+
+        Raises:
+            MotesError: if the world has ended.
         """
         return self._viewers.control(name, value, low, high, step, choices)
 
@@ -281,11 +345,17 @@ class World(Settings):
         return self._viewers.url
 
     def redraw(self) -> Frame:
-        """Return another picture of the particles as they are between two frames. Collective.
+        """Draw the particles as they are between two frames once more. Collective.
 
         Nothing is computed and nothing counts as a frame: what was recorded for the next one is not in it.
-        From where viewers look, or where `renderer.camera` is now. Off the image generator the result is
-        falsy. Raises ArgumentError if particles were read after some of the frame's list.
+        The picture is seen from where viewers look, or from where `renderer.camera` is now.
+
+        Returns:
+            The picture; on other ranks than the image generator it is falsy.
+
+        Raises:
+            ArgumentError: if particles were read after some of the frame's list, or the world has no
+                renderer.
         """
         return self._viewers.redraw()
 
@@ -347,7 +417,11 @@ class World(Settings):
         return {} if self._session.engine is None else self._session.engine.times
 
     def say(self, text: object) -> None:
-        """Print once, on the manager."""
+        """Print once, on the manager.
+
+        Args:
+            text: what to print.
+        """
         if self._session.manages:
             print(text, flush=True)
 

@@ -12,14 +12,14 @@ from typing import Any
 
 from ..errors import missing
 from . import between, forces, guides, motion, targets
-from .base import Action, Where, as_action
+from .base import Action, Where
 from .between import *  # noqa: F403
 from .forces import *  # noqa: F403
 from .guides import *  # noqa: F403
 from .motion import *  # noqa: F403
 from .targets import *  # noqa: F403
 
-__all__ = ["Action", "Where", "as_action"]
+__all__ = ["Action", "Where"]
 __all__ += motion.__all__
 __all__ += forces.__all__
 __all__ += guides.__all__
@@ -29,3 +29,7 @@ __all__ += between.__all__
 
 def __getattr__(name: str) -> Any:
     raise missing("motes.actions", name, __all__)
+
+
+def __dir__() -> list[str]:
+    return [*__all__]

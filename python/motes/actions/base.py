@@ -9,9 +9,9 @@ from .._values import arguments
 from .._values.values import Value, value
 from ..errors import ArgumentError
 from ..expressions._conditions import Columns, Condition, as_condition, condition_of
-from ..shapes import Shape, as_shape
+from ..shapes import Shape, as_shape, native_of
 
-__all__ = ["Action", "Where", "as_action", "as_where", "at_least_0"]
+__all__ = ["Action", "Where", "as_action", "as_where", "at_least_0", "compiled"]
 
 
 Where = Shape | Condition | None
@@ -20,7 +20,12 @@ Where = Shape | Condition | None
 
 @value(kw_only=True)
 class Action(Value):
-    """Base of all actions. `where` limits one to particles in a shape, or for which a comparison holds."""
+    """Base of all actions.
+
+    Attributes:
+        where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
+            None: all.
+    """
 
     where: Where = None
     _may_move = True
@@ -33,7 +38,7 @@ class Action(Value):
             if type(field) is tuple:
                 numbers.extend(field if type(field[0]) is not tuple else _flat(field))
             elif isinstance(field, Shape):
-                shapes.append(field.core)
+                shapes.append(native_of(field))
             else:
                 numbers.append(field)
         state = self.__dict__
@@ -43,7 +48,7 @@ class Action(Value):
         state["_call"] = (name, numbers, shapes)
         state["_made"] = _core.Action(name, numbers, shapes)
 
-    def compiled(self, columns: Columns) -> _core.Action:
+    def _compiled(self, columns: Columns) -> _core.Action:
         """Return the engine's value for a system with these columns."""
         if self.where is None:
             made: _core.Action = self.__dict__["_made"]
@@ -52,6 +57,11 @@ class Action(Value):
         shapes = list(own)
         where = condition_of(self.where, columns, shapes)
         return _core.Action(name, numbers, shapes, where)
+
+
+def compiled(action: Action, columns: Columns) -> _core.Action:
+    """Return the engine's value of an action for a system with these columns, for the rest of the package."""
+    return action._compiled(columns)
 
 
 def as_action(value: Any) -> Action:

@@ -7,7 +7,7 @@ same on any number of ranks. They stand before `bounce` and `move`. `where` says
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from .. import _core
 from .._values import arguments
@@ -57,7 +57,7 @@ class Gravitate(Action):
     magnitude: Number = 1
     epsilon: Number = 1e-3
     max_radius: Number = math.inf
-    far: str = "exact"
+    far: Literal["exact", "cells"] = "exact"
 
     def __post_init__(self) -> None:
         """Check the fields and make the engine's value."""
@@ -76,7 +76,7 @@ class Gravitate(Action):
 
 @value(kw_only=True)
 class Follow(Action):
-    """Draws each particle to the next living one in the order of birth; the last is free.
+    """Draws each particle to the next living one that was born after it; the last one goes free.
 
     Formula: v += toward magnitude dt / (r^2 + epsilon) where r < max_radius, with r the distance to that
     particle, toward the direction to it
@@ -153,7 +153,7 @@ class MatchRotationalVelocity(Action):
 
 @value(kw_only=True)
 class Collide(Action):
-    """Keeps spheres apart: they push each other so that they do not overlap after this step, with friction.
+    """Keeps spheres apart, with friction: they push each other so that none overlap after this step.
 
     Piles come to rest if a frame has enough sub-steps: about dt sqrt(50 g layers / diameter). Momentum is
     conserved, except for particles that fall asleep. `contacts` becomes the number of others that a particle
@@ -259,7 +259,7 @@ class Contact(Action):
 
 @value(kw_only=True)
 class Fluid(Action):
-    """Keeps the density of a liquid: particles push each other apart where they are denser than at rest.
+    """Keeps a liquid's density: particles push each other apart until they are no denser than at rest.
 
     A particle's mass is what it stands for: rest_density spacing^3, where they are born `spacing` apart;
     `radius` is twice the spacing, so that each sees some 30 others. Stiffness comes from sub-steps: with 20
@@ -346,7 +346,7 @@ class Tie(Action):
             tethers=arguments.flag("tethers", self.tethers),
         )
 
-    def compiled(self, columns: Columns) -> _core.Action:
+    def _compiled(self, columns: Columns) -> _core.Action:
         """Return the engine's value for a system with these columns."""
         name, numbers, own = self.__dict__["_call"]
         shapes = list(own)

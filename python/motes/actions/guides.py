@@ -71,9 +71,9 @@ class Field(Action):
     def _key(self) -> tuple[Any, ...]:
         return _key_of(self, "grid")
 
-    def compiled(self, columns: Columns) -> _core.Action:
+    def _compiled(self, columns: Columns) -> _core.Action:
         """Return the engine's value for a system with these columns."""
-        return _compiled(self, columns)
+        return _with_table(self, columns)
 
 
 @value(kw_only=True)
@@ -122,9 +122,9 @@ class FollowPath(Action):
         self.__dict__.update(points=tuple(map(tuple, points.tolist())), speed=speed, strength=strength)
         self.__dict__.update(look_ahead=look_ahead, radius=radius, loop=loop, smooth=smooth)
 
-    def compiled(self, columns: Columns) -> _core.Action:
+    def _compiled(self, columns: Columns) -> _core.Action:
         """Return the engine's value for a system with these columns."""
-        return _compiled(self, columns)
+        return _with_table(self, columns)
 
 
 def _make(
@@ -136,7 +136,7 @@ def _make(
     action.__dict__.update(_call=(name, numbers), _table=key, where=as_where(action.where))
 
 
-def _compiled(action: Action, columns: Columns) -> _core.Action:
+def _with_table(action: Action, columns: Columns) -> _core.Action:
     name, numbers = action.__dict__["_call"]
     shapes: list[_core.Shape] = []
     where = condition_of(action.where, columns, shapes)

@@ -87,7 +87,7 @@ class Sink(Action):
 
 @value(kw_only=True)
 class SinkVelocity(Action):
-    """Kills particles whose velocity is inside a shape, or with inside=False outside it: slow or fast ones.
+    """Kills particles whose velocity is inside a shape, or outside it: slow or fast ones.
 
     Formula: dead where the shape holds v
 
@@ -151,7 +151,7 @@ class KillExpired(Action):
 
 @value(kw_only=True)
 class Move(Action):
-    """Moves particles by their velocity, turns them by their rotational velocity, and increases their age.
+    """Moves particles by their velocity, turns them by their rotational velocity, and ages them.
 
     A particle dies if its position would leave float32's range (3e38 m), or if its velocity is not finite.
     Ages do not drift: n frames after birth at age 0 a particle's age is n dt, rounded to float32 once, with

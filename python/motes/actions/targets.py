@@ -144,7 +144,7 @@ class RandomVelocity(Action):
 
 @value(kw_only=True)
 class RandomDisplacement(Action):
-    """Shifts each particle by its own displacement, drawn anew in each step; its velocity does not change.
+    """Shifts each particle by a displacement of its own, drawn anew in each step; velocities stay.
 
     Formula: x += sample dt, uniform in the shape
 
@@ -285,7 +285,7 @@ class TargetRotationalVelocity(Action):
 
 @value(kw_only=True)
 class Restore(Action):
-    """Moves particles back, position to position_b and up to up_b, where they come to rest after `time_left`.
+    """Moves particles back, position to position_b and up to up_b, where they rest after `time_left`.
 
     The script lowers `time_left` by dt from frame to frame. position_b is where a particle was born, unless
     `copy_vertex_b`, `configure` or `emit(position_b=...)` changed it.
@@ -430,7 +430,7 @@ class Set(Action):
         """Return what is compared and hashed: `==` of expressions makes conditions."""
         return self.attribute, node_of(as_expression(self.attribute, self.value)), self.where
 
-    def compiled(self, columns: Columns) -> _core.Action:
+    def _compiled(self, columns: Columns) -> _core.Action:
         """Return the engine's value for a system with these columns."""
         if self.attribute not in columns:
             known = ", ".join(columns)

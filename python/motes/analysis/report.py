@@ -31,7 +31,7 @@ MOST_SYSTEMS = 4
 def write_report(run: Run, path: str | os.PathLike[str]) -> Path:
     """Write a run's summary and plots as one HTML file, whole or not at all; returns its path.
 
-    Raises LogError if the run has no frame yet or the file cannot be written, MissingExtra without
+    Raises LogError if the run has no frame yet or the file cannot be written, MissingExtraError without
     pandas or matplotlib.
     """
     if run.frames.empty or run.load.empty:

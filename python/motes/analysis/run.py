@@ -24,10 +24,19 @@ __all__ = ["Run", "open_run"]
 
 
 def open_run(path: str | os.PathLike[str]) -> Run:
-    """Open the log of a run: a directory that `World(log=...)` wrote.
+    """Open the log of a run, which may have been killed or may still go on.
 
-    The run may have been killed or may still go on: all whole rows are read. Tables are read when they are
-    first asked for. Raises LogError, naming path and line, if files are missing or damaged.
+    All whole rows are read. Tables are read when they are first asked for; columns that logs of earlier
+    versions do not have are empty there.
+
+    Args:
+        path: a directory that `World(log=...)` wrote.
+
+    Returns:
+        The run.
+
+    Raises:
+        LogError: if files are missing or damaged, naming path and line.
     """
     directory = arguments.file_path("path", path)
     return Run(read_facts(directory), {}, path=directory)
@@ -45,7 +54,14 @@ class Run:
         tables: Mapping[str, DataFrame],
         path: str | os.PathLike[str] | None = None,
     ) -> None:
-        """Take facts and tables ("load", "frames", ...); other tables are read from `path` when needed."""
+        """Take facts and tables; scripts call `motes.open_run`.
+
+        Args:
+            facts: the run's run.json.
+            tables: those that are known already, by name: "load", "frames", ...
+            path: the log's directory, from which other tables are read when needed; None: there are no
+                others.
+        """
         self.facts = dict(facts)
         self.path = None if path is None else Path(path)
         self._given = dict(tables)
@@ -96,7 +112,11 @@ class Run:
         return self._table("spans")
 
     def reload(self) -> Run:
-        """Forget what was read, so that a run that still goes on is read again; returns itself."""
+        """Forget what was read, so that a run that still goes on is read again.
+
+        Returns:
+            The run itself.
+        """
         self._read.clear()
         self._torn.clear()
         self.__dict__.pop("plot", None)
@@ -140,7 +160,14 @@ class Run:
         return list(self.facts.get("systems") or measures.systems_of(self.load))
 
     def axis(self, system: str) -> str:
-        """Return the axes that a system's domains cut: "x", "xz", ...; "id" where ids decide."""
+        """Return the axes that a system's domains cut.
+
+        Args:
+            system: its name.
+
+        Returns:
+            "x", "xz", ...; "id" where particles are dealt out by id.
+        """
         axes = dict(zip(self.systems, self.facts.get("axes") or [], strict=False))
         return str(axes.get(system, self.facts.get("axis", "x")))
 
@@ -182,22 +209,47 @@ class Run:
     # --- measures
 
     def by_rank(self, column: str = "t_compute_s", system: str | None = None) -> DataFrame:
-        """Return one column of `load` as a table frame x rank, of one system or summed over all."""
+        """Make a table of one column of `load`.
+
+        Args:
+            column: its name.
+            system: whose; None: the sum over all systems.
+
+        Returns:
+            One row per frame, one column per calculator's rank.
+        """
         return measures.by_rank(self.load, column, system)
 
     def imbalance(self, column: str = "t_compute_s", system: str | None = None) -> Series:
-        """Return largest / mean over the calculators, per frame; 1 is perfect.
+        """Compute largest / mean over the calculators; 1 is perfect.
 
-        `column`: seconds as they were measured, or "n_end", particle counts, which have no noise.
+        Args:
+            column: seconds as they were measured, or "n_end", particle counts, which have no noise.
+            system: whose; None: the sum over all systems.
+
+        Returns:
+            One number per frame.
         """
         return measures.imbalance(self.load, column, system)
 
     def efficiency(self, column: str = "t_compute_s", system: str | None = None) -> Series:
-        """Return mean / largest over the calculators, per frame: load balance as POP defines it."""
+        """Compute mean / largest over the calculators: load balance as POP defines it.
+
+        Args:
+            column: seconds as they were measured, or "n_end", particle counts, which have no noise.
+            system: whose; None: the sum over all systems.
+
+        Returns:
+            One number per frame.
+        """
         return measures.efficiency(self.load, column, system)
 
     def summary(self) -> dict[str, Any]:
-        """Return the run in figures: names with units, plain numbers; NaN where the log does not say."""
+        """Sum the run up in figures.
+
+        Returns:
+            Plain numbers by name, with units in the names; NaN where the log does not say.
+        """
         frames = self.frames
         n = len(frames)
         seconds = float(frames["t_frame_s"].sum()) if n else 0.0
@@ -222,7 +274,11 @@ class Run:
         }
 
     def warnings(self) -> list[str]:
-        """Return sentences about what a reader of this run should know first."""
+        """Say what a reader of this run should know first.
+
+        Returns:
+            Sentences, the most important first.
+        """
         from .summary import warnings
 
         return warnings(self)
@@ -237,16 +293,31 @@ class Run:
         return Plots(self)
 
     def to_perfetto(self, path: str | os.PathLike[str]) -> Path:
-        """Write a trace that ui.perfetto.dev and chrome://tracing open: ranks, their phases, counters."""
+        """Write a trace that ui.perfetto.dev and chrome://tracing open: ranks, their phases, counters.
+
+        Args:
+            path: of the file.
+
+        Returns:
+            The path.
+        """
         from .trace import write_trace
 
         return write_trace(self, path)
 
     def replay(self, balancer: Balancer, *, powers: Sequence[float] | None = None) -> Run:
-        """Return this run as it would have been under another balancer: the same tables and plots.
+        """Compute this run as it would have been under another balancer.
 
-        Raises LogError if the log has no densities. `motes.replay.predict` explains what is known, what is
-        estimated, and `powers`.
+        Args:
+            balancer: the other one.
+            powers: each machine's power, one per calculator on any scale, where they are known; None:
+                measured speeds belong to the machines. `motes.replay.predict` explains both.
+
+        Returns:
+            A run with the same tables and plots.
+
+        Raises:
+            LogError: if the log has no densities.
         """
         from ..replay import predict  # needs the compiled core, unlike all else here
 

@@ -7,7 +7,7 @@ import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 from .. import _extras
 from .._values import arguments
@@ -23,10 +23,17 @@ __all__ = ["Runs", "configuration", "open_runs"]
 
 
 def open_runs(pattern: str | os.PathLike[str] | Iterable[str | os.PathLike[str]]) -> Runs:
-    """Open all logs that match a pattern, such as "runs/*", in the order of their names; or a list of paths.
+    """Open all logs that match a pattern, in the order of their names.
 
-    A directory that is not a log itself stands for the logs in it. Everything else is skipped; raises
-    LogError if nothing is left.
+    Args:
+        pattern: such as "runs/*", or a list of paths; a directory that is not a log itself stands for the
+            logs in it.
+
+    Returns:
+        The runs; what is no log is skipped.
+
+    Raises:
+        LogError: if nothing is left.
     """
     if isinstance(pattern, (str, os.PathLike)):
         paths = [Path(name) for name in sorted(glob.glob(os.fspath(pattern)))]
@@ -65,7 +72,11 @@ class Runs(Sequence[Run]):
     """Runs to compare; a sequence of `Run`."""
 
     def __init__(self, runs: Iterable[Run]) -> None:
-        """Take the runs in the order in which they are shown."""
+        """Take runs; scripts call `motes.open_runs`.
+
+        Args:
+            runs: in the order in which they are shown.
+        """
         self._runs = list(runs)
 
     @overload
@@ -94,27 +105,38 @@ class Runs(Sequence[Run]):
         return table
 
     def where(self, **facts: Any) -> Runs:
-        """Return the runs with these facts or figures: `runs.where(ranks=4, balancer="Static()")`."""
+        """Choose runs by facts or figures.
+
+        Args:
+            **facts: what they must be: `runs.where(ranks=4, balancer="Static()")`.
+
+        Returns:
+            The runs that have all of them.
+        """
         return Runs(run for run in self if _matches(run, facts))
 
     def speedup(
         self,
         baseline: Run | str | os.PathLike[str] | Mapping[str, Any] | float | None = None,
         *,
-        layout: str = "paper",
+        layout: Literal["paper", "long"] = "paper",
     ) -> DataFrame:
-        """Return speed-up and efficiency over the baseline, from wall-clock seconds per frame.
+        """Compute speed-up and efficiency over a baseline, from wall-clock seconds per frame.
 
-        `baseline`: a run, a log's path, facts that identify one (`{"ranks": 1}`), seconds per frame, or None:
-        the run of the same scene on one rank, or if there is none the slowest of those with the fewest
-        calculators. Only frames that both runs have are compared. Efficiency is speed-up over calculators.
+        Only frames that both runs have are compared. Efficiency is speed-up over calculators.
 
-        `layout="paper"`: one row per number of calculators, the columns IS-SLB, FS-SLB, IS-DLB, FS-DLB as in
-        the paper's Tables 1 and 3 (several runs of one kind: their median; several dynamic balancers: one
-        column each). `layout="long"`: one row per run.
+        Args:
+            baseline: a run, a log's path, facts that identify one (`{"ranks": 1}`), or seconds per frame.
+                None: the run of the same scene on one rank, or if there is none the slowest of those with the
+                fewest calculators.
+            layout: "paper": one row per number of calculators, the columns IS-SLB, FS-SLB, IS-DLB, FS-DLB as
+                in the paper's Tables 1 and 3 (several runs of one kind: their median; several dynamic
+                balancers: one column each). "long": one row per run.
+
+        Returns:
+            The table.
         """
-        if layout not in ("paper", "long"):
-            raise ArgumentError("layout", layout, "'paper' or 'long'")
+        layout = arguments.choice("layout", layout, ("paper", "long"))
         if not self._runs:
             raise LogError("no runs to compare")
         dynamic = {_kind(run) for run in self if configuration(run).endswith("DLB")}

@@ -4,9 +4,9 @@ After each frame the manager has each calculator's load: particles, seconds, spe
 into orders for neighbours, or into every calculator's share; donors then find the new cuts. Particles and
 pixels never depend on it. A balancer of your own is a subclass with one method:
 
-    class BySpeed(motes.Balancer):
+    class BySpeed(motes.balance.Balancer):
         def decide(self, load):
-            return motes.Targets(load.powers)
+            return motes.balance.Targets(load.powers)
 
 The same object balances a run, `World(balancer=BySpeed())`, and replays the log of an earlier one,
 `run.replay(BySpeed())`.
@@ -19,7 +19,7 @@ import operator
 from abc import abstractmethod
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -27,8 +27,8 @@ import numpy.typing as npt
 from .. import _core
 from .._values import arguments
 from .._values.values import says_near_names
-from ..errors import ArgumentError, NotAssignable, missing, near
-from ._load_table import LoadTable
+from ..errors import ArgumentError, NotAssignableError, missing, near
+from ._load_table import LoadTable, table_of
 
 __all__ = [
     "Balancer",
@@ -47,10 +47,13 @@ MOST = 2**64 - 1
 
 @dataclass(frozen=True)
 class Targets:
-    """Wanted shares of all particles, one per calculator in the order of their domains; any positive scale.
+    """Wanted shares of all particles.
 
     The engine finds the cuts from histograms of all calculators, without gathering particles, and cuts all
     domains anew at once.
+
+    Attributes:
+        shares: one per calculator in the order of their domains, on any positive scale.
     """
 
     shares: npt.ArrayLike
@@ -58,10 +61,13 @@ class Targets:
 
 @dataclass(frozen=True)
 class Orders:
-    """Particles to move between neighbours: `(from, to, count)`, calculators numbered by their domains.
+    """Particles to move between neighbours.
 
     The engine makes them legal: orders over the same cut are added with their signs, and no calculator gives
     more particles than it has.
+
+    Attributes:
+        moves: `(from, to, count)` each, calculators numbered by their domains.
     """
 
     moves: Iterable[tuple[int, int, int]]
@@ -70,17 +76,17 @@ class Orders:
 class Balancer:
     """Base of all balancers; a user's own overrides `decide`.
 
-    Options of all balancers, attributes of the class or the object:
-
-    `smoothing`: weight in 0..1 of a calculator's known speed against a new sample, while speeds change;
-    0 trusts only the last frame. While samples differ only by noise, the known speed has a larger weight.
-    `over`: "system" balances each particle system by itself, "all" the sum over systems.
+    Attributes:
+        smoothing: weight in 0..1 of a calculator's known speed against a new sample, while speeds change; 0
+            trusts only the last frame. While samples differ only by noise, the known speed has a larger
+            weight.
+        over: "system" balances each particle system by itself, "all" the sum over systems.
+        slabs_only: whether it needs domains in a row, that is, slabs along one axis.
     """
 
     smoothing: float = 0.5
-    over: str = "system"
+    over: Literal["system", "all"] = "system"
     slabs_only: ClassVar[bool] = False
-    """Whether it needs domains in a row, that is, slabs along one axis."""
 
     def __new__(cls, *given: Any, **named: Any) -> Self:
         """Refuse a class that cannot decide."""
@@ -92,10 +98,17 @@ class Balancer:
 
     @abstractmethod
     def decide(self, load: LoadTable) -> Targets | Orders:
-        """Return `Targets` or `Orders` for one system's loads of one frame. Called on the manager only."""
+        """Decide for one system's loads of one frame. Called on the manager only.
+
+        Args:
+            load: the loads of all calculators.
+
+        Returns:
+            `Targets`, shares for all calculators, or `Orders`, particles to move between neighbours.
+        """
 
     @property
-    def policy(self) -> _core.Policy:
+    def _policy(self) -> _core.Policy:
         """This balancer as the engine takes it."""
         return _core.scripted_policy(self._name(), self._plan, *self._options())
 
@@ -131,7 +144,7 @@ class Balancer:
 class _Native(Balancer):
     """A balancer whose policy is implemented in the core."""
 
-    def __init__(self, smoothing: float, over: str) -> None:
+    def __init__(self, smoothing: float, over: Literal["system", "all"]) -> None:
         self.smoothing = smoothing
         self.over = over
 
@@ -139,21 +152,28 @@ class _Native(Balancer):
         """Set an option; refuse unknown ones, unless a user's subclass has them."""
         known = [*inspect.signature(type(self)).parameters, "smoothing", "over"]
         if name not in known and type(self).__module__ == __name__:
-            raise NotAssignable(f"{type(self).__name__} has no option {name!r}{near(name, known)}")
+            raise NotAssignableError(f"{type(self).__name__} has no option {name!r}{near(name, known)}")
         super().__setattr__(name, given)
 
     def decide(self, load: LoadTable) -> Targets | Orders:
-        """Return what the core's policy plans for these loads."""
-        plan = self.policy.plan(load.table)
+        """Decide by the core's policy. Called on the manager only.
+
+        Args:
+            load: the loads of all calculators.
+
+        Returns:
+            What the policy plans for these loads.
+        """
+        plan = self._policy.plan(table_of(load))
         return Targets(plan.shares) if len(plan.shares) else Orders(plan.orders)
 
     def _check(self) -> None:
-        """Check the options, which a script may have changed since: `policy` is what the engine takes."""
+        """Check the options, which a script may have changed since: `_policy` is what the engine takes."""
         self.smoothing, _ = self._options()
 
     def __repr__(self) -> str:
         """Show the call."""
-        return self.policy.name
+        return self._policy.name
 
 
 class Static(_Native):
@@ -164,7 +184,7 @@ class Static(_Native):
         super().__init__(Balancer.smoothing, Balancer.over)
 
     @property
-    def policy(self) -> _core.Policy:
+    def _policy(self) -> _core.Policy:
         """This balancer as the engine takes it."""
         return _core.static_policy()
 
@@ -189,14 +209,17 @@ class Pairwise(_Native):
         powers: Sequence[float] | None = None,
         min_particles: int = 64,
         smoothing: float = 0.5,
-        over: str = "system",
+        over: Literal["system", "all"] = "system",
     ) -> None:
         """Set the options.
 
-        `threshold`: smallest difference in time that counts, as a fraction of the longer time.
-        `powers`: None: measured speeds; or each machine's power, one per calculator, as in the paper: the
-        last frame's times are compared, and a pair divides its particles in proportion to its powers.
-        `min_particles`: fewer are not worth a message. `smoothing`, `over`: see `Balancer`.
+        Args:
+            threshold: smallest difference in time that counts, as a fraction of the longer time.
+            powers: each machine's power, one per calculator, as in the paper: the last frame's times are
+                compared, and a pair divides its particles in proportion to its powers. None: measured speeds.
+            min_particles: fewer are not worth a message.
+            smoothing: see `Balancer`.
+            over: see `Balancer`.
         """
         super().__init__(smoothing, over)
         self.threshold = threshold
@@ -211,7 +234,7 @@ class Pairwise(_Native):
         self.min_particles = arguments.integer("min_particles", self.min_particles, high=MOST)
 
     @property
-    def policy(self) -> _core.Policy:
+    def _policy(self) -> _core.Policy:
         """This balancer as the engine takes it."""
         self._check()
         return _core.pairwise_policy(self.threshold, self.powers or [], self.min_particles, *self._options())
@@ -242,14 +265,17 @@ class Diffusive(_Native):
         min_particles: int = 64,
         manager: bool = True,
         smoothing: float = 0.5,
-        over: str = "system",
+        over: Literal["system", "all"] = "system",
     ) -> None:
         """Set the options.
 
-        `threshold`: smallest difference in time that counts, as a fraction of the longer time. `rate`: part
-        of half the difference that flows, in 0..1; with 1 equal machines may oscillate. `min_particles`:
-        fewer are not worth a message. `manager`: whether it says which neighbours differ. `smoothing`,
-        `over`: see `Balancer`.
+        Args:
+            threshold: smallest difference in time that counts, as a fraction of the longer time.
+            rate: part of half the difference that flows, in 0..1; with 1 equal machines may oscillate.
+            min_particles: fewer are not worth a message.
+            manager: whether it says which neighbours differ.
+            smoothing: see `Balancer`.
+            over: see `Balancer`.
         """
         super().__init__(smoothing, over)
         self.threshold = threshold
@@ -266,7 +292,7 @@ class Diffusive(_Native):
         self.manager = arguments.flag("manager", self.manager)
 
     @property
-    def policy(self) -> _core.Policy:
+    def _policy(self) -> _core.Policy:
         """This balancer as the engine takes it."""
         self._check()
         return _core.diffusive_policy(
@@ -289,16 +315,18 @@ class PrefixCuts(_Native):
         powers: Sequence[float] | None = None,
         min_particles: int = 64,
         smoothing: float = 0.5,
-        over: str = "system",
+        over: Literal["system", "all"] = "system",
     ) -> None:
         """Set the options.
 
-        `threshold`: cuts move when the slowest calculator is this fraction above the mean. `powers`: None:
-        shares follow measured speeds, which suits machines that differ; or each machine's power, one per
-        calculator: the rest of the measured time is the cost of the place, which suits particles that differ
-        in cost.
-        `min_particles`: cuts stay while no calculator is this many particles off its share. `smoothing`,
-        `over`: see `Balancer`.
+        Args:
+            threshold: cuts move when the slowest calculator is this fraction above the mean.
+            powers: each machine's power, one per calculator: the rest of the measured time is the cost of the
+                place, which suits particles that differ in cost. None: shares follow measured speeds, which
+                suits machines that differ.
+            min_particles: cuts stay while no calculator is this many particles off its share.
+            smoothing: see `Balancer`.
+            over: see `Balancer`.
         """
         super().__init__(smoothing, over)
         self.threshold = threshold
@@ -313,7 +341,7 @@ class PrefixCuts(_Native):
         self.min_particles = arguments.integer("min_particles", self.min_particles, high=MOST)
 
     @property
-    def policy(self) -> _core.Policy:
+    def _policy(self) -> _core.Policy:
         """This balancer as the engine takes it."""
         self._check()
         return _core.prefix_cuts_policy(
@@ -331,13 +359,15 @@ class Proportional(_Native):
         *,
         threshold: float = 0.05,
         min_particles: int = 64,
-        over: str = "system",
+        over: Literal["system", "all"] = "system",
     ) -> None:
         """Set the options.
 
-        `powers`: each calculator's share, on any scale; 0 leaves a calculator idle. `threshold`: cuts move
-        when a calculator is off its share by more than this fraction of it, and by at least `min_particles`.
-        `over`: see `Balancer`.
+        Args:
+            powers: each calculator's share, on any scale; 0 leaves a calculator idle.
+            threshold: cuts move when a calculator is off its share by more than this fraction of it,
+            min_particles: and by at least this many particles.
+            over: see `Balancer`.
         """
         super().__init__(Balancer.smoothing, over)
         self.powers = powers
@@ -352,7 +382,7 @@ class Proportional(_Native):
         self.min_particles = arguments.integer("min_particles", self.min_particles, high=MOST)
 
     @property
-    def policy(self) -> _core.Policy:
+    def _policy(self) -> _core.Policy:
         """This balancer as the engine takes it."""
         self._check()
         return _core.proportional_policy(self.powers, self.threshold, self.min_particles, *self._options())
@@ -363,6 +393,15 @@ BALANCERS = tuple(kind.__name__ for kind in (Static, Pairwise, Diffusive, Prefix
 
 def __getattr__(name: str) -> Any:
     raise missing("motes.balance", name, __all__)
+
+
+def __dir__() -> list[str]:
+    return [*__all__]
+
+
+def policy_of(balancer: Balancer) -> _core.Policy:
+    """Return what the engine takes for a balancer, for the rest of the package."""
+    return balancer._policy
 
 
 def _powers(powers: Any, *, above: bool) -> list[float]:

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from .. import _core
 
-__all__ = ["LoadTable"]
+__all__ = ["LoadTable", "table_of"]
 
 T = TypeVar("T", bound=np.generic)
 
@@ -33,72 +33,76 @@ class LoadTable:
     """
 
     def __init__(self, table: _core.BalanceTable) -> None:
-        """Take the engine's own table."""
-        self.table = table
+        """Take the loads; the engine gives them to `Balancer.decide`.
+
+        Args:
+            table: the engine's own.
+        """
+        self._table = table
 
     @property
     def frame(self) -> int:
         """The frame that has just been computed."""
-        return self.table.frame
+        return self._table.frame
 
     @property
     def evaluation(self) -> int:
         """How many times the balancer was asked about this system before: 0, 1, ..."""
-        return self.table.evaluation
+        return self._table.evaluation
 
     @property
     def system(self) -> str:
         """The particle system's name; "all" for the sum over systems."""
-        return self.table.system
+        return self._table.system
 
     @property
     def particles(self) -> npt.NDArray[np.int64]:
         """Particles after the exchange, int64 (calculators,)."""
-        return _kept(self.table.particles.astype(np.int64))
+        return _kept(self._table.particles.astype(np.int64))
 
     @property
     def seconds(self) -> npt.NDArray[np.float64]:
         """Time of this frame's actions, rescaled to `particles` (paper 3.2.4), float64 (calculators,)."""
-        return _kept(self.table.seconds)
+        return _kept(self._table.seconds)
 
     @property
     def speed(self) -> npt.NDArray[np.float64]:
         """Particles per second, smoothed, float64 (calculators,); 0 where not known yet."""
-        return _kept(self.table.speed)
+        return _kept(self._table.speed)
 
     @property
     def error(self) -> npt.NDArray[np.float64]:
         """Relative standard error of `speed`, from its samples, float64 (calculators,); 0: unknown."""
-        return _kept(self.table.error)
+        return _kept(self._table.error)
 
     @property
     def powers(self) -> npt.NDArray[np.float64]:
         """`speed` without gaps: unknown speeds are the mean of the known ones, or 1 if none is, float64."""
-        return _kept(self.table.complete_speed)
+        return _kept(self._table.complete_speed)
 
     @property
     def cuts(self) -> npt.NDArray[np.float32]:
         """Where domains end, metres along the axis, float32 (calculators - 1,), ascending for slabs."""
-        return _kept(self.table.cuts)
+        return _kept(self._table.cuts)
 
     @property
     def imbalance(self) -> float:
         """Slowest calculator over the mean, from particles and speeds; 1 is perfect."""
-        return self.table.imbalance
+        return self._table.imbalance
 
     def __len__(self) -> int:
         """Return the number of calculators."""
-        return len(self.table.particles)
+        return len(self._table.particles)
 
     def __array__(self, dtype: npt.DTypeLike | None = None, copy: bool | None = None) -> npt.NDArray[np.void]:
         """Return the structured array."""
         records = np.empty(len(self), RECORD)
-        ends = np.concatenate([[-np.inf], self.table.cuts, [np.inf]])
-        if self.table.bricks:
+        ends = np.concatenate([[-np.inf], self._table.cuts, [np.inf]])
+        if self._table.bricks:
             ends[:] = np.nan
-        records["particles"] = self.table.particles
-        records["seconds"] = self.table.seconds
-        records["speed"] = self.table.speed
+        records["particles"] = self._table.particles
+        records["seconds"] = self._table.seconds
+        records["speed"] = self._table.speed
         records["low"] = ends[:-1]
         records["high"] = ends[1:]
         return records if dtype is None else records.astype(dtype)
@@ -110,6 +114,11 @@ class LoadTable:
     def __repr__(self) -> str:
         """Show whose loads these are."""
         return f"<LoadTable {self.system!r}, frame {self.frame}: {len(self)} calculators>"
+
+
+def table_of(load: LoadTable) -> _core.BalanceTable:
+    """Return the engine's table, for the rest of the package."""
+    return load._table
 
 
 def _kept(array: npt.NDArray[T]) -> npt.NDArray[T]:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from .._interchange.formats import FORMATS
 from .._system.distributions import Uniform
 from .._world.world import World, session_of
-from ..errors import MissingExtra
+from ..errors import MissingExtraError
 from ..shapes import Box, Sphere
 
 __all__ = ["export"]
@@ -31,7 +31,7 @@ def export(*, particles: int, repeats: int) -> dict[str, Any]:
     for format in FORMATS.values():
         try:
             format.require()
-        except MissingExtra as error:
+        except MissingExtraError as error:
             missing.append(error.name)
         else:
             formats.append(format)

@@ -12,8 +12,8 @@ import sys
 from collections.abc import Sequence
 
 from .._io.text import printable
-from ..errors import MotesError
-from .parser import Parser, nearest
+from ..errors import MotesError, near
+from .parser import Parser
 
 __all__ = ["COMMANDS", "main"]
 
@@ -82,7 +82,7 @@ def _without_command(argv: list[str]) -> int:
         parser.print_help(sys.stderr)
         return 2
     if not argv[0].startswith("-"):
-        parser.error(f"unknown command {argv[0]!r}{nearest(argv[0], list(COMMANDS))}")
+        parser.error(f"unknown command {argv[0]!r}{near(argv[0], list(COMMANDS))}")
     if parser.parse_args(argv).version:
         from .. import __version__
 

@@ -185,7 +185,7 @@ def _growth(args: argparse.Namespace) -> int:
 
 
 def _require_plot(args: argparse.Namespace) -> None:
-    """Raise MissingExtra before minutes of work, not behind them."""
+    """Raise MissingExtraError before minutes of work, not behind them."""
     if args.plot:
         _extras.matplotlib("matplotlib.figure")
 

@@ -18,8 +18,8 @@ from pathlib import Path
 
 from .._io.output import tell
 from .._launch import starting
-from ..errors import MotesError
-from .parser import Parser, add_json, nearest, positive, print_figures
+from ..errors import MotesError, near
+from .parser import Parser, add_json, positive, print_figures
 
 __all__ = ["about", "configure", "names", "run", "script"]
 
@@ -41,7 +41,7 @@ def run(args: argparse.Namespace) -> int:
         print_figures(args, sentences, text)
         return 0
     if args.name not in names():
-        raise MotesError(f"no demo is called {args.name!r}{nearest(args.name, names()) or _all()}")
+        raise MotesError(f"no demo is called {args.name!r}{near(args.name, names()) or _all()}")
     own = Parser(prog="python -m motes demo", add_help=False)
     _add_own(own)
     own.set_defaults(**{name: getattr(args, name) for name in ("ranks", "live", "json")})

@@ -23,8 +23,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._io.text import printable
-from ..errors import MotesError
-from .parser import add_json, nearest, print_figures
+from ..errors import MotesError, near
+from .parser import add_json, print_figures
 
 __all__ = ["configure", "join", "run"]
 
@@ -115,7 +115,7 @@ def _numbered(folder: Path, series: str | None) -> dict[int, Path]:
             raise MotesError(f"{_name(other)} and {_name(path)} have the same number")
     if series is not None and series not in found:
         raise MotesError(
-            f"no picture in {folder} is called {series!r} and a number{nearest(series, list(found))}"
+            f"no picture in {folder} is called {series!r} and a number{near(series, list(found))}"
         )
     if not found:
         raise MotesError(f"{folder} has no numbered pictures, such as frame.0000.png")

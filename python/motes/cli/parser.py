@@ -1,36 +1,16 @@
-"""What all commands share: the parser and the ways to print."""
+"""What all commands share: their options and the ways to print."""
 
 from __future__ import annotations
 
 import argparse
-import difflib
 import json
 import math
-import re
-from collections.abc import Mapping, Sequence
-from typing import Any, NoReturn
+from collections.abc import Mapping
+from typing import Any
 
-__all__ = ["Parser", "add_commands", "add_json", "nearest", "plain", "positive", "print_figures", "size"]
+from .._values.options import Parser
 
-
-class Parser(argparse.ArgumentParser):
-    """An argument parser without abbreviations that suggests the nearest name. Usage errors exit with 2."""
-
-    def __init__(self, **options: Any) -> None:
-        """Take what `argparse.ArgumentParser` takes."""
-        options.setdefault("allow_abbrev", False)
-        options.setdefault("formatter_class", argparse.RawDescriptionHelpFormatter)
-        super().__init__(**options)
-
-    def error(self, message: str) -> NoReturn:
-        """Print usage and message, with the nearest choice or option if one was mistyped, and exit with 2."""
-        wrong = re.search(r"invalid choice: '([^']*)'.*\(choose from (.*)\)", message)
-        if wrong is not None:
-            message += nearest(wrong[1], [name.strip(" '") for name in wrong[2].split(",")])
-        unknown = re.search(r"unrecognized arguments: .*?(--?[^\s=]+)", message)
-        if unknown is not None:
-            message += nearest(unknown[1], sorted(_options(self)))
-        super().error(message)
+__all__ = ["Parser", "add_commands", "add_json", "plain", "positive", "print_figures", "size"]
 
 
 def add_commands(parser: argparse.ArgumentParser, title: str) -> argparse._SubParsersAction[Any]:
@@ -50,24 +30,9 @@ class _Commands(argparse._SubParsersAction):  # type: ignore[type-arg]
         return super().add_parser(name, description=f"{about[0].upper()}{about[1:]}.\n\n  {line}", **options)
 
 
-def _options(parser: argparse.ArgumentParser) -> set[str]:
-    """Return the options of a parser and of its commands."""
-    found = set(parser._option_string_actions)
-    for action in parser._actions:
-        if isinstance(action, _Commands):
-            found = found.union(*(_options(command) for command in action.choices.values()))
-    return found
-
-
 def add_json(parser: argparse.ArgumentParser) -> None:
     """Add `--json`."""
     parser.add_argument("--json", action="store_true", help="print one JSON object instead of text")
-
-
-def nearest(name: str, known: Sequence[str]) -> str:
-    """Return `; did you mean 'bench'?`, or nothing where no name is near."""
-    near = difflib.get_close_matches(name, known, 1, 0.6)
-    return f"; did you mean {near[0]!r}?" if near else ""
 
 
 def print_figures(args: argparse.Namespace, figures: Mapping[str, Any], text: str) -> None:

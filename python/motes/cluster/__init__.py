@@ -4,3 +4,7 @@ from .machines import Cluster, FastEthernet, Modern, Myrinet, Network, Node
 from .simulate import simulate
 
 __all__ = ["Cluster", "FastEthernet", "Modern", "Myrinet", "Network", "Node", "simulate"]
+
+
+def __dir__() -> list[str]:
+    return [*__all__]

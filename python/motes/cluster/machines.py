@@ -13,15 +13,25 @@ __all__ = ["Cluster", "FastEthernet", "Modern", "Myrinet", "Network", "Node"]
 
 @dataclass(frozen=True)
 class Network:
-    """A switched network: each node has its own link, which has full speed in both directions at once."""
+    """A switched network: each node has its own link, at full speed in both directions at once.
+
+    Attributes:
+        name: of the network.
+        bandwidth: bytes per second of a node's link, in one direction.
+        latency_s: seconds from one node to another.
+        overhead_s: processor seconds that a message takes at each of its ends; the first network's value
+            counts.
+        shared: whether messages share their nodes' links as they travel. If not, each message travels alone,
+            and the processors at its ends are busy with its bytes for as long as the link would be (the LogGP
+            model, Alexandrov et al. 1995). That suits thousands of ranks, for which a simulator would need
+            hours to share links among messages. The first network's value counts.
+    """
 
     name: str
     bandwidth: float
-    """Bytes per second of a node's link, in one direction."""
     latency_s: float
     """Seconds from one node to another."""
     overhead_s: float = 0.0
-    """Processor seconds that a message takes at each of its ends; the first network's value counts."""
     shared: bool = True
     """Whether messages share their nodes' links as they travel. If not, each message travels alone, and the
     processors at its ends are busy with its bytes for as long as the link would be (the LogGP model,
@@ -37,35 +47,43 @@ class Network:
 
 
 def Myrinet() -> Network:
-    """Myrinet of 2000: 2 Gb/s, 10 us (Boden et al. 1995 for the switch; Myricom's M3F cards)."""
+    """Return Myrinet of 2000: 2 Gb/s, 10 us (Boden et al. 1995 for the switch; Myricom's M3F cards)."""
     return Network("Myrinet", 2e9 / 8, 10e-6)
 
 
 def FastEthernet() -> Network:
-    """Fast Ethernet with TCP: 100 Mb/s, 60 us."""
+    """Return Fast Ethernet with TCP: 100 Mb/s, 60 us."""
     return Network("Fast Ethernet", 100e6 / 8, 60e-6)
 
 
 def Modern() -> Network:
-    """A network of today's clusters: 200 Gb/s, 1.5 us."""
+    """Return a network of today's clusters: 200 Gb/s, 1.5 us."""
     return Network("200 Gb/s", 200e9 / 8, 1.5e-6)
 
 
 @dataclass(frozen=True)
 class Node:
-    """`count` machines of one kind."""
+    """Machines of one kind.
+
+    Attributes:
+        name: of the kind.
+        speed: relative to the machine on which the costs of work were measured.
+        cores: of each machine.
+        count: how many machines.
+        ranks: started on each; None: one per core.
+        sharing: part of its speed that each rank keeps while several are busy: they share memory and caches.
+        networks: names of the networks to which it is connected; None: all.
+        copy_bandwidth: bytes per second between two ranks of a machine.
+    """
 
     name: str
     speed: float = 1.0
-    """Speed relative to the machine on which the costs of work were measured."""
     cores: int = 1
     count: int = 1
     ranks: int | None = None
-    """Ranks started on each; None: one per core."""
     sharing: float = 1.0
     """Part of its speed that each rank keeps while several are busy: they share memory and caches."""
     networks: tuple[str, ...] | None = None
-    """Names of the networks to which it is connected; None: all."""
     copy_bandwidth: float = 400e6
     """Bytes per second between two ranks of the node."""
 
@@ -95,8 +113,11 @@ class Node:
 class Cluster:
     """Nodes and the networks between them.
 
-    Ranks go to nodes in their order: the first is the image generator's, the second the manager's
-    (`roles="auto"`). If there are several networks, two nodes talk over the first one that connects both.
+    Attributes:
+        nodes: kinds of machines. Ranks go to them in their order: the first is the image generator's, the
+            second the manager's (`roles="auto"`).
+        network: one, or several, the preferred one first: two nodes talk over the first one that connects
+            both.
     """
 
     nodes: Sequence[Node]
@@ -128,13 +149,22 @@ class Cluster:
         return sum(node.count * node.started for node in self.nodes)
 
     def hosts(self) -> Iterator[tuple[str, Node]]:
-        """Each machine's name and kind, in the order of ranks."""
+        """Go through the machines in the order of ranks.
+
+        Yields:
+            Each one's name and kind.
+        """
         for node in self.nodes:
             for number in range(node.count):
                 yield f"{node.name}-{number}", node
 
     def between(self, a: Node, b: Node) -> Network:
-        """The network over which two machines talk."""
+        """Return the network over which two machines talk.
+
+        Args:
+            a: one machine's kind.
+            b: the other's.
+        """
         for network in self.networks:
             if all(node.networks is None or network.name in node.networks for node in (a, b)):
                 return network

@@ -53,12 +53,23 @@ def simulate(
     scale: float = 1.0,
     options: Sequence[str] = (),
 ) -> Run:
-    """Replay a recorded scene on a virtual cluster; returns the run's log, in simulated seconds.
+    """Replay a recorded scene on a virtual cluster.
 
-    `costs`: a file of what work costs, lines `name = nanoseconds` on a machine of speed 1; None is
-    `measured.costs` of this package: one core of a Xeon with AVX-512. `scale`: how many particles each
-    particle of the scene stands for: work on particles, and messages that hold some, cost that many times
-    more. `options` go to `motes_replay`. Raises MotesError with the run's errors if it fails.
+    Args:
+        scene: a file that `python -m motes record` wrote.
+        cluster: the machines and networks.
+        log: the directory for the run's log.
+        costs: a file of what work costs, lines `name = nanoseconds` on a machine of speed 1; None is
+            `measured.costs` of this package: one core of a Xeon with AVX-512.
+        scale: how many particles each particle of the scene stands for: work on particles, and messages that
+            hold some, cost that many times more.
+        options: of `motes_replay`.
+
+    Returns:
+        The run's log, in simulated seconds.
+
+    Raises:
+        MotesError: if the run fails, with its errors.
     """
     scale = arguments.number("scale", scale, low=1e-9)
     smpirun, replay = find_smpirun(), find_replay()

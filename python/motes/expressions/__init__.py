@@ -26,8 +26,6 @@ __all__ = [
     "Condition",
     "Expression",
     "absolute",
-    "as_condition",
-    "as_expression",
     "atan2",
     "choose",
     "clamp",
@@ -53,6 +51,10 @@ __all__ = [
 ]
 
 
+def __dir__() -> list[str]:
+    return [*__all__]
+
+
 class Expression:
     """One number or vector per particle, computed from its columns."""
 
@@ -61,7 +63,12 @@ class Expression:
     _size: int
 
     def __init__(self, node: Node, size: int = 1) -> None:
-        """Take the tree and its number of operations; scripts use `column`."""
+        """Take the tree; scripts use `column`.
+
+        Args:
+            node: an operation and its operands.
+            size: the number of operations in it.
+        """
         object.__setattr__(self, "_node", node)
         object.__setattr__(self, "_size", checked(size))
 
@@ -122,15 +129,15 @@ class Expression:
         return _made("absolute", self)
 
     def sqrt(self) -> Expression:
-        """Square root."""
+        """Return the square root, as `motes.expressions.sqrt` does."""
         return _made("square_root", self)
 
     def floor(self) -> Expression:
-        """The largest integer that is not above."""
+        """Return the largest integer that is not above."""
         return _made("floor", self)
 
     def length(self) -> Expression:
-        """Length of a vector."""
+        """Return the length of a vector: one number per particle."""
         return _made("length", self)
 
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **keywords: Any) -> Any:
@@ -198,28 +205,46 @@ class Expression:
 
 
 def column(name: str) -> Expression:
-    """Return the column of that name, as the particle has it when the action runs."""
+    """Make the expression that is a particle's attribute.
+
+    Args:
+        name: of the attribute: "age", "position", a user's own.
+
+    Returns:
+        The column, with the values that particles have when the action runs.
+    """
     if not isinstance(name, str):
         raise ArgumentError("name", name, "a column's name")
     return Expression(("column", str(name)))
 
 
 def time() -> Expression:
-    """Return the animation's time, in seconds: where the action runs, at the start of the (sub)step.
+    """Make the expression that is the animation's time.
 
-    In the conditions of `spawn` and `sort`, it is the time at the start of the frame; in sums, `world.time`.
+    It is the time at the start of the (sub)step in which the action runs; in the conditions of `spawn` and
+    `sort` at the start of the frame; in sums it is `world.time`.
+
+    Returns:
+        Seconds.
     """
     return Expression(("time",))
 
 
 def noise(position: Any, time: Any = 0, *, octaves: int = 1, field: int = 0) -> Expression:
-    """Return smooth random numbers over space and time: one number for a vector `position`.
+    """Make smooth random numbers over space and time.
 
-    Cells have edge length 1 (`column("position") / 0.5`: 0.5 m); from one whole `time` to the next all
-    numbers become new ones. The mean is 0, the root mean square 1/3, and few are outside of -1..1. It is
-    gradient noise, as in `curl_noise`, but the same in each run and system: `field`, 0 to 65535, chooses
-    another. Each of up to 8 `octaves` adds details of half the size and half the strength of the one before.
-    Positions times 2^octaves should stay below 1e6.
+    Gradient noise, as in `curl_noise`. Its mean is 0, its root mean square 1/3, and few values are outside of
+    -1..1.
+
+    Args:
+        position: a vector or an expression of one, in cells of edge length 1: `column("position") / 0.5`
+            makes cells of 0.5 m. Times 2^octaves, it should stay below 1e6.
+        time: from one whole number to the next all numbers become new ones.
+        octaves: 1 to 8; each adds details of half the size and half the strength of the one before.
+        field: 0 to 65535, which of the fields of random numbers; the same in each run and system.
+
+    Returns:
+        One number per particle.
     """
     octaves = arguments.integer("octaves", octaves, low=1, high=8)
     field = arguments.integer("field", field, high=65535)
@@ -228,110 +253,209 @@ def noise(position: Any, time: Any = 0, *, octaves: int = 1, field: int = 0) -> 
 
 
 def sin(angle: Any) -> Expression:
-    """Return the sine of an angle in radians; beyond 1e9 it counts as 0."""
+    """Return the sine.
+
+    Args:
+        angle: radians; beyond 1e9 it counts as 0.
+    """
     return _made("sine", angle)
 
 
 def cos(angle: Any) -> Expression:
-    """Return the cosine of an angle in radians; beyond 1e9 it counts as 0."""
+    """Return the cosine.
+
+    Args:
+        angle: radians; beyond 1e9 it counts as 0.
+    """
     return _made("cosine", angle)
 
 
 def atan2(y: Any, x: Any) -> Expression:
-    """Return the angle from the x axis to (x, y), in radians, -pi..pi."""
+    """Return the angle from the x axis to (x, y), in radians, -pi..pi.
+
+    Args:
+        y: a number or an expression.
+        x: a number or an expression.
+    """
     return _made("angle", y, x)
 
 
 def exp(a: Any) -> Expression:
-    """Return e to the power of a."""
+    """Return e to the power of a.
+
+    Args:
+        a: a number or an expression; of vectors, component by component.
+    """
     return _made("exponential", a)
 
 
 def log(a: Any) -> Expression:
-    """Return the natural logarithm: -infinity of 0, NaN of negative numbers."""
+    """Return the natural logarithm: -infinity of 0, NaN of negative numbers.
+
+    Args:
+        a: a number or an expression; of vectors, component by component.
+    """
     return _made("logarithm", a)
 
 
 def power(a: Any, b: Any) -> Expression:
-    """Return a to the power of b, as `a ** b` does; of a negative a it is NaN unless b is a whole number."""
+    """Return a to the power of b, as `a ** b` does.
+
+    Args:
+        a: a number or an expression; of a negative one the result is NaN unless b is a whole number.
+        b: a number or an expression.
+    """
     if isinstance(b, (int, float, np.integer, np.floating)) and b == 2:
         return _made("square", a)
     return _made("power", a, b)
 
 
 def sqrt(a: Any) -> Expression:
-    """Return the square root: NaN of negative numbers."""
+    """Return the square root: NaN of negative numbers.
+
+    Args:
+        a: a number or an expression; of vectors, component by component.
+    """
     return _made("square_root", a)
 
 
 def floor(a: Any) -> Expression:
-    """Return the largest integer that is not above."""
+    """Return the largest integer that is not above.
+
+    Args:
+        a: a number or an expression; of vectors, component by component.
+    """
     return _made("floor", a)
 
 
 def absolute(a: Any) -> Expression:
-    """Return the absolute value, as `abs(a)` does."""
+    """Return the absolute value, as `abs(a)` does.
+
+    Args:
+        a: a number or an expression; of vectors, component by component.
+    """
     return _made("absolute", a)
 
 
 def sign(a: Any) -> Expression:
-    """Return -1, 0 or 1."""
+    """Return -1, 0 or 1.
+
+    Args:
+        a: a number or an expression; of vectors, component by component.
+    """
     return _made("sign", a)
 
 
 def minimum(a: Any, b: Any) -> Expression:
-    """Return the smaller of two, component by component; NaN where either is."""
+    """Return the smaller of two, component by component; NaN where either is.
+
+    Args:
+        a: a number or an expression, or a vector.
+        b: likewise.
+    """
     return _made("minimum", a, b)
 
 
 def maximum(a: Any, b: Any) -> Expression:
-    """Return the larger of two, component by component; NaN where either is."""
+    """Return the larger of two, component by component; NaN where either is.
+
+    Args:
+        a: a number or an expression, or a vector.
+        b: likewise.
+    """
     return _made("maximum", a, b)
 
 
 def clamp(a: Any, low: Any, high: Any) -> Expression:
-    """Return a within low..high, component by component."""
+    """Return a within low..high, component by component.
+
+    Args:
+        a: a number or an expression, or a vector.
+        low: the least value.
+        high: the largest value.
+    """
     return minimum(maximum(a, low), high)
 
 
 def mix(a: Any, b: Any, part: Any) -> Expression:
-    """Return a + (b - a) part: a where part is 0, b where it is 1."""
+    """Return a + (b - a) part.
+
+    Args:
+        a: the result where part is 0: a number or an expression, or a vector.
+        b: the result where part is 1.
+        part: a number or an expression.
+    """
     return _made("mix", a, b, part)
 
 
 def step(edge: Any, a: Any) -> Expression:
-    """Return 1 where a >= edge, else 0."""
+    """Return 1 where a >= edge, else 0.
+
+    Args:
+        edge: where the result jumps.
+        a: a number or an expression.
+    """
     return _made("step", edge, a)
 
 
 def smoothstep(low: Any, high: Any, a: Any) -> Expression:
-    """Return 0 where a <= low, 1 where a >= high, and t^2 (3 - 2t) between, with t the part of the way."""
+    """Return 0 where a <= low, 1 where a >= high, and t^2 (3 - 2t) between, t being the part of the way.
+
+    Args:
+        low: where the rise begins.
+        high: where it ends.
+        a: a number or an expression.
+    """
     return _made("smoothstep", low, high, a)
 
 
 def choose(condition: Condition | Region, yes: Any, no: Any) -> Expression:
-    """Return `yes` where the condition holds (or the shape holds the particle), else `no`."""
+    """Return one of two values for each particle.
+
+    Args:
+        condition: a comparison of columns, or a shape, which holds the particles in it.
+        yes: the result where the condition holds.
+        no: the result elsewhere.
+    """
     held, a, b = as_condition("condition", condition), as_expression("yes", yes), as_expression("no", no)
     return Expression(("choose", held._node, a._node, b._node), held._size + a._size + b._size + 1)
 
 
 def dot(a: Any, b: Any) -> Expression:
-    """Return the dot product of two vectors: one number."""
+    """Return the dot product of two vectors: one number.
+
+    Args:
+        a: a vector or an expression of one.
+        b: a vector or an expression of one.
+    """
     return _made("dot", a, b)
 
 
 def cross(a: Any, b: Any) -> Expression:
-    """Return the cross product of two vectors."""
+    """Return the cross product of two vectors.
+
+    Args:
+        a: a vector or an expression of one.
+        b: a vector or an expression of one.
+    """
     return _made("cross", a, b)
 
 
 def length(a: Any) -> Expression:
-    """Return the length of a vector: one number."""
+    """Return the length of a vector: one number.
+
+    Args:
+        a: a vector or an expression of one.
+    """
     return _made("length", a)
 
 
 def normalize(a: Any) -> Expression:
-    """Return a vector divided by its length: NaN where that is 0."""
+    """Return a vector divided by its length: NaN where that is 0.
+
+    Args:
+        a: a vector or an expression of one.
+    """
     return _made("normalize", a)
 
 

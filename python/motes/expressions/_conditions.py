@@ -110,7 +110,7 @@ class Region(Held):
 
     __slots__ = ()
 
-    core: _core.Shape
+    _native: _core.Shape
     """The engine's value; for the package itself."""
 
 
@@ -123,7 +123,12 @@ class Condition(Held):
     _size: int
 
     def __init__(self, node: Node, size: int = 1) -> None:
-        """Take the tree and its number of operations; scripts compare columns instead."""
+        """Take the tree; comparisons of columns make conditions.
+
+        Args:
+            node: an operation and its operands.
+            size: the number of operations in it.
+        """
         object.__setattr__(self, "_node", node)
         object.__setattr__(self, "_size", checked(size))
 
@@ -262,7 +267,7 @@ def program_of(steps: Steps, shapes: list[_core.Shape]) -> Program:
     program: Program = []
     for operation, operand in steps:
         if operation == "inside":
-            shapes.append(operand.core)
+            shapes.append(operand._native)
             program.append((operation, len(shapes) - 1, 0.0))
         elif operation == "constant":
             program.append((operation, 0, operand))

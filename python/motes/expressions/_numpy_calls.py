@@ -9,6 +9,7 @@ import numpy as np
 
 from .. import expressions as ex
 from ..errors import ArgumentError
+from ._conditions import as_condition
 
 __all__ = ["numpy_function", "numpy_ufunc"]
 
@@ -26,12 +27,12 @@ _OPERATORS: dict[str, Callable[..., Any]] = {
     "greater_equal": lambda a, b: _expression(a) >= b,
     "equal": lambda a, b: _expression(a) == b,
     "not_equal": lambda a, b: _expression(a) != b,
-    "bitwise_and": lambda a, b: ex.as_condition("operand", a) & b,
-    "bitwise_or": lambda a, b: ex.as_condition("operand", a) | b,
-    "invert": lambda a: ~ex.as_condition("operand", a),
-    "logical_and": lambda a, b: ex.as_condition("operand", a) & b,
-    "logical_or": lambda a, b: ex.as_condition("operand", a) | b,
-    "logical_not": lambda a: ~ex.as_condition("operand", a),
+    "bitwise_and": lambda a, b: as_condition("operand", a) & b,
+    "bitwise_or": lambda a, b: as_condition("operand", a) | b,
+    "invert": lambda a: ~as_condition("operand", a),
+    "logical_and": lambda a, b: as_condition("operand", a) & b,
+    "logical_or": lambda a, b: as_condition("operand", a) | b,
+    "logical_not": lambda a: ~as_condition("operand", a),
 }
 _FUNCTIONS: dict[str, Callable[..., Any]] = {
     "absolute": ex.absolute,

@@ -26,3 +26,7 @@ __all__ = [
     "simulate",
     "synthetic",
 ]
+
+
+def __dir__() -> list[str]:
+    return [*__all__]

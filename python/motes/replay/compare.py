@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from .. import _core
-from ..balance import Balancer, Diffusive, Pairwise, PrefixCuts, Proportional, Static
+from ..balance import Balancer, Diffusive, Pairwise, PrefixCuts, Proportional, Static, policy_of
 from .frames import simulate
 from .history import History
 
@@ -20,16 +20,25 @@ GOAL = 1.05
 
 
 def candidates(speeds: Iterable[float]) -> list[Balancer]:
-    """Return the balancers that a comparison shows; `speeds` go to `Proportional`."""
+    """Return the balancers that a comparison shows.
+
+    Args:
+        speeds: of the machines, for `Proportional`.
+    """
     return [Static(), Pairwise(), Pairwise(0.05), Diffusive(), PrefixCuts(), Proportional(list(speeds))]
 
 
 def compare(history: History, balancers: Iterable[Balancer]) -> list[dict[str, Any]]:
-    """Run each balancer on a history: one row of figures each.
+    """Run each balancer on a history.
 
-    `mean_imbalance` and `last_imbalance` are slowest over mean of the calculators' seconds;
-    `evaluations_to_goal` counts from the worst frame to the first at 1.05 or below (None: never);
-    `moved` counts the particles that all new cuts together gave to other calculators.
+    Args:
+        history: recorded or synthetic loads.
+        balancers: which.
+
+    Returns:
+        One row of figures each. `mean_imbalance` and `last_imbalance` are slowest over mean of the
+        calculators' seconds; `evaluations_to_goal` counts from the worst frame to the first at 1.05 or below
+        (None: never); `moved` counts the particles that all new cuts together gave to other calculators.
     """
     rows = []
     for balancer in balancers:
@@ -52,13 +61,21 @@ def compare(history: History, balancers: Iterable[Balancer]) -> list[dict[str, A
 
 
 def planning_ms(balancer: Balancer, calculators: int) -> float:
-    """Processor time of one plan, made legal: the shortest of several, milliseconds."""
+    """Time one plan, made legal.
+
+    Args:
+        balancer: whose.
+        calculators: how many.
+
+    Returns:
+        Processor time in milliseconds, the shortest of several.
+    """
     random = np.random.default_rng(1)
     particles = random.integers(0, 1_000_000, calculators)
     speed = 1e6 * random.integers(1, 9, calculators)
     cuts = np.arange(calculators - 1, dtype=np.float32)
     table = _core.BalanceTable(0, 0, "s", particles, particles / speed, speed, cuts)
-    policy = balancer.policy
+    policy = policy_of(balancer)
     name = policy.name
     shortest = np.inf
     for _ in range(10):

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..balance import Balancer
+from ..balance import Balancer, policy_of
 from ..errors import ArgumentError
 from .bricks import Tree
 from .density import Density
@@ -22,7 +22,26 @@ Counts = npt.NDArray[np.int64]
 
 @dataclass
 class SystemStep:
-    """One system in one frame under the other balancer; arrays are (calculators,)."""
+    """One system in one frame under the other balancer; arrays are (calculators,).
+
+    Attributes:
+        cuts: between domains.
+        n_start: particles at the frame's start.
+        created: newborn particles.
+        n_end: particles after the exchange.
+        seconds: of the actions.
+        rescaled: the same in proportion to `n_end`.
+        smoothed: particles per second, as the balancer knows them.
+        error: relative standard error of these.
+        moved: particles that the new cuts gave to another calculator in this frame.
+        sent: particles to other calculators.
+        received: particles from other calculators.
+        changing: particles that swap sides of a cut, in addition to those that `sent` and `received` count.
+        density: where particles are.
+        killed: particles removed.
+        plan: what the balancer decided; None: it was not asked.
+        next_cuts: those from the next frame on.
+    """
 
     cuts: Cuts | Tree
     n_start: Counts
@@ -33,11 +52,9 @@ class SystemStep:
     smoothed: Floats
     error: Floats
     moved: int
-    """Particles that the new cuts gave to another calculator in this frame."""
     sent: Floats
     received: Floats
     changing: float
-    """Particles that swap sides of a cut, in addition to those that `sent` and `received` count."""
     density: Particles
     killed: int
     plan: _core.BalancePlan | None = None
@@ -46,7 +63,13 @@ class SystemStep:
 
 @dataclass
 class Step:
-    """One frame."""
+    """One frame.
+
+    Attributes:
+        k: its place in the history.
+        frame: its number.
+        systems: each system in it.
+    """
 
     k: int
     frame: int
@@ -124,15 +147,25 @@ def simulate(history: History, balancer: Balancer, powers: Floats | None = None)
     """Run a history's frames under a balancer, as the engine would.
 
     The balancer plans at a frame's end; births of the next frame are distributed by the new cuts, and
-    particles that are then outside their domain go to their owner in that frame's exchange. With `powers`,
-    one per calculator, the rest of the measured time is the cost of a place; without, it is the machine's.
-    Raises ArgumentError for a balancer that the history's domains do not suit.
+    particles that are then outside their domain go to their owner in that frame's exchange.
+
+    Args:
+        history: recorded or synthetic loads.
+        balancer: which.
+        powers: one per calculator, where the machines are known: the rest of the measured time is the cost of
+            a place. None: it is the machine's.
+
+    Yields:
+        What each frame is like.
+
+    Raises:
+        ArgumentError: for a balancer that the history's domains do not suit.
     """
     for name, axes in zip(history.systems, history.axes, strict=True):
         if balancer.slabs_only and len(axes) != 1:
             allowed = "Static, PrefixCuts, Proportional or a balancer of your own that returns Targets"
             raise ArgumentError("balancer", balancer, f"{allowed}: domains of {name!r} are no slabs ({axes})")
-    policy = balancer.policy
+    policy = policy_of(balancer)
     policy.check(len(history.ranks))
     systems = [_System(policy, len(history.ranks)) for _ in history.systems]
     for k, frame in enumerate(history.frames):

@@ -91,7 +91,14 @@ class Tables(Protocol):
         """The particle systems' names."""
 
     def axis(self, system: str) -> str:
-        """The axes that a system's domains cut: "x", "xz", ...; "id" where ids decide."""
+        """Return the axes that a system's domains cut.
+
+        Args:
+            system: its name.
+
+        Returns:
+            "x", "xz", ...; "id" where ids decide.
+        """
 
     @property
     def speeds(self) -> Mapping[int, float]:
@@ -115,7 +122,14 @@ class Tables(Protocol):
 
 
 class History(Protocol):
-    """What a replay needs to know."""
+    """What a replay needs to know.
+
+    Attributes:
+        ranks: the calculators, in the order of their domains.
+        systems: names.
+        axes: what each system's domains cut.
+        frames: numbers.
+    """
 
     ranks: list[int]
     systems: list[str]
@@ -123,14 +137,26 @@ class History(Protocol):
     frames: list[int]
 
     def moment(self, k: int, system: int) -> Moment:
-        """Return one system in the k-th frame."""
+        """Return one system in one frame.
+
+        Args:
+            k: the place of the frame in the history.
+            system: the system's place.
+        """
 
 
 class Recorded:
     """The history of a recorded run."""
 
     def __init__(self, run: Tables) -> None:
-        """Take the tables of a run; LogError if they do not suffice."""
+        """Take the tables of a run.
+
+        Args:
+            run: whose.
+
+        Raises:
+            LogError: if they do not suffice.
+        """
         self.ranks = run.calculators
         self.systems = run.systems
         self._factors = np.array([run.speeds.get(rank, 1.0) for rank in self.ranks])
@@ -225,7 +251,12 @@ class Recorded:
         return np.where(seen, filled, mean * self._factors)
 
     def moment(self, k: int, system: int) -> Moment:
-        """Return one system in the k-th frame."""
+        """Return one system in one frame, from the log.
+
+        Args:
+            k: the place of the frame in the history.
+            system: the system's place.
+        """
         grid = self._grids[system]
         n, created = grid["n"][k], grid["created"][k]
         density: Particles
@@ -262,7 +293,11 @@ class Recorded:
         return Cloud.of_quantiles(x, grid["n"][k], axes), births, Tree.of_boxes(low, high)
 
     def costs(self, k: int) -> FrameCosts:
-        """Return the other costs of the k-th frame."""
+        """Return what a frame cost besides the actions.
+
+        Args:
+            k: the place of the frame in the history.
+        """
         slowest = float(sum(grid["t_compute_s"][k] for grid in self._grids).max())
         return FrameCosts(
             other_s=max(float(self._t_frame[k]) - slowest, 0.0),

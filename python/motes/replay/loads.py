@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Literal, TypeAlias
 
 import numpy as np
 
+from .._values import arguments
 from .density import Density
 from .history import Floats, Moment
 
 __all__ = ["LOADS", "Synthetic", "synthetic"]
+
+Load: TypeAlias = Literal["halves", "alternating", "step", "hot_spot"]
 
 
 class Synthetic:
@@ -24,7 +28,15 @@ class Synthetic:
         calculators: int,
         particles: int,
     ) -> None:
-        """`speeds(k)`: of machines, particles/s; `shape(k)`: relative density at 0..1 in equal steps."""
+        """Take the formula; scripts call `motes.replay.synthetic`.
+
+        Args:
+            frames: how many.
+            speeds: of a frame, those of the machines, particles/s.
+            shape: of a frame, the relative density at 0..1 in equal steps.
+            calculators: how many.
+            particles: how many.
+        """
         self.ranks = list(range(calculators))
         self.systems = ["particles"]
         self.axes = ["x"]
@@ -35,7 +47,12 @@ class Synthetic:
         self._cuts = np.linspace(0, 1, calculators + 1)[1:-1].astype(np.float32)
 
     def moment(self, k: int, system: int) -> Moment:
-        """Return the k-th frame; all particles are born in the first."""
+        """Return the k-th frame; all particles are born in the first.
+
+        Args:
+            k: the place of the frame in the history.
+            system: the system's place.
+        """
         shape = self._shape(k)
         below = np.concatenate([[0.0], np.cumsum((shape[1:] + shape[:-1]) / 2)])
         density = Density(np.linspace(0, 1, len(shape)), below * (self._particles / below[-1]))
@@ -45,15 +62,27 @@ class Synthetic:
 
 
 def synthetic(
-    load: str, *, calculators: int = 16, particles: int = 3_200_000, frames: int = 100
+    load: Literal["halves", "alternating", "step", "hot_spot"],
+    *,
+    calculators: int = 16,
+    particles: int = 3_200_000,
+    frames: int = 100,
 ) -> Synthetic:
-    """Make a load by its name in `LOADS`: from 1 to thousands of calculators, any number of particles.
+    """Make a load that shows one effect.
 
-    "halves": the first half of the machines is twice as fast as the second. "alternating": every other
-    machine is. "step": equal machines; after a tenth of the frames, half of all particles are within a fifth
-    of the axis. "hot_spot": equal machines; such a cluster moves from end to end.
+    Args:
+        load: "halves": the first half of the machines is twice as fast as the second. "alternating": every
+            other machine is. "step": equal machines; after a tenth of the frames, half of all particles are
+            within a fifth of the axis. "hot_spot": equal machines; such a cluster moves from end to end.
+        calculators: from 1 to thousands.
+        particles: any number.
+        frames: how many.
+
+    Returns:
+        The history, for `simulate` and `compare`.
     """
-    return LOADS[load](calculators, particles, frames)
+    name: Load = arguments.choice("load", load, tuple(LOADS))
+    return LOADS[name](calculators, particles, frames)
 
 
 def _halves(calculators: int, particles: int, frames: int) -> Synthetic:
@@ -95,7 +124,7 @@ def _crowd(calculators: int, particles: int, frames: int, center: Callable[[int]
     return Synthetic(frames, lambda _: speeds, shape, calculators=calculators, particles=particles)
 
 
-LOADS: dict[str, Callable[[int, int, int], Synthetic]] = {
+LOADS: dict[Load, Callable[[int, int, int], Synthetic]] = {
     "halves": _halves,
     "alternating": _alternating,
     "step": _step,

@@ -22,12 +22,10 @@ Row = dict[str, Any]
 def predict(
     tables: Tables, balancer: Balancer, *, powers: Sequence[float] | None = None
 ) -> dict[str, list[Row]]:
-    """Predict a recorded run under another balancer; returns rows of "frames", "load", "density", "balance".
+    """Predict a recorded run under another balancer.
 
     Where particles were in each frame comes from the log (density.jsonl); it does not depend on who held
-    them. Speeds are those that were measured, calculator by calculator, frame by frame: they belong to the
-    machines. With `powers`, one per calculator on any scale, machines are known, and the rest of the measured
-    time is the cost of a place, which the particles there keep when another calculator gets them.
+    them.
 
     `sent` and `received` are the least that brings the particles to their calculators; particles that swap
     sides of a cut come on top in `exchanged` of `frames`, estimated from the recorded run by the particles
@@ -37,8 +35,20 @@ def predict(
     depend on each other. So inside one brick they count as independent. Where particles are dealt out by id,
     the parts of the ids are cut, as slabs are.
 
-    Raises LogError if the log has no densities, or not along all axes that are cut, as those of earlier
-    versions; ArgumentError for what is no balancer or does not fit, such as orders for bricks.
+    Args:
+        tables: of the run, such as a `Run`.
+        balancer: the other one.
+        powers: one per calculator on any scale, where the machines are known: the rest of the measured time
+            is the cost of a place, which the particles there keep when another calculator gets them. None:
+            measured speeds belong to the machines, calculator by calculator, frame by frame.
+
+    Returns:
+        Rows of "frames", "load", "density" and "balance".
+
+    Raises:
+        LogError: if the log has no densities, or not along all axes that are cut, as those of earlier
+            versions.
+        ArgumentError: for what is no balancer or does not fit, such as orders for bricks.
     """
     if not isinstance(balancer, Balancer):
         raise ArgumentError("balancer", balancer, "a Balancer")

@@ -37,7 +37,6 @@ __all__ = [
     "Sphere",
     "Triangle",
     "Union",
-    "as_shape",
 ]
 
 
@@ -53,7 +52,7 @@ class Shape(Region, Value):
                 numbers.append(number)
         state = self.__dict__
         state.update(fields)
-        state["core"] = _core.Shape(type(self).__name__, numbers)  # which checks the numbers
+        state["_native"] = _core.Shape(type(self).__name__, numbers)  # which checks the numbers
 
     @property
     def measure(self) -> float:
@@ -61,28 +60,40 @@ class Shape(Region, Value):
 
         Equal radii leave a curve or a surface, measured as such. A union has the sum of its parts.
         """
-        return self.core.measure()
+        return self._native.measure()
 
     def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
-        """Tell for each of the points, (n, 3) or (3,), whether the shape holds it: bool (n,) or ().
-
-        Points of 2 numbers lie at z = 0.
+        """Tell which points the shape holds.
 
         Shapes without volume (point, line, triangle, rectangle, disc) hold none; a plane holds the half-space
         below it, a blob what is within one sigma of its centre, a union what any of its parts holds.
+
+        Args:
+            points: (n, 3) or (3,), m; points of 2 numbers lie at z = 0.
+
+        Returns:
+            bool (n,), or () for one point.
         """
         allowed = "an array of shape (n, 3) or (3,)"
         array = arguments.floats("points", points, np.float32, allowed)
         if array.ndim not in (1, 2) or array.shape[-1] not in (2, 3):
             raise ArgumentError("points", points, allowed, hint=arguments.PAIR)
         array = arguments.with_z(array)
-        inside = self.core.contains(np.atleast_2d(array))
+        inside = self._native.contains(np.atleast_2d(array))
         return inside if array.ndim == 2 else inside[0]
 
     def sample(self, n: int, seed: int = 0) -> NDArray[np.float32]:
-        """Draw n points, float32 (n, 3); the same seed gives the same points. A plane gives its own point."""
+        """Draw points of the shape, uniformly by measure. A plane gives its own point.
+
+        Args:
+            n: how many.
+            seed: 0..2^64-1; the same seed gives the same points.
+
+        Returns:
+            float32 (n, 3), m.
+        """
         n = arguments.integer("n", n, high=2**32 - 1)
-        return self.core.sample(n, arguments.integer("seed", seed, high=2**64 - 1))
+        return self._native.sample(n, arguments.integer("seed", seed, high=2**64 - 1))
 
     def __or__(self, other: Shape | ArrayLike) -> Union:
         """Unite two shapes: `a | b | c` is one union of three."""
@@ -112,7 +123,11 @@ class Shape(Region, Value):
 
 @value(init=False)
 class Point(Shape):
-    """A single point `p`."""
+    """A single point.
+
+    Attributes:
+        p: its coordinates, m.
+    """
 
     p: Triple
 
@@ -123,7 +138,12 @@ class Point(Shape):
 
 @value(init=False)
 class Line(Shape):
-    """The segment from `p0` to `p1`."""
+    """A segment.
+
+    Attributes:
+        p0: one end, m.
+        p1: the other end, m.
+    """
 
     p0: Triple
     p1: Triple
@@ -151,7 +171,13 @@ class Triangle(Shape):
 
 @value(init=False)
 class Rectangle(Shape):
-    """The parallelogram `origin` + a `u` + b `v`, a and b in 0..1."""
+    """The parallelogram `origin` + a `u` + b `v`, a and b in 0..1.
+
+    Attributes:
+        origin: a corner, m.
+        u: an edge that starts there, m.
+        v: the other edge that starts there, m.
+    """
 
     origin: Triple
     u: Triple
@@ -318,14 +344,20 @@ class Union(Shape):
     """The parts, none of them a union."""
 
     def __init__(self, *shapes: Shape | ArrayLike) -> None:
-        """Take the shapes; a vector is a point."""
+        """Take the parts.
+
+        Args:
+            *shapes: shapes; a vector is a point.
+        """
         parts: list[Shape] = []
         for given in shapes:
             shape = as_shape("shapes", given)
             parts.extend(shape.shapes if isinstance(shape, Union) else (shape,))
         if not parts:
             raise ArgumentError("shapes", shapes, "one shape or more")
-        self.__dict__.update(shapes=tuple(parts), core=_core.Shape.united([part.core for part in parts]))
+        self.__dict__.update(
+            shapes=tuple(parts), _native=_core.Shape.united([part._native for part in parts])
+        )
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle by the parts."""
@@ -342,6 +374,15 @@ def __getattr__(name: str) -> Any:
 
         return Mesh
     raise missing("motes.shapes", name, __all__)
+
+
+def __dir__() -> list[str]:
+    return [*__all__]
+
+
+def native_of(shape: Shape) -> _core.Shape:
+    """Return what the engine takes for a shape, for the rest of the package."""
+    return shape._native
 
 
 def as_shape(argument: str, value: Any) -> Shape:

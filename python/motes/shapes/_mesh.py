@@ -30,18 +30,23 @@ TRIANGLES = "integers of shape (m, 3), m >= 1"
 class Mesh(Shape):
     """A surface of triangles: a shape like the others, and what a `Solid` shows.
 
-    `vertices`: positions in metres, float32 (n, 3). `triangles`: three indices of vertices each, uint32
-    (m, 3). Both are read-only. Two meshes are equal if their arrays, their places and options are.
-
     Points are drawn uniformly from its surface; `solid`: from its inside. It holds what is inside, particles
     bounce off it from both sides, and it may be part of a union. All but drawing points from the surface, and
     `Solid`, needs a closed surface: each edge has two triangles, which face the same side, and no two parts
     of it overlap. Vertices at the same place, up to a millionth of the mesh's size, count as one there, and
     triangles without an area do not count.
 
-    What is inside is found by a grid of distances with `resolution` cells, 8 to 512, along the longest side
-    of the mesh, made when it is first needed: about a second's work for 96 cells, and 4 bytes per node.
-    Corners and edges are rounded, and what is thinner than a cell may be missed.
+    What is inside is found by a grid of signed distances, made when it is first needed: about a second's work
+    for 96 cells, and 4 bytes per node. Corners and edges are rounded, and what is thinner than a cell may be
+    missed.
+
+    Two meshes are equal if their arrays, their places and options are.
+
+    Attributes:
+        vertices: positions in metres, float32 (n, 3), read-only.
+        triangles: three indices of vertices each, uint32 (m, 3), read-only.
+        solid: whether points are drawn from its inside.
+        resolution: cells of the grid along the longest side of the mesh, 8 to 512.
     """
 
     vertices: NDArray[np.float32]
@@ -52,7 +57,14 @@ class Mesh(Shape):
     def __init__(
         self, vertices: ArrayLike, triangles: ArrayLike, *, solid: bool = False, resolution: int = RESOLUTION
     ) -> None:
-        """Take the arrays, which are copied, and the options."""
+        """Take the arrays, which are copied, and the options.
+
+        Args:
+            vertices: positions in metres, (n, 3).
+            triangles: three indices of vertices each, (m, 3).
+            solid: whether points are drawn from its inside.
+            resolution: cells of its grid of distances along its longest side, 8 to 512.
+        """
         points = _vertices(vertices)
         corners = _triangles(triangles, len(points))
         self.__dict__.update(
@@ -75,11 +87,20 @@ class Mesh(Shape):
         """Read a file: .obj, .ply, .stl or .glb.
 
         All its parts become one mesh, placed as the file says; its colours and images are not read. Faces of
-        more than three corners are cut into triangles that cover them, concave ones too. `scale`: metres per
-        unit of the file. `solid`, `resolution`: as of the mesh.
+        more than three corners are cut into triangles that cover them, concave ones too. A .glb with Draco
+        compression needs the extra [mesh].
 
-        Raises ArgumentError, which names the file and the reason: what is not read is not left out. A .glb
-        with Draco compression needs the extra `[mesh]`.
+        Args:
+            path: of the file.
+            scale: metres per unit of the file.
+            solid: as of the mesh.
+            resolution: as of the mesh.
+
+        Returns:
+            The mesh.
+
+        Raises:
+            ArgumentError: if the file cannot be read whole, naming it and the reason.
         """
         file = arguments.file_path("path", path)
         if file.suffix.lower() not in _meshes.SUFFIXES:
@@ -102,21 +123,26 @@ class Mesh(Shape):
         angle_deg: float = 0,
         moving_from: Mesh | None = None,
     ) -> Mesh:
-        """Return this mesh at another place: turned by `angle_deg` around `axis`, then moved to `place`.
+        """Put this mesh at another place.
 
-        `place`: where the origin of its vertices goes, m; or the whole motion as a matrix of shape (4, 4),
-        without scaling or mirroring. It always starts from the vertices as they were given, and shares their
-        grid, so it costs nothing: a mesh may have another place in each frame.
+        Args:
+            place: where the origin of its vertices goes, m; or the whole motion as a matrix of shape (4, 4),
+                without scaling or mirroring.
+            axis: around which it is turned before that.
+            angle_deg: by how much.
+            moving_from: where the mesh was one frame ago, if it moves: the same mesh at another place. It
+                then moves evenly from there to here during the frame, `bounce` gives particles the velocity
+                of the surface that they hit, and no particle gets to its other side. Everything else sees it
+                here, at the end of the frame.
 
-        `moving_from`: where the mesh was one frame ago, if it moves: the same mesh at another place. It then
-        moves evenly from there to here during the frame, `bounce` gives particles the velocity of the surface
-        that they hit, and no particle gets to its other side. Everything else sees it here, at the end of the
-        frame.
+        Returns:
+            The mesh there. It shares the arrays and the grid, so it costs nothing: a mesh may have another
+            place in each frame.
         """
         here = _pose(place, axis, angle_deg)
         before = here
         if moving_from is not None:
-            if not isinstance(moving_from, Mesh) or moving_from.key != self.key:
+            if not isinstance(moving_from, Mesh) or moving_from._content != self._content:
                 raise ArgumentError("moving_from", moving_from, "this mesh at another place")
             before = moving_from._numbers[:7]
             if sum(map(operator.mul, here[3:], before[3:])) < 0:  # the same rotation, by the shorter way
@@ -127,7 +153,7 @@ class Mesh(Shape):
         return made
 
     @property
-    def key(self) -> int:
+    def _content(self) -> int:
         """The engine's name for it, made from its content; for the package itself."""
         made: int = self.__dict__["_name"]
         return made
@@ -140,10 +166,10 @@ class Mesh(Shape):
     def _place(self, numbers: tuple[float, ...]) -> None:
         """Keep the places at the frame's end and start, and make the engine's value."""
         self.__dict__["_placed"] = numbers
-        self.__dict__["core"] = _core.Shape.mesh(self.key, [*numbers, self.solid, self.resolution])
+        self.__dict__["_native"] = _core.Shape.mesh(self._content, [*numbers, self.solid, self.resolution])
 
     def _key(self) -> tuple[Any, ...]:
-        return (self.key, self.solid, self.resolution, self._numbers)
+        return (self._content, self.solid, self.resolution, self._numbers)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle by the arrays, the options and the places."""

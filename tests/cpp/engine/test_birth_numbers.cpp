@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "engine/births/birth_numbers.h"
+#include "engine/births/share.h"
 #include "roles/ring.h"
 #include "support/check.h"
 #include "support/isas.h"
@@ -105,6 +106,19 @@ TEST(numbers_of_births_reach_their_owners_once_group_by_group) {
       CHECK(counted == taken);
       CHECK(std::all_of(readers.begin(), readers.end(), [](const auto& in) { return in.done(); }));
     }
+  }
+}
+
+TEST(who_creates_births_follows_from_how_many_there_are) {
+  using engine::Births;
+  CHECK(engine::quicker_births(1'000'000'000, 1) == Births::manager);
+  std::uint64_t border = 0;
+  for (const std::size_t calculators : {std::size_t{16}, std::size_t{17}, std::size_t{300}, std::size_t{5000}}) {
+    CHECK(engine::quicker_births(1000, calculators) == Births::manager);
+    CHECK(engine::quicker_births(20'000, calculators) == Births::calculators);
+    const std::uint64_t before = border;  // with more steps there is more to wait for
+    for (border = 1000; engine::quicker_births(border, calculators) == Births::manager;) ++border;
+    CHECK(border > before);
   }
 }
 

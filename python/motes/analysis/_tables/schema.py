@@ -71,6 +71,7 @@ FRAMES = Table(
         t_exchange_s float s migrants to their owners
         t_balance_s float s orders, donations, new cuts
         t_render_s float s the picture: the three below, and waiting for other ranks' parts
+        births_by str - manager or calculators: who created the births; null where there were none
         t_project_s float s particles to records, and sending them; with pictures only, like the next two
         t_draw_s float s records to pixels
         t_assemble_s float s image generator: other ranks' tiles into the picture

@@ -17,7 +17,8 @@ from .tables import Cell, cells
 
 __all__ = ["Row", "measure", "reproduce"]
 
-_OURS = ("--balancer", "PrefixCuts", "--combine", "together")
+_PAPER = ("--blocking", "--births", "manager", "--balancer")
+_OURS = ("--births", "manager", "--balancer", "PrefixCuts", "--combine", "together")
 BEST = (_OURS, (*_OURS, "--path", "tiles", "--roles", "shared"))
 """In the paper's roles; and where all processes calculate and draw. The faster one counts."""
 
@@ -96,7 +97,7 @@ class _Bench:
 
     def _paper(self, cell: Cell) -> Future[float]:
         policy = balancer() if cell.dynamic else "Static"
-        return self._frame_s(cell, cell.finite, cluster(cell), "paper", ("--blocking", "--balancer", policy))
+        return self._frame_s(cell, cell.finite, cluster(cell), "paper", (*_PAPER, policy))
 
     def _best(self, cell: Cell) -> list[Future[float]]:
         return [self._frame_s(cell, cell.finite, cluster(cell), "motes", options) for options in BEST]

@@ -1,0 +1,40 @@
+"""Command lines: a parser that suggests the nearest name where one was mistyped."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from typing import Any, NoReturn
+
+from ..errors import near
+
+__all__ = ["Parser"]
+
+
+class Parser(argparse.ArgumentParser):
+    """An argument parser without abbreviations that suggests the nearest name. Usage errors exit with 2."""
+
+    def __init__(self, **options: Any) -> None:
+        """Take what `argparse.ArgumentParser` takes."""
+        options.setdefault("allow_abbrev", False)
+        options.setdefault("formatter_class", argparse.RawDescriptionHelpFormatter)
+        super().__init__(**options)
+
+    def error(self, message: str) -> NoReturn:
+        """Print usage and message, with the nearest choice or option if one was mistyped, and exit with 2."""
+        wrong = re.search(r"invalid choice: '([^']*)'.*\(choose from (.*)\)", message)
+        if wrong is not None:
+            message += near(wrong[1], [name.strip(" '") for name in wrong[2].split(",")])
+        unknown = re.search(r"unrecognized arguments: .*?(--?[^\s=]+)", message)
+        if unknown is not None:
+            message += near(unknown[1], sorted(_options(self)))
+        super().error(message)
+
+
+def _options(parser: argparse.ArgumentParser) -> set[str]:
+    """Return the options of a parser and of its commands."""
+    found = set(parser._option_string_actions)
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            found = found.union(*(_options(command) for command in action.choices.values()))
+    return found

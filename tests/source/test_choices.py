@@ -1,0 +1,118 @@
+"""Options that are one of a few texts: their types say which, and near ones are answered by them."""
+
+from __future__ import annotations
+
+import inspect
+import re
+from collections.abc import Callable
+from typing import Any, get_args
+
+import pytest
+from test_docstrings import PUBLIC
+
+import motes
+from motes import ArgumentError, actions, balance, replay
+from motes._film.movie import Preset
+
+CAMERA = motes.Camera((0, 0, 5), (0, 0, 0))
+WORLD = ("axis", "space", "roles", "combine", "births", "clock", "on_loss", "progress")
+
+
+def world(**options: Any) -> motes.World:
+    return motes.World(seed=1, **options)
+
+
+def spawn(text: str) -> None:
+    with world(progress="off") as own:
+        s = own.system("s")
+        s.spawn(s, on=text, count=1)
+
+
+def gather(text: str) -> None:
+    with world(progress="off") as own:
+        own.system("s").gather(to=text)
+
+
+MADE: dict[tuple[str, str], Callable[[str], object]] = {
+    **{("motes.World", name): lambda text, name=name: world(**{name: text}) for name in WORLD},
+    ("motes.World.system", "axis"): lambda text: world().system("s", axis=text),
+    ("motes.World.system", "space"): lambda text: world().system("s", space=text),
+    ("motes.Sprite", "kind"): motes.Sprite,
+    ("motes.Sprite", "blend"): lambda text: motes.Sprite(blend=text),
+    ("motes.Renderer", "path"): lambda text: motes.Renderer(8, 8, camera=CAMERA, path=text),
+    ("motes.Renderer", "layers"): lambda text: motes.Renderer(8, 8, camera=CAMERA, layers=(text,)),
+    ("motes.Curve", "interpolation"): lambda text: motes.Curve([(0, 1)], text),
+    ("motes.Movie", "preset"): lambda text: motes.Movie("a.mp4", preset=text),
+    ("motes.actions.Gravitate", "far"): lambda text: actions.Gravitate(far=text),
+    **{
+        (f"motes.balance.{kind.__name__}", "over"): lambda text, kind=kind: kind(over=text)
+        for kind in (balance.Pairwise, balance.Diffusive, balance.PrefixCuts)
+    },
+    ("motes.balance.Proportional", "over"): lambda text: balance.Proportional([1, 1], over=text),
+    ("motes.System.spawn", "on"): spawn,
+    ("motes.System.gather", "to"): gather,
+    ("motes.Runs.speedup", "layout"): lambda text: motes.Runs([]).speedup(layout=text),
+    ("motes.replay.synthetic", "load"): replay.synthetic,
+}
+ELSEWHERE = {
+    ("motes.Frame.layer", "name"),  # those that the renderer keeps
+    ("motes.Frame.save", "bits"),
+    ("motes.System.gravitate", "far"),  # makes the action
+    ("motes.script.options", "balancer"),  # the command line says what is allowed
+}
+"""Options that other tests refuse, or that are no texts."""
+
+
+def parameters(thing: Any) -> list[inspect.Parameter]:
+    """Return what a public name takes; nothing where Python itself makes an exception."""
+    made_by_python = (
+        inspect.isclass(thing) and issubclass(thing, BaseException) and "__init__" not in vars(thing)
+    )
+    if made_by_python or not callable(thing):
+        return []
+    return list(inspect.signature(thing).parameters.values())
+
+
+def typed() -> dict[tuple[str, str], tuple[str, ...]]:
+    """Return the texts that public signatures allow, by name and parameter."""
+    found = {}
+    for name, thing in PUBLIC.items():
+        for parameter in parameters(thing):
+            annotation = str(parameter.annotation)
+            if annotation == "Preset":
+                found[name, parameter.name] = get_args(Preset)
+            for texts in re.findall(r"Literal\[(.*?)\]", annotation):
+                found[name, parameter.name] = tuple(re.findall(r"[\"'](\w+)[\"']", texts))
+    return found
+
+
+TYPED = typed()
+
+
+def test_every_option_of_a_few_texts_is_tried():
+    assert set(TYPED) == set(MADE) | ELSEWHERE
+
+
+@pytest.mark.parametrize("option", MADE, ids=".".join)
+def test_a_text_that_is_nearly_allowed_is_answered_by_it(option: tuple[str, str]):
+    for text in TYPED[option]:
+        with pytest.raises(ArgumentError, match=re.escape(option[1])) as caught:
+            MADE[option](text + text[-1])
+        said = str(caught.value)
+        assert all(f"'{one}'" in said for one in TYPED[option] if one != "world")
+        meant = re.search(r"did you mean '(\w+)'\?$", said)
+        assert meant is not None and meant[1] in TYPED[option]
+
+
+def test_no_option_is_any_text():
+    """Texts without a type of their own are names, paths and sentences."""
+    names = "attribute argument axes column extra field name names need package system text"
+    sentences = "action allowed description hint line missing role size space url"
+    plain = {*names.split(), *sentences.split(), "host"}
+    taken = {
+        f"{name}({parameter.name})"
+        for name, thing in PUBLIC.items()
+        for parameter in parameters(thing)
+        if re.fullmatch(r"'?str( \| None)?'?", str(parameter.annotation)) and parameter.name not in plain
+    }
+    assert taken == set()

@@ -106,8 +106,10 @@ set_source_files_properties(actions/kernels.cpp image/post/lanes.cpp interaction
   PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 set_target_properties(motes_pure PROPERTIES UNITY_BUILD ${MOTES_UNITY} UNITY_BUILD_BATCH_SIZE 45)
 target_compile_options(motes_pure PRIVATE ${MOTES_O1})
-# These search for neighbours, keep what is known of touches, and measure the limits that benchmarks compare with.
-set_source_files_properties(bench/bench_scene.cpp interactions/act.cpp interactions/cell_list.cpp
+# These search for neighbours, keep what is known of touches, look at each record that is near a surface, and measure
+# the limits that benchmarks compare with.
+set_source_files_properties(
+  bench/bench_scene.cpp image/raster/behind.cpp interactions/act.cpp interactions/cell_list.cpp
   PROPERTIES COMPILE_OPTIONS $<$<CONFIG:Release>:-O3>)
 target_include_directories(motes_pure PUBLIC ${CMAKE_CURRENT_SOURCE_DIR} ${CMAKE_CURRENT_BINARY_DIR}/generated)
 target_link_libraries(motes_pure PUBLIC motes_flags PRIVATE Threads::Threads)

@@ -13,9 +13,18 @@ namespace {
 
 // Of depths, relative: what single precision and the grid of the picture leave uncertain.
 constexpr float kLeastMargin = 1.0f / 4096;
-// Surfaces are at least so much nearer than where they begin to hide, and hardly more where they are not steep.
-constexpr float kSteep = 1.019f;
+// No plane is so much nearer in a tile than its nearest pixel.
 constexpr float kNearer = 0.9f;
+// Scenery begins to hide behind its surface by three times its slope and a little, up to a fiftieth (see
+// CastLanes::measure): below that it tells the slope. Here slopes along x and y are added up, which is at most 1.42
+// times as much.
+constexpr float kPerBias = 1.42f / 3, kSteep = 0.019f * kPerBias;
+// Of records that have sizes of their own, pixels: larger ones are rare.
+constexpr float kOftenRadius = 8;
+constexpr float kInfinite = std::numeric_limits<float>::infinity();
+constexpr float kNone = std::numeric_limits<float>::max();  // Scenery::surface_depth() where there is no surface
+// The most lanes of a vector.
+constexpr std::size_t kVectorRoom = 16;
 // The horizon of a surface, below a particle's disc: so many times as deep as it is at the particle.
 constexpr float kHorizon = 4096;
 
@@ -27,18 +36,21 @@ float depth_of(const std::byte* bits) {
 
 }  // namespace
 
-void Behind::start(const Scenery& scenery, const Area& area) {
+void Behind::start(const Scenery& scenery, const Area& area, const SplatLanes& lanes) {
   scenery_ = scenery.occupied(area.tile) ? &scenery : nullptr;
   area_ = area;
+  lanes_ = &lanes;
+  radius_ = -1;
   if (scenery_ != nullptr) least_ = kNearer * std::bit_cast<float>(scenery.nearest(area.tile));
 }
 
 Piece Behind::settled(const Piece& piece) {
   const RecordForm form = piece.brush->form();
   if (scenery_ == nullptr || form.depth == 0) return piece;
-  const std::size_t bytes = piece.brush->record_bytes();
+  const std::size_t bytes = piece.brush->record_bytes(), found = find_in_bands(piece);
   Piece changed = piece;
-  for (std::size_t i = 0; i < piece.count; ++i) {
+  for (std::size_t k = 0; k < found; ++k) {
+    const std::size_t i = found_.data()[k];
     const std::byte* record = piece.records + i * bytes;
     const float depth = depth_of(record + form.depth);
     if (depth < least_) continue;
@@ -52,6 +64,63 @@ Piece Behind::settled(const Piece& piece) {
     std::memcpy(records_.data() + i * bytes + form.depth, &deeper, sizeof deeper);
   }
   return changed;
+}
+
+// Lists in `found_` the records that are near a surface; returns how many.
+std::size_t Behind::find_in_bands(const Piece& piece) {
+  const Brush& brush = *piece.brush;
+  const Grid& grid = scenery_->grid();
+  const bool fixed = of_fixed_size(brush.layout());
+  const float radius = fixed ? 0.5f * static_cast<float>(brush.footprint_pixels()) : kOftenRadius;
+  if (radius > radius_) measure_bands(radius);
+  const int bits = fixed ? grid.sub_bits() : brush.layout() == Layout::wide ? 1 : grid.far_bits();
+  const auto first = [&](int pixels, int from) { return (pixels << bits) - (from << (bits + 1)) + (fixed ? 1 : 0); };
+  found_.resize(piece.count + kVectorRoom);
+  const BandSearch search{bands_.data(),
+                          brush.layout(),
+                          brush.form(),
+                          static_cast<int>(brush.record_bytes()),
+                          bits + 1,
+                          first(grid.width, area_.x),
+                          first(grid.height, area_.y),
+                          area_.width - 1,
+                          area_.height - 1,
+                          static_cast<int>(2 * kOftenRadius) << kSizeBits};
+  return lanes_->find_in_bands(search, reinterpret_cast<const unsigned char*>(piece.records), piece.count,
+                               found_.data());
+}
+
+void Behind::measure_bands(float radius) {
+  radius_ = radius;
+  bands_.resize(kTile * kTile);
+  for (int row = 0; row < area_.height; ++row) measure_row(row, radius + 1);
+}
+
+// What settled_depth() says of all centres that are nearest to a pixel: at most half a pixel from its middle along x
+// and y, or, at the tile's border, a footprint's reach.
+void Behind::measure_row(int row, float reach) {
+  const float* surfaces = scenery_->surface_depth(area_.x, area_.y + row);
+  const std::uint32_t* hides = scenery_->depth(area_.x, area_.y + row);
+  DepthBand* to = bands_.data() + row * kTile;
+  std::array<float, kTile> slope, away;
+  const bool outer = row == 0 || row == area_.height - 1;
+  away.fill(outer ? 2 * reach : 1);
+  away[0] = away[static_cast<std::size_t>(area_.width - 1)] = 2 * reach;
+  for (std::size_t x = 0; x < kTile; ++x) slope[x] = (std::bit_cast<float>(hides[x]) / surfaces[x] - 1) * kPerBias;
+  for (int x = 0; x < area_.width; ++x) {
+    const auto i = static_cast<std::size_t>(x);
+    if (slope[i] < kSteep || surfaces[x] == kNone) continue;
+    const Scenery::Tilt tilt = scenery_->tilt(area_.x + x, area_.y + row);
+    slope[i] = 1.001f * (std::abs(tilt.right) + std::abs(tilt.down)) / tilt.ahead;
+    if (!(tilt.ahead > 0)) slope[i] = kInfinite;
+  }
+  const float pixel = reach * scenery_->pixel();
+  for (std::size_t x = 0; x < kTile; ++x) {
+    const float surface = surfaces[x], left = 1 - slope[x] * (away[x] + reach);
+    const float low = 0.9999f * surface / (1 + slope[x] * away[x]);
+    const float high = 1.0001f * (std::bit_cast<float>(hides[x]) + pixel * surface) / left;
+    to[x] = {surface == kNone ? kInfinite : low, left > 0.25f ? high : kInfinite};
+  }
 }
 
 Behind::Center Behind::center_of(const Piece& piece, const std::byte* record) const {
@@ -86,10 +155,9 @@ float Behind::settled_depth(const Center& center, float depth) const {
   const int column = nearest(center.x, area_.x, area_.width), row = nearest(center.y, area_.y, area_.height);
   const int x = area_.x + column, y = area_.y + row;
   const float surface = *scenery_->surface_depth(x, y), hides = std::bit_cast<float>(*scenery_->depth(x, y));
-  if (surface == std::numeric_limits<float>::max()) return depth;
+  if (surface == kNone) return depth;
   const float right = center.x - (static_cast<float>(x) + 0.5f), down = center.y - (static_cast<float>(y) + 0.5f);
   const float square = right * right + down * down;
-  if (square < 1 && depth < kNearer * surface && hides < kSteep * surface) return depth;
   const Scenery::Tilt tilt = scenery_->tilt(x, y);
   const float there = tilt.ahead + tilt.right * right + tilt.down * down;
   if (!(there > 0)) return depth;  // beyond the plane's horizon

@@ -3,10 +3,13 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 
 #include "image/buffer.h"
 #include "image/grid.h"
+#include "image/raster/depth_bands.h"
 #include "image/raster/pieces.h"
+#include "image/raster/splat_lanes.h"
 #include "image/raycast/scenery.h"
 
 namespace motes::image {
@@ -15,13 +18,16 @@ namespace motes::image {
 class Behind {
  public:
   /// The scenery of this tile must have been rendered, and stay.
-  void start(const Scenery& scenery, const Area& area);
+  void start(const Scenery& scenery, const Area& area, const SplatLanes& lanes);
 
   /// Returns the piece, or a copy that is valid until the next call, in which records of particles whose centre is
   /// behind the surface that their nearest pixel shows are so deep that this surface hides all of them.
   Piece settled(const Piece& piece);
 
  private:
+  void measure_bands(float radius);
+  void measure_row(int row, float reach);
+  std::size_t find_in_bands(const Piece& piece);
   // Where a record's centre is, pixels from the image's top left corner, and its size.
   struct Center {
     float x, y;
@@ -34,7 +40,11 @@ class Behind {
 
   const Scenery* scenery_ = nullptr;
   Area area_;
-  float least_ = 0;  // no surface is nearer
+  float least_ = 0;      // no surface is nearer
+  float radius_ = -1;    // the largest that `bands_` hold for, pixels
+  const SplatLanes* lanes_ = nullptr;
+  BufferOf<DepthBand> bands_;  // kTile rows of kTile
+  BufferOf<std::uint32_t> found_;
   Buffer records_;
 };
 

@@ -23,7 +23,7 @@ struct Crowd {
 // whether one is seen has nothing to do with whether the next is.
 MOTES_INLINE std::size_t find_seen(const image::TilePlanes& tile, const image::Splat& s, const unsigned char* records,
                                    std::size_t count, Crowd& crowd) {
-  read_places(s, records, count, crowd.position, crowd.depth);
+  read_places(s.record_bytes, s.form.depth, records, count, crowd.position, crowd.depth);
   const float radius = s.bulge != nullptr ? s.radius : 0;
   std::size_t seen = 0;
   for (std::size_t i = 0; i < count; i += kLanes) {

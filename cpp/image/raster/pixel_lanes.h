@@ -293,4 +293,18 @@ MOTES_INLINE void split(const void* words, Uints& first, Uints& second) {
 #endif
 }
 
+#if MOTES_WIDTH == 512
+// Of records of three words, the first and the last ones: records 0..10 begin in the first two vectors.
+MOTES_INLINE void split_thirds(const unsigned char* records, Uints& first, Uints& last) {
+  const __m512i low = _mm512_loadu_si512(records), middle = _mm512_loadu_si512(records + 64),
+                high = _mm512_loadu_si512(records + 128);
+  const __m512i begins = _mm512_set_epi32(0, 0, 0, 0, 0, 30, 27, 24, 21, 18, 15, 12, 9, 6, 3, 0);
+  const __m512i begins_high = _mm512_set_epi32(29, 26, 23, 20, 17, 10, 9, 8, 7, 6, 5, 4, 3, 2, 1, 0);
+  const __m512i ends = _mm512_set_epi32(0, 0, 0, 0, 0, 0, 29, 26, 23, 20, 17, 14, 11, 8, 5, 2);
+  const __m512i ends_high = _mm512_set_epi32(31, 28, 25, 22, 19, 16, 9, 8, 7, 6, 5, 4, 3, 2, 1, 0);
+  first = (Uints)_mm512_permutex2var_epi32(_mm512_permutex2var_epi32(low, begins, middle), begins_high, high);
+  last = (Uints)_mm512_permutex2var_epi32(_mm512_permutex2var_epi32(low, ends, middle), ends_high, high);
+}
+#endif
+
 }  // namespace motes::MOTES_ISA

@@ -55,11 +55,11 @@ MOTES_INLINE std::uint32_t color_of(const image::Splat& s, const unsigned char* 
   return s.form.color != 0 ? word_at(record + s.form.color) : s.color;
 }
 
-// Positions and depths of records, which have depths. There is room for whole vectors.
-MOTES_INLINE void read_places(const image::Splat& s, const unsigned char* records, std::size_t count,
+// Positions and depths of records: `depth_at` bytes from where they begin. There is room for whole vectors.
+MOTES_INLINE void read_places(int record_bytes, int depth_at, const unsigned char* records, std::size_t count,
                               std::uint32_t* positions, std::uint32_t* depths) {
   std::size_t i = 0;
-  if (s.record_bytes == 8) {
+  if (record_bytes == 8) {
     for (; i + kLanes <= count; i += kLanes) {
       Uints position, depth;
       split(records + i * 8, position, depth);
@@ -67,9 +67,19 @@ MOTES_INLINE void read_places(const image::Splat& s, const unsigned char* record
       store_uints(depths + i, depth);
     }
   }
-  for (const auto bytes = static_cast<std::size_t>(s.record_bytes); i < count; ++i) {
+#if MOTES_WIDTH == 512
+  if (record_bytes == 12 && depth_at == 8) {
+    for (; i + kLanes <= count; i += kLanes) {
+      Uints position, depth;
+      split_thirds(records + i * 12, position, depth);
+      store_uints(positions + i, position);
+      store_uints(depths + i, depth);
+    }
+  }
+#endif
+  for (const auto bytes = static_cast<std::size_t>(record_bytes); i < count; ++i) {
     positions[i] = word_at(records + i * bytes);
-    depths[i] = word_at(records + i * bytes + s.form.depth);
+    depths[i] = word_at(records + i * bytes + depth_at);
   }
   for (; i % kLanes != 0; ++i) positions[i] = depths[i] = 0;
 }

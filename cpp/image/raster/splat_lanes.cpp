@@ -4,6 +4,7 @@
 
 #include "image/grid.h"
 #include "image/layout.h"
+#include "image/raster/band_lanes.h"
 #include "image/raster/opaque_lanes.h"
 #include "image/raster/pixel_lanes.h"
 #include "image/raster/point_lanes.h"
@@ -309,6 +310,6 @@ void tone(const std::uint32_t* light, std::size_t count, const std::uint8_t* tab
 }  // namespace
 
 extern const image::SplatLanes splat_lanes = {add_any,       over_any,  opaque_any, measure_surfaces,
-                                              show_surfaces, brightest, tone};
+                                              show_surfaces, brightest, tone,       find_in_bands};
 
 }  // namespace motes::MOTES_ISA

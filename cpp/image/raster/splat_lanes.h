@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "image/layout.h"
+#include "image/raster/depth_bands.h"
 #include "image/tile_planes.h"
 #include "image/tone.h"
 #include "simd/declare_builds.h"
@@ -56,6 +57,10 @@ struct SplatLanes {
 
   /// to[i] = table[index of light[i]]: the index has 2^kToneBits steps per octave of light[i] / 2.
   void (*tone)(const std::uint32_t* light, std::size_t count, const std::uint8_t* table, std::uint8_t* to);
+
+  /// Lists the records that are in their bands; returns how many. `numbers` has room for `count` and a vector.
+  std::size_t (*find_in_bands)(const BandSearch& search, const unsigned char* records, std::size_t count,
+                               std::uint32_t* numbers);
 };
 
 /// The build that suits this processor.

@@ -48,7 +48,7 @@ MOTES_INLINE void find_among(const image::TilePlanes& tile, const image::Splat& 
 template <bool kFade>
 MOTES_INLINE void sort_among(const image::TilePlanes& tile, const image::Splat& s, const unsigned char* records,
                              std::size_t count, Among& some) {
-  read_places(s, records, count, some.position, some.depth);
+  read_places(s.record_bytes, s.form.depth, records, count, some.position, some.depth);
   for (std::size_t i = 0; i < count; i += kLanes) find_among<kFade>(tile, s, i, some);
   std::size_t opens = 0, testeds = 0;
   for (std::size_t i = 0; i < count; ++i) {

@@ -99,7 +99,7 @@ void TilePainter::clear(const Area& area, std::uint32_t brightest) {
   saturating_ = false;
   const Scenery& scenery = scene_->scenery();
   planes_.hides = scenery.occupied(area.tile);
-  behind_.start(scenery, area);
+  behind_.start(scenery, area, *lanes_);
   if (!planes_.hides) return;
   planes_.nearest = scenery.nearest(area.tile);
   planes_.farthest = scenery.farthest(area.tile);

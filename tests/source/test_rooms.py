@@ -17,7 +17,6 @@ CPP = Path(__file__).resolve().parents[2] / "cpp"
 MOST_FILES = 40
 Room = TypeVar("Room", str, Path)
 KNOWN_BY_TYPE = {  # these name what is above them where they say a type, and nothing else
-    "_run": {"_checkpoint", "_film", "_live"},
     "_system": {"_world"},
     "actions": {"_system"},
     "analysis._plots": {"analysis"},

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from .. import _core, _extras
-from .._io import exr, files, png
+from .._io import files, png
 from .._values import arguments
 from ..errors import ArgumentError, MotesError, NotHereError
 
@@ -170,6 +170,8 @@ class Frame:
         elif suffix == ".npy":
             files.write_whole(path, lambda file: np.save(file, pixels))
         else:
+            from .._io import exr
+
             linear, layers = self.linear, {name: self._layer(name) for name in self._layers}
             with files.whole_path(path) as draft:
                 exr.write(_extras.openexr(), draft, linear, layers)

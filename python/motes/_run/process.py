@@ -11,8 +11,6 @@ from ..errors import place
 if TYPE_CHECKING:
     from mpi4py import MPI
 
-    from .._checkpoint.finding import Found
-    from .._live.repeating import Repeated
     from .log_directory import LogDirectory
     from .peers import Peer, PeerWatch
 
@@ -38,10 +36,6 @@ class OpenRun:
     watch: PeerWatch | None = None
     log: LogDirectory | None = None
     """On the manager, where there is a log."""
-    found: Found | None = None
-    """Where the run's checkpoints are, and what it goes on from."""
-    repeats: Repeated | None = None
-    """The run whose orders this one repeats."""
     noted: Path | None = None
     """The launcher's note that this run is open."""
     warn_s: float = 60.0

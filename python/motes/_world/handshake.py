@@ -11,7 +11,7 @@ import json
 import os
 import struct
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from .._io.output import tell
 from .._mpi import launchers
@@ -29,8 +29,9 @@ if TYPE_CHECKING:
     from mpi4py import MPI
 
     from .._checkpoint.finding import Found
+    from .._live.repeating import Repeated
 
-__all__ = ["begin", "close", "meet"]
+__all__ = ["Met", "begin", "close", "meet"]
 
 _CARD = struct.Struct(f"<i64s64siqQ96sI16si{MASK_BYTES}s")  # what each rank reports about itself
 _VERDICT_BYTES = 4096
@@ -66,12 +67,22 @@ def _count_left(comm: MPI.Intracomm) -> None:
         tell(f"motes: lost {lost} between two worlds; {goes} on")
 
 
-def meet(run: OpenRun, comm: MPI.Intracomm, settings: RunSettings, role: str) -> RunSettings:
+class Met(NamedTuple):
+    """What ranks that have met know."""
+
+    settings: RunSettings
+    found: Found | None
+    """Where the run's checkpoints are, and what it goes on from."""
+    repeats: Repeated | None
+    """The run whose orders this one repeats."""
+
+
+def meet(run: OpenRun, comm: MPI.Intracomm, settings: RunSettings, role: str) -> Met:
     """Fill in the run: communicator, peers, log. Collective.
 
-    Returns the settings with the seed that all agreed on and this rank's threads. Raises ScriptMismatchError
-    if ranks were given different settings, and whatever `LogDirectory.claim` raises on the manager; every
-    rank raises it.
+    The settings that it returns have the seed that all agreed on and this rank's threads. Raises
+    ScriptMismatchError if ranks were given different settings, and whatever `LogDirectory.claim` raises on the
+    manager; every rank raises it.
     """
     from mpi4py import MPI
 
@@ -89,7 +100,9 @@ def meet(run: OpenRun, comm: MPI.Intracomm, settings: RunSettings, role: str) ->
     run.threads = threads_of(places)
     run.watch = PeerWatch(run.peers, rank=comm.rank)
     _compare(made, cards, text, settings)
-    settings = _find_repeated(run, settings)
+    repeats = _find_repeated(run, settings)
+    if repeats is not None:
+        settings = settings._replace(seed=repeats.seed)
     found = _find_checkpoint(run, settings)
     seed = cards[0].wish if settings.seed is None else settings.seed
     if found is not None and found.manifest is not None:
@@ -104,7 +117,7 @@ def meet(run: OpenRun, comm: MPI.Intracomm, settings: RunSettings, role: str) ->
     process.entered += 1
     starts, run.noted = run.noted, open_worlds.enter(process.rank, f"{run.peers[0].pid}.{process.entered}")
     open_worlds.leave(starts)
-    return settings
+    return Met(settings, found, repeats)
 
 
 def _duplicate(comm: MPI.Intracomm, settings: RunSettings) -> MPI.Intracomm:
@@ -123,10 +136,10 @@ def _duplicate(comm: MPI.Intracomm, settings: RunSettings) -> MPI.Intracomm:
     return made
 
 
-def _find_repeated(run: OpenRun, settings: RunSettings) -> RunSettings:
-    """Read what the run repeats, if anything; returns the settings with its seed."""
+def _find_repeated(run: OpenRun, settings: RunSettings) -> Repeated | None:
+    """Read the run that this one repeats, if any."""
     if settings.steering is None:
-        return settings
+        return None
     from .._live import repeating
 
     comm, home = run.comm, settings.roles[1]
@@ -137,13 +150,12 @@ def _find_repeated(run: OpenRun, settings: RunSettings) -> RunSettings:
         return _broadcast(comm, text, home, int.from_bytes(length, "little"), settings)
 
     try:
-        run.repeats = repeating.agree(
+        return repeating.agree(
             settings.steering, reads=comm.rank == home, seed=settings.seed, broadcast=broadcast
         )
     except ArgumentError as error:
         error.speaker = home
         raise
-    return settings._replace(seed=run.repeats.seed)
 
 
 def _find_checkpoint(run: OpenRun, settings: RunSettings) -> Found | None:
@@ -154,7 +166,7 @@ def _find_checkpoint(run: OpenRun, settings: RunSettings) -> Found | None:
 
     assert run.comm is not None
     manager, _, calculators = settings.roles
-    run.found = find(
+    return find(
         run.comm,
         manager,
         Wishes(
@@ -168,7 +180,6 @@ def _find_checkpoint(run: OpenRun, settings: RunSettings) -> Found | None:
             stall_s=settings.stall_s,
         ),
     )
-    return run.found
 
 
 def close(run: OpenRun, *, well: bool) -> None:

@@ -34,9 +34,9 @@ EVERY = 12
 _SAVES = 64  # pictures that the rank that is gone may not have written; it was one frame ahead at most
 
 
-def check(on_loss: str, size: int) -> None:
-    """Raise MotesError where a run should survive losses and this job cannot."""
-    if on_loss == "recover" and size > 1 and not process.survives:
+def check(size: int) -> None:
+    """Raise MotesError where this job cannot survive losses."""
+    if size > 1 and not process.survives:
         raise MotesError(
             'World(on_loss="recover") needs a job that goes on without lost ranks: start it with '
             "`python -m motes run --survive ...`"

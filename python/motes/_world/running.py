@@ -20,7 +20,7 @@ from .._system.session import Session
 from .._values import roles as _roles
 from ..errors import ArgumentError, MotesError, Stopped
 from . import arguments as checks
-from . import handshake, recovering
+from . import handshake
 from .loop import Loop
 from .pictures import Pictures
 from .telling import Telling, warn
@@ -28,6 +28,8 @@ from .viewers import Viewers
 
 if TYPE_CHECKING:
     from mpi4py import MPI
+
+    from .recovering import Recovery
 
 __all__ = ["Running"]
 
@@ -52,7 +54,7 @@ class Running:
         self.loop = loop
         self.given = given
         self._told = told
-        self._recovery: recovering.Recovery | None = None
+        self._recovery: Recovery | None = None
         self._unseen: list[Recorded] = []  # systems whose first list has not run yet
         self._pictured = False  # a frame, in this process
         viewers.before_stopping = loop.save_now
@@ -76,7 +78,10 @@ class Running:
         stopping.check_stopped()
         try:
             self._join_those_left()
-            recovering.check(session.settings.on_loss, session.size)
+            if session.settings.on_loss == "recover":
+                from . import recovering
+
+                recovering.check(session.size)
             comm, _ = self.given
             later = comm is None and session.settings.on_loss == "recover" and process.entered > 0
             session.run = handshake.begin(session.comm, without_lost=later)
@@ -103,7 +108,8 @@ class Running:
             stopping.arm()
         announce = session.settings.seed is None
         role = _core.describe_role(session.cast, session.rank)
-        settings = session.settings = handshake.meet(run, session.comm, session.settings, role)
+        met = handshake.meet(run, session.comm, session.settings, role)
+        settings = session.settings = met.settings
         _core.name_crashes(mark() or "")
         _core.set_place(process.describe(run))
         hosts = [peer.host for peer in run.peers]
@@ -126,14 +132,16 @@ class Running:
         self.loop.shows_in_cell = self._told.start(hosts)
         engine.start()
         if settings.on_loss == "recover" and session.size > 1:
-            self._recovery = recovering.Recovery(self, engine, run)
+            from .recovering import Recovery
+
+            self._recovery = Recovery(self, engine, run)
             session.survives = True
-        self.viewers.open(run, engine)
-        if run.found is not None:
+        self.viewers.open(met.repeats, engine)
+        if met.found is not None:
             from .._checkpoint.course import Course
 
             steering, secure = self.viewers.steering, Weakly(self.viewers.secure)
-            course = Course(run, settings, run.found, engine, steering, secure, session.systems)
+            course = Course(run, settings, met.found, engine, steering, secure, session.systems)
             session.earlier = self.loop.course = course
         if announce and session.manages:  # whatever `progress` is: nobody could repeat the run
             tell(f"seed {settings.seed}")

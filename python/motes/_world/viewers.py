@@ -22,8 +22,8 @@ from ..errors import ArgumentError, MotesError
 from .pictures import Pictures
 
 if TYPE_CHECKING:
+    from .._live.repeating import Repeated
     from .._live.viewing import Viewing
-    from .._run.process import OpenRun
 
 __all__ = ["Viewers"]
 
@@ -105,11 +105,11 @@ class Viewers:
 
     # --- from the run's start to its end
 
-    def open(self, run: OpenRun, engine: _core.Engine) -> None:
+    def open(self, repeats: Repeated | None, engine: _core.Engine) -> None:
         """Serve viewers, where the run has them, and begin the record of what they do."""
         session, settings = self._session, self._session.settings
-        if run.repeats is not None:
-            self.steering.rows = run.repeats.rows
+        if repeats is not None:
+            self.steering.rows = repeats.rows
         if session.recording is not None and not session.recording.full:
             return
         self._live = self._live or settings.live is not None

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .. import _core, _meshes
+from .. import _core
 from .._values import arguments
 from .._values.values import value
 from ..errors import ArgumentError
@@ -103,6 +103,8 @@ class Mesh(Shape):
             ArgumentError: if the file cannot be read whole, naming it and the reason.
         """
         file = arguments.file_path("path", path)
+        from .. import _meshes
+
         if file.suffix.lower() not in _meshes.SUFFIXES:
             raise ArgumentError("path", os.fspath(path), f"a name ending in {', '.join(_meshes.SUFFIXES)}")
         scale = arguments.number("scale", scale, low=0)

@@ -4,8 +4,8 @@
 #include <cstring>
 #include <numeric>
 
-#include "support/check.h"
 #include "image/test_image_wide_scene.h"
+#include "support/check.h"
 
 namespace motes::image_test::depth_bands {
 namespace {

@@ -162,7 +162,7 @@ class System(Recorder, Callbacks, Children, Fabrics, Sums):
 
         Args:
             shape: where they are born, m.
-            rate: particles per second, another one in each frame if need be; a curve is integrated.
+            rate: particles per second; it may differ from frame to frame, and a curve is integrated.
             jitter: whether births spread over the (sub)step: each particle has aged and travelled a random
                 part of it.
             moving_from: where the shape was one frame ago, if it moves: a shape of the same kind, and no

@@ -297,10 +297,10 @@ def test_a_film_to_which_nothing_is_added_is_finished(tmp_path, suffix):
     for draws in (False, True):
         continued.begin(100, known, draws=draws)
         with Movie(film) as movie:
-            assert (movie.written, continuing.frames_of_movies()[movie.place]) == (30, 30)
+            assert (movie.written, continuing.frames_of_movies()[movie._place]) == (30, 30)
         assert film.exists() == draws
         Movie(tmp_path / "gone.mp4").close()  # a film that was moved away meanwhile
-    assert place_of(film) not in {movie.place for movie in continuing._held.values()}
+    assert place_of(film) not in {movie._place for movie in continuing._held.values()}
     assert packets(film) == expected
     assert not partial(film).exists()
     before = film.read_bytes()

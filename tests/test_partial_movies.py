@@ -225,7 +225,7 @@ with motes.World(seed=1, space=(-1, 1), renderer=renderer, progress="off") as wo
             movie._note_secured()
         if frame == 20 and world.rank == failing:
             raise KeyError("of the script")
-    assert frames_of_movies() == {movie.place: 16}
+    assert frames_of_movies() == {movie._place: 16}
     sys.stdout.write(f"{movie.written} {list(movie._unsecured)}\\n")
     movie.close()
     assert frames_of_movies() == {}

@@ -78,7 +78,7 @@ class Movie:
         self._process = os.getpid()
         self.frames = 0
         """Those of the film that this process writes."""
-        self.place = continuing.place_of(self.path)
+        self._place = continuing.place_of(self.path)
         """The same for every run and rank that writes this film."""
         self._written: int | None = None  # before the first frame
         self._unsecured = array("q")  # the world's number of each frame since `_note_secured`, or _NO_FRAME
@@ -97,7 +97,7 @@ class Movie:
         """How many frames the film has so far, on whatever rank they are: the same on every rank."""
         if self._written is not None:
             return self._written
-        return continuing.continued.movies.get(self.place, 0)
+        return continuing.continued.movies.get(self._place, 0)
 
     def write(self, frame: Frame | NDArray[np.uint8]) -> None:
         """Append a frame; waits while four are queued.
@@ -156,7 +156,7 @@ class Movie:
         """Find a film to which this process adds nothing: an earlier one was killed behind the last frame."""
         count = self.written
         earlier = continuing.continued.draws and self._written is None and count > 0
-        if self._film is None and earlier and partial_path(Path(self.place)).exists():
+        if self._film is None and earlier and partial_path(Path(self._place)).exists():
             self._continue_at(count)
 
     def _finish(self) -> None:
@@ -229,7 +229,7 @@ class Movie:
             self._film.close()
             self._film = None
         if count > 0:
-            where = Path(self.place)
+            where = Path(self._place)
             copy = partial(GrowingFilm.continued, where, self._rate, count)
             self._film = busy_with(f"reading {self.path.name}", copy)
         self.frames = self._written = count
@@ -252,10 +252,10 @@ class Movie:
         count, unsecured = self.written, self._unsecured[:]
         if self._thread is not None or self._abandoned or count == 0:
             return []
-        if self._closed and not partial_path(Path(self.place)).exists():
+        if self._closed and not partial_path(Path(self._place)).exists():
             return []  # that rank has closed it, too
         behind = count - len(unsecured)
-        held = GrowingFilm.frames_in(Path(self.place), self._rate, most=count)
+        held = GrowingFilm.frames_in(Path(self._place), self._rate, most=count)
         self._continue_at(max(held, behind))
         self._unsecured, self._written = unsecured, count
         missing = unsecured[self.frames - behind :]
@@ -301,7 +301,7 @@ class Movie:
         kind = FORMATS[self.path.suffix.lower()]
         encoding = Encoding(kind, height, width, self._rate, self.crf, self.preset)
         self._shape = shape
-        film = self._film = self._film or GrowingFilm(Path(self.place), self._rate)
+        film = self._film = self._film or GrowingFilm(Path(self._place), self._rate)
         # A daemon: a thread the interpreter waits for would keep a failed rank alive, and with it the whole
         # job.
         self._thread = threading.Thread(

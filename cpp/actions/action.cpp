@@ -1,8 +1,6 @@
 #include "actions/action.h"
 
-#include <array>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 
 #include "particles/schema.h"
@@ -10,8 +8,8 @@
 namespace motes::actions {
 namespace {
 
-constexpr double kAny = 1e15;  // float32 can still square it
-constexpr double kInf = std::numeric_limits<double>::infinity();
+using rules::kAny;
+using rules::kInf;
 
 constexpr std::uint32_t bit(particles::Builtin attribute) { return 1u << attribute; }
 constexpr std::uint32_t kPosition = bit(particles::position);
@@ -30,24 +28,17 @@ constexpr std::uint32_t kUpB = bit(particles::up_b);
 constexpr std::uint32_t kContacts = bit(particles::contacts);
 constexpr std::uint32_t kTorn = bit(particles::torn);
 
-// What list.inc says of a number.
-using Rule = Number::Rule;
-constexpr Number vector(const char* name) { return {name, -kAny, kAny, 3}; }
-constexpr Number axis(const char* name) { return {name, -kAny, kAny, 3, Rule::axis}; }
-constexpr Number any(const char* name) { return {name, -kAny, kAny}; }
-constexpr Number positive(const char* name, int count = 1) { return {name, 0, kAny, count}; }
-constexpr Number limit(const char* name) { return {name, 0, kInf}; }
-constexpr Number not_below(const char* name) { return {name, 0, kInf, 1, Rule::not_below_last}; }
-constexpr Number part(const char* name) { return {name, 0, 1}; }
-constexpr Number whole(const char* name, double low, double high) { return {name, low, high, 1, Rule::whole}; }
-
 const std::array<Facts, kKinds>& table() {
   static const std::array<Facts, kKinds> all = {{
-#define MOTES_ACTION(action, ...) {.name = #action __VA_OPT__(, ) __VA_ARGS__},
-#define MOTES_MEETING(action, ...) {.name = #action, __VA_ARGS__, .between = true},
+#define MOTES_NUMBER(rule, name, ...) rules::rule(#name __VA_OPT__(, ) __VA_ARGS__),
+#define MOTES_ACTION(action, given, ...) \
+  {.name = #action, .numbers = {MOTES_EACH_NUMBER(given)} __VA_OPT__(, ) __VA_ARGS__},
+#define MOTES_INTERACTION(action, given, ...) \
+  {.name = #action, .numbers = {MOTES_EACH_NUMBER(given)}, __VA_ARGS__, .between = true},
 #include "actions/list.inc"
-#undef MOTES_MEETING
+#undef MOTES_INTERACTION
 #undef MOTES_ACTION
+#undef MOTES_NUMBER
   }};
   return all;
 }
@@ -78,6 +69,8 @@ void check_axis(const Facts& facts, const Number& number, const double* v) {
     refuse(facts, std::string(number.name) + " must not be zero, and must be shorter than 1e15");
   }
 }
+
+using Rule = Number::Rule;
 
 void check_rule(const Facts& facts, const Number* number, const double* value) {
   switch (number->rule) {
@@ -113,7 +106,7 @@ void check_ramp(const Facts& facts, const std::vector<double>& numbers) {
   if (numbers.empty() || numbers.size() % row != 0)
     refuse(facts, "ramp must have at least one knot, and no incomplete knot");
   for (std::size_t i = 0; i < numbers.size(); ++i) {
-    check_number(facts, i % row == 0 ? part("ramp's age / lifetime") : any("ramp's value"), numbers[i]);
+    check_number(facts, i % row == 0 ? rules::part("ramp's age / lifetime") : rules::any("ramp's value"), numbers[i]);
     if (i >= row && i % row == 0 && numbers[i] < numbers[i - row]) refuse(facts, "ramp must be in ascending order");
   }
 }
@@ -139,6 +132,12 @@ void check_table(const Facts& facts, TableKey key) {
 }
 
 }  // namespace
+
+void check_kind(const Action& action, Kind kind, std::size_t count) {
+  if (action.kind == kind && action.numbers.size() == count) return;
+  throw std::logic_error(std::string("the numbers of ") + facts(kind).name + " were asked for, of " +
+                         facts(action.kind).name + " with " + std::to_string(action.numbers.size()));
+}
 
 const Facts& facts(Kind kind) { return table()[static_cast<std::size_t>(kind)]; }
 

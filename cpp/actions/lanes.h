@@ -53,6 +53,12 @@ MOTES_INLINE void where_any(std::size_t count, const Test& test, const Work& wor
   }
 }
 
-MOTES_INLINE float number(const actions::Parameters& p, int i) { return static_cast<float>(p.number[i]); }
+namespace numbers = actions::numbers;
+
+/// Returns the action's numbers by name: numbers_of<numbers::wind>(p).drag.
+template <template <class> class Numbers, class T = float>
+MOTES_INLINE Numbers<T> numbers_of(const actions::Parameters& p) {
+  return actions::read_numbers<Numbers<T>, T>(p.number);
+}
 
 }  // namespace motes::MOTES_ISA

@@ -87,7 +87,7 @@ void Engine::record_meeting(int first, int second, actions::Action action) {
   counterpart.other = first;
   counterpart.where.clear();
   counterpart.shapes.clear();
-  counterpart.numbers.back() = 1;
+  counterpart.second = true;
   record(second, std::move(counterpart));
 }
 

@@ -18,6 +18,15 @@ using particles::Store;
 
 constexpr double kGravity = 9.81;  // m/s2: what slow and sleeping particles are measured by
 
+struct Soft {
+  float magnitude, epsilon;
+};
+
+template <class Numbers>
+Soft soft(const Numbers& given) {
+  return {given.magnitude, given.epsilon};
+}
+
 bool collides(const Action& action) { return action.kind == Kind::collide; }
 bool touches(const Action& action) { return action.kind == Kind::contact; }
 bool flows(const Action& action) { return action.kind == Kind::fluid; }
@@ -50,7 +59,7 @@ class Meeting {
   Seen act() {
     for (std::size_t s = 0; s < count_; ++s) gather(s);
     Seen seen;
-    if (clears()) {
+    if (clear() > 0) {
       for (std::size_t s = 0; s < count_; ++s) seen.dropped[s] = in_the_way(s);
       for (std::size_t s = 0; s < count_; ++s) set_newborn_apart(s);
     }
@@ -155,7 +164,9 @@ class Meeting {
     return collides(action_) &&
            (given_radius(action_, false) == 0 || (count_ == 2 && given_radius(action_, true) == 0));
   }
-  bool clears() const { return collides(action_) && action_.numbers[5] > 0; }
+  float clear() const {
+    return collides(action_) ? actions::numbers_of<actions::numbers::collide, float>(action_).clear : 0;
+  }
 
   Spheres spheres(std::size_t s) const {
     const Scratch::Party& party = scratch_.party[s];
@@ -202,7 +213,7 @@ class Meeting {
       const float d = theirs[c][j] - own[c][i];
       r2 += d * d;
     }
-    const float least = radius_at(s, i) * (1 - static_cast<float>(action_.numbers[5])) + radius_at(other, j);
+    const float least = radius_at(s, i) * (1 - clear()) + radius_at(other, j);
     return least > 0 && r2 < least * least;
   }
 
@@ -249,28 +260,37 @@ class Meeting {
     if (flows(action_)) {
       // Some friction of its own lets a liquid come to rest. More than takes all of a difference in a step would swing.
       const float all_at_once = reach_ * reach_ / dt_;
+      const auto given = actions::numbers_of<actions::numbers::fluid, float>(action_);
       t.step = dt_;
-      t.rest_density = static_cast<float>(action_.numbers[0]);
-      t.viscosity = 10 * std::min(static_cast<float>(action_.numbers[1]) + all_at_once / 4000, all_at_once / 24);
-      t.cohesion = static_cast<float>(action_.numbers[3]);
+      t.rest_density = given.rest_density;
+      t.viscosity = 10 * std::min(given.viscosity + all_at_once / 4000, all_at_once / 24);
+      t.cohesion = given.cohesion;
     } else if (touches(action_)) {
+      const auto given = actions::numbers_of<actions::numbers::contact, float>(action_);
       t.step = dt_;
-      t.restitution = static_cast<float>(action_.numbers[1]);
-      t.friction = static_cast<float>(action_.numbers[2]);
-      t.stiffness = static_cast<float>(action_.numbers[3]);
-      t.rolling_friction = static_cast<float>(action_.numbers[4]);
+      t.restitution = given.restitution;
+      t.friction = given.friction;
+      t.stiffness = given.stiffness;
+      t.rolling_friction = given.rolling_friction;
       t.now = sides_[0].now;
     } else if (collides(action_)) {
-      const double sleep = action_.numbers[3] < 0 ? 2.5 * kGravity * static_cast<double>(dt_) : action_.numbers[3];
+      const auto given = actions::numbers_of<actions::numbers::collide>(action_);
+      const double sleep = given.sleep < 0 ? 2.5 * kGravity * static_cast<double>(dt_) : given.sleep;
       t.step = dt_;
-      t.restitution = static_cast<float>(action_.numbers[1]);
-      t.friction = static_cast<float>(action_.numbers[2]);
+      t.restitution = static_cast<float>(given.restitution);
+      t.friction = static_cast<float>(given.friction);
       t.slow = t.restitution > 0 ? static_cast<float>(2 * kGravity * static_cast<double>(dt_))
                                  : std::numeric_limits<float>::infinity();
       t.sleep2 = static_cast<float>(sleep * sleep);
     } else {
-      t.strength = static_cast<float>(action_.numbers[0]) * dt_;
-      t.epsilon = static_cast<float>(action_.numbers[1]);
+      const bool pulls = action_.kind == Kind::gravitate;
+      const bool turns = action_.kind == Kind::match_rotational_velocity;
+      const auto [magnitude, epsilon] =
+          pulls   ? soft(actions::numbers_of<actions::numbers::gravitate, float>(action_))
+          : turns ? soft(actions::numbers_of<actions::numbers::match_rotational_velocity, float>(action_))
+                  : soft(actions::numbers_of<actions::numbers::match_velocity, float>(action_));
+      t.strength = magnitude * dt_;
+      t.epsilon = epsilon;
     }
     return t;
   }

@@ -70,7 +70,11 @@ bool has_radius(const Action& action) { return action.kind == Kind::collide || a
 
 bool looks_ahead(const Action& action) { return action.kind == Kind::collide || action.kind == Kind::fluid; }
 
-float given_radius(const Action& action, bool second) { return static_cast<float>(action.numbers[second ? 4 : 0]); }
+float given_radius(const Action& action, bool second) {
+  if (action.kind == Kind::contact) return actions::numbers_of<actions::numbers::contact, float>(action).radius;
+  const auto given = actions::numbers_of<actions::numbers::collide, float>(action);
+  return second ? given.other_radius : given.radius;
+}
 
 std::vector<Component> read_by(const Action& action) {
   std::vector<Component> all;
@@ -122,8 +126,15 @@ Extent extent_of(const Action& action, const Store& store, float dt, bool second
 
 float reach_of(const Action& action, const Extent& extent) {
   if (action.kind == Kind::tie) return extent.radius + 2 * extent.displacement;
-  if (action.kind == Kind::pairs) return static_cast<float>(action.numbers[0]);
-  if (!has_radius(action)) return static_cast<float>(action.numbers[2]);
+  switch (action.kind) {
+    case Kind::pairs: return actions::numbers_of<actions::numbers::pairs, float>(action).radius;
+    case Kind::gravitate: return actions::numbers_of<actions::numbers::gravitate, float>(action).max_radius;
+    case Kind::match_velocity: return actions::numbers_of<actions::numbers::match_velocity, float>(action).max_radius;
+    case Kind::match_rotational_velocity:
+      return actions::numbers_of<actions::numbers::match_rotational_velocity, float>(action).max_radius;
+    case Kind::fluid: return actions::numbers_of<actions::numbers::fluid, float>(action).radius;
+    default: break;
+  }
   return extent.radius + (action.other >= 0 ? extent.other_radius : extent.radius);
 }
 

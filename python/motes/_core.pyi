@@ -104,7 +104,7 @@ class Action:
     def __init__(
         self,
         name: str,
-        numbers: collections.abc.Sequence[float],
+        numbers: dict[str, typing.Any],
         shapes: collections.abc.Sequence[Shape],
         where: collections.abc.Sequence[tuple[str, int, float]] = [],
         target: int = -1,

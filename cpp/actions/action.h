@@ -53,7 +53,7 @@ void check_kind(const Action& action, Kind kind, std::size_t count);
 template <template <class> class Numbers, class T = double>
 Numbers<T> numbers_of(const Action& action) {
   check_kind(action, Numbers<T>::kKind, sizeof(Numbers<T>) / sizeof(T));
-  return read_numbers<Numbers<T>, T>(action.numbers.data());
+  return read_numbers<Numbers, T>(action.numbers.data());
 }
 
 template <class Visitor>

@@ -2,7 +2,6 @@
 // between them.
 #pragma once
 
-#include "actions/drag.h"
 #include "actions/lanes.h"
 
 namespace motes::MOTES_ISA {

@@ -90,11 +90,11 @@ using rules::kInf;
 
 /// Returns the struct of the numbers that are recorded at `from`, with each of them as a T. Kernels of every build call
 /// it: always inline, it cannot be linked from another one.
-template <class Numbers, class T>
-[[gnu::always_inline]] inline Numbers read_numbers(const double* from) {
-  T values[sizeof(Numbers) / sizeof(T)];
+template <template <class> class Numbers, class T = float>
+[[gnu::always_inline]] inline Numbers<T> read_numbers(const double* from) {
+  T values[sizeof(Numbers<T>) / sizeof(T)];
   for (T& value : values) value = static_cast<T>(*from++);
-  return __builtin_bit_cast(Numbers, values);
+  return __builtin_bit_cast(Numbers<T>, values);
 }
 
 }  // namespace motes::actions

@@ -2,7 +2,6 @@
 // any dt, and v never overshoots the air's velocity.
 #pragma once
 
-#include "actions/drag.h"
 #include "actions/lanes.h"
 
 namespace motes::MOTES_ISA {

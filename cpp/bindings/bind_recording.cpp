@@ -115,8 +115,12 @@ std::vector<double> numbers_of(const actions::Facts& facts, const py::dict& give
   if (facts.ramp > 0) return of("ramp").cast<std::vector<double>>();
   std::vector<double> numbers;
   for (const actions::Number& number : facts.numbers) {
-    const std::vector<double> values =
-        number.count == 1 ? std::vector{of(number.name).cast<double>()} : of(number.name).cast<std::vector<double>>();
+    const py::object value = of(number.name);
+    if (number.count == 1) {
+      numbers.push_back(value.cast<double>());
+      continue;
+    }
+    const auto values = value.cast<std::vector<double>>();
     if (values.size() != static_cast<std::size_t>(number.count)) {
       throw std::invalid_argument(std::string(facts.name) + ": " + number.name + " must be " +
                                   std::to_string(number.count) + " numbers");

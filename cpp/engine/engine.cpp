@@ -58,6 +58,9 @@ void Engine::record(int index, recording::Item item) {
     if (action->other >= system_count() || action->other == index) {
       throw std::invalid_argument("an action between particles must name another system of the world");
     }
+    if (action->other >= 0 && !interactions::law_of(*action).between_systems) {
+      throw std::invalid_argument(std::string(actions::facts(action->kind).name) + " acts within one system alone");
+    }
     uses_copies = actions::uses_copies(*action, s.schema);
   }
   if (const auto* birth = std::get_if<recording::Birth>(&item)) {

@@ -53,7 +53,7 @@ struct Scratch {
     Cells cells;
     std::vector<float> at[3], copied_at[3];  // where particles will be at the end of the step
     std::vector<float> column[party_columns];
-    std::vector<float> out[party_results];
+    std::vector<float> out[kMostResults];
   };
   Party party[2];
 };

@@ -135,7 +135,7 @@ std::vector<std::function<void(Record&)>> changes() {
 TEST(numbers_of_an_action_have_names) {
   namespace numbers = actions::numbers;
   const actions::Action tied = actions::make(numbers::tie<>{.shear = 2, .break_at = 3});
-  CHECK(tied == actions::Action{actions::Kind::tie, {0, 2, 0, 0, 3, 0}, {}});
+  CHECK(tied.kind == actions::Kind::tie && tied.numbers == (std::vector<double>{0, 2, 0, 0, 3, 0}));
   CHECK(actions::numbers_of<numbers::tie>(tied).break_at == 3);
   const actions::Action air = actions::make(numbers::wind<>{.velocity = {1, 2, 3}, .drag = 4});
   CHECK(air.numbers == (std::vector<double>{1, 2, 3, 4}));

@@ -2,6 +2,7 @@
 
 #include "base/enumerators.h"
 #include "base/fields.h"
+#include "base/invalid_argument.h"
 #include "bindings/bindings.h"
 #include "interactions/ties.h"
 #include "meshes/assets.h"
@@ -109,7 +110,7 @@ actions::Expression expression(const Steps& steps) {
 std::vector<double> numbers_of(const actions::Facts& facts, const py::dict& given) {
   const auto of = [&](const char* name) {
     PyObject* const value = PyDict_GetItemString(given.ptr(), name);
-    if (value == nullptr) throw std::invalid_argument(std::string(facts.name) + ": " + name + " is missing");
+    if (value == nullptr) throw base::InvalidArgument(name, "be given", "", facts.name);
     return py::reinterpret_borrow<py::object>(value);
   };
   if (facts.ramp > 0) return of("ramp").cast<std::vector<double>>();
@@ -122,12 +123,13 @@ std::vector<double> numbers_of(const actions::Facts& facts, const py::dict& give
     }
     const auto values = value.cast<std::vector<double>>();
     if (values.size() != static_cast<std::size_t>(number.count)) {
-      throw std::invalid_argument(std::string(facts.name) + ": " + number.name + " must be " +
-                                  std::to_string(number.count) + " numbers");
+      throw base::InvalidArgument(number.name, "be " + std::to_string(number.count) + " numbers", "",
+                                  std::string(facts.name));
     }
     numbers.insert(numbers.end(), values.begin(), values.end());
   }
-  if (given.size() != facts.numbers.size()) throw std::invalid_argument(std::string(facts.name) + ": too many numbers");
+  if (given.size() != facts.numbers.size())
+    throw base::InvalidArgument("numbers", "be as many as the action has", std::to_string(given.size()), facts.name);
   return numbers;
 }
 

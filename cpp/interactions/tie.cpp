@@ -4,9 +4,9 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 #include <string>
 
+#include "base/invalid_argument.h"
 #include "simd/float_mode.h"
 
 namespace motes::interactions {
@@ -229,8 +229,8 @@ class Tying {
 void check(const actions::Action& action) {
   const std::shared_ptr<const Bonds> known = bonds(action.ties);
   if (break_at_of(action) >= static_cast<double>(kInf) || known->most() <= kTearing) return;
-  throw std::invalid_argument("break_at must be infinite where a particle has more than " + std::to_string(kTearing) +
-                              " ties, one has " + std::to_string(known->most()));
+  throw base::InvalidArgument("break_at", "be infinite where a particle has more than " + std::to_string(kTearing) +
+                                              " ties, one has " + std::to_string(known->most()));
 }
 
 void check_together(const actions::Action& one, const actions::Action& other) {
@@ -238,8 +238,9 @@ void check_together(const actions::Action& one, const actions::Action& other) {
   if (one.ties == other.ties || break_at >= static_cast<double>(kInf)) return;
   const std::optional<std::uint64_t> both = shared_particle(one.ties, other.ties);
   if (!both) return;
-  throw std::invalid_argument("break_at must be infinite where two Ties of a list tie the same particle, as both tie " +
-                              std::to_string(*both) + " (one Ties of all these pairs can tear), got " +
+  throw base::InvalidArgument("break_at",
+                              "be infinite where two Ties of a list tie the same particle, as both tie " +
+                                  std::to_string(*both) + " (one Ties of all these pairs can tear)",
                               std::to_string(break_at));
 }
 

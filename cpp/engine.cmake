@@ -8,15 +8,12 @@ add_library(motes_pure STATIC
   actions/tables.cpp
   balance/cells.cpp
   balance/cuts.cpp
-  balance/diffusive.cpp
   balance/histogram.cpp
   balance/load.cpp
   balance/named.cpp
-  balance/pairwise.cpp
+  balance/options.cpp
   balance/policy.cpp
-  balance/prefix_cuts.cpp
   balance/prefix_sums.cpp
-  balance/proportional.cpp
   balance/sample.cpp
   balance/shares.cpp
   base/memory.cpp

@@ -83,7 +83,8 @@ Value value_of(const Option& option) {
 
 std::string shown(const Option& option) {
   const std::string start = std::string(option.name) + "=";
-  if (const auto* powers = std::get_if<PowersOption>(&option.of); powers != nullptr && powers->value->empty()) return "";
+  if (const auto* powers = std::get_if<PowersOption>(&option.of); powers != nullptr && powers->value->empty())
+    return "";
   if (const auto* flag = std::get_if<FlagOption>(&option.of); flag != nullptr && *flag->value) return "";
   if (const auto* over = std::get_if<OverOption>(&option.of)) return *over->all ? start + "\"all\"" : "";
   return start + text_of(value_of(option));

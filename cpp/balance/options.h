@@ -1,5 +1,5 @@
-// The options of a policy. Each is described once, beside the member that holds it and its default: from that follow how
-// a policy is shown in logs, read from a command line or a scene, and made and checked in Python.
+// The options of a policy. Each is described once, beside the member that holds it and its default: from that follow
+// how a policy is shown in logs, read from a command line or a scene, and made and checked in Python.
 #pragma once
 
 #include <cstdint>

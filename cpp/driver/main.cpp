@@ -10,7 +10,6 @@
 #include <optional>
 
 #include "balance/named.h"
-#include "balance/static.h"
 #include "base/enumerators.h"
 #include "base/invalid_argument.h"
 #include "base/sha256.h"
@@ -115,7 +114,7 @@ class Player {
     const std::string own = opened_.scene.fact("balancer");
     if (!options_.balancer.empty()) return balance::policy_named(options_.balancer);
     try {
-      return own.empty() ? std::make_shared<balance::Static>() : balance::policy_named(own);
+      return balance::policy_named(own.empty() ? "Static" : own);
     } catch (const std::invalid_argument&) {
       throw std::runtime_error("the scene's balancer " + own + " is defined by its script: choose one with --balancer");
     }

@@ -128,7 +128,7 @@ std::map<int, double> read_speeds(const char* text, int ranks) {
       throw base::InvalidArgument(
           "MOTES_SPEEDS",
           "be rank:speed pairs such as 0:1.0,1:0.5 with ranks 0.." + std::to_string(ranks - 1) + " and speeds 0.001..1",
-          "'" + text + "'");
+          std::string("'") + text + "'");
     }
     speeds[rank] = speed;
   }

@@ -8,8 +8,8 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NoReturn
 
-from .balance import Balancer, Diffusive, Pairwise, PrefixCuts, Static
-from .errors import near
+from .balance import Balancer, by_name
+from .errors import ArgumentError, near
 
 if TYPE_CHECKING:
     from .frame import Frame
@@ -129,15 +129,10 @@ def _axis(text: str) -> str | None:
 
 
 def _balancer(text: str) -> Balancer:
-    kinds: dict[str, type[Balancer]] = {
-        "static": Static,
-        "pairwise": Pairwise,
-        "diffusive": Diffusive,
-        "prefix": PrefixCuts,
-    }
-    if text not in kinds:
-        raise argparse.ArgumentTypeError(f"must be {', '.join(kinds)}, got {text!r}")
-    return kinds[text]()
+    try:
+        return by_name(text)
+    except ArgumentError as error:
+        raise argparse.ArgumentTypeError(f"must be {error.allowed}, got {text!r}") from None
 
 
 def _space(text: str) -> tuple[float, float] | str | None:

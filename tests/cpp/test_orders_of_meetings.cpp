@@ -9,8 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "balance/pairwise.h"
-#include "balance/prefix_cuts.h"
+#include "balance/named.h"
 #include "check.h"
 #include "comm/simulated_ranks.h"
 #include "engine/engine.h"
@@ -120,9 +119,9 @@ engine::Settings settings(const Way& way) {
   settings.threads = way.threads;
   settings.grain = 16;
   if (way.prefix || !way.axes.slabs()) {
-    settings.policy = std::make_shared<balance::PrefixCuts>(0.01, std::vector<double>{}, 1);
+    settings.policy = balance::policy_named("PrefixCuts(threshold=0.01, min_particles=1)");
   } else {
-    const auto policy = std::make_shared<balance::Pairwise>(0.01, 1);
+    const auto policy = balance::policy_named("Pairwise(threshold=0.01, min_particles=1)");
     policy->speeds.min_particles = 1;
     settings.policy = policy;
   }

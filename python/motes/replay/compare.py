@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from .. import _core
-from ..balance import Balancer, Diffusive, Pairwise, PrefixCuts, Proportional, Static
+from ..balance import Balancer, Pairwise, one_of_each
 from .frames import simulate
 from .history import History
 
@@ -21,7 +21,8 @@ GOAL = 1.05
 
 def candidates(speeds: Iterable[float]) -> list[Balancer]:
     """Return the balancers that a comparison shows; `speeds` go to `Proportional`."""
-    return [Static(), Pairwise(), Pairwise(0.05), Diffusive(), PrefixCuts(), Proportional(list(speeds))]
+    static, pairwise, *others = one_of_each(list(speeds))
+    return [static, pairwise, Pairwise(0.05), *others]
 
 
 def compare(history: History, balancers: Iterable[Balancer]) -> list[dict[str, Any]]:

@@ -16,6 +16,7 @@ add_library(motes_pure STATIC
   balance/prefix_sums.cpp
   balance/sample.cpp
   balance/shares.cpp
+  base/hash.cpp
   base/memory.cpp
   base/sha256.cpp
   bench/bench_actions.cpp
@@ -156,7 +157,6 @@ add_library(motes_engine STATIC
   engine/act/exchange.cpp
   engine/act/follow.cpp
   engine/act/meet.cpp
-  engine/act/moments.cpp
   engine/act/read.cpp
   engine/act/run_list.cpp
   engine/agree.cpp
@@ -204,7 +204,6 @@ add_library(motes_engine STATIC
   engine/state/population.cpp
   engine/state/script.cpp
   engine/state/system.cpp
-  engine/sums/notes.cpp
   engine/sums/sums.cpp
   jsonl/kept_rows.cpp
   jsonl/table.cpp

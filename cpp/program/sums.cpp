@@ -235,7 +235,7 @@ bool uses_copies(const Sum& sum, const particles::Schema& schema) {
 std::string fingerprint(const Sum& sum) {
   base::Bytes bytes;
   base::write_fields(sum, bytes);
-  const recording::Hash found = recording::hash(bytes.view());
+  const base::Hash found = base::hash(bytes.view());
   std::array<char, 33> digits{};
   std::snprintf(digits.data(), digits.size(), "%016llx%016llx", static_cast<unsigned long long>(found.low),
                 static_cast<unsigned long long>(found.high));

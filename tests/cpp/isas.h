@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "base/hash.h"
 #include "actions/kernels.h"
 #include "lanes_probe.h"
 #include "simd/builds.h"
@@ -49,10 +50,7 @@ class Dice {
  public:
   explicit Dice(std::uint64_t seed) : state_(seed) {}
   std::uint64_t word() {
-    std::uint64_t x = state_ += 0x9e3779b97f4a7c15u;
-    x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
-    x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
-    return x ^ (x >> 31);
+    return motes::base::next_random(state_);
   }
   /// 0 .. below - 1.
   std::size_t below(std::size_t below) { return static_cast<std::size_t>(word() % below); }

@@ -19,7 +19,7 @@ struct Script {
   std::vector<std::unique_ptr<System>> systems;
   recording::Record record;  // of the conversation under way; its lists are in the systems
   base::Bytes bytes;    // the same with lists: what all ranks hash
-  recording::Hash hash;
+  base::Hash hash;
   std::vector<Round> rounds;
   bool overlaps = false;  // the messages of one round travel while the next one computes
   std::vector<NewCut> new_cuts;  // that the last verdict brought: they hold from the next frame on

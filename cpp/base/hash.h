@@ -19,7 +19,9 @@ inline constexpr std::uint64_t kGolden = 0x9e3779b97f4a7c15u;
 }
 
 /// SplitMix64: the next number of the sequence that `state` stands in.
-[[gnu::always_inline]] inline constexpr std::uint64_t next_random(std::uint64_t& state) { return mix(state += kGolden); }
+[[gnu::always_inline]] inline constexpr std::uint64_t next_random(std::uint64_t& state) {
+  return mix(state += kGolden);
+}
 
 /// 128 bits; different content has different hashes.
 struct Hash {

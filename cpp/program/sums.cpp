@@ -11,6 +11,7 @@
 #include "actions/action.h"
 #include "actions/kernels.h"
 #include "base/fields.h"
+#include "base/hash.h"
 #include "base/invalid_argument.h"
 #include "program/planes.h"
 #include "recording/record.h"

@@ -5,6 +5,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "base/hash.h"
 #include "image/camera.h"
 #include "interactions/ties.h"
 #include "meshes/assets.h"
@@ -251,7 +252,7 @@ void write(const Scene& scene, Bytes& out) {
   actions::write_tables(named_by(scene.frames, &actions::Action::table), out);
   Head head;
   head.bytes = out.size() - start;
-  head.content = hash(out.view().subspan(start + sizeof(Head)));
+  head.content = base::hash(out.view().subspan(start + sizeof(Head)));
   head.layout = layout();
   out.set(start, head);
 }

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "base/hash.h"
 #include "actions/kernels.h"
+#include "base/hash.h"
 #include "lanes_probe.h"
 #include "simd/builds.h"
 #include "simd/declare_builds.h"
@@ -49,9 +49,7 @@ inline std::vector<Build> builds() {
 class Dice {
  public:
   explicit Dice(std::uint64_t seed) : state_(seed) {}
-  std::uint64_t word() {
-    return motes::base::next_random(state_);
-  }
+  std::uint64_t word() { return motes::base::next_random(state_); }
   /// 0 .. below - 1.
   std::size_t below(std::size_t below) { return static_cast<std::size_t>(word() % below); }
   float between(float low, float high) { return low + (high - low) * static_cast<float>(word() >> 40) * 0x1p-24f; }

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "base/hash.h"
 #include "check.h"
 #include "isas.h"
 #include "recording/record.h"
@@ -191,8 +192,8 @@ TEST(record_survives_garbage) {
 TEST(record_hash_changes_with_every_field) {
   const Record record = rich_record();
   const base::Bytes bytes = bytes_of(record);
-  std::vector<Hash> seen{hash(bytes.view())};
-  CHECK(hash(bytes_of(record).view()) == seen[0]);
+  std::vector<base::Hash> seen{base::hash(bytes.view())};
+  CHECK(base::hash(bytes_of(record).view()) == seen[0]);
   for (const auto& change : changes()) {
     Record other = record;
     change(other);
@@ -200,8 +201,8 @@ TEST(record_hash_changes_with_every_field) {
     const base::Bytes changed = bytes_of(other);
     base::Reader in(changed.view());
     CHECK(read(in) == other);
-    const Hash found = hash(changed.view());
-    for (const Hash& known : seen) CHECK(!(found == known));
+    const base::Hash found = base::hash(changed.view());
+    for (const base::Hash& known : seen) CHECK(!(found == known));
     seen.push_back(found);
   }
 }

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <utility>
 
+#include "base/hash.h"
 #include "domains/divide.h"
 #include "engine/balance/neighbours.h"
 #include "engine/births/share.h"

@@ -40,8 +40,7 @@ std::uint64_t all_reduce_sum(Rank& rank, const Round& round, Phase phase, std::v
               rank.talk.failed());
   };
   const auto hear = [&](std::size_t from, std::size_t part, bool adds) {
-    const Message message =
-        comm.expect(rank.talk.rank_of(static_cast<int>(from)), phase, rank.talk.stamp(round));
+    const Message message = comm.expect(rank.talk.rank_of(static_cast<int>(from)), phase, rank.talk.stamp(round));
     base::Reader in = message.reader();
     for (std::size_t i = first(part); i < first(part + 1); ++i) {
       numbers[i] = in.get<std::int64_t>() + (adds ? numbers[i] : 0);

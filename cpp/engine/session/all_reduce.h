@@ -16,9 +16,9 @@ using Maxima = std::vector<float>;
 /// 2^s places ahead what it has heard so far (dissemination; Hensgen, Finkel, Manber 1988).
 Maxima all_reduce_max(Rank& rank, const Round& round, Maxima word);
 
-/// Calculators, collective: adds up the numbers of all, as many everywhere. Each sums its part of them and tells it to the
-/// others (reduce-scatter, then all-gather): 2 (n - 1) messages, which together carry the numbers twice. Returns the bytes
-/// that were sent.
+/// Calculators, collective: adds up the numbers of all, as many everywhere. Each sums its part of them and tells it to
+/// the others (reduce-scatter, then all-gather): 2 (n - 1) messages, which together carry the numbers twice. Returns
+/// the bytes that were sent.
 std::uint64_t all_reduce_sum(Rank& rank, const Round& round, comm::Phase phase, std::vector<std::int64_t>& numbers);
 
 }  // namespace motes::engine

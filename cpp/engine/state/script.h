@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/bytes.h"
+#include "base/hash.h"
 #include "engine/session/round.h"
 #include "engine/session/settings.h"
 #include "engine/state/system.h"

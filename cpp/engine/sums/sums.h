@@ -1,6 +1,6 @@
 // Sums over the particles of all ranks: each rank on the way up the tree adds what those below it have, and the result
-// goes down again. While ranks write particles to files, they tell each other numbers that add up, and the manager a note
-// of each; the particles themselves stay where they are.
+// goes down again. While ranks write particles to files, they tell each other numbers that add up, and the manager a
+// note of each; the particles themselves stay where they are.
 #pragma once
 
 #include <cstdint>

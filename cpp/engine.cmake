@@ -8,17 +8,15 @@ add_library(motes_pure STATIC
   actions/tables.cpp
   balance/cells.cpp
   balance/cuts.cpp
-  balance/diffusive.cpp
   balance/histogram.cpp
   balance/load.cpp
   balance/named.cpp
-  balance/pairwise.cpp
+  balance/options.cpp
   balance/policy.cpp
-  balance/prefix_cuts.cpp
   balance/prefix_sums.cpp
-  balance/proportional.cpp
   balance/sample.cpp
   balance/shares.cpp
+  base/hash.cpp
   base/memory.cpp
   base/sha256.cpp
   bench/bench_actions.cpp
@@ -161,7 +159,6 @@ add_library(motes_engine STATIC
   engine/act/exchange.cpp
   engine/act/follow.cpp
   engine/act/meet.cpp
-  engine/act/moments.cpp
   engine/act/read.cpp
   engine/act/run_list.cpp
   engine/agree.cpp
@@ -209,7 +206,6 @@ add_library(motes_engine STATIC
   engine/state/population.cpp
   engine/state/script.cpp
   engine/state/system.cpp
-  engine/sums/notes.cpp
   engine/sums/sums.cpp
   jsonl/kept_rows.cpp
   jsonl/table.cpp

@@ -25,7 +25,7 @@ constexpr void fields(Visitor& visit, Table& table) {
   visit(table.size, table.width, table.values);
 }
 
-/// The name of a table: equal content has an equal key, on every rank and in every run. 0 names none.
+/// See base/registry.h.
 using TableKey = std::uint64_t;
 
 /// The most numbers of one table: 512 MB.

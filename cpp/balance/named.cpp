@@ -3,15 +3,10 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <map>
 #include <stdexcept>
-#include <vector>
 
-#include "balance/diffusive.h"
-#include "balance/pairwise.h"
-#include "balance/prefix_cuts.h"
-#include "balance/proportional.h"
-#include "balance/static.h"
+#include "balance/all_policies.h"  // all policy_*.h of this folder; written by CMake, so a new one needs no line here
+#include "base/invalid_argument.h"
 
 namespace motes::balance {
 namespace {
@@ -29,52 +24,12 @@ class Call {
     for (const std::string& argument : parts(text.substr(open + 1, close - open - 1))) {
       const std::size_t equals = argument.find('=');
       if (equals == std::string::npos) refuse("options must have the form name=value");
-      options_[trimmed(argument.substr(0, equals))] = trimmed(argument.substr(equals + 1));
+      options_[trimmed(argument.substr(0, equals))] = value(trimmed(argument.substr(equals + 1)));
     }
   }
 
   const std::string& name() const { return name_; }
-
-  double number(const std::string& option, double otherwise, double most = INFINITY) {
-    const std::string value = take(option);
-    return value.empty() ? otherwise : read(option, value, most);
-  }
-
-  std::uint64_t count(const std::string& option, std::uint64_t otherwise) {
-    const std::string value = take(option);
-    if (value.empty()) return otherwise;
-    std::uint64_t number = 0;
-    const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), number);
-    if (error != std::errc() || end != value.data() + value.size()) refuse(option + " must be a whole number >= 0");
-    return number;
-  }
-
-  bool flag(const std::string& option, bool otherwise) {
-    const std::string value = take(option);
-    if (!value.empty() && value != "True" && value != "False") refuse(option + " must be True or False, got " + value);
-    return value.empty() ? otherwise : value == "True";
-  }
-
-  std::vector<double> numbers(const std::string& option) {
-    const std::string value = take(option);
-    if (value.empty()) return {};
-    if (value.size() < 2 || value.front() != '[' || value.back() != ']') refuse(option + " must be [number, ...]");
-    std::vector<double> all;
-    for (const std::string& part : parts(value.substr(1, value.size() - 2)))
-      all.push_back(read(option, part, INFINITY));
-    return all;
-  }
-
-  bool over_all() {
-    const std::string value = take("over");
-    if (value.empty() || value == R"("system")" || value == "'system'") return false;
-    if (value != R"("all")" && value != "'all'") refuse(R"(over must be "system" or "all")");
-    return true;
-  }
-
-  void done() const {
-    if (!options_.empty()) refuse("unknown option " + options_.begin()->first);
-  }
+  const std::map<std::string, Value>& options() const { return options_; }
 
   [[noreturn]] void refuse(const std::string& why) const {
     throw std::invalid_argument("balancer '" + text_ + "': " + why);
@@ -104,63 +59,77 @@ class Call {
     return all;
   }
 
-  std::string take(const std::string& option) {
-    const auto found = options_.find(option);
-    if (found == options_.end()) return "";
-    std::string value = found->second;
-    if (value.empty()) refuse(option + " has no value");
-    options_.erase(found);
-    return value;
+  template <class Number>
+  static bool read(const std::string& text, Number& number) {
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+    return error == std::errc() && end == text.data() + text.size();
   }
 
-  double read(const std::string& option, const std::string& value, double most) const {
+  // True, "text", 64, 0.5 or [1, 2.5], as Python writes them.
+  Value value(const std::string& text) const {
+    if (text == "True" || text == "False") return text == "True";
+    if (text.size() >= 2 && text.front() == text.back() && (text.front() == '"' || text.front() == '\''))
+      return text.substr(1, text.size() - 2);
+    std::uint64_t count = 0;
+    if (read(text, count)) return count;
     double number = 0;
-    const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), number);
-    const bool whole = error == std::errc() && end == value.data() + value.size();
-    if (!whole || !std::isfinite(number) || number < 0 || number > most) {
-      refuse(option + " must be " + (most == 1 ? "0..1" : "a number >= 0") + ", got " + value);
+    if (read(text, number)) return number;
+    if (text.size() < 2 || text.front() != '[' || text.back() != ']') refuse("'" + text + "' is no value");
+    std::vector<double> numbers;
+    for (const std::string& part : parts(text.substr(1, text.size() - 2))) {
+      if (!read(part, numbers.emplace_back())) refuse("'" + part + "' is no number");
     }
-    return number;
+    return numbers;
   }
 
   std::string text_;
   std::string name_;
-  std::map<std::string, std::string> options_;
+  std::map<std::string, Value> options_;
 };
 
-std::shared_ptr<Policy> policy_of(Call& call) {
-  const std::uint64_t least = call.name() == "Static" ? 0 : call.count("min_particles", Policy::kMinParticles);
-  if (call.name() == "Static") return std::make_shared<Static>();
-  if (call.name() == "Pairwise") {
-    return std::make_shared<Pairwise>(call.number("threshold", Pairwise::kThreshold, 1), least, call.numbers("powers"));
-  }
-  if (call.name() == "Diffusive") {
-    const double threshold = call.number("threshold", Diffusive::kThreshold, 1);
-    const double rate = call.number("rate", Diffusive::kRate, 1);
-    return std::make_shared<Diffusive>(threshold, rate, least, call.flag("manager", true));
-  }
-  const std::vector<double> powers = call.numbers("powers");
-  if (call.name() == "PrefixCuts") {
-    return std::make_shared<PrefixCuts>(call.number("threshold", PrefixCuts::kThreshold), powers, least);
-  }
-  if (call.name() != "Proportional") {
-    call.refuse("must be Static, Pairwise, Diffusive, PrefixCuts or Proportional, with options in brackets");
-  }
-  if (powers.empty()) call.refuse("powers must be given: [number, ...], one per calculator");
-  return std::make_shared<Proportional>(powers, call.number("threshold", Proportional::kThreshold), least);
+bool has(const Options& options, const std::string& name) {
+  return std::any_of(options.begin(), options.end(), [&](const Option& option) { return name == option.name; });
 }
 
 }  // namespace
 
-PolicyPtr policy_named(const std::string& name) {
-  Call call(name);
-  std::shared_ptr<Policy> policy = policy_of(call);
-  if (call.name() != "Static") {
-    if (call.name() != "Proportional") policy->speeds.smoothing = call.number("smoothing", SpeedOptions{}.smoothing, 1);
-    policy->over_all = call.over_all();
+const std::vector<std::string>& policy_names() {
+  static const std::vector<std::string> all = {
+#define MOTES_POLICY(kind) #kind,
+#include "balance/policies.inc"
+#undef MOTES_POLICY
+  };
+  return all;
+}
+
+std::shared_ptr<Policy> policy_made(const std::string& kind) {
+#define MOTES_POLICY(name) \
+  if (kind == #name) return std::make_shared<name>();
+#include "balance/policies.inc"
+#undef MOTES_POLICY
+  std::string names;
+  for (const std::string& name : policy_names()) names += (names.empty() ? "" : ", ") + name;
+  throw base::InvalidArgument("balancer", "be one of " + names + ", with options in brackets", "'" + kind + "'");
+}
+
+std::shared_ptr<Policy> policy_made(const std::string& kind, const std::map<std::string, Value>& options) {
+  std::shared_ptr<Policy> policy = policy_made(kind);
+  const Options known = policy->options();
+  for (const auto& [name, value] : options) {
+    if (!has(known, name)) throw std::invalid_argument(kind + ": unknown option " + name);
   }
-  call.done();
+  for (const Option& option : known) {
+    const auto given = options.find(option.name);
+    const auto* powers = std::get_if<PowersOption>(&option.of);
+    if (given != options.end()) set(option, given->second, kind);
+    if (given == options.end() && powers != nullptr && powers->required) set(option, std::vector<double>(), kind);
+  }
   return policy;
+}
+
+std::shared_ptr<Policy> policy_named(const std::string& text) {
+  const Call call(text);
+  return policy_made(call.name(), call.options());
 }
 
 }  // namespace motes::balance

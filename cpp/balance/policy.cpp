@@ -1,10 +1,10 @@
 #include "balance/policy.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
+
+#include "base/invalid_argument.h"
 
 namespace motes::balance {
 namespace {
@@ -19,25 +19,25 @@ std::uint64_t portion(std::uint64_t count, std::uint64_t part, std::uint64_t who
   return whole == 0 ? 0 : static_cast<std::uint64_t>(static_cast<Wide>(count) * part / whole);
 }
 
-// "Even(), frame 7: shares must be ..., got ...": the form that becomes an ArgumentError.
-[[noreturn]] void refuse(const std::string& policy, const Table& table, const std::string& rule) {
-  throw std::invalid_argument(policy + ", frame " + std::to_string(table.frame) + ": " + rule);
+// "Even(), frame 7: shares must be ..., got ..."
+[[noreturn]] void refuse(const std::string& policy, const Table& table, const std::string& argument,
+                         const std::string& allowed, const std::string& got) {
+  throw base::InvalidArgument(argument, "be " + allowed, got, policy + ", frame " + std::to_string(table.frame));
 }
 
 void check_numbers(const std::vector<double>& numbers, const char* what, const Table& table,
                    const std::string& policy) {
-  const std::string start = std::string(what) + " must be ";
   const std::size_t calculators = table.loads.size();
   if (numbers.size() != calculators) {
-    refuse(policy, table,
-           start + std::to_string(calculators) + " numbers, one per calculator, got " + std::to_string(numbers.size()));
+    refuse(policy, table, what, std::to_string(calculators) + " numbers, one per calculator",
+           std::to_string(numbers.size()));
   }
   bool any = false;
   for (const double number : numbers) {
-    if (!std::isfinite(number) || number < 0) refuse(policy, table, start + "finite and >= 0, got " + shown(number));
+    if (!std::isfinite(number) || number < 0) refuse(policy, table, what, "finite and >= 0", shown(number));
     any = any || number > 0;
   }
-  if (!any) refuse(policy, table, start + "above 0 for at least one calculator, got 0 for all");
+  if (!any) refuse(policy, table, what, "above 0 for at least one calculator", "0 for all");
 }
 
 // Scales the numbers to a sum of 1, without overflow on the way.
@@ -60,9 +60,8 @@ std::vector<Crossing> crossings(const Plan& plan, const Table& table, const std:
   for (const Order& order : plan.orders) {
     const bool exist = std::min(order.from, order.to) >= 0 && std::max(order.from, order.to) < calculators;
     if (!exist || std::abs(static_cast<std::int64_t>(order.from) - order.to) != 1) {
-      refuse(policy, table,
-             "orders must be between neighbours among calculators 0.." + std::to_string(calculators - 1) + ", got " +
-                 std::to_string(order.from) + " to " + std::to_string(order.to));
+      refuse(policy, table, "orders", "between neighbours among calculators 0.." + std::to_string(calculators - 1),
+             std::to_string(order.from) + " to " + std::to_string(order.to));
     }
     Crossing& cut = cuts[static_cast<std::size_t>(std::min(order.from, order.to))];
     std::uint64_t& count = order.to > order.from ? cut.right : cut.left;
@@ -96,33 +95,23 @@ void limit(std::vector<Crossing>& cuts, const std::vector<Load>& loads) {
 
 }  // namespace
 
-std::string shown(double number) {
-  char digits[32];
-  return {digits, std::to_chars(digits, digits + sizeof digits, number + 0.0).ptr};  // no -0
-}
-
-std::string shown(const std::vector<double>& numbers) {
-  std::string text = "[";
-  for (const double number : numbers) {
-    if (text.size() > 1) text += ", ";
-    text += shown(number);
+std::string Policy::name() const {
+  std::string text;
+  for (const Option& option : const_cast<Policy&>(*this).options()) {  // which are only read here
+    const std::string one = shown(option);
+    if (!one.empty()) text += (text.empty() ? "" : ", ") + one;
   }
-  return text + "]";
-}
-
-std::string Policy::shown_options() const {
-  return ", smoothing=" + shown(speeds.smoothing) + (over_all ? ", over=\"all\"" : "");
+  return std::string(kind()) + "(" + text + ")";
 }
 
 Order Policy::between(std::int32_t left, const Load&, const Load&) const { return {left, left + 1, 0}; }
 
 Plan legal(Plan plan, const Table& table, const std::string& policy) {
   if (!plan.shares.empty() && !plan.orders.empty()) {
-    refuse(policy, table, "a plan must be orders or shares, got both");
+    refuse(policy, table, "a plan", "orders or shares", "both");
   }
   if (!plan.orders.empty() && !table.axes.slabs()) {
-    refuse(policy, table,
-           "a plan must be shares where domains are no slabs, got orders (axis " + name_of(table.axes) + ")");
+    refuse(policy, table, "a plan", "shares where domains are no slabs", "orders (axis " + name_of(table.axes) + ")");
   }
   if (!plan.shares.empty()) check_numbers(plan.shares, "shares", table, policy);
   if (!plan.costs.empty()) check_numbers(plan.costs, "costs", table, policy);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "balance/load.h"
+#include "balance/options.h"
 #include "domains/axes.h"
 
 namespace motes::balance {
@@ -46,13 +47,19 @@ struct Plan {
 /// A way to balance. Implementations keep no state: the same table always gives the same plan.
 class Policy {
  public:
-  // Default values of options. python/motes/balance/__init__.py has the same; tests/balance/test_policies.py compares them.
-  static constexpr std::uint64_t kMinParticles = 64;
-
+  Policy() = default;
   virtual ~Policy() = default;
+  Policy(const Policy&) = delete;  // options point to members
+  Policy& operator=(const Policy&) = delete;
 
-  /// As the script wrote it, for logs and errors.
-  virtual std::string name() const = 0;
+  /// The name of the class, in C++, in Python and in logs.
+  virtual const char* kind() const = 0;
+
+  /// What it can be told, in the order in which it is shown; the members hold the defaults until they are set.
+  virtual Options options() { return {}; }
+
+  /// As the script wrote it, for logs and errors: "Pairwise(threshold=0.1, min_particles=64, smoothing=0.5)".
+  virtual std::string name() const;
 
   virtual Plan plan(const Table& table) const = 0;
 
@@ -75,8 +82,9 @@ class Policy {
   bool over_all = false;  // balance the sum over systems, not each one
 
  protected:
-  /// The options common to all policies, formatted as the last arguments of a name.
-  std::string shown_options() const;
+  /// Options that several policies have.
+  Option smoothing() { return {"smoothing", NumberOption{&speeds.smoothing, 1}}; }
+  Option over() { return {"over", OverOption{&over_all}}; }
 };
 
 /// Makes any plan legal for this table: orders over the same cut are netted and sorted by cut, no donor gives more than
@@ -89,10 +97,6 @@ Plan legal(Plan plan, const Table& table, const std::string& policy);
 /// Turns a plan for the sum over systems into one for a system that holds `mine` of the particles of `all`: orders are
 /// scaled in proportion, shares stay as they are.
 Plan part_of(const Plan& plan, const std::vector<Load>& mine, const std::vector<Load>& all);
-
-/// The fewest digits that read back as this number; -0 gives 0.
-std::string shown(double number);
-std::string shown(const std::vector<double>& numbers);
 
 using PolicyPtr = std::shared_ptr<const Policy>;
 

@@ -1,12 +1,8 @@
 // Balancing policies as values, including those that users write; where to cut, for replays and tests.
 #include "balance/cells.h"
 #include "balance/cuts.h"
-#include "balance/diffusive.h"
 #include "balance/named.h"
-#include "balance/pairwise.h"
-#include "balance/prefix_cuts.h"
-#include "balance/proportional.h"
-#include "balance/static.h"
+#include "base/invalid_argument.h"
 #include "bindings/bindings.h"
 
 namespace motes::bindings {
@@ -19,7 +15,7 @@ using OrderTuple = std::tuple<std::int32_t, std::int32_t, std::uint64_t>;
 
 template <class T, class Array>
 std::span<const T> span_of(const Array& array) {
-  if (array.ndim() != 1) throw std::invalid_argument("arrays must be (n,), got " + std::to_string(array.ndim()) + "-d");
+  if (array.ndim() != 1) throw base::InvalidArgument("arrays", "be (n,)", std::to_string(array.ndim()) + "-d");
   return {array.data(), static_cast<std::size_t>(array.size())};
 }
 
@@ -38,6 +34,7 @@ class Scripted : public Policy {
           delete f;
         }) {}
 
+  const char* kind() const override { return "Balancer"; }
   std::string name() const override { return name_; }
   Plan plan(const Table& table) const override {
     const py::gil_scoped_acquire gil;
@@ -49,9 +46,32 @@ class Scripted : public Policy {
   std::shared_ptr<py::function> decide_;
 };
 
-template <class P, class... Arguments>
-std::shared_ptr<Policy> made(double smoothing, bool over_all, Arguments&&... arguments) {
-  auto policy = std::make_shared<P>(std::forward<Arguments>(arguments)...);
+const char* kind_of(const Option& option) {
+  struct Kinds {
+    const char* operator()(const NumberOption&) const { return "number"; }
+    const char* operator()(const CountOption&) const { return "count"; }
+    const char* operator()(const FlagOption&) const { return "flag"; }
+    const char* operator()(const PowersOption& o) const { return o.required ? "shares" : "powers"; }
+    const char* operator()(const OverOption&) const { return "over"; }
+  };
+  return std::visit(Kinds{}, option.of);
+}
+
+// Name, kind, default and, of a number, the most that is allowed.
+using OptionTuple = std::tuple<std::string, std::string, Value, double>;
+
+std::vector<OptionTuple> options_of(const std::string& kind) {
+  std::vector<OptionTuple> all;
+  const std::shared_ptr<Policy> policy = policy_made(kind);
+  for (const Option& option : policy->options()) {
+    const auto* number = std::get_if<NumberOption>(&option.of);
+    all.emplace_back(option.name, kind_of(option), value_of(option), number != nullptr ? number->most : INFINITY);
+  }
+  return all;
+}
+
+std::shared_ptr<Policy> scripted(std::string name, py::function decide, double smoothing, bool over_all) {
+  auto policy = std::make_shared<Scripted>(std::move(name), std::move(decide));
   policy->speeds.smoothing = smoothing;
   policy->over_all = over_all;
   return policy;
@@ -67,9 +87,8 @@ Table make_table(std::uint64_t frame, std::uint64_t evaluation, const std::strin
   const auto e = span_of<double>(errors);
   if (s.size() != n.size() || (!e.empty() && e.size() != n.size()) || v.size() != n.size() ||
       c.size() + 1 != std::max<std::size_t>(n.size(), 1)) {
-    throw std::invalid_argument(
-        "particles, seconds, speed and error must be one per calculator, and cuts one fewer, got " +
-        std::to_string(n.size()) + " particles, " + std::to_string(c.size()) + " cuts");
+    throw base::InvalidArgument("particles, seconds, speed and error", "be one per calculator, and cuts one fewer",
+                                std::to_string(n.size()) + " particles, " + std::to_string(c.size()) + " cuts");
   }
   Table table{frame, evaluation, system, {}, {c.begin(), c.end()}};
   table.axes.bits = 0;
@@ -114,7 +133,7 @@ std::vector<float> cuts_from(const std::vector<std::pair<FloatArray, CountArray>
 
 domains::Domains tree_of(const std::vector<int>& axes, const FloatArray& cuts) {
   const auto at = span_of<float>(cuts);
-  if (at.size() != axes.size()) throw std::invalid_argument("axes and cuts must be equally many");
+  if (at.size() != axes.size()) throw base::InvalidArgument("axes and cuts", "be equally many");
   std::vector<domains::Cut> tree;
   for (std::size_t i = 0; i < axes.size(); ++i) tree.push_back({axes[i], at[i]});
   return domains::Domains::of(tree);
@@ -128,7 +147,7 @@ std::vector<Cell> cells_of(const CellArrays& arrays) {
   const auto n = span_of<std::uint64_t>(count);
   for (const FloatArray& ends : {low, high}) {
     const bool fits = ends.ndim() == 2 && ends.shape(0) == count.size() && ends.shape(1) == 3;
-    if (!fits) throw std::invalid_argument("ends of cells must be (n, 3), n as many as counts");
+    if (!fits) throw base::InvalidArgument("ends of cells", "be (n, 3), n as many as counts");
   }
   std::vector<Cell> cells(n.size());
   for (std::size_t i = 0; i < n.size(); ++i) {
@@ -172,7 +191,7 @@ void bind_values(py::module_& m) {
   m.def(
       "sum_of_tables",
       [](const std::vector<Table>& systems) {
-        if (systems.empty()) throw std::invalid_argument("systems must have at least one table");
+        if (systems.empty()) throw base::InvalidArgument("systems", "have at least one table");
         std::vector<std::vector<Load>> loads;
         Table sum = systems.front();
         for (const Table& table : systems) {
@@ -208,41 +227,12 @@ void bind_policies(py::module_& m) {
       .def(
           "speeds", [](const Policy& p, int calculators) { return Speeds(calculators, p.speeds); },
           py::arg("calculators"));
-  m.def(
-      "policy_named", [](const std::string& call) { return std::const_pointer_cast<Policy>(policy_named(call)); },
-      py::arg("call"));
-  m.def("static_policy", [] { return std::shared_ptr<Policy>(std::make_shared<Static>()); });
-  m.def(
-      "pairwise_policy",
-      [](double threshold, std::vector<double> powers, std::uint64_t min_particles, double smoothing, bool over_all) {
-        return made<Pairwise>(smoothing, over_all, threshold, min_particles, std::move(powers));
-      },
-      py::arg("threshold"), py::arg("powers"), py::arg("min_particles"), py::arg("smoothing"), py::arg("over_all"));
-  m.def(
-      "diffusive_policy",
-      [](double threshold, double rate, std::uint64_t min_particles, bool manager, double smoothing, bool over_all) {
-        return made<Diffusive>(smoothing, over_all, threshold, rate, min_particles, manager);
-      },
-      py::arg("threshold"), py::arg("rate"), py::arg("min_particles"), py::arg("manager"), py::arg("smoothing"),
-      py::arg("over_all"));
-  m.def(
-      "prefix_cuts_policy",
-      [](double threshold, std::vector<double> powers, std::uint64_t min_particles, double smoothing, bool over_all) {
-        return made<PrefixCuts>(smoothing, over_all, threshold, std::move(powers), min_particles);
-      },
-      py::arg("threshold"), py::arg("powers"), py::arg("min_particles"), py::arg("smoothing"), py::arg("over_all"));
-  m.def(
-      "proportional_policy",
-      [](std::vector<double> powers, double threshold, std::uint64_t min_particles, double smoothing, bool over_all) {
-        return made<Proportional>(smoothing, over_all, std::move(powers), threshold, min_particles);
-      },
-      py::arg("powers"), py::arg("threshold"), py::arg("min_particles"), py::arg("smoothing"), py::arg("over_all"));
-  m.def(
-      "scripted_policy",
-      [](std::string name, py::function decide, double smoothing, bool over_all) {
-        return made<Scripted>(smoothing, over_all, std::move(name), std::move(decide));
-      },
-      py::arg("name"), py::arg("decide"), py::arg("smoothing"), py::arg("over_all"));
+  m.def("policy_named", &policy_named, py::arg("call"));
+  m.def("policy_names", &policy_names);
+  m.def("policy_options", &options_of, py::arg("kind"));
+  m.def("make_policy", py::overload_cast<const std::string&, const std::map<std::string, Value>&>(&policy_made),
+        py::arg("kind"), py::arg("options"));
+  m.def("scripted_policy", &scripted, py::arg("name"), py::arg("decide"), py::arg("smoothing"), py::arg("over_all"));
 }
 
 void bind_cuts(py::module_& m) {

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "base/hash.h"
 #include "comm/clock.h"
 
 namespace motes::comm::simulation {
@@ -16,12 +17,7 @@ inline constexpr double kNever = 1e300;
 class Random {
  public:
   explicit Random(std::uint64_t seed) : state_(seed) {}
-  std::uint64_t next() {
-    std::uint64_t x = state_ += 0x9e3779b97f4a7c15u;
-    x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
-    x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
-    return x ^ (x >> 31);
-  }
+  std::uint64_t next() { return base::next_random(state_); }
   std::size_t below(std::size_t end) { return static_cast<std::size_t>(next() % end); }
   double unit() { return static_cast<double>(next() >> 11) * 0x1p-53; }
 

@@ -10,8 +10,8 @@
 #include <optional>
 
 #include "balance/named.h"
-#include "balance/static.h"
 #include "base/enumerators.h"
+#include "base/invalid_argument.h"
 #include "base/sha256.h"
 #include "comm/clock.h"
 #include "comm/environment.h"
@@ -49,7 +49,7 @@ double stall_limit() {
   char* end = nullptr;
   const double seconds = std::strtod(text, &end);
   if (*end != '\0' || !std::isfinite(seconds) || seconds <= 0) {
-    throw std::invalid_argument(std::string("MOTES_STALL_S must be a number of seconds > 0, got '") + text + "'");
+    throw base::InvalidArgument("MOTES_STALL_S", "be a number of seconds > 0", std::string("'") + text + "'");
   }
   return seconds;
 }
@@ -88,7 +88,7 @@ class Player {
     auto communicator = std::make_unique<comm::Communicator>(comm::make_mpi(mpi.world()), std::move(watch));
     engine_ = std::make_unique<engine::Engine>(std::move(communicator), cast_, run_);
     if (!comm::simulated()) {
-      comm::name_crashes("");
+      comm::name_crashes("", "");
       comm::set_place(place());
     }
   }
@@ -115,7 +115,7 @@ class Player {
     const std::string own = opened_.scene.fact("balancer");
     if (!options_.balancer.empty()) return balance::policy_named(options_.balancer);
     try {
-      return own.empty() ? std::make_shared<balance::Static>() : balance::policy_named(own);
+      return balance::policy_named(own.empty() ? "Static" : own);
     } catch (const std::invalid_argument&) {
       throw std::runtime_error("the scene's balancer " + own + " is defined by its script: choose one with --balancer");
     }

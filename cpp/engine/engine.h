@@ -17,7 +17,7 @@
 #include "engine/recovery/loss.h"
 #include "engine/recovery/replicas.h"
 #include "engine/recovery/standing.h"
-#include "engine/sums/notes.h"
+#include "engine/sums/sums.h"
 #include "program/sums.h"
 #include "snapshots/writer.h"
 

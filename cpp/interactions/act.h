@@ -54,7 +54,7 @@ struct Scratch {
     Cells cells;
     std::vector<float> at[3], copied_at[3];  // predicted positions at the end of the step
     std::vector<float> column[party_columns];
-    std::vector<float> out[party_results];
+    std::vector<float> out[kMostResults];
   };
   Party party[2];
 };

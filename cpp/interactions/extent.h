@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "actions/action.h"
+#include "interactions/kernels.h"
 #include "particles/store.h"
 #include "threads/pool.h"
 
@@ -19,8 +20,13 @@ struct Component {
   int component = 0;
 };
 
-/// Returns the columns that an action reads of other particles, position first.
+/// The law of an action between particles.
+const Law& law_of(const actions::Action& action);
+
+/// What an action reads of those that it sees: position first.
 std::vector<Component> read_by(const actions::Action& action);
+/// What it changes of its targets: its results, in this order.
+std::vector<Component> changed_by(const actions::Action& action);
 
 /// Maxima over all ranks, agreed on before an interaction.
 struct Extent {
@@ -48,10 +54,7 @@ double range_of(const actions::Action& action, const Extent& extent);
 
 /// Tells whether the reach is the sum of two radii.
 bool has_radius(const actions::Action& action);
-/// Tells whether the action uses positions predicted for the end of the step.
-bool looks_ahead(const actions::Action& action);
-
-/// Returns the radius that the script gave for one side, m; 0: half of each particle's size.
+/// The radius of the particles of one side that the script gave, in metres; 0: half of their size.
 float given_radius(const actions::Action& action, bool second);
 
 /// Returns the limit on predicted displacements, m. A faster particle passes through others anyway, and without a limit

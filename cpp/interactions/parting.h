@@ -1,6 +1,7 @@
 // Directions for pairs of particles at the same position.
 #pragma once
 
+#include "base/hash.h"
 #include "interactions/kernels.h"
 #include "simd/floats3.h"
 
@@ -8,12 +9,9 @@ namespace motes::MOTES_ISA {
 
 /// Returns a unit vector from the first particle to the second, a function of their ids.
 inline Float3 parting(std::uint64_t first, std::uint64_t second) {
-  std::uint64_t bits = first * 0x9e3779b97f4a7c15u + second;
-  const auto number = [&] {  // SplitMix64 (Steele, Lea, Flood 2014), in [-1, 1)
-    bits += 0x9e3779b97f4a7c15u;
-    std::uint64_t x = (bits ^ (bits >> 30)) * 0xbf58476d1ce4e5b9u;
-    x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
-    return static_cast<float>(static_cast<std::int32_t>((x ^ (x >> 31)) >> 40) - (1 << 23)) * 0x1p-23f;
+  std::uint64_t bits = first * base::kGolden + second;
+  const auto number = [&] {  // in [-1, 1)
+    return static_cast<float>(static_cast<std::int32_t>(base::next_random(bits) >> 40) - (1 << 23)) * 0x1p-23f;
   };
   Float3 way = {number(), number(), number()};
   if (!(dot(way, way) > 1e-6f)) way = {1, 0, 0};

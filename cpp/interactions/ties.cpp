@@ -7,7 +7,8 @@
 #include <string>
 #include <tuple>
 
-#include "base/fields.h"
+#include "base/checks.h"
+#include "base/registry.h"
 
 namespace motes::interactions {
 
@@ -15,92 +16,65 @@ namespace {
 
 constexpr float kLongest = 1e9f;  // m
 
-[[noreturn]] void refuse(const std::string& argument, const std::string& allowed, const std::string& got) {
-  throw std::invalid_argument(argument + " must be " + allowed + ", got " + got);
-}
-
 void check_ends(const Ties& ties) {
   const std::size_t count = ties.ends.size() / 2;
-  if (ties.ends.size() % 2 != 0) refuse("pairs", "two ids for each tie", std::to_string(ties.ends.size()) + " ids");
+  if (ties.ends.size() % 2 != 0)
+    base::refuse("pairs", "two ids for each tie", std::to_string(ties.ends.size()) + " ids");
   if (ties.lengths.size() != count) {
-    refuse("lengths", "one per tie, " + std::to_string(count), std::to_string(ties.lengths.size()));
+    base::refuse("lengths", "one per tie, " + std::to_string(count), std::to_string(ties.lengths.size()));
   }
   if (ties.kinds.size() != count) {
-    refuse("kinds", "one per tie, " + std::to_string(count), std::to_string(ties.kinds.size()));
+    base::refuse("kinds", "one per tie, " + std::to_string(count), std::to_string(ties.kinds.size()));
   }
   std::vector<std::pair<std::uint64_t, std::uint64_t>> pairs;
   for (std::size_t i = 0; i < count; ++i) {
     const std::string at = "[" + std::to_string(i) + "]";
     if (ties.ends[2 * i] == ties.ends[2 * i + 1]) {
-      refuse("pairs" + at, "two different ids", std::to_string(ties.ends[2 * i]) + " twice");
+      base::refuse("pairs" + at, "two different ids", std::to_string(ties.ends[2 * i]) + " twice");
     }
     if (!(ties.lengths[i] >= 0 && ties.lengths[i] <= kLongest)) {
-      refuse("lengths" + at, "0..1e9 m", std::to_string(ties.lengths[i]));
+      base::refuse("lengths" + at, "0..1e9 m", std::to_string(ties.lengths[i]));
     }
-    if (ties.kinds[i] > 2) refuse("kinds" + at, "0 (stretch), 1 (shear) or 2 (bend)", std::to_string(ties.kinds[i]));
+    if (ties.kinds[i] > 2)
+      base::refuse("kinds" + at, "0 (stretch), 1 (shear) or 2 (bend)", std::to_string(ties.kinds[i]));
     pairs.emplace_back(std::minmax(ties.ends[2 * i], ties.ends[2 * i + 1]));
   }
   std::sort(pairs.begin(), pairs.end());
   const auto twice = std::adjacent_find(pairs.begin(), pairs.end());
   if (twice != pairs.end()) {
-    refuse("pairs", "different from each other",
-           std::to_string(twice->first) + " and " + std::to_string(twice->second) + " twice");
+    base::refuse("pairs", "different from each other",
+                 std::to_string(twice->first) + " and " + std::to_string(twice->second) + " twice");
   }
 }
 
 void check_tethers(const Ties& ties) {
   if (ties.pins.size() != ties.tethered.size() || ties.tethers.size() != ties.tethered.size()) {
-    refuse("tethers", "as many as there are tethered particles", std::to_string(ties.tethers.size()));
+    base::refuse("tethers", "as many as there are tethered particles", std::to_string(ties.tethers.size()));
   }
   for (std::size_t i = 0; i < ties.pins.size(); ++i) {
-    if (ties.pins[i] >= ties.pinned.size()) refuse("pins", "indices of pinned particles", std::to_string(ties.pins[i]));
+    if (ties.pins[i] >= ties.pinned.size())
+      base::refuse("pins", "indices of pinned particles", std::to_string(ties.pins[i]));
     if (!(ties.tethers[i] >= 0 && ties.tethers[i] <= kLongest)) {
-      refuse("tethers", "0..1e9 m", std::to_string(ties.tethers[i]));
+      base::refuse("tethers", "0..1e9 m", std::to_string(ties.tethers[i]));
     }
   }
 }
 
-// Hashes ties with SplitMix64's finaliser over their bytes (Steele, Lea, Flood 2014).
-TiesKey fingerprint(const Ties& ties) {
-  base::Bytes bytes;
-  base::write_fields(ties, bytes);
-  std::uint64_t hash = 0x9e3779b97f4a7c15u + bytes.size();
-  for (std::size_t at = 0; at < bytes.size(); at += 8) {
-    std::uint64_t word = 0;
-    std::memcpy(&word, bytes.data() + at, std::min<std::size_t>(8, bytes.size() - at));
-    hash = (hash ^ word) * 0xbf58476d1ce4e5b9u;
-    hash = (hash ^ (hash >> 27)) * 0x94d049bb133111ebu;
-    hash ^= hash >> 31;
-  }
-  return hash == 0 ? 1 : hash;
+base::Registry<Ties>& registry() {
+  static base::Registry<Ties> all("set of ties");
+  return all;
 }
 
-struct Kept {
-  std::shared_ptr<const Ties> ties;
-  std::shared_ptr<const Bonds> bonds;
+// What is found out about ties once, and asked for in every frame.
+struct Known {
+  std::mutex lock;
+  std::map<TiesKey, std::shared_ptr<const Bonds>> bonds;
+  std::map<std::pair<TiesKey, TiesKey>, std::optional<std::uint64_t>> shared;  // by two keys, the lower one first
 };
 
-std::mutex& lock() {
-  static std::mutex mutex;
-  return mutex;
-}
-
-std::map<TiesKey, Kept>& all() {
-  static std::map<TiesKey, Kept> kept;
-  return kept;
-}
-
-Kept get(TiesKey key) {
-  const std::scoped_lock held(lock());
-  const auto found = all().find(key);
-  if (found == all().end()) throw std::invalid_argument("no ties have the key " + std::to_string(key));
-  return found->second;
-}
-
-// Cache of shared_particle() by two keys, the lower one first: lists with both ask in every frame.
-std::map<std::pair<TiesKey, TiesKey>, std::optional<std::uint64_t>>& shared() {
-  static std::map<std::pair<TiesKey, TiesKey>, std::optional<std::uint64_t>> found;
-  return found;
+Known& known() {
+  static Known all;
+  return all;
 }
 
 std::optional<std::uint64_t> lowest_tied_by_both(const Bonds& a, const Bonds& b) {
@@ -166,50 +140,32 @@ std::uint32_t Bonds::row_of(std::uint64_t id) const {
   return *found == id ? static_cast<std::uint32_t>(found - ids_.begin()) : kNone;
 }
 
-TiesKey keep(Ties ties) {
-  check(ties);
-  const TiesKey key = fingerprint(ties);
-  const std::scoped_lock held(lock());
-  Kept& kept = all()[key];
-  if (kept.ties == nullptr) {
-    kept.bonds = std::make_shared<const Bonds>(ties);
-    kept.ties = std::make_shared<const Ties>(std::move(ties));
-  } else if (!(*kept.ties == ties)) {
-    throw std::runtime_error("two different sets of ties have the same key: change one of them");
-  }
-  return key;
-}
+TiesKey keep(Ties ties) { return registry().keep(std::move(ties)); }
 
 std::optional<std::uint64_t> shared_particle(TiesKey one, TiesKey other) {
   const std::pair<TiesKey, TiesKey> both = std::minmax(one, other);
   {
-    const std::scoped_lock held(lock());
-    const auto found = shared().find(both);
-    if (found != shared().end()) return found->second;
+    const std::scoped_lock held(known().lock);
+    const auto found = known().shared.find(both);
+    if (found != known().shared.end()) return found->second;
   }
   const std::optional<std::uint64_t> lowest = lowest_tied_by_both(*bonds(one), *bonds(other));
-  const std::scoped_lock held(lock());
-  return shared()[both] = lowest;
+  const std::scoped_lock held(known().lock);
+  return known().shared[both] = lowest;
 }
 
-std::shared_ptr<const Ties> ties(TiesKey key) { return get(key).ties; }
-std::shared_ptr<const Bonds> bonds(TiesKey key) { return get(key).bonds; }
+std::shared_ptr<const Ties> ties(TiesKey key) { return registry().get(key); }
 
-void write_ties(const std::set<TiesKey>& keys, base::Bytes& out) {
-  out.put(static_cast<std::uint32_t>(keys.size()));
-  for (const TiesKey key : keys) base::write_fields(*ties(key), out);
+std::shared_ptr<const Bonds> bonds(TiesKey key) {
+  const std::shared_ptr<const Ties> content = ties(key);
+  const std::scoped_lock held(known().lock);
+  std::shared_ptr<const Bonds>& made = known().bonds[key];
+  if (made == nullptr) made = std::make_shared<const Bonds>(*content);
+  return made;
 }
 
-void read_ties(base::Reader& in) {
-  for (auto left = in.get<std::uint32_t>(); left > 0; --left) {
-    Ties read;
-    base::read_fields(in, read);
-    try {
-      keep(std::move(read));
-    } catch (const std::invalid_argument& error) {
-      throw std::runtime_error(std::string("ties in the file: ") + error.what());
-    }
-  }
-}
+void write_ties(const std::set<TiesKey>& keys, base::Bytes& out) { registry().write(keys, out); }
+
+void read_ties(base::Reader& in) { registry().read(in); }
 
 }  // namespace motes::interactions

@@ -10,7 +10,7 @@
 
 namespace motes::meshes {
 
-/// The name of a picture or mesh: equal content has an equal key, on every rank and in every run. 0 names nothing.
+/// See base/registry.h.
 using AssetKey = std::uint64_t;
 
 /// What a sprite of kind image shows: sRGB with straight alpha, 8 bits, red green blue alpha, rows from top to bottom.

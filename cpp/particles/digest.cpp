@@ -5,28 +5,25 @@
 #include <bit>
 #include <vector>
 
+#include "base/hash.h"
+
 namespace motes::particles {
 namespace {
 
-constexpr std::uint64_t kOdd = 0x9e3779b97f4a7c15u;
-
-std::uint64_t mix(std::uint64_t x) {  // the finaliser of SplitMix64 (Steele, Lea, Flood 2014)
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
-  return x ^ (x >> 31);
-}
+using base::kGolden;
+using base::mix;
 
 // Adds one column. The multiplication and the rotation make the result depend on the order of the columns. Which of two
 // NaNs an operation returns is up to the compiler, so all NaNs count as the same.
 std::uint64_t fold(std::uint64_t hash, float value) {
   const std::uint32_t bits = value == value ? std::bit_cast<std::uint32_t>(value) : 0x7fc00000u;
-  return std::rotl((hash ^ bits) * kOdd, 29);
+  return std::rotl((hash ^ bits) * kGolden, 29);
 }
 
 std::uint64_t fold(std::uint64_t hash, const Touches& touches) {
   for (std::uint32_t k = 0; k < touches.count; ++k) {
     const Touch& touch = touches.touch[k];
-    hash = std::rotl((hash ^ touch.id) * kOdd, 29);
+    hash = std::rotl((hash ^ touch.id) * kGolden, 29);
     for (const float way : touch.slid) hash = fold(hash, way);
     for (const float way : touch.rolled) hash = fold(hash, way);
   }
@@ -41,7 +38,7 @@ Digest sum(const Store& store, std::size_t first, std::size_t last, const At& at
   std::array<std::uint64_t, kBlock> hash;
   for (std::size_t begin = first; begin < last; begin += kBlock) {
     const std::size_t length = std::min(kBlock, last - begin);
-    for (std::size_t i = 0; i < length; ++i) hash[i] = mix(store.ids()[at(begin + i)] + kOdd);
+    for (std::size_t i = 0; i < length; ++i) hash[i] = mix(store.ids()[at(begin + i)] + kGolden);
     for (int a = 0; a < store.schema().size(); ++a) {
       for (int c = 0; c < store.schema()[a].width; ++c) {
         const float* plane = store.plane(a, c);
@@ -116,8 +113,8 @@ Digest digest(const Store& store, std::span<const std::uint32_t> indices) {
 Digest combine(std::span<const Digest> systems) {
   Digest all;
   for (std::size_t i = 0; i < systems.size(); ++i) {
-    const std::uint64_t salt = mix(kOdd * (i + 1));
-    all.first += mix(systems[i].first ^ salt) + systems[i].particles * kOdd;
+    const std::uint64_t salt = mix(kGolden * (i + 1));
+    all.first += mix(systems[i].first ^ salt) + systems[i].particles * kGolden;
     all.second += mix(systems[i].second + salt);
     all.particles += systems[i].particles;
   }

@@ -8,12 +8,6 @@
 namespace motes::recording {
 namespace {
 
-std::uint64_t mix(std::uint64_t x) {  // the finaliser of SplitMix64 (Steele, Lea, Flood 2014)
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
-  return x ^ (x >> 31);
-}
-
 std::string list_difference(const std::string& system, const std::vector<Item>& ours, const std::vector<Item>& theirs) {
   for (std::size_t i = 0; i < ours.size() || i < theirs.size(); ++i) {
     const std::string place = "system '" + system + "', call " + std::to_string(i + 1) + ": ";
@@ -54,18 +48,6 @@ Record read(base::Reader& in) {
   Record record;
   base::read_fields(in, record);
   return record;
-}
-
-Hash hash(std::span<const std::byte> bytes) {
-  Hash h{0x9e3779b97f4a7c15u, bytes.size()};
-  std::size_t at = 0;
-  for (; at < bytes.size(); at += 8) {
-    std::uint64_t word = 0;
-    std::memcpy(&word, bytes.data() + at, std::min<std::size_t>(8, bytes.size() - at));
-    h.low = mix(h.low ^ word) + 0x9e3779b97f4a7c15u;
-    h.high = mix(h.high + word * 0xd6e8feb86659fd93u) ^ h.low;
-  }
-  return {mix(h.low), mix(h.high)};
 }
 
 std::string first_difference(const Record& ours, const Record& theirs) {

@@ -132,15 +132,6 @@ void write(const Record& record, base::Bytes& out);
 /// Throws std::runtime_error where the bytes are not a record.
 Record read(base::Reader& in);
 
-/// 128 bits; different records have different hashes.
-struct Hash {
-  std::uint64_t low = 0;
-  std::uint64_t high = 0;
-
-  bool operator==(const Hash&) const = default;
-};
-Hash hash(std::span<const std::byte> bytes);
-
 /// One sentence about the first thing in which two records differ.
 std::string first_difference(const Record& ours, const Record& theirs);
 

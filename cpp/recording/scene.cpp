@@ -5,6 +5,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "base/hash.h"
 #include "image/camera.h"
 #include "interactions/ties.h"
 #include "meshes/assets.h"
@@ -24,8 +25,8 @@ struct Head {
   std::uint32_t schema = kSchema;
   std::uint32_t reserved = 0;
   std::uint64_t bytes = 0;  // of the whole file
-  Hash content;             // of everything that follows
-  Hash layout;
+  base::Hash content;             // of everything that follows
+  base::Hash layout;
 };
 static_assert(sizeof(Head) == 56);
 
@@ -59,7 +60,7 @@ Record sample() {
 }
 
 // Differs where another version writes records differently or numbers its actions differently.
-Hash layout() {
+base::Hash layout() {
   Bytes bytes;
   write(sample(), bytes);
   for (int kind = 0; kind < actions::kKinds; ++kind) {
@@ -76,7 +77,7 @@ Hash layout() {
   for (const int count : {shapes::kKinds, shapes::kNumbers, actions::kOps, int{particles::builtin_count}}) {
     bytes.put(count);
   }
-  return hash(bytes.view());
+  return base::hash(bytes.view());
 }
 
 Head read_head(std::span<const std::byte> bytes) {
@@ -97,7 +98,7 @@ Head read_head(std::span<const std::byte> bytes) {
   if (head.bytes < bytes.size()) {
     throw std::runtime_error("is damaged: it is " + std::to_string(bytes.size() - head.bytes) + " bytes too long");
   }
-  if (hash(bytes.subspan(sizeof(Head))) != head.content) {
+  if (base::hash(bytes.subspan(sizeof(Head))) != head.content) {
     throw std::runtime_error("is damaged: its content does not match its hash");
   }
   return head;
@@ -251,7 +252,7 @@ void write(const Scene& scene, Bytes& out) {
   actions::write_tables(named_by(scene.frames, &actions::Action::table), out);
   Head head;
   head.bytes = out.size() - start;
-  head.content = hash(out.view().subspan(start + sizeof(Head)));
+  head.content = base::hash(out.view().subspan(start + sizeof(Head)));
   head.layout = layout();
   out.set(start, head);
 }

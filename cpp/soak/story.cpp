@@ -3,9 +3,7 @@
 #include <memory>
 #include <vector>
 
-#include "balance/diffusive.h"
-#include "balance/pairwise.h"
-#include "balance/prefix_cuts.h"
+#include "balance/named.h"
 
 namespace motes::soak {
 namespace {
@@ -39,9 +37,9 @@ roles::Cast random_cast(Random& random, int ranks) {
 
 std::shared_ptr<balance::Policy> policy(const Way& way) {
   std::shared_ptr<balance::Policy> policy;
-  if (way.balancer == 1) policy = std::make_shared<balance::Pairwise>(0.05, 4);
-  if (way.balancer == 2) policy = std::make_shared<balance::Diffusive>(0.05, 0.5, 4);
-  if (way.balancer == 3) policy = std::make_shared<balance::PrefixCuts>(0.05, std::vector<double>(), 4);
+  if (way.balancer == 1) policy = balance::policy_named("Pairwise(threshold=0.05, min_particles=4)");
+  if (way.balancer == 2) policy = balance::policy_named("Diffusive(threshold=0.05, rate=0.5, min_particles=4)");
+  if (way.balancer == 3) policy = balance::policy_named("PrefixCuts(threshold=0.05, min_particles=4)");
   if (policy) policy->speeds.min_particles = 1;
   return policy;
 }

@@ -37,7 +37,6 @@ __all__: list[str] = [
     "crc32c",
     "damaged_file",
     "describe_role",
-    "diffusive_policy",
     "disaster",
     "end_process_after",
     "end_with_code",
@@ -53,6 +52,7 @@ __all__: list[str] = [
     "leaver_bench",
     "legal_plan",
     "list_bench",
+    "make_policy",
     "mesh_bench",
     "most_bins",
     "mpi_can_survive",
@@ -60,13 +60,12 @@ __all__: list[str] = [
     "name_crashes",
     "noise_fields",
     "note_stop_signals",
-    "pairwise_policy",
     "picture_bench",
     "plan_part",
     "policy_named",
+    "policy_names",
+    "policy_options",
     "prefix_cuts",
-    "prefix_cuts_policy",
-    "proportional_policy",
     "quantiles",
     "release_stop_signals",
     "render_bench",
@@ -74,7 +73,6 @@ __all__: list[str] = [
     "scripted_policy",
     "set_place",
     "simd",
-    "static_policy",
     "stop_signal",
     "sum_of_tables",
     "take_rows",
@@ -104,7 +102,7 @@ class Action:
     def __init__(
         self,
         name: str,
-        numbers: collections.abc.Sequence[float],
+        numbers: dict[str, typing.Any],
         shapes: collections.abc.Sequence[Shape],
         where: collections.abc.Sequence[tuple[str, int, float]] = [],
         target: int = -1,
@@ -437,9 +435,6 @@ def damaged_file(seed: int, directory: str) -> dict[str, typing.Any]:
     """
 
 def describe_role(arg0: tuple[int, int, collections.abc.Sequence[int]], arg1: int) -> str: ...
-def diffusive_policy(
-    threshold: float, rate: float, min_particles: int, manager: bool, smoothing: float, over_all: bool
-) -> Policy: ...
 def disaster(seed: int) -> dict[str, typing.Any]:
     """
     One disaster on simulated ranks: what happened, and which promise it broke, or an empty text.
@@ -477,6 +472,10 @@ def keep_ties(
 def leaver_bench(particles: int, bins: int, steps: int) -> dict[str, typing.Any]: ...
 def legal_plan(plan: BalancePlan, table: BalanceTable, policy: str) -> BalancePlan: ...
 def list_bench(particles: int, steps: int) -> dict[str, typing.Any]: ...
+def make_policy(
+    kind: str,
+    options: collections.abc.Mapping[str, bool | int | float | str | collections.abc.Sequence[float]],
+) -> Policy: ...
 def mesh_bench(particles: int, repeats: int) -> dict[str, typing.Any]: ...
 def mpi_can_survive() -> bool:
     """
@@ -484,38 +483,19 @@ def mpi_can_survive() -> bool:
     """
 
 def mpi_version() -> str: ...
-def name_crashes(mark: str) -> None: ...
+def name_crashes(mark: str, lost_line: str) -> None: ...
 def note_stop_signals(signals: collections.abc.Sequence[int], same_s: float, speaks: bool) -> None: ...
-def pairwise_policy(
-    threshold: float,
-    powers: collections.abc.Sequence[float],
-    min_particles: int,
-    smoothing: float,
-    over_all: bool,
-) -> Policy: ...
 def picture_bench(particles: int, width: int, height: int, repeats: int) -> dict[str, typing.Any]: ...
 def plan_part(plan: BalancePlan, mine: BalanceTable, all: BalanceTable) -> BalancePlan: ...
 def policy_named(call: str) -> Policy: ...
+def policy_names() -> list[str]: ...
+def policy_options(kind: str) -> list[tuple[str, str, bool | int | float | str | list[float], float]]: ...
 def prefix_cuts(
     histograms: collections.abc.Sequence[tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLike]],
     costs: numpy.typing.ArrayLike,
     shares: numpy.typing.ArrayLike,
     before: numpy.typing.ArrayLike,
 ) -> numpy.typing.NDArray[numpy.float32]: ...
-def prefix_cuts_policy(
-    threshold: float,
-    powers: collections.abc.Sequence[float],
-    min_particles: int,
-    smoothing: float,
-    over_all: bool,
-) -> Policy: ...
-def proportional_policy(
-    powers: collections.abc.Sequence[float],
-    threshold: float,
-    min_particles: int,
-    smoothing: float,
-    over_all: bool,
-) -> Policy: ...
 def quantiles(coordinates: numpy.typing.ArrayLike, count: int) -> numpy.typing.NDArray[numpy.float32]: ...
 def release_stop_signals() -> None: ...
 def render_bench(
@@ -527,7 +507,6 @@ def scripted_policy(
 ) -> Policy: ...
 def set_place(place: str) -> None: ...
 def simd() -> str: ...
-def static_policy() -> Policy: ...
 def stop_signal() -> int: ...
 def sum_of_tables(systems: collections.abc.Sequence[BalanceTable]) -> BalanceTable: ...
 def take_rows(rows: numpy.ndarray, order: numpy.typing.ArrayLike, into: numpy.ndarray) -> None: ...

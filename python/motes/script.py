@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Literal
 
 from ._values.options import Parser
-from .balance import Balancer, Diffusive, Pairwise, PrefixCuts, Static
+from .balance import Balancer, by_name
 
 if TYPE_CHECKING:
     from ._film.movie import Movie
@@ -142,15 +142,10 @@ def _axis(text: str) -> str | None:
 
 
 def _balancer(text: str) -> Balancer:
-    kinds: dict[str, type[Balancer]] = {
-        "static": Static,
-        "pairwise": Pairwise,
-        "diffusive": Diffusive,
-        "prefix": PrefixCuts,
-    }
-    if text not in kinds:
-        raise argparse.ArgumentTypeError(f"must be {', '.join(kinds)}, got {text!r}")
-    return kinds[text]()
+    try:
+        return by_name(text)
+    except ArgumentError as error:
+        raise argparse.ArgumentTypeError(f"must be {error.allowed}, got {text!r}") from None
 
 
 def _space(text: str) -> tuple[float, float] | str | None:

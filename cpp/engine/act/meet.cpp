@@ -10,7 +10,6 @@
 #include "comm/clock.h"
 #include "engine/act/act.h"
 #include "engine/act/follow.h"
-#include "engine/act/moments.h"
 #include "engine/act/run_list.h"
 #include "engine/births/spawn.h"
 #include "engine/session/all_reduce.h"
@@ -229,7 +228,7 @@ class Swap {
   void add_moments() {
     compute([&] { moments_ = interactions::moments_of(cube_, population(0).store); });
     moments_.resize(4 * cube_.leaves());
-    population(0).interaction.bytes += engine::add_moments(rank_, round_, moments_);
+    population(0).interaction.bytes += all_reduce_sum(rank_, round_, Phase::meeting, moments_);
   }
 
   // The particles that somebody else may see, or that leave.
@@ -385,7 +384,7 @@ class Swap {
     std::vector<float> changes;
     if (pairs.size() == 0) return changes;
     const Call call{static_cast<int>(meeting_.systems[0]),
-                    static_cast<int>(meeting_.action->numbers[1]),
+                    static_cast<int>(actions::numbers_of<actions::numbers::pairs>(*meeting_.action).number),
                     0,
                     nullptr,
                     &pairs,

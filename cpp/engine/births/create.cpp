@@ -5,6 +5,7 @@
 #include <cstring>
 #include <utility>
 
+#include "base/hash.h"
 #include "domains/divide.h"
 #include "engine/balance/neighbours.h"
 #include "engine/births/share.h"
@@ -152,7 +153,7 @@ Newborn receive_births(Rank& rank, Script& script, Calculator& calculator, std::
   newborn.count = newborn.heard.count;
   newborn.dealt = base::Reader(newborn.heard.own);
   base::Reader in(newborn.heard.common);
-  const auto hash = in.get<recording::Hash>();
+  const auto hash = in.get<base::Hash>();
   const auto rounds = in.get<std::uint32_t>();
   script.overlaps = in.get<bool>();
   newborn.shared = in.get<bool>();

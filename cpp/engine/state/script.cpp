@@ -72,7 +72,7 @@ void write_record(Script& script, const Settings& settings, std::uint64_t frame,
   }
   record.systems.clear();
   record.lists.clear();
-  script.hash = recording::hash(script.bytes.view());
+  script.hash = base::hash(script.bytes.view());
 }
 
 namespace {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/bytes.h"
+#include "base/hash.h"
 #include "engine/session/round.h"
 #include "engine/session/settings.h"
 #include "engine/state/system.h"
@@ -17,9 +18,9 @@ namespace motes::engine {
 
 struct Script {
   std::vector<std::unique_ptr<System>> systems;
-  recording::Record record;  // record of the current conversation; its lists are in the systems
-  base::Bytes bytes;    // the record with its lists, as bytes that all ranks hash
-  recording::Hash hash;
+  recording::Record record;  // of the conversation under way; its lists are in the systems
+  base::Bytes bytes;    // the same with lists: what all ranks hash
+  base::Hash hash;
   std::vector<Round> rounds;
   bool overlaps = false;  // the messages of one round travel while the next one computes
   std::vector<NewCut> new_cuts;  // cuts from the last verdict, valid from the next frame on

@@ -1,6 +1,7 @@
 #include "engine/sums/sums.h"
 
 #include <cstring>
+#include <span>
 #include <stdexcept>
 #include <utility>
 
@@ -61,6 +62,19 @@ program::Totals total_of_all(Rank& rank, program::Summed own) {
     relay.pass_down(child, Phase::totals, rank.talk.stamp(), std::move(message), false);
   }
   return totals;
+}
+
+Notes exchange_notes(Rank& rank, Note own) {
+  Conversation& talk = rank.talk;
+  Notes notes;
+  notes.totals = std::get<std::vector<std::int64_t>>(total_of_all(rank, program::Summed(std::move(own.numbers))));
+  talk.relay().say(comm::Phase::notes, talk.stamp(), std::as_bytes(std::span(own.text)), false);
+  talk.relay().hand_up(comm::Phase::notes, talk.stamp());
+  if (!talk.manages()) return notes;
+  for (const Said& said : talk.relay().listen(comm::Phase::notes, talk.stamp()).ranks) {
+    notes.texts.emplace_back(reinterpret_cast<const char*>(said.bytes.data()), said.bytes.size());
+  }
+  return notes;
 }
 
 }  // namespace motes::engine

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Self
 
 from ..errors import ArgumentError, MotesError
-from .formats import Place
+from .formats import FORMATS, Place
 from .manifest import FORMAT, NAME
 
 try:
@@ -25,10 +25,6 @@ __all__ = ["Claim", "check_free"]
 
 LOCK = ".lock"
 _OWNER = b"particles of motes, process "
-_PART = r"[A-Za-z][A-Za-z0-9_]*(\.\d{6,}(\.r\d{4,})?\.(npz|vtp|usdc)|\.clips\.usda)"
-# USD writes a draft of the draft, whose name ends in six letters of its own.
-_DRAFT = rf"\.({re.escape(NAME)}|{_PART})\.[0-9a-f]{{16}}\.(tmp|\w{{6}})"
-_OWN = re.compile(rf"{re.escape(NAME)}|{_PART}|{_DRAFT}")
 _MARK_WITHIN = 400
 
 
@@ -69,8 +65,9 @@ class Claim:
             if place.format.index:
                 with contextlib.suppress(FileNotFoundError):
                     place.path.unlink()
+            own = _own()
             for name in os.listdir(folder):
-                if _OWN.fullmatch(name):
+                if own.fullmatch(name):
                     (folder / name).unlink()
         except BaseException:
             os.close(lock)
@@ -90,6 +87,16 @@ class Claim:
         lock, self._lock = self._lock, -1
         if lock >= 0:
             os.close(lock)
+
+
+def _own() -> re.Pattern[str]:
+    """Match what an export of any format writes into its folder, drafts included."""
+    kinds = "|".join(map(re.escape, FORMATS))
+    beside = "".join(f"|{re.escape(suffix)}" for format in FORMATS.values() for suffix in format.beside)
+    part = rf"[A-Za-z][A-Za-z0-9_]*(\.\d{{6,}}(\.r\d{{4,}})?\.({kinds}){beside})"
+    # USD writes a draft of the draft, whose name ends in six letters of its own.
+    draft = rf"\.({re.escape(NAME)}|{part})\.[0-9a-f]{{16}}\.(tmp|\w{{6}})"
+    return re.compile(rf"{re.escape(NAME)}|{part}|{draft}")
 
 
 def check_free(argument: str, place: Place) -> None:

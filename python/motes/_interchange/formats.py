@@ -1,53 +1,28 @@
-"""The formats of exports: how a part is written and read, and what file shows all parts to other programs."""
+"""The formats of exports, a row each, and where an export of each lies."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from numpy.typing import NDArray
 
-from .. import _extras
 from .._io import files
 from ..errors import ArgumentError
 from . import npz, usd, vtp
+from .format import Format
 from .manifest import Manifest
 
 __all__ = ["ALLOWED", "FORMATS", "Format", "Place", "place_of"]
 
-ALLOWED = "a name ending in .usd or .pvd, or a directory's name without suffix, for .npz files"
+FORMATS = {format.kind: format for format in (npz.FORMAT, vtp.FORMAT, usd.FORMAT)}
 
-
-@dataclass(frozen=True)
-class Format:
-    """A way to write particles."""
-
-    kind: str
-    """Its name, and the suffix of its parts."""
-    index: str
-    """The suffix of the file that shows all parts; empty: there is none, and the path is the folder."""
-    write: Callable[..., None]
-    """`write(path, columns, frame=, time=)`."""
-    read: Callable[..., dict[str, NDArray[Any]]]
-    """`read(path, names, frame=)`."""
-    show: Callable[[Manifest, str], bytes] | None = None
-    """The content of the index, whose parts are in a folder of this name."""
-    mark: str = ""
-    """What each index holds near its beginning: others are not ours to replace."""
-
-    def require(self) -> None:
-        """Raise MissingExtraError where a package that it needs is not installed."""
-        if self.kind == "usdc":
-            _extras.require_usd("an export to .usd")
-
-
-FORMATS = {
-    "npz": Format("npz", "", npz.write, npz.read),
-    "vtp": Format("vtp", ".pvd", vtp.write, vtp.read, vtp.pvd, vtp.MARK),
-    "usdc": Format("usdc", ".usd", usd.write, usd.read, usd.stage, usd.MARK),
-}
+ALLOWED = (
+    f"a name ending in {' or '.join(sorted((f.index for f in FORMATS.values() if f.index), reverse=True))}, "
+    "or a directory's name without suffix, for .npz files"
+)
 
 
 @dataclass(frozen=True)
@@ -76,9 +51,9 @@ class Place:
 
     def publish(self, manifest: Manifest) -> None:
         """Show what is whole: first to other programs, then to `open_particles`."""
-        if self.format.kind == "usdc":
+        for suffix, content in self.format.beside.items():
             for system in manifest.systems:
-                _write_changed(self.folder / f"{system.stem}{usd.CLIPS}", usd.clips(system))
+                _write_changed(self.folder / f"{system.stem}{suffix}", content(system))
         if self.format.show is not None:
             # The first time, remove what killed runs have left; it lists the directory.
             with files.whole_path(self.path, remove_abandoned=not manifest.frames) as draft:
@@ -96,8 +71,8 @@ def place_of(argument: str, path: Path) -> Place:
             return Place(path, format)
     if suffix[1:].isdigit():  # today.1
         return Place(path, FORMATS["npz"])
-    hints = {".usda": ".usd", ".usdc": ".usd", ".vtp": ".pvd", ".npz": "a directory"}
-    hint = f"did you mean {hints[suffix]}?" if suffix in hints else ""
+    meant = [format.index or "a directory" for format in FORMATS.values() if suffix in format.mistaken]
+    hint = f"did you mean {meant[0]}?" if meant else ""
     raise ArgumentError(argument, str(path), ALLOWED, hint=hint)
 
 

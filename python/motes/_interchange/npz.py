@@ -10,7 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["read", "write"]
+from .format import Format
+
+__all__ = ["FORMAT"]
 
 
 def write(path: Path, columns: Mapping[str, NDArray[Any]], *, frame: int, time: float) -> None:
@@ -37,3 +39,6 @@ def read(path: Path, names: Iterable[str] | None, *, frame: int) -> dict[str, ND
             return {name: archive[name] for name in (archive.files if names is None else names)}
     except zipfile.BadZipFile as error:
         raise ValueError(str(error)) from error
+
+
+FORMAT = Format("npz", "", write, read, alone=True, mistaken=(".npz",))

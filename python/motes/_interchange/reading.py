@@ -14,7 +14,7 @@ from .._particles.foreign import renamed
 from .._particles.particles import Particles
 from .._values import arguments
 from ..errors import ArgumentError, MotesError
-from . import npz, vtp
+from .format import Format
 from .formats import FORMATS, Place, place_of
 from .manifest import NAME, UNKNOWN, Column, FrameParts, Manifest, Part, SystemColumns
 
@@ -45,7 +45,7 @@ def open_particles(path: str | os.PathLike[str], *, system: str | None = None) -
     where = arguments.file_path("path", path)
     if system is not None and not isinstance(system, str):
         raise ArgumentError("system", system, "a system's name")
-    if where.suffix.lower() in (".npz", ".vtp") and not where.is_dir():
+    if _alone(where) is not None and not where.is_dir():
         return _single(where, system)
     place = _place(where)
     return ParticleFiles(place.path, place.folder, Manifest.read(place.folder), _reader(place), system)
@@ -247,11 +247,18 @@ def _folder(path: Path) -> Place:
     return Place(path, FORMATS["npz"])
 
 
+def _alone(path: Path) -> Format | None:
+    """Return the format of a file that can be opened by itself, by its suffix."""
+    format = FORMATS.get(path.suffix.lower()[1:])
+    return format if format is not None and format.alone else None
+
+
 def _single(path: Path, system: str | None) -> ParticleFiles:
     """Open one file as an export of one frame."""
-    read = npz.read if path.suffix.lower() == ".npz" else vtp.read
+    format = _alone(path)
+    assert format is not None
     try:
-        columns = read(path, None, frame=0)
+        columns = format.read(path, None, frame=0)
     except FileNotFoundError:
         raise ArgumentError("path", str(path), ALLOWED, hint="it does not exist") from None
     except Exception as error:  # any: a damaged file can fail anywhere

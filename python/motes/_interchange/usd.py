@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 
 from .. import _extras
 from .._particles import by_id
+from .format import Format
 from .manifest import Column, Manifest, SystemColumns
 
-__all__ = ["CLIPS", "MARK", "clips", "read", "stage", "write"]
+__all__ = ["FORMAT"]
 
 MARK = "Particles of motes"
 CLIPS = ".clips.usda"
@@ -222,3 +223,11 @@ def _text(value: str) -> str:
 
 def _indented(lines: list[str], by: int = 4) -> str:
     return "\n".join(" " * by + line for line in lines)
+
+
+FORMAT = Format(
+    *("usdc", ".usd", write, read, stage, MARK),
+    beside={CLIPS: clips},
+    require=lambda: _extras.require_usd("an export to .usd"),
+    mistaken=(".usda", ".usdc"),
+)

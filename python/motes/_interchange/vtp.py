@@ -16,10 +16,11 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 from numpy.typing import NDArray
 
+from .format import Format
 from .manifest import Manifest
 from .vtp_reading import read
 
-__all__ = ["MARK", "pvd", "read", "write"]
+__all__ = ["FORMAT", "read"]
 
 MARK = "<!-- particles of motes -->"
 _TYPES = {"float32": "Float32", "uint64": "UInt64", "int32": "Int32", "int64": "Int64", "float64": "Float64"}
@@ -76,3 +77,6 @@ def pvd(manifest: Manifest, folder: str) -> bytes:
             file = quoteattr(f"{folder}/{part.file}")
             lines.append(f'<DataSet timestep="{frame.time!r}" part="{block}" name={name} file={file}/>')
     return "\n".join([*lines, "</Collection>", "</VTKFile>", ""]).encode()
+
+
+FORMAT = Format("vtp", ".pvd", write, read, pvd, MARK, alone=True, mistaken=(".vtp",))

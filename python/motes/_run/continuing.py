@@ -116,7 +116,7 @@ def forget_movie(movie: Film) -> None:
     _movies.pop(id(movie), None)
     _held.pop(id(movie), None)
     if _closed is not None:
-        _closed[movie._place] = movie
+        _closed[movie.place] = movie
 
 
 def keep_closed_movies(keep: bool) -> None:
@@ -138,7 +138,7 @@ def outlasting_movies() -> list[Film]:
 def movies_to_take_over() -> list[Film]:
     """List the movies that are open, and those that another rank may not have closed."""
     still_open = open_movies()
-    places = {movie._place for movie in still_open}
+    places = {movie.place for movie in still_open}
     return [*still_open, *(movie for place, movie in (_closed or {}).items() if place not in places)]
 
 
@@ -162,4 +162,4 @@ def secure_movies(engine: Engine, beside: Callable[[], object] = lambda: None) -
 
 def frames_of_movies() -> dict[str, int]:
     """Return how many frames each open movie has, by its place: the same on every rank."""
-    return {movie._place: movie.written for movie in open_movies()}
+    return {movie.place: movie.written for movie in open_movies()}

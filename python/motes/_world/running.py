@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from .. import _core
 from .._io.output import tell
 from .._picture.frame import Frame
-from .._run import busy, ending, scenefile, script_lines, stopping, waiting
+from .._run import busy, ending, losses, scenefile, script_lines, stopping, waiting
 from .._run.process import OpenRun, process
 from .._run.speaking import mark
 from .._run.usage import Weakly
@@ -110,7 +110,7 @@ class Running:
         role = _core.describe_role(session.cast, session.rank)
         met = handshake.meet(run, session.comm, session.settings, role)
         settings = session.settings = met.settings
-        _core.name_crashes(mark() or "")
+        _core.name_crashes(mark() or "", losses.lost_line())
         _core.set_place(process.describe(run))
         hosts = [peer.host for peer in run.peers]
         engine = session.engine = _core.Engine(

@@ -14,19 +14,18 @@ The same object balances a run, `World(balancer=BySpeed())`, and replays the log
 
 from __future__ import annotations
 
-import inspect
 import operator
 from abc import abstractmethod
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from typing import Any, ClassVar, Literal, Self
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import KW_ONLY, dataclass
+from inspect import Parameter, Signature
+from typing import Any, ClassVar, Literal, NamedTuple, Self, dataclass_transform
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _core
 from .._values import arguments
-from .._values.values import says_near_names
 from ..errors import ArgumentError, NotAssignableError, missing, near
 from ._load_table import LoadTable, table_of
 
@@ -141,52 +140,127 @@ class Balancer:
         return f"{type(self).__name__}()"
 
 
-class _Native(Balancer):
-    """A balancer whose policy is implemented in the core."""
+DEFAULT: Any = None
+"""Stands for the default of an option of a balancer of the core, which the core knows, as what is allowed."""
 
-    def __init__(self, smoothing: float, over: Literal["system", "all"]) -> None:
-        self.smoothing = smoothing
-        self.over = over
+
+class _Option(NamedTuple):
+    """An option as the core describes it, beside the policy that has it (`cpp/balance/policy_*.h`)."""
+
+    kind: str
+    default: Any
+    most: float
+
+    def checked(self, name: str, given: Any) -> Any:
+        """Return the value that an option is given, if it is allowed."""
+        match self.kind:
+            case "number":
+                return arguments.number(name, given, low=0, high=self.most)
+            case "count":
+                return arguments.integer(name, given, high=MOST)
+            case "flag":
+                return arguments.flag(name, given)
+            case "over":
+                return arguments.choice(name, given, ("system", "all"))
+            case "shares":
+                return _powers(given, above=False)
+        return None if given is None else _powers(given, above=True)
+
+
+@dataclass_transform(kw_only_default=False)
+class _Native(Balancer):
+    """A balancer whose policy is implemented in the core: its annotations name the options."""
+
+    _kind: ClassVar[str] = ""
+    _known: ClassVar[dict[str, _Option]] = {}
+
+    def __init_subclass__(cls, **keywords: Any) -> None:
+        """Take defaults and what is allowed from the core, and make the constructor."""
+        super().__init_subclass__(**keywords)
+        if cls.__module__ != __name__:  # a user's, of a balancer of the core
+            return
+        cls._kind = cls.__name__
+        described = {
+            name: _Option(kind, default, most)
+            for name, kind, default, most in _core.policy_options(cls._kind)
+        }
+        declared = [name for name in cls.__annotations__ if name != "_"]
+        assert set(declared) == set(described), f"{cls._kind}: options are {', '.join(described)}"
+        cls._known = {name: described[name] for name in declared}
+        required = cls._required()
+        for name, option in cls._known.items():
+            if name not in required:
+                setattr(cls, name, None if option.kind == "powers" else option.default)
+        cls.__init__ = _constructor(cls, declared, required)  # type: ignore[method-assign]
+
+    @classmethod
+    def _required(cls) -> list[str]:
+        return [name for name, option in cls._known.items() if option.kind == "shares"]
 
     def __setattr__(self, name: str, given: Any) -> None:
         """Set an option; refuse unknown ones, unless a user's subclass has them."""
-        known = [*inspect.signature(type(self)).parameters, "smoothing", "over"]
+        known = [*self._known, "smoothing", "over"]
         if name not in known and type(self).__module__ == __name__:
             raise NotAssignableError(f"{type(self).__name__} has no option {name!r}{near(name, known)}")
         super().__setattr__(name, given)
 
     def decide(self, load: LoadTable) -> Targets | Orders:
-        """Decide by the core's policy. Called on the manager only.
-
-        Args:
-            load: the loads of all calculators.
-
-        Returns:
-            What the policy plans for these loads.
-        """
+        """Return what the core's policy plans for these loads."""
         plan = self._policy.plan(table_of(load))
         return Targets(plan.shares) if len(plan.shares) else Orders(plan.orders)
 
+    @property
+    def _policy(self) -> _core.Policy:
+        """This balancer as the engine takes it."""
+        self._check()
+        given = {name: getattr(self, name) for name in self._known}
+        return _core.make_policy(
+            self._kind, {name: value for name, value in given.items() if value is not None}
+        )
+
     def _check(self) -> None:
         """Check the options, which a script may have changed since: `_policy` is what the engine takes."""
-        self.smoothing, _ = self._options()
+        for name, option in self._known.items():
+            setattr(self, name, option.checked(name, getattr(self, name)))
 
     def __repr__(self) -> str:
         """Show the call."""
         return self._policy.name
 
 
+def _constructor(cls: type[_Native], names: list[str], required: list[str]) -> Callable[..., None]:
+    """Make `__init__`: the first option may be given by place, all by name."""
+    kinds = [Parameter.POSITIONAL_OR_KEYWORD, *(Parameter.KEYWORD_ONLY for _ in names[1:])]
+    own = Parameter("self", Parameter.POSITIONAL_OR_KEYWORD)
+    options = [
+        Parameter(name, kind, default=Parameter.empty if name in required else getattr(cls, name))
+        for name, kind in zip(names, kinds, strict=False)
+    ]
+    signature = Signature([own, *options])
+
+    def init(self: _Native, *given: Any, **named: Any) -> None:
+        """Set the options."""
+        for name in named:
+            if name not in names:
+                raise TypeError(
+                    f"{cls.__name__}() got an unexpected keyword argument {name!r}{near(name, names)}"
+                )
+        try:
+            bound = signature.bind(self, *given, **named)
+        except TypeError as error:
+            raise TypeError(f"{cls.__name__}(): {error}") from None
+        for name, value in bound.arguments.items():
+            if name != "self":
+                setattr(self, name, value)
+        self._check()
+
+    init.__name__, init.__qualname__ = "__init__", f"{cls.__qualname__}.__init__"
+    setattr(init, "__signature__", signature)  # noqa: B010 (for readers; the call binds it)
+    return init
+
+
 class Static(_Native):
     """Cuts stay where they are: the paper's static load balancing."""
-
-    def __init__(self) -> None:
-        """Take no options."""
-        super().__init__(Balancer.smoothing, Balancer.over)
-
-    @property
-    def _policy(self) -> _core.Policy:
-        """This balancer as the engine takes it."""
-        return _core.static_policy()
 
 
 class Pairwise(_Native):
@@ -197,47 +271,24 @@ class Pairwise(_Native):
     next pair is skipped: each calculator either gives or takes, and with one neighbour only. Times are
     particles over measured speed; a difference that the noise of the measurement can explain does not count.
     Domains must be slabs: in bricks no neighbour is the next one.
+
+    Args:
+        threshold: smallest difference in time that counts, as a fraction of the longer time.
+        powers: each machine's power, one per calculator, as in the paper: the last frame's times are
+            compared, and a pair divides its particles in proportion to its powers. None: measured speeds.
+        min_particles: fewer are not worth a message.
+        smoothing: see `Balancer`.
+        over: see `Balancer`.
     """
 
     slabs_only = True
 
-    @says_near_names
-    def __init__(
-        self,
-        threshold: float = 0.10,
-        *,
-        powers: Sequence[float] | None = None,
-        min_particles: int = 64,
-        smoothing: float = 0.5,
-        over: Literal["system", "all"] = "system",
-    ) -> None:
-        """Set the options.
-
-        Args:
-            threshold: smallest difference in time that counts, as a fraction of the longer time.
-            powers: each machine's power, one per calculator, as in the paper: the last frame's times are
-                compared, and a pair divides its particles in proportion to its powers. None: measured speeds.
-            min_particles: fewer are not worth a message.
-            smoothing: see `Balancer`.
-            over: see `Balancer`.
-        """
-        super().__init__(smoothing, over)
-        self.threshold = threshold
-        self.powers = powers
-        self.min_particles = min_particles
-        self._check()
-
-    def _check(self) -> None:
-        super()._check()
-        self.threshold = arguments.number("threshold", self.threshold, low=0, high=1)
-        self.powers = None if self.powers is None else _powers(self.powers, above=True)
-        self.min_particles = arguments.integer("min_particles", self.min_particles, high=MOST)
-
-    @property
-    def _policy(self) -> _core.Policy:
-        """This balancer as the engine takes it."""
-        self._check()
-        return _core.pairwise_policy(self.threshold, self.powers or [], self.min_particles, *self._options())
+    threshold: float = DEFAULT
+    _: KW_ONLY
+    powers: Sequence[float] | None = DEFAULT
+    min_particles: int = DEFAULT
+    smoothing: float = DEFAULT
+    over: Literal["system", "all"] = DEFAULT
 
 
 class Diffusive(_Native):
@@ -252,52 +303,25 @@ class Diffusive(_Native):
     With `manager=False` it plans nothing and is asked nothing: all neighbours compare their loads in each
     frame, before they report. Reports carry the new cuts along, and the verdict brings them to all ranks.
     What crosses a cut by itself then counts one frame later.
+
+    Args:
+        threshold: smallest difference in time that counts, as a fraction of the longer time.
+        rate: part of half the difference that flows, in 0..1; with 1 equal machines may oscillate.
+        min_particles: fewer are not worth a message.
+        manager: whether it says which neighbours differ.
+        smoothing: see `Balancer`.
+        over: see `Balancer`.
     """
 
     slabs_only = True
 
-    @says_near_names
-    def __init__(
-        self,
-        threshold: float = 0.005,
-        *,
-        rate: float = 0.8,
-        min_particles: int = 64,
-        manager: bool = True,
-        smoothing: float = 0.5,
-        over: Literal["system", "all"] = "system",
-    ) -> None:
-        """Set the options.
-
-        Args:
-            threshold: smallest difference in time that counts, as a fraction of the longer time.
-            rate: part of half the difference that flows, in 0..1; with 1 equal machines may oscillate.
-            min_particles: fewer are not worth a message.
-            manager: whether it says which neighbours differ.
-            smoothing: see `Balancer`.
-            over: see `Balancer`.
-        """
-        super().__init__(smoothing, over)
-        self.threshold = threshold
-        self.rate = rate
-        self.min_particles = min_particles
-        self.manager = manager
-        self._check()
-
-    def _check(self) -> None:
-        super()._check()
-        self.threshold = arguments.number("threshold", self.threshold, low=0, high=1)
-        self.rate = arguments.number("rate", self.rate, low=0, high=1)
-        self.min_particles = arguments.integer("min_particles", self.min_particles, high=MOST)
-        self.manager = arguments.flag("manager", self.manager)
-
-    @property
-    def _policy(self) -> _core.Policy:
-        """This balancer as the engine takes it."""
-        self._check()
-        return _core.diffusive_policy(
-            self.threshold, self.rate, self.min_particles, self.manager, *self._options()
-        )
+    threshold: float = DEFAULT
+    _: KW_ONLY
+    rate: float = DEFAULT
+    min_particles: int = DEFAULT
+    manager: bool = DEFAULT
+    smoothing: float = DEFAULT
+    over: Literal["system", "all"] = DEFAULT
 
 
 class PrefixCuts(_Native):
@@ -305,90 +329,62 @@ class PrefixCuts(_Native):
 
     Each calculator counts its particles in bins; the manager adds up the bins and places the cuts so that
     each calculator gets its share. One evaluation is enough, wherever the imbalance is.
+
+    Args:
+        threshold: cuts move when the slowest calculator is this fraction above the mean.
+        powers: each machine's power, one per calculator: the rest of the measured time is the cost of the
+            place, which suits particles that differ in cost. None: shares follow measured speeds, which
+            suits machines that differ.
+        min_particles: cuts stay while no calculator is this many particles off its share.
+        smoothing: see `Balancer`.
+        over: see `Balancer`.
     """
 
-    @says_near_names
-    def __init__(
-        self,
-        threshold: float = 0.05,
-        *,
-        powers: Sequence[float] | None = None,
-        min_particles: int = 64,
-        smoothing: float = 0.5,
-        over: Literal["system", "all"] = "system",
-    ) -> None:
-        """Set the options.
-
-        Args:
-            threshold: cuts move when the slowest calculator is this fraction above the mean.
-            powers: each machine's power, one per calculator: the rest of the measured time is the cost of the
-                place, which suits particles that differ in cost. None: shares follow measured speeds, which
-                suits machines that differ.
-            min_particles: cuts stay while no calculator is this many particles off its share.
-            smoothing: see `Balancer`.
-            over: see `Balancer`.
-        """
-        super().__init__(smoothing, over)
-        self.threshold = threshold
-        self.powers = powers
-        self.min_particles = min_particles
-        self._check()
-
-    def _check(self) -> None:
-        super()._check()
-        self.threshold = arguments.number("threshold", self.threshold, low=0)
-        self.powers = None if self.powers is None else _powers(self.powers, above=True)
-        self.min_particles = arguments.integer("min_particles", self.min_particles, high=MOST)
-
-    @property
-    def _policy(self) -> _core.Policy:
-        """This balancer as the engine takes it."""
-        self._check()
-        return _core.prefix_cuts_policy(
-            self.threshold, self.powers or [], self.min_particles, *self._options()
-        )
+    threshold: float = DEFAULT
+    _: KW_ONLY
+    powers: Sequence[float] | None = DEFAULT
+    min_particles: int = DEFAULT
+    smoothing: float = DEFAULT
+    over: Literal["system", "all"] = DEFAULT
 
 
 class Proportional(_Native):
-    """Fixed shares of the particles, whatever the clock says: cuts follow the particles alone."""
+    """Fixed shares of the particles, whatever the clock says: cuts follow the particles alone.
 
-    @says_near_names
-    def __init__(
-        self,
-        powers: Sequence[float],
-        *,
-        threshold: float = 0.05,
-        min_particles: int = 64,
-        over: Literal["system", "all"] = "system",
-    ) -> None:
-        """Set the options.
+    Args:
+        powers: each calculator's share, on any scale; 0 leaves a calculator idle.
+        threshold: cuts move when a calculator is off its share by more than this fraction of it,
+        min_particles: and by at least this many particles.
+        over: see `Balancer`.
+    """
 
-        Args:
-            powers: each calculator's share, on any scale; 0 leaves a calculator idle.
-            threshold: cuts move when a calculator is off its share by more than this fraction of it,
-            min_particles: and by at least this many particles.
-            over: see `Balancer`.
-        """
-        super().__init__(Balancer.smoothing, over)
-        self.powers = powers
-        self.threshold = threshold
-        self.min_particles = min_particles
-        self._check()
-
-    def _check(self) -> None:
-        super()._check()
-        self.powers = _powers(self.powers, above=False)
-        self.threshold = arguments.number("threshold", self.threshold, low=0)
-        self.min_particles = arguments.integer("min_particles", self.min_particles, high=MOST)
-
-    @property
-    def _policy(self) -> _core.Policy:
-        """This balancer as the engine takes it."""
-        self._check()
-        return _core.proportional_policy(self.powers, self.threshold, self.min_particles, *self._options())
+    powers: Sequence[float]
+    _: KW_ONLY
+    threshold: float = DEFAULT
+    min_particles: int = DEFAULT
+    over: Literal["system", "all"] = DEFAULT
 
 
-BALANCERS = tuple(kind.__name__ for kind in (Static, Pairwise, Diffusive, PrefixCuts, Proportional))
+BALANCERS = tuple(_core.policy_names())
+"""The balancers of the core."""
+
+
+def one_of_each(powers: Sequence[float]) -> list[Balancer]:
+    """Return each balancer of the core with its defaults; `powers` where it needs some."""
+    return [kind(**dict.fromkeys(kind._required(), powers)) for kind in _kinds()]
+
+
+def by_name(text: str) -> Balancer:
+    """Return the balancer of the core, with its defaults, whose name begins so, in lower case."""
+    kinds = {kind.__name__.lower(): kind for kind in _kinds() if not kind._required()}
+    found = [kind for name, kind in kinds.items() if text and name.startswith(text)]
+    if len(found) != 1:
+        raise ArgumentError("balancer", text, ", ".join(kinds), known=kinds)
+    return found[0]()
+
+
+def _kinds() -> list[type[_Native]]:
+    return [globals()[name] for name in BALANCERS]
 
 
 def __getattr__(name: str) -> Any:

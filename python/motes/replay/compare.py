@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from .. import _core
-from ..balance import Balancer, Diffusive, Pairwise, PrefixCuts, Proportional, Static, policy_of
+from ..balance import Balancer, Pairwise, one_of_each, policy_of
 from .frames import simulate
 from .history import History
 
@@ -20,12 +20,9 @@ GOAL = 1.05
 
 
 def candidates(speeds: Iterable[float]) -> list[Balancer]:
-    """Return the balancers that a comparison shows.
-
-    Args:
-        speeds: of the machines, for `Proportional`.
-    """
-    return [Static(), Pairwise(), Pairwise(0.05), Diffusive(), PrefixCuts(), Proportional(list(speeds))]
+    """Return the balancers that a comparison shows; `speeds` go to `Proportional`."""
+    static, pairwise, *others = one_of_each(list(speeds))
+    return [static, pairwise, Pairwise(0.05), *others]
 
 
 def compare(history: History, balancers: Iterable[Balancer]) -> list[dict[str, Any]]:

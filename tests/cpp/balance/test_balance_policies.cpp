@@ -7,11 +7,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "balance/diffusive.h"
-#include "balance/pairwise.h"
-#include "balance/prefix_cuts.h"
-#include "balance/proportional.h"
-#include "balance/static.h"
+#include "balance/named.h"
 #include "support/check.h"
 
 namespace motes::test_balance_policies {
@@ -67,6 +63,22 @@ std::string refusal(const Plan& plan, const Table& table) {
 }
 
 }  // namespace
+
+std::shared_ptr<Policy> pairwise(double threshold, std::uint64_t least, const std::vector<double>& powers = {}) {
+  return policy_made("Pairwise", {{"threshold", threshold}, {"powers", powers}, {"min_particles", least}});
+}
+
+std::shared_ptr<Policy> diffusive(double threshold, double rate, std::uint64_t least) {
+  return policy_made("Diffusive", {{"threshold", threshold}, {"rate", rate}, {"min_particles", least}});
+}
+
+std::shared_ptr<Policy> prefix_cuts(double threshold, const std::vector<double>& powers, std::uint64_t least) {
+  return policy_made("PrefixCuts", {{"threshold", threshold}, {"powers", powers}, {"min_particles", least}});
+}
+
+std::shared_ptr<Policy> proportional(const std::vector<double>& powers, double threshold, std::uint64_t least) {
+  return policy_made("Proportional", {{"threshold", threshold}, {"powers", powers}, {"min_particles", least}});
+}
 
 TEST(load_is_rescaled_and_small_samples_do_not_count) {
   CHECK(rescaled(2.0, 100, 150) == 3.0);
@@ -163,13 +175,13 @@ TEST(differences_within_noise_are_left_alone) {
     return table_of({{1100, 0, 1, error}, {900, 0, 1, 0}, {1000, 0, 1, 0}});  // 18 % in the first pair
   };
   CHECK(doubt({1, 0, 1, 0.03}, {1, 0, 1, 0.04}) == kErrors * 0.05);
-  CHECK(!Pairwise(0.1, 1).plan(apart(0.06)).orders.empty());
-  CHECK(Pairwise(0.1, 1).plan(apart(0.061)).orders.empty());
-  CHECK(Diffusive(0.01, 1, 1).plan(apart(0.06)).orders.size() == 2);
-  CHECK(Diffusive(0.01, 1, 1).plan(apart(0.061)).orders.size() == 1);
+  CHECK(!pairwise(0.1, 1)->plan(apart(0.06)).orders.empty());
+  CHECK(pairwise(0.1, 1)->plan(apart(0.061)).orders.empty());
+  CHECK(diffusive(0.01, 1, 1)->plan(apart(0.06)).orders.size() == 2);
+  CHECK(diffusive(0.01, 1, 1)->plan(apart(0.061)).orders.size() == 1);
   // Three calculators: the largest of three errors is 3.35 of one.
-  CHECK(!PrefixCuts(0.05, {}, 1).plan(apart(0.0298)).shares.empty());
-  CHECK(PrefixCuts(0.05, {}, 1).plan(apart(0.03)).shares.empty());
+  CHECK(!prefix_cuts(0.05, {}, 1)->plan(apart(0.0298)).shares.empty());
+  CHECK(prefix_cuts(0.05, {}, 1)->plan(apart(0.03)).shares.empty());
 }
 
 TEST(unknown_speeds_are_the_mean_of_the_known) {
@@ -182,7 +194,8 @@ TEST(unknown_speeds_are_the_mean_of_the_known) {
 }
 
 TEST(pairwise_begins_with_the_first_or_the_second_pair) {
-  const Pairwise policy(0.1, 1);
+  const auto made = pairwise(0.1, 1);
+  const Policy& policy = *made;
   const std::vector<Load> loads = loads_of({1000, 0, 1000, 0, 1000});
   CHECK(policy.plan(table_of(loads, 0)).orders == std::vector<Order>({{0, 1, 500}, {2, 3, 500}}));
   CHECK(policy.plan(table_of(loads, 0)).evaluated == std::vector<std::int32_t>({0, 2}));
@@ -193,22 +206,23 @@ TEST(pairwise_begins_with_the_first_or_the_second_pair) {
 }
 
 TEST(pairwise_goes_on_with_the_next_pair_where_nothing_is_to_do) {
-  const Plan plan = Pairwise(0.1, 1).plan(table_of(loads_of({1000, 1000, 1000, 0, 500}), 0));
+  const Plan plan = pairwise(0.1, 1)->plan(table_of(loads_of({1000, 1000, 1000, 0, 500}), 0));
   CHECK(plan.evaluated == std::vector<std::int32_t>({0, 1, 2}));
   CHECK(plan.orders == std::vector<Order>({{2, 3, 500}}));
 }
 
 TEST(pairwise_has_a_threshold_and_a_minimum) {
   const std::vector<Load> loads{{1000, 0, 1}, {750, 0, 1}};
-  CHECK(Pairwise(0.25, 1).plan(table_of(loads)).orders.empty());  // exactly the threshold
-  CHECK(Pairwise(0.249, 1).plan(table_of(loads)).orders == std::vector<Order>({{0, 1, 125}}));
-  CHECK(Pairwise(0.249, 125).plan(table_of(loads)).orders.size() == 1);
-  CHECK(Pairwise(0.249, 126).plan(table_of(loads)).orders.empty());
-  CHECK(Pairwise(0, 0).plan(table_of(loads_of({1000, 1000}))).orders.empty());
+  CHECK(pairwise(0.25, 1)->plan(table_of(loads)).orders.empty());  // exactly the threshold
+  CHECK(pairwise(0.249, 1)->plan(table_of(loads)).orders == std::vector<Order>({{0, 1, 125}}));
+  CHECK(pairwise(0.249, 125)->plan(table_of(loads)).orders.size() == 1);
+  CHECK(pairwise(0.249, 126)->plan(table_of(loads)).orders.empty());
+  CHECK(pairwise(0, 0)->plan(table_of(loads_of({1000, 1000}))).orders.empty());
 }
 
 TEST(pairwise_shares_by_processing_power) {
-  const Pairwise policy(0.1, 1);
+  const auto made = pairwise(0.1, 1);
+  const Policy& policy = *made;
   std::vector<Load> loads{{100, 0, 3e6}, {500, 0, 1e6}};
   CHECK(policy.plan(table_of(loads)).orders == std::vector<Order>({{1, 0, 350}}));
   loads = {{0, 0, 0}, {10'000'000'000, 0, 5e6}};  // unknown: as fast as the others
@@ -216,9 +230,8 @@ TEST(pairwise_shares_by_processing_power) {
 }
 
 TEST(policies_do_nothing_where_nothing_is_to_do) {
-  const std::vector<std::shared_ptr<Policy>> policies{std::make_shared<Static>(), std::make_shared<Pairwise>(0.1, 1),
-                                                      std::make_shared<Diffusive>(0.01, 0.8, 1),
-                                                      std::make_shared<PrefixCuts>(0.05, std::vector<double>{}, 1)};
+  const std::vector<std::shared_ptr<Policy>> policies{policy_made("Static"), pairwise(0.1, 1), diffusive(0.01, 0.8, 1),
+                                                      prefix_cuts(0.05, {}, 1)};
   for (const auto& policy : policies) {
     for (const std::vector<Load>& loads :
          {loads_of({}), loads_of({0}), loads_of({12}), loads_of({0, 0, 0}), loads_of({9, 9, 9, 9})}) {
@@ -232,13 +245,14 @@ TEST(policies_do_nothing_where_nothing_is_to_do) {
 TEST(pairwise_stalls_on_a_slope_and_diffusion_does_not) {
   const std::vector<Load> loads = half_fast(16, 200'000);
   CHECK_NEAR(imbalance(loads), 4.0 / 3, 1e-12);
-  CHECK(after(Pairwise(0.05, 64), loads, 1000) > 1.2);
-  CHECK(after(Diffusive(0.01, 0.8, 64), loads, 1000) < 1.1);
+  CHECK(after(*pairwise(0.05, 64), loads, 1000) > 1.2);
+  CHECK(after(*diffusive(0.01, 0.8, 64), loads, 1000) < 1.1);
 }
 
 TEST(diffusive_neighbours_decide_as_all_together) {
   std::mt19937_64 random(3);
-  const Diffusive policy(0.02, 1, 5);
+  const auto made = diffusive(0.02, 1, 5);
+  const Policy& policy = *made;
   CHECK(policy.decentralised());
   for (int round = 0; round < 200; ++round) {
     std::vector<Load> loads(2 + random() % 9);
@@ -261,25 +275,26 @@ TEST(diffusive_neighbours_decide_as_all_together) {
 TEST(diffusive_is_stable_for_any_speeds) {
   std::vector<Load> loads;
   for (int c = 0; c < 9; ++c) loads.push_back({100'000, 0, c % 2 == 0 ? 1e7 : 1e5});
-  CHECK(after(Diffusive(0.001, 1, 1), loads, 400) < 1.1);
+  CHECK(after(*diffusive(0.001, 1, 1), loads, 400) < 1.1);
 }
 
 TEST(prefix_cuts_asks_for_shares_above_its_threshold) {
   const std::vector<Load> loads{{300, 0, 3e6}, {110, 0, 1e6}};
-  CHECK(PrefixCuts(0.1, {}, 1).plan(table_of(loads)).shares.empty());
-  CHECK(PrefixCuts(0.04, {}, 1).plan(table_of(loads)).shares == std::vector<double>({3e6, 1e6}));
-  CHECK(PrefixCuts(0.04, {}, 100).plan(table_of(loads)).shares.empty());
+  CHECK(prefix_cuts(0.1, {}, 1)->plan(table_of(loads)).shares.empty());
+  CHECK(prefix_cuts(0.04, {}, 1)->plan(table_of(loads)).shares == std::vector<double>({3e6, 1e6}));
+  CHECK(prefix_cuts(0.04, {}, 100)->plan(table_of(loads)).shares.empty());
   // With powers, the place is expensive: calculator 1 has the same machine and takes three times as long per particle.
-  const Plan plan = PrefixCuts(0.04, {2, 2, 2}, 1).plan(table_of({{300, 0, 3e6}, {300, 0, 1e6}, {0, 0, 0}}));
+  const Plan plan = prefix_cuts(0.04, {2, 2, 2}, 1)->plan(table_of({{300, 0, 3e6}, {300, 0, 1e6}, {0, 0, 0}}));
   CHECK(plan.shares == std::vector<double>({2, 2, 2}));
   CHECK_NEAR(plan.costs[1] / plan.costs[0], 3, 1e-12);
   CHECK_NEAR(plan.costs[2] / plan.costs[0], 2, 1e-12);
-  const PrefixCuts three(0.1, {1, 1, 1}, 1);
-  CHECK_THROWS(three.plan(table_of(loads)), std::invalid_argument);
+  const auto three = prefix_cuts(0.1, {1, 1, 1}, 1);
+  CHECK_THROWS(three->plan(table_of(loads)), std::invalid_argument);
 }
 
 TEST(proportional_keeps_fixed_shares) {
-  const Proportional policy({2, 1, 0}, 0.1, 10);
+  const auto made = proportional({2, 1, 0}, 0.1, 10);
+  const Policy& policy = *made;
   CHECK(policy.plan(table_of(loads_of({205, 95, 0}))).shares.empty());
   CHECK(policy.plan(table_of(loads_of({180, 120, 0}))).shares == std::vector<double>({2, 1, 0}));
   CHECK(policy.plan(table_of(loads_of({200, 91, 9}))).shares.empty());
@@ -358,9 +373,8 @@ std::vector<double> planning_s(int calculators) {
   }
   const std::vector<double> powers(loads.size(), 1);
   const Table table = table_of(loads);
-  const std::vector<std::shared_ptr<Policy>> policies{
-      std::make_shared<Pairwise>(0.1, 1), std::make_shared<Diffusive>(0.01, 0.8, 1),
-      std::make_shared<PrefixCuts>(0.05, powers, 1), std::make_shared<Proportional>(powers, 0.05, 1)};
+  const std::vector<std::shared_ptr<Policy>> policies{pairwise(0.1, 1), diffusive(0.01, 0.8, 1),
+                                                      prefix_cuts(0.05, powers, 1), proportional(powers, 0.05, 1)};
   std::vector<double> quickest;
   for (const auto& policy : policies) {
     double best = std::numeric_limits<double>::infinity();
@@ -387,7 +401,8 @@ TEST(pairwise_with_given_powers_compares_measured_times) {
   std::vector<Load> loads(2);
   loads[0] = {1000, 3.0, 5, 0.5};  // measured speeds and their errors do not count
   loads[1] = {1000, 1.0, 5, 0.5};
-  const Pairwise policy(0.1, 1, {1, 3});
+  const auto made = pairwise(0.1, 1, {1, 3});
+  const Policy& policy = *made;
   CHECK(policy.plan(table_of(loads)).orders == std::vector<Order>({{0, 1, 500}}));
   loads[1].seconds = 2.75;  // less than a tenth apart
   CHECK(policy.plan(table_of(loads)).orders.empty());
@@ -395,7 +410,7 @@ TEST(pairwise_with_given_powers_compares_measured_times) {
   loads[1] = {1500, 1.0, 0, 0};
   CHECK(policy.plan(table_of(loads)).orders.empty());
   CHECK_THROWS(policy.check(3), std::invalid_argument);
-  CHECK_THROWS(Pairwise(0.1, 1, {1, 0}).check(2), std::invalid_argument);
+  CHECK_THROWS(pairwise(0.1, 1, {1, 0}), std::invalid_argument);
   policy.check(2);
 }
 

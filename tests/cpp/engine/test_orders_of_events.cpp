@@ -7,8 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "balance/pairwise.h"
-#include "balance/prefix_cuts.h"
+#include "balance/named.h"
 #include "base/sha256.h"
 #include "comm/clock.h"
 #include "comm/simulated_ranks.h"
@@ -96,8 +95,8 @@ engine::Settings settings(const Way& way) {
   settings.fan_out = way.fan_out;
   settings.threads = way.threads;
   settings.grain = 16;  // threads share even a few particles
-  std::shared_ptr<balance::Policy> policy = std::make_shared<balance::Pairwise>(0.05, 4);
-  if (way.prefix_cuts) policy = std::make_shared<balance::PrefixCuts>(0.05, std::vector<double>(), 4);
+  std::shared_ptr<balance::Policy> policy = balance::policy_named("Pairwise(threshold=0.05, min_particles=4)");
+  if (way.prefix_cuts) policy = balance::policy_named("PrefixCuts(threshold=0.05, min_particles=4)");
   policy->speeds.min_particles = 1;
   settings.policy = policy;
   settings.costs.act.fill(2000);
@@ -201,7 +200,7 @@ namespace {
 // Thinks for a (simulated) second.
 class Slow final : public balance::Policy {
  public:
-  std::string name() const override { return "Slow()"; }
+  const char* kind() const override { return "Slow"; }
   balance::Plan plan(const balance::Table&) const override {
     comm::execute(1e9);
     return {};

@@ -9,8 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "balance/pairwise.h"
-#include "balance/prefix_cuts.h"
+#include "balance/named.h"
 #include "comm/simulated_ranks.h"
 #include "engine/engine.h"
 #include "particles/digest.h"
@@ -65,7 +64,7 @@ recording::Spawn spawn(recording::Spawn::On on) {
 }
 
 Action collide(double radius, double restitution, double other_radius = 0) {
-  return {Kind::collide, {radius, restitution, 0.5, -1, other_radius, 0, 0}, {}};
+  return {Kind::collide, {radius, restitution, 0.5, -1, other_radius, 0}, {}};
 }
 Action gravity() { return {Kind::gravity, {0, -9.81, 0}, {}}; }
 Action bounce() { return {Kind::bounce, {0.5, 0.1, 0, 1}, {{shapes::Kind::plane, {0, 0, 0, 0, 1, 0}}}}; }
@@ -120,9 +119,9 @@ engine::Settings settings(const Way& way) {
   settings.threads = way.threads;
   settings.grain = 16;
   if (way.prefix || !way.axes.slabs()) {
-    settings.policy = std::make_shared<balance::PrefixCuts>(0.01, std::vector<double>{}, 1);
+    settings.policy = balance::policy_named("PrefixCuts(threshold=0.01, min_particles=1)");
   } else {
-    const auto policy = std::make_shared<balance::Pairwise>(0.01, 1);
+    const auto policy = balance::policy_named("Pairwise(threshold=0.01, min_particles=1)");
     policy->speeds.min_particles = 1;
     settings.policy = policy;
   }

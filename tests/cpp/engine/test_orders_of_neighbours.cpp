@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "balance/diffusive.h"
+#include "balance/named.h"
 #include "comm/simulated_ranks.h"
 #include "engine/engine.h"
 #include "support/check.h"
@@ -89,7 +89,7 @@ engine::Settings settings(const Way& way) {
   settings.births = way.births;
   settings.combine = way.combine;
   settings.fan_out = way.fan_out;
-  const auto policy = std::make_shared<balance::Diffusive>(0.01, 0.8, 2, false);
+  const auto policy = balance::policy_named("Diffusive(threshold=0.01, min_particles=2, manager=False)");
   policy->speeds.min_particles = 1;
   policy->over_all = way.over_all;
   if (way.balances) settings.policy = policy;
@@ -246,7 +246,7 @@ TEST(cuts_of_neighbours_without_a_manager_settle_where_times_are_equal) {
   comm::simulate({.ranks = 16, .variation = 0}, [&](SimulatedRank& self) {
     engine::Settings of_rank = settings({});
     of_rank.speed = self.rank() < 8 ? 1 : 0.5;
-    const auto policy = std::make_shared<balance::Diffusive>(0.002, 1, 1, false);
+    const auto policy = balance::policy_named("Diffusive(threshold=0.002, rate=1, min_particles=1, manager=False)");
     policy->speeds.min_particles = 1;
     of_rank.policy = policy;
     engine::Engine engine(std::make_unique<comm::Communicator>(self.transport(), comm::Watch{}), roles::cast_shared(16),

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/fields.h"
+#include "base/hash.h"
 #include "base/sha256.h"
 #include "meshes/assets.h"
 #include "program/program.h"
@@ -78,7 +79,7 @@ Bytes copy_of(const Bytes& bytes) {
 }
 
 // As a file that was created like this, not damaged later.
-void make_hash_right(Bytes& bytes) { bytes.set(24, hash(bytes.view().subspan(56))); }
+void make_hash_right(Bytes& bytes) { bytes.set(24, base::hash(bytes.view().subspan(56))); }
 
 std::uint64_t next(std::uint64_t& state) {
   state = state * 6364136223846793005u + 1442695040888963407u;

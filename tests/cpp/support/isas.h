@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "actions/kernels.h"
+#include "base/hash.h"
 #include "simd/builds.h"
 #include "simd/declare_builds.h"
 #include "simd/isa.h"
@@ -48,12 +49,7 @@ inline std::vector<Build> builds() {
 class Dice {
  public:
   explicit Dice(std::uint64_t seed) : state_(seed) {}
-  std::uint64_t word() {
-    std::uint64_t x = state_ += 0x9e3779b97f4a7c15u;
-    x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
-    x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
-    return x ^ (x >> 31);
-  }
+  std::uint64_t word() { return motes::base::next_random(state_); }
   /// 0 .. below - 1.
   std::size_t below(std::size_t below) { return static_cast<std::size_t>(word() % below); }
   float between(float low, float high) { return low + (high - low) * static_cast<float>(word() >> 40) * 0x1p-24f; }

@@ -7,7 +7,7 @@ namespace motes::balance {
 
 class Static : public Policy {
  public:
-  std::string name() const override { return "Static()"; }
+  const char* kind() const override { return "Static"; }
   Plan plan(const Table&) const override { return {}; }
   bool moves() const override { return false; }
 };

@@ -100,7 +100,7 @@ struct Contact {
 
     MOTES_INLINE Sums(const Contact&, const Task& task, std::uint32_t i, std::uint32_t last)
         : first(i), at(load_column(task.targets.column, interactions::at_x, i)),
-          velocity(load_column(task.targets.column, interactions::value_x, i)),
+          velocity(load_column(task.targets.column, interactions::velocity_x, i)),
           spin(load_column(task.targets.column, interactions::spin_x, i)),
           own{load(task.targets.column[interactions::radius] + i),
               load(task.targets.column[interactions::inverse_mass] + i)} {
@@ -114,7 +114,7 @@ struct Contact {
         const std::uint32_t index = task.targets.cells.order[i + lane];
         if (index >= task.targets.cells.own) continue;
         const particles::Touches& own_touches = task.touches[index];
-        if (task.terms.now - own_touches.step == 1) before[lane] = &own_touches;
+        if (task.now - own_touches.step == 1) before[lane] = &own_touches;
       }
     }
 
@@ -162,7 +162,7 @@ struct Contact {
       t.own = own;
       t.other = {of(interactions::radius), of(interactions::inverse_mass)};
       t.overlap = own.radius + t.other.radius - d;
-      t.apart = of3(interactions::value_x) - velocity;
+      t.apart = of3(interactions::velocity_x) - velocity;
       t.spin = spin;
       t.other_spin = of3(interactions::spin_x);
       std::uint64_t id[kLanes];
@@ -205,14 +205,14 @@ struct Contact {
       compute(law, task);
       const Floats3 now = velocity + sum, turned = spin + turn;
       store_lanes3(task.out, i, now, last - i);
-      store_lanes(task.out[3] + i, to_floats(touching), last - i);
-      store_lanes3(task.out + 4, i, turned, last - i);
+      store_lanes3(task.out + 3, i, turned, last - i);
+      store_lanes(task.out[6] + i, to_floats(touching), last - i);
       for (std::uint32_t k = i; k < last; ++k) {
         const std::uint32_t index = task.targets.cells.order[k];
         if (index >= task.targets.cells.own || (task.chosen != nullptr && task.chosen[index] == 0)) continue;
-        // Another contact action of this sub-step has its memory here already.
-        if (task.touches[index].step == task.terms.now) continue;
-        after[k - i].step = task.terms.now;
+        // Another contact of this sub-step remembers already: its springs are not those of this one.
+        if (task.touches[index].step == task.now) continue;
+        after[k - i].step = task.now;
         task.touches[index] = after[k - i];
       }
       task.stats->pairs += sum_own(task.targets.cells, touching, i, last);
@@ -229,9 +229,19 @@ MOTES_INLINE Floats damping_of(float restitution) {
 }
 
 inline void contact(const Task& task) {
-  const interactions::Terms& t = task.terms;
+  const auto n = numbers_of<numbers::contact>(task);
   sweep(task,
-        Contact{all(t.step), all(t.stiffness), damping_of(t.restitution), all(t.friction), all(t.rolling_friction)});
+        Contact{all(task.dt), all(n.stiffness), damping_of(n.restitution), all(n.friction), all(n.rolling_friction)});
 }
+
+namespace laws {
+inline constexpr interactions::Law contact = {
+    .act = MOTES_ISA::contact,
+    .radius = [](const double* recorded, bool) { return actions::read_numbers<numbers::contact>(recorded).radius; },
+    .inverse_masses = true,
+    .skips_massless = true,
+    .remembers = true,
+};
+}  // namespace laws
 
 }  // namespace motes::MOTES_ISA

@@ -1,0 +1,100 @@
+// Content that is named by its fingerprint, so that recorded lists and messages carry only the name: pictures, meshes,
+// tables, ties. What is kept is immutable, and stays until the process ends.
+#pragma once
+
+#include <cstdint>
+#include <cstdio>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "base/bytes.h"
+#include "base/fields.h"
+#include "base/hash.h"
+
+namespace motes::base {
+
+/// The name of some content: equal content of one kind has an equal key, on every rank and in every run. 0 names none.
+using ContentKey = std::uint64_t;
+
+/// All content of one kind in this process. T has fields(), operator== and check(), which throws std::invalid_argument.
+/// Thread-safe.
+template <class T>
+class Registry {
+ public:
+  /// `kind`: its name in errors. It belongs to the content: a picture never has the key of a mesh.
+  explicit Registry(const char* kind) : kind_(kind) {}
+
+  /// Checks the content and keeps it; equal content is kept once.
+  ContentKey keep(T content) {
+    check(content);
+    const ContentKey key = key_of(content);
+    const std::scoped_lock lock(mutex_);
+    std::shared_ptr<const T>& kept = all_[key];
+    if (kept == nullptr) {
+      kept = std::make_shared<const T>(std::move(content));
+    } else if (!(*kept == content)) {
+      throw std::runtime_error(std::string("two different ") + kind_ + "s have the key " + text(key) +
+                               ": change one of them");
+    }
+    return key;
+  }
+
+  /// Null where this process keeps nothing with that key.
+  std::shared_ptr<const T> find(ContentKey key) {
+    const std::scoped_lock lock(mutex_);
+    const auto found = all_.find(key);
+    return found == all_.end() ? nullptr : found->second;
+  }
+
+  /// Throws std::invalid_argument where this process keeps nothing with that key.
+  std::shared_ptr<const T> get(ContentKey key) {
+    auto found = find(key);
+    if (found == nullptr) throw std::invalid_argument(std::string("no ") + kind_ + " has the key " + text(key));
+    return found;
+  }
+
+  /// The content of these keys as bytes, for files.
+  void write(const std::set<ContentKey>& keys, Bytes& out) {
+    out.put(static_cast<std::uint32_t>(keys.size()));
+    for (const ContentKey key : keys) write_fields(*get(key), out);
+  }
+
+  /// Keeps what write() wrote. Throws std::runtime_error where the bytes are damaged.
+  void read(Reader& in) {
+    for (auto left = in.get<std::uint32_t>(); left > 0; --left) {
+      T content;
+      read_fields(in, content);
+      try {
+        keep(std::move(content));
+      } catch (const std::invalid_argument& error) {
+        throw std::runtime_error(std::string("damaged bytes: ") + kind_ + ": " + error.what());
+      }
+    }
+  }
+
+ private:
+  ContentKey key_of(const T& content) const {
+    Bytes bytes;
+    bytes.put_text(kind_);
+    write_fields(content, bytes);
+    const ContentKey key = hash(bytes.view()).low;
+    return key == 0 ? 1 : key;
+  }
+
+  static std::string text(ContentKey key) {
+    char digits[17];
+    std::snprintf(digits, sizeof digits, "%016llx", static_cast<unsigned long long>(key));
+    return digits;
+  }
+
+  const char* kind_;
+  std::mutex mutex_;
+  std::map<ContentKey, std::shared_ptr<const T>> all_;
+};
+
+}  // namespace motes::base

@@ -50,7 +50,7 @@ class Callbacks:
         shapes: list[_core.Shape] = []
         condition = condition_of(where, self._recorded.columns, shapes)
         reach, number = arguments.number("radius", radius, low=0), len(self._recorded.functions)
-        numbers = [reach, number, zlib.crc32(_name_of(function).encode())]
+        numbers = {"radius": reach, "number": number, "name": zlib.crc32(_name_of(function).encode())}
         action = _core.Action("pairs", numbers, shapes, condition)
         self._record("pairs", function, partial(_core.Engine.record_action, action=action))
 

@@ -12,9 +12,9 @@ import pytest
 
 import motes
 from motes import ArgumentError
-from motes.interchange import formats
-from motes.interchange.format import Format
-from motes.interchange.manifest import Manifest
+from motes._interchange import formats
+from motes._interchange.format import Format
+from motes._interchange.manifest import Manifest
 
 
 def _write(path: Path, columns: Mapping[str, Any], *, frame: int, time: float) -> None:

@@ -9,6 +9,7 @@
 #include "actions/action.h"
 #include "interactions/extent.h"
 #include "interactions/kernels.h"
+#include "interactions/neighbour_list.h"
 #include "interactions/pairs.h"
 #include "particles/store.h"
 
@@ -28,8 +29,11 @@ struct Side {
   std::uint64_t newborn_from = UINT64_MAX;            // collide: ids from here on meet for the first time
   bool adds = false;                                  // collide: its contacts come on top of an earlier one's
   const std::vector<std::uint8_t>* adds_to = nullptr;  // of these; null: of all
+  NeighbourList* list = nullptr;                      // contact: of this law
+  std::uint32_t law = 0;                              // contact: how many others stand in front of it in the list
+  bool keeps_list = false;                            // contact: ghosts stay the same for as long as the list
   std::uint32_t now = 0;                              // contact: the number of the sub-step, from 1 on
-  bool last = false;                                  // sub-step of the frame: overlaps are looked at
+  bool last = false;                                  // sub-step of the frame: overlaps are looked at, touches are written down
 };
 
 /// What the action reads, in the order of read_by(): of own particles, and of ghosts.

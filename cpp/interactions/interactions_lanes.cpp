@@ -3,6 +3,7 @@
 #include "interactions/contact.h"
 #include "interactions/fluid.h"
 #include "interactions/gravitate.h"
+#include "interactions/list_pairs.h"
 #include "interactions/match.h"
 #include "interactions/pull.h"
 
@@ -14,6 +15,7 @@ const interactions::Kernels meeting_kernels = {
     match,
     {{collide<false, false>, collide<false, true>}, {collide<true, false>, collide<true, true>}},
     contact,
+    list_pairs,
     find_pressure,
     fluid,
     pull,

@@ -6,7 +6,6 @@
 #include <cstdint>
 
 #include "interactions/cell_list.h"
-#include "particles/touches.h"
 
 namespace motes::interactions {
 
@@ -63,14 +62,44 @@ struct KernelStats {
   bool softened = false;  // contact: springs were stiffer than the step allows
 };
 
+/// What two that touch remember, seen from one of them.
+struct PairState {
+  float slid[3], rolled[3];  // see particles::Touch
+  std::uint32_t step;        // in which they last touched, from 1 on; 0: never
+  std::uint32_t unused;
+};
+
+/// Pairs by their first particle's place in the order of the cells:
+///
+///     first   | 0 . . | 1 | 2 . . . | ...      place p has pairs begin[p] .. begin[p + 1] - 1
+///     second  | 7 1 9 | 0 | 8 1 9 5 | ...      places, ascending by id
+///     state   | one per pair                   kept as long as both stay listed
+struct PairsView {
+  const std::uint32_t* begin = nullptr;
+  const std::uint32_t* second = nullptr;
+  const std::uint64_t* ids = nullptr;  // of places
+  PairState* state = nullptr;
+};
+
 struct Task {
   Party targets, sources;
   Terms terms;
   float* const* out = nullptr;  // planes by place: what the law says
-  particles::Touches* touches = nullptr;  // contact: of this rank's own particles, by index
-  const std::uint8_t* chosen = nullptr;  // contact: who of them is changed, by index; null: all
+  PairsView pairs;  // contact: who may touch whom
+  const std::uint8_t* chosen = nullptr;  // contact: who is changed, by index; null: all
   std::size_t first_row = 0, last_row = 0;  // of the targets
   KernelStats* stats = nullptr;
+};
+
+/// Lists pairs whose surfaces are closer than the skin: without `second` how many there are of each place, and with it
+/// which, from begin[place] on.
+struct ListTask {
+  Party spheres;  // both targets and sources: at, radius
+  float skin = 0;
+  std::uint32_t* count = nullptr;
+  const std::uint32_t* begin = nullptr;
+  std::uint32_t* second = nullptr;
+  std::size_t first_row = 0, last_row = 0;
 };
 
 struct Kernels {
@@ -82,6 +111,7 @@ struct Kernels {
   void (*collide[2][2])(const Task&);
   /// out: velocity (3), contacts, rotational velocity (3).
   void (*contact)(const Task&);
+  void (*list_pairs)(const ListTask&);
   /// out: how hard each particle of a fluid pushes. The ghosts that targets see are targets too.
   void (*find_pressure)(const Task&);
   /// out: velocity (3). Reads the pressure of all.

@@ -13,9 +13,11 @@
 
 #include "interactions/cell_list.h"
 #include "interactions/kernels.h"
+#include "interactions/neighbour_list.h"
 #include "isas.h"
 #include "particles/blocks.h"
 #include "particles/ids.h"
+#include "particles/store.h"
 #include "simd/declare_builds.h"
 #include "simd/float_mode.h"
 #include "threads/pool.h"
@@ -104,6 +106,7 @@ struct Law {
   enum Kind { gravitate, match, collide, contact, fluid } kind = gravitate;
   interactions::Terms terms;
   bool radii = false, masses = false;
+  bool skin = false;  // contact: its list has one
 
   std::size_t outputs() const { return kind == contact ? 7 : kind == collide ? 4 : 3; }
 };
@@ -164,10 +167,13 @@ inline Law fluid_law(float reach) {
   return law;
 }
 
+/// What own particles remember of their touches, by index.
+using Remembered = std::vector<std::vector<motes::particles::Touch>>;
+
 /// What a law says of each own particle, by index.
 struct Heard {
   std::array<std::vector<float>, interactions::party_results> out;
-  std::vector<motes::particles::Touches> touches;
+  Remembered touches;
   std::uint64_t pairs = 0;
   bool softened = false;
 };
@@ -177,6 +183,9 @@ struct Arranged {
   Arranged(const Flock& flock, float reach, motes::threads::Pool& pool)
       : own_ids(flock.own_ids()), crowd(flock.crowd(own_ids)) {
     cells.sort(crowd, static_cast<double>(reach) * (1 + 1e-6), pool);
+    arrange(flock, pool);
+  }
+  void arrange(const Flock& flock, motes::threads::Pool& pool) {
     for (std::size_t c = 0; c < interactions::party_columns; ++c) {
       column[c].resize(flock.size() + 2 * motes::particles::kPadding);
       cells.arrange(crowd, flock.plane(c), column[c].data(), pool);
@@ -192,13 +201,33 @@ struct Arranged {
   const float* planes[interactions::party_columns];
 };
 
+/// Lists the pairs of a flock and puts it in the list's order. `touches`: what they remember.
+inline interactions::NeighbourList listed(const Law& law, const Flock& flock, Arranged& arranged,
+                                          const Remembered& touches, motes::threads::Pool& pool) {
+  static const motes::particles::Schema schema;
+  motes::particles::Store store(schema);
+  store.grow(flock.own);
+  for (std::size_t i = 0; i < flock.own; ++i) store.set_touches(i, touches[i]);
+  interactions::NeighbourList list;
+  list.sort(arranged.crowd, law.terms.reach, law.skin, pool);
+  arranged.cells = list.cells();
+  arranged.arrange(flock, pool);
+  const float* const* plane = arranged.planes;
+  list.build(arranged.crowd, {{plane[0], plane[1], plane[2]}, plane[interactions::radius]}, store, 0, law.terms.now,
+             pool);
+  return list;
+}
+
 /// `sources`: those that the targets see; `touches`: what the targets remember.
 inline Heard heard(const MeetingBuild& build, const Law& law, const Flock& targets, const Flock& sources,
                    motes::threads::Pool& pool = motes::threads::alone(),
-                   std::vector<motes::particles::Touches> touches = {}) {
+                   Remembered touches = {}) {
   touches.resize(targets.own);
   Arranged seeing(targets, law.terms.reach, pool);
   Arranged seen(sources, law.terms.reach, pool);
+  interactions::NeighbourList list;
+  if (law.kind == Law::contact) list = listed(law, targets, seeing, touches, pool);
+  const interactions::PairsView pairs = law.kind == Law::contact ? list.view(law.terms.now) : interactions::PairsView{};
   std::vector<float> by_place[interactions::party_results];
   float* out[interactions::party_results];
   for (std::size_t c = 0; c < interactions::party_results; ++c) {
@@ -217,7 +246,7 @@ inline Heard heard(const MeetingBuild& build, const Law& law, const Flock& targe
   const auto run = [&](void (*law_kernel)(const interactions::Task&), interactions::Party seers) {
     pool.run(parts, [&](std::size_t part, std::size_t) {
       const motes::simd::FloatMode mode;
-      law_kernel({seers, seen.party(), law.terms, out, touches.data(), nullptr, rows * part / parts,
+      law_kernel({seers, seen.party(), law.terms, out, pairs, nullptr, rows * part / parts,
                   rows * (part + 1) / parts, &parts_seen[part]});
     });
   };
@@ -243,7 +272,11 @@ inline Heard heard(const MeetingBuild& build, const Law& law, const Flock& targe
     heard.pairs += seen.pairs;
     heard.softened = heard.softened || seen.softened;
   }
-  heard.touches = std::move(touches);
+  heard.touches.resize(targets.own);
+  for (std::size_t k = 0; k < list.ids().size(); ++k) {
+    const std::uint32_t i = list.cells().order()[k];
+    if (i < targets.own) list.recall(k, 0, heard.touches[i]);
+  }
   return heard;
 }
 

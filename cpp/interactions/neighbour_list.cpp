@@ -27,7 +27,7 @@ particles::Touch touch_of(std::uint64_t id, std::uint32_t law, const PairState& 
 }  // namespace
 
 bool NeighbourList::lists(const Crowd& crowd, std::uint32_t now) const {
-  if (now_ + 1 != now || own_ != crowd.own || listed_.size() != crowd.size()) return false;
+  if (begin_.empty() || now_ + 1 != now || own_ != crowd.own || listed_.size() != crowd.size()) return false;
   for (std::size_t i = 0; i < crowd.own; ++i) {
     if (listed_[i] != crowd.own_ids[i]) return false;
   }

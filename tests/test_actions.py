@@ -429,3 +429,17 @@ def test_children_of_the_lost_are_not_born():
             s.move()
             world.step()
         assert (s.count, s.born) == (1, 2)
+
+
+@pytest.mark.parametrize(
+    ("numbers", "message"),
+    [
+        ({"velocity": (1, 2, 3)}, "wind: drag must be given"),
+        ({"velocity": (1, 2), "drag": 1}, "wind: velocity must be 3 numbers"),
+        ({"velocity": (1, 2, 3), "drag": 1, "wind": 2}, "numbers must be as many as the action has, got 3"),
+    ],
+)
+def test_the_engine_takes_numbers_by_name(numbers: dict[str, Any], message: str):
+    with pytest.raises(ValueError, match=message):
+        motes._core.Action("wind", numbers, [])
+    assert motes._core.Action("wind", {"drag": 4, "velocity": (1, 2, 3)}, []).numbers == [1, 2, 3, 4]

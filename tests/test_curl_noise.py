@@ -120,4 +120,5 @@ def test_wrong_arguments_are_named(given: dict[str, Any], message: str):
 
 def test_the_engine_itself_requires_whole_octaves():
     with pytest.raises(ValueError, match="octaves must be a whole number, got 1.5"):
-        motes._core.Action("curl_noise", [1, 1, 1.5, 0, 0], [])
+        numbers = {"strength": 1, "scale": 1, "octaves": 1.5, "speed": 0, "field": 0}
+        motes._core.Action("curl_noise", numbers, [])

@@ -18,7 +18,7 @@ if not PAGE.is_file():
 def test_every_block_of_code_is_a_piece_of_its_file():
     text = PAGE.read_text()
     quotes = QUOTE.findall(text)
-    assert len(quotes) == text.count("\n```\n") == 9, "each block has its file's name above it"
+    assert len(quotes) == text.count("\n```\n") == 12, "each block has its file's name above it"
     for path, code in quotes:
         assert f"{code}\n" in (ROOT / path).read_text(), f"{path} has changed: quote it anew\n{code}"
 
@@ -36,6 +36,13 @@ def test_the_list_is_the_only_place_that_registers():
     # The word stands for a user's column in a comment or two; as code it is the kernel's and the list's.
     code = {path for path in named if re.search(r"\bwind\b", re.sub(r"//.*", "", (ROOT / path).read_text()))}
     assert code == {"cpp/actions/wind.h", "cpp/actions/list.inc"}
+
+
+def test_a_law_is_named_where_the_page_says():
+    """All else that the core knows of a law between particles follows from its file and its entry."""
+    core = [path for path in (ROOT / "cpp").rglob("*") if path.suffix in (".h", ".cpp", ".inc", ".txt")]
+    named = {str(path.relative_to(ROOT)) for path in core if re.search(r"\bfluid\b", code_of(path))}
+    assert named == {"cpp/interactions/law_fluid.h", "cpp/actions/list.inc"}
 
 
 def code_of(path: Path) -> str:

@@ -118,12 +118,13 @@ def test_wrong_fields_are_refused(arguments: dict[str, Any], message: str):
 
 def test_the_engine_refuses_tables_that_do_not_fit():
     core = motes._core
+    numbers = {"low": LOW, "high": HIGH, "strength": 1, "drag": -1}
     eight = core.keep_table(np.ones((4, 8), np.float32), (4, 1, 1))
     for wrong in (
-        lambda: core.Action("field", [*LOW, *HIGH, 1, -1], []),
-        lambda: core.Action("field", [*LOW, *HIGH, 1, -1], [], table=eight),
-        lambda: core.Action("field", [*LOW, *HIGH, 1, -1], [], table=12345),
-        lambda: core.Action("gravity", [0, 0, 0], [], table=eight),
+        lambda: core.Action("field", numbers, []),
+        lambda: core.Action("field", numbers, [], table=eight),
+        lambda: core.Action("field", numbers, [], table=12345),
+        lambda: core.Action("gravity", {"acceleration": (0, 0, 0)}, [], table=eight),
         lambda: core.keep_table(np.ones(7, np.float32), (2, 1, 1)),
         lambda: core.keep_table(np.full(8, np.inf, np.float32), (1, 1, 1)),
         lambda: core.keep_table(np.ones(0, np.float32), (0, 1, 1)),

@@ -240,6 +240,25 @@ def test_what_is_said_of_broken_collectives_is_left_out():
     assert b"".join(out) == b"a\nb\n\n\nc\n"
 
 
+def test_the_first_report_says_whether_a_rank_was_lost():
+    """By the line before it, whatever its sentence says; the line itself is nobody's to read."""
+    gone, wrong = "*** motes: rank 2: its process is gone\n", "*** motes: rank 1: ValueError: the mistake\n"
+    lost = f"{losses.LOST}\n"
+    for text, expected in (
+        (lost + gone, True),
+        (lost + wrong, True),
+        (gone, False),
+        (wrong + lost + gone, False),
+        (lost + wrong + gone, True),
+        (lost, False),
+    ):
+        out: list[bytes] = []
+        relay = supervisor.Relay(out.append)
+        relay.feed(text.encode())
+        assert relay.lost is expected, text
+        assert b"".join(out).decode() == text.replace(lost, "")
+
+
 def test_a_rank_ends_the_job_by_a_line():
     out: list[bytes] = []
     ended: list[str] = []

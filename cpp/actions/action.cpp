@@ -1,17 +1,16 @@
 #include "actions/action.h"
 
-#include <array>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 
+#include "base/invalid_argument.h"
 #include "particles/schema.h"
 
 namespace motes::actions {
 namespace {
 
-constexpr double kAny = 1e15;  // float32 can still square it
-constexpr double kInf = std::numeric_limits<double>::infinity();
+using rules::kAny;
+using rules::kInf;
 
 constexpr std::uint32_t bit(particles::Builtin attribute) { return 1u << attribute; }
 constexpr std::uint32_t kPosition = bit(particles::position);
@@ -30,24 +29,17 @@ constexpr std::uint32_t kUpB = bit(particles::up_b);
 constexpr std::uint32_t kContacts = bit(particles::contacts);
 constexpr std::uint32_t kTorn = bit(particles::torn);
 
-// What list.inc says of a number.
-using Rule = Number::Rule;
-constexpr Number vector(const char* name) { return {name, -kAny, kAny, 3}; }
-constexpr Number axis(const char* name) { return {name, -kAny, kAny, 3, Rule::axis}; }
-constexpr Number any(const char* name) { return {name, -kAny, kAny}; }
-constexpr Number positive(const char* name, int count = 1) { return {name, 0, kAny, count}; }
-constexpr Number limit(const char* name) { return {name, 0, kInf}; }
-constexpr Number not_below(const char* name) { return {name, 0, kInf, 1, Rule::not_below_last}; }
-constexpr Number part(const char* name) { return {name, 0, 1}; }
-constexpr Number whole(const char* name, double low, double high) { return {name, low, high, 1, Rule::whole}; }
-
 const std::array<Facts, kKinds>& table() {
   static const std::array<Facts, kKinds> all = {{
-#define MOTES_ACTION(action, ...) {.name = #action __VA_OPT__(, ) __VA_ARGS__},
-#define MOTES_MEETING(action, ...) {.name = #action, __VA_ARGS__, .between = true},
+#define MOTES_NUMBER(rule, name, ...) rules::rule(#name __VA_OPT__(, ) __VA_ARGS__),
+#define MOTES_ACTION(action, given, ...) \
+  {.name = #action, .numbers = {MOTES_EACH_NUMBER(given)} __VA_OPT__(, ) __VA_ARGS__},
+#define MOTES_INTERACTION(action, given, ...) \
+  {.name = #action, .numbers = {MOTES_EACH_NUMBER(given)}, __VA_ARGS__, .between = true},
 #include "actions/list.inc"
-#undef MOTES_MEETING
+#undef MOTES_INTERACTION
 #undef MOTES_ACTION
+#undef MOTES_NUMBER
   }};
   return all;
 }
@@ -63,21 +55,24 @@ std::string text(double value) {
 
 void check_number(const Facts& facts, const Number& number, double value) {
   if (value >= number.low && value <= number.high) return;
-  throw std::invalid_argument(std::string(facts.name) + ": " + number.name + " must be " + text(number.low) + ".." +
-                              text(number.high) + ", got " + text(value));
+  throw base::InvalidArgument(number.name, "be " + text(number.low) + ".." + text(number.high), text(value),
+                              std::string(facts.name));
 }
 
-[[noreturn]] void refuse(const Facts& facts, const std::string& what) {
-  throw std::invalid_argument(std::string(facts.name) + ": " + what);
+[[noreturn]] void refuse(const Facts& facts, const std::string& argument, const std::string& rule,
+                         const std::string& got = "") {
+  throw base::InvalidArgument(argument, rule, got, facts.name);
 }
 
 // The kernels divide by the square of the length in float32: that square must be a normal number.
 void check_axis(const Facts& facts, const Number& number, const double* v) {
   const double square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
   if (!(square > 1e-30 && square < 1e30)) {
-    refuse(facts, std::string(number.name) + " must not be zero, and must be shorter than 1e15");
+    refuse(facts, std::string(number.name), "not be zero, and must be shorter than 1e15");
   }
 }
+
+using Rule = Number::Rule;
 
 void check_rule(const Facts& facts, const Number* number, const double* value) {
   switch (number->rule) {
@@ -85,13 +80,13 @@ void check_rule(const Facts& facts, const Number* number, const double* value) {
     case Rule::axis: check_axis(facts, *number, value); break;
     case Rule::whole:
       if (std::trunc(*value) != *value) {
-        refuse(facts, std::string(number->name) + " must be a whole number, got " + text(*value));
+        refuse(facts, std::string(number->name), "be a whole number", text(*value));
       }
       break;
     case Rule::not_below_last:
       if (value[-1] > value[0]) {
-        refuse(facts, std::string(number[-1].name) + " must not be above " + number->name + ", got " + text(value[-1]) +
-                          " > " + text(value[0]));
+        refuse(facts, std::string(number[-1].name), std::string("not be above ") + number->name,
+               text(value[-1]) + " > " + text(value[0]));
       }
       break;
   }
@@ -100,21 +95,22 @@ void check_rule(const Facts& facts, const Number* number, const double* value) {
 void check_numbers(const Facts& facts, const std::vector<double>& numbers) {
   std::size_t at = 0;
   for (const Number& number : facts.numbers) {
-    if (at + static_cast<std::size_t>(number.count) > numbers.size()) refuse(facts, "too few numbers");
+    if (at + static_cast<std::size_t>(number.count) > numbers.size())
+      refuse(facts, "numbers", "be as many as the action has", std::to_string(numbers.size()));
     for (int i = 0; i < number.count; ++i) check_number(facts, number, numbers[at + static_cast<std::size_t>(i)]);
     check_rule(facts, &number, &numbers[at]);
     at += static_cast<std::size_t>(number.count);
   }
-  if (at != numbers.size()) refuse(facts, "too many numbers");
+  if (at != numbers.size()) refuse(facts, "numbers", "be as many as the action has", std::to_string(numbers.size()));
 }
 
 void check_ramp(const Facts& facts, const std::vector<double>& numbers) {
   const std::size_t row = 1 + static_cast<std::size_t>(facts.ramp);
   if (numbers.empty() || numbers.size() % row != 0)
-    refuse(facts, "ramp must have at least one knot, and no incomplete knot");
+    refuse(facts, "ramp", "have at least one knot, and no incomplete knot");
   for (std::size_t i = 0; i < numbers.size(); ++i) {
-    check_number(facts, i % row == 0 ? part("ramp's age / lifetime") : any("ramp's value"), numbers[i]);
-    if (i >= row && i % row == 0 && numbers[i] < numbers[i - row]) refuse(facts, "ramp must be in ascending order");
+    check_number(facts, i % row == 0 ? rules::part("ramp's age / lifetime") : rules::any("ramp's value"), numbers[i]);
+    if (i >= row && i % row == 0 && numbers[i] < numbers[i - row]) refuse(facts, "ramp", "be in ascending order");
   }
 }
 
@@ -128,17 +124,23 @@ const shapes::Shape* without_surface(const shapes::Shape& shape) {
 
 void check_surface(const Facts& facts, const shapes::Shape& shape) {
   const shapes::Shape* wrong = without_surface(shape);
-  if (wrong != nullptr) refuse(facts, "shape must have a surface, got a " + shapes::name(wrong->kind));
+  if (wrong != nullptr) refuse(facts, "shape", "have a surface", "a " + shapes::name(wrong->kind));
 }
 
 void check_table(const Facts& facts, TableKey key) {
-  if ((facts.table != 0) != (key != 0)) refuse(facts, facts.table != 0 ? "a table is missing" : "it takes no table");
+  if ((facts.table != 0) != (key != 0)) refuse(facts, "table", facts.table != 0 ? "be given" : "be none");
   if (key != 0 && actions::table(key)->width != facts.table) {
-    refuse(facts, "each entry of its table must have " + std::to_string(facts.table) + " numbers");
+    refuse(facts, "each entry of its table", "have " + std::to_string(facts.table) + " numbers");
   }
 }
 
 }  // namespace
+
+void check_kind(const Action& action, Kind kind, std::size_t count) {
+  if (action.kind == kind && action.numbers.size() == count) return;
+  throw std::logic_error(std::string("the numbers of ") + facts(kind).name + " were asked for, of " +
+                         facts(action.kind).name + " with " + std::to_string(action.numbers.size()));
+}
 
 const Facts& facts(Kind kind) { return table()[static_cast<std::size_t>(kind)]; }
 
@@ -190,10 +192,10 @@ void check(const Action& action, const particles::Schema& schema) {
     if (check(expression, schema.components(), number_of_shapes) != wanted) throw std::invalid_argument(what);
   };
   if (!action.where.empty()) check_type(action.where, Type::truth, "where must be a shape or a comparison");
-  if ((action.kind == Kind::set) != (action.target >= 0)) throw std::invalid_argument("set must name an attribute");
+  if ((action.kind == Kind::set) != (action.target >= 0)) throw base::InvalidArgument("set", "name an attribute");
   if (action.target < 0) return;
   if (action.target >= schema.size() || static_cast<int>(action.values.size()) != schema[action.target].width) {
-    throw std::invalid_argument("set must give an attribute of the system as many numbers as it has");
+    throw base::InvalidArgument("set", "give an attribute of the system as many numbers as it has");
   }
   for (const Expression& value : action.values) check_type(value, Type::number, "set must give numbers");
 }
@@ -202,7 +204,7 @@ void check_condition(const Expression& where, const std::vector<shapes::Shape>& 
                      const particles::Schema& schema) {
   for (const shapes::Shape& shape : shapes) shapes::check_region(shape);
   if (!where.empty() && check(where, schema.components(), static_cast<int>(shapes.size())) != Type::truth) {
-    throw std::invalid_argument("where must be a shape or a comparison");
+    throw base::InvalidArgument("where", "be a shape or a comparison");
   }
 }
 
@@ -213,7 +215,8 @@ void check(const Action& action) {
   } else {
     check_numbers(known, action.numbers);
   }
-  if (static_cast<int>(action.shapes.size()) < known.shapes) refuse(known, "too few shapes");
+  if (static_cast<int>(action.shapes.size()) < known.shapes)
+    refuse(known, "shapes", "be " + std::to_string(known.shapes), std::to_string(action.shapes.size()));
   for (std::size_t i = 0; i < action.shapes.size(); ++i) {
     const bool drawn = known.draws && static_cast<int>(i) == known.shapes - 1;
     drawn ? shapes::check(action.shapes[i]) : shapes::check_region(action.shapes[i]);

@@ -1,34 +1,24 @@
 // An action over particles as a plain value (paper 3.1.5), and the facts about each kind of action.
 #pragma once
 
+#include <array>
+#include <bit>
 #include <cstdint>
 #include <string>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "actions/expression.h"
+#include "actions/numbers.h"
 #include "actions/tables.h"
 #include "particles/schema.h"
 #include "shapes/shape.h"
 
 namespace motes::actions {
 
-enum class Kind : std::uint8_t {
-#define MOTES_ACTION(name, ...) name,
-#define MOTES_MEETING MOTES_ACTION
-#include "actions/list.inc"
-#undef MOTES_MEETING
-#undef MOTES_ACTION
-};
-
-inline constexpr int kKinds = 0
-#define MOTES_ACTION(name, ...) +1  // NOLINT(bugprone-macro-parentheses): a summand
-#define MOTES_MEETING MOTES_ACTION
-#include "actions/list.inc"
-#undef MOTES_MEETING
-#undef MOTES_ACTION
-    ;
-
-/// What a script recorded: the kind; its numbers in the order of Facts::numbers, or the knots of its ramp; its shapes.
+/// What a script recorded: the kind; its numbers in the order of its struct in `numbers`, or the knots of its ramp; its
+/// shapes.
 struct Action {
   Kind kind = Kind::move;
   std::vector<double> numbers;
@@ -37,27 +27,40 @@ struct Action {
   std::int32_t target = -1;            // set: the attribute
   std::vector<Expression> values{};    // set: one per component
   std::int32_t other = -1;             // between particles: the other system, where two meet
+  bool second = false;                 // between two systems: the entry in the other one's list
   std::uint64_t ties = 0;              // tie: the key of the ties
   TableKey table = 0;                  // field, follow_path: the key of their numbers
 
   bool operator==(const Action&) const = default;
 };
 
+/// Returns an action of the kind whose numbers these are.
+template <template <class> class Numbers>
+Action make(const Numbers<double>& numbers, std::vector<shapes::Shape> shapes = {}) {
+  Action action{Numbers<double>::kKind, {}, std::move(shapes)};
+  if constexpr (!std::is_empty_v<Numbers<double>>) {
+    const auto values = std::bit_cast<std::array<double, sizeof numbers / sizeof(double)>>(numbers);
+    action.numbers.assign(values.begin(), values.end());
+  }
+  return action;
+}
+
+/// Throws std::logic_error where the action is of another kind, or does not have that many numbers.
+void check_kind(const Action& action, Kind kind, std::size_t count);
+
+/// Returns the action's numbers by name: numbers_of<numbers::collide>(action).clear. Throws std::logic_error where the
+/// action is of another kind, or does not have as many numbers.
+template <template <class> class Numbers, class T = double>
+Numbers<T> numbers_of(const Action& action) {
+  check_kind(action, Numbers<T>::kKind, sizeof(Numbers<T>) / sizeof(T));
+  return read_numbers<Numbers, T>(action.numbers.data());
+}
+
 template <class Visitor>
 constexpr void fields(Visitor& visit, Action& action) {
   visit(action.kind, action.numbers, action.shapes, action.where, action.target, action.values, action.other,
-        action.ties, action.table);
+        action.second, action.ties, action.table);
 }
-
-/// One number of an action, or a vector of them: its name in the Python API and the values that it may have.
-struct Number {
-  enum class Rule : std::uint8_t { none, whole, axis, not_below_last };
-  const char* name;
-  double low;
-  double high;
-  int count = 1;
-  Rule rule = Rule::none;  // axis: not all zero; not_below_last: at least the number before it
-};
 
 /// What the recorder, the checks and the compiler of programs need to know about a kind. Attributes are bit masks of
 /// particles::Builtin indices.

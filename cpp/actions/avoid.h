@@ -176,15 +176,15 @@ MOTES_INLINE Turn first_turn(const shapes::Shape& shape, Floats3 x, Floats3 v, f
 template <class TurnOf>
 MOTES_INLINE void avoid_all(const actions::Parameters& p, const actions::Block& b, const actions::Step& s,
                             const TurnOf& turn_of) {
-  const float strength = number(p, 0) * s.dt;
-  const float epsilon = number(p, 1);
+  const auto n = numbers_of<numbers::avoid>(p);
+  const float strength = n.magnitude * s.dt;
   for (std::size_t i = 0; i < b.count; i += kLanes) {
     const Floats3 v = load3(b, kVelocityAt, i);
     const Turn turn = turn_of(load3(b, kPositionAt, i), v);
     if (!any(turn.mask)) continue;
     const Floats speed = sqrt(dot(v, v));
     const Floats length2 = dot(turn.aside, turn.aside);
-    const Floats part = strength / (turn.q * turn.q + epsilon);
+    const Floats part = strength / (turn.q * turn.q + n.epsilon);
     const Floats length = sqrt(length2);
     Floats3 turned = v + turn.aside * (part * speed / length);
     // At the surface, without epsilon, the turn is beyond all numbers: aside.
@@ -198,7 +198,7 @@ MOTES_INLINE void avoid_all(const actions::Parameters& p, const actions::Block& 
 
 inline void avoid(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {
   const shapes::Shape& shape = *p.shape;
-  const float look_ahead = number(p, 2);
+  const float look_ahead = numbers_of<numbers::avoid>(p).look_ahead;
   const auto inlined = [&](const auto& lanes) __attribute__((always_inline)) {
     avoid_all(p, b, s,
               [&](Floats3 x, Floats3 v) __attribute__((always_inline)) { return turn_at(lanes, x, v, look_ahead); });

@@ -6,6 +6,7 @@
 
 #include "actions/ageing.h"
 #include "actions/expression.h"
+#include "actions/numbers.h"
 #include "particles/blocks.h"
 #include "particles/ids.h"
 #include "particles/streams.h"

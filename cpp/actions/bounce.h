@@ -214,9 +214,10 @@ MOTES_INLINE void turn_vector(const Lanes& lanes, const shapes::Shape& shape, co
 }
 
 inline void bounce(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {
-  const Rebound rebound{number(p, 0), 1.0f - number(p, 1), number(p, 2) * number(p, 2)};
+  const auto n = numbers_of<numbers::bounce>(p);
+  const Rebound rebound{n.restitution, 1.0f - n.friction, n.min_tangential_speed * n.min_tangential_speed};
   const shapes::Shape& shape = *p.shape;
-  const bool exact = p.number[3] != 0;
+  const bool exact = n.exact_hit != 0;
   if (exact && shape.kind == shapes::Kind::mesh) return bounce_off_mesh(shape, rebound, b, s);
   visit(shape, [&](const auto& lanes) __attribute__((always_inline)) {
     if (exact) return bounce_exactly(lanes, shape, rebound, b, s.dt);

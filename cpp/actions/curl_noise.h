@@ -13,14 +13,15 @@ namespace motes::MOTES_ISA {
 inline constexpr float kOctaveGain = 0.5f;
 
 inline void curl_noise(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {
-  const int octaves = static_cast<int>(p.number[2]);
+  const auto n = numbers_of<numbers::curl_noise, double>(p);
+  const int octaves = static_cast<int>(n.octaves);
   float square = 0, gain = 1;  // of the octaves' sum: they are independent
   for (int k = 0; k < octaves; ++k, gain *= kOctaveGain) square += gain * gain;
-  const float change = number(p, 0) * s.dt / __builtin_sqrtf(square);
+  const float change = static_cast<float>(n.strength) * s.dt / __builtin_sqrtf(square);
   constexpr double kMostTime = 1e15;  // beyond that, doubles have no fraction
-  const double time = __builtin_fmin(__builtin_fmax(p.number[3] * s.time, -kMostTime), kMostTime);
-  const NoiseKey from{s.key, static_cast<std::uint32_t>(p.number[4])};
-  const Floats scale = all(number(p, 1));
+  const double time = __builtin_fmin(__builtin_fmax(n.speed * s.time, -kMostTime), kMostTime);
+  const NoiseKey from{s.key, static_cast<std::uint32_t>(n.field)};
+  const Floats scale = all(static_cast<float>(n.scale));
   for (std::size_t i = 0; i < b.count; i += kLanes) {
     const Floats3 x = load3(b, kPositionAt, i);
     const Floats3 flow = curl({x.x / scale, x.y / scale, x.z / scale}, octaves, kOctaveGain, time, from);

@@ -6,11 +6,12 @@
 
 namespace motes::MOTES_ISA {
 
-MOTES_INLINE void damp(const actions::Parameters& p, const actions::Block& b, const actions::Step& s, int at) {
-  const Floats3 loss = {all((1.0f - number(p, 0)) * s.dt), all((1.0f - number(p, 1)) * s.dt),
-                        all((1.0f - number(p, 2)) * s.dt)};
-  const float low = number(p, 3) * number(p, 3);
-  const float high = number(p, 4) * number(p, 4);
+template <class Numbers>
+MOTES_INLINE void damp(const Numbers& n, const actions::Block& b, const actions::Step& s, int at) {
+  const Floats3 loss = {all((1.0f - n.damping[0]) * s.dt), all((1.0f - n.damping[1]) * s.dt),
+                        all((1.0f - n.damping[2]) * s.dt)};
+  const float low = n.min_speed * n.min_speed;
+  const float high = n.max_speed * n.max_speed;
   if (low == 0 && high > __FLT_MAX__) {  // whatever the speed: the usual case
     for (std::size_t i = 0; i < b.count; i += kLanes) {
       const Floats3 v = load3(b, at, i);
@@ -27,11 +28,11 @@ MOTES_INLINE void damp(const actions::Parameters& p, const actions::Block& b, co
 }
 
 inline void damping(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {
-  damp(p, b, s, kVelocityAt);
+  damp(numbers_of<numbers::damping>(p), b, s, kVelocityAt);
 }
 
 inline void rotational_damping(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {
-  damp(p, b, s, kSpinAt);
+  damp(numbers_of<numbers::rotational_damping>(p), b, s, kSpinAt);
 }
 
 }  // namespace motes::MOTES_ISA

@@ -1,7 +1,8 @@
 #include "actions/expression.h"
 
-#include <stdexcept>
 #include <string>
+
+#include "base/invalid_argument.h"
 
 namespace motes::actions {
 namespace {
@@ -43,7 +44,7 @@ Signature signature(Op op) {
   }
 }
 
-[[noreturn]] void refuse(const std::string& what) { throw std::invalid_argument("expression must " + what); }
+[[noreturn]] void refuse(const std::string& what) { throw base::InvalidArgument("expression", what); }
 
 void check_index(const Instruction& instruction, int components, int shapes) {
   int least = 0, most = 1;

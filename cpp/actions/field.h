@@ -2,7 +2,6 @@
 // between them.
 #pragma once
 
-#include "actions/drag.h"
 #include "actions/lanes.h"
 
 namespace motes::MOTES_ISA {
@@ -47,17 +46,17 @@ MOTES_INLINE Floats3 trilinear(const actions::Parameters& p, const NodeAxis& x, 
 }
 
 inline void field(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {
-  const float strength = number(p, 6), drag = number(p, 7);
-  const bool drags = drag >= 0;
-  const Floats part = drags ? part_gone(all(drag * s.dt)) : all(s.dt);
+  const auto n = numbers_of<numbers::field>(p);
+  const bool drags = n.drag >= 0;
+  const Floats part = drags ? part_gone(all(n.drag * s.dt)) : all(s.dt);
   for (std::size_t i = 0; i < b.count; i += kLanes) {
     const Floats3 at = load3(b, kPositionAt, i), v = load3(b, kVelocityAt, i);
-    const NodeAxis x = node_axis(at.x, number(p, 0), number(p, 3), p.table_size[0]);
-    const NodeAxis y = node_axis(at.y, number(p, 1), number(p, 4), p.table_size[1]);
-    const NodeAxis z = node_axis(at.z, number(p, 2), number(p, 5), p.table_size[2]);
+    const NodeAxis x = node_axis(at.x, n.low[0], n.high[0], p.table_size[0]);
+    const NodeAxis y = node_axis(at.y, n.low[1], n.high[1], p.table_size[1]);
+    const NodeAxis z = node_axis(at.z, n.low[2], n.high[2], p.table_size[2]);
     const Mask inside = x.inside & y.inside & z.inside;
     if (!any(inside)) continue;
-    const Floats3 flow = trilinear(p, x, y, z) * strength;
+    const Floats3 flow = trilinear(p, x, y, z) * n.strength;
     const Floats3 change = (drags ? flow - v : flow) * part;
     store3(b, kVelocityAt, i, select(inside, v + change, v));
   }

@@ -6,7 +6,8 @@
 namespace motes::MOTES_ISA {
 
 inline void gravity(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {
-  const Floats3 change = {all(number(p, 0) * s.dt), all(number(p, 1) * s.dt), all(number(p, 2) * s.dt)};
+  const auto n = numbers_of<numbers::gravity>(p);
+  const Floats3 change = all3(n.acceleration) * s.dt;
   for (std::size_t i = 0; i < b.count; i += kLanes) store3(b, kVelocityAt, i, load3(b, kVelocityAt, i) + change);
 }
 

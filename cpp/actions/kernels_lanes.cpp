@@ -64,9 +64,9 @@ extern const actions::Kernels action_kernels;
 const actions::Kernels action_kernels = {
     {
 #define MOTES_ACTION(name, ...) name,
-#define MOTES_MEETING(name, ...) nullptr,
+#define MOTES_INTERACTION(name, ...) nullptr,
 #include "actions/list.inc"
-#undef MOTES_MEETING
+#undef MOTES_INTERACTION
 #undef MOTES_ACTION
     },
     evaluate,

@@ -6,9 +6,8 @@
 
 namespace motes::MOTES_ISA {
 
-/// Kills by where the attribute at component `at` lies.
-MOTES_INLINE void kill_by_place(const actions::Parameters& p, const actions::Block& b, int at) {
-  const bool inside = p.number[0] != 0;
+/// Kills by whether the attribute at component `at` lies in the shape.
+MOTES_INLINE void kill_by_place(const actions::Parameters& p, const actions::Block& b, int at, bool inside) {
   visit(*p.shape, [&](const auto& shape) __attribute__((always_inline)) {
     for (std::size_t i = 0; i < b.count; i += kLanes) {
       const Mask within = shape.contains(load3(b, at, i));
@@ -18,19 +17,19 @@ MOTES_INLINE void kill_by_place(const actions::Parameters& p, const actions::Blo
 }
 
 inline void sink(const actions::Parameters& p, const actions::Block& b, const actions::Step&) {
-  kill_by_place(p, b, kPositionAt);
+  kill_by_place(p, b, kPositionAt, numbers_of<numbers::sink>(p).inside != 0);
 }
 
 inline void sink_velocity(const actions::Parameters& p, const actions::Block& b, const actions::Step&) {
-  kill_by_place(p, b, kVelocityAt);
+  kill_by_place(p, b, kVelocityAt, numbers_of<numbers::sink_velocity>(p).inside != 0);
 }
 
 inline void kill_old(const actions::Parameters& p, const actions::Block& b, const actions::Step&) {
-  const float limit = number(p, 0);
-  const bool younger = p.number[1] != 0;
+  const auto n = numbers_of<numbers::kill_old>(p);
+  const bool younger = n.younger != 0;
   for (std::size_t i = 0; i < b.count; i += kLanes) {
     const Floats age = load(b.component[kAgeAt] + i);
-    kill(b, i, younger ? age < limit : age >= limit);
+    kill(b, i, younger ? age < n.age_limit : age >= n.age_limit);
   }
 }
 

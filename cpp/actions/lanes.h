@@ -1,9 +1,10 @@
-// What the kernels share: planes of a block as vectors.
+// What the kernels share: planes of a block as vectors, the numbers of an action.
 #pragma once
 
 #include "actions/block.h"
 #include "particles/schema.h"
 #include "shapes/visit.h"
+#include "simd/elementary.h"
 
 namespace motes::MOTES_ISA {
 
@@ -53,6 +54,24 @@ MOTES_INLINE void where_any(std::size_t count, const Test& test, const Work& wor
   }
 }
 
-MOTES_INLINE float number(const actions::Parameters& p, int i) { return static_cast<float>(p.number[i]); }
+namespace numbers = actions::numbers;
+
+/// Returns the action's numbers by name: numbers_of<numbers::wind>(p).drag.
+template <template <class> class Numbers, class T = float>
+MOTES_INLINE Numbers<T> numbers_of(const actions::Parameters& p) {
+  return actions::read_numbers<Numbers, T>(p.number);
+}
+
+/// What linear drag takes of a velocity over t time constants, t >= 0: 1 - exp(-t). The series avoids cancellation
+/// where t is small.
+MOTES_INLINE Floats part_gone(Floats t) {
+  Floats series = all(1.0f / 720.0f);
+  series = 1.0f / 120.0f - t * series;
+  series = 1.0f / 24.0f - t * series;
+  series = 1.0f / 6.0f - t * series;
+  series = 0.5f - t * series;
+  series = t * (1.0f - t * series);
+  return select(t < 0.25f, series, 1.0f - exp(-min(t, all(80.0f))));
+}
 
 }  // namespace motes::MOTES_ISA

@@ -20,8 +20,9 @@ struct Pull {
 };
 
 inline void orbit_point(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {
-  const Floats3 center = {all(number(p, 0)), all(number(p, 1)), all(number(p, 2))};
-  const Pull pull{number(p, 3) * s.dt, number(p, 4), number(p, 5) * number(p, 5)};
+  const auto n = numbers_of<numbers::orbit_point>(p);
+  const Floats3 center = all3(n.center);
+  const Pull pull{n.magnitude * s.dt, n.epsilon, n.max_radius * n.max_radius};
   for (std::size_t i = 0; i < b.count; i += kLanes) {
     const Floats3 toward = center - load3(b, kPositionAt, i);
     store3(b, kVelocityAt, i, load3(b, kVelocityAt, i) + pull(toward));
@@ -45,9 +46,9 @@ MOTES_INLINE void orbit_axis(const actions::Block& b, const Pull& pull, Float3 p
 }
 
 inline void orbit_line(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {
-  const Float3 point = {number(p, 0), number(p, 1), number(p, 2)};
-  const Float3 along = {number(p, 3), number(p, 4), number(p, 5)};
-  const Pull pull{number(p, 6) * s.dt, number(p, 7), number(p, 8) * number(p, 8)};
+  const auto n = numbers_of<numbers::orbit_line>(p);
+  const Float3 point = of(n.point), along = of(n.axis);
+  const Pull pull{n.magnitude * s.dt, n.epsilon, n.max_radius * n.max_radius};
   if (along.y == 0 && along.z == 0) return orbit_axis(b, pull, point, 0);
   if (along.x == 0 && along.z == 0) return orbit_axis(b, pull, point, 1);
   if (along.x == 0 && along.y == 0) return orbit_axis(b, pull, point, 2);

@@ -22,17 +22,19 @@ struct RampPart {
   Number from, per_ratio, low[width], rise[width];
 };
 
+MOTES_INLINE float ramp_number(const actions::Parameters& p, int i) { return static_cast<float>(p.number[i]); }
+
 template <int width>
 MOTES_INLINE RampPart<float, width> ramp_part(const actions::Parameters& p, int k) {
   const int row = 1 + width, knots = p.numbers / row;
   const int here = k > 0 ? (k - 1) * row : 0, next = k < knots ? k * row : here;
   RampPart<float, width> part{};
-  part.from = number(p, here);
-  const float length = number(p, next) - part.from;
+  part.from = ramp_number(p, here);
+  const float length = ramp_number(p, next) - part.from;
   part.per_ratio = length > 0 ? 1.0f / length : 0.0f;  // knots at the same ratio make a jump
   for (int c = 0; c < width; ++c) {
-    part.low[c] = number(p, here + 1 + c);
-    part.rise[c] = number(p, next + 1 + c) - part.low[c];
+    part.low[c] = ramp_number(p, here + 1 + c);
+    part.rise[c] = ramp_number(p, next + 1 + c) - part.low[c];
   }
   return part;
 }

@@ -30,9 +30,9 @@ MOTES_INLINE void lead(const actions::Block& b, float dt, float time_left, int f
 }
 
 inline void restore(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {
-  const float time_left = number(p, 0);
-  if (p.number[1] != 0) lead(b, s.dt, time_left, kPositionAt, kVelocityAt, kPositionBAt);
-  if (p.number[2] != 0) lead(b, s.dt, time_left, kUpAt, kSpinAt, kUpBAt);
+  const auto n = numbers_of<numbers::restore>(p);
+  if (n.position != 0) lead(b, s.dt, n.time_left, kPositionAt, kVelocityAt, kPositionBAt);
+  if (n.up != 0) lead(b, s.dt, n.time_left, kUpAt, kSpinAt, kUpBAt);
 }
 
 MOTES_INLINE void copy3(const actions::Block& b, int from, int to) {
@@ -40,11 +40,12 @@ MOTES_INLINE void copy3(const actions::Block& b, int from, int to) {
 }
 
 inline void copy_vertex_b(const actions::Parameters& p, const actions::Block& b, const actions::Step&) {
-  if (p.number[0] != 0) {
+  const auto n = numbers_of<numbers::copy_vertex_b>(p);
+  if (n.position != 0) {
     copy3(b, kPositionAt, kPositionBAt);
     copy3(b, kUpAt, kUpBAt);
   }
-  if (p.number[1] != 0) copy3(b, kVelocityAt, kVelocityBAt);
+  if (n.velocity != 0) copy3(b, kVelocityAt, kVelocityBAt);
 }
 
 }  // namespace motes::MOTES_ISA

@@ -7,8 +7,8 @@
 namespace motes::MOTES_ISA {
 
 inline void speed_clamp(const actions::Parameters& p, const actions::Block& b, const actions::Step&) {
-  const float low = number(p, 0);
-  const float high = number(p, 1);
+  const auto n = numbers_of<numbers::speed_clamp>(p);
+  const float low = n.min_speed, high = n.max_speed;
   for (std::size_t i = 0; i < b.count; i += kLanes) {
     const Floats3 v = load3(b, kVelocityAt, i);
     const Floats square = dot(v, v);

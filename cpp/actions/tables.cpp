@@ -9,6 +9,7 @@
 #include <string>
 
 #include "base/fields.h"
+#include "base/invalid_argument.h"
 
 namespace motes::actions {
 namespace {
@@ -57,11 +58,12 @@ void check(const Table& table) {
     count = n < 1 || count > kMostValues ? 0 : count * static_cast<std::size_t>(n);
   }
   if (count == 0 || count > kMostValues || count != table.values.size()) {
-    throw std::invalid_argument("a table must have 1.." + std::to_string(kMostValues) +
-                                " numbers, as many as its size says, got " + std::to_string(table.values.size()));
+    throw base::InvalidArgument("a table",
+                                "have 1.." + std::to_string(kMostValues) + " numbers, as many as its size says",
+                                std::to_string(table.values.size()));
   }
   if (!std::all_of(table.values.begin(), table.values.end(), [](float v) { return std::isfinite(v); })) {
-    throw std::invalid_argument("a table must have finite numbers");
+    throw base::InvalidArgument("a table", "have finite numbers");
   }
 }
 

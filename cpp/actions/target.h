@@ -6,9 +6,8 @@
 
 namespace motes::MOTES_ISA {
 
-/// One component: its target is number `target` of the action.
-MOTES_INLINE void approach(const actions::Parameters& p, const actions::Block& b, int at, int target, float part) {
-  const float wanted = number(p, target);
+/// Moves one component of all particles by a part of its way to the value that is wanted.
+MOTES_INLINE void approach(const actions::Block& b, int at, float wanted, float part) {
   for (std::size_t i = 0; i < b.count; i += kLanes) {
     const Floats y = load(b.component[at] + i);
     store(b.component[at] + i, y + (wanted - y) * part);
@@ -16,21 +15,25 @@ MOTES_INLINE void approach(const actions::Parameters& p, const actions::Block& b
 }
 
 inline void target_color(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {
-  const float part = number(p, 4) * s.dt;
-  for (int c = 0; c < 3; ++c) approach(p, b, kColorAt + c, c, part);
-  approach(p, b, kAlphaAt, 3, part);
+  const auto n = numbers_of<numbers::target_color>(p);
+  const float part = n.scale * s.dt;
+  for (int c = 0; c < 3; ++c) approach(b, kColorAt + c, n.color[c], part);
+  approach(b, kAlphaAt, n.alpha, part);
 }
 
 inline void target_size(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {
-  for (int c = 0; c < 3; ++c) approach(p, b, kSizeAt + c, c, number(p, 3 + c) * s.dt);
+  const auto n = numbers_of<numbers::target_size>(p);
+  for (int c = 0; c < 3; ++c) approach(b, kSizeAt + c, n.size[c], n.scale[c] * s.dt);
 }
 
 inline void target_velocity(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {
-  for (int c = 0; c < 3; ++c) approach(p, b, kVelocityAt + c, c, number(p, 3) * s.dt);
+  const auto n = numbers_of<numbers::target_velocity>(p);
+  for (int c = 0; c < 3; ++c) approach(b, kVelocityAt + c, n.velocity[c], n.scale * s.dt);
 }
 
 inline void target_rotational_velocity(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {
-  for (int c = 0; c < 3; ++c) approach(p, b, kSpinAt + c, c, number(p, 3) * s.dt);
+  const auto n = numbers_of<numbers::target_rotational_velocity>(p);
+  for (int c = 0; c < 3; ++c) approach(b, kSpinAt + c, n.rotational_velocity[c], n.scale * s.dt);
 }
 
 }  // namespace motes::MOTES_ISA

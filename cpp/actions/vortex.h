@@ -15,15 +15,10 @@ struct Whirl {
   float per_length, tightness, max_radius, in_speed, up_speed, around_speed;
 
   static MOTES_INLINE Whirl from(const actions::Parameters& p) {
-    const Float3 axis = {number(p, 3), number(p, 4), number(p, 5)};
-    return {{number(p, 0), number(p, 1), number(p, 2)},
-            unit(axis),
-            1.0f / __builtin_sqrtf(dot(axis, axis)),
-            number(p, 6),
-            number(p, 7),
-            number(p, 8),
-            number(p, 9),
-            number(p, 10)};
+    const auto n = numbers_of<numbers::vortex>(p);
+    const Float3 axis = of(n.axis);
+    return {of(n.tip),  unit(axis),    1.0f / __builtin_sqrtf(dot(axis, axis)), n.tightness, n.max_radius, n.in_speed,
+            n.up_speed, n.around_speed};
   }
 
   /// The new velocity; dt_by_m: seconds divided by mass.

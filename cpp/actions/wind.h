@@ -2,14 +2,14 @@
 // any dt, and v never overshoots the air's velocity.
 #pragma once
 
-#include "actions/drag.h"
 #include "actions/lanes.h"
 
 namespace motes::MOTES_ISA {
 
 inline void wind(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {
-  const Floats3 air = {all(number(p, 0)), all(number(p, 1)), all(number(p, 2))};
-  const Floats part = part_gone(all(number(p, 3) * s.dt));
+  const auto n = numbers_of<numbers::wind>(p);
+  const Floats3 air = all3(n.velocity);
+  const Floats part = part_gone(all(n.drag * s.dt));
   for (std::size_t i = 0; i < b.count; i += kLanes) {
     const Floats3 v = load3(b, kVelocityAt, i);
     store3(b, kVelocityAt, i, v + (air - v) * part);

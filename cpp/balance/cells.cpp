@@ -5,11 +5,11 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
-#include <stdexcept>
 #include <string>
 
 #include "balance/cuts.h"
 #include "balance/sample.h"
+#include "base/invalid_argument.h"
 #include "domains/divide.h"
 
 namespace motes::balance {
@@ -201,7 +201,7 @@ domains::Domains tree_cuts(std::span<const std::vector<Cell>> cells, std::span<c
   const auto calculators = static_cast<std::size_t>(before.count());
   const bool fits =
       cells.size() == calculators && shares.size() == calculators && (costs.empty() || costs.size() == calculators);
-  if (!fits) throw std::invalid_argument("shares must be one per domain, got " + std::to_string(shares.size()));
+  if (!fits) throw base::InvalidArgument("shares", "be one per domain", std::to_string(shares.size()));
   Sharing sharing(shares, before);
   sharing.divide(0, before.count(), {}, pieces_of(cells, costs));
   return sharing.domains();

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
 #include "balance/shares.h"
+#include "base/invalid_argument.h"
 
 namespace motes::balance {
 namespace {
@@ -29,7 +29,7 @@ void Pairwise::check(std::size_t calculators) const {
   if (powers_.empty()) return;
   check_powers(*this, powers_, calculators);
   const bool positive = std::all_of(powers_.begin(), powers_.end(), [](double power) { return power > 0; });
-  if (!positive) throw std::invalid_argument(name() + ": powers must be above 0");
+  if (!positive) throw base::InvalidArgument("powers", "be above 0", "", name());
 }
 
 // Given powers say nothing about noise: then the threshold alone decides.

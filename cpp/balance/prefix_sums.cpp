@@ -3,9 +3,9 @@
 #include <bit>
 #include <cmath>
 #include <numeric>
-#include <stdexcept>
 
 #include "balance/cuts.h"
+#include "base/invalid_argument.h"
 
 namespace motes::balance {
 namespace {
@@ -21,7 +21,7 @@ std::vector<Interval> intervals_of(std::span<const Histogram> histograms, std::s
   for (std::size_t c = 0; c < histograms.size(); ++c) {
     const Histogram& h = histograms[c];
     if (!h.counts.empty() && h.edges.size() != h.counts.size() + 1) {
-      throw std::invalid_argument("edges must be one more than counts, got " + std::to_string(h.edges.size()));
+      throw base::InvalidArgument("edges", "be one more than counts", std::to_string(h.edges.size()));
     }
     for (std::size_t i = 0; i < h.counts.size(); ++i) {
       const double cost = static_cast<double>(h.counts[i]) * (costs.empty() ? 1 : costs[c]);
@@ -117,7 +117,7 @@ std::vector<float> prefix_cuts(std::span<const Histogram> histograms, std::span<
   const std::size_t calculators = shares.size();
   const bool fits = histograms.size() == calculators && before.size() + 1 == calculators &&
                     (costs.empty() || costs.size() == calculators);
-  if (!fits) throw std::invalid_argument("shares must be one per histogram, got " + std::to_string(calculators));
+  if (!fits) throw base::InvalidArgument("shares", "be one per histogram", std::to_string(calculators));
   std::vector<float> cuts(before.begin(), before.end());
   std::vector<Interval> intervals = intervals_of(histograms, costs);
   if (!in_order(intervals)) intervals = flattened(intervals);

@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <stdexcept>
+
+#include "base/invalid_argument.h"
 
 namespace motes::balance {
 
@@ -45,8 +46,8 @@ bool above_mean(const std::vector<Load>& loads, double threshold) {
 
 void check_powers(const Policy& policy, const std::vector<double>& powers, std::size_t calculators) {
   if (powers.size() == calculators) return;
-  throw std::invalid_argument(policy.name() + ": powers must be " + std::to_string(calculators) +
-                              " numbers, one per calculator, got " + std::to_string(powers.size()));
+  throw base::InvalidArgument("powers", "be " + std::to_string(calculators) + " numbers, one per calculator",
+                              std::to_string(powers.size()), policy.name());
 }
 
 }  // namespace motes::balance

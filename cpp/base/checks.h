@@ -1,8 +1,9 @@
 // What the checks of views, sprites, pictures and meshes share.
 #pragma once
 
-#include <stdexcept>
 #include <string>
+
+#include "base/invalid_argument.h"
 
 namespace motes::base {
 
@@ -10,7 +11,7 @@ namespace motes::base {
 inline constexpr double kFarthest = 1e15;
 
 [[noreturn]] inline void refuse(const std::string& argument, const std::string& allowed, const std::string& got) {
-  throw std::invalid_argument(argument + " must be " + allowed + ", got " + got);
+  throw InvalidArgument(argument, "be " + allowed, got);
 }
 
 }  // namespace motes::base

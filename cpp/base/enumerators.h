@@ -4,11 +4,12 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <type_traits>
 #include <utility>
+
+#include "base/invalid_argument.h"
 
 namespace motes::base {
 
@@ -57,14 +58,12 @@ std::string names_of() {
   return all;
 }
 
-/// The enumerator with that name. Throws std::invalid_argument, naming the argument, where there is none.
+/// The enumerator with that name. Throws InvalidArgument, naming the argument, where there is none.
 template <class Enum>
 Enum enumerator(const std::string& argument, std::string_view name) {
   const auto found = std::find(kNames<Enum>.begin(), kNames<Enum>.end(), name);
   if (found == kNames<Enum>.end()) {
-    std::string text = argument;
-    text.append(" must be ").append(names_of<Enum>()).append(", got '").append(name).append("'");
-    throw std::invalid_argument(text);
+    throw InvalidArgument(argument, "be " + names_of<Enum>(), "'" + std::string(name) + "'");
   }
   return static_cast<Enum>(found - kNames<Enum>.begin());
 }

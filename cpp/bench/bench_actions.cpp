@@ -150,7 +150,7 @@ struct Range {
 // The move of the base list leaves orientations unchanged, so a list pays for them only where the action concerns them.
 std::vector<Action> base_list() {
   std::vector<Action> list = paper_list("fountain");
-  list.back().numbers[0] = 0;
+  list.back() = actions::make(actions::numbers::move<>{.rotational = 0});
   return list;
 }
 

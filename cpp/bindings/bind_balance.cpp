@@ -7,6 +7,7 @@
 #include "balance/prefix_cuts.h"
 #include "balance/proportional.h"
 #include "balance/static.h"
+#include "base/invalid_argument.h"
 #include "bindings/bindings.h"
 
 namespace motes::bindings {
@@ -19,7 +20,7 @@ using OrderTuple = std::tuple<std::int32_t, std::int32_t, std::uint64_t>;
 
 template <class T, class Array>
 std::span<const T> span_of(const Array& array) {
-  if (array.ndim() != 1) throw std::invalid_argument("arrays must be (n,), got " + std::to_string(array.ndim()) + "-d");
+  if (array.ndim() != 1) throw base::InvalidArgument("arrays", "be (n,)", std::to_string(array.ndim()) + "-d");
   return {array.data(), static_cast<std::size_t>(array.size())};
 }
 
@@ -67,9 +68,8 @@ Table make_table(std::uint64_t frame, std::uint64_t evaluation, const std::strin
   const auto e = span_of<double>(errors);
   if (s.size() != n.size() || (!e.empty() && e.size() != n.size()) || v.size() != n.size() ||
       c.size() + 1 != std::max<std::size_t>(n.size(), 1)) {
-    throw std::invalid_argument(
-        "particles, seconds, speed and error must be one per calculator, and cuts one fewer, got " +
-        std::to_string(n.size()) + " particles, " + std::to_string(c.size()) + " cuts");
+    throw base::InvalidArgument("particles, seconds, speed and error", "be one per calculator, and cuts one fewer",
+                                std::to_string(n.size()) + " particles, " + std::to_string(c.size()) + " cuts");
   }
   Table table{frame, evaluation, system, {}, {c.begin(), c.end()}};
   table.axes.bits = 0;
@@ -114,7 +114,7 @@ std::vector<float> cuts_from(const std::vector<std::pair<FloatArray, CountArray>
 
 domains::Domains tree_of(const std::vector<int>& axes, const FloatArray& cuts) {
   const auto at = span_of<float>(cuts);
-  if (at.size() != axes.size()) throw std::invalid_argument("axes and cuts must be equally many");
+  if (at.size() != axes.size()) throw base::InvalidArgument("axes and cuts", "be equally many");
   std::vector<domains::Cut> tree;
   for (std::size_t i = 0; i < axes.size(); ++i) tree.push_back({axes[i], at[i]});
   return domains::Domains::of(tree);
@@ -128,7 +128,7 @@ std::vector<Cell> cells_of(const CellArrays& arrays) {
   const auto n = span_of<std::uint64_t>(count);
   for (const FloatArray& ends : {low, high}) {
     const bool fits = ends.ndim() == 2 && ends.shape(0) == count.size() && ends.shape(1) == 3;
-    if (!fits) throw std::invalid_argument("ends of cells must be (n, 3), n as many as counts");
+    if (!fits) throw base::InvalidArgument("ends of cells", "be (n, 3), n as many as counts");
   }
   std::vector<Cell> cells(n.size());
   for (std::size_t i = 0; i < n.size(); ++i) {
@@ -172,7 +172,7 @@ void bind_values(py::module_& m) {
   m.def(
       "sum_of_tables",
       [](const std::vector<Table>& systems) {
-        if (systems.empty()) throw std::invalid_argument("systems must have at least one table");
+        if (systems.empty()) throw base::InvalidArgument("systems", "have at least one table");
         std::vector<std::vector<Load>> loads;
         Table sum = systems.front();
         for (const Table& table : systems) {

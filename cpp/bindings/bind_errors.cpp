@@ -1,4 +1,5 @@
 // C++ exceptions as the errors of motes.errors.
+#include "base/invalid_argument.h"
 #include "bindings/bindings.h"
 #include "engine/engine.h"
 
@@ -38,12 +39,16 @@ void bind_errors(py::module_&) {
       raise_agreed(error);
     } catch (const engine::ItemFailure& error) {
       std::rethrow_exception(error.original());  // for the other translators
+    } catch (const base::InvalidArgument& error) {
+      raise(errors("argument_error")(error.what(), error.argument(), error.value(), error.allowed()));
     } catch (const std::invalid_argument& error) {
       raise(errors("argument_error")(error.what()));
     } catch (const jsonl::LogError& error) {
       raise(errors("LogError")(error.what()));
     } catch (const engine::Unrecoverable& error) {
-      raise(errors("MotesError")(error.what()));
+      const py::object made = errors("MotesError")(error.what());
+      made.attr("lost") = true;
+      raise(made);
     } catch (const comm::CommError& error) {
       raise(errors("MotesError")(error.what()));
     } catch (const threads::NoThread& error) {

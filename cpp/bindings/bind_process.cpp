@@ -7,7 +7,7 @@
 namespace motes::bindings {
 
 void bind_process(py::module_& m) {
-  m.def("name_crashes", &comm::name_crashes, py::arg("mark"));
+  m.def("name_crashes", &comm::name_crashes, py::arg("mark"), py::arg("lost_line"));
   m.def("set_place", &comm::set_place, py::arg("place"));
   m.def("end_process_after", &comm::end_process_after, py::arg("seconds"), py::arg("code"));
   m.def("note_stop_signals", &comm::note_stop_signals, py::arg("signals"), py::arg("same_s"), py::arg("speaks"));

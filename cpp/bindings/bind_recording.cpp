@@ -2,6 +2,7 @@
 
 #include "base/enumerators.h"
 #include "base/fields.h"
+#include "base/invalid_argument.h"
 #include "bindings/bindings.h"
 #include "interactions/ties.h"
 #include "meshes/assets.h"
@@ -105,14 +106,41 @@ actions::Expression expression(const Steps& steps) {
   return made;
 }
 
-Action make_action(const std::string& name, std::vector<double> numbers, std::vector<shapes::Shape> shapes,
+// Numbers by name, in their recorded order; a ramp's as they are.
+std::vector<double> numbers_of(const actions::Facts& facts, const py::dict& given) {
+  const auto of = [&](const char* name) {
+    PyObject* const value = PyDict_GetItemString(given.ptr(), name);
+    if (value == nullptr) throw base::InvalidArgument(name, "be given", "", facts.name);
+    return py::reinterpret_borrow<py::object>(value);
+  };
+  if (facts.ramp > 0) return of("ramp").cast<std::vector<double>>();
+  std::vector<double> numbers;
+  for (const actions::Number& number : facts.numbers) {
+    const py::object value = of(number.name);
+    if (number.count == 1) {
+      numbers.push_back(value.cast<double>());
+      continue;
+    }
+    const auto values = value.cast<std::vector<double>>();
+    if (values.size() != static_cast<std::size_t>(number.count)) {
+      throw base::InvalidArgument(number.name, "be " + std::to_string(number.count) + " numbers", "",
+                                  std::string(facts.name));
+    }
+    numbers.insert(numbers.end(), values.begin(), values.end());
+  }
+  if (given.size() != facts.numbers.size())
+    throw base::InvalidArgument("numbers", "be as many as the action has", std::to_string(given.size()), facts.name);
+  return numbers;
+}
+
+Action make_action(const std::string& name, const py::dict& numbers, std::vector<shapes::Shape> shapes,
                    const Steps& where, int target, const std::vector<Steps>& values, std::uint64_t ties,
                    actions::TableKey table) {
   Action action;
   action.ties = ties;
   action.table = table;
   action.kind = actions::kind_of(name);
-  action.numbers = std::move(numbers);
+  action.numbers = numbers_of(actions::facts(action.kind), numbers);
   action.shapes = std::move(shapes);
   action.where = expression(where);
   action.target = target;

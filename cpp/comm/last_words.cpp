@@ -18,8 +18,8 @@ namespace {
 
 std::array<char, 256> place{};
 std::array<char, 4096> mark{};
-std::atomic<const char*> meanwhile{nullptr};
-std::atomic<int> going_on{0};  // of simulated ranks, several at once, which end in any order
+std::array<char, 256> lost_line{};
+std::atomic<int> recoveries{0};  // of simulated ranks, several at once
 constexpr std::array<int, 5> kSignals = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT};
 std::array<struct sigaction, 64> before{};
 
@@ -79,12 +79,12 @@ void keep(const std::string& text, std::span<char> buffer) {
 // Async-signal-safe: mkdir, write, sigaction and raise only.
 void on_crash(int signal, siginfo_t* facts, void* context) {
   if (may_speak()) {
-    say("\n*** motes: ");
+    const bool lost = recoveries.load() > 0;
+    say("\n");
+    if (lost) say(lost_line.data());
+    say("*** motes: ");
     say(place.data());
-    if (const char* what = meanwhile.load(); what != nullptr) {
-      say(", ");
-      say(what);
-    }
+    if (lost) say(", while ranks were lost");
     say(": ");
     say(meaning(signal, facts, context));
     say("\n");
@@ -106,8 +106,9 @@ void use_spare_stack() {
 
 }  // namespace
 
-void name_crashes(const std::string& mark_path) {
+void name_crashes(const std::string& mark_path, const std::string& line) {
   keep(mark_path, mark);
+  keep(line, lost_line);
   use_spare_stack();
   struct sigaction action{};
   action.sa_sigaction = on_crash;
@@ -124,13 +125,8 @@ void name_crashes(const std::string& mark_path) {
 
 void set_place(const std::string& text) { keep(text, place); }
 
-Meanwhile::Meanwhile(const char* what) {
-  ++going_on;
-  meanwhile = what;
-}
+WhileLost::WhileLost() { ++recoveries; }
 
-Meanwhile::~Meanwhile() {
-  if (--going_on == 0) meanwhile = nullptr;
-}
+WhileLost::~WhileLost() { --recoveries; }
 
 }  // namespace motes::comm

@@ -7,6 +7,8 @@
 #include <thread>
 #include <utility>
 
+#include "base/invalid_argument.h"
+
 namespace motes::comm::simulation {
 namespace {
 
@@ -48,8 +50,7 @@ class OneProcessor {
 Scheduler::Scheduler(const Simulation& simulation, const std::function<void(int self)>& body)
     : simulation_(simulation), body_(body), order_(mixed(simulation.seed, 1)) {
   if (simulation.ranks < 1 || simulation.ranks > kMost) {
-    throw std::invalid_argument("ranks must be 1.." + std::to_string(kMost) + ", got " +
-                                std::to_string(simulation.ranks));
+    throw base::InvalidArgument("ranks", "be 1.." + std::to_string(kMost), std::to_string(simulation.ranks));
   }
   const std::uint64_t timing = simulation.timing_seed.value_or(simulation.seed);
   // One order in two lets a rank run as long as it can, while another starves: what a fair lottery hardly ever draws.

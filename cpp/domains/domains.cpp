@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
+
+#include "base/invalid_argument.h"
 
 namespace motes::domains {
 namespace {
@@ -12,7 +13,7 @@ namespace {
 constexpr std::size_t kAbreast = 16;
 
 void check_axis(int axis, int most) {
-  if (axis < 0 || axis > most) throw std::invalid_argument("a cut must have an axis of space, or be among the ids");
+  if (axis < 0 || axis > most) throw base::InvalidArgument("a cut", "have an axis of space, or be among the ids");
 }
 
 // Each cut must lie within the part of space that it halves.
@@ -22,7 +23,7 @@ void check_inside(const std::vector<Cut>& tree, int first, int last, const Box& 
   const Cut& cut = tree[static_cast<std::size_t>(middle - 1)];
   const auto axis = static_cast<std::size_t>(cut.axis);
   const bool inside = cut.at >= box.low[axis] && cut.at <= box.high[axis];
-  if (!inside) throw std::invalid_argument("a cut must lie within the part of space that it halves");
+  if (!inside) throw base::InvalidArgument("a cut", "lie within the part of space that it halves");
   Box left = box;
   Box right = box;
   left.high[axis] = right.low[axis] = cut.at;
@@ -36,7 +37,7 @@ Domains::Domains(std::vector<float> cuts, int axis) : cuts_(std::move(cuts)), ax
   check_axis(axis, kById);
   for (std::size_t i = 0; i < cuts_.size(); ++i) {
     const bool ascends = i == 0 || cuts_[i - 1] <= cuts_[i];
-    if (std::isnan(cuts_[i]) || !ascends) throw std::invalid_argument("cuts must be in ascending order, without NaN");
+    if (std::isnan(cuts_[i]) || !ascends) throw base::InvalidArgument("cuts", "be in ascending order, without NaN");
   }
 }
 

@@ -12,6 +12,7 @@
 #include "balance/named.h"
 #include "balance/static.h"
 #include "base/enumerators.h"
+#include "base/invalid_argument.h"
 #include "base/sha256.h"
 #include "comm/clock.h"
 #include "comm/environment.h"
@@ -48,7 +49,7 @@ double stall_limit() {
   char* end = nullptr;
   const double seconds = std::strtod(text, &end);
   if (*end != '\0' || !std::isfinite(seconds) || seconds <= 0) {
-    throw std::invalid_argument(std::string("MOTES_STALL_S must be a number of seconds > 0, got '") + text + "'");
+    throw base::InvalidArgument("MOTES_STALL_S", "be a number of seconds > 0", std::string("'") + text + "'");
   }
   return seconds;
 }
@@ -87,7 +88,7 @@ class Player {
     auto communicator = std::make_unique<comm::Communicator>(comm::make_mpi(mpi.world()), std::move(watch));
     engine_ = std::make_unique<engine::Engine>(std::move(communicator), cast_, run_);
     if (!comm::simulated()) {
-      comm::name_crashes("");
+      comm::name_crashes("", "");
       comm::set_place(place());
     }
   }

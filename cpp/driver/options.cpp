@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "balance/named.h"
+#include "base/invalid_argument.h"
 #include "threads/pool.h"
 
 namespace motes::driver {
@@ -19,7 +20,7 @@ std::uint64_t number(const std::string& name, const std::string& text) {
   std::uint64_t value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || end != text.data() + text.size()) {
-    throw std::invalid_argument(name + " must be a whole number, got '" + text + "'");
+    throw base::InvalidArgument(name, "be a whole number", "'" + text + "'");
   }
   return value;
 }
@@ -27,7 +28,7 @@ std::uint64_t number(const std::string& name, const std::string& text) {
 int number_up_to(int most, const std::string& name, const std::string& text) {
   const std::uint64_t value = number(name, text);
   if (value < 1 || value > static_cast<std::uint64_t>(most)) {
-    throw std::invalid_argument(name + " must be 1.." + std::to_string(most) + ", got " + text);
+    throw base::InvalidArgument(name, "be 1.." + std::to_string(most), text);
   }
   return static_cast<int>(value);
 }
@@ -37,7 +38,7 @@ double scale(const std::string& name, const std::string& text) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   const bool whole = error == std::errc() && end == text.data() + text.size();
   if (!whole || !(value > 0) || !std::isfinite(value)) {
-    throw std::invalid_argument(name + " must be a number > 0, got '" + text + "'");
+    throw base::InvalidArgument(name, "be a number > 0", "'" + text + "'");
   }
   return value;
 }
@@ -48,7 +49,7 @@ std::string chosen(const std::string& name, const std::string& text, std::initia
     if (text == each) return text;
     list += (list.empty() ? "" : ", ") + std::string(each);
   }
-  throw std::invalid_argument(name + " must be one of " + list + "; got '" + text + "'");
+  throw base::InvalidArgument(name, "be one of " + list, "'" + text + "'");
 }
 
 }  // namespace
@@ -58,7 +59,7 @@ Options read_options(std::span<char* const> arguments) {
   for (std::size_t i = 0; i < arguments.size(); ++i) {
     const std::string argument = arguments[i];
     const auto value = [&]() -> std::string {
-      if (i + 1 == arguments.size()) throw std::invalid_argument(argument + " must be followed by a value");
+      if (i + 1 == arguments.size()) throw base::InvalidArgument(argument, "be followed by a value");
       return arguments[++i];
     };
     if (argument == "--help" || argument == "-h") {
@@ -124,8 +125,10 @@ std::map<int, double> read_speeds(const char* text, int ranks) {
     const bool numbered = std::from_chars(pair.data(), pair.data() + colon, rank).ptr == pair.data() + colon;
     const bool timed = colon < pair.size() && std::from_chars(pair.data() + colon + 1, end, speed).ptr == end;
     if (!numbered || !timed || rank < 0 || rank >= ranks || !(speed >= kLeastSpeed && speed <= 1)) {
-      throw std::invalid_argument("MOTES_SPEEDS must be rank:speed pairs such as 0:1.0,1:0.5 with ranks 0.." +
-                                  std::to_string(ranks - 1) + " and speeds 0.001..1, got '" + text + "'");
+      throw base::InvalidArgument(
+          "MOTES_SPEEDS",
+          "be rank:speed pairs such as 0:1.0,1:0.5 with ranks 0.." + std::to_string(ranks - 1) + " and speeds 0.001..1",
+          "'" + text + "'");
     }
     speeds[rank] = speed;
   }

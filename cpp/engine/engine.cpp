@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/fields.h"
+#include "base/invalid_argument.h"
 #include "engine/replay.h"
 
 namespace motes::engine {
@@ -56,7 +57,10 @@ void Engine::record(int index, recording::Item item) {
     actions::check(*action, s.schema);
     if (action->kind == actions::Kind::tie) check_tie(*action, s.list);
     if (action->other >= system_count() || action->other == index) {
-      throw std::invalid_argument("an action between particles must name another system of the world");
+      throw base::InvalidArgument("an action between particles", "name another system of the world");
+    }
+    if (action->other >= 0 && !interactions::law_of(*action).between_systems) {
+      throw std::invalid_argument(std::string(actions::facts(action->kind).name) + " acts within one system alone");
     }
     uses_copies = actions::uses_copies(*action, s.schema);
   }
@@ -65,7 +69,7 @@ void Engine::record(int index, recording::Item item) {
     uses_copies = recording::gives_copies(*birth);
   }
   if (const auto* spawn = std::get_if<recording::Spawn>(&item)) {
-    if (spawn->into < 0 || spawn->into >= system_count()) throw std::invalid_argument("into must be a system");
+    if (spawn->into < 0 || spawn->into >= system_count()) throw base::InvalidArgument("into", "be a system");
     recording::check(*spawn, s.schema, system(spawn->into).schema);
     uses_copies = actions::uses_copies(spawn->where, s.schema);
     keep_copies(system(spawn->into),
@@ -80,14 +84,14 @@ void Engine::record(int index, recording::Item item) {
 }
 
 void Engine::record_meeting(int first, int second, actions::Action action) {
-  if (first == second) throw std::invalid_argument("other must be another system");
+  if (first == second) throw base::InvalidArgument("other", "be another system");
   action.other = second;
   actions::Action counterpart = action;
   record(first, std::move(action));
   counterpart.other = first;
   counterpart.where.clear();
   counterpart.shapes.clear();
-  counterpart.numbers.back() = 1;
+  counterpart.second = true;
   record(second, std::move(counterpart));
 }
 

@@ -234,7 +234,7 @@ void Engine::recover() {
   } recovering(recovering_);
   // Open MPI 5.0 itself may crash where one more rank dies while the others make their communicator. The launcher
   // knows the words (supervisor.py).
-  const comm::Meanwhile meanwhile("while ranks were lost");
+  const comm::WhileLost lost;
   regroup();
   const Standing own = standing();
   const WayBack way = way_back(tell_all(parts_->rank, {0, replicas_.losses}, own));

@@ -1,8 +1,9 @@
 #include "image/slots.h"
 
-#include <stdexcept>
 #include <string>
 #include <utility>
+
+#include "base/invalid_argument.h"
 
 namespace motes::image {
 
@@ -12,8 +13,8 @@ Slots::Slots(std::vector<std::uint32_t> tile_in_slot) : tiles_(std::move(tile_in
   for (std::uint32_t slot = 0; slot < tiles_.size(); ++slot) {
     const std::uint32_t tile = tiles_[slot];
     if (tile >= tiles_.size() || slots_[tile] != kNone) {
-      throw std::invalid_argument("slots must list each of " + std::to_string(tiles_.size()) + " tiles once: slot " +
-                                  std::to_string(slot) + " has tile " + std::to_string(tile));
+      throw base::InvalidArgument("slots", "list each of " + std::to_string(tiles_.size()) + " tiles once: slot " +
+                                               std::to_string(slot) + " has tile " + std::to_string(tile));
     }
     slots_[tile] = slot;
   }

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
+#include "base/invalid_argument.h"
 #include "base/vectors.h"
 
 namespace motes::image {
@@ -50,7 +50,7 @@ Ball bounds(const Shape& s) {
 void check_solid(const std::string& argument, const Solid& solid) {
   const Kind kind = solid.shape.kind;
   if (!shapes::has_surface(kind) || kind == Kind::united || kind == Kind::mesh) {
-    throw std::invalid_argument(argument + " must be a shape with a surface, got a " + shapes::name(kind));
+    throw base::InvalidArgument(argument, "be a shape with a surface", "a " + shapes::name(kind));
   }
   shapes::check(solid.shape);
 }

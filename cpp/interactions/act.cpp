@@ -13,17 +13,10 @@ namespace motes::interactions {
 namespace {
 
 using actions::Action;
-using actions::Kind;
 using particles::Store;
 
-constexpr double kGravity = 9.81;  // m/s2: what slow and sleeping particles are measured by
-
-bool collides(const Action& action) { return action.kind == Kind::collide; }
-bool touches(const Action& action) { return action.kind == Kind::contact; }
-bool flows(const Action& action) { return action.kind == Kind::fluid; }
-
-// Where a particle will be at the end of the step; at most `farthest` away from where it is. The same for a copy as for
-// the particle itself.
+// Where a particle will be at the end of the step; at most `farthest` away from where it is. A ghost of it gets the
+// same bits.
 struct Ahead {
   float dt;
   float farthest;
@@ -44,13 +37,13 @@ class Meeting {
  public:
   Meeting(const Action& action, const Extent& extent, float dt, const Side (&sides)[2], Scratch& scratch,
           threads::Pool& pool)
-      : action_(action), extent_(extent), dt_(dt), sides_(sides), scratch_(scratch), pool_(pool),
+      : action_(action), law_(law_of(action)), extent_(extent), dt_(dt), sides_(sides), scratch_(scratch), pool_(pool),
         count_(sides[1].store == nullptr ? 1 : 2), reach_(reach_of(action, extent)) {}
 
   Seen act() {
     for (std::size_t s = 0; s < count_; ++s) gather(s);
     Seen seen;
-    if (clears()) {
+    if (clear() > 0) {
       for (std::size_t s = 0; s < count_; ++s) seen.dropped[s] = in_the_way(s);
       for (std::size_t s = 0; s < count_; ++s) set_newborn_apart(s);
     }
@@ -60,7 +53,7 @@ class Meeting {
     }
     if (sides_[0].last && has_radius(action_)) seen.overlap_99 = overlap_99(spheres(0), spheres(count_ - 1));
     for (std::size_t s = 0; s < count_; ++s) apply(s);
-    if (sides_[0].last && touches(action_)) write_down();
+    if (sides_[0].last && law_.remembers) write_down();
     return seen;
   }
 
@@ -94,8 +87,8 @@ class Meeting {
     }
     for (std::size_t c = 0; c < 3; ++c) crowd.at[c] = columns[c];
     now_[s] = crowd;
-    if (looks_ahead(action_)) look_ahead(columns, party, crowd);
-    if (!touches(action_)) {
+    if (law_.looks_ahead) look_ahead(columns, party, crowd);
+    if (!law_.remembers) {
       party.cells.sort(crowd, static_cast<double>(reach_) * (1 + kMargin), pool_);
       return arrange_all(s, columns);
     }
@@ -109,9 +102,7 @@ class Meeting {
     list.build(crowd, placed(s), *sides_[s].store, sides_[s].law, sides_[s].now, pool_);
   }
 
-  const Cells& cells(std::size_t s) const {
-    return touches(action_) ? sides_[s].list->cells() : scratch_.party[s].cells;
-  }
+  const Cells& cells(std::size_t s) const { return law_.remembers ? sides_[s].list->cells() : scratch_.party[s].cells; }
 
   PlacedSpheres placed(std::size_t s) const {
     const auto& column = scratch_.party[s].column;
@@ -125,7 +116,7 @@ class Meeting {
       if (const int to = place_of(read[number]); to >= 0) arrange(s, to, columns[number]);
       if (read[number].attribute == particles::size && radii()) arrange_radii(s, columns[number]);
       if (read[number].attribute == particles::mass && masses()) arrange_masses(s, columns[number]);
-      if (read[number].attribute == particles::mass && flows(action_)) arrange_positive(s, mass, columns[number]);
+      if (read[number].attribute == particles::mass && !law_.inverse_masses) arrange_positive(s, mass, columns[number]);
     }
   }
 
@@ -147,10 +138,10 @@ class Meeting {
   }
 
   // Where a law looks for what it reads as it is; -1: it needs something made of it.
-  int place_of(Component read) const {
+  static int place_of(Component read) {
     switch (read.attribute) {
-      case particles::velocity: return value_x + read.component;
-      case particles::rotational_velocity: return (touches(action_) ? spin_x : value_x) + read.component;
+      case particles::velocity: return velocity_x + read.component;
+      case particles::rotational_velocity: return spin_x + read.component;
       case particles::contacts: return contacts;
       default: return -1;
     }
@@ -192,11 +183,11 @@ class Meeting {
   }
 
   bool radii() const {
-    if (touches(action_)) return true;
-    return collides(action_) &&
-           (given_radius(action_, false) == 0 || (count_ == 2 && given_radius(action_, true) == 0));
+    if (law_.radius == nullptr) return false;
+    return !law_.uniform || given_radius(action_, false) == 0 || (count_ == 2 && given_radius(action_, true) == 0);
   }
-  bool clears() const { return collides(action_) && action_.numbers[5] > 0; }
+  bool masses() const { return law_.inverse_masses && (!law_.uniform || extent_.masses > 0); }
+  float clear() const { return law_.clear != nullptr ? law_.clear(action_.numbers.data()) : 0; }
 
   Spheres spheres(std::size_t s) const {
     const Scratch::Party& party = scratch_.party[s];
@@ -243,7 +234,7 @@ class Meeting {
       const float d = theirs[c][j] - own[c][i];
       r2 += d * d;
     }
-    const float least = radius_at(s, i) * (1 - static_cast<float>(action_.numbers[5])) + radius_at(other, j);
+    const float least = radius_at(s, i) * (1 - clear()) + radius_at(other, j);
     return least > 0 && r2 < least * least;
   }
 
@@ -257,8 +248,6 @@ class Meeting {
     }
   }
 
-  bool masses() const { return touches(action_) || (collides(action_) && extent_.masses > 0); }
-
   void arrange_radii(std::size_t s, const Column& widths) {
     const float given = given_radius(action_, s == 1);
     const Crowd& crowd = crowds_[s];
@@ -271,58 +260,24 @@ class Meeting {
     for (std::size_t i = 0; i < crowd.size(); ++i) values[i] = values[i] > 0 ? 0.5f * values[i] : 0.0f;
   }
 
-  // A particle whose mass is 0 or NaN is pushed away by the other alone; springs, which it would not withstand, it
-  // does not touch.
+  // A particle whose mass is 0 or NaN is pushed away by the other alone, or touches nobody.
   void arrange_masses(std::size_t s, const Column& all_masses) {
     arrange(s, inverse_mass, all_masses);
     std::vector<float>& values = scratch_.party[s].column[inverse_mass];
     for (std::size_t i = 0; i < crowds_[s].size(); ++i) {
       const bool heavy = values[i] > 1e-12f;
-      if (!heavy && touches(action_)) scratch_.party[s].column[radius][i] = 0;
+      if (!heavy && law_.skips_massless) scratch_.party[s].column[radius][i] = 0;
       values[i] = heavy ? 1 / values[i] : 1e12f;
     }
   }
 
-  Terms terms(int side) const {
-    Terms t;
-    t.reach = reach_;
-    t.side = side;
-    if (flows(action_)) {
-      // Some friction of its own lets a liquid come to rest. More than takes all of a difference in a step would swing.
-      const float all_at_once = reach_ * reach_ / dt_;
-      t.step = dt_;
-      t.rest_density = static_cast<float>(action_.numbers[0]);
-      t.viscosity = 10 * std::min(static_cast<float>(action_.numbers[1]) + all_at_once / 4000, all_at_once / 24);
-      t.cohesion = static_cast<float>(action_.numbers[3]);
-    } else if (touches(action_)) {
-      t.step = dt_;
-      t.restitution = static_cast<float>(action_.numbers[1]);
-      t.friction = static_cast<float>(action_.numbers[2]);
-      t.stiffness = static_cast<float>(action_.numbers[3]);
-      t.rolling_friction = static_cast<float>(action_.numbers[4]);
-      t.now = sides_[0].now;
-    } else if (collides(action_)) {
-      const double sleep = action_.numbers[3] < 0 ? 2.5 * kGravity * static_cast<double>(dt_) : action_.numbers[3];
-      t.step = dt_;
-      t.restitution = static_cast<float>(action_.numbers[1]);
-      t.friction = static_cast<float>(action_.numbers[2]);
-      t.slow = t.restitution > 0 ? static_cast<float>(2 * kGravity * static_cast<double>(dt_))
-                                 : std::numeric_limits<float>::infinity();
-      t.sleep2 = static_cast<float>(sleep * sleep);
-    } else {
-      t.strength = static_cast<float>(action_.numbers[0]) * dt_;
-      t.epsilon = static_cast<float>(action_.numbers[1]);
-    }
-    return t;
-  }
-
   // What those of one side hear of those whom they see: of their own, or of the other side.
   void run(std::size_t s, Seen& seen) {
-    if (flows(action_)) {
-      run(s, kernels().find_pressure, crowds_[s].size(), seen);
+    if (law_.prepare != nullptr) {
+      run(s, law_.prepare, crowds_[s].size(), seen);
       scratch_.party[s].column[pressure].swap(scratch_.party[s].out[0]);
     }
-    run(s, kernel_of(), crowds_[s].own, seen);
+    run(s, law_.act, crowds_[s].own, seen);
   }
 
   // `target_count`: who has an index below is a target.
@@ -333,8 +288,8 @@ class Meeting {
     for (std::size_t p = 0; p < count_; ++p) {
       for (std::size_t c = 0; c < party_columns; ++c) columns[p][c] = scratch_.party[p].column[c].data();
     }
-    float* out[party_results];
-    for (std::size_t c = 0; c < results(); ++c) {
+    float* out[kMostResults];
+    for (std::size_t c = 0; c < changed_.size(); ++c) {
       party.out[c].resize(padded(crowds_[s].size()));
       out[c] = party.out[c].data();
     }
@@ -342,12 +297,23 @@ class Meeting {
     const Party sources{cells(other).view(crowds_[other].own), columns[other], &crowds_[other]};
     const std::vector<std::size_t> cuts = parts_of(cells(s), pool_);
     std::vector<KernelStats> sights(cuts.size() - 1);
-    const PairsView pairs = touches(action_) ? sides_[s].list->view(sides_[s].now) : PairsView{};
+    const PairsView pairs = law_.remembers ? sides_[s].list->view(sides_[s].now) : PairsView{};
     const std::uint8_t* const chosen = sides_[s].chosen != nullptr ? sides_[s].chosen->data() : nullptr;
+    Task task{targets, sources, action_.numbers.data(), reach_, dt_};
+    task.side = count_ == 1 ? 0 : static_cast<int>(s) + 1;
+    task.now = sides_[0].now;
+    task.radii = radii();
+    task.masses = masses();
+    task.out = out;
+    task.pairs = pairs;
+    task.chosen = chosen;
     pool_.run(sights.size(), [&](std::size_t part, std::size_t) {
       const simd::FloatMode mode;
-      const int side = count_ == 1 ? 0 : static_cast<int>(s) + 1;
-      kernel({targets, sources, terms(side), out, pairs, chosen, cuts[part], cuts[part + 1], &sights[part]});
+      Task rows = task;
+      rows.first_row = cuts[part];
+      rows.last_row = cuts[part + 1];
+      rows.stats = &sights[part];
+      kernel(rows);
     });
     for (const KernelStats& stats : sights) {
       seen.pairs += stats.pairs;
@@ -355,30 +321,11 @@ class Meeting {
     }
   }
 
-  void (*kernel_of() const)(const Task&) {
-    const Kernels& all = kernels();
-    if (touches(action_)) return all.contact;
-    if (flows(action_)) return all.fluid;
-    if (collides(action_)) return all.collide[radii() ? 1 : 0][masses() ? 1 : 0];
-    return action_.kind == Kind::gravitate ? all.gravitate : all.match;
-  }
-
-  std::size_t results() const { return touches(action_) ? 7 : collides(action_) ? 4 : 3; }
-
-  // The planes that the results go to, in their order.
-  void find_planes(Store& store, float* (&to)[party_results]) const {
-    const bool spins = action_.kind == Kind::match_rotational_velocity;
-    for (int c = 0; c < 3; ++c) {
-      to[c] = store.writable_plane(spins ? particles::rotational_velocity : particles::velocity, c);
-    }
-    if (results() > 3) to[3] = store.writable_plane(particles::contacts, 0);
-    for (int c = 0; c < 3 && results() > 4; ++c) to[4 + c] = store.writable_plane(particles::rotational_velocity, c);
-  }
-
   void apply(std::size_t s) {
-    float* to[party_results];
-    find_planes(*sides_[s].store, to);
-    const std::size_t added = action_.kind == Kind::gravitate ? 3 : 0;  // the first ones come on top of what is there
+    float* to[kMostResults];
+    for (std::size_t c = 0; c < changed_.size(); ++c) {
+      to[c] = sides_[s].store->writable_plane(changed_[c].attribute, changed_[c].component);
+    }
     const std::vector<std::uint32_t>& order = cells(s).order();
     const std::vector<std::uint8_t>* chosen = sides_[s].chosen;
     const std::vector<std::uint8_t>* adds_to = sides_[s].adds_to;
@@ -386,8 +333,9 @@ class Meeting {
       for (std::size_t k = first; k < last; ++k) {
         const std::uint32_t i = order[k];
         if (i >= crowds_[s].own || (chosen != nullptr && (*chosen)[i] == 0)) continue;
-        for (std::size_t c = 0; c < results(); ++c) {
-          const bool adds = c < added || (c == 3 && sides_[s].adds && (adds_to == nullptr || (*adds_to)[i] != 0));
+        for (std::size_t c = 0; c < changed_.size(); ++c) {
+          const bool counts = changed_[c].attribute == particles::contacts;
+          const bool adds = law_.adds || (counts && sides_[s].adds && (adds_to == nullptr || (*adds_to)[i] != 0));
           const float out = scratch_.party[s].out[c][k];
           to[c][i] = adds ? to[c][i] + out : out;
         }
@@ -396,6 +344,8 @@ class Meeting {
   }
 
   const Action& action_;
+  const Law& law_;
+  const std::vector<Component> changed_ = changed_by(action_);
   const Extent& extent_;
   float dt_;
   const Side (&sides_)[2];

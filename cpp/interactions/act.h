@@ -33,7 +33,7 @@ struct Side {
   std::uint32_t law = 0;                              // contact: how many others stand in front of it in the list
   bool keeps_list = false;                            // contact: ghosts stay the same for as long as the list
   std::uint32_t now = 0;                              // contact: the number of the sub-step, from 1 on
-  bool last = false;                                  // sub-step of the frame: overlaps are looked at, touches are written down
+  bool last = false;  // sub-step of the frame: overlaps are looked at, touches are written down
 };
 
 /// What the action reads, in the order of read_by(): of own particles, and of ghosts.
@@ -41,10 +41,10 @@ std::vector<Column> columns_of(const actions::Action& action, const Side& side);
 
 /// What a meeting saw.
 struct Seen {
-  std::uint64_t pairs = 0;          // directed: each is counted at both ends
+  std::uint64_t pairs = 0;  // directed: each is counted at both ends
   std::uint32_t most_in_a_cell = 0;
-  bool softened = false;            // contact: springs were stiffer than the step allows
-  float overlap_99 = 0;             // of spheres that touch, in parts of both radii; see overlap.h
+  bool softened = false;  // contact: springs were stiffer than the step allows
+  float overlap_99 = 0;  // of spheres that touch, in parts of both radii; see overlap.h
   std::vector<std::uint32_t> dropped[2]{};  // collide: newborn ones in the way of others, ascending
 };
 
@@ -57,7 +57,7 @@ struct Scratch {
     Cells cells;
     std::vector<float> at[3], copied_at[3];  // where particles will be at the end of the step
     std::vector<float> column[party_columns];
-    std::vector<float> out[party_results];
+    std::vector<float> out[kMostResults];
   };
   Party party[2];
 };

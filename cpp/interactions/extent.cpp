@@ -64,49 +64,29 @@ bool has_masses(const Store& store) {
   return store.size() > 0 && (!store.uniform(particles::mass) || store.uniform_value(particles::mass)[0] != 1);
 }
 
-}  // namespace
-
-bool has_radius(const Action& action) { return action.kind == Kind::collide || action.kind == Kind::contact; }
-
-bool looks_ahead(const Action& action) { return action.kind == Kind::collide || action.kind == Kind::fluid; }
-
-float given_radius(const Action& action, bool second) { return static_cast<float>(action.numbers[second ? 4 : 0]); }
-
-std::vector<Component> read_by(const Action& action) {
+// Of a sphere's size, the first component is its diameter.
+std::vector<Component> components_of(std::uint32_t attributes) {
   std::vector<Component> all;
-  const auto add = [&](int attribute, int width) {
+  for (int attribute = 0; attribute < particles::builtin_count; ++attribute) {
+    if ((attributes >> attribute & 1u) == 0) continue;
+    const int width =
+        attribute == particles::size ? 1 : particles::kBuiltins[static_cast<std::size_t>(attribute)].width;
     for (int c = 0; c < width; ++c) all.push_back({attribute, c});
-  };
-  add(particles::position, 3);
-  switch (action.kind) {
-    case Kind::match_velocity: add(particles::velocity, 3); break;
-    case Kind::match_rotational_velocity: add(particles::rotational_velocity, 3); break;
-    case Kind::collide:
-      add(particles::velocity, 3);
-      add(particles::contacts, 1);
-      add(particles::size, 1);
-      add(particles::mass, 1);
-      break;
-    case Kind::contact:
-      add(particles::velocity, 3);
-      add(particles::rotational_velocity, 3);
-      add(particles::size, 1);
-      add(particles::mass, 1);
-      break;
-    case Kind::fluid:
-      add(particles::velocity, 3);
-      add(particles::mass, 1);
-      break;
-    case Kind::pairs: add(particles::velocity, 3); break;
-    case Kind::tie:
-      add(particles::velocity, 3);
-      add(particles::mass, 1);
-      add(particles::torn, 1);
-      break;
-    default: break;
   }
   return all;
 }
+
+}  // namespace
+
+const Law& law_of(const Action& action) { return kernels().law[static_cast<std::size_t>(action.kind)]; }
+
+bool has_radius(const Action& action) { return law_of(action).radius != nullptr; }
+
+float given_radius(const Action& action, bool second) { return law_of(action).radius(action.numbers.data(), second); }
+
+std::vector<Component> read_by(const Action& action) { return components_of(actions::facts(action.kind).reads); }
+
+std::vector<Component> changed_by(const Action& action) { return components_of(actions::facts(action.kind).writes); }
 
 Extent extent_of(const Action& action, const Store& store, float dt, bool second, threads::Pool& pool) {
   Extent extent;
@@ -115,26 +95,27 @@ Extent extent_of(const Action& action, const Store& store, float dt, bool second
     const float given = given_radius(action, second);
     (second ? extent.other_radius : extent.radius) = given > 0 ? given : radius_of(store, pool);
   }
-  if (looks_ahead(action)) extent.displacement = displacement_of(store, dt, pool);
-  if (action.kind == Kind::collide) extent.masses = has_masses(store) ? 1.0f : 0.0f;
+  if (law_of(action).looks_ahead) extent.displacement = displacement_of(store, dt, pool);
+  if (law_of(action).inverse_masses) extent.masses = has_masses(store) ? 1.0f : 0.0f;
   return extent;
 }
 
 float reach_of(const Action& action, const Extent& extent) {
+  const Law& law = law_of(action);
   if (action.kind == Kind::tie) return extent.radius + 2 * extent.displacement;
-  if (action.kind == Kind::pairs) return static_cast<float>(action.numbers[0]);
-  if (!has_radius(action)) return static_cast<float>(action.numbers[2]);
+  if (law.reach != nullptr) return law.reach(action.numbers.data());
   return extent.radius + (action.other >= 0 ? extent.other_radius : extent.radius);
 }
 
 double range_of(const Action& action, const Extent& extent) {
   const double reach = static_cast<double>(reach_of(action, extent));
   if (action.kind == Kind::tie) return reach * (1 + 1e-5) + 4 * static_cast<double>(extent.rounding);
-  if (!looks_ahead(action)) return reach * (1 + 4 * kMargin);
+  const Law& law = law_of(action);
+  // Where a law prepares, those that are seen must have seen all of their own neighbours.
+  const double seen = law.prepare != nullptr ? 2 * reach : reach;
+  if (!law.looks_ahead) return seen * (1 + 4 * kMargin);
   const double step =
       std::min(static_cast<double>(extent.displacement), static_cast<double>(step_limit(reach_of(action, extent))));
-  // In a fluid those that are seen must have seen their own neighbours.
-  const double seen = action.kind == Kind::fluid ? 2 * reach : reach;
   return (seen + 2 * (step + static_cast<double>(extent.rounding))) * (1 + 4 * kMargin);
 }
 

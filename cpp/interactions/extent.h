@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "actions/action.h"
+#include "interactions/kernels.h"
 #include "particles/store.h"
 #include "threads/pool.h"
 
@@ -19,8 +20,13 @@ struct Component {
   int component = 0;
 };
 
+/// The law of an action between particles.
+const Law& law_of(const actions::Action& action);
+
 /// What an action reads of those that it sees: position first.
 std::vector<Component> read_by(const actions::Action& action);
+/// What it changes of its targets: its results, in this order.
+std::vector<Component> changed_by(const actions::Action& action);
 
 /// What all ranks agree on before particles meet: maxima over all of them.
 struct Extent {
@@ -47,9 +53,6 @@ double range_of(const actions::Action& action, const Extent& extent);
 
 /// Whether its reach is that of two radii.
 bool has_radius(const actions::Action& action);
-/// Whether particles see each other where they will be at the end of the step.
-bool looks_ahead(const actions::Action& action);
-
 /// The radius of the particles of one side that the script gave, in metres; 0: half of their size.
 float given_radius(const actions::Action& action, bool second);
 

@@ -1,23 +1,29 @@
-// Compiled once for each instruction set: the kernels of meetings.
-#include "interactions/collide.h"
-#include "interactions/contact.h"
-#include "interactions/fluid.h"
-#include "interactions/gravitate.h"
+// Compiled once for each instruction set: the laws between particles.
+#include "interactions/all_laws.h"  // all law_*.h of this folder; written by CMake, so a new law needs no line here
 #include "interactions/list_pairs.h"
-#include "interactions/match.h"
 #include "interactions/pull.h"
 
 namespace motes::MOTES_ISA {
 
-extern const interactions::Kernels meeting_kernels;
-const interactions::Kernels meeting_kernels = {
-    gravitate,
-    match,
-    {{collide<false, false>, collide<false, true>}, {collide<true, false>, collide<true, true>}},
-    contact,
+namespace laws {
+// No sums over all within reach: engine/act/follow.h, interactions/pairs.h, interactions/tie.h.
+inline constexpr interactions::Law follow = {};
+inline constexpr interactions::Law pairs = {
+    .reach = [](const double* recorded) { return actions::read_numbers<numbers::pairs>(recorded).radius; },
+};
+inline constexpr interactions::Law tie = {};
+}  // namespace laws
+
+extern const interactions::Kernels interaction_kernels;
+const interactions::Kernels interaction_kernels = {
+    {
+#define MOTES_ACTION(name, ...) {},
+#define MOTES_INTERACTION(name, ...) laws::name,
+#include "actions/list.inc"
+#undef MOTES_INTERACTION
+#undef MOTES_ACTION
+    },
     list_pairs,
-    find_pressure,
-    fluid,
     pull,
 };
 

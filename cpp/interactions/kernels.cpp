@@ -4,12 +4,12 @@
 #include "simd/declare_builds.h"
 #include "simd/isa.h"
 
-MOTES_DECLARE_BUILDS(motes::interactions::Kernels, meeting_kernels)
+MOTES_DECLARE_BUILDS(motes::interactions::Kernels, interaction_kernels)
 
 namespace motes::interactions {
 
 const Kernels& kernels() {
-  static const Kernels& chosen = simd::choose<Kernels>(MOTES_BUILDS(meeting_kernels));
+  static const Kernels& chosen = simd::choose<Kernels>(MOTES_BUILDS(interaction_kernels));
   return chosen;
 }
 

@@ -1,11 +1,13 @@
-// The kernels of meetings, in the build that suits this processor: each sums, for particles in lanes, over all that are
-// within reach of them, in the order (cell, id).
+// The laws between particles, in the build that suits this processor: the kernel of each sums, for particles in lanes,
+// over all that are within reach of them, in the order (cell, id).
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 
+#include "actions/numbers.h"
 #include "interactions/cell_list.h"
+#include "interactions/law.h"
 
 namespace motes::interactions {
 
@@ -17,14 +19,14 @@ struct Party {
   const Crowd* crowd = nullptr;  // for ids
 };
 
-/// Columns of a party: `at` first, then what the law reads.
+/// Columns of a party: where its particles are, what the law reads of them, and what is made of that.
 enum At : int {
   at_x,
   at_y,
   at_z,
-  value_x,
-  value_y,
-  value_z,
+  velocity_x,
+  velocity_y,
+  velocity_z,
   contacts,
   radius,
   inverse_mass,
@@ -34,26 +36,6 @@ enum At : int {
   mass,
   pressure,
   party_columns
-};
-inline constexpr std::size_t party_results = 7;  // planes of what laws say, at most
-
-/// What the laws are set to. Lengths in metres, times in seconds.
-struct Terms {
-  float reach = 0;  // who is farther away is not seen
-  float strength = 0;  // gravitate, match: magnitude times the step
-  float epsilon = 0;  // metres squared
-  float step = 0;  // collide, contact, fluid
-  float friction = 0;
-  float restitution = 0;
-  float stiffness = 0;  // contact: N/m
-  float rolling_friction = 0;
-  std::uint32_t now = 0;  // contact: the number of the sub-step, from 1 on
-  float rest_density = 0;  // fluid: kg/m3
-  float viscosity = 0;  // ten times that, m2/s
-  float cohesion = 0;  // m/s2
-  float slow = 0;  // m/s: those that approach each other more slowly do not rebound
-  float sleep2 = 0;  // m2/s2
-  int side = 0;  // 0: targets are among the sources; 1, 2: they are of the first or second of two systems
 };
 
 /// What was seen, for the log.
@@ -81,12 +63,18 @@ struct PairsView {
   PairState* state = nullptr;
 };
 
+/// One law over some rows of targets. Lengths in metres, times in seconds.
 struct Task {
   Party targets, sources;
-  Terms terms;
+  const double* numbers = nullptr;  // the action's, by name: numbers_of
+  float reach = 0;  // who is farther away is not seen
+  float dt = 0;
+  int side = 0;  // 0: targets are among the sources; 1, 2: they are of the first or second of two systems
+  std::uint32_t now = 0;  // the number of the sub-step, from 1 on
+  bool radii = false, masses = false;  // whether particles have radii and masses of their own: Law::uniform
   float* const* out = nullptr;  // planes by place: what the law says
-  PairsView pairs;  // contact: who may touch whom
-  const std::uint8_t* chosen = nullptr;  // contact: who is changed, by index; null: all
+  PairsView pairs = {};  // of this rank's own particles: Law::remembers
+  const std::uint8_t* chosen = nullptr;  // who of them is changed, by index; null: all
   std::size_t first_row = 0, last_row = 0;  // of the targets
   KernelStats* stats = nullptr;
 };
@@ -103,19 +91,8 @@ struct ListTask {
 };
 
 struct Kernels {
-  /// v_i += sum of (x_j - x_i) strength / (r (r^2 + epsilon)): out is that sum.
-  void (*gravitate)(const Task&);
-  /// out: the value that its neighbours' values draw this particle's to.
-  void (*match)(const Task&);
-  /// out: velocity (3), contacts. With radii of their own, with masses.
-  void (*collide[2][2])(const Task&);
-  /// out: velocity (3), contacts, rotational velocity (3).
-  void (*contact)(const Task&);
+  Law law[actions::kKinds];
   void (*list_pairs)(const ListTask&);
-  /// out: how hard each particle of a fluid pushes. The ghosts that targets see are targets too.
-  void (*find_pressure)(const Task&);
-  /// out: velocity (3). Reads the pressure of all.
-  void (*fluid)(const Task&);
   /// See pull.h.
   void (*pull)(const float* const* sources, std::size_t count, float epsilon, const float* const* targets,
                std::size_t begin, std::size_t end, float* sums);

@@ -31,7 +31,8 @@ bool NeighbourList::lists(const Crowd& crowd, std::uint32_t now) const {
   for (std::size_t i = 0; i < crowd.own; ++i) {
     if (listed_[i] != crowd.own_ids[i]) return false;
   }
-  return std::equal(crowd.copied_ids, crowd.copied_ids + crowd.ghosts, listed_.begin() + static_cast<std::ptrdiff_t>(own_));
+  return std::equal(crowd.copied_ids, crowd.copied_ids + crowd.ghosts,
+                    listed_.begin() + static_cast<std::ptrdiff_t>(own_));
 }
 
 bool NeighbourList::holds(const PlacedSpheres& spheres, threads::Pool& pool) {
@@ -49,7 +50,8 @@ bool NeighbourList::holds(const PlacedSpheres& spheres, threads::Pool& pool) {
       }
       // Rounding of the way is small beside the hundredth that is kept of the skin.
       const float left = 0.49f * skin_ - std::max(0.0f, spheres.radius[k] - radius_[k]);
-      const int numbers = static_cast<int>(spheres.at[0][k] == spheres.at[0][k]) & static_cast<int>(spheres.at[1][k] == spheres.at[1][k]) &
+      const int numbers = static_cast<int>(spheres.at[0][k] == spheres.at[0][k]) &
+                          static_cast<int>(spheres.at[1][k] == spheres.at[1][k]) &
                           static_cast<int>(spheres.at[2][k] == spheres.at[2][k]);
       most2 = way2 > most2 ? way2 : most2;
       far |= numbers & static_cast<int>(!(left > 0 && way2 < left * left));
@@ -153,8 +155,7 @@ void NeighbourList::carry(const Remembered& before, std::uint32_t from, std::uin
   }
 }
 
-void NeighbourList::recall(std::size_t place, std::uint32_t law,
-                           std::vector<particles::Touch>& to) const {
+void NeighbourList::recall(std::size_t place, std::uint32_t law, std::vector<particles::Touch>& to) const {
   for (std::uint32_t e = begin_[place]; e < begin_[place + 1]; ++e) {
     if (state_[e].step == now_) to.push_back(touch_of(ids_[second_[e]], law, state_[e]));
   }

@@ -148,7 +148,7 @@ class Seeing {
 }  // namespace
 
 bool uses_cells(const actions::Action& action) {
-  return action.kind == actions::Kind::gravitate && action.numbers[3] != 0;
+  return action.kind == actions::Kind::gravitate && actions::numbers_of<actions::numbers::gravitate>(action).cells != 0;
 }
 
 Bounds bounds_of(const Store& store) {
@@ -228,8 +228,8 @@ Seen act_by_cells(const actions::Action& action, const Cube& cube, const Moments
   const simd::FloatMode mode;
   Store& store = *side.store;
   if (store.size() == 0) return {};
-  const float strength = static_cast<float>(action.numbers[0]) * dt;
-  const auto epsilon = static_cast<float>(action.numbers[1]);
+  const auto given = actions::numbers_of<actions::numbers::gravitate, float>(action);
+  const float strength = given.magnitude * dt, epsilon = given.epsilon;
   Scratch::Party& party = scratch.party[0];
   Crowd crowd;
   crowd.own = store.size();

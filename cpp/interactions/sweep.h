@@ -105,6 +105,14 @@ MOTES_INLINE void store_lanes3(float* const* to, std::uint32_t i, const Floats3&
   store_lanes(to[2] + i, v.z, lanes);
 }
 
+namespace numbers = actions::numbers;
+
+/// Returns the action's numbers by name: numbers_of<numbers::contact>(task).stiffness.
+template <template <class> class Numbers, class T = float>
+MOTES_INLINE Numbers<T> numbers_of(const Task& task) {
+  return actions::read_numbers<Numbers, T>(task.numbers);
+}
+
 /// Runs a law over the task's rows. A law has a type Sums, which is made for the targets first .. last - 1, at most a
 /// vector of them, and has add(source) and finish(around, first, last).
 template <class Law>
@@ -134,15 +142,17 @@ MOTES_INLINE void sweep(const Task& task, const Law& law) {
   }
 }
 
+/// The difference between a source and the targets in three columns, from `first` on.
+MOTES_INLINE Floats3 difference(const Floats3& targets, const float* const* column, int first, std::uint32_t j) {
+  return {column[first][j] - targets.x, column[first + 1][j] - targets.y, column[first + 2][j] - targets.z};
+}
 /// Where a source is, seen from the targets.
 MOTES_INLINE Floats3 seen_from(const Floats3& targets, const float* const* column, std::uint32_t j) {
-  return {column[interactions::at_x][j] - targets.x, column[interactions::at_y][j] - targets.y,
-          column[interactions::at_z][j] - targets.z};
+  return difference(targets, column, interactions::at_x, j);
 }
-/// How a source's value differs from those of the targets.
-MOTES_INLINE Floats3 value_seen_from(const Floats3& targets, const float* const* column, std::uint32_t j) {
-  return {column[interactions::value_x][j] - targets.x, column[interactions::value_y][j] - targets.y,
-          column[interactions::value_z][j] - targets.z};
+/// A source's velocity, seen from the targets.
+MOTES_INLINE Floats3 velocity_seen_from(const Floats3& targets, const float* const* column, std::uint32_t j) {
+  return difference(targets, column, interactions::velocity_x, j);
 }
 MOTES_INLINE Floats3 load_column(const float* const* column, int first, std::uint32_t i) {
   return {load(column[first] + i), load(column[first + 1] + i), load(column[first + 2] + i)};

@@ -4,9 +4,9 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 #include <string>
 
+#include "base/invalid_argument.h"
 #include "simd/float_mode.h"
 
 namespace motes::interactions {
@@ -29,13 +29,18 @@ struct Terms {
   bool tethers;
 };
 
+double break_at_of(const actions::Action& action) {
+  return actions::numbers_of<actions::numbers::tie>(action).break_at;
+}
+
 Terms terms_of(const actions::Action& action, float dt) {
+  const auto given = actions::numbers_of<actions::numbers::tie, float>(action);
   Terms terms;
   terms.dt = dt;
-  for (std::size_t k = 0; k < 3; ++k) terms.compliance[k] = static_cast<float>(action.numbers[k]) / (dt * dt);
-  terms.kept = 1 / (1 + static_cast<float>(action.numbers[3]) * dt);
-  terms.break_at = static_cast<float>(action.numbers[4]);
-  terms.tethers = action.numbers[5] != 0;
+  terms.compliance = {given.stretch / (dt * dt), given.shear / (dt * dt), given.bend / (dt * dt)};
+  terms.kept = 1 / (1 + given.damping * dt);
+  terms.break_at = given.break_at;
+  terms.tethers = given.tethers != 0;
   return terms;
 }
 
@@ -223,18 +228,19 @@ class Tying {
 
 void check(const actions::Action& action) {
   const std::shared_ptr<const Bonds> known = bonds(action.ties);
-  if (action.numbers[4] >= static_cast<double>(kInf) || known->most() <= kTearing) return;
-  throw std::invalid_argument("break_at must be infinite where a particle has more than " + std::to_string(kTearing) +
-                              " ties, one has " + std::to_string(known->most()));
+  if (break_at_of(action) >= static_cast<double>(kInf) || known->most() <= kTearing) return;
+  throw base::InvalidArgument("break_at", "be infinite where a particle has more than " + std::to_string(kTearing) +
+                                              " ties, one has " + std::to_string(known->most()));
 }
 
 void check_together(const actions::Action& one, const actions::Action& other) {
-  const double break_at = std::min(one.numbers[4], other.numbers[4]);
+  const double break_at = std::min(break_at_of(one), break_at_of(other));
   if (one.ties == other.ties || break_at >= static_cast<double>(kInf)) return;
   const std::optional<std::uint64_t> both = shared_particle(one.ties, other.ties);
   if (!both) return;
-  throw std::invalid_argument("break_at must be infinite where two Ties of a list tie the same particle, as both tie " +
-                              std::to_string(*both) + " (one Ties of all these pairs can tear), got " +
+  throw base::InvalidArgument("break_at",
+                              "be infinite where two Ties of a list tie the same particle, as both tie " +
+                                  std::to_string(*both) + " (one Ties of all these pairs can tear)",
                               std::to_string(break_at));
 }
 

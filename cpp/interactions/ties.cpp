@@ -7,6 +7,7 @@
 #include <string>
 #include <tuple>
 
+#include "base/checks.h"
 #include "base/fields.h"
 
 namespace motes::interactions {
@@ -15,47 +16,46 @@ namespace {
 
 constexpr float kLongest = 1e9f;  // m
 
-[[noreturn]] void refuse(const std::string& argument, const std::string& allowed, const std::string& got) {
-  throw std::invalid_argument(argument + " must be " + allowed + ", got " + got);
-}
-
 void check_ends(const Ties& ties) {
   const std::size_t count = ties.ends.size() / 2;
-  if (ties.ends.size() % 2 != 0) refuse("pairs", "two ids for each tie", std::to_string(ties.ends.size()) + " ids");
+  if (ties.ends.size() % 2 != 0)
+    base::refuse("pairs", "two ids for each tie", std::to_string(ties.ends.size()) + " ids");
   if (ties.lengths.size() != count) {
-    refuse("lengths", "one per tie, " + std::to_string(count), std::to_string(ties.lengths.size()));
+    base::refuse("lengths", "one per tie, " + std::to_string(count), std::to_string(ties.lengths.size()));
   }
   if (ties.kinds.size() != count) {
-    refuse("kinds", "one per tie, " + std::to_string(count), std::to_string(ties.kinds.size()));
+    base::refuse("kinds", "one per tie, " + std::to_string(count), std::to_string(ties.kinds.size()));
   }
   std::vector<std::pair<std::uint64_t, std::uint64_t>> pairs;
   for (std::size_t i = 0; i < count; ++i) {
     const std::string at = "[" + std::to_string(i) + "]";
     if (ties.ends[2 * i] == ties.ends[2 * i + 1]) {
-      refuse("pairs" + at, "two different ids", std::to_string(ties.ends[2 * i]) + " twice");
+      base::refuse("pairs" + at, "two different ids", std::to_string(ties.ends[2 * i]) + " twice");
     }
     if (!(ties.lengths[i] >= 0 && ties.lengths[i] <= kLongest)) {
-      refuse("lengths" + at, "0..1e9 m", std::to_string(ties.lengths[i]));
+      base::refuse("lengths" + at, "0..1e9 m", std::to_string(ties.lengths[i]));
     }
-    if (ties.kinds[i] > 2) refuse("kinds" + at, "0 (stretch), 1 (shear) or 2 (bend)", std::to_string(ties.kinds[i]));
+    if (ties.kinds[i] > 2)
+      base::refuse("kinds" + at, "0 (stretch), 1 (shear) or 2 (bend)", std::to_string(ties.kinds[i]));
     pairs.emplace_back(std::minmax(ties.ends[2 * i], ties.ends[2 * i + 1]));
   }
   std::sort(pairs.begin(), pairs.end());
   const auto twice = std::adjacent_find(pairs.begin(), pairs.end());
   if (twice != pairs.end()) {
-    refuse("pairs", "different from each other",
-           std::to_string(twice->first) + " and " + std::to_string(twice->second) + " twice");
+    base::refuse("pairs", "different from each other",
+                 std::to_string(twice->first) + " and " + std::to_string(twice->second) + " twice");
   }
 }
 
 void check_tethers(const Ties& ties) {
   if (ties.pins.size() != ties.tethered.size() || ties.tethers.size() != ties.tethered.size()) {
-    refuse("tethers", "as many as there are tethered particles", std::to_string(ties.tethers.size()));
+    base::refuse("tethers", "as many as there are tethered particles", std::to_string(ties.tethers.size()));
   }
   for (std::size_t i = 0; i < ties.pins.size(); ++i) {
-    if (ties.pins[i] >= ties.pinned.size()) refuse("pins", "indices of pinned particles", std::to_string(ties.pins[i]));
+    if (ties.pins[i] >= ties.pinned.size())
+      base::refuse("pins", "indices of pinned particles", std::to_string(ties.pins[i]));
     if (!(ties.tethers[i] >= 0 && ties.tethers[i] <= kLongest)) {
-      refuse("tethers", "0..1e9 m", std::to_string(ties.tethers[i]));
+      base::refuse("tethers", "0..1e9 m", std::to_string(ties.tethers[i]));
     }
   }
 }

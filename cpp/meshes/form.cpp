@@ -10,6 +10,7 @@
 #include <mutex>
 #include <stdexcept>
 
+#include "base/invalid_argument.h"
 #include "base/vectors.h"
 #include "meshes/distance_field.h"
 #include "simd/float_mode.h"
@@ -87,7 +88,7 @@ void set_inside(Kept& kept) {
   const Surface surface = weld(*mesh(kept.mesh));
   const std::string wrong = opening(surface);
   if (!wrong.empty()) {
-    throw std::invalid_argument("Mesh: its surface must be closed, to have an inside, got " + wrong);
+    throw base::InvalidArgument("its surface", "be closed, to have an inside", wrong, "Mesh");
   }
   try {
     threads::Pool pool(threads_for_building());

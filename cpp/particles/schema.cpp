@@ -2,6 +2,8 @@
 
 #include <stdexcept>
 
+#include "base/invalid_argument.h"
+
 namespace motes::particles {
 namespace {
 
@@ -22,11 +24,11 @@ Schema::Schema() {
 
 int Schema::add(const std::string& name, int width, std::array<float, 3> initial) {
   if (!identifier(name) || name == "id") {
-    throw std::invalid_argument("attribute name must be an identifier other than id, got '" + name + "'");
+    throw base::InvalidArgument("attribute name", "be an identifier other than id", "'" + name + "'");
   }
   if (find(name) >= 0) throw std::invalid_argument("attribute '" + name + "' already exists");
   if (width != 1 && width != 3) {
-    throw std::invalid_argument("attribute '" + name + "' must have 1 or 3 numbers, got " + std::to_string(width));
+    throw base::InvalidArgument("attribute '" + name + "'", "have 1 or 3 numbers", std::to_string(width));
   }
   if (size() == 64) throw std::invalid_argument("a system can have at most 64 attributes");
   attributes_.push_back({name, width, initial, components_});

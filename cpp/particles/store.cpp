@@ -323,10 +323,9 @@ void Store::pack(std::span<const std::uint32_t> indices, base::Bytes& out, threa
     if (how == Packed::uniform) out.put_raw(column.value.data(), sizeof(float) * static_cast<std::size_t>(width(a)));
     for (int c = 0; how == Packed::planes && c < width(a); ++c) pack_plane(plane(a, c));
   }
-  over_columns(pool, packed, indices.size(), kAlone,
-               [&](const PackedColumn& column, std::size_t first, std::size_t last) {
-                 gather(column, indices, first, last);
-               });
+  over_columns(
+      pool, packed, indices.size(), kAlone,
+      [&](const PackedColumn& column, std::size_t first, std::size_t last) { gather(column, indices, first, last); });
   pack_touches(indices, out);
 }
 

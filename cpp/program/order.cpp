@@ -67,8 +67,7 @@ void sort_places(std::vector<Place>& places, const particles::Ids& ids) {
 
 std::vector<std::uint32_t> order(const actions::Action& sort, double time, particles::Store& store,
                                  threads::Pool& pool) {
-  const double* eye = sort.numbers.data();
-  const double* look = eye + 3;
+  const auto given = actions::numbers_of<actions::numbers::sort>(sort);
   const std::vector<std::uint32_t> chosen = select(sort.where, sort.shapes, time, store);
   const std::array<float, 3> everywhere = store.uniform_value(particles::position);
   std::vector<Place> places(chosen.size());
@@ -77,7 +76,7 @@ std::vector<std::uint32_t> order(const actions::Action& sort, double time, parti
     for (int c = 0; c < 3; ++c) {
       const float* x = store.plane(particles::position, c);
       const double at = x != nullptr ? x[particle] : everywhere[static_cast<std::size_t>(c)];
-      distance += (at - eye[c]) * look[c];
+      distance += (at - given.eye[c]) * given.look[c];
     }
     return distance;
   };

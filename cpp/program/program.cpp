@@ -46,9 +46,13 @@ std::size_t kept_steps(const Span& span) {
   return std::min(kKeptSteps, static_cast<std::size_t>(std::max(span.substeps, 1)));
 }
 
+bool turns_ups(const actions::Action& action) {
+  return action.kind == actions::Kind::move && actions::numbers_of<actions::numbers::move>(action).rotational != 0;
+}
+
 // Without spin, move leaves the orientations unchanged and they take no memory.
 std::uint64_t untouched(const actions::Action& action, bool turns) {
-  return action.kind == actions::Kind::move && (action.numbers[0] == 0 || !turns) ? kTurning : 0;
+  return action.kind == actions::Kind::move && !(turns && turns_ups(action)) ? kTurning : 0;
 }
 
 void append(std::vector<std::uint32_t>& to, const std::vector<std::uint32_t>& more) {
@@ -131,7 +135,7 @@ std::vector<Program::Operation> Program::bind(const Store& store, bool turns, fl
     p.number = few ? operation.numbers.data() : action.numbers.data();
     p.numbers = static_cast<int>(action.numbers.size());
     p.shape = action.shapes.data();
-    p.flag = turns && action.kind == actions::Kind::move && action.numbers[0] != 0;
+    p.flag = turns && turns_ups(action);
     p.scratch = scratch;
     if (action.table != 0) bind_table(*actions::table(action.table), p);
     if (action.target >= 0) {

@@ -11,6 +11,7 @@
 #include "actions/action.h"
 #include "actions/kernels.h"
 #include "base/fields.h"
+#include "base/invalid_argument.h"
 #include "program/planes.h"
 #include "recording/record.h"
 
@@ -41,7 +42,7 @@ std::uint64_t columns_of(const Sum& sum, const particles::Schema& schema) {
 void check_edges(const std::vector<double>& edges) {
   const auto unordered = [](double a, double b) { return !(a < b); };
   if (edges.size() < 2 || std::adjacent_find(edges.begin(), edges.end(), unordered) != edges.end()) {
-    throw std::invalid_argument("edges must be at least 2 ascending numbers");
+    throw base::InvalidArgument("edges", "be at least 2 ascending numbers");
   }
 }
 
@@ -206,7 +207,7 @@ std::size_t results(const Sum& sum) {
   for (const Dimension& dimension : sum.dimensions) {
     bins *= dimension.edges.size() - 1;
     if (bins > kMostBins) {
-      throw std::invalid_argument("a sum must have at most " + std::to_string(kMostBins) + " bins");
+      throw base::InvalidArgument("a sum", "have at most " + std::to_string(kMostBins) + " bins");
     }
   }
   return sum.dimensions.empty() ? sum.weights.size() : bins;
@@ -215,12 +216,12 @@ std::size_t results(const Sum& sum) {
 void check(const Sum& sum, const particles::Schema& schema) {
   actions::check_condition(sum.where, sum.shapes, schema);
   for (const Dimension& dimension : sum.dimensions) check_edges(dimension.edges);
-  if (results(sum) == 0) throw std::invalid_argument("a sum must have a weight or a dimension");
-  if (!sum.dimensions.empty() && sum.weights.size() > 1) throw std::invalid_argument("weights must be one expression");
+  if (results(sum) == 0) throw base::InvalidArgument("a sum", "have a weight or a dimension");
+  if (!sum.dimensions.empty() && sum.weights.size() > 1) throw base::InvalidArgument("weights", "be one expression");
   each_expression(sum, [&](const Expression& one) {
     if (&one == &sum.where) return;
     if (check(one, schema.components(), static_cast<int>(sum.shapes.size())) != actions::Type::number) {
-      throw std::invalid_argument("a sum must be of numbers");
+      throw base::InvalidArgument("a sum", "be of numbers");
     }
   });
 }

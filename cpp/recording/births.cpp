@@ -5,6 +5,8 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "base/invalid_argument.h"
+
 namespace motes::recording {
 namespace {
 
@@ -16,29 +18,30 @@ constexpr double kMostAtAll = 1e300;  // so that sums stay finite
 
 void check_attribute(int attribute, const particles::Schema& schema) {
   if (attribute >= 0 && attribute < schema.size()) return;
-  throw std::invalid_argument("attribute must be 0.." + std::to_string(schema.size() - 1) + ", got " +
-                              std::to_string(attribute));
+  throw base::InvalidArgument("attribute", "be 0.." + std::to_string(schema.size() - 1), std::to_string(attribute));
 }
 
 void check_distribution(const Given& given, const particles::Schema& schema) {
   check_attribute(given.attribute, schema);
   const particles::Attribute& attribute = schema[given.attribute];
   const Distribution& d = given.distribution;
-  const auto refuse = [&](const std::string& what) { throw std::invalid_argument(attribute.name + " " + what); };
+  const auto refuse = [&](const std::string& rule, const std::string& got = "") {
+    throw base::InvalidArgument(attribute.name, rule, got);
+  };
   const bool drawn = d.kind == Distribution::Kind::uniform || d.kind == Distribution::Kind::normal;
   for (int i = 0; i < attribute.width; ++i) {
     const bool endless = given.attribute == particles::lifetime && d.kind == Distribution::Kind::value;
-    if (!std::isfinite(d.first[i]) && !(endless && d.first[i] > 0)) refuse("must be finite");
-    if (drawn && !std::isfinite(d.second[i])) refuse("must be finite");
+    if (!std::isfinite(d.first[i]) && !(endless && d.first[i] > 0)) refuse("be finite");
+    if (drawn && !std::isfinite(d.second[i])) refuse("be finite");
     if (d.kind == Distribution::Kind::uniform && d.first[i] > d.second[i]) {
-      refuse("must be drawn from lo <= hi, got " + std::to_string(d.first[i]) + " > " + std::to_string(d.second[i]));
+      refuse("be drawn from lo <= hi", std::to_string(d.first[i]) + " > " + std::to_string(d.second[i]));
     }
     if (d.kind == Distribution::Kind::normal && d.second[i] < 0) {
-      refuse("must have sigma >= 0, got " + std::to_string(d.second[i]));
+      refuse("have sigma >= 0", std::to_string(d.second[i]));
     }
   }
   if (d.kind == Distribution::Kind::shape) {
-    if (attribute.width != 3) refuse("has one number: it cannot be drawn from a shape");
+    if (attribute.width != 3) refuse("be drawn from numbers: it has one, a shape gives three");
     shapes::check(d.shape);
   }
 }
@@ -47,11 +50,11 @@ void check_way(const Birth& birth) {
   for (const shapes::Shape& before : birth.before) {
     shapes::check(before);
     if (before.kind != birth.shape.kind || before.mesh != birth.shape.mesh || before.kind == shapes::Kind::united) {
-      throw std::invalid_argument("moving_from must be a " + shapes::name(birth.shape.kind) +
-                                  ", as shape is, and no union");
+      throw base::InvalidArgument("moving_from",
+                                  "be a " + shapes::name(birth.shape.kind) + ", as shape is, and no union");
     }
   }
-  if (birth.before.size() > 1) throw std::invalid_argument("moving_from must be one shape");
+  if (birth.before.size() > 1) throw base::InvalidArgument("moving_from", "be one shape");
 }
 
 void draw_attribute(const Given& given, particles::Key key, Store& into) {
@@ -113,7 +116,7 @@ void spread_along(const shapes::Shape& before, particles::Key key, const Moment&
 
 // A rate that changes within the frame, as its integral.
 void check_until(const Birth& birth) {
-  const auto refuse = [](const std::string& what) { throw std::invalid_argument("rate must be " + what); };
+  const auto refuse = [](const std::string& what) { throw base::InvalidArgument("rate", "be " + what); };
   const auto wrong = [](double value) { return !(value >= 0 && value <= kMostAtAll); };
   if (wrong(birth.scale) || std::any_of(birth.until.begin(), birth.until.end(), wrong)) {
     refuse("of an integral in 0..1e300");
@@ -133,23 +136,23 @@ Moment moment_of(const Birth& birth, float dt, int substep, int substeps) {
 void check(const Birth& birth, const particles::Schema& schema) {
   if (birth.kind != Birth::Kind::emit) shapes::check(birth.shape);
   if (birth.kind == Birth::Kind::source && !(birth.rate >= 0 && birth.rate <= 1e12)) {
-    throw std::invalid_argument("rate must be 0..1e12 particles per second, got " + std::to_string(birth.rate));
+    throw base::InvalidArgument("rate", "be 0..1e12 particles per second", std::to_string(birth.rate));
   }
   check_until(birth);
   check_way(birth);
   if (static_cast<double>(birth.amount) > kMostAtOnce) {
-    throw std::invalid_argument("count must be 0..4000000000, got " + std::to_string(birth.amount));
+    throw base::InvalidArgument("count", "be 0..4000000000", std::to_string(birth.amount));
   }
   for (const Given& given : birth.state) check_distribution(given, schema);
   const auto is_position = [](const Emitted& column) { return column.attribute == particles::position; };
   if (birth.kind == Birth::Kind::emit && std::none_of(birth.columns.begin(), birth.columns.end(), is_position)) {
-    throw std::invalid_argument("position must be given, one row per particle");
+    throw base::InvalidArgument("position", "be given, one row per particle");
   }
   for (const Emitted& column : birth.columns) {
     check_attribute(column.attribute, schema);
     const auto width = static_cast<std::size_t>(schema[column.attribute].width);
     if (column.values.size() != birth.amount * width) {
-      throw std::invalid_argument(schema[column.attribute].name + " must have one row per particle");
+      throw base::InvalidArgument(schema[column.attribute].name, "have one row per particle");
     }
   }
 }

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
 #include "actions/action.h"
+#include "base/invalid_argument.h"
 #include "simd/float_mode.h"
 
 namespace motes::recording {
@@ -16,10 +16,10 @@ using particles::Store;
 
 void check(const Spawn& spawn, const particles::Schema& parents, const particles::Schema& children) {
   if (spawn.count < 1 || spawn.count > 1000000) {
-    throw std::invalid_argument("count must be 1..1000000, got " + std::to_string(spawn.count));
+    throw base::InvalidArgument("count", "be 1..1000000", std::to_string(spawn.count));
   }
   if (!(std::fabs(spawn.inherit_velocity) <= 1e6)) {
-    throw std::invalid_argument("inherit_velocity must be within 1e6, got " + std::to_string(spawn.inherit_velocity));
+    throw base::InvalidArgument("inherit_velocity", "be within 1e6", std::to_string(spawn.inherit_velocity));
   }
   Birth birth;
   birth.state = spawn.state;

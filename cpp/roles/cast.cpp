@@ -4,13 +4,14 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "base/invalid_argument.h"
+
 namespace motes::roles {
 namespace {
 
 void check_rank(const std::string& role, int rank, int size) {
   if (rank >= 0 && rank < size) return;
-  throw std::invalid_argument("roles: " + role + " must be a rank 0.." + std::to_string(size - 1) + ", got " +
-                              std::to_string(rank));
+  throw base::InvalidArgument(role, "be a rank 0.." + std::to_string(size - 1), std::to_string(rank), "roles");
 }
 
 }  // namespace
@@ -72,7 +73,7 @@ Cast cast_left(const Cast& cast, const std::vector<int>& survivors) {
 void check(const Cast& cast, int size) {
   check_rank("manager", cast.manager, size);
   check_rank("image_generator", cast.image_generator, size);
-  if (cast.calculators.empty()) throw std::invalid_argument("roles: calculators must name at least one rank");
+  if (cast.calculators.empty()) throw base::InvalidArgument("calculators", "name at least one rank", "", "roles");
   std::vector<int> sorted = cast.calculators;
   std::sort(sorted.begin(), sorted.end());
   for (std::size_t i = 0; i < sorted.size(); ++i) {

@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "base/invalid_argument.h"
 #include "base/vectors.h"
 #include "meshes/distance_field.h"
 #include "meshes/form.h"
@@ -37,14 +38,15 @@ bool direction(const Vector& a) {
   return square > 1e-30 && square < 1e30;
 }
 
-[[noreturn]] void refuse(const Shape& s, const std::string& what) {
-  throw std::invalid_argument(name(s.kind) + ": " + what);
+[[noreturn]] void refuse(const Shape& s, const std::string& argument, const std::string& rule,
+                         const std::string& got = "") {
+  throw base::InvalidArgument(argument, rule, got, name(s.kind));
 }
 
 void check_radii(const Shape& s, float radius, float inner) {
-  if (!(radius > 0)) refuse(s, "radius must be > 0, got " + std::to_string(radius));
+  if (!(radius > 0)) refuse(s, "radius", "be > 0", std::to_string(radius));
   if (!(inner >= 0 && inner <= radius)) {
-    refuse(s, "inner_radius must be 0..radius, got " + std::to_string(inner));
+    refuse(s, "inner_radius", "be 0..radius", std::to_string(inner));
   }
 }
 
@@ -71,7 +73,7 @@ bool is_rotation(const float* q) {
 void check_numbers(const Shape& s) {
   for (int i = 0; i < count(s.kind); ++i) {
     if (!(std::fabs(s.number[i]) <= 1e12f)) {
-      refuse(s, "every number must be finite and within 1e12, got " + std::to_string(s.number[i]));
+      refuse(s, "every number", "be finite and within 1e12", std::to_string(s.number[i]));
     }
   }
 }
@@ -80,19 +82,21 @@ void check_placed_mesh(const Shape& s) {
   const float resolution = s.number[kResolution];
   if (!(resolution >= meshes::kLeastResolution && resolution <= meshes::kMostResolution) ||
       std::trunc(resolution) != resolution) {
-    refuse(s, "resolution must be a whole number in " + std::to_string(meshes::kLeastResolution) + ".." +
-                  std::to_string(meshes::kMostResolution) + ", got " + std::to_string(resolution));
+    refuse(s, "resolution",
+           "be a whole number in " + std::to_string(meshes::kLeastResolution) + ".." +
+               std::to_string(meshes::kMostResolution),
+           std::to_string(resolution));
   }
   if (!is_rotation(s.number + kRotation) || !is_rotation(s.number + kBefore + kRotation)) {
-    refuse(s, "a rotation must be a quaternion of length 1");
+    refuse(s, "a rotation", "be a quaternion of length 1");
   }
-  if (s.number[kSolid] != 0 && s.number[kSolid] != 1) refuse(s, "solid must be 0 or 1");
-  if (s.form == nullptr) refuse(s, "this process keeps no such mesh");
+  if (s.number[kSolid] != 0 && s.number[kSolid] != 1) refuse(s, "solid", "be 0 or 1");
+  if (s.form == nullptr) refuse(s, "mesh", "be one that this process keeps");
 }
 
 void check_mesh(const Shape& s) {
   check_placed_mesh(s);
-  if (s.form->triangles == 0) refuse(s, "triangles must have an area");
+  if (s.form->triangles == 0) refuse(s, "triangles", "have an area");
   if (s.number[kSolid] != 0) meshes::need_inside(*s.form);
 }
 
@@ -129,44 +133,43 @@ void check(const Shape& s) {
   check_numbers(s);
   switch (s.kind) {
     case Kind::rectangle:
-      if (!direction(cross(vector_at(s, 3), vector_at(s, 6)))) refuse(s, "u and v must span an area");
+      if (!direction(cross(vector_at(s, 3), vector_at(s, 6)))) refuse(s, "u and v", "span an area");
       break;
     case Kind::disc:
-      if (!direction(vector_at(s, 3))) refuse(s, "normal must not be zero");
+      if (!direction(vector_at(s, 3))) refuse(s, "normal", "not be zero");
       check_radii(s, s.number[6], s.number[7]);
       break;
     case Kind::plane:
-      if (!direction(vector_at(s, 3))) refuse(s, "normal must not be zero");
+      if (!direction(vector_at(s, 3))) refuse(s, "normal", "not be zero");
       break;
     case Kind::box:
       for (int i = 0; i < 3; ++i) {
         if (s.number[i] > s.number[i + 3]) {
-          refuse(s, "low must not be above high, got " + std::to_string(s.number[i]) + " > " +
-                        std::to_string(s.number[i + 3]));
+          refuse(s, "low", "not be above high", std::to_string(s.number[i]) + " > " + std::to_string(s.number[i + 3]));
         }
       }
       break;
     case Kind::sphere: check_radii(s, s.number[3], s.number[4]); break;
     case Kind::triangle:
       if (!direction(cross(vector_at(s, 3) - vector_at(s, 0), vector_at(s, 6) - vector_at(s, 0))))
-        refuse(s, "p0, p1 and p2 must span an area");
+        refuse(s, "p0, p1 and p2", "span an area");
       break;
     case Kind::cylinder:
-      if (!direction(vector_at(s, 3) - vector_at(s, 0))) refuse(s, "p0 and p1 must differ");
+      if (!direction(vector_at(s, 3) - vector_at(s, 0))) refuse(s, "p0 and p1", "differ");
       check_radii(s, s.number[6], s.number[7]);
       break;
     case Kind::cone:
-      if (!direction(vector_at(s, 3) - vector_at(s, 0))) refuse(s, "apex and base must differ");
+      if (!direction(vector_at(s, 3) - vector_at(s, 0))) refuse(s, "apex and base", "differ");
       check_radii(s, s.number[6], s.number[7]);
       break;
     case Kind::blob:
-      if (!(s.number[3] > 0)) refuse(s, "sigma must be > 0, got " + std::to_string(s.number[3]));
+      if (!(s.number[3] > 0)) refuse(s, "sigma", "be > 0", std::to_string(s.number[3]));
       break;
     case Kind::united:
-      if (s.parts == 0) refuse(s, "shapes must not be empty");
+      if (s.parts == 0) refuse(s, "shapes", "not be empty");
       for (int i = 0; i < s.parts; ++i) {
         check(s.part[i]);
-        if (moves(s.part[i])) refuse(s, "shapes must not include a mesh that moves: it can only stand alone");
+        if (moves(s.part[i])) refuse(s, "shapes", "not include a mesh that moves: it can only stand alone");
       }
       break;
     case Kind::mesh: check_mesh(s); break;
@@ -244,8 +247,8 @@ Shape unite(const std::vector<Shape>& shapes) {
     }
   }
   if (parts->empty() || parts->size() > kMostParts) {
-    throw std::invalid_argument("Union: there must be 1.." + std::to_string(kMostParts) + " shapes, got " +
-                                std::to_string(parts->size()));
+    throw base::InvalidArgument("there", "be 1.." + std::to_string(kMostParts) + " shapes",
+                                std::to_string(parts->size()), "Union");
   }
   share_out(*parts);
   Shape whole;

@@ -4,6 +4,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "base/invalid_argument.h"
 #include "simd/builds.h"
 #include "simd/generic.h"
 
@@ -56,7 +57,7 @@ Isa decide() {
     const std::string why = supports(isa) ? ": the kernels are compiled for " : ": this processor supports ";
     throw std::invalid_argument("MOTES_SIMD=" + std::string(wish) + why + names(supports(isa) ? compiled : supports));
   }
-  throw std::invalid_argument("MOTES_SIMD=" + std::string(wish) + ": must be sse2, avx2 or avx512");
+  throw base::InvalidArgument("MOTES_SIMD", "be sse2, avx2 or avx512", "'" + std::string(wish) + "'");
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include <string>
 #include <utility>
 
+#include "base/invalid_argument.h"
 #include "simd/float_mode.h"
 
 namespace motes::threads {
@@ -56,9 +57,9 @@ class WithoutSignals {
 }  // namespace
 
 Pool::Pool(int threads, std::size_t grain) : threads_(threads), grain_(grain), workers_(1) {
-  if (grain == 0) throw std::invalid_argument("grain must be 1 or more, got 0");
+  if (grain == 0) throw base::InvalidArgument("grain", "be 1 or more", "0");
   if (threads < 1 || threads > kMost) {
-    throw std::invalid_argument("threads must be 1.." + std::to_string(kMost) + ", got " + std::to_string(threads));
+    throw base::InvalidArgument("threads", "be 1.." + std::to_string(kMost), std::to_string(threads));
   }
 }
 

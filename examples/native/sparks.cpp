@@ -15,7 +15,7 @@ shapes::Shape disc() { return {shapes::Kind::disc, {0, 0.1f, 0, 0, 1, 0, 0.5f, 0
 shapes::Shape sphere(float x, float y, float z, float radius) { return {shapes::Kind::sphere, {x, y, z, radius}}; }
 shapes::Shape ground() { return {shapes::Kind::plane, {0, 0, 0, 0, 1, 0}}; }
 
-// Records what a script would record in each frame. Numbers are in the order of docs/actions_alone.md.
+// Records what a script would record in each frame.
 void record_frame(engine::Engine& engine, int sparks) {
   recording::Birth source;
   source.kind = recording::Birth::Kind::source;
@@ -26,10 +26,12 @@ void record_frame(engine::Engine& engine, int sparks) {
   upwards.shape = sphere(0, 5, 0, 1.5f);
   source.state = {{particles::velocity, upwards}};
   engine.record(sparks, source);
-  engine.record(sparks, actions::Action{actions::Kind::gravity, {0, -9.81, 0}, {}});
-  engine.record(sparks, actions::Action{actions::Kind::bounce, {0.5, 0.1, 0, 1}, {ground()}});
-  engine.record(sparks, actions::Action{actions::Kind::kill_old, {2, 0}, {}});
-  engine.record(sparks, actions::Action{actions::Kind::move, {1}, {}});
+  namespace numbers = actions::numbers;
+  const numbers::bounce<> rebound{.restitution = 0.5, .friction = 0.1, .exact_hit = 1};
+  engine.record(sparks, actions::make(numbers::gravity<>{.acceleration = {0, -9.81, 0}}));
+  engine.record(sparks, actions::make(rebound, {ground()}));
+  engine.record(sparks, actions::make(numbers::kill_old<>{.age_limit = 2}));
+  engine.record(sparks, actions::make(numbers::move<>{.rotational = 1}));
 }
 
 image::View view() {

@@ -104,7 +104,7 @@ class Action:
     def __init__(
         self,
         name: str,
-        numbers: collections.abc.Sequence[float],
+        numbers: dict[str, typing.Any],
         shapes: collections.abc.Sequence[Shape],
         where: collections.abc.Sequence[tuple[str, int, float]] = [],
         target: int = -1,
@@ -484,7 +484,7 @@ def mpi_can_survive() -> bool:
     """
 
 def mpi_version() -> str: ...
-def name_crashes(mark: str) -> None: ...
+def name_crashes(mark: str, lost_line: str) -> None: ...
 def note_stop_signals(signals: collections.abc.Sequence[int], same_s: float, speaks: bool) -> None: ...
 def pairwise_policy(
     threshold: float,

@@ -26,6 +26,8 @@ class MotesError(Exception):
 
     speaker: int | None = None
     """The one rank that prints, for an error that all ranks raise together by agreement; else None."""
+    lost: bool = False
+    """Whether ranks were lost with what they held: another start, from a checkpoint, may come to the end."""
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle by attributes: ranks send errors to each other, and constructors take keywords."""
@@ -192,15 +194,11 @@ def missing(owner: str, name: str, known: Iterable[str]) -> AttributeError:
     return AttributeError(f"{owner} has no attribute {name!r}{near(name, known)}", name=name, obj=None)
 
 
-def argument_error(text: str) -> ArgumentError:
-    """Make the error from the engine's sentence "x must be ..., got ..."."""
-    head, _, value = text.rpartition(", got ")
-    argument, _, allowed = (head or text).partition(" must ")
+def argument_error(text: str, argument: str = "", value: str = "", allowed: str = "") -> ArgumentError:
+    """Make the error of the engine's sentence and its parts; one about several values has none."""
     error = ArgumentError.__new__(ArgumentError, text)
     error.args = (text,)
-    error.argument = argument.rpartition(": ")[2]
-    error.value = value or None
-    error.allowed = allowed.removeprefix("be ")
+    error.argument, error.value, error.allowed = argument, value or None, allowed
     return error
 
 

@@ -335,7 +335,8 @@ class System(Recorder, Children, Fabrics, Sums):
         name = _name_of(function)
         shapes: list[_core.Shape] = []
         condition = condition_of(where, self._columns, shapes)
-        numbers = [arguments.number("radius", radius, low=0), len(self._callbacks), zlib.crc32(name.encode())]
+        within = arguments.number("radius", radius, low=0)
+        numbers = {"radius": within, "number": len(self._callbacks), "name": zlib.crc32(name.encode())}
         action = _core.Action("pairs", numbers, shapes, condition)
         self._record_function("pairs", function, partial(_core.Engine.record_action, action=action))
 

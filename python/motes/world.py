@@ -16,7 +16,7 @@ from . import roles as _roles
 from . import world_arguments as checks
 from ._live import repeating
 from ._notebook import kernel
-from ._run import busy, ending, handshake, recovering, script_lines, stopping, waiting
+from ._run import busy, ending, handshake, losses, recovering, script_lines, stopping, waiting
 from ._run.output import tell
 from ._run.process import OpenRun, process
 from ._run.progress import LINES, Progress
@@ -262,7 +262,7 @@ class World(Looping, Facts, Settings):
         announce = self.seed is None
         role = _core.describe_role(self._cast, self.rank)
         settings = self._settings = handshake.meet(run, self._comm, self._settings, role)
-        _core.name_crashes(mark() or "")
+        _core.name_crashes(mark() or "", losses.lost_line())
         _core.set_place(process.describe(run))
         hosts = [peer.host for peer in run.peers]
         self._engine = _core.Engine(

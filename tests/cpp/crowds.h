@@ -11,7 +11,9 @@
 #include <utility>
 #include <vector>
 
+#include "actions/action.h"
 #include "interactions/cell_list.h"
+#include "interactions/extent.h"
 #include "interactions/kernels.h"
 #include "interactions/neighbour_list.h"
 #include "isas.h"
@@ -22,7 +24,7 @@
 #include "simd/float_mode.h"
 #include "threads/pool.h"
 
-MOTES_DECLARE_BUILDS(motes::interactions::Kernels, meeting_kernels)
+MOTES_DECLARE_BUILDS(motes::interactions::Kernels, interaction_kernels)
 
 namespace test {
 
@@ -37,7 +39,7 @@ struct MeetingBuild {
 inline const std::vector<MeetingBuild>& meeting_builds() {
   static const std::vector<MeetingBuild> all = [] {
     std::vector<MeetingBuild> found;
-    const auto kernels = runnable<interactions::Kernels>(MOTES_BUILDS(meeting_kernels));
+    const auto kernels = runnable<interactions::Kernels>(MOTES_BUILDS(interaction_kernels));
     const std::vector<Build> all_builds = builds();
     for (std::size_t i = 0; i < kernels.size(); ++i) found.push_back({all_builds[i].name, *kernels[i]});
     return found;
@@ -80,7 +82,7 @@ inline Flock random_flock(std::size_t count, float half, std::uint64_t seed) {
   shuffle(flock.ids, dice);
   for (std::size_t c = 0; c < interactions::party_columns; ++c) {
     for (std::size_t i = 0; i < count; ++i) {
-      float value = c < interactions::value_x ? dice.between(-half, half) : dice.between(-2, 2);
+      float value = c < interactions::velocity_x ? dice.between(-half, half) : dice.between(-2, 2);
       if (c == interactions::contacts) value = static_cast<float>(dice.below(9));
       if (c == interactions::radius) value = dice.between(0.05f, 0.125f);
       if (c == interactions::inverse_mass) value = 1 / dice.between(0.25f, 4);
@@ -102,69 +104,62 @@ inline Flock taken(const Flock& from, const std::vector<std::size_t>& indices, s
   return flock;
 }
 
+/// An action and how its law is asked. The first three are what a test of a new law gives.
 struct Law {
-  enum Kind { gravitate, match, collide, contact, fluid } kind = gravitate;
-  interactions::Terms terms;
+  motes::actions::Action action;
+  float reach = 0, step = 1.0f / 256;
   bool radii = false, masses = false;
+  int side = 0;
+  std::uint32_t now = 7;
   bool skin = false;  // contact: its list has one
 
-  std::size_t outputs() const { return kind == contact ? 7 : kind == collide ? 4 : 3; }
+  std::vector<interactions::Component> outputs() const { return interactions::changed_by(action); }
 };
 
+namespace given = motes::actions::numbers;
+using motes::actions::make;
+
 inline Law gravitation(float reach) {
-  Law law;
-  law.terms.reach = reach;
-  law.terms.strength = 0.02f;
-  law.terms.epsilon = 1e-3f;
-  return law;
+  return {make(given::gravitate<>{.magnitude = 5.12, .epsilon = 1e-3, .max_radius = double{reach}}), reach};
 }
 
+/// `strength`: magnitude times the step.
 inline Law matching(float reach, float strength) {
-  Law law = gravitation(reach);
-  law.kind = Law::match;
-  law.terms.strength = strength;
-  law.terms.epsilon = 0.5f;
-  return law;
+  return {
+      make(given::match_velocity<>{.magnitude = double{strength} * 256, .epsilon = 0.5, .max_radius = double{reach}}),
+      reach};
 }
 
-inline Law collision(float reach, float restitution, bool radii, bool masses) {
-  Law law;
-  law.kind = Law::collide;
-  law.terms.reach = reach;
-  law.terms.step = 1.0f / 256;
-  law.terms.friction = 0.5f;
-  law.terms.restitution = restitution;
-  law.terms.slow = restitution > 0 ? 0.05f : std::numeric_limits<float>::infinity();
-  law.radii = radii;
-  law.masses = masses;
-  return law;
+inline Law collision(float reach, double restitution, bool radii, bool masses) {
+  return {make(given::collide<>{.restitution = restitution, .friction = 0.5}), reach, 1.0f / 256, radii, masses};
 }
 
 /// `reach`: of two of the largest radii.
-inline Law contact_law(float reach) {
-  Law law;
-  law.kind = Law::contact;
-  law.terms.reach = reach;
-  law.terms.step = 1.0f / 256;
-  law.terms.stiffness = 2000;
-  law.terms.restitution = 0.5f;
-  law.terms.friction = 0.5f;
-  law.terms.rolling_friction = 0.25f;
-  law.terms.now = 7;
-  law.masses = true;
-  return law;
+inline Law contact_law(float reach, double stiffness = 2000) {
+  return {make(given::contact<>{.restitution = 0.5, .friction = 0.5, .stiffness = stiffness, .rolling_friction = 0.25}),
+          reach, 1.0f / 256, true, true};
 }
 
-inline Law fluid_law(float reach) {
-  Law law;
-  law.kind = Law::fluid;
-  law.terms.reach = reach;
-  law.terms.step = 1.0f / 256;
-  law.terms.rest_density = 300;
-  law.terms.viscosity = 0.05f;
-  law.terms.cohesion = 2;
-  law.masses = true;
-  return law;
+inline Law fluid_law(float reach, double rest_density = 300, double viscosity = 1e-3, double cohesion = 2) {
+  return {make(given::fluid<>{
+              .rest_density = rest_density, .viscosity = viscosity, .radius = double{reach}, .cohesion = cohesion}),
+          reach, 1.0f / 256, false, true};
+}
+
+/// Each law, some with several settings: what tests of any law go through.
+inline const std::vector<Law>& all_laws() {
+  static const std::vector<Law> all = [] {
+    std::vector<Law> made{gravitation(0.25f), matching(0.25f, 1e-3f), matching(0.25f, 0.3f), contact_law(0.25f),
+                          fluid_law(0.25f)};
+    for (const bool radii : {false, true}) {
+      for (const bool masses : {false, true}) {
+        made.push_back(collision(0.25f, 0, radii, masses));
+        made.push_back(collision(0.25f, 0.6f, radii, masses));
+      }
+    }
+    return made;
+  }();
+  return all;
 }
 
 /// What own particles remember of their touches, by index.
@@ -172,7 +167,7 @@ using Remembered = std::vector<std::vector<motes::particles::Touch>>;
 
 /// What a law says of each own particle, by index.
 struct Heard {
-  std::array<std::vector<float>, interactions::party_results> out;
+  std::array<std::vector<float>, interactions::kMostResults> out;
   Remembered touches;
   std::uint64_t pairs = 0;
   bool softened = false;
@@ -209,59 +204,59 @@ inline interactions::NeighbourList listed(const Law& law, const Flock& flock, Ar
   store.grow(flock.own);
   for (std::size_t i = 0; i < flock.own; ++i) store.set_touches(i, touches[i]);
   interactions::NeighbourList list;
-  list.sort(arranged.crowd, law.terms.reach, law.skin, pool);
+  list.sort(arranged.crowd, law.reach, law.skin, pool);
   arranged.cells = list.cells();
   arranged.arrange(flock, pool);
   const float* const* plane = arranged.planes;
-  list.build(arranged.crowd, {{plane[0], plane[1], plane[2]}, plane[interactions::radius]}, store, 0, law.terms.now,
-             pool);
+  list.build(arranged.crowd, {{plane[0], plane[1], plane[2]}, plane[interactions::radius]}, store, 0, law.now, pool);
   return list;
 }
 
 /// `sources`: those that the targets see; `touches`: what the targets remember.
 inline Heard heard(const MeetingBuild& build, const Law& law, const Flock& targets, const Flock& sources,
-                   motes::threads::Pool& pool = motes::threads::alone(),
-                   Remembered touches = {}) {
+                   motes::threads::Pool& pool = motes::threads::alone(), Remembered touches = {}) {
   touches.resize(targets.own);
-  Arranged seeing(targets, law.terms.reach, pool);
-  Arranged seen(sources, law.terms.reach, pool);
+  const interactions::Law& known = build.kernels.law[static_cast<std::size_t>(law.action.kind)];
+  Arranged seeing(targets, law.reach, pool);
+  Arranged seen(sources, law.reach, pool);
   interactions::NeighbourList list;
-  if (law.kind == Law::contact) list = listed(law, targets, seeing, touches, pool);
-  const interactions::PairsView pairs = law.kind == Law::contact ? list.view(law.terms.now) : interactions::PairsView{};
-  std::vector<float> by_place[interactions::party_results];
-  float* out[interactions::party_results];
-  for (std::size_t c = 0; c < interactions::party_results; ++c) {
+  if (known.remembers) list = listed(law, targets, seeing, touches, pool);
+  const interactions::PairsView pairs = known.remembers ? list.view(law.now) : interactions::PairsView{};
+  std::vector<float> by_place[interactions::kMostResults];
+  float* out[interactions::kMostResults];
+  for (std::size_t c = 0; c < interactions::kMostResults; ++c) {
     by_place[c].resize(targets.size() + 2 * motes::particles::kPadding);
     out[c] = by_place[c].data();
   }
-  const interactions::Kernels& kernels = build.kernels;
-  const auto kernel = law.kind == Law::gravitate ? kernels.gravitate
-                      : law.kind == Law::match   ? kernels.match
-                      : law.kind == Law::contact ? kernels.contact
-                      : law.kind == Law::fluid   ? kernels.fluid
-                                                 : kernels.collide[law.radii ? 1 : 0][law.masses ? 1 : 0];
   const std::size_t rows = seeing.cells.rows().size() - 1;
   const std::size_t parts = pool.threads() == 1 ? 1 : 5;
   std::vector<interactions::KernelStats> parts_seen(parts);
   const auto run = [&](void (*law_kernel)(const interactions::Task&), interactions::Party seers) {
     pool.run(parts, [&](std::size_t part, std::size_t) {
       const motes::simd::FloatMode mode;
-      law_kernel({seers, seen.party(), law.terms, out, pairs, nullptr, rows * part / parts,
-                  rows * (part + 1) / parts, &parts_seen[part]});
+      interactions::Task task{seers, seen.party(), law.action.numbers.data(), law.reach, law.step, law.side, law.now};
+      task.radii = law.radii;
+      task.masses = law.masses;
+      task.out = out;
+      task.pairs = pairs;
+      task.first_row = rows * part / parts;
+      task.last_row = rows * (part + 1) / parts;
+      task.stats = &parts_seen[part];
+      law_kernel(task);
     });
   };
-  if (law.kind == Law::fluid) {
+  if (known.prepare != nullptr) {
     interactions::Party all = seeing.party();
     all.cells = seeing.cells.view(targets.size());
-    run(kernels.find_pressure, all);
+    run(known.prepare, all);
     for (Arranged* arranged : {&seeing, &seen}) {
       arranged->column[interactions::pressure] = by_place[0];
       arranged->planes[interactions::pressure] = arranged->column[interactions::pressure].data();
     }
   }
-  run(kernel, seeing.party());
+  run(known.act, seeing.party());
   Heard heard;
-  for (std::size_t c = 0; c < law.outputs(); ++c) {
+  for (std::size_t c = 0; c < law.outputs().size(); ++c) {
     heard.out[c].resize(targets.own);
     for (std::size_t k = 0; k < targets.size(); ++k) {
       const std::uint32_t i = seeing.cells.order()[k];

@@ -106,9 +106,9 @@ void check_order(const Scene& scene, threads::Pool& pool, Dice& dice) {
   CHECK(cells.most_in_a_cell() == most_in_a_cell(places));
   check_rows(cells, places);
   std::vector<float> arranged(cells.size());
-  cells.arrange(crowd, mixed.flock.plane(interactions::value_x), arranged.data(), pool);
+  cells.arrange(crowd, mixed.flock.plane(interactions::velocity_x), arranged.data(), pool);
   for (std::size_t k = 0; k < arranged.size(); ++k)
-    CHECK(arranged[k] == mixed.flock.column[interactions::value_x][cells.order()[k]]);
+    CHECK(arranged[k] == mixed.flock.column[interactions::velocity_x][cells.order()[k]]);
 }
 
 Flock scaled(std::size_t count, float half, std::uint64_t seed) { return test::random_flock(count, half, seed); }

@@ -56,7 +56,7 @@ struct Heap {
   }
 
   void advance(const Law& law) {
-    const double step = double{law.terms.step};
+    const double step = double{law.step};
     std::vector<Vec> push(grains.size()), turn(grains.size());
     std::map<std::pair<std::size_t, std::size_t>, std::pair<Vec, Vec>> after;
     for (std::size_t i = 0; i < grains.size(); ++i) {
@@ -82,8 +82,9 @@ struct Heap {
     const Vec n = r * (1 / d);
     const double overlap = a.radius + b.radius - d;
     const double mass = a.mass * b.mass / (a.mass + b.mass);
-    const double stiffness = double{law.terms.stiffness};
-    const double l = std::log(double{law.terms.restitution});
+    const auto given = actions::numbers_of<actions::numbers::contact>(law.action);
+    const double stiffness = given.stiffness;
+    const double l = std::log(given.restitution);
     const double damper = -2 * l / std::sqrt(M_PI * M_PI + l * l) * std::sqrt(stiffness * mass);
     const Vec apart = b.velocity - a.velocity;
     const double out = stiffness * overlap - damper * dot(apart, n);
@@ -93,12 +94,12 @@ struct Heap {
     auto [slid, rolled] = springs[{i, j}];
     slid = along_surface(slid, n);
     rolled = along_surface(rolled, n);
-    const auto step = double{law.terms.step};
+    const auto step = double{law.step};
     const double along = stiffness * 2 / 7;
-    const Vec drag = held(slid, slide, along, damper / 2, double{law.terms.friction} * pressed, step);
+    const Vec drag = held(slid, slide, along, damper / 2, given.friction * pressed, step);
     const double both = a.radius * b.radius / (a.radius + b.radius);
-    const Vec brake = held(rolled, cross(a.spin - b.spin, n) * both, along, damper / 2,
-                           double{law.terms.rolling_friction} * pressed, step);
+    const Vec brake =
+        held(rolled, cross(a.spin - b.spin, n) * both, along, damper / 2, given.rolling_friction * pressed, step);
     push[i] = push[i] + drag - n * out;
     push[j] = push[j] - drag + n * out;
     const Vec twist = cross(n, brake) * both;
@@ -126,7 +127,7 @@ struct Kernels {
   }
 
   void advance(Law law, std::uint32_t now, const test::MeetingBuild& build) {
-    law.terms.now = now;
+    law.now = now;
     law.skin = now % 2 == 0;
     const test::Heard heard = test::heard(build, law, flock, flock, threads::alone(), touches);
     touches = heard.touches;
@@ -135,10 +136,10 @@ struct Kernels {
     for (std::size_t i = 0; i < flock.size(); ++i) {
       for (std::size_t c = 0; c < 3; ++c) {
         float& at = flock.column[c][i];
-        float& velocity = flock.column[static_cast<std::size_t>(interactions::value_x) + c][i];
-        velocity = heard.out[c][i] - at * static_cast<float>(Heap::kFall) * law.terms.step;
-        flock.column[static_cast<std::size_t>(interactions::spin_x) + c][i] = heard.out[4 + c][i];
-        at += velocity * law.terms.step;
+        float& velocity = flock.column[static_cast<std::size_t>(interactions::velocity_x) + c][i];
+        velocity = heard.out[c][i] - at * static_cast<float>(Heap::kFall) * law.step;
+        flock.column[static_cast<std::size_t>(interactions::spin_x) + c][i] = heard.out[3 + c][i];
+        at += velocity * law.step;
       }
     }
   }
@@ -162,16 +163,16 @@ Heap heap_of(const Flock& flock) {
       for (std::size_t c = 0; c < 3; ++c) v[c] = double{flock.column[static_cast<std::size_t>(first) + c][i]};
       return v;
     };
-    heap.grains.push_back({three(interactions::at_x), three(interactions::value_x), three(interactions::spin_x),
+    heap.grains.push_back({three(interactions::at_x), three(interactions::velocity_x), three(interactions::spin_x),
                            double{flock.column[interactions::radius][i]},
                            1 / double{flock.column[interactions::inverse_mass][i]}});
   }
   return heap;
 }
 
-Law slow_law() {
-  Law law = test::contact_law(0.25f);
-  law.terms.step = 1.0f / 1024;
+Law slow_law(double stiffness = 2000) {
+  Law law = test::contact_law(0.25f, stiffness);
+  law.step = 1.0f / 1024;
   return law;
 }
 
@@ -193,7 +194,7 @@ TEST(grains_move_and_turn_as_in_double_precision) {
     const std::size_t k = kernels.index_of(i);
     for (std::size_t c = 0; c < 3; ++c) {
       CHECK_NEAR(double{kernels.flock.column[c][k]}, heap.grains[i].at[c], 2e-4);
-      CHECK_NEAR(double{kernels.flock.column[interactions::value_x + c][k]}, heap.grains[i].velocity[c], 1e-2);
+      CHECK_NEAR(double{kernels.flock.column[interactions::velocity_x + c][k]}, heap.grains[i].velocity[c], 1e-2);
       CHECK_NEAR(double{kernels.flock.column[interactions::spin_x + c][k]}, heap.grains[i].spin[c], 0.1);
       farthest = std::max(farthest, std::abs(heap.grains[i].spin[c]));
     }
@@ -237,12 +238,11 @@ TEST(what_was_not_touched_in_the_last_step_is_forgotten) {
 }
 
 TEST(springs_that_are_too_stiff_for_the_step_are_softened_and_said_to_be) {
-  Law law = slow_law();
-  law.terms.stiffness = 1e9f;
+  const Law law = slow_law(1e9);
   Kernels kernels = grains(150, 14);
   for (std::uint32_t step = 1; step < 200; ++step) kernels.advance(law, step, test::meeting_builds()[0]);
   CHECK(kernels.softened);
-  for (const float v : kernels.flock.column[interactions::value_x]) CHECK(std::abs(v) < 500);
+  for (const float v : kernels.flock.column[interactions::velocity_x]) CHECK(std::abs(v) < 500);
   Kernels soft = grains(150, 14);
   soft.advance(slow_law(), 1, test::meeting_builds()[0]);
   CHECK(!soft.softened);

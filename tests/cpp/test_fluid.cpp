@@ -28,7 +28,9 @@ Vec triple(const Flock& flock, int first, std::size_t i) {
 struct Liquid {
   const Flock& flock;
   const Law& law;
-  double radius = double{law.terms.reach}, rest = double{law.terms.rest_density}, step = double{law.terms.step};
+  const actions::numbers::fluid<> given = actions::numbers_of<actions::numbers::fluid>(law.action);
+  double radius = double{law.reach}, rest = given.rest_density, step = double{law.step};
+  double viscosity10 = 10 * (given.viscosity + radius * radius / step / 4000);
 
   double mass(std::size_t i) const { return double{flock.column[interactions::mass][i]}; }
 
@@ -39,7 +41,7 @@ struct Liquid {
   };
   Pair pair(std::size_t i, std::size_t j) const {
     const Vec a = triple(flock, interactions::at_x, i), b = triple(flock, interactions::at_x, j);
-    const Vec v = triple(flock, interactions::value_x, i), w = triple(flock, interactions::value_x, j);
+    const Vec v = triple(flock, interactions::velocity_x, i), w = triple(flock, interactions::velocity_x, j);
     Pair made{std::hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]), {}, {}};
     for (std::size_t c = 0; c < 3; ++c) {
       made.normal[c] = (b[c] - a[c]) / made.distance;
@@ -75,16 +77,15 @@ struct Liquid {
   }
 
   Vec velocity(std::size_t i, const std::vector<double>& pressures, double& size) const {
-    Vec sum = triple(flock, interactions::value_x, i);
+    Vec sum = triple(flock, interactions::velocity_x, i);
     size = std::sqrt(dot(sum, sum));
     for (std::size_t j = 0; j < flock.size(); ++j) {
       if (j == i) continue;
       const Pair p = pair(i, j);
       if (p.distance >= radius) continue;
       const double push = (pressures[i] * mass(j) / mass(i) + pressures[j]) * slope(p.distance) / rest / step;
-      const double rub =
-          double{law.terms.viscosity} * dot(p.apart, p.normal) * slope(p.distance) / (p.distance + 0.1 * radius);
-      const double pull = double{law.terms.cohesion} * bump(p.distance);
+      const double rub = viscosity10 * dot(p.apart, p.normal) * slope(p.distance) / (p.distance + 0.1 * radius);
+      const double pull = given.cohesion * bump(p.distance);
       const double all = (rub + pull) * mass(j) / rest * step - push;
       for (std::size_t c = 0; c < 3; ++c) sum[c] += p.normal[c] * all;
       size += std::abs(all);
@@ -97,9 +98,8 @@ struct Liquid {
 
 TEST(liquids_come_to_all_pairs_in_double_precision) {
   const Flock flock = test::random_flock(1500, 1.0f, 21);
-  for (const float rest : {100.0f, 300.0f, 1000.0f}) {
-    Law law = test::fluid_law(0.25f);
-    law.terms.rest_density = rest;
+  for (const double rest : {100.0, 300.0, 1000.0}) {
+    const Law law = test::fluid_law(0.25f, rest);
     const Liquid liquid{flock, law};
     std::vector<double> pressures;
     std::size_t dense = 0;
@@ -120,8 +120,7 @@ TEST(liquids_come_to_all_pairs_in_double_precision) {
 TEST(a_liquid_parts_those_at_one_place) {
   Flock flock = test::random_flock(40, 0.1f, 22);
   for (std::size_t c = 0; c < 6; ++c) std::fill(flock.column[c].begin(), flock.column[c].end(), 0.0f);
-  Law law = test::fluid_law(0.25f);
-  law.terms.viscosity = law.terms.cohesion = 0;
+  const Law law = test::fluid_law(0.25f, 300, 0, 0);
   const test::Heard heard = test::heard(test::meeting_builds()[0], law, flock);
   Vec momentum{};
   for (std::size_t i = 0; i < flock.size(); ++i) {

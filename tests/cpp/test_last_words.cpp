@@ -46,7 +46,7 @@ Ended child(const Crash& crash) {
 }
 
 void prepare() {
-  comm::name_crashes("");
+  comm::name_crashes("", "one was lost\n");
   comm::set_place("rank 2 (calculator 0), frame 7");
 }
 
@@ -71,22 +71,24 @@ TEST(a_crash_says_who_and_where) {
   CHECK(ended.signal == SIGSEGV || ended.signal == 0);  // a sanitizer's handler ends the process its own way
 }
 
-TEST(a_crash_says_what_was_going_on) {
+TEST(a_crash_while_ranks_were_lost_says_so) {
   const Ended ended = child([] {
     prepare();
     {
-      const comm::Meanwhile over("while it rained");
+      const comm::WhileLost over;
     }
-    const comm::Meanwhile meanwhile("while ranks were lost");
+    const comm::WhileLost meanwhile;
     raise(SIGSEGV);
   });
-  CHECK(has(ended.said, "*** motes: rank 2 (calculator 0), frame 7, while ranks were lost: segmentation fault\n"));
+  const char* said =
+      "\none was lost\n*** motes: rank 2 (calculator 0), frame 7, while ranks were lost: segmentation fault\n";
+  CHECK(has(ended.said, said));
 }
 
-TEST(nothing_is_going_on_when_all_has_ended_in_any_order) {
+TEST(no_rank_is_lost_when_all_recoveries_have_ended_in_any_order) {
   const Ended ended = child([] {
     prepare();
-    std::optional<comm::Meanwhile> first("while it rained"), second("while it snowed");
+    std::optional<comm::WhileLost> first(std::in_place), second(std::in_place);
     first.reset();
     second.reset();
     raise(SIGSEGV);

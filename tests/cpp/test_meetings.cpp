@@ -11,6 +11,7 @@
 #include "isas.h"
 
 namespace motes::test_meetings {
+using actions::Kind;
 using test::Dice;
 using test::Flock;
 using test::Heard;
@@ -51,20 +52,21 @@ double number(const Flock& flock, int column, std::size_t i) {
 // The formula of Collide's docstring, with restitution.
 void add_push(const Law& law, const Flock& a, std::size_t i, const Flock& b, std::size_t j, const Vec& r, double d,
               Sum& sum) {
-  const interactions::Terms& t = law.terms;
-  const auto step = static_cast<double>(t.step);
-  const double reach = law.radii ? number(a, interactions::radius, i) + number(b, interactions::radius, j)
-                                 : static_cast<double>(t.reach);
+  const auto given = actions::numbers_of<actions::numbers::collide>(law.action);
+  const auto step = double{law.step};
+  const double reach =
+      law.radii ? number(a, interactions::radius, i) + number(b, interactions::radius, j) : double{law.reach};
   if (d >= reach) return;
   ++sum.touching;
-  const Vec apart = minus(triple(b, interactions::value_x, j), triple(a, interactions::value_x, i));
+  const Vec apart = minus(triple(b, interactions::velocity_x, j), triple(a, interactions::velocity_x, i));
   const Vec n = {r[0] / d, r[1] / d, r[2] / d};
   const double along = dot(apart, n);
   double out = (reach - d) / step;
-  if (along < -static_cast<double>(t.slow)) out = std::max(out, -(1 + static_cast<double>(t.restitution)) * along);
+  const double slow = 2 * 9.81 * step;
+  if (given.restitution > 0 && along < -slow) out = std::max(out, -(1 + given.restitution) * along);
   const Vec slide = {apart[0] - n[0] * along, apart[1] - n[1] * along, apart[2] - n[2] * along};
   const double speed = std::sqrt(dot(slide, slide));
-  const double stop = std::min(speed, static_cast<double>(t.friction) * out);
+  const double stop = std::min(speed, given.friction * out);
   const double busy = std::max(number(a, interactions::contacts, i), number(b, interactions::contacts, j));
   double part = std::min(1.0, 2 / std::max(busy, 1.0)) / 2;
   if (law.masses) {
@@ -81,17 +83,17 @@ Sum sum_of(const Law& law, const Flock& a, std::size_t i, const Flock& b) {
   for (std::size_t j = 0; j < b.size(); ++j) {
     const Vec r = minus(triple(b, interactions::at_x, j), triple(a, interactions::at_x, i));
     const double d = std::sqrt(dot(r, r));
-    if (!(d > 0 && d < static_cast<double>(law.terms.reach))) continue;
-    if (law.kind == Law::collide) {
+    if (!(d > 0 && d < double{law.reach})) continue;
+    if (law.action.kind == Kind::collide) {
       add_push(law, a, i, b, j, r, d, sum);
       continue;
     }
     ++sum.touching;
-    const double weight = static_cast<double>(law.terms.strength) / (d * d + static_cast<double>(law.terms.epsilon));
-    if (law.kind == Law::gravitate) {
+    const double weight = law.action.numbers[0] * double{law.step} / (d * d + law.action.numbers[1]);
+    if (law.action.kind == Kind::gravitate) {
       sum.add({r[0] * weight / d, r[1] * weight / d, r[2] * weight / d});
     } else {
-      const Vec apart = minus(triple(b, interactions::value_x, j), triple(a, interactions::value_x, i));
+      const Vec apart = minus(triple(b, interactions::velocity_x, j), triple(a, interactions::velocity_x, i));
       sum.add({apart[0] * weight, apart[1] * weight, apart[2] * weight});
       sum.weight += weight;
     }
@@ -99,13 +101,16 @@ Sum sum_of(const Law& law, const Flock& a, std::size_t i, const Flock& b) {
   return sum;
 }
 
+double sleep_of(const Law& law) { return actions::numbers_of<actions::numbers::collide>(law.action).sleep; }
+
 // What the kernel should have said of a particle, from all pairs.
 Vec said_of(const Law& law, const Flock& a, std::size_t i, const Sum& sum) {
-  if (law.kind == Law::gravitate) return sum.sum;
-  Vec now = triple(a, interactions::value_x, i);
-  const double part = law.kind == Law::match ? 1 / std::max(1.0, sum.weight) : 1;
+  if (law.action.kind == Kind::gravitate) return sum.sum;
+  Vec now = triple(a, interactions::velocity_x, i);
+  const double part = law.action.kind == Kind::match_velocity ? 1 / std::max(1.0, sum.weight) : 1;
   for (std::size_t c = 0; c < 3; ++c) now[c] += sum.sum[c] * part;
-  const bool sleeps = law.kind == Law::collide && sum.touching > 1 && dot(now, now) < double{law.terms.sleep2};
+  const bool sleeps =
+      law.action.kind == Kind::collide && sum.touching > 1 && dot(now, now) < std::pow(sleep_of(law), 2);
   return sleeps ? Vec{} : now;
 }
 
@@ -115,30 +120,14 @@ std::uint64_t check_against_pairs(const Law& law, const Flock& a, const Flock& b
   for (std::size_t i = 0; i < a.own; ++i) {
     const Sum sum = sum_of(law, a, i, b);
     const Vec wanted = said_of(law, a, i, sum);
-    const Vec value = triple(a, interactions::value_x, i);
-    const double size = sum.size + (law.kind == Law::gravitate ? 0 : std::sqrt(dot(value, value)));
+    const Vec value = triple(a, interactions::velocity_x, i);
+    const double size = sum.size + (law.action.kind == Kind::gravitate ? 0 : std::sqrt(dot(value, value)));
     for (std::size_t c = 0; c < 3; ++c) CHECK_NEAR(double{heard.out[c][i]}, wanted[c], 1e-5 * size);
-    if (law.kind == Law::collide) CHECK(heard.out[3][i] == static_cast<float>(sum.touching));
+    if (law.action.kind == Kind::collide) CHECK(heard.out[3][i] == static_cast<float>(sum.touching));
     pairs += static_cast<std::uint64_t>(sum.touching);
   }
   CHECK(heard.pairs == pairs);
   return pairs;
-}
-
-const std::vector<Law>& laws() {
-  static const std::vector<Law> all = [] {
-    std::vector<Law> made{test::gravitation(0.25f), test::matching(0.25f, 1e-3f), test::matching(0.25f, 0.3f)};
-    for (const bool radii : {false, true}) {
-      for (const bool masses : {false, true}) {
-        made.push_back(test::collision(0.25f, 0, radii, masses));
-        made.push_back(test::collision(0.25f, 0.6f, radii, masses));
-      }
-    }
-    made.push_back(test::contact_law(0.25f));
-    made.push_back(test::fluid_law(0.25f));
-    return made;
-  }();
-  return all;
 }
 
 Flock cube(std::size_t count, std::uint64_t seed) { return test::random_flock(count, 1.0f, seed); }
@@ -191,8 +180,8 @@ std::vector<std::vector<bool>> divided(const Flock& whole, Dice& dice) {
 
 TEST(laws_between_particles_come_to_all_pairs_in_double_precision) {
   const Flock flock = cube(2000, 1);
-  for (const Law& law : laws()) {
-    if (law.kind == Law::contact || law.kind == Law::fluid) continue;  // have tests of their own
+  for (const Law& law : test::all_laws()) {
+    if (law.action.kind == Kind::contact || law.action.kind == Kind::fluid) continue;  // have tests of their own
     const std::uint64_t pairs = check_against_pairs(law, flock, flock, test::heard(meeting_builds()[0], law, flock));
     CHECK(pairs > 6000);
   }
@@ -202,12 +191,12 @@ TEST(two_systems_that_meet_come_to_all_pairs_between_them) {
   const Flock first = cube(900, 2);
   Flock second = cube(1100, 3);
   second.ids = test::numbers(second.size(), 100);  // ids of two systems have nothing to do with each other
-  for (Law law : laws()) {
-    if (law.kind != Law::collide) continue;
-    law.terms.side = 1;
+  for (Law law : test::all_laws()) {
+    if (law.action.kind != Kind::collide) continue;
+    law.side = 1;
     const std::uint64_t seen =
         check_against_pairs(law, first, second, test::heard(meeting_builds()[0], law, first, second));
-    law.terms.side = 2;
+    law.side = 2;
     CHECK(seen == check_against_pairs(law, second, first, test::heard(meeting_builds()[0], law, second, first)));
     CHECK(seen > 1500);
   }
@@ -218,7 +207,7 @@ TEST(all_builds_say_the_same_bits_between_particles) {
     Flock flock = test::random_flock(1500, half, 4);
     for (int c = 0; c < 3; ++c) flock.column[static_cast<std::size_t>(c)][7] = flock.column[c][8];
     flock.column[interactions::at_y][9] = std::nanf("");
-    for (const Law& law : laws()) {
+    for (const Law& law : test::all_laws()) {
       const Heard narrow = test::heard(meeting_builds()[0], law, flock);
       for (const test::MeetingBuild& build : meeting_builds()) CHECK(same(test::heard(build, law, flock), narrow));
     }
@@ -230,9 +219,9 @@ TEST(any_of_the_particles_may_be_copies) {
   const Flock whole = cube(1200, 5);
   for (int round = 0; round < 6; ++round) {
     const std::vector<std::vector<bool>> domains = divided(whole, dice);
-    for (const Law& law : laws()) {
-      const double seen = law.kind == Law::fluid ? 2 : 1;  // others' neighbours too
-      const double reach = double{law.terms.reach} * (1 + 1e-6) * seen * (round % 2 == 0 ? 1 : 2);
+    for (const Law& law : test::all_laws()) {
+      const double seen = law.action.kind == Kind::fluid ? 2 : 1;  // others' neighbours too
+      const double reach = double{law.reach} * (1 + 1e-6) * seen * (round % 2 == 0 ? 1 : 2);
       for (const test::MeetingBuild& build : meeting_builds()) {
         const Heard all = test::heard(build, law, whole);
         std::uint64_t pairs = 0;
@@ -241,7 +230,7 @@ TEST(any_of_the_particles_may_be_copies) {
           const Heard part = test::heard(build, law, share.flock);
           pairs += part.pairs;
           for (std::size_t k = 0; k < share.flock.own; ++k) {
-            for (std::size_t c = 0; c < law.outputs(); ++c) CHECK(part.out[c][k] == all.out[c][share.of[k]]);
+            for (std::size_t c = 0; c < law.outputs().size(); ++c) CHECK(part.out[c][k] == all.out[c][share.of[k]]);
             CHECK(part.touches[k] == all.touches[share.of[k]]);
           }
         }
@@ -254,7 +243,7 @@ TEST(any_of_the_particles_may_be_copies) {
 TEST(threads_share_a_law_and_the_bits_stay) {
   const Flock flock = cube(3000, 6);
   threads::Pool three(3, 64);
-  for (const Law& law : laws()) {
+  for (const Law& law : test::all_laws()) {
     const test::MeetingBuild& build = meeting_builds().back();
     CHECK(same(test::heard(build, law, flock, three), test::heard(build, law, flock)));
   }
@@ -262,8 +251,9 @@ TEST(threads_share_a_law_and_the_bits_stay) {
 
 TEST(momentum_between_particles_is_kept) {
   Flock flock = cube(2000, 7);
-  for (const Law& law : laws()) {
-    if (law.kind == Law::match && law.terms.strength > 1e-2f) continue;  // where weights count for at most 1 it is not
+  for (const Law& law : test::all_laws()) {
+    if (law.action.kind == Kind::match_velocity && law.action.numbers[0] > 2.56)
+      continue;  // where weights count for at most 1 it is not
     const Heard heard = test::heard(meeting_builds().back(), law, flock);
     Vec sum{};
     double size = 0;
@@ -271,7 +261,7 @@ TEST(momentum_between_particles_is_kept) {
       const double mass = law.masses ? 1 / number(flock, interactions::inverse_mass, i) : 1;
       for (std::size_t c = 0; c < 3; ++c) {
         const double before =
-            law.kind == Law::gravitate ? 0 : number(flock, interactions::value_x + static_cast<int>(c), i);
+            law.action.kind == Kind::gravitate ? 0 : number(flock, interactions::velocity_x + static_cast<int>(c), i);
         sum[c] += mass * (double{heard.out[c][i]} - before);
         size += mass * std::abs(double{heard.out[c][i]} - before);
       }
@@ -288,7 +278,7 @@ TEST(particles_at_one_place_part_in_opposite_directions) {
     for (int c = 0; c < 3; ++c) {
       for (std::size_t i = 0; i < 2; ++i) {
         pair.column[static_cast<std::size_t>(c)][i] = 0.5f;
-        pair.column[static_cast<std::size_t>(interactions::value_x + c)][i] = 0;
+        pair.column[static_cast<std::size_t>(interactions::velocity_x + c)][i] = 0;
       }
     }
     pair.column[interactions::contacts] = {0, 0};
@@ -301,7 +291,7 @@ TEST(particles_at_one_place_part_in_opposite_directions) {
       CHECK(both.out[c][0] == -both.out[c][1]);
       apart += std::pow(double{both.out[c][0]} - double{both.out[c][1]}, 2);
     }
-    CHECK_NEAR(std::sqrt(apart) * double{law.terms.step}, 0.25, 1e-5);  // they will just not overlap
+    CHECK_NEAR(std::sqrt(apart) * double{law.step}, 0.25, 1e-5);  // they will just not overlap
     CHECK(both.out[3][0] == 1 && both.out[3][1] == 1);
     for (const std::size_t own : {std::size_t{0}, std::size_t{1}}) {  // the same where the other one is a copy
       const Heard one = test::heard(meeting_builds()[0], law, test::taken(pair, {own, 1 - own}, 1));
@@ -327,7 +317,7 @@ TEST(a_crowd_at_one_place_parts_in_any_build_and_with_any_copies) {
     for (std::size_t i = 0; i < crowd.size(); ++i) {
       const double mass = masses ? 1 / number(crowd, interactions::inverse_mass, i) : 1;
       for (std::size_t c = 0; c < 3; ++c)
-        momentum[c] += mass * (double{all.out[c][i]} - triple(crowd, interactions::value_x, i)[c]);
+        momentum[c] += mass * (double{all.out[c][i]} - triple(crowd, interactions::velocity_x, i)[c]);
     }
     for (const double component : momentum) CHECK_NEAR(component, 0, 1e-3);
     CHECK(all.out[3][0] >= 19);
@@ -352,12 +342,12 @@ TEST(particles_without_a_place_are_seen_by_nobody) {
   std::vector<std::size_t> rest;
   for (std::size_t i = kLost; i < flock.size(); ++i) rest.push_back(i);
   sane = test::taken(sane, rest, rest.size());
-  for (const Law& law : laws()) {
+  for (const Law& law : test::all_laws()) {
     const Heard with = test::heard(meeting_builds().back(), law, flock);
     const Heard without = test::heard(meeting_builds().back(), law, sane);
     CHECK(with.pairs == without.pairs);
     for (std::size_t k = 0; k < rest.size(); ++k) {
-      for (std::size_t c = 0; c < law.outputs(); ++c) CHECK(with.out[c][rest[k]] == without.out[c][k]);
+      for (std::size_t c = 0; c < law.outputs().size(); ++c) CHECK(with.out[c][rest[k]] == without.out[c][k]);
     }
   }
 }

@@ -29,7 +29,7 @@ struct Collision {
   bool two = false;
 
   Action action() const {
-    Action made{Kind::collide, {radius, restitution, friction, sleep, other_radius, 0, 0}, {}};
+    Action made{Kind::collide, {radius, restitution, friction, sleep, other_radius, 0}, {}};
     made.other = two ? 1 : -1;
     return made;
   }

@@ -65,7 +65,7 @@ recording::Spawn spawn(recording::Spawn::On on) {
 }
 
 Action collide(double radius, double restitution, double other_radius = 0) {
-  return {Kind::collide, {radius, restitution, 0.5, -1, other_radius, 0, 0}, {}};
+  return {Kind::collide, {radius, restitution, 0.5, -1, other_radius, 0}, {}};
 }
 Action gravity() { return {Kind::gravity, {0, -9.81, 0}, {}}; }
 Action bounce() { return {Kind::bounce, {0.5, 0.1, 0, 1}, {{shapes::Kind::plane, {0, 0, 0, 0, 1, 0}}}}; }

@@ -132,6 +132,20 @@ std::vector<std::function<void(Record&)>> changes() {
 
 }  // namespace
 
+TEST(numbers_of_an_action_have_names) {
+  namespace numbers = actions::numbers;
+  const actions::Action tied = actions::make(numbers::tie<>{.shear = 2, .break_at = 3});
+  CHECK(tied.kind == actions::Kind::tie && tied.numbers == (std::vector<double>{0, 2, 0, 0, 3, 0}));
+  CHECK(actions::numbers_of<numbers::tie>(tied).break_at == 3);
+  const actions::Action air = actions::make(numbers::wind<>{.velocity = {1, 2, 3}, .drag = 4});
+  CHECK(air.numbers == (std::vector<double>{1, 2, 3, 4}));
+  const auto given = actions::numbers_of<numbers::wind, float>(air);
+  CHECK(given.velocity[2] == 3.0f && given.drag == 4.0f);
+  CHECK(actions::make(numbers::kill_expired<>{}).numbers.empty());
+  CHECK_THROWS(actions::numbers_of<numbers::gravity>(air), std::logic_error);
+  CHECK_THROWS(actions::numbers_of<numbers::move>(actions::Action{}), std::logic_error);
+}
+
 TEST(record_survives_its_bytes) {
   const Record record = rich_record();
   const base::Bytes bytes = bytes_of(record);

@@ -71,7 +71,7 @@ bool Course::run_substep(int substep) {
           const std::size_t other = partner_of(runner, *waits[r]);
           if (waits[other] == nullptr || waits[other]->meeting->other != static_cast<std::int32_t>(runner.system))
             break;
-          (waits[r]->meeting->numbers.back() != 0 ? first : second) = other;
+          (waits[r]->meeting->second ? first : second) = other;
         }
         const Meeting meeting = meeting_of(*waits[first], runners_[first], runners_[second], substep);
         waits[first] = nullptr;

@@ -159,9 +159,8 @@ class Following {
     if (silent_) return;  // all give up at the next word, or at the report
     const actions::Action& action = *meeting_.action;
     const float dt = static_cast<float>(rank_.settings.dt / rank_.settings.substeps);
-    const float strength = static_cast<float>(action.numbers[0]) * dt;
-    const auto epsilon = static_cast<float>(action.numbers[1]);
-    const auto reach = static_cast<float>(action.numbers[2]);
+    const auto given = actions::numbers_of<actions::numbers::follow, float>(action);
+    const float strength = given.magnitude * dt, reach = given.max_radius;
     std::vector<std::uint8_t> chosen(here_.store.size(), action.where.empty() ? 1 : 0);
     if (!action.where.empty()) {
       for (const std::uint32_t p : program::select(action.where, action.shapes, meeting_.time, here_.store))
@@ -178,7 +177,7 @@ class Following {
       const float r2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
       if (!(r2 > 0 && r2 < reach * reach) || chosen[i] == 0) continue;
       ++here_.interaction.pairs;
-      const float part = strength / (std::sqrt(r2) * (r2 + epsilon));
+      const float part = strength / (std::sqrt(r2) * (r2 + given.epsilon));
       for (std::size_t c = 0; c < 3; ++c) v[c][i] += d[c] * part;
     }
   }

@@ -404,7 +404,7 @@ class Swap {
     std::vector<float> changes;
     if (pairs.size() == 0) return changes;
     const Call call{static_cast<int>(meeting_.systems[0]),
-                    static_cast<int>(meeting_.action->numbers[1]),
+                    static_cast<int>(actions::numbers_of<actions::numbers::pairs>(*meeting_.action).number),
                     0,
                     nullptr,
                     &pairs,

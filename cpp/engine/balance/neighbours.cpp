@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/fields.h"
+#include "base/invalid_argument.h"
 #include "engine/balance/balance.h"
 #include "engine/balance/donate.h"
 
@@ -122,8 +123,9 @@ void check_slabs(const Rank& rank, const Script& script, const std::vector<std::
   for (const std::size_t i : systems) {
     const recording::SystemDefinition& definition = script.systems[i]->definition;
     if (definition.axes.slabs()) continue;
-    throw std::invalid_argument(rank.settings.policy->name() + ": domains must be slabs, got those of '" +
-                                definition.name + "', axis " + domains::name_of(definition.axes));
+    throw base::InvalidArgument("domains", "be slabs",
+                                "those of '" + definition.name + "', axis " + domains::name_of(definition.axes),
+                                rank.settings.policy->name());
   }
 }
 

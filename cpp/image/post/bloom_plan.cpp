@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <numeric>
-#include <stdexcept>
 #include <utility>
+
+#include "base/invalid_argument.h"
 
 namespace motes::image {
 namespace {
@@ -138,8 +139,8 @@ void around(const BloomAxis& axis, int first, int count, int& cell, int& cells) 
 }  // namespace
 
 void BloomPlan::make(int new_width, int new_height, float part_of_light) {
-  if (new_width < 1 || new_height < 1) throw std::invalid_argument("a picture with bloom must have pixels");
-  if (!(part_of_light >= 0 && part_of_light <= 1)) throw std::invalid_argument("bloom must be in 0..1");
+  if (new_width < 1 || new_height < 1) throw base::InvalidArgument("a picture with bloom", "have pixels");
+  if (!(part_of_light >= 0 && part_of_light <= 1)) throw base::InvalidArgument("bloom", "be in 0..1");
   if (width != new_width || height != new_height) {
     levels = levels_of(new_width, new_height);
     width = new_width;

@@ -4,6 +4,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "base/invalid_argument.h"
+
 namespace motes::image {
 
 std::size_t Canvas::at(const Area& area) const {
@@ -39,7 +41,7 @@ Pixels Canvas::finish() {
 
 void Canvas::finish(std::span<std::uint8_t> pixels) {
   if (!scene_.prepared()) throw std::logic_error("Canvas::finish before begin");
-  if (pixels.size() != size()) throw std::invalid_argument("pixels must be height * width * 3 bytes");
+  if (pixels.size() != size()) throw base::InvalidArgument("pixels", "be height * width * 3 bytes");
   if (keep_linear_) light_.begin(scene_.grid());
   if (scene_.view().bloom > 0) {
     finish_with_bloom(pixels);

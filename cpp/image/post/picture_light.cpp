@@ -1,7 +1,8 @@
 #include "image/post/picture_light.h"
 
-#include <stdexcept>
 #include <utility>
+
+#include "base/invalid_argument.h"
 
 namespace motes::image {
 
@@ -17,7 +18,7 @@ std::uint32_t* PictureLight::at(const Area& area) {
 }
 
 void PictureLight::show(const PreparedScene& scene, std::span<std::uint8_t> pixels, threads::Pool& pool) {
-  if (pixels.size() != lanes()) throw std::invalid_argument("pixels must be height * width * 3 bytes");
+  if (pixels.size() != lanes()) throw base::InvalidArgument("pixels", "be height * width * 3 bytes");
   constexpr std::size_t kSums = std::size_t{1} << 16;  // of one thread at a time
   threads::over_ranges(pool, lanes(), kSums, [&](std::size_t first, std::size_t last) {
     lanes_->tone(light_ + first, last - first, scene.tone().data(), pixels.data() + first);

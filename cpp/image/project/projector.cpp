@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <stdexcept>
 #include <utility>
 
+#include "base/invalid_argument.h"
 #include "base/memory.h"
 #include "image/camera.h"
 #include "image/footprint.h"
@@ -175,11 +175,11 @@ void Projector::project(const Drawn& particles, const Sprite& sprite, const View
   check(view);
   check(sprite);
   for (const float* plane : particles.position) {
-    if (plane == nullptr && particles.count != 0) throw std::invalid_argument("position must have three planes");
+    if (plane == nullptr && particles.count != 0) throw base::InvalidArgument("position", "have three planes");
   }
   slots_ = projection.slots;
   if (slots_ != nullptr && !slots_->fits(Grid{view.width, view.height}.tiles())) {
-    throw std::invalid_argument("slots must list each tile of the view");
+    throw base::InvalidArgument("slots", "list each tile of the view");
   }
   sprite_ = sprite;
   records.head_ = head_of(sprite, view, projection);

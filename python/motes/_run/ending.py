@@ -22,7 +22,7 @@ from types import TracebackType
 from typing import NoReturn
 
 from .. import _core
-from ..errors import place
+from ..errors import MotesError, place
 from . import attendance, continuing, losses, rank_process
 from .process import OpenRun, process
 from .speaking import SPEAKER_WAIT_S, free_reserve, may_speak, print_report, reserve
@@ -88,7 +88,7 @@ def _become_fork() -> None:
     """Leave the job, in a process that this rank has just forked off: it has one rank, and no run is open."""
     rank_process.became_fork()
     if process.entered:  # a crash was to be named as the rank's
-        _core.name_crashes("")
+        _core.name_crashes("", losses.lost_line())
         _core.set_place(f"a process that {place(process.rank)} has forked off")
     _core.forget_stop_signal()
     process.forget()
@@ -136,14 +136,14 @@ def stop_job(error: BaseException, run: OpenRun | None = None) -> None:
         shown = "" if error.code is None else repr(error.code)
         headline = f"{process.describe(run)}: called sys.exit({shown}) in the middle of the run"
         _end(headline, body, _exit_code(error))
-    _end(_headline(error, run), body, _exit_code(error), speaker=_speaker(error, run))
+    _end(_headline(error, run), body, _exit_code(error), speaker=_speaker(error, run), lost=_lost(error))
 
 
 def end_left(rank: int | None, *, lost: bool = False) -> NoReturn:
     """End the whole job because a rank left the script, or was lost, before a run that needs it started."""
     who = "another rank" if rank is None else place(rank)
     if lost:
-        _end(f"{who} is lost (killed or crashed), and a run needs all its ranks to start", "", 1)
+        _end(f"{who} is lost (killed or crashed), and a run needs all its ranks to start", "", 1, lost=True)
     _end(f"{who} left the script before the run started; the others would wait forever", "", 1)
 
 
@@ -152,13 +152,13 @@ def report_lost(rank: int, role: str, frame: int | None) -> NoReturn:
     # The process may be gone because its own abort is under way and has reported already: then this one ends
     # here.
     time.sleep(TEARDOWN_S)
-    _end(f"{place(rank, role=role, frame=frame)}: its process is gone (killed or crashed)", "", 1)
+    _end(f"{place(rank, role=role, frame=frame)}: its process is gone (killed or crashed)", "", 1, lost=True)
 
 
 def _on_exception(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
     free_reserve()
     body = "".join(traceback.format_exception(kind, error, trace))
-    _end(_headline(error), body, _exit_code(error), speaker=_speaker(error), error=error)
+    _end(_headline(error), body, _exit_code(error), speaker=_speaker(error), error=error, lost=_lost(error))
 
 
 def _on_thread_exception(args: threading.ExceptHookArgs) -> None:
@@ -234,9 +234,15 @@ def _exit_code(error: BaseException) -> int:
 
 
 def _end(
-    headline: str, body: str, code: int, *, speaker: int | None = None, error: BaseException | None = None
+    headline: str,
+    body: str,
+    code: int,
+    *,
+    speaker: int | None = None,
+    error: BaseException | None = None,
+    lost: bool = False,
 ) -> NoReturn:
-    """Print the report, if it is this rank's to print, and end every rank."""
+    """Print the report, if it is this rank's to print, and end every rank; `lost`: a process was lost."""
     if _ending.acquire(blocking=False):
         with contextlib.suppress(BaseException):
             free_reserve()
@@ -245,7 +251,7 @@ def _end(
                     stream.flush()
             if may_speak(speaker):
                 _call_previous_hook(error)
-                print_report(headline, body)
+                print_report(headline, body, before=losses.lost_line() if lost else "")
     else:  # another thread of this rank is already aborting
         with contextlib.suppress(BaseException):
             time.sleep(SPEAKER_WAIT_S)
@@ -263,6 +269,10 @@ def abort(code: int) -> NoReturn:
         if MPI.Is_initialized() and not MPI.Is_finalized():
             MPI.COMM_WORLD.Abort(code)
     os._exit(code)
+
+
+def _lost(error: BaseException) -> bool:
+    return isinstance(error, MotesError) and error.lost
 
 
 def _call_previous_hook(error: BaseException | None) -> None:

@@ -18,13 +18,25 @@ if TYPE_CHECKING:
     from mpi4py import MPI
 
 T = TypeVar("T")
-__all__ = ["END", "ENVIRONMENT", "end_job", "lost_ranks", "survived", "taken_over", "unless_lost"]
+__all__ = [
+    "END",
+    "ENVIRONMENT",
+    "end_job",
+    "lost_line",
+    "lost_ranks",
+    "survived",
+    "taken_over",
+    "unless_lost",
+]
 
 ENVIRONMENT = {"OMPI_MCA_ompi_async_mpi_finalize": "1"}
 """For a launcher. Left alone, MPI_Finalize waits for the lost ranks, too, in about one run of ten."""
 
 END = "*** motes: end of the job, exit code "
 """What a rank says on standard error for `motes run` to end the whole job, followed by the code."""
+
+LOST = "*** motes: the next report is of a lost rank"
+"""What a rank says before its report for `motes run` to know that another start may come to the end."""
 
 _END_WAIT_S = 5.0  # how long this may take
 _PATIENCE_S = 10.0
@@ -74,6 +86,11 @@ def taken_over(claim: Callable[[], T]) -> T:
             if time.monotonic() > limit:
                 raise
         time.sleep(_LOOK_S)
+
+
+def lost_line() -> str:
+    """Return the line `LOST` where `motes run` reads it, or nothing."""
+    return f"{LOST}\n" if os.environ.get(open_worlds.FOLDER) else ""
 
 
 def end_job(code: int) -> NoReturn:

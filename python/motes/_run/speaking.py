@@ -85,9 +85,9 @@ def claim_report() -> bool:
     return True
 
 
-def print_report(headline: str, body: str) -> None:
-    """Print a report in one piece, its middle left out where it is too long."""
-    text = f"\n*** motes: {headline}\n{body}".rstrip("\n").encode(errors="replace") + b"\n"
+def print_report(headline: str, body: str, *, before: str = "") -> None:
+    """Print a report in one piece, without its middle if too long; `before`: a line for `motes run`."""
+    text = f"\n{before}*** motes: {headline}\n{body}".rstrip("\n").encode(errors="replace") + b"\n"
     if len(text) > REPORT_BYTES:
         half = REPORT_BYTES // 2
         text = text[:half] + b"\n  ...\n" + text[-half:]

@@ -21,7 +21,7 @@ from types import FrameType
 from typing import NamedTuple, Self
 
 from . import open_worlds
-from .losses import END
+from .losses import END, LOST
 from .output import tell, write_all
 from .presence import Presence
 
@@ -33,8 +33,6 @@ _GRACE_S = 5.0  # for a launcher to end its ranks before it is killed itself
 _IDLE_S = 0.2  # how long a line that may open a message of the launcher is held back
 _DRAIN_S = 1.0  # how long output may still arrive when the launcher has ended
 _PR_SET_PDEATHSIG = 1
-_LOST = re.compile(r"its process is gone|ranks? [\d, and]+ (was|were) lost, and |, while ranks were lost: ")
-"""As ending.report_lost says, and the core where a loss is more than `on_loss="recover"` can mend."""
 
 
 class Ended(NamedTuple):
@@ -91,7 +89,7 @@ def supervise(argv: Sequence[str], variables: Mapping[str, str] | None = None) -
     if code != 0 and relay.message:
         tell(f"motes run: exit code {code}: {relay.message}")
     stopped = code in (128 + signal.SIGINT, 128 + signal.SIGTERM)
-    return Ended(code, lost=(code > 128 and not stopped) or bool(_LOST.search(relay.message)))
+    return Ended(code, lost=(code > 128 and not stopped) or relay.lost)
 
 
 class _Signals:
@@ -218,6 +216,9 @@ class Relay:
         self._after_loss = False
         self._report = self._error = b""
         self._stopped = False
+        self._next_lost = False
+        self.lost = False
+        """Whether the first report is of a lost rank (`losses.LOST`)."""
 
     @property
     def message(self) -> str:
@@ -272,7 +273,12 @@ class Relay:
                 self.code = int(end[1])
                 self._end()
             return
+        if LOST.encode() in line:
+            self._next_lost = True
+            return
         if report := self._REPORT.search(line):
+            self.lost = self.lost or (self._next_lost and not self._report)
+            self._next_lost = False
             self._report = self._report or report[1]
         elif self._STOPPED.search(line):
             self._stopped = True

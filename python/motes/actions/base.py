@@ -25,16 +25,14 @@ class Action(Value):
     _may_move = True
 
     def _set(self, name: str, **fields: Any) -> None:
-        """Keep the checked fields and make the engine's value from them, in this order; it checks too."""
-        numbers: list[float] = []
+        """Keep the checked fields and make the engine's value of them: numbers by name, shapes in order."""
+        numbers: dict[str, Any] = {}
         shapes: list[_core.Shape] = []
-        for field in fields.values():
-            if type(field) is tuple:
-                numbers.extend(field if type(field[0]) is not tuple else _flat(field))
-            elif isinstance(field, Shape):
+        for key, field in fields.items():
+            if isinstance(field, Shape):
                 shapes.append(field.core)
             else:
-                numbers.append(field)
+                numbers[key] = field if key != "ramp" else _flat(field)
         state = self.__dict__
         state.update(fields)
         if self.where is not None:

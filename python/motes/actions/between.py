@@ -204,7 +204,6 @@ class Collide(Action):
             sleep=-1.0 if sleep is None else sleep,
             other_radius=other_radius or 0.0,
             clear=arguments.number("clear", self.clear, low=0, high=1),
-            second=0,
         )
         self.__dict__.update(radius=radius, sleep=sleep, other_radius=other_radius)
 

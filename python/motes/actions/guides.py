@@ -63,7 +63,7 @@ class Field(Action):
         grid = _grid(self.grid)
         drag = None if self.drag is None else arguments.number("drag", self.drag, low=0)
         strength = arguments.number("strength", self.strength)
-        numbers = [*low, *high, strength, -1.0 if drag is None else drag]
+        numbers = {"low": low, "high": high, "strength": strength, "drag": -1.0 if drag is None else drag}
         _make(self, "field", numbers, grid, (grid.shape[0], grid.shape[1], grid.shape[2]))
         self.__dict__.update(grid=grid, low=low, high=high, strength=strength, drag=drag)
 
@@ -116,7 +116,7 @@ class FollowPath(Action):
         look_ahead = arguments.number("look_ahead", self.look_ahead, low=1e-6)
         radius = at_least_0("radius", self.radius)
         segments = _segments(_spline(points, loop) if smooth else points, loop)
-        numbers = [speed, strength, look_ahead, radius, float(loop)]
+        numbers = dict(speed=speed, strength=strength, look_ahead=look_ahead, radius=radius, loop=loop)
         _make(self, "follow_path", numbers, segments, (len(segments), 1, 1))
         self.__dict__.update(points=tuple(map(tuple, points.tolist())), speed=speed, strength=strength)
         self.__dict__.update(look_ahead=look_ahead, radius=radius, loop=loop, smooth=smooth)
@@ -127,7 +127,7 @@ class FollowPath(Action):
 
 
 def _make(
-    action: Action, name: str, numbers: list[float], table: NDArray[np.float32], size: tuple[int, int, int]
+    action: Action, name: str, numbers: dict[str, Any], table: NDArray[np.float32], size: tuple[int, int, int]
 ) -> None:
     """Let the engine keep the table and check the action."""
     key = _core.keep_table(table, size)

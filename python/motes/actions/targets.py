@@ -437,7 +437,7 @@ class Set(Action):
         shapes: list[_core.Shape] = []
         where = condition_of(self.where, columns, shapes)
         values = compile_values(self.attribute, self.value, columns[self.attribute][1], columns, shapes)
-        return _core.Action("set", [], shapes, where, list(columns).index(self.attribute), values)
+        return _core.Action("set", {}, shapes, where, list(columns).index(self.attribute), values)
 
 
 def _thrice(value: Any) -> Any:

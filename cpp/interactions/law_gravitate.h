@@ -32,8 +32,16 @@ struct Gravitation {
 };
 
 inline void gravitate(const Task& task) {
-  const interactions::Terms& terms = task.terms;
-  sweep(task, Gravitation{all(terms.reach * terms.reach), all(terms.strength), all(terms.epsilon)});
+  const auto n = numbers_of<numbers::gravitate>(task);
+  sweep(task, Gravitation{all(task.reach * task.reach), all(n.magnitude * task.dt), all(n.epsilon)});
 }
+
+namespace laws {
+inline constexpr interactions::Law gravitate = {
+    .act = MOTES_ISA::gravitate,
+    .reach = [](const double* recorded) { return actions::read_numbers<numbers::gravitate>(recorded).max_radius; },
+    .adds = true,
+};
+}  // namespace laws
 
 }  // namespace motes::MOTES_ISA

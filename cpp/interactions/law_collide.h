@@ -33,7 +33,7 @@ struct Collision {
 
     MOTES_INLINE Sums(const Collision&, const Task& task, std::uint32_t i, std::uint32_t)
         : at(load_column(task.targets.column, interactions::at_x, i)),
-          velocity(load_column(task.targets.column, interactions::value_x, i)),
+          velocity(load_column(task.targets.column, interactions::velocity_x, i)),
           busy(load(task.targets.column[interactions::contacts] + i)) {
       if (kRadii) own_radius = load(task.targets.column[interactions::radius] + i);
       if (kMasses) own_inverse = load(task.targets.column[interactions::inverse_mass] + i);
@@ -51,7 +51,7 @@ struct Collision {
       const Mask seen = near & (r2 > 0.0f);
       const Floats d = sqrt(r2);
       const Floats3 change =
-          law.push(reach, d, r * (1.0f / d), value_seen_from(velocity, column, j)) * share(column, j);
+          law.push(reach, d, r * (1.0f / d), velocity_seen_from(velocity, column, j)) * share(column, j);
       sum = sum + only(seen, change);
       touching -= seen;
     }
@@ -69,7 +69,7 @@ struct Collision {
                              std::uint32_t last) {
       Ints self{};  // a particle of some width sees itself
       const Floats own_reach = kRadii ? own_radius + own_radius : law.reach;
-      if (task.terms.side == 0) self -= own_reach * own_reach > 0.0f;
+      if (task.side == 0) self -= own_reach * own_reach > 0.0f;
       if (any(zeros > self)) part_equals(law, task, around, i, last);
       const Floats3 now = velocity + sum;
       const Floats count = to_floats(touching);
@@ -96,12 +96,12 @@ struct Collision {
             const std::uint64_t other = id_of(task.sources, j);
             const Floats3 r = seen_from(at, task.sources.column, j);
             const Floats r2 = dot(r, r);
-            if (r2[lane] > 0 || (task.terms.side == 0 && own == other)) continue;
+            if (r2[lane] > 0 || (task.side == 0 && own == other)) continue;
             const float* const* column = task.sources.column;
             const Floats reach = kRadii ? own_radius + column[interactions::radius][j] : law.reach;
             if (!(r2[lane] < reach[lane] * reach[lane])) continue;
-            const Floats3 change = law.push(reach, Floats{}, all3(parting(own, other, task.terms.side)),
-                                            value_seen_from(velocity, column, j));
+            const Floats3 change = law.push(reach, Floats{}, all3(parting(own, other, task.side)),
+                                            velocity_seen_from(velocity, column, j));
             sum = sum + only(here, change * share(column, j));
             touching -= here;
           }
@@ -111,11 +111,42 @@ struct Collision {
   };
 };
 
+/// What slow and sleeping particles are measured by, m/s2.
+inline constexpr double kGravity = 9.81;
+
 template <bool kRadii, bool kMasses>
-void collide(const Task& task) {
-  const interactions::Terms& t = task.terms;
-  sweep(task, Collision<kRadii, kMasses>{all(t.reach * t.reach), all(t.reach), all(1.0f / t.step), all(t.friction),
-                                         all(1.0f + t.restitution), all(t.slow), all(t.sleep2)});
+void collide_as(const Task& task) {
+  const auto n = numbers_of<numbers::collide, double>(task);
+  const double sleep = n.sleep < 0 ? 2.5 * kGravity * static_cast<double>(task.dt) : n.sleep;
+  const auto restitution = static_cast<float>(n.restitution);
+  // Those that approach each other more slowly do not rebound.
+  const float slow =
+      restitution > 0 ? static_cast<float>(2 * kGravity * static_cast<double>(task.dt)) : __builtin_inff();
+  sweep(task, Collision<kRadii, kMasses>{all(task.reach * task.reach), all(task.reach), all(1.0f / task.dt),
+                                         all(static_cast<float>(n.friction)), all(1.0f + restitution), all(slow),
+                                         all(static_cast<float>(sleep * sleep))});
 }
+
+inline void collide(const Task& task) {
+  constexpr decltype(&collide_as<false, false>) kKernels[2][2] = {{collide_as<false, false>, collide_as<false, true>},
+                                                                  {collide_as<true, false>, collide_as<true, true>}};
+  kKernels[task.radii ? 1 : 0][task.masses ? 1 : 0](task);
+}
+
+namespace laws {
+inline constexpr interactions::Law collide = {
+    .act = MOTES_ISA::collide,
+    .radius =
+        [](const double* recorded, bool second) {
+          const auto n = actions::read_numbers<numbers::collide>(recorded);
+          return second ? n.other_radius : n.radius;
+        },
+    .clear = [](const double* recorded) { return actions::read_numbers<numbers::collide>(recorded).clear; },
+    .looks_ahead = true,
+    .inverse_masses = true,
+    .uniform = true,
+    .between_systems = true,
+};
+}  // namespace laws
 
 }  // namespace motes::MOTES_ISA

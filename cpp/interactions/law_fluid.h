@@ -77,7 +77,7 @@ struct Pressure {
 
     MOTES_INLINE Sums(const Pressure&, const Task& task, std::uint32_t i, std::uint32_t)
         : first(i), at(load_column(task.targets.column, interactions::at_x, i)),
-          velocity(load_column(task.targets.column, interactions::value_x, i)),
+          velocity(load_column(task.targets.column, interactions::velocity_x, i)),
           mass(load(task.targets.column[interactions::mass] + i)) {}
 
     MOTES_INLINE void add(const Pressure& law, const Task& task, std::uint32_t j) {
@@ -89,7 +89,7 @@ struct Pressure {
       slope = slope + only(n.other, n.normal * (steep * of));
       slopes2 = slopes2 + only(n.other, steep * steep * of);
       const float* const* column = task.sources.column;
-      parts = parts + only(n.other, dot(value_seen_from(velocity, column, j), n.normal) * steep * of);
+      parts = parts + only(n.other, dot(velocity_seen_from(velocity, column, j), n.normal) * steep * of);
     }
 
     MOTES_INLINE void finish(const Pressure& law, const Task& task, const Around&, std::uint32_t i,
@@ -106,7 +106,7 @@ struct Pressure {
 /// The velocity that a particle has then: out.
 struct Fluid {
   Spread spread;
-  Floats step, per_density, viscosity, cohesion;
+  Floats step, per_density, viscosity10, cohesion;
 
   struct Sums {
     std::uint32_t first;
@@ -116,7 +116,7 @@ struct Fluid {
 
     MOTES_INLINE Sums(const Fluid&, const Task& task, std::uint32_t i, std::uint32_t)
         : first(i), at(load_column(task.targets.column, interactions::at_x, i)),
-          velocity(load_column(task.targets.column, interactions::value_x, i)),
+          velocity(load_column(task.targets.column, interactions::velocity_x, i)),
           mass(load(task.targets.column[interactions::mass] + i)),
           pressure(load(task.targets.column[interactions::pressure] + i)) {}
 
@@ -128,7 +128,7 @@ struct Fluid {
       const Floats steep = law.spread.slope(n.q);
       const Floats both = pressure * (of / max(mass, all(1e-30f))) + column[interactions::pressure][j];
       push = push - only(n.other, n.normal * (steep * both));
-      const Floats rubs = law.viscosity * dot(value_seen_from(velocity, column, j), n.normal) * steep *
+      const Floats rubs = law.viscosity10 * dot(velocity_seen_from(velocity, column, j), n.normal) * steep *
                           law.spread.per_radius / (n.q + 0.1f);
       drag = drag + only(n.other, n.normal * ((rubs + law.cohesion * pull(law, n.q)) * of));
       pairs -= n.other;
@@ -154,13 +154,26 @@ struct Fluid {
 };
 
 inline void find_pressure(const Task& task) {
-  const interactions::Terms& t = task.terms;
-  sweep(task, Pressure{Spread(t.reach), all(t.step), all(1 / t.rest_density)});
+  const float rest_density = numbers_of<numbers::fluid>(task).rest_density;
+  sweep(task, Pressure{Spread(task.reach), all(task.dt), all(1 / rest_density)});
 }
 
 inline void fluid(const Task& task) {
-  const interactions::Terms& t = task.terms;
-  sweep(task, Fluid{Spread(t.reach), all(t.step), all(1 / t.rest_density), all(t.viscosity), all(t.cohesion)});
+  const auto n = numbers_of<numbers::fluid>(task);
+  // A basic viscosity lets a liquid come to rest; above h^2 / (24 dt), where a step takes all of a difference, it
+  // swings.
+  const float all_at_once = task.reach * task.reach / task.dt;
+  const float viscosity10 = 10 * __builtin_fminf(n.viscosity + all_at_once / 4000, all_at_once / 24);
+  sweep(task, Fluid{Spread(task.reach), all(task.dt), all(1 / n.rest_density), all(viscosity10), all(n.cohesion)});
 }
+
+namespace laws {
+inline constexpr interactions::Law fluid = {
+    .act = MOTES_ISA::fluid,
+    .prepare = find_pressure,
+    .reach = [](const double* recorded) { return actions::read_numbers<numbers::fluid>(recorded).radius; },
+    .looks_ahead = true,
+};
+}  // namespace laws
 
 }  // namespace motes::MOTES_ISA

@@ -7,6 +7,8 @@
 
 namespace motes::MOTES_ISA {
 
+/// kValue: the first of the columns that are matched.
+template <int kValue>
 struct Matching {
   Floats reach2, strength, epsilon;
 
@@ -17,7 +19,7 @@ struct Matching {
 
     MOTES_INLINE Sums(const Matching&, const Task& task, std::uint32_t i, std::uint32_t)
         : at(load_column(task.targets.column, interactions::at_x, i)),
-          value(load_column(task.targets.column, interactions::value_x, i)) {}
+          value(load_column(task.targets.column, kValue, i)) {}
 
     MOTES_INLINE void add(const Matching& law, const Task& task, std::uint32_t j) {
       const float* const* column = task.sources.column;
@@ -25,7 +27,7 @@ struct Matching {
       const Floats r2 = dot(r, r);
       const Mask seen = (r2 < law.reach2) & (r2 > 0.0f);
       const Floats w = only(seen, law.strength / (r2 + law.epsilon));
-      sum = sum + only(seen, value_seen_from(value, column, j) * w);
+      sum = sum + only(seen, difference(value, column, kValue, j) * w);
       weight = weight + w;
       pairs -= seen;
     }
@@ -40,9 +42,31 @@ struct Matching {
   };
 };
 
-inline void match(const Task& task) {
-  const interactions::Terms& terms = task.terms;
-  sweep(task, Matching{all(terms.reach * terms.reach), all(terms.strength), all(terms.epsilon)});
+template <int kValue, class Numbers>
+MOTES_INLINE void match(const Task& task, const Numbers& n) {
+  sweep(task, Matching<kValue>{all(task.reach * task.reach), all(n.magnitude * task.dt), all(n.epsilon)});
 }
+
+inline void match_velocity(const Task& task) {
+  match<interactions::velocity_x>(task, numbers_of<numbers::match_velocity>(task));
+}
+
+inline void match_rotational_velocity(const Task& task) {
+  match<interactions::spin_x>(task, numbers_of<numbers::match_rotational_velocity>(task));
+}
+
+namespace laws {
+inline constexpr interactions::Law match_velocity = {
+    .act = MOTES_ISA::match_velocity,
+    .reach = [](const double* recorded) { return actions::read_numbers<numbers::match_velocity>(recorded).max_radius; },
+};
+inline constexpr interactions::Law match_rotational_velocity = {
+    .act = MOTES_ISA::match_rotational_velocity,
+    .reach =
+        [](const double* recorded) {
+          return actions::read_numbers<numbers::match_rotational_velocity>(recorded).max_radius;
+        },
+};
+}  // namespace laws
 
 }  // namespace motes::MOTES_ISA

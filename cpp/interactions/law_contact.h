@@ -85,8 +85,8 @@ struct Contact {
   }
 };
 
-/// Pairs that touch, of some targets, and what each does to its target. They are found first and computed when there are
-/// many: then each lane has one.
+/// Pairs that touch, of some targets, and what each does to its target. They are found first and computed when there
+/// are many: then each lane has one.
 struct TouchBatch {
   static constexpr std::uint32_t kMost = 256, kRoom = kMost + 2 * kLanes;
 
@@ -137,20 +137,19 @@ MOTES_INLINE void compute_touches(const Contact& law, const Task& task, TouchBat
   t.own = {take(column[interactions::radius], i), take(column[interactions::inverse_mass], i)};
   t.other = {take(column[interactions::radius], j), take(column[interactions::inverse_mass], j)};
   t.overlap = t.own.radius + t.other.radius - d;
-  t.apart = take3(column, interactions::value_x, j) - take3(column, interactions::value_x, i);
+  t.apart = take3(column, interactions::velocity_x, j) - take3(column, interactions::velocity_x, i);
   t.spin = take3(column, interactions::spin_x, i);
   t.other_spin = take3(column, interactions::spin_x, j);
   const Mask together = ~(Mask)(d > 0.0f) & here;
   if (any(together)) {
     for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
-      if (together[lane] != 0)
-        set_lane(t.normal, lane, parting(task.pairs.ids[i[lane]], task.pairs.ids[j[lane]], 0));
+      if (together[lane] != 0) set_lane(t.normal, lane, parting(task.pairs.ids[i[lane]], task.pairs.ids[j[lane]], 0));
     }
   }
   static_assert(sizeof(interactions::PairState) == 8 * sizeof(float));
   const auto* states = reinterpret_cast<const float*>(task.pairs.state);
   const Ints at = (Ints)(pair << 3);
-  const Mask known = (Mask)((Uints)gather(states + 6, at) + 1u == all_uints(task.terms.now));
+  const Mask known = (Mask)((Uints)gather(states + 6, at) + 1u == all_uints(task.now));
   Floats3 slid = remembered(states, at, known), rolled = remembered(states + 3, at, known);
   const Push push = law.push(t, slid, rolled);
   task.stats->softened = task.stats->softened || any(push.softened & here);
@@ -163,7 +162,7 @@ MOTES_INLINE void compute_touches(const Contact& law, const Task& task, TouchBat
     interactions::PairState& state = task.pairs.state[pair[lane]];
     state.slid[0] = slid.x[lane], state.slid[1] = slid.y[lane], state.slid[2] = slid.z[lane];
     state.rolled[0] = rolled.x[lane], state.rolled[1] = rolled.y[lane], state.rolled[2] = rolled.z[lane];
-    state.step = task.terms.now;
+    state.step = task.now;
   }
 }
 
@@ -174,9 +173,9 @@ MOTES_INLINE void apply_touches(const Contact& law, const Task& task, TouchBatch
     const std::uint32_t i = batch.target[n];
     for (int c = 0; c < 3; ++c) {
       task.out[c][i] += batch.change[c][n];
-      task.out[4 + c][i] += batch.change[3 + c][n];
+      task.out[3 + c][i] += batch.change[3 + c][n];
     }
-    task.out[3][i] += 1;
+    task.out[6][i] += 1;
   }
   task.stats->pairs += batch.count;
   batch.count = 0;
@@ -191,8 +190,9 @@ MOTES_INLINE Floats damping_of(float restitution) {
 
 // Sums begin with +0, and what the particle had is added last.
 inline void contact(const Task& task) {
-  const interactions::Terms& t = task.terms;
-  const Contact law{all(t.step), all(t.stiffness), damping_of(t.restitution), all(t.friction), all(t.rolling_friction)};
+  const auto n = numbers_of<numbers::contact>(task);
+  const Contact law{all(task.dt), all(n.stiffness), damping_of(n.restitution), all(n.friction),
+                    all(n.rolling_friction)};
   const std::uint32_t first = task.targets.cells.rows[task.first_row].first;
   const std::uint32_t last = task.targets.cells.rows[task.last_row].first;
   const std::size_t bytes = (last - first) * sizeof(float);
@@ -206,13 +206,23 @@ inline void contact(const Task& task) {
   }
   apply_touches(law, task, batch);
   for (int c = 0; c < 3; ++c) {
-    const float* velocity = task.targets.column[interactions::value_x + c];
+    const float* velocity = task.targets.column[interactions::velocity_x + c];
     const float* spin = task.targets.column[interactions::spin_x + c];
     for (std::uint32_t i = first; i < last; ++i) {
       task.out[c][i] = velocity[i] + task.out[c][i];
-      task.out[4 + c][i] = spin[i] + task.out[4 + c][i];
+      task.out[3 + c][i] = spin[i] + task.out[3 + c][i];
     }
   }
 }
+
+namespace laws {
+inline constexpr interactions::Law contact = {
+    .act = MOTES_ISA::contact,
+    .radius = [](const double* recorded, bool) { return actions::read_numbers<numbers::contact>(recorded).radius; },
+    .inverse_masses = true,
+    .skips_massless = true,
+    .remembers = true,
+};
+}  // namespace laws
 
 }  // namespace motes::MOTES_ISA

@@ -1,0 +1,29 @@
+// The error of a value that a function cannot take, with its parts: Python makes an ArgumentError of them.
+#pragma once
+
+#include <stdexcept>
+#include <string>
+
+namespace motes::base {
+
+/// Says "argument must rule, got value", after "owner: " where there is an owner.
+class InvalidArgument : public std::invalid_argument {
+ public:
+  /// `rule`: what the argument must do, such as "be 1..64" or "have a surface"; `value`: as text, empty where it is of
+  /// no use; `owner`: whose argument it is, such as an action.
+  InvalidArgument(const std::string& argument, const std::string& rule, const std::string& value = "",
+                  const std::string& owner = "")
+      : std::invalid_argument((owner.empty() ? "" : owner + ": ") + argument + " must " + rule +
+                              (value.empty() ? "" : ", got " + value)),
+        argument_(argument), rule_(rule), value_(value) {}
+
+  const std::string& argument() const { return argument_; }
+  const std::string& value() const { return value_; }
+  /// The rule, without a leading "be ".
+  std::string allowed() const { return rule_.starts_with("be ") ? rule_.substr(3) : rule_; }
+
+ private:
+  std::string argument_, rule_, value_;
+};
+
+}  // namespace motes::base

@@ -63,6 +63,7 @@ add_library(motes_pure STATIC
   interactions/cell_list.cpp
   interactions/extent.cpp
   interactions/kernels.cpp
+  interactions/neighbour_list.cpp
   interactions/overlap.cpp
   interactions/pairs.cpp
   interactions/pyramid.cpp
@@ -81,6 +82,7 @@ add_library(motes_pure STATIC
   particles/schema.cpp
   particles/store.cpp
   particles/streams.cpp
+  particles/touches.cpp
   program/bins.cpp
   program/events.cpp
   program/order.cpp
@@ -108,6 +110,7 @@ target_compile_options(motes_pure PRIVATE ${MOTES_O1})
 # the limits that benchmarks compare with.
 set_source_files_properties(
   bench/bench_scene.cpp image/raster/behind.cpp interactions/act.cpp interactions/cell_list.cpp
+  interactions/neighbour_list.cpp
   PROPERTIES COMPILE_OPTIONS $<$<CONFIG:Release>:-O3>)
 target_include_directories(motes_pure PUBLIC ${CMAKE_CURRENT_SOURCE_DIR} ${CMAKE_CURRENT_BINARY_DIR}/generated)
 target_link_libraries(motes_pure PUBLIC motes_flags PRIVATE Threads::Threads)

@@ -49,10 +49,11 @@ class Meeting {
     }
     for (std::size_t s = 0; s < count_; ++s) {
       run(s, seen);
-      seen.most_in_a_cell = std::max(seen.most_in_a_cell, scratch_.party[s].cells.most_in_a_cell());
+      seen.most_in_a_cell = std::max(seen.most_in_a_cell, cells(s).most_in_a_cell());
     }
     if (sides_[0].last && has_radius(action_)) seen.overlap_99 = overlap_99(spheres(0), spheres(count_ - 1));
     for (std::size_t s = 0; s < count_; ++s) apply(s);
+    if (sides_[0].last && law_.remembers) write_down();
     return seen;
   }
 
@@ -75,7 +76,6 @@ class Meeting {
   static std::size_t padded(std::size_t count) { return count + 2 * particles::kPadding; }
 
   void gather(std::size_t s) {
-    const std::vector<Component> read = read_by(action_);
     const std::vector<Column> columns = columns_of(action_, sides_[s]);
     Scratch::Party& party = scratch_.party[s];
     Crowd& crowd = crowds_[s];
@@ -88,13 +88,52 @@ class Meeting {
     for (std::size_t c = 0; c < 3; ++c) crowd.at[c] = columns[c];
     now_[s] = crowd;
     if (law_.looks_ahead) look_ahead(columns, party, crowd);
-    party.cells.sort(crowd, static_cast<double>(reach_) * (1 + kMargin), pool_);
-    for (std::size_t c = 0; c < 3; ++c) arrange(s, at_x + static_cast<int>(c), crowd.at[c]);
+    if (!law_.remembers) {
+      party.cells.sort(crowd, static_cast<double>(reach_) * (1 + kMargin), pool_);
+      return arrange_all(s, columns);
+    }
+    NeighbourList& list = *sides_[s].list;
+    if (list.lists(crowd, sides_[s].now)) {
+      arrange_all(s, columns);
+      if (list.holds(placed(s), pool_)) return;
+    }
+    list.sort(crowd, reach_, sides_[s].keeps_list, pool_);
+    arrange_all(s, columns);
+    list.build(crowd, placed(s), *sides_[s].store, sides_[s].law, sides_[s].now, pool_);
+  }
+
+  const Cells& cells(std::size_t s) const { return law_.remembers ? sides_[s].list->cells() : scratch_.party[s].cells; }
+
+  PlacedSpheres placed(std::size_t s) const {
+    const auto& column = scratch_.party[s].column;
+    return {{column[at_x].data(), column[at_y].data(), column[at_z].data()}, column[radius].data()};
+  }
+
+  void arrange_all(std::size_t s, const std::vector<Column>& columns) {
+    const std::vector<Component> read = read_by(action_);
+    for (std::size_t c = 0; c < 3; ++c) arrange(s, at_x + static_cast<int>(c), crowds_[s].at[c]);
     for (std::size_t number = 3; number < read.size(); ++number) {
       if (const int to = place_of(read[number]); to >= 0) arrange(s, to, columns[number]);
       if (read[number].attribute == particles::size && radii()) arrange_radii(s, columns[number]);
       if (read[number].attribute == particles::mass && masses()) arrange_masses(s, columns[number]);
       if (read[number].attribute == particles::mass && !law_.inverse_masses) arrange_positive(s, mass, columns[number]);
+    }
+  }
+
+  // What the store remembers of touches, for whoever looks at particles between frames: those of this sub-step, of all
+  // laws that have acted in it.
+  void write_down() const {
+    particles::Store& store = *sides_[0].store;
+    const std::vector<std::uint32_t>& order = cells(0).order();
+    std::vector<particles::Touch> touches;
+    for (std::size_t k = 0; k < order.size(); ++k) {
+      if (order[k] >= crowds_[0].own) continue;
+      touches.clear();
+      for (const particles::Touch& touch : store.touches(order[k])) {
+        if (touch.step == sides_[0].now && touch.law < sides_[0].law) touches.push_back(touch);
+      }
+      sides_[0].list->recall(k, sides_[0].law, touches);
+      store.set_touches(order[k], touches);
     }
   }
 
@@ -112,7 +151,7 @@ class Meeting {
     Scratch::Party& party = scratch_.party[s];
     std::vector<float>& values = party.column[to];
     values.resize(padded(crowds_[s].size()));
-    party.cells.arrange(crowds_[s], column, values.data(), pool_);
+    cells(s).arrange(crowds_[s], column, values.data(), pool_);
   }
 
   // Arranges a column; values that are not above 0 become 0.
@@ -152,7 +191,7 @@ class Meeting {
 
   Spheres spheres(std::size_t s) const {
     const Scratch::Party& party = scratch_.party[s];
-    return {&party.cells, &now_[s], radii() ? party.column[radius].data() : nullptr, given_radius(action_, s == 1)};
+    return {&cells(s), &now_[s], radii() ? party.column[radius].data() : nullptr, given_radius(action_, s == 1)};
   }
 
   float radius_at(std::size_t s, std::size_t place) const {
@@ -254,11 +293,11 @@ class Meeting {
       party.out[c].resize(padded(crowds_[s].size()));
       out[c] = party.out[c].data();
     }
-    const Party targets{party.cells.view(target_count), columns[s], &crowds_[s]};
-    const Party sources{scratch_.party[other].cells.view(crowds_[other].own), columns[other], &crowds_[other]};
-    const std::vector<std::size_t> cuts = parts_of(party.cells);
+    const Party targets{cells(s).view(target_count), columns[s], &crowds_[s]};
+    const Party sources{cells(other).view(crowds_[other].own), columns[other], &crowds_[other]};
+    const std::vector<std::size_t> cuts = parts_of(cells(s), pool_);
     std::vector<KernelStats> sights(cuts.size() - 1);
-    particles::Touches* const remembered = law_.remembers ? sides_[s].store->writable_touches() : nullptr;
+    const PairsView pairs = law_.remembers ? sides_[s].list->view(sides_[s].now) : PairsView{};
     const std::uint8_t* const chosen = sides_[s].chosen != nullptr ? sides_[s].chosen->data() : nullptr;
     Task task{targets, sources, action_.numbers.data(), reach_, dt_};
     task.side = count_ == 1 ? 0 : static_cast<int>(s) + 1;
@@ -266,7 +305,7 @@ class Meeting {
     task.radii = radii();
     task.masses = masses();
     task.out = out;
-    task.touches = remembered;
+    task.pairs = pairs;
     task.chosen = chosen;
     pool_.run(sights.size(), [&](std::size_t part, std::size_t) {
       const simd::FloatMode mode;
@@ -282,24 +321,12 @@ class Meeting {
     }
   }
 
-  // Rows of about as many particles each, several per thread.
-  std::vector<std::size_t> parts_of(const Cells& cells) const {
-    const std::vector<interactions::Row>& rows = cells.rows();
-    const std::size_t most = pool_.threads() == 1 ? cells.size() : pool_.items(4096);
-    std::vector<std::size_t> cuts{0};
-    for (std::size_t r = 1; r + 1 < rows.size(); ++r) {
-      if (rows[r].first - rows[cuts.back()].first >= most) cuts.push_back(r);
-    }
-    cuts.push_back(rows.size() - 1);
-    return cuts;
-  }
-
   void apply(std::size_t s) {
     float* to[kMostResults];
     for (std::size_t c = 0; c < changed_.size(); ++c) {
       to[c] = sides_[s].store->writable_plane(changed_[c].attribute, changed_[c].component);
     }
-    const std::vector<std::uint32_t>& order = scratch_.party[s].cells.order();
+    const std::vector<std::uint32_t>& order = cells(s).order();
     const std::vector<std::uint8_t>* chosen = sides_[s].chosen;
     const std::vector<std::uint8_t>* adds_to = sides_[s].adds_to;
     threads::over_ranges(pool_, order.size(), kRange, [&](std::size_t first, std::size_t last) {

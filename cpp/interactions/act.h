@@ -9,6 +9,7 @@
 #include "actions/action.h"
 #include "interactions/extent.h"
 #include "interactions/kernels.h"
+#include "interactions/neighbour_list.h"
 #include "interactions/pairs.h"
 #include "particles/store.h"
 
@@ -28,8 +29,11 @@ struct Side {
   std::uint64_t newborn_from = UINT64_MAX;            // collide: ids from here on are newborn
   bool adds = false;                                  // collide: add contacts to those of an earlier action
   const std::vector<std::uint8_t>* adds_to = nullptr;  // which particles to add for; null: all
+  NeighbourList* list = nullptr;                      // contact: the kept list of this law
+  std::uint32_t law = 0;                              // contact: its number among those of the list, from 0 on
+  bool keeps_list = false;                            // contact: whether the list may outlive this sub-step
   std::uint32_t now = 0;                              // contact: the number of the sub-step, from 1 on
-  bool last = false;                                  // last sub-step of the frame: measure overlaps
+  bool last = false;                                  // last sub-step of the frame: measure overlaps, write touches to the store
 };
 
 /// Returns the columns that the action reads, in the order of read_by(), of own particles and ghosts.

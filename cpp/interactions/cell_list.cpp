@@ -278,4 +278,15 @@ void Cells::arrange(const Crowd& crowd, const Column& column, float* to, threads
   });
 }
 
+std::vector<std::size_t> parts_of(const Cells& cells, threads::Pool& pool) {
+  const std::vector<Row>& rows = cells.rows();
+  const std::size_t most = pool.threads() == 1 ? cells.size() : pool.items(4096);
+  std::vector<std::size_t> cuts{0};
+  for (std::size_t r = 1; r + 1 < rows.size(); ++r) {
+    if (rows[r].first - rows[cuts.back()].first >= most) cuts.push_back(r);
+  }
+  cuts.push_back(rows.size() - 1);
+  return cuts;
+}
+
 }  // namespace motes::interactions

@@ -107,6 +107,9 @@ class Cells {
 /// Returns the non-empty rows among the nine around (x, y), ascending.
 std::vector<const Row*> rows_around(const Cells& cells, std::int32_t x, std::int32_t y);
 
+/// Numbers of rows, from 0 on: between two of them are about as many particles as a thread takes at once.
+std::vector<std::size_t> parts_of(const Cells& cells, threads::Pool& pool);
+
 /// Calls work(place) for the particles of a row in the cells z - 1 .. z + 1, in their order.
 template <class Work>
 void each_near(const CellsView& cells, const Row& row, std::int32_t z, const Work& work) {

@@ -1,5 +1,6 @@
 // Compiled once for each instruction set: the laws between particles.
 #include "interactions/all_laws.h"  // all law_*.h of this folder; written by CMake, so a new law needs no line here
+#include "interactions/list_pairs.h"
 #include "interactions/pull.h"
 
 namespace motes::MOTES_ISA {
@@ -22,6 +23,7 @@ const interactions::Kernels interaction_kernels = {
 #undef MOTES_INTERACTION
 #undef MOTES_ACTION
     },
+    list_pairs,
     pull,
 };
 

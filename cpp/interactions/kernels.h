@@ -8,7 +8,6 @@
 #include "actions/numbers.h"
 #include "interactions/cell_list.h"
 #include "interactions/law.h"
-#include "particles/touches.h"
 
 namespace motes::interactions {
 
@@ -45,6 +44,25 @@ struct KernelStats {
   bool softened = false;  // contact: springs were softened because the step is too long
 };
 
+/// What two that touch remember, seen from one of them.
+struct PairState {
+  float slid[3], rolled[3];  // see particles::Touch
+  std::uint32_t step;        // in which they last touched, from 1 on; 0: never
+  std::uint32_t unused;
+};
+
+/// Pairs by their first particle's place in the order of the cells:
+///
+///     first   | 0 . . | 1 | 2 . . . | ...      place p has pairs begin[p] .. begin[p + 1] - 1
+///     second  | 7 1 9 | 0 | 8 1 9 5 | ...      places, ascending by id
+///     state   | one per pair                   kept as long as both stay listed
+struct PairsView {
+  const std::uint32_t* begin = nullptr;
+  const std::uint32_t* second = nullptr;
+  const std::uint64_t* ids = nullptr;  // of places
+  PairState* state = nullptr;
+};
+
 /// One law over some rows of targets. Lengths in metres, times in seconds.
 struct Task {
   Party targets, sources;
@@ -55,14 +73,26 @@ struct Task {
   std::uint32_t now = 0;  // the number of the sub-step, from 1 on
   bool radii = false, masses = false;  // whether particles have radii and masses of their own: Law::uniform
   float* const* out = nullptr;  // planes by place: what the law says
-  particles::Touches* touches = nullptr;  // of this rank's own particles, by index: Law::remembers
+  PairsView pairs = {};  // of this rank's own particles: Law::remembers
   const std::uint8_t* chosen = nullptr;  // who of them is changed, by index; null: all
   std::size_t first_row = 0, last_row = 0;  // of the targets
   KernelStats* stats = nullptr;
 };
 
+/// Lists pairs whose surfaces are closer than the skin: without `second` how many there are of each place, and with it
+/// which, from begin[place] on.
+struct ListTask {
+  Party spheres;  // both targets and sources: at, radius
+  float skin = 0;
+  std::uint32_t* count = nullptr;
+  const std::uint32_t* begin = nullptr;
+  std::uint32_t* second = nullptr;
+  std::size_t first_row = 0, last_row = 0;
+};
+
 struct Kernels {
   Law law[actions::kKinds];
+  void (*list_pairs)(const ListTask&);
   /// See pull.h.
   void (*pull)(const float* const* sources, std::size_t count, float epsilon, const float* const* targets,
                std::size_t begin, std::size_t end, float* sums);

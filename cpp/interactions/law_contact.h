@@ -1,40 +1,40 @@
-// contact: discrete elements (Cundall and Strack 1979). Touching spheres push each other apart by damped springs; their
-// surfaces hold each other by springs that remember how far they have slid and rolled, up to Coulomb's limit (Luding
-// 2008, "Cohesive, frictional powders"). Each touch is computed at both ends with opposite signs, so momentum and
-// angular momentum are conserved.
+// contact: discrete elements (Cundall and Strack 1979). Spheres that touch push each other apart as springs with
+// dampers do; their surfaces hold each other by springs that remember how far they have slid and rolled, up to
+// Coulomb's limit (Luding 2008, "Cohesive, frictional powders": sliding and rolling alike). Each touch is computed at
+// both of its ends with opposite signs, so momentum and angular momentum are kept.
 #pragma once
 
 #include "interactions/parting.h"
 #include "interactions/sweep.h"
-#include "particles/touches.h"
 #include "simd/elementary.h"
+#include "simd/squeeze.h"
 
 namespace motes::MOTES_ISA {
 
-/// Radius and inverse mass of a particle.
+/// How much a particle resists to being moved and turned.
 struct Inertia {
   Floats radius, inverse;  // m, 1/kg
 
-  /// Returns the inverse moment of inertia of a solid sphere, 1/(kg m2).
+  /// Of a solid sphere, 1/(kg m2).
   MOTES_INLINE Floats inverse_moment() const { return 2.5f * inverse / max(radius * radius, all(1e-30f)); }
 };
 
-/// Geometry and motion of a touch, seen from the target.
+/// What two that touch are to each other, seen from the target.
 struct Touching {
   Floats3 normal;  // towards the source
   Floats overlap;
-  Floats3 apart;  // velocity of the source relative to the target
+  Floats3 apart;  // the source's velocity, seen from the target
   Floats3 spin, other_spin;
   Inertia own, other;
 };
 
-/// Force and torque of a touch on the target, N and N m.
+/// The forces at a touch, newtons and newton metres, on the target.
 struct Push {
   Floats3 force, torque;
-  Mask softened;  // the spring had to be softened
+  Mask softened;  // the spring was too stiff for the step
 };
 
-/// A damped spring: N/m, and N s/m.
+/// A spring: newtons per metre, and per metre and second.
 struct Spring {
   Floats stiffness, damper;
 };
@@ -42,17 +42,16 @@ struct Spring {
 struct Contact {
   Floats step, stiffness, damping, friction, rolling_friction;
 
-  // Limits stiffness so that a touch, pi sqrt(m / stiffness) long with m half the harmonic mean of the masses, lasts at
-  // least five steps; then even twelve touches at once are stable.
+  // Two that touch need so many steps for it that twelve at once are no trouble either: else springs throw them about.
+  // They touch for pi sqrt(m / stiffness), with m half the harmonic mean of their masses: five steps at least.
   static constexpr float kMostStiff = 0.39f;
 
-  // Stiffness of springs along the surface relative to that between the centres: with 2/7, spheres that hit each other
+  // Springs along the surface, as stiff as two sevenths of that between the centres: then spheres that hit each other
   // slide and slip back in one period (Schaefer et al. 1996, "Force schemes in simulations of granular materials").
   static constexpr float kAlong = 2.0f / 7;
   static constexpr float kAlongDamping = 0.5f;
 
-  /// Stretches a spring by a step at `speed` and returns its pull, at most `limit`; `at`: its elongation, which is cut
-  /// when it slips.
+  /// `at`: how far a spring is drawn out, which the limit shortens; `speed`: how fast. Returns what it pulls with.
   MOTES_INLINE Floats3 held(Spring spring, Floats3& at, Floats3 speed, Floats limit) const {
     at = at + speed * step;
     Floats3 pull = at * spring.stiffness + speed * spring.damper;
@@ -72,11 +71,11 @@ struct Contact {
     const Floats along = dot(t.apart, t.normal);
     const Floats out = stiff * t.overlap - damper * along;
     const Floats pressed = max(out, Floats{});
-    // The point of contact is halfway between both surfaces.
+    // Where they touch is between both surfaces.
     const Floats arm = t.own.radius - 0.5f * t.overlap;
     const Floats3 turning = t.spin * arm + t.other_spin * (t.other.radius - 0.5f * t.overlap);
     const Floats3 slide = t.apart - t.normal * along - cross(turning, t.normal);
-    slid = slid - t.normal * dot(slid, t.normal);  // projects onto the contact plane, which has turned
+    slid = slid - t.normal * dot(slid, t.normal);  // the touch has turned since
     const Floats3 drag = held(surface, slid, slide, friction * pressed);
     const Floats both = t.own.radius * t.other.radius / max(t.own.radius + t.other.radius, all(1e-30f));
     const Floats3 roll = cross(t.spin - t.other_spin, t.normal) * both;
@@ -84,154 +83,136 @@ struct Contact {
     const Floats3 brake = held(surface, rolled, roll, rolling_friction * pressed);
     return {drag - t.normal * out, cross(t.normal, drag) * arm - cross(t.normal, brake) * both, most < stiffness};
   }
-
-  struct Sums {
-    // Touches are listed first and computed when all are known, or when the list is full, so that all lanes have work.
-    static constexpr std::uint32_t kListed = 16;
-    std::uint32_t first;
-    Floats3 at, velocity, spin, sum{}, turn{};
-    Inertia own;
-    std::uint32_t listed[kLanes] = {}, most = 0;
-    std::uint32_t place[kListed][kLanes];
-    const particles::Touches* before[kLanes];
-    particles::Touches after[kLanes];
-    Ints touching{};
-    Mask softened{};
-
-    MOTES_INLINE Sums(const Contact&, const Task& task, std::uint32_t i, std::uint32_t last)
-        : first(i), at(load_column(task.targets.column, interactions::at_x, i)),
-          velocity(load_column(task.targets.column, interactions::velocity_x, i)),
-          spin(load_column(task.targets.column, interactions::spin_x, i)),
-          own{load(task.targets.column[interactions::radius] + i),
-              load(task.targets.column[interactions::inverse_mass] + i)} {
-      for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
-        before[lane] = nullptr;
-        after[lane].count = 0;
-        if (i + lane >= last) {  // belongs to another row (maybe another thread's), or is no particle
-          own.radius[lane] = 0;
-          continue;
-        }
-        const std::uint32_t index = task.targets.cells.order[i + lane];
-        if (index >= task.targets.cells.own) continue;
-        const particles::Touches& own_touches = task.touches[index];
-        if (task.now - own_touches.step == 1) before[lane] = &own_touches;
-      }
-    }
-
-    MOTES_INLINE void add(const Contact& law, const Task& task, std::uint32_t j) {
-      const float* const* column = task.sources.column;
-      const Floats3 r = seen_from(at, column, j);
-      const Floats r2 = dot(r, r);
-      const Floats reach = own.radius + column[interactions::radius][j];
-      const Mask near = (r2 < reach * reach) & (own.radius > 0.0f) & (all(column[interactions::radius][j]) > 0.0f);
-      if (!any(near)) return;
-      for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
-        if (near[lane] == 0 || first + lane == j) continue;
-        place[listed[lane]][lane] = j;
-        ++touching[lane];
-        if (++listed[lane] > most) most = listed[lane];
-      }
-      if (most == kListed) compute(law, task);
-    }
-
-    /// Computes all listed touches, the n-th of each target at a time.
-    __attribute__((noinline)) void compute(const Contact& law, const Task& task) {
-      for (std::uint32_t n = 0; n < most; ++n) add_touch(law, task, n);
-      most = 0;
-      for (std::uint32_t& count : listed) count = 0;
-    }
-
-    MOTES_INLINE void add_touch(const Contact& law, const Task& task, std::uint32_t n) {
-      const float* const* column = task.sources.column;
-      std::uint32_t j[kLanes];
-      Mask here{};
-      for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
-        here[lane] = n < listed[lane] ? -1 : 0;
-        j[lane] = n < listed[lane] ? place[n][lane] : first;
-      }
-      const auto of = [&](int number) {
-        Floats v;
-        for (std::uint32_t lane = 0; lane < kLanes; ++lane) v[lane] = column[number][j[lane]];
-        return v;
-      };
-      const auto of3 = [&](int number) { return Floats3{of(number), of(number + 1), of(number + 2)}; };
-      Touching t{};
-      const Floats3 r = of3(interactions::at_x) - at;
-      const Floats d = sqrt(dot(r, r));
-      t.normal = r * (1.0f / d);
-      t.own = own;
-      t.other = {of(interactions::radius), of(interactions::inverse_mass)};
-      t.overlap = own.radius + t.other.radius - d;
-      t.apart = of3(interactions::velocity_x) - velocity;
-      t.spin = spin;
-      t.other_spin = of3(interactions::spin_x);
-      std::uint64_t id[kLanes];
-      Floats3 slid{}, rolled{};
-      for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
-        if (here[lane] == 0) continue;
-        id[lane] = id_of(task.sources, j[lane]);
-        if (!(d[lane] > 0)) set_lane(t.normal, lane, parting(id_of(task.targets, first + lane), id[lane], 0));
-        if (before[lane] != nullptr) recall(*before[lane], id[lane], lane, slid, rolled);
-      }
-      const Push push = law.push(t, slid, rolled);
-      softened |= here & push.softened;
-      sum = sum + only(here, push.force * (law.step * own.inverse));
-      turn = turn + only(here, push.torque * (law.step * own.inverse_moment()));
-      for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
-        if (here[lane] != 0) remember(after[lane], id[lane], lane, slid, rolled);
-      }
-    }
-
-    static void recall(const particles::Touches& before, std::uint64_t id, std::uint32_t lane, Floats3& slid,
-                       Floats3& rolled) {
-      for (std::uint32_t k = 0; k < before.count; ++k) {
-        const particles::Touch& touch = before.touch[k];
-        if (touch.id != id) continue;
-        set_lane(slid, lane, of(touch.slid));
-        set_lane(rolled, lane, of(touch.rolled));
-        return;
-      }
-    }
-
-    // Remembers a touch; beyond kMost it is felt but not remembered.
-    static void remember(particles::Touches& after, std::uint64_t id, std::uint32_t lane, const Floats3& slid,
-                         const Floats3& rolled) {
-      if (after.count == particles::Touches::kMost) return;
-      after.touch[after.count++] = {
-          id, {slid.x[lane], slid.y[lane], slid.z[lane]}, {rolled.x[lane], rolled.y[lane], rolled.z[lane]}};
-    }
-
-    MOTES_INLINE void finish(const Contact& law, const Task& task, const Around&, std::uint32_t i, std::uint32_t last) {
-      compute(law, task);
-      const Floats3 now = velocity + sum, turned = spin + turn;
-      store_lanes3(task.out, i, now, last - i);
-      store_lanes3(task.out + 3, i, turned, last - i);
-      store_lanes(task.out[6] + i, to_floats(touching), last - i);
-      for (std::uint32_t k = i; k < last; ++k) {
-        const std::uint32_t index = task.targets.cells.order[k];
-        if (index >= task.targets.cells.own || (task.chosen != nullptr && task.chosen[index] == 0)) continue;
-        // Another contact of this sub-step remembers already: its springs are not those of this one.
-        if (task.touches[index].step == task.now) continue;
-        after[k - i].step = task.now;
-        task.touches[index] = after[k - i];
-      }
-      task.stats->pairs += sum_own(task.targets.cells, touching, i, last);
-      task.stats->softened = task.stats->softened || any(softened);
-    }
-  };
 };
 
-/// Returns twice the part of critical damping that gives this restitution in a head-on collision.
+/// Pairs that touch, of some targets, and what each does to its target. They are found first and computed when there
+/// are many: then each lane has one.
+struct TouchBatch {
+  static constexpr std::uint32_t kMost = 256, kRoom = kMost + 2 * kLanes;
+
+  std::uint32_t count = 0;
+  alignas(64) std::uint32_t pair[kRoom], target[kRoom];
+  alignas(64) float change[6][kRoom];  // of velocity and rotational velocity
+};
+
+MOTES_INLINE Floats take(const float* column, Uints at) { return gather(column, (Ints)at); }
+MOTES_INLINE Floats3 take3(const float* const* column, int first, Uints at) {
+  return {take(column[first], at), take(column[first + 1], at), take(column[first + 2], at)};
+}
+
+/// Adds the target's pairs that touch, from `pair` on as many as there is room for; returns the next one.
+MOTES_INLINE std::uint32_t find_touches(const Task& task, std::uint32_t i, std::uint32_t pair, TouchBatch& batch) {
+  const float* const* column = task.targets.column;
+  const Floats3 at{all(column[interactions::at_x][i]), all(column[interactions::at_y][i]),
+                   all(column[interactions::at_z][i])};
+  const Floats own = all(column[interactions::radius][i]);
+  const std::uint32_t end = task.pairs.begin[i + 1], before = batch.count;
+  for (; pair < end && batch.count < TouchBatch::kMost; pair += kLanes) {
+    const Mask here = first_lanes(end - pair);
+    const Uints j = load_uints(task.pairs.second + pair) & (Uints)here;
+    const Floats3 r = take3(column, interactions::at_x, j) - at;
+    const Floats other = take(column[interactions::radius], j);
+    const Floats reach = own + other;
+    const Mask near = (dot(r, r) < reach * reach) & (min(own, other) > 0.0f) & here;
+    batch.count += static_cast<std::uint32_t>(squeeze(batch.pair + batch.count, lane_numbers() + pair, near));
+  }
+  for (std::uint32_t k = before; k < batch.count; ++k) batch.target[k] = i;
+  return pair < end ? pair : end;
+}
+
+MOTES_INLINE Floats3 remembered(const float* states, Ints at, Mask known) {
+  return only(known, Floats3{gather(states, at), gather(states + 1, at), gather(states + 2, at)});
+}
+
+// One vector of the batch, from `n` on.
+MOTES_INLINE void compute_touches(const Contact& law, const Task& task, TouchBatch& batch, std::uint32_t n) {
+  const float* const* column = task.targets.column;
+  const Mask here = first_lanes(batch.count - n);
+  const Uints pair = load_uints(batch.pair + n) & (Uints)here, i = load_uints(batch.target + n) & (Uints)here;
+  const Uints j = (Uints)gather(reinterpret_cast<const float*>(task.pairs.second), (Ints)pair);
+  Touching t{};
+  const Floats3 r = take3(column, interactions::at_x, j) - take3(column, interactions::at_x, i);
+  const Floats d = sqrt(dot(r, r));
+  t.normal = r * (1.0f / d);
+  t.own = {take(column[interactions::radius], i), take(column[interactions::inverse_mass], i)};
+  t.other = {take(column[interactions::radius], j), take(column[interactions::inverse_mass], j)};
+  t.overlap = t.own.radius + t.other.radius - d;
+  t.apart = take3(column, interactions::velocity_x, j) - take3(column, interactions::velocity_x, i);
+  t.spin = take3(column, interactions::spin_x, i);
+  t.other_spin = take3(column, interactions::spin_x, j);
+  const Mask together = ~(Mask)(d > 0.0f) & here;
+  if (any(together)) {
+    for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+      if (together[lane] != 0) set_lane(t.normal, lane, parting(task.pairs.ids[i[lane]], task.pairs.ids[j[lane]], 0));
+    }
+  }
+  static_assert(sizeof(interactions::PairState) == 8 * sizeof(float));
+  const auto* states = reinterpret_cast<const float*>(task.pairs.state);
+  const Ints at = (Ints)(pair << 3);
+  const Mask known = (Mask)((Uints)gather(states + 6, at) + 1u == all_uints(task.now));
+  Floats3 slid = remembered(states, at, known), rolled = remembered(states + 3, at, known);
+  const Push push = law.push(t, slid, rolled);
+  task.stats->softened = task.stats->softened || any(push.softened & here);
+  const Floats3 speed = push.force * (law.step * t.own.inverse);
+  const Floats3 turn = push.torque * (law.step * t.own.inverse_moment());
+  const Floats* const changes[6] = {&speed.x, &speed.y, &speed.z, &turn.x, &turn.y, &turn.z};
+  for (int c = 0; c < 6; ++c) store(batch.change[c] + n, *changes[c]);
+  for (std::uint32_t lane = 0; lane < kLanes && n + lane < batch.count; ++lane) {
+    if (task.chosen != nullptr && task.chosen[task.targets.cells.order[i[lane]]] == 0) continue;
+    interactions::PairState& state = task.pairs.state[pair[lane]];
+    state.slid[0] = slid.x[lane], state.slid[1] = slid.y[lane], state.slid[2] = slid.z[lane];
+    state.rolled[0] = rolled.x[lane], state.rolled[1] = rolled.y[lane], state.rolled[2] = rolled.z[lane];
+    state.step = task.now;
+  }
+}
+
+// Adds up what a batch does to its targets, each one's in the order of the pairs.
+MOTES_INLINE void apply_touches(const Contact& law, const Task& task, TouchBatch& batch) {
+  for (std::uint32_t n = 0; n < batch.count; n += kLanes) compute_touches(law, task, batch, n);
+  for (std::uint32_t n = 0; n < batch.count; ++n) {
+    const std::uint32_t i = batch.target[n];
+    for (int c = 0; c < 3; ++c) {
+      task.out[c][i] += batch.change[c][n];
+      task.out[3 + c][i] += batch.change[3 + c][n];
+    }
+    task.out[6][i] += 1;
+  }
+  task.stats->pairs += batch.count;
+  batch.count = 0;
+}
+
+/// What makes two that meet head on part with this part of their speed: of critical damping, twice.
 MOTES_INLINE Floats damping_of(float restitution) {
   if (!(restitution > 1e-30f)) return all(2.0f);
   const Floats l = log(all(restitution));
   return -2.0f * l / sqrt(9.8696044f + l * l);
 }
 
+// Sums begin with +0, and what the particle had is added last.
 inline void contact(const Task& task) {
   const auto n = numbers_of<numbers::contact>(task);
-  sweep(task,
-        Contact{all(task.dt), all(n.stiffness), damping_of(n.restitution), all(n.friction), all(n.rolling_friction)});
+  const Contact law{all(task.dt), all(n.stiffness), damping_of(n.restitution), all(n.friction),
+                    all(n.rolling_friction)};
+  const std::uint32_t first = task.targets.cells.rows[task.first_row].first;
+  const std::uint32_t last = task.targets.cells.rows[task.last_row].first;
+  const std::size_t bytes = (last - first) * sizeof(float);
+  for (int c = 0; c < 7; ++c) __builtin_memset(task.out[c] + first, 0, bytes);
+  TouchBatch batch;
+  for (std::uint32_t i = first; i < last; ++i) {
+    for (std::uint32_t pair = task.pairs.begin[i]; pair < task.pairs.begin[i + 1];) {
+      pair = find_touches(task, i, pair, batch);
+      if (batch.count >= TouchBatch::kMost) apply_touches(law, task, batch);
+    }
+  }
+  apply_touches(law, task, batch);
+  for (int c = 0; c < 3; ++c) {
+    const float* velocity = task.targets.column[interactions::velocity_x + c];
+    const float* spin = task.targets.column[interactions::spin_x + c];
+    for (std::uint32_t i = first; i < last; ++i) {
+      task.out[c][i] = velocity[i] + task.out[c][i];
+      task.out[3 + c][i] = spin[i] + task.out[3 + c][i];
+    }
+  }
 }
 
 namespace laws {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <span>
 #include <vector>
 
 #include "base/hash.h"
@@ -20,10 +21,9 @@ std::uint64_t fold(std::uint64_t hash, float value) {
   return std::rotl((hash ^ bits) * kGolden, 29);
 }
 
-std::uint64_t fold(std::uint64_t hash, const Touches& touches) {
-  for (std::uint32_t k = 0; k < touches.count; ++k) {
-    const Touch& touch = touches.touch[k];
-    hash = std::rotl((hash ^ touch.id) * kGolden, 29);
+std::uint64_t fold(std::uint64_t hash, std::span<const Touch> touches) {
+  for (const Touch& touch : touches) {
+    hash = std::rotl((hash ^ (touch.id + touch.law * kGolden)) * kGolden, 29);
     for (const float way : touch.slid) hash = fold(hash, way);
     for (const float way : touch.rolled) hash = fold(hash, way);
   }
@@ -53,8 +53,8 @@ Digest sum(const Store& store, std::size_t first, std::size_t last, const At& at
         for (std::size_t i = 0; i < length; ++i) hash[i] = fold(hash[i], plane ? plane[at(begin + i)] : value);
       }
     }
-    for (std::size_t i = 0; i < length && store.touches() != nullptr; ++i) {
-      hash[i] = fold(hash[i], store.touches()[at(begin + i)]);
+    for (std::size_t i = 0; i < length && store.remembers(); ++i) {
+      hash[i] = fold(hash[i], store.touches(at(begin + i)));
     }
     for (std::size_t i = 0; i < length; ++i) {
       result.first += mix(hash[i]);

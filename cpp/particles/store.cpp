@@ -44,15 +44,14 @@ void over_columns(threads::Pool& pool, const std::vector<Column>& columns, std::
 
 // A column's values, which lie one after another in a message.
 struct PackedColumn {
-  const void* plane;
-  std::size_t width;
+  const void* plane;  // of floats or of halves of ids
   std::byte* bytes;
 };
 
-template <class T>
 void gather(const PackedColumn& column, std::span<const std::uint32_t> indices, std::size_t first, std::size_t last) {
-  const T* plane = static_cast<const T*>(column.plane);
-  for (std::size_t k = first; k < last; ++k) std::memcpy(column.bytes + k * sizeof(T), plane + indices[k], sizeof(T));
+  const auto* plane = static_cast<const float*>(column.plane);
+  for (std::size_t k = first; k < last; ++k)
+    std::memcpy(column.bytes + k * sizeof(float), plane + indices[k], sizeof(float));
 }
 
 // Columns that begin at the same place of a page share sets of the caches, since large memory begins at the start of a
@@ -124,13 +123,13 @@ void Store::materialize(int attribute) {
   }
 }
 
-Touches* Store::writable_touches() {
+void Store::set_touches(std::size_t i, std::span<const Touch> touches) {
   if (!touches_) {
     if (capacity_ == 0) reserve(kBlock);
-    touches_ = take_plane<Touches>(memory_, capacity_, 0);
-    std::fill_n(touches_.get(), size_, Touches{});
+    touches_ = take_plane<TouchRow>(memory_, capacity_, 0);
+    std::fill_n(touches_.get(), size_, TouchRow{});
   }
-  return touches_.get();
+  memory_of_touches_.set(touches_.get()[i], touches);
 }
 
 std::uint32_t* Store::writable_upper_ids() {
@@ -170,7 +169,7 @@ std::size_t Store::bytes_of_planes(std::size_t capacity) const {
     if (uniform(a)) continue;
     bytes += bytes_of_plane<float>(static_cast<std::size_t>(width(a)) * capacity, (*schema_)[a].first_component);
   }
-  return bytes + (touches_ ? bytes_of_plane<Touches>(capacity, 0) : 0);
+  return bytes + (touches_ ? bytes_of_plane<TouchRow>(capacity, 0) : 0);
 }
 
 void Store::reserve(std::size_t capacity) {
@@ -194,9 +193,10 @@ void Store::reserve(std::size_t capacity) {
       std::memcpy(wider[index(a)].get() + c * rounded, column.planes.get() + c * capacity_, size_ * sizeof(float));
     }
   }
-  std::shared_ptr<Touches[]> touches;
+  std::shared_ptr<TouchRow[]> touches;
   if (touches_) {
-    touches = take_plane<Touches>(memory, rounded, 0);
+    memory_of_touches_.tidy({touches_.get(), size_});
+    touches = take_plane<TouchRow>(memory, rounded, 0);
     std::copy_n(touches_.get(), size_, touches.get());
   }
   for (std::size_t a = 0; a < columns_.size(); ++a) {
@@ -222,7 +222,7 @@ std::size_t Store::grow(std::size_t count) {
   make_room(count);
   const std::size_t first = size_;
   size_ += count;
-  if (touches_) std::fill_n(touches_.get() + first, count, Touches{});
+  if (touches_) std::fill_n(touches_.get() + first, count, TouchRow{});
   if (upper_ids_) std::fill_n(upper_ids_.get() + first, count, 0u);
   return first;
 }
@@ -263,6 +263,7 @@ void Store::remove(std::span<const std::uint32_t> indices, threads::Pool& pool) 
                  });
                });
   size_ = left;
+  if (touches_) memory_of_touches_.tidy({touches_.get(), size_});
 }
 
 void Store::permute(std::span<const std::uint32_t> from, threads::Pool& pool) {
@@ -299,8 +300,7 @@ std::size_t Store::packed_bytes(std::size_t count) const {
   for (int a = 0; a < schema_->size(); ++a) {
     (uniform(a) ? once : each) += sizeof(float) * static_cast<std::size_t>(width(a));
   }
-  if (touches_) each += sizeof(Touches);
-  return once + 1 + count * each;
+  return once + count * each;
 }
 
 void Store::pack(std::span<const std::uint32_t> indices, base::Bytes& out, threads::Pool& pool) const {
@@ -309,7 +309,7 @@ void Store::pack(std::span<const std::uint32_t> indices, base::Bytes& out, threa
   out.reserve(out.size() + packed_bytes(indices.size()));  // from here on the message stays where it is
   std::vector<PackedColumn> packed;
   const auto pack_plane = [&](const auto* plane) {
-    packed.push_back({plane, sizeof *plane, out.extend(indices.size() * sizeof *plane)});
+    packed.push_back({plane, out.extend(indices.size() * sizeof *plane)});
   };
   pack_plane(lower_ids_.get());
   out.put(upper_ids_ ? Packed::planes : Packed::initial);
@@ -323,13 +323,31 @@ void Store::pack(std::span<const std::uint32_t> indices, base::Bytes& out, threa
     if (how == Packed::uniform) out.put_raw(column.value.data(), sizeof(float) * static_cast<std::size_t>(width(a)));
     for (int c = 0; how == Packed::planes && c < width(a); ++c) pack_plane(plane(a, c));
   }
+  over_columns(
+      pool, packed, indices.size(), kAlone,
+      [&](const PackedColumn& column, std::size_t first, std::size_t last) { gather(column, indices, first, last); });
+  pack_touches(indices, out);
+}
+
+// How many each has; then all of them.
+void Store::pack_touches(std::span<const std::uint32_t> indices, base::Bytes& out) const {
   out.put(touches_ ? Packed::planes : Packed::initial);
-  if (touches_) pack_plane(touches_.get());
-  over_columns(pool, packed, indices.size(), kAlone,
-               [&](const PackedColumn& column, std::size_t first, std::size_t last) {
-                 column.width == sizeof(float) ? gather<float>(column, indices, first, last)
-                                               : gather<Touches>(column, indices, first, last);
-               });
+  if (!touches_) return;
+  for (const std::uint32_t i : indices) out.put(static_cast<std::uint32_t>(touches(i).size()));
+  for (const std::uint32_t i : indices) out.put_raw(touches(i).data(), touches(i).size_bytes());
+}
+
+void Store::unpack_touches(base::Reader& in, std::size_t first) {
+  if (in.get<Packed>() != Packed::planes) return;
+  std::vector<std::uint32_t> counts(size_ - first);
+  for (std::uint32_t& count : counts) count = in.get<std::uint32_t>();
+  std::vector<Touch> row;
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    const auto bytes = in.take(counts[i] * sizeof(Touch));
+    row.resize(counts[i]);
+    if (!row.empty()) std::memcpy(row.data(), bytes.data(), bytes.size());
+    set_touches(first + i, row);
+  }
 }
 
 void Store::set_added(int attribute, std::array<float, 3> value, std::size_t first) {
@@ -355,7 +373,7 @@ void Store::append(const Store& from) {
   const auto copy = [&](auto* to, const auto* values) { std::memcpy(to + first, values, count * sizeof *values); };
   copy(lower_ids_.get(), from.lower_ids_.get());
   if (from.upper_ids_) copy(writable_upper_ids(), from.upper_ids_.get());
-  if (from.touches_) copy(writable_touches(), from.touches_.get());
+  for (std::size_t i = 0; i < count && from.touches_; ++i) set_touches(first + i, from.touches(i));
   for (int a = 0; a < schema_->size(); ++a) {
     if (from.uniform(a)) {
       set_added(a, from.uniform_value(a), first);
@@ -402,10 +420,10 @@ void Store::unpack(base::Reader& in, threads::Pool& pool) {
     for (int c = 0; how == Packed::uniform && c < components; ++c) value[static_cast<std::size_t>(c)] = in.get<float>();
     set_added(a, value, first);
   }
-  if (in.get<Packed>() == Packed::planes) arrive(in.take(count * sizeof(Touches)), writable_touches());
   over_columns(pool, arrived, count, kAlone, [](const Arrived& column, std::size_t begin, std::size_t end) {
     std::memcpy(column.plane + begin * column.width, column.bytes + begin * column.width, (end - begin) * column.width);
   });
+  unpack_touches(in, first);
 }
 
 std::size_t Store::memory_bytes() const {
@@ -414,7 +432,7 @@ std::size_t Store::memory_bytes() const {
   for (int a = 0; a < schema_->size(); ++a) {
     if (!uniform(a)) total += capacity_ * sizeof(float) * static_cast<std::size_t>(width(a));
   }
-  if (touches_) total += capacity_ * sizeof(Touches);
+  if (touches_) total += capacity_ * sizeof(TouchRow) + memory_of_touches_.bytes();
   return total;
 }
 

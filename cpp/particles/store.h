@@ -55,10 +55,13 @@ class Store {
   /// Of the particles from `first` on.
   void set_ids(std::size_t first, std::span<const std::uint64_t> ids);
 
-  /// Of each particle, or null where none has ever touched another one.
-  const Touches* touches() const { return touches_.get(); }
-  /// The same for writing: nobody remembers anything yet where there were none.
-  Touches* writable_touches();
+  /// Whether any particle has ever remembered a touch.
+  bool remembers() const { return touches_ != nullptr; }
+  /// What a particle remembers, until the next call of set_touches().
+  std::span<const Touch> touches(std::size_t i) const {
+    return touches_ ? memory_of_touches_.of(touches_.get()[i]) : std::span<const Touch>{};
+  }
+  void set_touches(std::size_t i, std::span<const Touch> touches);
 
   /// Keeps a plane's memory alive as long as the result lives, whatever happens to the store.
   std::shared_ptr<float[]> planes(int attribute) const { return columns_[index(attribute)].planes; }
@@ -97,7 +100,7 @@ class Store {
   /// Appends the particles at `indices` of this store to a message, in that order.
   void pack(std::span<const std::uint32_t> indices, base::Bytes& out, threads::Pool& pool = threads::alone()) const;
 
-  /// The most bytes that pack() appends for this many particles.
+  /// The most bytes that pack() appends for this many particles, besides their touches.
   std::size_t packed_bytes(std::size_t count) const;
 
   /// Appends what pack() wrote. Throws std::runtime_error where the bytes do not fit the schema.
@@ -118,11 +121,13 @@ class Store {
     std::array<float, 3> value{};
   };
 
-  // A plane of floats, or of halves of ids, or the touches.
+  using TouchRow = TouchMemory::Row;
+
+  // A plane of floats, or of halves of ids, or of where the touches are.
   struct Plane {
     float* values;
     std::uint32_t* ids = nullptr;
-    Touches* touches = nullptr;
+    TouchRow* touches = nullptr;
 
     template <class Visitor>
     void visit(const Visitor& visitor) const {
@@ -136,6 +141,8 @@ class Store {
   std::size_t bytes_of_planes(std::size_t capacity) const;
   std::vector<Plane> planes_and_rows() const;
   std::uint32_t* writable_upper_ids();
+  void pack_touches(std::span<const std::uint32_t> indices, base::Bytes& out) const;
+  void unpack_touches(base::Reader& in, std::size_t first);
   /// Of particles `first` and after it, which have just been added: one value for all of them, or planes to write to.
   void set_added(int attribute, std::array<float, 3> value, std::size_t first);
   void open_added(int attribute, std::size_t first);
@@ -144,7 +151,8 @@ class Store {
   std::vector<Column> columns_;
   std::shared_ptr<std::uint32_t[]> lower_ids_;
   std::shared_ptr<std::uint32_t[]> upper_ids_;  // null: all are 0
-  std::shared_ptr<Touches[]> touches_;  // null: nobody remembers any
+  std::shared_ptr<TouchRow[]> touches_;  // null: nobody remembers any
+  TouchMemory memory_of_touches_;
   PlaneMemory memory_;
   std::size_t size_ = 0;
   std::size_t capacity_ = 0;

@@ -3,31 +3,42 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
+#include <vector>
 
 namespace motes::particles {
 
 /// One touch, as one of the two sees it.
 struct Touch {
-  std::uint64_t id;  // of the other
-  float slid[3];     // metres: how far the other's surface has slid along this one's
-  float rolled[3];   // metres: how far this one has rolled on the other; both see the same
+  std::uint64_t id;    // of the other
+  std::uint32_t law;   // which contact of the list it is of, from 0 on
+  std::uint32_t step;  // the sub-step in which it was last felt, from 1 on
+  float slid[3];       // metres: how far the other's surface has slid along this one's
+  float rolled[3];     // metres: how far this one has rolled on the other; both see the same
 
   bool operator==(const Touch&) const = default;
 };
 
-/// The touches of a particle. Spheres of one size have at most twelve.
-struct Touches {
-  static constexpr std::uint32_t kMost = 12;
+/// The touches of many particles, one after another in memory. Rows say where they are: they can be moved and copied
+/// within a store as numbers can.
+class TouchMemory {
+ public:
+  struct Row {
+    std::uint32_t first = 0, count = 0, room = 0;
+  };
 
-  std::uint32_t count = 0;
-  std::uint32_t step = 0;  // the sub-step in which they were written down, from 1 on; 0: never
-  Touch touch[kMost];
+  std::span<const Touch> of(const Row& row) const { return {all_.data() + row.first, row.count}; }
 
-  bool operator==(const Touches& other) const {
-    bool same = count == other.count && step == other.step;
-    for (std::uint32_t k = 0; same && k < count; ++k) same = touch[k] == other.touch[k];
-    return same;
-  }
+  /// Writes down a row's touches. Where it has no room for them, it gets some at the end.
+  void set(Row& row, std::span<const Touch> touches);
+
+  /// Frees what no row uses any more, once that is more than half.
+  void tidy(std::span<Row> rows);
+
+  std::size_t bytes() const { return all_.capacity() * sizeof(Touch); }
+
+ private:
+  std::vector<Touch> all_;
 };
 
 }  // namespace motes::particles

@@ -14,7 +14,7 @@ namespace {
 using base::Bytes;
 using base::Reader;
 using particles::Store;
-using particles::Touches;
+using particles::Touch;
 
 // A thread copies so much at once.
 constexpr std::size_t kRange = std::size_t{1} << 18;
@@ -40,8 +40,14 @@ void describe(const Store& store, std::int32_t system, Description& description,
   if (rows == 0) return;
   SavedPlane plane;
   add(plane, nullptr, rows * sizeof(std::uint64_t));
-  plane.kind = Plane::touches;
-  if (store.touches() != nullptr) add(plane, store.touches(), rows * sizeof(Touches));
+  if (store.remembers()) {
+    std::size_t touches = 0;
+    for (std::size_t i = 0; i < rows; ++i) touches += store.touches(i).size();
+    plane.kind = Plane::touch_counts;
+    add(plane, nullptr, rows * sizeof(std::uint32_t));
+    plane.kind = Plane::touches;
+    add(plane, nullptr, touches * sizeof(Touch));
+  }
   for (int a = 0; a < store.schema().size(); ++a) {
     const particles::Attribute& attribute = store.schema()[a];
     plane.attribute = attribute.name;
@@ -69,7 +75,8 @@ std::span<const std::byte> bytes_of(const SavedPlane& plane, std::span<const std
 std::size_t width_of(const SavedPlane& plane) {
   switch (plane.kind) {
     case Plane::ids: return sizeof(std::uint64_t);
-    case Plane::touches: return sizeof(Touches);
+    case Plane::touch_counts: return sizeof(std::uint32_t);
+    case Plane::touches: return sizeof(Touch);
     default: return sizeof(float);
   }
 }
@@ -86,8 +93,10 @@ void check(const SavedPlane& plane, const Description& description, std::span<co
     damaged("a plane of no system");
   }
   const std::uint64_t rows = description.systems[static_cast<std::size_t>(plane.system)].rows;
-  const std::uint64_t count = plane.kind == Plane::uniform ? static_cast<std::uint64_t>(plane.width) : rows;
   const std::size_t bytes = bytes_of(plane, planes).size();
+  const std::uint64_t count = plane.kind == Plane::uniform   ? static_cast<std::uint64_t>(plane.width)
+                              : plane.kind == Plane::touches ? bytes / sizeof(Touch)
+                                                             : rows;
   if (plane.width < 1 || plane.width > 3 || bytes / width_of(plane) != count || bytes % width_of(plane) != 0) {
     damaged("a plane of another length than its system");
   }
@@ -149,6 +158,41 @@ void append_ids(std::span<const std::byte> planes, std::size_t before, Store& st
   }
 }
 
+void copy_touch_counts(const Store& store, std::byte* planes) {
+  for (std::size_t i = 0; i < store.size(); ++i) {
+    const auto count = static_cast<std::uint32_t>(store.touches(i).size());
+    std::memcpy(planes + i * sizeof count, &count, sizeof count);
+  }
+}
+
+void copy_touches(const Store& store, std::byte* planes) {
+  for (std::size_t i = 0; i < store.size(); ++i) {
+    const auto touches = std::as_bytes(store.touches(i));
+    std::copy(touches.begin(), touches.end(), planes);
+    planes += touches.size();
+  }
+}
+
+// Of particles first .. last - 1 of a part, which are those of the store from `to` on.
+void append_touches(std::span<const std::byte> counts, std::span<const std::byte> touches, std::uint64_t first,
+                    std::uint64_t last, std::size_t to, Store& store) {
+  std::vector<Touch> row;
+  std::size_t before = 0;
+  if (counts.size() < last * sizeof(std::uint32_t)) damaged("it has touches, but does not say of whom");
+  for (std::uint64_t i = 0; i < last; ++i) {
+    std::uint32_t count = 0;
+    std::memcpy(&count, counts.data() + i * sizeof count, sizeof count);
+    const std::size_t bytes = std::size_t{count} * sizeof(Touch);
+    if (bytes > touches.size() - before) damaged("it has fewer touches than it says");
+    if (i >= first) {
+      row.resize(count);
+      if (count != 0) std::memcpy(row.data(), touches.data() + before, bytes);
+      store.set_touches(to + (i - first), row);
+    }
+    before += bytes;
+  }
+}
+
 std::string quoted(const std::string& text) {
   std::string json(1, '"');
   for (const char c : text) {
@@ -174,6 +218,7 @@ std::string tensor(const std::string& name, const std::string& dtype, const std:
 std::string name_of(const SavedPlane& plane) {
   switch (plane.kind) {
     case Plane::ids: return "id";
+    case Plane::touch_counts: return "touch_counts";
     case Plane::touches: return "touches";
     case Plane::uniform: return plane.attribute;
     default: break;
@@ -193,7 +238,9 @@ std::string tensor(const Description& description, const SavedPlane& plane, std:
   };
   switch (plane.kind) {
     case Plane::ids: return entry("U64", rows);
-    case Plane::touches: return entry("U8", rows + "," + std::to_string(sizeof(Touches)));
+    case Plane::touch_counts: return entry("U32", rows);
+    case Plane::touches:
+      return entry("U8", std::to_string(plane.bytes / sizeof(Touch)) + "," + std::to_string(sizeof(Touch)));
     case Plane::uniform: return entry("F32", std::to_string(plane.width));
     default: return entry("F32", rows);
   }
@@ -228,10 +275,10 @@ void copy(const std::vector<const Store*>& stores, Description& description, Byt
     }
     const SavedPlane& plane = description.planes[i];
     const Store& store = *stores[static_cast<std::size_t>(plane.system)];
-    if (plane.kind == Plane::ids) {
-      copy_ids(store, to, pool);
-      continue;
-    }
+    if (plane.kind == Plane::ids) copy_ids(store, to, pool);
+    if (plane.kind == Plane::touch_counts) copy_touch_counts(store, to);
+    if (plane.kind == Plane::touches) copy_touches(store, to);
+    if (plane.kind != Plane::uniform) continue;
     const std::array<float, 3> value = store.uniform_value(store.schema().find(plane.attribute));
     std::memcpy(to, value.data(), sources[i].bytes);
   }
@@ -247,6 +294,7 @@ void append(const Description& description, std::span<const std::byte> planes, s
   const std::size_t before = store.grow(count);
   std::vector<std::pair<std::span<const std::byte>, std::byte*>> copies;
   std::vector<bool> given(static_cast<std::size_t>(store.schema().size()), false);
+  std::span<const std::byte> counts;  // of touches, which follow them
   bool has_ids = false;
   for (const SavedPlane& plane : description.planes) {
     if (plane.system != static_cast<std::int32_t>(system)) continue;
@@ -255,9 +303,12 @@ void append(const Description& description, std::span<const std::byte> planes, s
       append_ids(values(plane, planes, first, count), before, store);
       continue;
     }
+    if (plane.kind == Plane::touch_counts) {
+      counts = bytes_of(plane, planes);
+      continue;
+    }
     if (plane.kind == Plane::touches) {
-      copies.emplace_back(values(plane, planes, first, count),
-                          reinterpret_cast<std::byte*>(store.writable_touches() + before));
+      append_touches(counts, bytes_of(plane, planes), first, last, before, store);
       continue;
     }
     const int attribute = store.schema().find(plane.attribute);

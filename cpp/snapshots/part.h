@@ -16,9 +16,10 @@
 namespace motes::snapshots {
 
 /// What the values of a plane are.
-enum class Plane : std::uint8_t { ids, component, uniform, touches };
+enum class Plane : std::uint8_t { ids, component, uniform, touch_counts, touches };
 
-/// A stretch of a part's planes: one value per particle or, where all share it, the value of an attribute.
+/// A stretch of a part's planes: one value per particle or, where all share it, the value of an attribute; of touches,
+/// as many as their counts say.
 struct SavedPlane {
   std::int32_t system = 0;
   Plane kind = Plane::ids;

@@ -53,6 +53,7 @@ bool Course::run_substep(int substep) {
   for (Runner& runner : runners_) {
     runner.next_piece = 0;
     runner.collided = Collided::none;
+    runner.contacts = 0;
     calculator_.populations[runner.system]->collided.clear();
   }
   std::vector<const Piece*> waits(runners_.size(), nullptr);
@@ -91,6 +92,7 @@ Meeting Course::meeting_of(const Piece& piece, Runner& first, Runner& second, in
   meeting.substep = static_cast<std::uint32_t>(rank_.talk.frame * substeps) + static_cast<std::uint32_t>(substep) + 1;
   meeting.time = program::time_of({rank_.talk.frame, rank_.settings.substeps, rank_.settings.dt}, substep);
   meeting.last = substep + 1 == rank_.settings.substeps;
+  if (piece.meeting->kind == actions::Kind::contact) meeting.law = first.contacts++;
   if (piece.meeting->kind != actions::Kind::collide) return meeting;
   Runner* const runners[2] = {&first, &second};
   for (std::size_t side = 0; side < meeting.count; ++side) {

@@ -31,6 +31,7 @@ class Course {
     std::size_t next_piece = 0;
     std::uint64_t newborn_from = 0;  // ids from here on have met nobody
     Collided collided = Collided::none;  // collisions of this sub-step
+    std::uint32_t contacts = 0;          // laws of contact that have acted in this sub-step
   };
 
   bool run_substep(int substep);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <unordered_map>
 #include <utility>
 
 #include "base/fields.h"
@@ -307,6 +308,7 @@ class Swap {
       const auto leaving = migrants_[side].to.find(target);
       const std::vector<std::uint32_t> none;
       const std::vector<std::uint32_t>& gone = leaving == migrants_[side].to.end() ? none : leaving->second;
+      write_down_touches(side, gone);
       here.store.pack(gone, bytes, *rank_.pool);
       put_noted(here, here.bounced, gone, bytes);
       put_noted(here, here.collided, gone, bytes);
@@ -327,6 +329,23 @@ class Swap {
     put_ghosts(side, copied, kept);
     base::Reader in(kept.view());
     take_ghosts(in, interactions::read_by(*meeting_.action).size(), ghosts_[side]);
+  }
+
+  // Writes to the store what migrants remember of their touches in kept lists.
+  void write_down_touches(std::size_t side, const std::vector<std::uint32_t>& gone) {
+    if (gone.empty()) return;
+    std::unordered_map<std::uint64_t, std::uint32_t> index_of;
+    Store& store = population(side).store;
+    for (const std::uint32_t i : gone) index_of[store.ids()[i]] = i;
+    std::map<std::uint32_t, std::vector<particles::Touch>> touches;
+    for (const auto& [key, list] : calculator_.neighbours) {
+      if (key.first != meeting_.systems[side]) continue;
+      for (std::size_t place = 0; place < list.ids().size(); ++place) {
+        const auto found = index_of.find(list.ids()[place]);
+        if (found != index_of.end()) list.recall(place, key.second, touches[found->second]);
+      }
+    }
+    for (const auto& [i, felt] : touches) store.set_touches(i, felt);
   }
 
   // Lists the migrants that are noted here, for their new owner to know.
@@ -422,6 +441,11 @@ class Swap {
       Population& here = population(side);
       sides[side] = {&here.store, &ghosts_[side], nullptr, meeting_.newborn_from[side]};
       sides[side].adds = meeting_.collided[side] != Collided::none;
+      if (meeting_.action->kind == actions::Kind::contact) {
+        sides[side].list = &calculator_.neighbours[{meeting_.systems[side], meeting_.law}];
+        sides[side].law = meeting_.law;
+        sides[side].keeps_list = rank_.talk.calculators() == 1;
+      }
       sides[side].now = meeting_.substep;
       sides[side].last = meeting_.last;
       here.moved = true;

@@ -15,7 +15,6 @@
 #include "support/isas.h"
 
 namespace motes::test_contact {
-using particles::Touches;
 using test::Dice;
 using test::Flock;
 using test::Law;
@@ -113,7 +112,7 @@ struct Heap {
 // The same grains, through the kernels.
 struct Kernels {
   Flock flock;
-  std::vector<Touches> touches;
+  test::Remembered touches;
   std::uint64_t pairs = 0;
   bool softened = false;
 
@@ -121,7 +120,7 @@ struct Kernels {
     std::vector<std::size_t> order(flock.size());
     std::iota(order.begin(), order.end(), 0);
     test::shuffle(order, dice);
-    std::vector<Touches> moved;
+    test::Remembered moved;
     for (const std::size_t i : order) moved.push_back(touches[i]);
     flock = test::taken(flock, order, flock.own);
     touches = std::move(moved);
@@ -129,6 +128,7 @@ struct Kernels {
 
   void advance(Law law, std::uint32_t now, const test::MeetingBuild& build) {
     law.now = now;
+    law.skin = now % 2 == 0;
     const test::Heard heard = test::heard(build, law, flock, flock, threads::alone(), touches);
     touches = heard.touches;
     pairs += heard.pairs;
@@ -150,7 +150,7 @@ struct Kernels {
 };
 
 Kernels grains(std::size_t count, std::uint64_t seed) {
-  Kernels made{test::random_flock(count, 0.45f, seed), std::vector<Touches>(count)};
+  Kernels made{test::random_flock(count, 0.45f, seed), test::Remembered(count)};
   for (std::size_t i = 0; i < count; ++i) made.flock.ids[i] = i;
   return made;
 }
@@ -217,7 +217,7 @@ TEST(the_order_in_memory_and_the_build_do_not_show_in_many_steps) {
     for (std::size_t i = 0; i < kernels.flock.size(); ++i) {
       store.set_id(i, kernels.flock.ids[i]);
       for (int c = 0; c < 3; ++c) store.writable_plane(particles::position, c)[i] = kernels.flock.column[c][i];
-      store.writable_touches()[i] = kernels.touches[i];
+      store.set_touches(i, kernels.touches[i]);
     }
     all.push_back(particles::digest(store));
   }
@@ -228,7 +228,7 @@ TEST(what_was_not_touched_in_the_last_step_is_forgotten) {
   Kernels kernels = grains(100, 13);
   kernels.advance(slow_law(), 10, test::meeting_builds()[0]);
   Kernels later = kernels, fresh = kernels;
-  for (Touches& touches : fresh.touches) touches.count = 0;
+  for (auto& touches : fresh.touches) touches.clear();
   Kernels next = kernels;
   later.advance(slow_law(), 12, test::meeting_builds()[0]);
   fresh.advance(slow_law(), 12, test::meeting_builds()[0]);

@@ -35,8 +35,7 @@ Values values_of(const Store& store, std::size_t i) {
       values.push_back(plane != nullptr ? plane[i] : store.uniform_value(a)[static_cast<std::size_t>(c)]);
     }
   }
-  for (std::uint32_t k = 0; store.touches() != nullptr && k < store.touches()[i].count; ++k) {
-    const Touch& touch = store.touches()[i].touch[k];
+  for (const Touch& touch : store.touches(i)) {
     values.push_back(static_cast<float>(touch.id));
     values.insert(values.end(), touch.slid, touch.slid + 3);
     values.insert(values.end(), touch.rolled, touch.rolled + 3);
@@ -61,15 +60,15 @@ void add(Store& store, Model& model, std::size_t count, std::uint64_t& next_id, 
       for (std::size_t i = first; i < store.size(); ++i) plane[i] = dice.between(-1, 1);
     }
   }
-  if (store.touches() != nullptr || dice.below(6) == 0) {
+  if (store.remembers() || dice.below(6) == 0) {
     for (std::size_t i = first; i < store.size(); ++i) {
-      Touches& touches = store.writable_touches()[i];
-      CHECK(touches.count == 0);
-      touches.count = static_cast<std::uint32_t>(dice.below(Touches::kMost + 1));
-      for (std::uint32_t k = 0; k < touches.count; ++k) {
+      CHECK(store.touches(i).empty());
+      std::vector<Touch> touches(dice.below(dice.coin() ? 3 : 40));
+      for (Touch& touch : touches) {
         const float x = dice.between(-1, 1);
-        touches.touch[k] = {dice.word() % 1000, {x, 2 * x, 0.5f}, {-x, x, 1}};
+        touch = {dice.word() % 1000, 1, 2, {x, 2 * x, 0.5f}, {-x, x, 1}};
       }
+      store.set_touches(i, touches);
     }
   }
   for (std::size_t i = first; i < store.size(); ++i) model[store.ids()[i]] = values_of(store, i);
@@ -222,7 +221,7 @@ TEST(store_appends_all_of_another_as_it_appends_its_particles_by_number) {
       for (std::size_t i = 0; i < count; ++i) store.set_id(i, first + i + (far ? std::uint64_t{1} << 33 : 0));
       for (std::size_t i = 0; planes && i < count; ++i)
         store.writable_plane(color, 1)[i] = static_cast<float>(i + first);
-      for (std::size_t i = 0; touches && i < count; ++i) store.writable_touches()[i] = Touches{};
+      for (std::size_t i = 0; touches && i < count; ++i) store.set_touches(i, {});
       return store;
     };
     const bool alike = (form & 8u) != 0;

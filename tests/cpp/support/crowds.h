@@ -15,8 +15,10 @@
 #include "interactions/cell_list.h"
 #include "interactions/extent.h"
 #include "interactions/kernels.h"
+#include "interactions/neighbour_list.h"
 #include "particles/blocks.h"
 #include "particles/ids.h"
+#include "particles/store.h"
 #include "simd/declare_builds.h"
 #include "simd/float_mode.h"
 #include "support/isas.h"
@@ -109,6 +111,7 @@ struct Law {
   bool radii = false, masses = false;
   int side = 0;
   std::uint32_t now = 7;
+  bool skin = false;  // contact: its list has one
 
   std::vector<interactions::Component> outputs() const { return interactions::changed_by(action); }
 };
@@ -159,10 +162,13 @@ inline const std::vector<Law>& all_laws() {
   return all;
 }
 
+/// What own particles remember of their touches, by index.
+using Remembered = std::vector<std::vector<motes::particles::Touch>>;
+
 /// What a law says of each own particle, by index.
 struct Heard {
   std::array<std::vector<float>, interactions::kMostResults> out;
-  std::vector<motes::particles::Touches> touches;
+  Remembered touches;
   std::uint64_t pairs = 0;
   bool softened = false;
 };
@@ -172,6 +178,9 @@ struct Arranged {
   Arranged(const Flock& flock, float reach, motes::threads::Pool& pool)
       : own_ids(flock.own_ids()), crowd(flock.crowd(own_ids)) {
     cells.sort(crowd, static_cast<double>(reach) * (1 + 1e-6), pool);
+    arrange(flock, pool);
+  }
+  void arrange(const Flock& flock, motes::threads::Pool& pool) {
     for (std::size_t c = 0; c < interactions::party_columns; ++c) {
       column[c].resize(flock.size() + 2 * motes::particles::kPadding);
       cells.arrange(crowd, flock.plane(c), column[c].data(), pool);
@@ -187,20 +196,38 @@ struct Arranged {
   const float* planes[interactions::party_columns];
 };
 
+/// Lists the pairs of a flock and puts it in the list's order. `touches`: what they remember.
+inline interactions::NeighbourList listed(const Law& law, const Flock& flock, Arranged& arranged,
+                                          const Remembered& touches, motes::threads::Pool& pool) {
+  static const motes::particles::Schema schema;
+  motes::particles::Store store(schema);
+  store.grow(flock.own);
+  for (std::size_t i = 0; i < flock.own; ++i) store.set_touches(i, touches[i]);
+  interactions::NeighbourList list;
+  list.sort(arranged.crowd, law.reach, law.skin, pool);
+  arranged.cells = list.cells();
+  arranged.arrange(flock, pool);
+  const float* const* plane = arranged.planes;
+  list.build(arranged.crowd, {{plane[0], plane[1], plane[2]}, plane[interactions::radius]}, store, 0, law.now, pool);
+  return list;
+}
+
 /// `sources`: those that the targets see; `touches`: what the targets remember.
 inline Heard heard(const MeetingBuild& build, const Law& law, const Flock& targets, const Flock& sources,
-                   motes::threads::Pool& pool = motes::threads::alone(),
-                   std::vector<motes::particles::Touches> touches = {}) {
+                   motes::threads::Pool& pool = motes::threads::alone(), Remembered touches = {}) {
   touches.resize(targets.own);
+  const interactions::Law& known = build.kernels.law[static_cast<std::size_t>(law.action.kind)];
   Arranged seeing(targets, law.reach, pool);
   Arranged seen(sources, law.reach, pool);
+  interactions::NeighbourList list;
+  if (known.remembers) list = listed(law, targets, seeing, touches, pool);
+  const interactions::PairsView pairs = known.remembers ? list.view(law.now) : interactions::PairsView{};
   std::vector<float> by_place[interactions::kMostResults];
   float* out[interactions::kMostResults];
   for (std::size_t c = 0; c < interactions::kMostResults; ++c) {
     by_place[c].resize(targets.size() + 2 * motes::particles::kPadding);
     out[c] = by_place[c].data();
   }
-  const interactions::Law& known = build.kernels.law[static_cast<std::size_t>(law.action.kind)];
   const std::size_t rows = seeing.cells.rows().size() - 1;
   const std::size_t parts = pool.threads() == 1 ? 1 : 5;
   std::vector<interactions::KernelStats> parts_seen(parts);
@@ -211,7 +238,7 @@ inline Heard heard(const MeetingBuild& build, const Law& law, const Flock& targe
       task.radii = law.radii;
       task.masses = law.masses;
       task.out = out;
-      task.touches = touches.data();
+      task.pairs = pairs;
       task.first_row = rows * part / parts;
       task.last_row = rows * (part + 1) / parts;
       task.stats = &parts_seen[part];
@@ -240,7 +267,11 @@ inline Heard heard(const MeetingBuild& build, const Law& law, const Flock& targe
     heard.pairs += seen.pairs;
     heard.softened = heard.softened || seen.softened;
   }
-  heard.touches = std::move(touches);
+  heard.touches.resize(targets.own);
+  for (std::size_t k = 0; k < list.ids().size(); ++k) {
+    const std::uint32_t i = list.cells().order()[k];
+    if (i < targets.own) list.recall(k, 0, heard.touches[i]);
+  }
   return heard;
 }
 

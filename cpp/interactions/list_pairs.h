@@ -1,0 +1,63 @@
+// The pairs of a neighbour list: first counted, then written down, each target's own one after another.
+#pragma once
+
+#include "interactions/sweep.h"
+
+namespace motes::MOTES_ISA {
+
+/// Whose surfaces are closer than the skin. Of a particle without a radius, none.
+template <bool kWrite>
+struct Listing {
+  const interactions::ListTask& list;
+
+  struct Sums {
+    std::uint32_t first;
+    Floats3 at;
+    Floats own;
+    Ints count{};
+    std::uint32_t next[kLanes];
+
+    MOTES_INLINE Sums(const Listing& law, const Task& task, std::uint32_t i, std::uint32_t last)
+        : first(i), at(load_column(task.targets.column, interactions::at_x, i)),
+          own(load(task.targets.column[interactions::radius] + i)) {
+      for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+        const bool is_own = i + lane < last && task.targets.cells.order[i + lane] < task.targets.cells.own;
+        if (!is_own) own[lane] = 0;
+        if (kWrite) next[lane] = is_own ? law.list.begin[i + lane] : 0;
+      }
+    }
+
+    MOTES_INLINE void add(const Listing& law, const Task& task, std::uint32_t j) {
+      const float* const* column = task.sources.column;
+      const Floats3 r = seen_from(at, column, j);
+      const float other = column[interactions::radius][j];
+      const Floats reach = own + other + law.list.skin;
+      const Mask near = (dot(r, r) < reach * reach) & (own > 0.0f) & (all(other) > 0.0f);
+      if (!kWrite) {
+        count -= near;
+        return;
+      }
+      if (!any(near)) return;
+      for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+        if (near[lane] != 0 && first + lane != j) law.list.second[next[lane]++] = j;
+      }
+    }
+
+    // Each is near itself, too.
+    MOTES_INLINE void finish(const Listing& law, const Task&, const Around&, std::uint32_t i, std::uint32_t last) {
+      for (std::uint32_t k = i; !kWrite && k < last; ++k) {
+        law.list.count[k] = count[k - i] > 0 ? static_cast<std::uint32_t>(count[k - i]) - 1 : 0;
+      }
+    }
+  };
+};
+
+inline void list_pairs(const interactions::ListTask& list) {
+  Task task;
+  task.targets = task.sources = list.spheres;
+  task.first_row = list.first_row;
+  task.last_row = list.last_row;
+  list.second == nullptr ? sweep(task, Listing<false>{list}) : sweep(task, Listing<true>{list});
+}
+
+}  // namespace motes::MOTES_ISA

@@ -1,0 +1,174 @@
+#include "interactions/neighbour_list.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+#include "interactions/extent.h"
+#include "interactions/kernels.h"
+#include "simd/float_mode.h"
+
+namespace motes::interactions {
+
+namespace {
+
+// Vectors read beyond the last pair.
+constexpr std::size_t kRoom = particles::kPadding;
+
+particles::Touch touch_of(std::uint64_t id, std::uint32_t law, const PairState& state) {
+  particles::Touch touch{id, law, state.step, {}, {}};
+  std::copy_n(state.slid, 3, touch.slid);
+  std::copy_n(state.rolled, 3, touch.rolled);
+  return touch;
+}
+
+}  // namespace
+
+bool NeighbourList::lists(const Crowd& crowd, std::uint32_t now) const {
+  if (begin_.empty() || now_ + 1 != now || own_ != crowd.own || listed_.size() != crowd.size()) return false;
+  for (std::size_t i = 0; i < crowd.own; ++i) {
+    if (listed_[i] != crowd.own_ids[i]) return false;
+  }
+  return std::equal(crowd.copied_ids, crowd.copied_ids + crowd.ghosts,
+                    listed_.begin() + static_cast<std::ptrdiff_t>(own_));
+}
+
+bool NeighbourList::holds(const PlacedSpheres& spheres, threads::Pool& pool) {
+  std::atomic<bool> moved = false;
+  std::vector<float> farthest(ids_.size() / pool.items(kRange) + 1);
+  threads::over_ranges(pool, ids_.size(), kRange, [&](std::size_t first, std::size_t last) {
+    const simd::FloatMode mode;
+    int far = 0;
+    float most2 = 0;
+    for (std::size_t k = first; k < last; ++k) {
+      float way2 = 0;
+      for (int c = 0; c < 3; ++c) {
+        const float way = spheres.at[c][k] - at_[c][k];
+        way2 += way * way;
+      }
+      // Rounding of the way is small beside the hundredth that is kept of the skin.
+      const float left = 0.49f * skin_ - std::max(0.0f, spheres.radius[k] - radius_[k]);
+      const int numbers = static_cast<int>(spheres.at[0][k] == spheres.at[0][k]) &
+                          static_cast<int>(spheres.at[1][k] == spheres.at[1][k]) &
+                          static_cast<int>(spheres.at[2][k] == spheres.at[2][k]);
+      most2 = way2 > most2 ? way2 : most2;
+      far |= numbers & static_cast<int>(!(left > 0 && way2 < left * left));
+    }
+    if (far != 0) moved = true;
+    farthest[first / pool.items(kRange)] = std::sqrt(most2);
+  });
+  step_ = *std::max_element(farthest.begin(), farthest.end()) / static_cast<float>(++age_);
+  return !moved;
+}
+
+// Making a list costs about as much as looking at 50 pairs of each particle. There are reach^3 of those, so what a step
+// costs is least with a skin of sqrt(kWorth * step * reach), step being how far the fastest particle gets.
+void NeighbourList::sort(const Crowd& crowd, float reach, bool keeps, threads::Pool& pool) {
+  constexpr float kWorth = 7;
+  const float best = step_ < 0 ? 0.1f * reach : std::sqrt(kWorth * step_ * reach);
+  skin_ = keeps ? std::clamp(best, 0.01f * reach, 0.5f * reach) : 0;
+  age_ = 0;
+  cells_.sort(crowd, (static_cast<double>(reach) + static_cast<double>(skin_)) * (1 + kMargin), pool);
+}
+
+void NeighbourList::build(const Crowd& crowd, const PlacedSpheres& spheres, const particles::Store& store,
+                          std::uint32_t law, std::uint32_t now, threads::Pool& pool) {
+  const std::vector<std::uint32_t>& order = cells_.order();
+  const Remembered before{std::move(ids_), std::move(begin_), std::move(second_), std::move(state_)};
+  own_ = crowd.own;
+  listed_.resize(crowd.size());
+  for (std::size_t i = 0; i < crowd.size(); ++i) listed_[i] = crowd.id(i);
+  ids_.resize(crowd.size());
+  for (std::size_t k = 0; k < order.size(); ++k) ids_[k] = listed_[order[k]];
+  for (std::size_t c = 0; c < 3; ++c) at_[c].assign(spheres.at[c], spheres.at[c] + order.size());
+  radius_.assign(spheres.radius, spheres.radius + order.size());
+  find_pairs(crowd, spheres, pool);
+  state_.assign(pairs() + kRoom, PairState{});
+  const std::vector<Known> known = now_ + 1 == now ? before.touching(now_) : std::vector<Known>{};
+  threads::over_ranges(pool, order.size(), kRange, [&](std::size_t first, std::size_t last) {
+    for (std::size_t k = first; k < last; ++k) {
+      if (begin_[k] == begin_[k + 1]) continue;
+      sort_pairs(k);
+      const auto found = std::lower_bound(known.begin(), known.end(), Known{ids_[k], 0});
+      if (found != known.end() && found->id == ids_[k]) {
+        carry(before, found->place, now - 1, k);
+      } else {
+        for (const particles::Touch& touch : store.touches(order[k])) {
+          if (touch.law == law && touch.step == now - 1) put_state(k, touch);
+        }
+      }
+    }
+  });
+}
+
+// First how many each has, then which.
+void NeighbourList::find_pairs(const Crowd& crowd, const PlacedSpheres& spheres, threads::Pool& pool) {
+  const float* columns[party_columns] = {};
+  for (int c = 0; c < 3; ++c) columns[at_x + c] = spheres.at[c];
+  columns[radius] = spheres.radius;
+  const std::vector<std::size_t> cuts = parts_of(cells_, pool);
+  begin_.assign(ids_.size() + 1, 0);
+  ListTask task{{cells_.view(own_), columns, &crowd}, skin_, begin_.data() + 1, begin_.data(), nullptr};
+  const auto run = [&] {
+    pool.run(cuts.size() - 1, [&](std::size_t part, std::size_t) {
+      const simd::FloatMode mode;
+      ListTask of_part = task;
+      of_part.first_row = cuts[part];
+      of_part.last_row = cuts[part + 1];
+      kernels().list_pairs(of_part);
+    });
+  };
+  run();
+  std::uint64_t all = 0;
+  for (std::uint32_t& begin : begin_) {
+    all += begin;
+    if (all > UINT32_MAX) throw std::length_error("more than 4294967295 pairs within reach on one rank");
+    begin = static_cast<std::uint32_t>(all);
+  }
+  second_.resize(all + kRoom);
+  task.second = second_.data();
+  run();
+}
+
+// By id: the order in which what they say is summed.
+void NeighbourList::sort_pairs(std::size_t place) {
+  std::sort(second_.begin() + begin_[place], second_.begin() + begin_[place + 1],
+            [&](std::uint32_t a, std::uint32_t b) { return ids_[a] < ids_[b]; });
+}
+
+void NeighbourList::put_state(std::size_t place, const particles::Touch& touch) {
+  const auto end = second_.begin() + begin_[place + 1];
+  const auto found = std::lower_bound(second_.begin() + begin_[place], end, touch.id,
+                                      [&](std::uint32_t a, std::uint64_t id) { return ids_[a] < id; });
+  if (found == end || ids_[*found] != touch.id) return;
+  PairState& state = state_[static_cast<std::size_t>(found - second_.begin())];
+  std::copy_n(touch.slid, 3, state.slid);
+  std::copy_n(touch.rolled, 3, state.rolled);
+  state.step = touch.step;
+}
+
+void NeighbourList::carry(const Remembered& before, std::uint32_t from, std::uint32_t step, std::size_t to) {
+  for (std::uint32_t e = before.begin[from]; e < before.begin[from + 1]; ++e) {
+    if (before.state[e].step == step) put_state(to, touch_of(before.ids[before.second[e]], 0, before.state[e]));
+  }
+}
+
+void NeighbourList::recall(std::size_t place, std::uint32_t law, std::vector<particles::Touch>& to) const {
+  for (std::uint32_t e = begin_[place]; e < begin_[place + 1]; ++e) {
+    if (state_[e].step == now_) to.push_back(touch_of(ids_[second_[e]], law, state_[e]));
+  }
+}
+
+std::vector<NeighbourList::Known> NeighbourList::Remembered::touching(std::uint32_t step) const {
+  std::vector<Known> known;
+  for (std::uint32_t k = 0; k < ids.size(); ++k) {
+    const auto first = state.begin() + begin[k], last = state.begin() + begin[k + 1];
+    if (std::any_of(first, last, [&](const PairState& one) { return one.step == step; })) known.push_back({ids[k], k});
+  }
+  std::sort(known.begin(), known.end());
+  return known;
+}
+
+}  // namespace motes::interactions

@@ -1,0 +1,89 @@
+// Who may come within reach of whom, kept until something has moved by half of the skin (Verlet 1967, "Computer
+// experiments on classical fluids"). A particle's neighbours stand in the order of their ids, so what is summed over
+// those within reach depends neither on the skin nor on when the list was made.
+#pragma once
+
+#include <compare>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "interactions/kernels.h"
+#include "particles/store.h"
+#include "threads/pool.h"
+
+namespace motes::interactions {
+
+/// Where particles are, by place: what kernels read.
+struct PlacedSpheres {
+  const float* at[3];   // metres
+  const float* radius;  // metres
+};
+
+/// The pairs of one law in one system. Only this rank's own particles have pairs; their seconds may be ghosts.
+class NeighbourList {
+ public:
+  const Cells& cells() const { return cells_; }
+
+  /// Whether these are the particles that are listed, in the same order, and the sub-step before this one was the last
+  /// in which they met. Then columns can be put into the order of cells().
+  bool lists(const Crowd& crowd, std::uint32_t now) const;
+
+  /// Whether all pairs that touch are listed. Particles that are not numbers touch nobody.
+  bool holds(const PlacedSpheres& spheres, threads::Pool& pool);
+
+  /// Puts the particles in order, for columns to be put in order; then build() lists pairs. `keeps`: with a skin, which
+  /// is as thick as the fastest particle's steps so far make worth it.
+  void sort(const Crowd& crowd, float reach, bool keeps, threads::Pool& pool);
+
+  /// Lists all pairs whose surfaces are closer than the skin. What they remember comes from the list before, or from
+  /// the store: of sub-step `now - 1`, of this law.
+  void build(const Crowd& crowd, const PlacedSpheres& spheres, const particles::Store& store, std::uint32_t law,
+             std::uint32_t now, threads::Pool& pool);
+
+  /// The pairs, of sub-step `now`: what kernels write into their states.
+  PairsView view(std::uint32_t now) {
+    now_ = now;
+    return {begin_.data(), second_.data(), ids_.data(), state_.data()};
+  }
+  std::size_t pairs() const { return begin_.empty() ? 0 : begin_.back(); }
+
+  const std::vector<std::uint64_t>& ids() const { return ids_; }  // by place
+
+  /// Adds the touches that the particle at a place has had in the last sub-step.
+  void recall(std::size_t place, std::uint32_t law, std::vector<particles::Touch>& to) const;
+
+ private:
+  struct Known {
+    std::uint64_t id;
+    std::uint32_t place;
+
+    auto operator<=>(const Known&) const = default;
+  };
+  // A list that is replaced by another one.
+  struct Remembered {
+    std::vector<std::uint64_t> ids;
+    std::vector<std::uint32_t> begin, second;
+    std::vector<PairState> state;
+
+    std::vector<Known> touching(std::uint32_t step) const;
+  };
+  void find_pairs(const Crowd& crowd, const PlacedSpheres& spheres, threads::Pool& pool);
+  void sort_pairs(std::size_t place);
+  void put_state(std::size_t place, const particles::Touch& touch);
+  void carry(const Remembered& before, std::uint32_t from, std::uint32_t step, std::size_t to);
+
+  Cells cells_;
+  float skin_ = 0;      // metres
+  float step_ = -1;     // metres: the farthest that a particle got in a step, on average since the list was made
+  std::uint32_t age_ = 0;  // steps
+  std::uint32_t now_ = 0;  // the last sub-step
+  std::size_t own_ = 0;
+  std::vector<std::uint64_t> listed_;  // ids, in the order in memory
+  std::vector<std::uint64_t> ids_;     // by place
+  std::vector<float> at_[3], radius_;  // when the list was made, by place
+  std::vector<std::uint32_t> begin_, second_;
+  std::vector<PairState> state_;
+};
+
+}  // namespace motes::interactions

@@ -46,8 +46,8 @@ action also takes `where=`: a shape or a comparison of columns. `s.gravity(...)`
 `motes.actions.Gravity(...)`. Names in the table lead to formulas and parameters.
 
 Unless a page names another source, an action is that of D. McAllister's Particle System API, and agrees with
-the cases that his library computed (`tests/actions/test_conformance.py`), with two exceptions: his `sink` of a
-`Plane` kills above it, and his `bounce` is ours with `exact_hit=False`.
+the cases that his library computed (`tests/actions/test_conformance.py`), with two exceptions: his `sink` of
+a `Plane` kills above it, and his `bounce` is ours with `exact_hit=False`.
 
 Most cost less than a nanosecond per particle and step ([the costs](notes/costs_of_actions.md)); `curl_noise`,
 `field` and `follow_path` cost about ten, `sort` 75.
@@ -206,7 +206,9 @@ def costs() -> str:
         rows.append(f"| `{name}` | {cost(name, 'added_ns')} | {cost(name, 'added_in_cache_ns')} |")
     measured = COST.format(**{**COSTS, "particles": f"{COSTS['particles'] / 1e6:g} million"})
     opening = [
-        wrapped(WRITTEN.replace("the docstrings of `motes.actions`; change those", "docs/scripts/costs.json")),
+        wrapped(
+            WRITTEN.replace("the docstrings of `motes.actions`; change those", "docs/scripts/costs.json")
+        ),
         wrapped(measured),
     ]
     return "\n\n".join(["# The costs of actions", *opening, "\n".join(rows), costly().strip()]) + "\n"

@@ -155,10 +155,10 @@ def page() -> str:
     lines = [
         "# Gallery",
         "",
-        "Written by `docs/scripts/make_gallery.py`. Each effect is one short script; its picture leads to it.",
+        "Written by `docs/scripts/make_gallery.py`. Each effect is one short script; pictures lead to it.",
         "`python -m motes demo NAME` runs it and writes `out/NAME.mp4`; `--particles`, `--frames`,",
         "`--size 1920x1080` and `--seed` change it. Effects look the same at any resolution.",
-        "`python docs/scripts/make_gallery.py --loops` makes a loop of four seconds of each, out/loops/NAME.mp4.",
+        "`python docs/scripts/make_gallery.py --loops` makes loops of four seconds, out/loops/NAME.mp4.",
     ]
     for name in effects():
         methods = ", ".join(f"`{method}`" for method in shows(name)[:5])

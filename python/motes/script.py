@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Literal
 
 from ._values.options import Parser
 from .balance import Balancer, by_name
+from .errors import ArgumentError
 
 if TYPE_CHECKING:
     from ._film.movie import Movie

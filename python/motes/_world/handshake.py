@@ -81,8 +81,8 @@ def meet(run: OpenRun, comm: MPI.Intracomm, settings: RunSettings, role: str) ->
     """Fill in the run: communicator, peers, log. Collective.
 
     The settings that it returns have the seed that all agreed on and this rank's threads. Raises
-    ScriptMismatchError if ranks were given different settings, and whatever `LogDirectory.claim` raises on the
-    manager; every rank raises it.
+    ScriptMismatchError if ranks were given different settings, and whatever `LogDirectory.claim` raises on
+    the manager; every rank raises it.
     """
     from mpi4py import MPI
 

@@ -35,7 +35,7 @@ struct Side {
 /// What the action reads, in the order of read_by(): of own particles, and of ghosts.
 std::vector<Column> columns_of(const actions::Action& action, const Side& side);
 
-/// What a meeting saw.
+/// What an interaction saw.
 struct Seen {
   std::uint64_t pairs = 0;          // directed: each is counted at both ends
   std::uint32_t most_in_a_cell = 0;
@@ -47,7 +47,7 @@ struct Seen {
 /// A script's function of pairs: gives the changes of velocity of their own particles, three numbers each, or none.
 using PairProcedure = std::function<std::vector<float>(const PairList& pairs)>;
 
-/// Working memory that is kept from meeting to meeting.
+/// Working memory that is kept from interaction to interaction.
 struct Scratch {
   struct Party {
     Cells cells;

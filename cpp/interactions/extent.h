@@ -30,9 +30,9 @@ std::vector<Component> changed_by(const actions::Action& action);
 
 /// What all ranks agree on before particles meet: maxima over all of them.
 struct Extent {
-  float radius = 0;         // metres; of ties: the longest in their last meeting
+  float radius = 0;         // metres; of ties: the longest in their last interaction
   float other_radius = 0;   // of the second system
-  float displacement = 0;   // metres along an axis, in the step; of tied ones: since their last meeting
+  float displacement = 0;   // metres along an axis, in the step; of tied ones: since their last interaction
   float rounding = 0;       // metres: of positions where ghosts are; see rounding_at
   float masses = 0;         // above 0: some particle has another mass than 1 kg
 

@@ -14,21 +14,21 @@ namespace motes::interactions {
 /// What a rank knows of tied particles in this step, by row of the bonds.
 struct Knots {
   struct Knot {
-    float place[3];     // m, in the meeting in which this was written down
+    float place[3];     // m, in the interaction in which this was written down
     float at[3];        // at the end of the step, without ties
     float velocity[3];  // m/s
     float inverse;      // 1/mass; 0: pinned
     std::uint32_t torn;  // one bit for each of its bonds
-    std::uint32_t seen = 0;  // in which meeting this was written down
+    std::uint32_t seen = 0;  // in which interaction this was written down
   };
   std::vector<Knot> knots;
   std::uint32_t meeting = 0;
-  float longest = 0;  // m: of the ties of this rank's particles, in the last meeting
+  float longest = 0;  // m: of the ties of this rank's particles, in the last interaction
 };
 
 /// What bounds how far apart tied particles are now.
 struct Stretch {
-  float longest = 0;  // m: at their last meeting
+  float longest = 0;  // m: at their last interaction
   float way = 0;      // m: the farthest that one has got since; infinite where that is not known
 };
 Stretch stretch_of(const Bonds& bonds, const Knots& knots, const particles::Store& store);

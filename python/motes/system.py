@@ -257,7 +257,7 @@ class System(Recorder, Children, Fabrics, Sums):
                 engine.record_action(self._index, action.compiled(self._columns))
             else:
                 self._check_other(other)
-                engine.record_meeting(self._index, other._index, action.compiled(self._columns))
+                engine.record_interaction(self._index, other._index, action.compiled(self._columns))
                 other._list.append(action)
                 other._lines.append(line)
             self._list.append(action)

@@ -128,7 +128,7 @@ void play(SimulatedRank& self, const Way& way, Film& film) {
     test::check_owners(engine);
     if (definition.domains_of == parents) CHECK(engine.system(parents).domains == engine.system(children).domains);
     const std::string particles = particles::combine(engine.digest()).text();
-    if (!engine.talk().draws()) continue;
+    if (!engine.session().draws()) continue;
     film.frames.push_back(particles + " " + base::picture_sha256(kWidth, kHeight, engine.painter().take_pixels()));
     film.cuts.push_back(engine.system(parents).domains.cuts());
     film.children.push_back(engine.system(children).counts.alive);
@@ -231,11 +231,11 @@ Waits waits_of(engine::Combine combine) {
     engine.start();
     record(engine, 0, 1, false);
     engine.run_frame(view(image::View::Path::automatic));
-    if (engine.talk().calculates()) {
+    if (engine.session().calculates()) {
       waits.verdict_s = std::max(waits.verdict_s, engine.times().report);
       waits.plan_s = std::max(waits.plan_s, engine.times().balance);
     }
-    if (engine.talk().draws()) waits.draw_s = engine.times().render;
+    if (engine.session().draws()) waits.draw_s = engine.times().render;
     engine.finish();
   });
   return waits;

@@ -96,7 +96,7 @@ void record(engine::Engine& engine, int frame) {
   engine.record(grains, kill_old(0.15));
   engine.record(pebbles, source(20, 1, 6));
   engine.record(pebbles, spawn(On::birth));
-  engine.record_meeting(grains, pebbles, collide(0.1, 0.5, 0.3));
+  engine.record_interaction(grains, pebbles, collide(0.1, 0.5, 0.3));
   engine.record(pebbles, gravity());
   engine.record(pebbles, spawn(On::death));
   engine.record(pebbles, collide(0.3, 0));
@@ -161,7 +161,7 @@ Run run(const Way& way, std::uint64_t seed) {
       engine->run_frame(std::nullopt);
       std::string text;
       for (const particles::Digest& digest : engine->digest()) text += digest.text() + " ";
-      if (!engine->talk().manages()) continue;
+      if (!engine->session().manages()) continue;
       run.frames.push_back(text);
       for (int s = 0; s < 3; ++s) run.counts.push_back(engine->system(s).counts.alive);
       run.cuts = engine->system(grains).domains.cuts();
@@ -219,7 +219,7 @@ class Distorting final : public test::Forwarding {
       : Forwarding(std::move(under)), meetings_(meetings) {}
   std::optional<base::Bytes> receive(int from, Phase phase) override {
     std::optional<base::Bytes> bytes = Forwarding::receive(from, phase);
-    if (!bytes || phase != Phase::meeting || ++seen_[from] != meetings_) return bytes;
+    if (!bytes || phase != Phase::interaction || ++seen_[from] != meetings_) return bytes;
     comm::Message message(std::move(*bytes));
     comm::Header header = message.header();
     ++header.count;

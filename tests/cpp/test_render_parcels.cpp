@@ -66,7 +66,7 @@ void play(SimulatedRank& self, const Asked& asked, Seen& seen) {
     seen.in_records += recorded;
     seen.in_frames += calls - recorded;
     seen.awaited = std::max(seen.awaited, awaited);
-    if (!engine.talk().draws()) continue;
+    if (!engine.session().draws()) continue;
     seen.pictures.push_back(base::picture_sha256(view.width, view.height, engine.painter().take_pixels()));
     if (!view.linear) continue;
     const std::vector<float> linear = engine.painter().linear();

@@ -99,7 +99,7 @@ double frame_s(int ranks, Path path, float bloom) {
       const double start = comm::wall_seconds();
       engine.record(0, test::drawn_source(10));
       engine.run_frame(view);
-      if (engine.talk().draws()) seconds = comm::wall_seconds() - start;
+      if (engine.session().draws()) seconds = comm::wall_seconds() - start;
     }
     engine.finish();
   });

@@ -73,7 +73,7 @@ void play(SimulatedRank& self, const Run& run, End& end) {
   engine.add_system(definition);
   definition.name = "neutrons";
   engine.add_system(definition);
-  end.manages = engine.talk().manages();
+  end.manages = engine.session().manages();
   int frame = 0;
   engine.on_callback([&](const engine::Call&) {
     const bool fails = frame == 2 && self.rank() == run.failing && run.asks != Run::Asks::write;

@@ -20,7 +20,7 @@ struct Newborn {
   Heard heard;  // the manager's message
   std::optional<RenderPlan> plan;  // of the frame's picture: with the first round
   base::Reader dealt{{}};  // births where the manager makes them
-  bool meet = false;  // particles of the round meet
+  bool interact = false;  // particles of the round meet
   bool compare = false;  // neighbours compare their loads
   bool shared = false;  // the calculators made them:
   std::vector<comm::Message> shares;  // from several, each with numbers of births by groups in their order

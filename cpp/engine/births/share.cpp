@@ -44,8 +44,8 @@ void find_owners(const Rank& rank, const System& system, const BirthGroup& group
 // This calculator's part of all groups.
 std::vector<BirthNumbers> make_share(const Rank& rank, const Script& script, const Round& round) {
   std::vector<BirthNumbers> groups;
-  const std::size_t calculators = rank.talk.calculators();
-  const auto self = static_cast<std::size_t>(rank.talk.calculator());
+  const std::size_t calculators = rank.session.calculators();
+  const auto self = static_cast<std::size_t>(rank.session.calculator());
   for (std::size_t i = round.first; i < round.last; ++i) {
     const System& system = *script.systems[i];
     for (const BirthGroup& group : system.groups) {
@@ -75,16 +75,16 @@ std::vector<BirthNumbers> between_steps(const Rank& rank, const Script& script, 
 // Sends the step's messages; returns those that came, and what stays.
 std::vector<Message> pass_on(Rank& rank, const Round& round, const roles::Ring& ring, int step,
                              std::vector<Message> messages) {
-  Conversation& talk = rank.talk;
+  Session& session = rank.session;
   const std::vector<int> ahead = ring.ahead(step);
   for (std::size_t m = 0; m < ahead.size(); ++m) {
     const std::uint64_t count = messages[m + 1].header().count;
-    talk.comm().post(talk.rank_of(ahead[m]), Phase::births, talk.stamp(round), std::move(messages[m + 1]), count,
-                     talk.failed());
+    session.comm().post(session.rank_of(ahead[m]), Phase::births, session.stamp(round), std::move(messages[m + 1]),
+                        count, session.failed());
   }
   messages.resize(1);
   for (const int from : ring.behind(step)) {
-    messages.push_back(talk.comm().expect(talk.rank_of(from), Phase::births, talk.stamp(round)));
+    messages.push_back(session.comm().expect(session.rank_of(from), Phase::births, session.stamp(round)));
   }
   return messages;
 }
@@ -92,20 +92,20 @@ std::vector<Message> pass_on(Rank& rank, const Round& round, const roles::Ring& 
 }  // namespace
 
 bool shares_births(const Rank& rank, const Script& script, const Round& round) {
-  if (rank.settings.births != Births::calculators || !script.in_frame() || rank.talk.calculators() < 2) return false;
+  if (rank.settings.births != Births::calculators || !script.in_frame() || rank.session.calculators() < 2) return false;
   return std::any_of(script.systems.begin() + static_cast<std::ptrdiff_t>(round.first),
                      script.systems.begin() + static_cast<std::ptrdiff_t>(round.last),
                      [](const auto& system) { return !system->groups.empty(); });
 }
 
 void share_births(Rank& rank, const Script& script, const Round& round, Newborn& newborn) {
-  const roles::Ring ring(static_cast<int>(rank.talk.calculators()), rank.talk.calculator());
+  const roles::Ring ring(static_cast<int>(rank.session.calculators()), rank.session.calculator());
   for (int step = 0; step < ring.steps(); ++step) {
-    for (const int from : ring.behind(step)) rank.talk.comm().await(rank.talk.rank_of(from), Phase::births);
+    for (const int from : ring.behind(step)) rank.session.comm().await(rank.session.rank_of(from), Phase::births);
   }
   for (int step = 0; step < ring.steps(); ++step) {
     std::vector<Message> messages(1 + ring.ahead(step).size());
-    rank.talk.work("create", [&] {
+    rank.session.work("create", [&] {
       const std::vector<BirthNumbers> groups =
           step == 0 ? make_share(rank, script, round) : between_steps(rank, script, round, newborn.shares);
       messages = engine::split(groups, ring, step);

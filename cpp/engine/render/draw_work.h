@@ -24,7 +24,7 @@ class TooLarge : public std::bad_alloc {
 /// The same as talk.work, but memory that is not there is said to be the picture's.
 template <class Work>
 void draw_work(Rank& rank, const image::View& view, const Work& draw) {
-  rank.talk.work("render", [&] {
+  rank.session.work("render", [&] {
     try {
       draw();
     } catch (const std::bad_alloc&) {

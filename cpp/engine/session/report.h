@@ -81,7 +81,8 @@ struct Tally {
   double compute_s = 0;
 };
 
-/// What the meetings of one system on one calculator came to in a frame. Systems that meet each other: the first one's.
+/// What the interactions of one system on one calculator came to in a frame. Systems that meet each other: the first
+/// one's.
 struct InteractionStats {
   std::uint64_t pairs = 0;   // that saw each other, counted at both ends
   std::uint64_t ghosts = 0;  // sent to other calculators
@@ -89,10 +90,10 @@ struct InteractionStats {
   std::uint64_t moved_in = 0, moved_out = 0;  // that did so
   std::uint32_t meetings = 0;
   std::uint32_t most_in_a_cell = 0;
-  float meet_s = 0, wait_s = 0;  // in meetings, waits included; waits
+  float meet_s = 0, wait_s = 0;  // in interactions, waits included; waits
   float overlap_99 = 0;          // see interactions/overlap.h
   std::uint16_t softened = 0;    // 1: springs of contact were
-  std::uint16_t hops = 0;        // to so many other calculators a meeting's messages went
+  std::uint16_t hops = 0;        // to so many other calculators an interaction's messages went
 };
 
 template <class Visitor>
@@ -102,7 +103,7 @@ constexpr void fields(Visitor& visit, InteractionStats& interaction) {
         interaction.overlap_99, interaction.softened, interaction.hops);
 }
 
-/// What in a system's meetings asks for a warning: the most on any calculator.
+/// What in a system's interactions asks for a warning: the most on any calculator.
 struct Strain {
   std::uint32_t most_in_a_cell = 0;
   float overlap_99 = 0;
@@ -236,8 +237,8 @@ struct Tail {
   bool valid = false;
   std::uint64_t frame = 0;
   PhaseTimes times;                  // the longest of each phase
-  std::uint64_t exchanged_bytes = 0;  // also in meetings
-  std::uint64_t moved = 0;           // particles that changed their calculator in meetings
+  std::uint64_t exchanged_bytes = 0;  // also in interactions
+  std::uint64_t moved = 0;           // particles that changed their calculator in interactions
   std::vector<particles::Digest> children;  // born at the frame's end; one per system, where the log has digests
   Drawings drawings;
   std::string image_sha256;
@@ -251,7 +252,7 @@ constexpr void fields(Visitor& visit, Tail& tail) {
 
 /// One system on one calculator: what only the log needs, and no earlier than a turn later.
 struct CalculatorTail {
-  std::uint64_t bytes_sent = 0;  // exchange and meetings
+  std::uint64_t bytes_sent = 0;  // exchange and interactions
   std::uint64_t particles = 0;   // see Density
   float quantiles[3 * (kQuantiles + 1)] = {};
   float exchange_s = 0, wait_s = 0, image_s = 0;

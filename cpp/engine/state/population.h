@@ -43,7 +43,8 @@ struct Population {
   bool in_callback = false;                   // the script sees all that the list runs over
   bool moved = false;                         // positions may have changed since migrants were looked for
   program::Outcome outcome;
-  std::set<std::uint64_t> bounced;  // ids of those here that did so before the last meeting, where a rule asks for it
+  std::set<std::uint64_t>
+      bounced;  // ids of those here that did so before the last interaction, where a rule asks for it
   std::unordered_set<std::uint64_t> collided;  // the same of those that did so in this sub-step, where only some did
   Tally tally;
   InteractionStats interaction;
@@ -70,7 +71,7 @@ struct Call {
 struct Calculator {
   std::vector<std::unique_ptr<Population>> populations;
   std::function<void(const Call&)> callback;
-  interactions::Scratch scratch;  // of meetings, one after another
+  interactions::Scratch scratch;  // of interactions, one after another
   std::map<std::pair<std::size_t, interactions::TiesKey>, interactions::Knots> knots;  // by system
   Tail tail;  // what the next report tells of the last frame
   std::vector<CalculatorTail> tails;  // and, for the log, of each system

@@ -27,13 +27,13 @@ struct BirthGroup {
   std::uint64_t count = 0;
 };
 
-/// A stretch of the list between callbacks and meetings.
-struct Piece {
+/// A stretch of the list between callbacks and interactions.
+struct ListSegment {
   program::Program program;
   std::size_t first = 0;  // actions before it in the segment
   std::size_t end = 0;  // place in the list of what stands behind it, or the list's length
   const recording::Callback* callback = nullptr;  // that stands behind it, if any; in the list
-  const actions::Action* meeting = nullptr;  // the same
+  const actions::Action* interaction = nullptr;  // the same
 };
 
 /// Numbers of particles that all ranks agree on.
@@ -68,11 +68,11 @@ class System {
   /// Makes those with these numbers.
   particles::Store make(const BirthGroup& group, std::span<const std::uint32_t> numbers, double dt, int substeps) const;
 
-  /// Actions of the items that have not run yet, cut where callbacks stand. One piece at least.
-  std::vector<Piece> pending_pieces() const;
+  /// Actions of the items that have not run yet, cut where callbacks stand. One segment at least.
+  std::vector<ListSegment> pending_segments() const;
 
   /// Whether particles meet in the items that have not run yet.
-  bool meets() const;
+  bool interacts() const;
 
   /// The frame's spawn rules so far, in order.
   std::vector<const recording::Spawn*> rules() const;

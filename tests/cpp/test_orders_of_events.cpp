@@ -61,15 +61,16 @@ void record(engine::Engine& engine, int parents, int children, bool reads) {
   spawn.inherit_velocity = 0.5;
   engine.record(parents, test::falling_source(60));
   engine.record(parents, spawn);
-  engine.record(parents, actions::Action{actions::Kind::gravity, {0, -9.81, 0}, {}});
+  engine.record(parents, actions::make(actions::numbers::gravity<>{.acceleration = {0, -9.81, 0}}));
   if (reads) engine.local(parents);
-  engine.record(parents, actions::Action{actions::Kind::bounce, {0.5, 0.1, 0, 1}, {ground}});
+  engine.record(parents, actions::make(actions::numbers::bounce<>{.restitution = 0.5, .friction = 0.1, .exact_hit = 1},
+                                       {ground}));
   if (reads) engine.digest();
-  engine.record(parents, actions::Action{actions::Kind::kill_old, {0.2, 0}, {}});
+  engine.record(parents, actions::make(actions::numbers::kill_old<>{.age_limit = 0.2}));
   if (reads) engine.gather(parents, true);
-  engine.record(parents, actions::Action{actions::Kind::move, {1}, {}});
-  engine.record(children, actions::Action{actions::Kind::kill_old, {0.1, 0}, {}});
-  engine.record(children, actions::Action{actions::Kind::move, {1}, {}});
+  engine.record(parents, actions::make(actions::numbers::move<>{.rotational = 1}));
+  engine.record(children, actions::make(actions::numbers::kill_old<>{.age_limit = 0.1}));
+  engine.record(children, actions::make(actions::numbers::move<>{.rotational = 1}));
 }
 
 // 3x3 tiles.

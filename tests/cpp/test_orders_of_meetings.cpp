@@ -64,16 +64,17 @@ recording::Spawn spawn(recording::Spawn::On on) {
 }
 
 Action collide(double radius, double restitution, double other_radius = 0) {
-  return {Kind::collide, {radius, restitution, 0.5, -1, other_radius, 0}, {}};
+  return actions::make(actions::numbers::collide<>{
+      .radius = radius, .restitution = restitution, .friction = 0.5, .sleep = -1, .other_radius = other_radius});
 }
-Action gravity() { return {Kind::gravity, {0, -9.81, 0}, {}}; }
+Action gravity() { return actions::make(actions::numbers::gravity<>{.acceleration = {0, -9.81, 0}}); }
 Action bounce() { return {Kind::bounce, {0.5, 0.1, 0, 1}, {{shapes::Kind::plane, {0, 0, 0, 0, 1, 0}}}}; }
-Action kill_old(double age) { return {Kind::kill_old, {age, 0}, {}}; }
-Action move() { return {Kind::move, {1}, {}}; }
+Action kill_old(double age) { return actions::make(actions::numbers::kill_old<>{.age_limit = age}); }
+Action move() { return actions::make(actions::numbers::move<>{.rotational = 1}); }
 
 // Particles that are thrown over several domains in one step.
 Action far_away(int frame) {
-  Action set{Kind::set, {}, {}};
+  Action set = actions::make(actions::numbers::set<>{});
   set.target = particles::position;
   for (int c = 0; c < 3; ++c) {
     set.values.push_back({{actions::Op::column, c, 0}, {actions::Op::constant, 0, -1}, {actions::Op::multiply}});
@@ -103,9 +104,11 @@ void record(engine::Engine& engine, int frame) {
   engine.record(pebbles, bounce());
   engine.record(pebbles, kill_old(0.12));
   engine.record(pebbles, move());
-  engine.record(grains, Action{Kind::match_velocity, {0.01, 1e-3, 0.3}, {}});
+  engine.record(
+      grains, actions::make(actions::numbers::match_velocity<>{.magnitude = 0.01, .epsilon = 1e-3, .max_radius = 0.3}));
   engine.record(grains, move());
-  engine.record(sparks, Action{Kind::gravitate, {0.1, 1e-3, frame % 2 == 0 ? INFINITY : 0.5, 0}, {}});
+  engine.record(sparks, actions::make(actions::numbers::gravitate<>{
+                            .magnitude = 0.1, .epsilon = 1e-3, .max_radius = frame % 2 == 0 ? INFINITY : 0.5}));
   engine.record(sparks, kill_old(0.12));
   engine.record(sparks, move());
 }

@@ -60,7 +60,7 @@ void play(SimulatedRank& self, const Asked& asked, Seen& seen) {
   for (int i = 0; i < 3; ++i) {
     calls = 0;
     engine.record(0, test::drawn_source(2000));
-    engine.record(0, actions::Action{actions::Kind::move, {1}, {}});
+    engine.record(0, actions::make(actions::numbers::move<>{.rotational = 1}));
     const int recorded = calls;
     engine.run_frame(view);
     seen.in_records += recorded;

@@ -79,7 +79,7 @@ void play(SimulatedRank& self, const Asked& asked, Seen& seen) {
     view.layers = asked.layers;
     bytes = 0;
     engine.record(0, test::drawn_source(500));
-    engine.record(0, actions::Action{actions::Kind::move, {1}, {}});
+    engine.record(0, actions::make(actions::numbers::move<>{.rotational = 1}));
     engine.run_frame(view);
     seen.bytes[i] += bytes;
     if (asked.redrawn) {

@@ -81,7 +81,7 @@ End play(SimulatedRank& self, const Asked& asked) {
   for (int frame = 0; frame < 5; ++frame) {
     for (int system = 0; system < 2; ++system) {
       engine.record(system, test::falling_source(30));
-      engine.record(system, actions::Action{actions::Kind::move, {1}, {}});
+      engine.record(system, actions::make(actions::numbers::move<>{.rotational = 1}));
     }
     const double x = 0.5 * frame;  // the shutter sees the camera move
     engine.run_frame(view_of(asked, x));

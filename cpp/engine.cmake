@@ -158,10 +158,10 @@ add_library(motes_engine STATIC
   comm/wait.cpp
   comm/watchdog.cpp
   engine/act/act.cpp
-  engine/act/course.cpp
+  engine/act/interaction_schedule.cpp
   engine/act/exchange.cpp
   engine/act/follow.cpp
-  engine/act/meet.cpp
+  engine/act/interact.cpp
   engine/act/read.cpp
   engine/act/run_list.cpp
   engine/agree.cpp
@@ -196,7 +196,7 @@ add_library(motes_engine STATIC
   engine/render/render_tiles.cpp
   engine/render/shared_pictures.cpp
   engine/replay.cpp
-  engine/session/conversation.cpp
+  engine/session/session.cpp
   engine/session/costs.cpp
   engine/session/relay.cpp
   engine/session/report.cpp

@@ -222,7 +222,7 @@ void check(const Action& action) {
     drawn ? shapes::check(action.shapes[i]) : shapes::check_region(action.shapes[i]);
   }
   check_table(known, action.table);
-  if (known.meets) check_surface(known, action.shapes[0]);
+  if (known.needs_surface) check_surface(known, action.shapes[0]);
 }
 
 }  // namespace motes::actions

@@ -70,11 +70,11 @@ struct Facts {
   int shapes = 0;
   std::uint32_t reads = 0;
   std::uint32_t writes = 0;
-  bool meets = false;  // the shape must have a surface that a particle can meet
+  bool needs_surface = false;  // its shape must have a surface that a particle can meet
   int ramp = 0;  // the numbers are knots, as many as given: age / lifetime, then this many numbers of the value
   int table = 0;  // it has a table, whose entries have this many numbers
   bool draws = false;  // its last shape is only drawn from
-  bool between = false;  // between particles: a meeting, which has no kernel over a block
+  bool between = false;  // between particles: a law, which has no kernel over a block
 };
 
 const Facts& facts(Kind kind);

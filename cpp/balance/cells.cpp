@@ -45,7 +45,7 @@ void add(Cell& cell, const std::array<float, 3>& at, Axes axes) {
 }
 
 // Cost spread evenly over low <= x < high.
-struct Piece {
+struct CostBox {
   std::array<float, 3> low, high;
   double cost;
 
@@ -58,11 +58,11 @@ struct Piece {
   }
 };
 
-std::vector<Piece> pieces_of(std::span<const std::vector<Cell>> cells, std::span<const double> costs) {
-  std::vector<Piece> pieces;
+std::vector<CostBox> pieces_of(std::span<const std::vector<Cell>> cells, std::span<const double> costs) {
+  std::vector<CostBox> pieces;
   for (std::size_t c = 0; c < cells.size(); ++c) {
     for (const Cell& cell : cells[c]) {
-      Piece piece{cell.low, cell.high, static_cast<double>(cell.count) * (costs.empty() ? 1 : costs[c])};
+      CostBox piece{cell.low, cell.high, static_cast<double>(cell.count) * (costs.empty() ? 1 : costs[c])};
       for (float& high : piece.high) high = std::nextafter(high, kInfinity);
       if (piece.cost > 0) pieces.push_back(piece);
     }
@@ -85,7 +85,7 @@ class Sharing {
  public:
   Sharing(std::span<const double> shares, const domains::Domains& before) : shares_(shares), tree_(before.tree()) {}
 
-  void divide(int first, int last, const Box& box, const std::vector<Piece>& pieces) {
+  void divide(int first, int last, const Box& box, const std::vector<CostBox>& pieces) {
     if (last - first < 2) return;
     const int middle = first + domains::left_part(last - first);
     Cut& cut = tree_[static_cast<std::size_t>(middle - 1)];
@@ -97,8 +97,8 @@ class Sharing {
     Box below = box;
     Box above = box;
     below.high[axis] = above.low[axis] = cut.at;
-    std::vector<Piece> parts[2];
-    for (const Piece& piece : pieces) split(piece, axis, cut.at, parts[0], parts[1]);
+    std::vector<CostBox> parts[2];
+    for (const CostBox& piece : pieces) split(piece, axis, cut.at, parts[0], parts[1]);
     divide(first, middle, below, parts[0]);
     divide(middle, last, above, parts[1]);
   }
@@ -110,18 +110,18 @@ class Sharing {
     return std::accumulate(shares_.begin() + first, shares_.begin() + last, 0.0);
   }
 
-  static double below(const std::vector<Piece>& pieces, std::size_t axis, float at) {
+  static double below(const std::vector<CostBox>& pieces, std::size_t axis, float at) {
     double sum = 0;
-    for (const Piece& piece : pieces) sum += piece.below(axis, at);
+    for (const CostBox& piece : pieces) sum += piece.below(axis, at);
     return sum;
   }
 
   // The place that has this part of the cost below it. Where several have, the one that is closest to `before`.
-  static float place(const std::vector<Piece>& pieces, std::size_t axis, double part, float before) {
+  static float place(const std::vector<CostBox>& pieces, std::size_t axis, double part, float before) {
     double total = 0;
     float least = kInfinity;
     float most = -kInfinity;
-    for (const Piece& piece : pieces) {
+    for (const CostBox& piece : pieces) {
       total += piece.cost;
       least = std::min(least, piece.low[axis]);
       most = std::max(most, piece.high[axis]);
@@ -149,8 +149,8 @@ class Sharing {
     return low <= high ? std::clamp(before, low, high) : low;
   }
 
-  static void split(const Piece& piece, std::size_t axis, float at, std::vector<Piece>& left,
-                    std::vector<Piece>& right) {
+  static void split(const CostBox& piece, std::size_t axis, float at, std::vector<CostBox>& left,
+                    std::vector<CostBox>& right) {
     const double below = piece.below(axis, at);
     if (below > 0) {
       left.push_back(piece);

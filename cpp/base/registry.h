@@ -8,8 +8,10 @@
 #include <memory>
 #include <mutex>
 #include <set>
+#include <span>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "base/bytes.h"
@@ -21,13 +23,21 @@ namespace motes::base {
 /// The name of some content: equal content of one kind has an equal key, on every rank and in every run. 0 names none.
 using ContentKey = std::uint64_t;
 
+/// How content is named; `bytes`: its fields.
+using Fingerprint = ContentKey (*)(const char* kind, std::span<const std::byte> bytes);
+
+/// By the hash that records have: fast enough for tables that change in each frame.
+inline ContentKey fingerprint(const char* kind, std::span<const std::byte> bytes) {
+  return mix(hash(std::as_bytes(std::span(std::string_view(kind)))).low ^ hash(bytes).low);
+}
+
 /// All content of one kind in this process. T has fields(), operator== and check(), which throws std::invalid_argument.
 /// Thread-safe.
 template <class T>
 class Registry {
  public:
   /// `kind`: its name in errors. It belongs to the content: a picture never has the key of a mesh.
-  explicit Registry(const char* kind) : kind_(kind) {}
+  explicit Registry(const char* kind, Fingerprint name = fingerprint) : kind_(kind), name_(name) {}
 
   /// Checks the content and keeps it; equal content is kept once.
   ContentKey keep(T content) {
@@ -80,9 +90,8 @@ class Registry {
  private:
   ContentKey key_of(const T& content) const {
     Bytes bytes;
-    bytes.put_text(kind_);
     write_fields(content, bytes);
-    const ContentKey key = hash(bytes.view()).low;
+    const ContentKey key = name_(kind_, bytes.view());
     return key == 0 ? 1 : key;
   }
 
@@ -93,6 +102,7 @@ class Registry {
   }
 
   const char* kind_;
+  Fingerprint name_;
   std::mutex mutex_;
   std::map<ContentKey, std::shared_ptr<const T>> all_;
 };

@@ -16,6 +16,8 @@ using namespace recording;
 
 using actions::Action;
 using actions::Kind;
+using actions::make;
+namespace numbers = actions::numbers;
 using particles::Store;
 using shapes::Shape;
 
@@ -31,20 +33,23 @@ const Shape kBall{shapes::Kind::sphere, {0, 25, 0, 10, 0}};
 // Parameters of the actions whose cost would be unusual with arbitrary parameters.
 const std::map<std::string, Action>& usual() {
   static const std::map<std::string, Action> all = {
-      {"damping", {Kind::damping, {0.9, 0.9, 0.9, 0, kInf}, {}}},
-      {"rotational_damping", {Kind::rotational_damping, {0.9, 0.9, 0.9, 0, kInf}, {}}},
-      {"bounce", {Kind::bounce, {0.1, 0.5, 0, 1}, {kGround}}},
-      {"avoid", {Kind::avoid, {1, 0.1, 1}, {kBall}}},
-      {"sink", {Kind::sink, {1}, {kNowhere}}},
-      {"sink_velocity", {Kind::sink_velocity, {1}, {kNowhere}}},
-      {"jet", {Kind::jet, {}, {kHalf, kGust}}},
-      {"kill_old", {Kind::kill_old, {1e6, 0}, {}}},
-      {"explosion", {Kind::explosion, {0, 25, 0, 10, 1, 5, 0.1}, {}}},
-      {"vortex", {Kind::vortex, {0, 0, 0, 0, 50, 0, 1.5, 30, 1, 1, 1}, {}}},
-      {"speed_clamp", {Kind::speed_clamp, {0, 1.5}, {}}},
-      {"curl_noise", {Kind::curl_noise, {1, 5, 1, 0, 0}, {}}},
-      {"restore", {Kind::restore, {100, 1, 1}, {}}},
-      {"copy_vertex_b", {Kind::copy_vertex_b, {1, 0}, {}}},
+      {"damping", make(numbers::damping<>{.damping = {0.9, 0.9, 0.9}, .max_speed = kInf})},
+      {"rotational_damping", make(numbers::rotational_damping<>{.damping = {0.9, 0.9, 0.9}, .max_speed = kInf})},
+      {"bounce", make(numbers::bounce<>{.restitution = 0.1, .friction = 0.5, .exact_hit = 1}, {kGround})},
+      {"avoid", make(numbers::avoid<>{.magnitude = 1, .epsilon = 0.1, .look_ahead = 1}, {kBall})},
+      {"sink", make(numbers::sink<>{.inside = 1}, {kNowhere})},
+      {"sink_velocity", make(numbers::sink_velocity<>{.inside = 1}, {kNowhere})},
+      {"jet", make(numbers::jet<>{}, {kHalf, kGust})},
+      {"kill_old", make(numbers::kill_old<>{.age_limit = 1e6})},
+      {"explosion",
+       make(numbers::explosion<>{.center = {0, 25, 0}, .radius = 10, .magnitude = 1, .sigma = 5, .epsilon = 0.1})},
+      {"vortex",
+       make(numbers::vortex<>{
+           .axis = {0, 50, 0}, .tightness = 1.5, .max_radius = 30, .in_speed = 1, .up_speed = 1, .around_speed = 1})},
+      {"speed_clamp", make(numbers::speed_clamp<>{.max_speed = 1.5})},
+      {"curl_noise", make(numbers::curl_noise<>{.strength = 1, .scale = 5, .octaves = 1})},
+      {"restore", make(numbers::restore<>{.time_left = 100, .position = 1, .up = 1})},
+      {"copy_vertex_b", make(numbers::copy_vertex_b<>{.position = 1})},
   };
   return all;
 }
@@ -52,7 +57,7 @@ const std::map<std::string, Action>& usual() {
 // Over all of the scene: a grid of 32 nodes along each axis; a zigzag of 16 segments.
 Action in_field() {
   actions::Table table{{32, 32, 32}, 3, std::vector<float>(3 * 32 * 32 * 32, 0.5f)};
-  Action action{Kind::field, {-50, 0, -50, 50, 50, 50, 1, -1}, {}};
+  Action action = make(numbers::field<>{.low = {-50, 0, -50}, .high = {50, 50, 50}, .strength = 1, .drag = -1});
   action.table = actions::keep(std::move(table));
   return action;
 }
@@ -64,7 +69,7 @@ Action along_path() {
         -32 + 4 * static_cast<float>(i), i % 2 == 0 ? 0.0f : 3.0f, 0, 0.8f, up, 0, 5 * static_cast<float>(i), 5};
     table.values.insert(table.values.end(), row, row + 8);
   }
-  Action action{Kind::follow_path, {1, 1, 1, kInf, 0}, {}};
+  Action action = make(numbers::follow_path<>{.speed = 1, .strength = 1, .look_ahead = 1, .radius = kInf});
   action.table = actions::keep(std::move(table));
   return action;
 }
@@ -72,7 +77,7 @@ Action along_path() {
 // mass = age * 2 + 1
 Action set_mass() {
   using actions::Op;
-  Action action{Kind::set, {}, {}};
+  Action action = make(numbers::set<>{});
   action.target = particles::mass;
   action.values = {{{Op::column, particles::Schema()[particles::age].first_component, 0},
                     {Op::constant, 0, 2},
@@ -150,7 +155,7 @@ struct Range {
 // The move of the base list leaves orientations unchanged, so a list pays for them only where the action concerns them.
 std::vector<Action> base_list() {
   std::vector<Action> list = paper_list("fountain");
-  list.back() = actions::make(actions::numbers::move<>{.rotational = 0});
+  list.back() = make(numbers::move<>{.rotational = 0});
   return list;
 }
 

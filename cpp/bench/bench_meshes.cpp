@@ -106,7 +106,8 @@ class Crowd {
 };
 
 program::Program bounce_off(const Shape& shape) {
-  const Action action{actions::Kind::bounce, {0.5, 0.1, 0, 1}, {shape}};
+  const Action action =
+      actions::make(actions::numbers::bounce<>{.restitution = 0.5, .friction = 0.1, .exact_hit = 1}, {shape});
   actions::check(action);
   return program::Program({action});
 }

@@ -11,7 +11,8 @@ namespace motes::bench {
 using namespace recording;
 
 using actions::Action;
-using actions::Kind;
+using actions::make;
+namespace numbers = actions::numbers;
 using particles::Store;
 using shapes::Shape;
 
@@ -31,11 +32,10 @@ std::vector<Action> paper_list(const std::string& scene) {
   const Shape gust{shapes::Kind::box, {-2, -1, -2, 2, 1, 2}};
   const Shape ground{shapes::Kind::plane, {0, 0, 0, 0, 1, 0}};
   // random acceleration, collide with an object, eliminate old ones, move; the fountain has gravity too
-  std::vector<Action> list = {{Kind::random_acceleration, {}, {gust}},
-                              {Kind::bounce, {0.1, 0.5, 0, 1}, {ground}},
-                              {Kind::kill_old, {1e6, 0}, {}},
-                              {Kind::move, {1}, {}}};
-  if (scene == "fountain") list.insert(list.begin(), {Kind::gravity, {0, -9.81, 0}, {}});
+  std::vector<Action> list = {make(numbers::random_acceleration<>{}, {gust}),
+                              make(numbers::bounce<>{.restitution = 0.1, .friction = 0.5, .exact_hit = 1}, {ground}),
+                              make(numbers::kill_old<>{.age_limit = 1e6}), make(numbers::move<>{.rotational = 1})};
+  if (scene == "fountain") list.insert(list.begin(), make(numbers::gravity<>{.acceleration = {0, -9.81, 0}}));
   if (scene != "snow" && scene != "fountain") {
     throw std::invalid_argument("scene must be snow or fountain, got '" + scene + "'");
   }

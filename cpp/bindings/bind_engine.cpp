@@ -379,7 +379,7 @@ void bind_engine(py::module_& m) {
       .def(
           "record_action", [](Engine& e, int system, const actions::Action& action) { e.record(system, action); },
           py::arg("system"), py::arg("action"))
-      .def("record_meeting", &Engine::record_meeting, py::arg("first"), py::arg("second"), py::arg("action"))
+      .def("record_interaction", &Engine::record_interaction, py::arg("first"), py::arg("second"), py::arg("action"))
       .def("next_birth", &Engine::next_birth, py::arg("system"), Release())
       .def("record_birth", [](Engine& e, int system, const recording::Birth& birth) { e.record(system, birth); })
       .def("set_sprite", [](Engine& e, int system, const image::Sprite& sprite) { e.system(system).sprite = sprite; })
@@ -415,8 +415,8 @@ void bind_engine(py::module_& m) {
       .def_property_readonly("frame", &Engine::frame)
       .def_property_readonly(
           "failed_at",
-          [](const Engine& e) { return std::pair(e.talk().failed_at().system, e.talk().failed_at().item); })
-      .def_property_readonly("gave_up", [](const Engine& e) { return e.talk().over(); })
+          [](const Engine& e) { return std::pair(e.session().failed_at().system, e.session().failed_at().item); })
+      .def_property_readonly("gave_up", [](const Engine& e) { return e.session().over(); })
       .def_property_readonly("stop_asked", &Engine::stop_asked)
       .def_property_readonly("times", [](const Engine& e) { return times(e.times()); })
       .def("take_remarks", &Engine::take_remarks)

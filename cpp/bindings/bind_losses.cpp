@@ -32,7 +32,7 @@ py::dict told(const Loss& loss) {
 void survive_losses(Engine& engine, std::uint64_t every, py::object script) {
   const auto side = held(std::move(script));
   engine::Bystander bystander;
-  bystander.watch = engine.talk().comm().watch();
+  bystander.watch = engine.session().comm().watch();
   bystander.regroup = [side](const Loss& loss) {
     const py::gil_scoped_acquire gil;
     const py::object said = side->attr("regroup")(told(loss));

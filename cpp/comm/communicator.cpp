@@ -62,9 +62,10 @@ Watch renumbered(const Watch& old, const std::vector<int>& ranks) {
 }  // namespace
 
 const char* name(Phase phase) {
-  constexpr const char* kNames[kPhases] = {"begin", "report",  "verdict",   "exchange", "records",  "tiles",  "gather",
-                                           "plan",  "loads",   "proposals", "births",   "log",      "sums",   "totals",
-                                           "word",  "meeting", "notes",     "copies",   "recovery", "memory", "glow"};
+  constexpr const char* kNames[kPhases] = {"begin",    "report", "verdict", "exchange",    "records", "tiles",
+                                           "gather",   "plan",   "loads",   "proposals",   "births",  "log",
+                                           "sums",     "totals", "word",    "interaction", "notes",   "copies",
+                                           "recovery", "memory", "glow"};
   const auto index = static_cast<std::size_t>(phase);
   return index < kPhases ? kNames[index] : "unknown";
 }

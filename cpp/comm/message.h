@@ -26,7 +26,7 @@ enum class Phase : std::uint8_t {
   sums,
   totals,
   word,
-  meeting,
+  interaction,
   notes,
   copies,   // of particles, kept for the loss of their rank
   recovery,  // after such a loss

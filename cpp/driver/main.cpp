@@ -96,14 +96,16 @@ class Player {
   void play(std::span<char* const> argv) {
     for (const recording::SystemDefinition& system : opened_.first.systems) engine_->add_system(system);
     engine_->start();
-    if (engine_->talk().manages() && !options_.log.empty()) note_run(argv);
+    if (engine_->session().manages() && !options_.log.empty()) note_run(argv);
     const std::size_t frames = std::min<std::uint64_t>(options_.frames, opened_.scene.frames.size());
     for (std::size_t i = 0; i < frames; ++i) play_frame(i == 0 ? opened_.first : read(i));
     engine_->finish();
   }
 
   /// "rank 2 (calculator 0), frame 7".
-  std::string place() const { return describe(engine_->talk().rank()) + ", frame " + std::to_string(engine_->frame()); }
+  std::string place() const {
+    return describe(engine_->session().rank()) + ", frame " + std::to_string(engine_->frame());
+  }
 
  private:
   static roles::Cast cast(const std::string& name, int size) {
@@ -157,7 +159,7 @@ class Player {
     const std::uint64_t index = engine_->frame();
     engine::replay(*engine_, record, options_.images);
     std::string sha256 = "-";
-    if (engine_->talk().draws() && options_.images && record.view) {
+    if (engine_->session().draws() && options_.images && record.view) {
       const image::Pixels pixels = engine_->painter().take_pixels();
       const auto [width, height] = std::pair(record.view->width, record.view->height);
       if (options_.digest) {
@@ -172,7 +174,7 @@ class Player {
     }
     if (options_.digest) {
       const std::string particles = particles::combine(engine_->digest()).text();
-      if (engine_->talk().draws())
+      if (engine_->session().draws())
         std::printf("%llu %s %s\n", static_cast<unsigned long long>(index), particles.c_str(), sha256.c_str());
       std::fflush(stdout);
     }

@@ -36,14 +36,15 @@ void report_system(const Rank& rank, const Script& script, Population& here, std
   const Strain strain{here.interaction.most_in_a_cell, here.interaction.overlap_99, here.interaction.softened};
   SystemReport system{here.seen() + here.tally.sent, strain, here.digest, here.oldest, {}};
   for (const Sent& sent : here.sent) {
-    round.own.flows.push_back({counted(static_cast<std::uint64_t>(rank.talk.calculator())),
+    round.own.flows.push_back({counted(static_cast<std::uint64_t>(rank.session.calculator())),
                                static_cast<std::uint32_t>(sent.domain), number, counted(sent.count)});
   }
   if (script.in_frame()) system.events = here.events;
   if (balances(rank, script)) {
     const std::uint64_t processed = here.tally.at_start + here.tally.created;
     here.speeds.add(0, processed, here.tally.compute_s, here.tally.created);
-    const std::uint64_t expected = expected_of(script, round.first + number, rank.talk.calculator(), system.particles);
+    const std::uint64_t expected =
+        expected_of(script, round.first + number, rank.session.calculator(), system.particles);
     here.expected = {expected, balance::rescaled(here.tally.compute_s, processed, expected), here.speeds.of(0),
                      here.speeds.error(0)};
   }
@@ -55,7 +56,7 @@ void report_system(const Rank& rank, const Script& script, Population& here, std
 void report_systems(const Rank& rank, const Script& script, const Calculator& calculator, Round& round) {
   round.own = {};
   round.own_loads.clear();
-  for (std::size_t i = round.first; rank.talk.calculates() && i < round.last; ++i) {
+  for (std::size_t i = round.first; rank.session.calculates() && i < round.last; ++i) {
     report_system(rank, script, *calculator.populations[i], static_cast<std::uint32_t>(i - round.first), round);
   }
 }
@@ -64,24 +65,24 @@ void report_systems(const Rank& rank, const Script& script, const Calculator& ca
 // them.
 void report_orders(Rank& rank, const Script& script, Round& round) {
   const bool last = round.last == script.systems.size();
-  if (!script.steered() || !last || !rank.talk.draws() || !rank.settings.orders) return;
-  rank.talk.work("viewers", [&] { round.own.orders = rank.settings.orders(); });
+  if (!script.steered() || !last || !rank.session.draws() || !rank.settings.orders) return;
+  rank.session.work("viewers", [&] { round.own.orders = rank.settings.orders(); });
 }
 
 // Fills in this rank's part of the report: its failure or differing list, a signal, its tails.
 void report_rank(const Rank& rank, const Script& script, Calculator& calculator, Round& round) {
-  const Failure& failure = rank.talk.failure();
+  const Failure& failure = rank.session.failure();
   if (failure.kind == Failure::Kind::mismatch) {
-    round.own.dissents.push_back({rank.talk.rank(), {}});
+    round.own.dissents.push_back({rank.session.rank(), {}});
     round.own.dissents.back().record.put_raw(script.bytes.data(), script.bytes.size());
   } else if (failure.failed()) {
     round.own.failure = failure;
-    round.own.failed_rank = rank.talk.rank();
+    round.own.failed_rank = rank.session.rank();
   }
   if (script.steered() && rank.settings.stop_signal) {
     round.own.stop = static_cast<std::uint8_t>(rank.settings.stop_signal());
   }
-  round.own.unsaved_from = rank.talk.unsaved_from;
+  round.own.unsaved_from = rank.session.unsaved_from;
   round.own.tail = std::exchange(calculator.tail, {});
   round.own_tails = std::exchange(calculator.tails, {});
   round.tells_tails = round.own.tail.valid && !rank.settings.log.directory.empty();
@@ -158,7 +159,7 @@ std::vector<T> within(const std::vector<T>& all, const roles::Tree& tree, int fi
 // Passes the verdict to this rank and the ranks below, each with its own part. Flows within this part of the tree are
 // known here only.
 void pass_on(Rank& rank, Round& round, Judgement judgement, const std::vector<Flow>& staying) {
-  Relay& relay = rank.talk.relay();
+  Relay& relay = rank.session.relay();
   const roles::Tree& tree = relay.tree();
   const bool failed = judgement.verdict.failure.failed();
   for (const Flow& flow : staying) {
@@ -175,12 +176,12 @@ void pass_on(Rank& rank, Round& round, Judgement judgement, const std::vector<Fl
   for (const roles::Tree::Range& child : tree.children()) {
     comm::Message message;
     write(among(child.first, child.end), message.bytes());
-    relay.pass_down(child, Phase::verdict, rank.talk.stamp(round), std::move(message), failed);
+    relay.pass_down(child, Phase::verdict, rank.session.stamp(round), std::move(message), failed);
   }
   const Judgement own = among(tree.own().first, tree.own().first + 1);
   round.orders = {};
   for (const Source& source : own.sources) {
-    round.orders.sources.push_back(rank.talk.rank_of(static_cast<int>(source.from)));
+    round.orders.sources.push_back(rank.session.rank_of(static_cast<int>(source.from)));
   }
   for (const OwnedParent& owned : own.parents) round.orders.parents.push_back(owned.parent);
   round.verdict = std::move(judgement.verdict);
@@ -221,7 +222,7 @@ void watch(const Script& script, const Round& round, const std::vector<Strain>& 
 
 void report(Rank& rank, const Script& script, Calculator& calculator, Round& round, const Newborn& newborn) {
   report_systems(rank, script, calculator, round);
-  if (newborn.compare && rank.talk.calculates()) round.own.decisions = decide_alone(rank, script, calculator, round);
+  if (newborn.compare && rank.session.calculates()) round.own.decisions = decide_alone(rank, script, calculator, round);
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::report, "report", script.name_of(round));
   round.reported_s = comm::wall_seconds();
   report_orders(rank, script, round);
@@ -235,7 +236,7 @@ void judge(Rank& rank, const Script& script, Manager& manager, Round& round) {
   manager.account.write_rows();
   Gathered gathered = gather_reports(rank, round);
   Judgement judgement;
-  judgement.verdict = compare(script, rank.talk.size(), gathered.report);
+  judgement.verdict = compare(script, rank.session.size(), gathered.report);
   if (!judgement.verdict.failure.failed()) {
     sum_up(script, round, gathered.report, judgement.verdict);
     collect_parents(rank, script, manager, round, gathered.report.systems, judgement);
@@ -252,16 +253,16 @@ void judge(Rank& rank, const Script& script, Manager& manager, Round& round) {
 
 void hear_verdict(Rank& rank, Script& script, Round& round) {
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::report, "wait for verdict", script.name_of(round));
-  if (!rank.talk.manages()) {
+  if (!rank.session.manages()) {
     const std::vector<Flow> staying = pass_reports(rank, round);
-    const comm::Message message = rank.talk.relay().from_above(Phase::verdict, rank.talk.stamp(round));
+    const comm::Message message = rank.session.relay().from_above(Phase::verdict, rank.session.stamp(round));
     base::Reader in = message.reader();
     pass_on(rank, round, read_judgement(in), staying);
   }
-  if (round.verdict.failure.failed()) rank.talk.give_up(std::move(round.verdict));
-  rank.talk.stop = std::max<int>(rank.talk.stop, round.verdict.stop);
-  rank.talk.all_unsaved_from = round.verdict.unsaved_from;
-  rank.talk.orders += round.verdict.orders;
+  if (round.verdict.failure.failed()) rank.session.give_up(std::move(round.verdict));
+  rank.session.stop = std::max<int>(rank.session.stop, round.verdict.stop);
+  rank.session.all_unsaved_from = round.verdict.unsaved_from;
+  rank.session.orders += round.verdict.orders;
   script.new_cuts.insert(script.new_cuts.end(), round.verdict.cuts.begin(), round.verdict.cuts.end());
   for (std::size_t i = round.first; i < round.last; ++i) {
     System& system = *script.systems[i];
@@ -274,7 +275,7 @@ void hear_verdict(Rank& rank, Script& script, Round& round) {
 
 void keep_account(Rank& rank, const Script& script, Manager& manager) {
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::report, "judge");
-  const roles::Tree& tree = rank.talk.relay().tree();
+  const roles::Tree& tree = rank.session.relay().tree();
   for (std::size_t r = 0; r < manager.judged.size(); ++r) {
     const Round& round = script.rounds[r];
     const Judged& judged = manager.judged[r];
@@ -282,17 +283,17 @@ void keep_account(Rank& rank, const Script& script, Manager& manager) {
       manager.account.note_tail(judged.tail);
       watch_pictures(script, judged.tail, manager);
     }
-    if (round.tells_tails) manager.tails = AwaitedTails{rank.talk.stamp(round), round.own_tails};
+    if (round.tells_tails) manager.tails = AwaitedTails{rank.session.stamp(round), round.own_tails};
     note_pictures(rank, script, round, judged, manager.picture);
     if (!script.in_frame()) continue;
-    manager.account.note_round(script, round, judged, rank.talk.cast(), tree);
+    manager.account.note_round(script, round, judged, rank.session.cast(), tree);
     if (const std::optional<Births> by = births_by(rank, script)) manager.account.note_births(*by);
     watch(script, round, judged.strains, rank.settings.substeps, manager);
     if (round.last < script.systems.size()) continue;
     note_children(script, manager, [&](std::size_t into, int calculator, std::uint64_t count) {
       manager.account.note_children(into, calculator, count);
     });
-    manager.account.close_row(script, rank.talk.cast(), rank.settings.log.digest);
+    manager.account.close_row(script, rank.session.cast(), rank.settings.log.digest);
   }
   manager.judged.clear();
 }
@@ -300,7 +301,7 @@ void keep_account(Rank& rank, const Script& script, Manager& manager) {
 void take_tails(Rank& rank, Manager& manager) {
   std::optional<AwaitedTails> tails = std::exchange(manager.tails, std::nullopt);
   if (!tails) return;
-  manager.account.note_tails(gather_tails(rank, tails->stamp, std::move(tails->own)), rank.talk.relay().tree());
+  manager.account.note_tails(gather_tails(rank, tails->stamp, std::move(tails->own)), rank.session.relay().tree());
 }
 
 }  // namespace motes::engine

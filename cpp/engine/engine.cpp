@@ -23,13 +23,13 @@ void check_tie(const actions::Action& tie, const std::vector<recording::Item>& l
 
 Engine::Engine(std::unique_ptr<comm::Communicator> communicator, roles::Cast cast, Settings settings)
     : parts_(std::make_unique<Parts>(std::move(communicator), std::move(cast), std::move(settings))) {
-  if (parts_->rank.settings.policy) parts_->rank.settings.policy->check(parts_->rank.talk.calculators());
-  parts_->rank.talk.comm().weigh(parts_->rank.settings.costs.messages);
+  if (parts_->rank.settings.policy) parts_->rank.settings.policy->check(parts_->rank.session.calculators());
+  parts_->rank.session.comm().weigh(parts_->rank.settings.costs.messages);
 }
 
 int Engine::add_system(recording::SystemDefinition definition) {
   const auto index = static_cast<std::uint32_t>(parts_->script.systems.size());
-  const int calculators = static_cast<int>(parts_->rank.talk.calculators());
+  const int calculators = static_cast<int>(parts_->rank.session.calculators());
   auto system = std::make_unique<System>(std::move(definition), parts_->rank.settings.seed, index, calculators);
   if (const std::int32_t leader = system->definition.domains_of; leader >= 0) {
     const System& followed = *parts_->script.systems.at(static_cast<std::size_t>(leader));
@@ -50,7 +50,7 @@ int Engine::add_system(recording::SystemDefinition definition) {
 
 void Engine::record(int index, recording::Item item) {
   System& s = system(index);
-  parts_->rank.talk.comm().progress();  // lets messages of the last frame progress
+  parts_->rank.session.comm().progress();  // lets messages of the last frame progress
   bool uses_copies = std::holds_alternative<recording::KeepCopies>(item);
   if (const auto* action = std::get_if<actions::Action>(&item)) {
     actions::check(*action);
@@ -83,7 +83,7 @@ void Engine::record(int index, recording::Item item) {
   s.list.push_back(std::move(item));
 }
 
-void Engine::record_meeting(int first, int second, actions::Action action) {
+void Engine::record_interaction(int first, int second, actions::Action action) {
   if (first == second) throw base::InvalidArgument("other", "be another system");
   action.other = second;
   actions::Action counterpart = action;
@@ -105,7 +105,7 @@ std::pair<std::uint64_t, std::uint64_t> Engine::next_birth(int index) {
 std::optional<Seen> Engine::try_read(int index) {
   Rank& rank = parts_->rank;
   std::optional<Seen> seen;
-  rank.talk.work("act", [&] { seen = read(rank, parts_->script, parts_->calculator, index); });
+  rank.session.work("act", [&] { seen = read(rank, parts_->script, parts_->calculator, index); });
   pass_over(rank, system(index));
   return seen;
 }
@@ -115,20 +115,20 @@ Seen Engine::local(int index) {
   check_readable(system(index));
   const std::optional<Seen> seen = try_read(index);
   if (seen) return *seen;
-  parts_->rank.talk.rethrow();
+  parts_->rank.session.rethrow();
   throw std::logic_error("nothing was read, and nothing failed");
 }
 
 void Engine::keep_preview(int index) {
   wrote_ = true;
   engine::keep_preview(parts_->rank, parts_->script, parts_->calculator, index);
-  parts_->rank.talk.rethrow();
+  parts_->rank.session.rethrow();
 }
 
 void Engine::keep_lists(bool compute) {
   kept_.on = true;
   kept_.pictures = compute;
-  kept_.only = !compute && parts_->rank.talk.size() == 1;
+  kept_.only = !compute && parts_->rank.session.size() == 1;
 }
 
 base::Bytes Engine::shared_state() const {
@@ -138,7 +138,7 @@ base::Bytes Engine::shared_state() const {
 }
 
 void Engine::save_part(const std::string& path) {
-  if (!parts_->rank.talk.calculates()) return;
+  if (!parts_->rank.session.calculates()) return;
   base::Bytes& planes = writer_.planes();
   writer_.write(path, copy_part(planes));
 }
@@ -165,7 +165,7 @@ void Engine::catch_up() {
   parts_->calculator.populations.clear();
   parts_->manager.systems.clear();
   for (const auto& s : as_they_are) add_system(s->definition);
-  parts_->rank.talk.frame = 0;
+  parts_->rank.session.frame = 0;
   kept_.on = false;  // these are kept already
   for (const base::Bytes& bytes : kept_.lists) {
     base::Reader in(bytes.view());

@@ -28,12 +28,12 @@ class Engine {
   Engine(std::unique_ptr<comm::Communicator> communicator, roles::Cast cast, Settings settings);
 
   /// Returns this rank's conversation: its rank, roles and the frame being recorded.
-  const Conversation& talk() const { return parts_->rank.talk; }
+  const Session& session() const { return parts_->rank.session; }
   /// The threads of this rank.
   threads::Pool& pool() const { return *parts_->rank.pool; }
-  std::uint64_t frame() const { return parts_->rank.talk.frame; }
+  std::uint64_t frame() const { return parts_->rank.session.frame; }
   /// The signal that asked some rank to stop before it had reported on the last frame, the same on all ranks; or 0.
-  int stop_asked() const { return parts_->rank.talk.stop; }
+  int stop_asked() const { return parts_->rank.session.stop; }
   /// Seconds of this rank's phases in the last frame.
   const PhaseTimes& times() const { return parts_->rank.watch.last(); }
 
@@ -45,7 +45,7 @@ class Engine {
   /// Adds to this frame's list. Throws std::invalid_argument for what the system cannot take.
   void record(int system, recording::Item item);
   /// Adds an action between the particles of two systems: it stands at this place in both of their lists.
-  void record_meeting(int first, int second, actions::Action action);
+  void record_interaction(int first, int second, actions::Action action);
 
   /// Returns System::next_birth.
   std::pair<std::uint64_t, std::uint64_t> next_birth(int system);
@@ -83,7 +83,7 @@ class Engine {
   /// Image generator: what viewers ask for, as text; asked once in each frame, and in hear_orders().
   void on_orders(std::function<std::string()> orders);
   /// Returns viewers' orders of the last frame or hear_orders(), the same on all ranks.
-  const std::string& orders() const { return parts_->rank.talk.orders; }
+  const std::string& orders() const { return parts_->rank.session.orders; }
   /// Collective, between two frames. Brings orders and signals to all ranks, as a frame does.
   void hear_orders(const std::string& argument = "");
 
@@ -112,7 +112,7 @@ class Engine {
   /// all have theirs.
   void copy_restored();
   /// The image generator: pictures of the frames from here on are in no file yet. UINT64_MAX: none.
-  void set_unsaved_from(std::uint64_t frame) { parts_->rank.talk.unsaved_from = frame; }
+  void set_unsaved_from(std::uint64_t frame) { parts_->rank.session.unsaved_from = frame; }
   /// Returns how often ranks were lost so far.
   std::uint32_t losses() const { return replicas_.losses; }
 

@@ -33,7 +33,7 @@ void open(Parts& p, std::size_t index) {
 }
 
 void settle(Parts& p, Round& round) {
-  if (p.rank.talk.manages()) judge(p.rank, p.script, p.manager, round);
+  if (p.rank.session.manages()) judge(p.rank, p.script, p.manager, round);
   hear_verdict(p.rank, p.script, round);               // manager -> all
   send_migrants(p.rank, p.script, p.calculator, round);  // calculators -> calculators
 }
@@ -45,7 +45,7 @@ void close(Parts& p, const Round& round) {
 
 // Round by round; or, overlapped, what one round says travels while the next ones compute.
 void converse(Parts& p) {
-  const bool manages = p.rank.talk.manages();
+  const bool manages = p.rank.session.manages();
   if (p.script.in_frame()) take_new_cuts(p.rank, p.script, p.calculator);  // cuts that all know already
   if (manages)
     take_all_proposals(p.rank, p.script, p.manager);  // proposals of the last frame: new cuts go out with the births
@@ -66,21 +66,21 @@ void converse(Parts& p) {
 }
 
 void begin(Parts& p, Verb verb, const std::optional<image::View>& view, const std::string& argument) {
-  p.rank.talk.check_alive();
+  p.rank.session.check_alive();
   const Settings& run = p.rank.settings;
-  write_record(p.script, run, p.rank.talk.frame, verb, view, argument);
-  p.rank.watch.begin(p.rank.talk.frame, p.script.in_frame(), p.rank.talk.comm().waited_s());
+  write_record(p.script, run, p.rank.session.frame, verb, view, argument);
+  p.rank.watch.begin(p.rank.session.frame, p.script.in_frame(), p.rank.session.comm().waited_s());
   for (const auto& system : p.script.systems) {
     system->groups.clear();
     if (p.script.in_frame()) system->count_births(run.dt, run.substeps);
   }
   if (p.script.in_frame()) ask_for_oldest(p.script);
   if (p.script.steered()) {
-    p.rank.talk.stop = 0;
-    p.rank.talk.orders.clear();
+    p.rank.session.stop = 0;
+    p.rank.session.orders.clear();
   }
   p.script.overlaps = p.script.in_frame() && run.combine == Combine::overlapped;
-  split_rounds(p.script, run.combine, p.rank.talk.turn);
+  split_rounds(p.script, run.combine, p.rank.session.turn);
 }
 
 // Notes what the log needs of each system on this calculator.
@@ -101,33 +101,33 @@ void note_tails(const Script& script, Calculator& calculator) {
 }
 
 void end(Parts& p) {
-  Conversation& talk = p.rank.talk;
-  p.rank.watch.end(talk.comm().waited_s());
+  Session& session = p.rank.session;
+  p.rank.watch.end(session.comm().waited_s());
   Tail& tail = p.calculator.tail;
   tail.valid = true;
-  tail.frame = talk.frame;
+  tail.frame = session.frame;
   tail.times = p.rank.watch.last();
-  tail.drawings = drawings_of(std::move(p.painter.drawing), talk.rank(), talk.calculates());
+  tail.drawings = drawings_of(std::move(p.painter.drawing), session.rank(), session.calculates());
   for (const auto& here : p.calculator.populations) {
     tail.exchanged_bytes += here->tally.bytes_sent + here->interaction.bytes;
     tail.moved += here->interaction.moved_out;
   }
   p.calculator.tails.clear();
-  if (!p.rank.settings.log.directory.empty() && talk.calculates()) note_tails(p.script, p.calculator);
-  talk.work("spans", [&] { p.rank.watch.write_spans(); });
+  if (!p.rank.settings.log.directory.empty() && session.calculates()) note_tails(p.script, p.calculator);
+  session.work("spans", [&] { p.rank.watch.write_spans(); });
   bound_histories(p.script, p.calculator);
-  ++talk.frame;
+  ++session.frame;
   for (const auto& system : p.script.systems) system->start_frame();
   for (const auto& here : p.calculator.populations) start_frame(*here);
-  comm::set_place("rank " + std::to_string(talk.rank()) + " (" + talk.cast().describe(talk.rank()) + "), frame " +
-                  std::to_string(talk.frame));
+  comm::set_place("rank " + std::to_string(session.rank()) + " (" + session.cast().describe(session.rank()) +
+                  "), frame " + std::to_string(session.frame));
 }
 
 // Outside the frame: all ranks are here and ask the same.
 void ask_all(Parts& p, Verb verb, const std::string& argument) {
   begin(p, verb, std::nullopt, argument);
   converse(p);
-  if (!p.rank.talk.manages()) return;
+  if (!p.rank.session.manages()) return;
   keep_account(p.rank, p.script, p.manager);
   take_tails(p.rank, p.manager);
 }
@@ -165,23 +165,23 @@ void Engine::run_frame_now(const std::optional<image::View>& view, const std::st
   begin(p, view ? Verb::render : Verb::step, view, argument);
   if (!recovering_) kept_.keep(p.script);
   if (replicas_.on() && !recovering_) {
-    replicas_.note_list(p.rank.talk.frame, p.script.bytes, wrote_ || needs_script(p.script));
+    replicas_.note_list(p.rank.session.frame, p.script.bytes, wrote_ || needs_script(p.script));
   }
   if (!kept_.only) {
     converse(p);  // create, act, agree, exchange
-    if (p.rank.talk.manages()) plan(p.rank, p.script, p.manager);  // while the others go on
+    if (p.rank.session.manages()) plan(p.rank, p.script, p.manager);  // while the others go on
     spawn(p.rank, p.script, p.calculator);  // calculators, each by itself
     sort_all(p.rank, p.script, p.calculator);  // the same
     render(p.rank, p.script, p.calculator, p.painter);  // calculators -> image generator
-    if (p.rank.talk.manages()) keep_account(p.rank, p.script, p.manager);
+    if (p.rank.session.manages()) keep_account(p.rank, p.script, p.manager);
     balance(p.rank, p.script, p.calculator, p.manager);  // the manager's plan -> calculators -> manager
-    if (view) p.rank.talk.rethrow();  // a frame that could not be drawn must not reach the script
+    if (view) p.rank.session.rethrow();  // a frame that could not be drawn must not reach the script
   } else if (p.rank.settings.stop_signal) {
-    p.rank.talk.stop = p.rank.settings.stop_signal();
+    p.rank.session.stop = p.rank.settings.stop_signal();
   }
   end(p);
   wrote_ = false;
-  if (replicas_.on()) replicas_.at_border(p, p.rank.talk.all_unsaved_from);
+  if (replicas_.on()) replicas_.at_border(p, p.rank.session.all_unsaved_from);
 }
 
 void Engine::redraw_now(const image::View& view, const std::string& argument) {
@@ -195,8 +195,8 @@ void Engine::redraw_now(const image::View& view, const std::string& argument) {
   begin(*parts_, Verb::redraw, view, argument);
   converse(*parts_);
   render(parts_->rank, parts_->script, parts_->calculator, parts_->painter);
-  if (parts_->rank.talk.manages()) keep_account(parts_->rank, parts_->script, parts_->manager);
-  parts_->rank.talk.rethrow();
+  if (parts_->rank.session.manages()) keep_account(parts_->rank, parts_->script, parts_->manager);
+  parts_->rank.session.rethrow();
 }
 
 void Engine::hear_orders_now(const std::string& argument) {
@@ -209,33 +209,34 @@ void Engine::start_now() {
   const Logging& log = rank.settings.log;
   rank.watch.start();
   ask_all(*parts_, Verb::start, shared_settings(rank.settings));
-  rank.talk.relay().grow(rank.talk.cast(), rank.settings.fan_out);  // all have agreed on it
-  if (rank.talk.manages() && !log.directory.empty()) {
-    rank.talk.work("log", [&] { parts_->manager.account.open_log(log); });
+  rank.session.relay().grow(rank.session.cast(), rank.settings.fan_out);  // all have agreed on it
+  if (rank.session.manages() && !log.directory.empty()) {
+    rank.session.work("log", [&] { parts_->manager.account.open_log(log); });
   }
   ask_all(*parts_, Verb::start, "log");  // all know now whether the manager can write its log
   if (!log.spans) return;
   if (log.lost.empty()) zero_ = comm::wall_seconds();
   const std::uint64_t first = log.lost.empty() ? 0 : log.continued_from;
-  rank.talk.work("spans", [&] { rank.watch.keep_spans(log.directory, rank.talk.rank(), zero_, first); });
+  rank.session.work("spans", [&] { rank.watch.keep_spans(log.directory, rank.session.rank(), zero_, first); });
 }
 
 void Engine::secure_now(const std::function<void()>& first) {
-  if (first) parts_->rank.talk.work("movie", first);
+  if (first) parts_->rank.session.work("movie", first);
   ask_all(*parts_, Verb::start, "log's rows");  // brings the last frame's tails, so its row is complete
   if (parts_->rank.settings.log.directory.empty()) return;
-  if (parts_->rank.talk.manages()) {
-    parts_->rank.talk.work("log", [&] { parts_->manager.account.secure_rows(); });
+  if (parts_->rank.session.manages()) {
+    parts_->rank.session.work("log", [&] { parts_->manager.account.secure_rows(); });
   }
   ask_all(*parts_, Verb::start, "log on the disk");  // all know now whether it is
 }
 
 std::vector<std::string> Engine::tell_now(const std::function<std::string()>& say) {
   RankText own;
-  parts_->rank.talk.work("checkpoint", [&] { own.text = say(); });
+  parts_->rank.session.work("checkpoint", [&] { own.text = say(); });
   ask_all(*parts_, Verb::start, "what each rank says");  // who cannot say it ends the run for all
   std::vector<std::string> texts;
-  for (RankText& said : tell_all(parts_->rank, parts_->rank.talk.stamp(), own)) texts.push_back(std::move(said.text));
+  for (RankText& said : tell_all(parts_->rank, parts_->rank.session.stamp(), own))
+    texts.push_back(std::move(said.text));
   return texts;
 }
 
@@ -244,14 +245,14 @@ void Engine::finish_now() {
   parts_->manager.account.write_rows();
   if (Log* log = parts_->manager.account.log()) log->event("end", frame(), "");
   replicas_.take_rest(parts_->rank);
-  parts_->rank.talk.comm().finish();
+  parts_->rank.session.comm().finish();
 }
 
 // Computes what a conversation about particles needs first, since computing may fail.
 template <class Compute>
 void Engine::look_at(int index, const Compute& compute) {
   const std::optional<Seen> seen = try_read(index);
-  if (seen) parts_->rank.talk.work("act", [&] { compute(*seen); });
+  if (seen) parts_->rank.session.work("act", [&] { compute(*seen); });
 }
 
 std::vector<particles::Digest> Engine::digest_now() {
@@ -292,7 +293,7 @@ Notes Engine::prepare_write_now(const std::string& what, bool reads, const std::
     for (int i = 0; i < system_count(); ++i) look_at(i, [](const Seen&) {});
   }
   Note own;
-  parts_->rank.talk.work("write", [&] { own = prepare(); });
+  parts_->rank.session.work("write", [&] { own = prepare(); });
   ask_all(*parts_, Verb::write, what);
   return exchange_notes(parts_->rank, std::move(own));
 }

@@ -34,7 +34,7 @@ constexpr void fields(Visitor& visit, Samples& samples) {
 Samples exchange_samples(Rank& rank, const Samples& own) {
   Samples all;
   all.systems.resize(own.systems.size());
-  for (const Samples& its : tell_all(rank, rank.talk.stamp(), own)) {
+  for (const Samples& its : tell_all(rank, rank.session.stamp(), own)) {
     for (std::size_t system = 0; system < all.systems.size(); ++system) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
         const std::vector<float>& from = its.systems.at(system)[axis];
@@ -100,7 +100,7 @@ void restore(Parts& p, const Generation& from, const std::vector<int>& holders) 
   base::Reader in(from.state.view());
   base::read_fields(in, state);
   std::vector<OpenedReplica> copies;
-  for (const Replica* copy : brought(from, holders, p.rank.talk.rank())) copies.push_back(open(*copy));
+  for (const Replica* copy : brought(from, holders, p.rank.session.rank())) copies.push_back(open(*copy));
   Samples samples;
   samples.systems.resize(from.systems);
   const std::size_t most = kSample / std::max<std::size_t>(1, from.parts) + 1;
@@ -134,8 +134,8 @@ auto Engine::surviving(const Now& now, bool frame, std::function<void()> again) 
   const auto ended = [&] {
     last_ = {last_.count + 1, frame, std::move(again), before_, lengths()};
     if (announced_) {
-      parts_->rank.talk.stop = announced_->stop;
-      parts_->rank.talk.orders = announced_->orders;
+      parts_->rank.session.stop = announced_->stop;
+      parts_->rank.session.orders = announced_->orders;
     }
     announced_.reset();
   };
@@ -210,7 +210,7 @@ Notes Engine::prepare_write(const std::string& what, bool reads, const std::func
 
 void Engine::survive_losses(std::uint64_t every, Bystander bystander) {
   bystander_ = std::move(bystander);
-  if (!parts_->rank.talk.comm().survives() || kept_.only) return;
+  if (!parts_->rank.session.comm().survives() || kept_.only) return;
   replicas_.begin(*parts_, every);
 }
 
@@ -248,33 +248,33 @@ void Engine::recover() {
 void Engine::regroup() {
   Rank& then = parts_->rank;
   std::vector<int> survivors;
-  std::unique_ptr<comm::Communicator> among = then.talk.comm().shrink(survivors);
+  std::unique_ptr<comm::Communicator> among = then.session.comm().shrink(survivors);
   ++replicas_.losses;
-  loss_ = loss_of(then.talk.cast(), then.talk.size(), std::move(survivors), among->handle());
+  loss_ = loss_of(then.session.cast(), then.session.size(), std::move(survivors), among->handle());
   if (!interrupted_) {
     interrupted_ = std::make_unique<Interrupted>();
     interrupted_->systems = std::move(parts_->script.systems);
     if (frame() > frame_before_) bring_lists_back();
     interrupted_->callback = std::move(parts_->calculator.callback);
-    interrupted_->announced = {then.talk.stop, then.talk.orders};
+    interrupted_->announced = {then.session.stop, then.session.orders};
   }
-  const std::uint64_t unsaved_from = then.talk.unsaved_from;
+  const std::uint64_t unsaved_from = then.session.unsaved_from;
   Settings settings = settings_of(then.settings, loss_);
   auto parts = std::make_unique<Parts>(std::move(among), loss_.now, std::move(settings));
   parts_.swap(parts);
   parts.reset();
   Rank& rank = parts_->rank;
-  rank.talk.comm().weigh(rank.settings.costs.messages);
+  rank.session.comm().weigh(rank.settings.costs.messages);
   parts_->calculator.callback = interrupted_->callback;
   const std::string refusal = bystander_.regroup ? bystander_.regroup(loss_) : "";
-  if (bystander_.watch.while_waiting) rank.talk.comm().set_watch(bystander_.watch);
+  if (bystander_.watch.while_waiting) rank.session.comm().set_watch(bystander_.watch);
   interrupted_->refusal = refusal;
-  const bool drew = loss_.before.image_generator == loss_.survivors[static_cast<std::size_t>(rank.talk.rank())];
-  if (rank.talk.draws() && !drew && refusal.empty() && bystander_.unsaved_from) {
+  const bool drew = loss_.before.image_generator == loss_.survivors[static_cast<std::size_t>(rank.session.rank())];
+  if (rank.session.draws() && !drew && refusal.empty() && bystander_.unsaved_from) {
     interrupted_->unsaved_from = std::min(interrupted_->unsaved_from, bystander_.unsaved_from(loss_));
   }
-  rank.talk.unsaved_from = drew ? unsaved_from : interrupted_->unsaved_from;
-  rank.talk.all_unsaved_from = rank.talk.unsaved_from;
+  rank.session.unsaved_from = drew ? unsaved_from : interrupted_->unsaved_from;
+  rank.session.all_unsaved_from = rank.session.unsaved_from;
 }
 
 // The frame was over here, but for the copies of its particles.
@@ -309,7 +309,7 @@ Standing Engine::standing() const {
 // Starts a new world with the same systems on the remaining ranks, and continues the log.
 void Engine::start_again(const Generation& from) {
   Rank& rank = parts_->rank;
-  rank.talk.frame = from.of.frame;
+  rank.session.frame = from.of.frame;
   rank.settings.log.continued_from = from.of.frame;
   for (std::size_t i = 0; i < from.systems; ++i) add_system(interrupted_->systems.at(i)->definition);
   start_now();
@@ -322,7 +322,7 @@ void Engine::go_back(const WayBack& way) {
   Parts& p = *parts_;
   restore(p, from, way.holders);
   replicas_.make(p, false, true);
-  p.rank.talk.work("movie", [&] {
+  p.rank.session.work("movie", [&] {
     if (bystander_.resumed) bystander_.resumed(way.from.frame);
   });
 }
@@ -350,8 +350,8 @@ void Engine::run_again(const WayBack& way, bool ahead) {
   record_items(done, before_);
   announced_.reset();
   if (ahead) {
-    parts_->rank.talk.stop = interrupted_->announced.stop;
-    parts_->rank.talk.orders = interrupted_->announced.orders;
+    parts_->rank.session.stop = interrupted_->announced.stop;
+    parts_->rank.session.orders = interrupted_->announced.orders;
   } else if (way.anyone_ahead) {
     announced_ = way.announced;
   }
@@ -369,8 +369,8 @@ void Engine::replay_frame(const KeptList& list, const WayBack& way) {
     parts_->script.camera_before = record.view->before;
   }
   run_frame_now(wanted ? record.view : std::nullopt, record.argument);
-  if (!record.view || !wanted || !parts_->rank.talk.draws() || !bystander_.redrawn) return;
-  parts_->rank.talk.work("movie", [&] { bystander_.redrawn(list.frame, *record.view); });
+  if (!record.view || !wanted || !parts_->rank.session.draws() || !bystander_.redrawn) return;
+  parts_->rank.session.work("movie", [&] { bystander_.redrawn(list.frame, *record.view); });
 }
 
 // Records again what the script had recorded in the current frame.

@@ -33,10 +33,10 @@ struct Ahead {
   }
 };
 
-class Meeting {
+class Interaction {
  public:
-  Meeting(const Action& action, const Extent& extent, float dt, const Side (&sides)[2], Scratch& scratch,
-          threads::Pool& pool)
+  Interaction(const Action& action, const Extent& extent, float dt, const Side (&sides)[2], Scratch& scratch,
+              threads::Pool& pool)
       : action_(action), law_(law_of(action)), extent_(extent), dt_(dt), sides_(sides), scratch_(scratch), pool_(pool),
         count_(sides[1].store == nullptr ? 1 : 2), reach_(reach_of(action, extent)) {}
 
@@ -378,13 +378,13 @@ Seen act_on_pairs(const Action& action, const Side& side, const PairProcedure& p
   const simd::FloatMode mode;
   const Side sides[2] = {side, {}};
   const Extent extent;
-  return Meeting(action, extent, 0, sides, scratch, pool).act_on_pairs(procedure);
+  return Interaction(action, extent, 0, sides, scratch, pool).act_on_pairs(procedure);
 }
 
 Seen act(const Action& action, const Extent& extent, float dt, const Side (&sides)[2], Scratch& scratch,
          threads::Pool& pool) {
   if (!(reach_of(action, extent) > 0)) return {};
-  return Meeting(action, extent, dt, sides, scratch, pool).act();
+  return Interaction(action, extent, dt, sides, scratch, pool).act();
 }
 
 }  // namespace motes::interactions

@@ -1,10 +1,12 @@
 #include "meshes/assets.h"
 
+#include <span>
 #include <string>
 #include <utility>
 
 #include "base/checks.h"
 #include "base/registry.h"
+#include "base/sha256.h"
 
 namespace motes::meshes {
 namespace {
@@ -15,12 +17,20 @@ void check_side(const char* argument, std::int32_t pixels) {
   }
 }
 
+// Scripts may keep the keys of pictures and meshes beyond a run, so they stay what they were: of SHA-256.
+AssetKey lasting(const char* kind, std::span<const std::byte> bytes) {
+  base::Sha256 hash;
+  hash.add(kind);
+  hash.add(bytes);
+  return std::stoull(hash.finish().substr(0, 16), nullptr, 16);
+}
+
 base::Registry<Picture>& pictures() {
-  static base::Registry<Picture> all("picture");
+  static base::Registry<Picture> all("picture", lasting);
   return all;
 }
 base::Registry<Mesh>& meshes() {
-  static base::Registry<Mesh> all("mesh");
+  static base::Registry<Mesh> all("mesh", lasting);
   return all;
 }
 

@@ -10,7 +10,7 @@ namespace {
 
 // NOLINTBEGIN(misc-unused-using-decls): it does not see that operators are used
 // NOLINTEND(misc-unused-using-decls)
-using Part = Place::Part;
+using Part = NearestPoint::Part;
 
 // Slivers are left out: their neighbours meet where they are.
 Mesh mesh_of(const Surface& surface, const Normals& normals, std::vector<std::uint32_t>& number) {
@@ -37,7 +37,7 @@ double square_to_box(const BvhNode& node, const Vector& point) {
 
 }  // namespace
 
-Place nearest_on(const Vector& a, const Vector& b, const Vector& c, const Vector& point) {
+NearestPoint nearest_on(const Vector& a, const Vector& b, const Vector& c, const Vector& point) {
   const Vector ab = b - a, ac = c - a, ap = point - a;
   const double d1 = dot(ab, ap), d2 = dot(ac, ap);
   if (d1 <= 0 && d2 <= 0) return {a, Part::corner, 0};
@@ -66,7 +66,7 @@ Nearest::Nearest(const Surface& surface, double sign) : surface_(surface), sign_
   for (std::uint32_t& triangle : tree_.origin) triangle = number[triangle];
 }
 
-Vector Nearest::outward(std::size_t triangle, const Place& place) const {
+Vector Nearest::outward(std::size_t triangle, const NearestPoint& place) const {
   if (place.part == Part::inside) return normals_.triangle[triangle];
   if (place.part == Part::edge) return normals_.edge[triangle][place.k];
   return normals_.vertex[surface_.triangles[triangle][place.k]];
@@ -92,7 +92,7 @@ double Nearest::distance(const Vector& point, double limit) const {
     for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
       const std::uint32_t triangle = tree_.origin[i];
       const auto& [a, b, c] = surface_.triangles[triangle];
-      const Place place = nearest_on(surface_.vertices[a], surface_.vertices[b], surface_.vertices[c], point);
+      const NearestPoint place = nearest_on(surface_.vertices[a], surface_.vertices[b], surface_.vertices[c], point);
       const Vector off = point - place.point;
       const double square = dot(off, off);
       if (square >= least) continue;

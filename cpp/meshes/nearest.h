@@ -9,14 +9,14 @@
 namespace motes::meshes {
 
 /// What of a triangle is nearest: its inside, a corner, or the edge from corner k to corner k + 1.
-struct Place {
+struct NearestPoint {
   Vector point{};
   enum class Part : std::uint8_t { inside, corner, edge } part = Part::inside;
   std::uint8_t k = 0;
 };
 
 /// The nearest place of the triangle (C. Ericson, Real-Time Collision Detection, 5.1.5).
-Place nearest_on(const Vector& a, const Vector& b, const Vector& c, const Vector& point);
+NearestPoint nearest_on(const Vector& a, const Vector& b, const Vector& c, const Vector& point);
 
 class Nearest {
  public:
@@ -27,7 +27,7 @@ class Nearest {
   double distance(const Vector& point, double limit) const;
 
  private:
-  Vector outward(std::size_t triangle, const Place& place) const;
+  Vector outward(std::size_t triangle, const NearestPoint& place) const;
 
   const Surface& surface_;
   double sign_;

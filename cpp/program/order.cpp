@@ -13,7 +13,7 @@ namespace motes::program {
 namespace {
 
 /// A particle being sorted; a smaller key means farther away.
-struct Place {
+struct SortEntry {
   std::uint64_t key;
   std::uint32_t index;
 };
@@ -34,30 +34,30 @@ std::size_t digit_of(std::uint64_t key, int digit) { return key >> (kRest + digi
 
 // A radix sort by all bits of the key except the last kRest: digit by digit from the least significant one, each pass
 // stable.
-void sort_by_digits(std::vector<Place>& places) {
+void sort_by_digits(std::vector<SortEntry>& places) {
   std::vector<std::array<std::size_t, kValues>> counts(kDigits);
-  for (const Place& place : places) {
+  for (const SortEntry& place : places) {
     for (int d = 0; d < kDigits; ++d) ++counts[static_cast<std::size_t>(d)][digit_of(place.key, d)];
   }
-  std::vector<Place> sorted(places.size());
+  std::vector<SortEntry> sorted(places.size());
   for (int d = 0; d < kDigits; ++d) {
     auto& count = counts[static_cast<std::size_t>(d)];
     if (*std::max_element(count.begin(), count.end()) == places.size()) continue;  // all keys have the same digit
     std::exclusive_scan(count.begin(), count.end(), count.begin(), std::size_t{0});
-    for (const Place& place : places) sorted[count[digit_of(place.key, d)]++] = place;
+    for (const SortEntry& place : places) sorted[count[digit_of(place.key, d)]++] = place;
     places.swap(sorted);
   }
 }
 
-void sort_places(std::vector<Place>& places, const particles::Ids& ids) {
-  const auto before = [&ids](const Place& a, const Place& b) {
+void sort_places(std::vector<SortEntry>& places, const particles::Ids& ids) {
+  const auto before = [&ids](const SortEntry& a, const SortEntry& b) {
     return a.key != b.key ? a.key < b.key : ids[a.index] < ids[b.index];
   };
   if (places.size() < kValues) return std::sort(places.begin(), places.end(), before);
   sort_by_digits(places);
   for (auto run = places.begin(); run != places.end();) {
     const auto end =
-        std::find_if(run, places.end(), [&](const Place& p) { return p.key >> kRest != run->key >> kRest; });
+        std::find_if(run, places.end(), [&](const SortEntry& p) { return p.key >> kRest != run->key >> kRest; });
     if (end - run > 1) std::sort(run, end, before);
     run = end;
   }
@@ -70,7 +70,7 @@ std::vector<std::uint32_t> order(const actions::Action& sort, double time, parti
   const auto given = actions::numbers_of<actions::numbers::sort>(sort);
   const std::vector<std::uint32_t> chosen = select(sort.where, sort.shapes, time, store);
   const std::array<float, 3> everywhere = store.uniform_value(particles::position);
-  std::vector<Place> places(chosen.size());
+  std::vector<SortEntry> places(chosen.size());
   const auto distance_of = [&](std::uint32_t particle) {
     double distance = 0;
     for (int c = 0; c < 3; ++c) {

@@ -29,7 +29,7 @@ struct ExactShell {
 
   MOTES_INLINE Met meet(Doubles3 from, Doubles3 to) const {
     const Doubles3 way = to - from;
-    const Place at = split(from - all3(start)), there = split(to - all3(start)), by = split(way);
+    const AxialPoint at = split(from - all3(start)), there = split(to - all3(start)), by = split(way);
     const End end = thin ? wall_met(at, there, by) : border_met(at, there, by);
     if (!any(end.mask)) return Met{};
     const Doubles part = of_path(end.part);
@@ -40,7 +40,7 @@ struct ExactShell {
   }
 
  private:
-  struct Place {
+  struct AxialPoint {
     Doubles height;
     Doubles3 across;
   };
@@ -54,17 +54,17 @@ struct ExactShell {
     Longs outward;  // the face that is met points away from the axis
   };
 
-  MOTES_INLINE Place split(Doubles3 d) const {
+  MOTES_INLINE AxialPoint split(Doubles3 d) const {
     const Doubles height = dot(d, all3(axis));
     return {height, d - all3(axis) * height};
   }
-  static MOTES_INLINE Doubles radius_at(Wall wall, const Place& at) { return wall.start + wall.slope * at.height; }
-  static MOTES_INLINE Longs within(Wall wall, const Place& at) {
+  static MOTES_INLINE Doubles radius_at(Wall wall, const AxialPoint& at) { return wall.start + wall.slope * at.height; }
+  static MOTES_INLINE Longs within(Wall wall, const AxialPoint& at) {
     const Doubles radius = radius_at(wall, at);
     return (Longs)(radius >= 0.0) & (Longs)(dot(at.across, at.across) <= radius * radius);
   }
   MOTES_INLINE Longs between_caps(Doubles height) const { return (Longs)(height >= 0.0) & (Longs)(height <= length); }
-  MOTES_INLINE Longs contains(const Place& at) const {
+  MOTES_INLINE Longs contains(const AxialPoint& at) const {
     const Doubles least = radius_at(inner, at);
     const Longs solid = between_caps(at.height) & within(outer, at);
     return bored ? solid & (Longs)(dot(at.across, at.across) >= least * least) : solid;
@@ -72,7 +72,7 @@ struct ExactShell {
 
   /// Which part of a path is within a wall: a s^2 + 2 b s + c <= 0. Where the path is steeper than a cone's side
   /// (a < 0), it is inside the cone beyond one root, and inside the cone's mirror image beyond the other.
-  static MOTES_INLINE Stretch stretch(Wall wall, const Place& at, const Place& by) {
+  static MOTES_INLINE Stretch stretch(Wall wall, const AxialPoint& at, const AxialPoint& by) {
     const Doubles radius = radius_at(wall, at), growth = wall.slope * by.height;
     const Doubles a = (dot(by.across, by.across) - growth * growth) + 0.0;  // never -0
     const Doubles b = dot(at.across, by.across) - radius * growth;
@@ -92,7 +92,7 @@ struct ExactShell {
   }
 
   /// The next end of the material, which lies between caps and side without the bore: before the bore and behind it.
-  MOTES_INLINE End border_met(const Place& at, const Place& there, const Place& by) const {
+  MOTES_INLINE End border_met(const AxialPoint& at, const AxialPoint& there, const AxialPoint& by) const {
     const Longs inside = contains(at), differs = inside ^ contains(there);
     const Longs beyond = ((Longs)(at.height < 0.0) & (Longs)(there.height < 0.0)) |
                          ((Longs)(at.height > length) & (Longs)(there.height > length));
@@ -132,7 +132,7 @@ struct ExactShell {
   }
 
   /// A wall without thickness: into it or out of it, between the caps.
-  MOTES_INLINE End wall_met(const Place& at, const Place& there, const Place& by) const {
+  MOTES_INLINE End wall_met(const AxialPoint& at, const AxialPoint& there, const AxialPoint& by) const {
     const Longs inside = within(outer, at), differs = inside ^ within(outer, there);
     if (!any(differs | ~inside)) return End{};
     const Stretch side = stretch(outer, at, by);

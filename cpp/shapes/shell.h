@@ -62,7 +62,7 @@ struct Shell {
   /// False where a path stays clear of the surface.
   MOTES_INLINE Mask may_meet(Floats3 p, Floats3 to) const {
     const Rough before = rough(p), after = rough(to);
-    const Place by = split(to - p);
+    const AxialPoint by = split(to - p);
     // What lies below an end, above one, within a wall and within the bore is convex: a path between two places of it
     // stays in it.
     const Mask beyond = (before.below & after.below) | (before.above & after.above);
@@ -76,8 +76,8 @@ struct Shell {
   }
 
   MOTES_INLINE Hit hit(Floats3 p, Floats3 path) const {
-    const Place at = place(p);
-    const Place by = split(path);
+    const AxialPoint at = place(p);
+    const AxialPoint by = split(path);
     const Stretch caps = between_caps(at, by);
     const Stretch side = within(outer, at, by);
     const Stretch bore = bored ? within(inner, at, by) : nowhere();
@@ -93,15 +93,15 @@ struct Shell {
 
  private:
   /// A point, or a path, split into its components along the axis and across it.
-  struct Place {
+  struct AxialPoint {
     Floats height;
     Floats3 across;
   };
-  MOTES_INLINE Place split(Floats3 d) const {
+  MOTES_INLINE AxialPoint split(Floats3 d) const {
     const Floats height = dot(d, all3(axis));
     return {height, d - all3(axis) * height};
   }
-  MOTES_INLINE Place place(Floats3 p) const { return split(p - all3(start)); }
+  MOTES_INLINE AxialPoint place(Floats3 p) const { return split(p - all3(start)); }
 
   /// On which side of a wall a place is; in between, rounding decides.
   struct WallSide {
@@ -109,14 +109,14 @@ struct Shell {
     Floats most;  // the radius there, and what rounding may add
   };
   struct Rough {
-    Place at;
+    AxialPoint at;
     Floats across2;
     Mask below, above, between;  // the ends of the axis
     WallSide side, bore;
   };
   MOTES_INLINE Rough rough(Floats3 p) const {
     const Floats3 d = p - all3(start);
-    const Place at = split(d);
+    const AxialPoint at = split(d);
     const Floats across2 = dot(at.across, at.across);
     const Floats rounding = (abs(d.x) + abs(d.y) + abs(d.z)) * kRounding;
     const float far = length * (1.0f + kRounding), near = length * (1.0f - kRounding);
@@ -128,14 +128,15 @@ struct Shell {
             wall_side(outer, at, across2, rounding),
             bored ? wall_side(inner, at, across2, rounding) : none};
   }
-  static MOTES_INLINE WallSide wall_side(Wall wall, const Place& at, Floats across2, Floats rounding) {
+  static MOTES_INLINE WallSide wall_side(Wall wall, const AxialPoint& at, Floats across2, Floats rounding) {
     const Floats radius = wall.start + wall.slope * at.height;
     const Floats unsure = rounding * (2.0f + 2.0f * wall.slope) + abs(radius) * kRounding;
     const Floats least = radius - unsure, most = max(radius, Floats{}) + unsure;
     return {(least > 0.0f) & (across2 < least * least), across2 > most * most, most};
   }
   /// Whether a path stays further from the axis than the larger of two radii.
-  static MOTES_INLINE Mask past(const Rough& before, const Rough& after, Floats radius, Floats other, const Place& by) {
+  static MOTES_INLINE Mask past(const Rough& before, const Rough& after, Floats radius, Floats other,
+                                const AxialPoint& by) {
     const Floats most = max(radius, other), most2 = most * most;
     const Floats a = dot(by.across, by.across), b = dot(before.at.across, by.across);
     const Mask nearest_at_end = (b >= 0.0f) | (a + b <= 0.0f);
@@ -144,7 +145,7 @@ struct Shell {
            (nearest_at_end | (between > a * (most2 + before.across2 * (2.0f * kRounding))));
   }
 
-  MOTES_INLINE Stretch between_caps(const Place& at, const Place& by) const {
+  MOTES_INLINE Stretch between_caps(const AxialPoint& at, const AxialPoint& by) const {
     const Mask still = by.height == 0.0f;
     const Floats inverse = all(1.0f) / select(still, all(1.0f), by.height);
     const Floats to_start = -at.height * inverse;
@@ -156,7 +157,7 @@ struct Shell {
 
   /// Where |across| < radius: a s^2 + 2 b s + c < 0 for the fraction s of the path. Where the path is steeper than a
   /// cone's side (a < 0), it is inside the cone beyond one root, and inside the cone's mirror image beyond the other.
-  static MOTES_INLINE Stretch within(Wall wall, const Place& at, const Place& by) {
+  static MOTES_INLINE Stretch within(Wall wall, const AxialPoint& at, const AxialPoint& by) {
     const Floats radius = wall.start + wall.slope * at.height;
     const Floats growth = wall.slope * by.height;
     const Floats a = (dot(by.across, by.across) - growth * growth) + 0.0f;  // never -0: its inverse would be -infinite

@@ -61,8 +61,8 @@ class Player {
   void play() {
     define(engine_, way_);
     engine_.start();
-    if (engine_.talk().comm().survives()) engine_.survive_losses(kCopiesEvery, bystander());
-    engine_.on_orders([this] { return std::to_string(engine_.talk().rank()) + ":" + std::to_string(++asked_); });
+    if (engine_.session().comm().survives()) engine_.survive_losses(kCopiesEvery, bystander());
+    engine_.on_orders([this] { return std::to_string(engine_.session().rank()) + ":" + std::to_string(++asked_); });
     if (from_ != nullptr) restore(*from_);
     written_ = from_ == nullptr ? 0 : from_->reel;
     saved_ = engine_.frame();
@@ -92,12 +92,12 @@ class Player {
     const std::uint64_t frame = engine_.frame();
     if (disk_ != nullptr && frame > saved_ && frame % kSaveEvery == 0) save();
     record(engine_, story_, frame);
-    if (frame == accidents_.killed_at && engine_.talk().manages()) throw Killed();
-    if (engine_.talk().draws()) engine_.set_unsaved_from(queue_.empty() ? UINT64_MAX : queue_.front().first);
+    if (frame == accidents_.killed_at && engine_.session().manages()) throw Killed();
+    if (engine_.session().draws()) engine_.set_unsaved_from(queue_.empty() ? UINT64_MAX : queue_.front().first);
     engine_.run_frame(view(story_, way_, frame));
     orders_[frame] = engine_.orders();
     if (story_.pictures) {
-      if (engine_.talk().draws()) shoot(frame, note_picture(frame));
+      if (engine_.session().draws()) shoot(frame, note_picture(frame));
       ++written_;
       unsecured_.push_back(frame);
     }
@@ -157,11 +157,11 @@ class Player {
       unsecured_.clear();
       const std::uint32_t losses = engine_.losses();
       Saved& saved = played_.drafts[{frame, losses}];
-      if (engine_.talk().calculates()) saved.parts[engine_.talk().calculator()] = part();
+      if (engine_.session().calculates()) saved.parts[engine_.session().calculator()] = part();
       const std::vector<std::string> parts =
           engine_.tell([this, losses] { return std::string(engine_.losses() == losses ? "part" : ""); });
       const bool all = std::count(parts.begin(), parts.end(), "part") == static_cast<std::ptrdiff_t>(parts.size());
-      if (all && engine_.losses() == losses && engine_.talk().manages()) finish(frame, saved);
+      if (all && engine_.losses() == losses && engine_.session().manages()) finish(frame, saved);
       const std::vector<std::string> told =
           engine_.tell([this, frame] { return std::string(whole_ == frame ? "whole" : ""); });
       if (std::count(told.begin(), told.end(), "whole") > 0) whole_ = frame;
@@ -178,7 +178,7 @@ class Player {
 
   void finish(std::uint64_t frame, Saved& saved) {
     saved.shared = engine_.shared_state();
-    saved.calculators = static_cast<std::uint32_t>(engine_.talk().calculators());
+    saved.calculators = static_cast<std::uint32_t>(engine_.session().calculators());
     saved.reel = written_;
     if (film_.reel.size() < written_) played_.broken = "a checkpoint counts pictures that are in no file";
     disk_->checkpoints[frame] = std::move(saved);
@@ -195,9 +195,9 @@ class Player {
       for (std::size_t i = 0; i < 2; ++i) engine::take_sample(part.description, part.planes, i, 40, samples[i]);
     }
     engine_.restore_state(saved.shared.view(), samples);
-    if (engine_.talk().calculates()) {
-      const auto own = static_cast<std::uint64_t>(engine_.talk().calculator());
-      const std::uint64_t count = engine_.talk().calculators();
+    if (engine_.session().calculates()) {
+      const auto own = static_cast<std::uint64_t>(engine_.session().calculator());
+      const std::uint64_t count = engine_.session().calculators();
       for (const snapshots::Opened& part : parts) {
         for (std::size_t i = 0; i < 2; ++i) {
           const std::uint64_t rows = part.description.systems[i].rows;

@@ -9,7 +9,8 @@ namespace motes::soak {
 namespace {
 
 using actions::Action;
-using actions::Kind;
+using actions::make;
+namespace numbers = actions::numbers;
 
 recording::Birth falling(double per_frame) {
   recording::Birth birth;
@@ -108,17 +109,18 @@ void record(engine::Engine& engine, const Story& story, std::uint64_t frame) {
   engine.record(0, falling(30 + 0.45 * static_cast<double>(frame % 3)));  // fractions of particles go on, too
   if (story.reads && frame % 2 == 0) engine.digest();
   engine.record(0, spawn);
-  engine.record(0, Action{Kind::gravity, {0, -9.81, 0}, {}});
+  engine.record(0, make(numbers::gravity<>{.acceleration = {0, -9.81, 0}}));
   if (story.reads && frame % 3 == 1) engine.gather(0, true);
-  engine.record(0, Action{Kind::bounce, {0.5, 0.1, 0, 1}, {ground}});
-  engine.record(0, Action{Kind::kill_old, {0.4, 0}, {}});
+  engine.record(0, make(numbers::bounce<>{.restitution = 0.5, .friction = 0.1, .exact_hit = 1}, {ground}));
+  engine.record(0, make(numbers::kill_old<>{.age_limit = 0.4}));
   // From here on the values at birth are asked for, also of particles that were born before.
-  if (frame > 5) engine.record(0, Action{Kind::restore, {1, 1, 1}, {}});
-  if (story.meets) engine.record(0, Action{Kind::match_velocity, {0.5, 0.1, 0.3}, {}});
-  engine.record(0, Action{Kind::move, {1}, {}});
+  if (frame > 5) engine.record(0, make(numbers::restore<>{.time_left = 1, .position = 1, .up = 1}));
+  if (story.meets)
+    engine.record(0, make(numbers::match_velocity<>{.magnitude = 0.5, .epsilon = 0.1, .max_radius = 0.3}));
+  engine.record(0, make(numbers::move<>{.rotational = 1}));
   engine.record(1, falling(10));
-  engine.record(1, Action{Kind::kill_old, {0.2, 0}, {}});
-  engine.record(1, Action{Kind::move, {1}, {}});
+  engine.record(1, make(numbers::kill_old<>{.age_limit = 0.2}));
+  engine.record(1, make(numbers::move<>{.rotational = 1}));
 }
 
 std::optional<image::View> view(const Story& story, const Way& way, std::uint64_t frame) {

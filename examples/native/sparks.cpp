@@ -62,7 +62,7 @@ image::View view() {
     for (int i = 0; i < 24; ++i) {
       record_frame(engine, sparks);
       engine.run_frame(shown);
-      if (!engine.talk().draws()) continue;
+      if (!engine.session().draws()) continue;
       const std::string sum = base::picture_sha256(shown.width, shown.height, engine.painter().take_pixels());
       std::printf("frame %d: %llu particles, picture %s\n", i,
                   static_cast<unsigned long long>(engine.system(sparks).counts.alive), sum.c_str());

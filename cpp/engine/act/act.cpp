@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <iterator>
 
-#include "engine/act/course.h"
-#include "engine/act/meet.h"
+#include "engine/act/interact.h"
+#include "engine/act/interaction_schedule.h"
 #include "engine/act/run_list.h"
 #include "engine/births/spawn.h"
 #include "engine/session/item_failure.h"
@@ -89,13 +89,13 @@ void pack_migrants(const Rank& rank, const System& system, Population& here, Rou
 
 // Systems in which nobody meets; of the others, the births.
 void act_on_all(Rank& rank, const Script& script, const Calculator& calculator, Round& round, Newborn& newborn,
-                Course& course) {
+                InteractionSchedule& course) {
   std::uint64_t received = 0;
   for (std::size_t i = round.first; i < round.last; ++i) {
     const System& system = *script.systems[i];
     Population& here = *calculator.populations[i];
     const std::uint64_t before = here.tally.created;
-    if (system.meets()) {
+    if (system.interacts()) {
       course.take_births(i, newborn);
     } else {
       act_on(rank, system, i, here, newborn, [&](const recording::Callback& callback, double time, std::size_t begin) {
@@ -108,10 +108,10 @@ void act_on_all(Rank& rank, const Script& script, const Calculator& calculator, 
   if (received != newborn.count) throw std::runtime_error("births were lost on the way");
 }
 
-void end_meetings(const Rank& rank, const Script& script, const Calculator& calculator, Round& round) {
+void end_interactions(const Rank& rank, const Script& script, const Calculator& calculator, Round& round) {
   for (std::size_t i = round.first; i < round.last; ++i) {
     const System& system = *script.systems[i];
-    if (!system.meets()) continue;
+    if (!system.interacts()) continue;
     Population& here = *calculator.populations[i];
     here.tally.compute_s += rank.machine.timed([&] { end_list(rank, system, here); });
     pack_migrants(rank, system, here, round, static_cast<std::uint32_t>(i));
@@ -119,29 +119,29 @@ void end_meetings(const Rank& rank, const Script& script, const Calculator& calc
 }
 
 void run_lists(Rank& rank, const Script& script, Calculator& calculator, Round& round, Newborn& newborn) {
-  Course course(rank, script, calculator, round);
-  rank.talk.work("act", [&] {
+  InteractionSchedule course(rank, script, calculator, round);
+  rank.session.work("act", [&] {
     if (script.in_frame()) act_on_all(rank, script, calculator, round, newborn, course);
   });
-  if (!newborn.meet) return;
-  if (rank.talk.failed()) return say_failed(rank, round);  // perhaps its list is another one
+  if (!newborn.interact) return;
+  if (rank.session.failed()) return say_failed(rank, round);  // perhaps its list is another one
   course.run();
-  rank.talk.work("act", [&] { end_meetings(rank, script, calculator, round); });
+  rank.session.work("act", [&] { end_interactions(rank, script, calculator, round); });
 }
 
 }  // namespace
 
 void act(Rank& rank, Script& script, Calculator& calculator, Round& round, Newborn& newborn) {
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::act, "act", script.name_of(round));
-  if (!newborn.heard.failed && rank.talk.calculates()) run_lists(rank, script, calculator, round, newborn);
+  if (!newborn.heard.failed && rank.session.calculates()) run_lists(rank, script, calculator, round, newborn);
   for (std::size_t i = round.first; script.in_frame() && i < round.last; ++i) script.systems[i]->mark_run();
 }
 
 void sort_all(Rank& rank, const Script& script, Calculator& calculator) {
-  if (!rank.talk.calculates()) return;
+  if (!rank.session.calculates()) return;
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::act, "order");
   const double start = rank.machine.compute_seconds();
-  rank.talk.work("sort", [&] {
+  rank.session.work("sort", [&] {
     for (std::size_t i = 0; i < script.systems.size(); ++i) {
       sort(rank, *script.systems[i], calculator.populations[i]->store, 0);
     }

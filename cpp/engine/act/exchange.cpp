@@ -6,15 +6,15 @@ using comm::Message;
 using comm::Phase;
 
 void send_migrants(Rank& rank, const Script& script, const Calculator& calculator, Round& round) {
-  Conversation& talk = rank.talk;
+  Session& session = rank.session;
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::exchange, "send leavers", script.name_of(round));
-  for (const std::int32_t source : round.orders.sources) talk.comm().await(source, Phase::exchange);
+  for (const std::int32_t source : round.orders.sources) session.comm().await(source, Phase::exchange);
   std::map<int, std::uint64_t> counts;
   for (std::size_t i = round.first; i < round.last; ++i) {
     for (const Sent& s : calculator.populations[i]->sent) counts[s.domain] += s.count;
   }
   for (auto& [to, message] : round.leaving) {
-    talk.comm().post(talk.rank_of(to), Phase::exchange, talk.stamp(round), std::move(message), counts[to]);
+    session.comm().post(session.rank_of(to), Phase::exchange, session.stamp(round), std::move(message), counts[to]);
   }
   round.leaving.clear();
 }
@@ -22,8 +22,8 @@ void send_migrants(Rank& rank, const Script& script, const Calculator& calculato
 void receive_arrivals(Rank& rank, const Script& script, Calculator& calculator, const Round& round) {
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::exchange, "receive", script.name_of(round));
   for (const std::int32_t source : round.orders.sources) {
-    const Message message = rank.talk.comm().expect(source, Phase::exchange, rank.talk.stamp(round));
-    rank.talk.work("exchange", [&] {
+    const Message message = rank.session.comm().expect(source, Phase::exchange, rank.session.stamp(round));
+    rank.session.work("exchange", [&] {
       base::Reader in = message.reader();
       std::uint64_t count = 0;
       while (!in.done()) {

@@ -21,26 +21,27 @@ namespace {
 
 constexpr float kInf = std::numeric_limits<float>::infinity();
 
-using Place = std::array<float, 3>;
+using Position = std::array<float, 3>;
 
 // A particle as its keeper knows it.
 struct Known {
   std::uint64_t id;
-  Place at;
+  Position at;
   std::uint32_t from;   // calculator
   std::uint32_t entry;  // number in its message
 };
 
 class Following {
  public:
-  Following(Rank& rank, const Script& script, Calculator& calculator, const Round& round, const Meeting& meeting)
-      : rank_(rank), round_(round), meeting_(meeting), system_(*script.systems[meeting.systems[0]]),
-        here_(*calculator.populations[meeting.systems[0]]), count_(static_cast<int>(rank.talk.calculators())),
-        self_(rank.talk.calculator()) {}
+  Following(Rank& rank, const Script& script, Calculator& calculator, const Round& round,
+            const Interaction& interaction)
+      : rank_(rank), round_(round), interaction_(interaction), system_(*script.systems[interaction.systems[0]]),
+        here_(*calculator.populations[interaction.systems[0]]), count_(static_cast<int>(rank.session.calculators())),
+        self_(rank.session.calculator()) {}
 
   bool run() {
     compute([&] { clear_dead(rank_, system_, here_); });
-    if (all_reduce_max(rank_, round_, {rank_.talk.failed() ? 1.0f : 0.0f})[0] > 0) return false;
+    if (all_reduce_max(rank_, round_, {rank_.session.failed() ? 1.0f : 0.0f})[0] > 0) return false;
     std::vector<Message> told(static_cast<std::size_t>(count_));
     compute([&] { tell(told); });
     trade(told);  // now: what the others told this keeper
@@ -57,9 +58,9 @@ class Following {
  private:
   template <class Work>
   void compute(const Work& work) {
-    rank_.talk.work("follow", [&] {
+    rank_.session.work("follow", [&] {
       here_.tally.compute_s +=
-          rank_.machine.timed([&] { of_item(system_.list, meeting_.systems[0], meeting_.item, work); });
+          rank_.machine.timed([&] { of_item(system_.list, interaction_.systems[0], interaction_.item, work); });
     });
   }
 
@@ -69,8 +70,8 @@ class Following {
     return std::min<std::size_t>(id / width, static_cast<std::size_t>(count_) - 1);
   }
 
-  Place place_of(std::size_t i) const {
-    Place at;
+  Position position_of(std::size_t i) const {
+    Position at;
     for (int c = 0; c < 3; ++c) at[static_cast<std::size_t>(c)] = here_.store.value(particles::position, c, i);
     return at;
   }
@@ -82,30 +83,30 @@ class Following {
       keepers_[i] = static_cast<std::uint32_t>(keeper_of(id));
       base::Bytes& bytes = told[keepers_[i]].bytes();
       bytes.put(id);
-      const Place at = place_of(i);
+      const Position at = position_of(i);
       bytes.put_raw(at.data(), sizeof at);
     }
   }
 
   // Exchanges one message between every two calculators, including to itself.
   void trade(std::vector<Message>& messages) {
-    comm::Communicator& comm = rank_.talk.comm();
+    comm::Communicator& comm = rank_.session.comm();
     std::vector<Message> heard(messages.size());
     for (int step = 1; step < count_; ++step) {
-      comm.await(rank_.talk.rank_of((self_ + count_ - step) % count_), Phase::meeting);
+      comm.await(rank_.session.rank_of((self_ + count_ - step) % count_), Phase::interaction);
     }
     for (int step = 1; step < count_; ++step) {
       const int to = (self_ + step) % count_;
       Message& message = messages[static_cast<std::size_t>(to)];
       here_.interaction.bytes += message.payload().size();
-      comm.post(rank_.talk.rank_of(to), Phase::meeting, rank_.talk.stamp(round_), std::move(message), 0,
-                rank_.talk.failed());
+      comm.post(rank_.session.rank_of(to), Phase::interaction, rank_.session.stamp(round_), std::move(message), 0,
+                rank_.session.failed());
     }
     heard[static_cast<std::size_t>(self_)] = std::move(messages[static_cast<std::size_t>(self_)]);
     for (int step = 1; step < count_; ++step) {
       const int from = (self_ + count_ - step) % count_;
       heard[static_cast<std::size_t>(from)] =
-          comm.expect(rank_.talk.rank_of(from), Phase::meeting, rank_.talk.stamp(round_));
+          comm.expect(rank_.session.rank_of(from), Phase::interaction, rank_.session.stamp(round_));
       silent_ = silent_ || heard[static_cast<std::size_t>(from)].header().failed != 0;
     }
     messages = std::move(heard);
@@ -116,7 +117,7 @@ class Following {
       base::Reader in = told[from].reader();
       for (std::uint32_t entry = 0; !in.done(); ++entry) {
         const auto id = in.get<std::uint64_t>();
-        known_.push_back({id, in.get<Place>(), static_cast<std::uint32_t>(from), entry});
+        known_.push_back({id, in.get<Position>(), static_cast<std::uint32_t>(from), entry});
       }
     }
     std::sort(known_.begin(), known_.end(), [](const Known& a, const Known& b) { return a.id < b.id; });
@@ -125,7 +126,7 @@ class Following {
   // Returns, per keeper, whether it knows a particle and where the first one is.
   Maxima first_places() const {
     Maxima word(1 + 4 * static_cast<std::size_t>(count_), -kInf);
-    word[0] = rank_.talk.failed() ? 1.0f : 0.0f;
+    word[0] = rank_.session.failed() ? 1.0f : 0.0f;
     if (known_.empty()) return word;
     float* own = &word[1 + 4 * static_cast<std::size_t>(self_)];
     own[0] = 1;
@@ -134,36 +135,36 @@ class Following {
   }
 
   void answer(const Maxima& firsts, std::vector<Message>& answers) {
-    Place last{};
+    Position last{};
     bool more = false;  // after this keeper's last one
     for (int keeper = self_ + 1; keeper < count_ && !more; ++keeper) {
       const float* first = &firsts[1 + 4 * static_cast<std::size_t>(keeper)];
       more = first[0] > 0;
       if (more) std::copy(first + 1, first + 4, last.begin());
     }
-    std::vector<std::vector<Place>> next(answers.size());
+    std::vector<std::vector<Position>> next(answers.size());
     std::vector<std::uint32_t> entries(answers.size(), 0);
     for (const Known& one : known_) entries[one.from] = std::max(entries[one.from], one.entry + 1);
     for (std::size_t c = 0; c < next.size(); ++c) next[c].resize(entries[c]);
-    const Place nobody = {NAN, NAN, NAN};
+    const Position nobody = {NAN, NAN, NAN};
     for (std::size_t k = 0; k < known_.size(); ++k) {
       next[known_[k].from][known_[k].entry] = k + 1 < known_.size() ? known_[k + 1].at : more ? last : nobody;
     }
     for (std::size_t c = 0; c < next.size(); ++c) {
-      answers[c].bytes().put_raw(next[c].data(), next[c].size() * sizeof(Place));
+      answers[c].bytes().put_raw(next[c].data(), next[c].size() * sizeof(Position));
     }
   }
 
   // v += toward magnitude dt / (r (r^2 + epsilon)), as McAllister's Follow.
   void act(const std::vector<Message>& answers) {
     if (silent_) return;  // all give up at the next word, or at the report
-    const actions::Action& action = *meeting_.action;
+    const actions::Action& action = *interaction_.action;
     const float dt = static_cast<float>(rank_.settings.dt / rank_.settings.substeps);
     const auto given = actions::numbers_of<actions::numbers::follow, float>(action);
     const float strength = given.magnitude * dt, reach = given.max_radius;
     std::vector<std::uint8_t> chosen(here_.store.size(), action.where.empty() ? 1 : 0);
     if (!action.where.empty()) {
-      for (const std::uint32_t p : program::select(action.where, action.shapes, meeting_.time, here_.store))
+      for (const std::uint32_t p : program::select(action.where, action.shapes, interaction_.time, here_.store))
         chosen[p] = 1;
     }
     std::vector<base::Reader> readers;
@@ -171,9 +172,9 @@ class Following {
     float* v[3];
     for (int c = 0; c < 3; ++c) v[c] = here_.store.writable_plane(particles::velocity, c);
     for (std::size_t i = 0; i < here_.store.size(); ++i) {
-      const auto target = readers[keepers_[i]].get<Place>();
-      const Place own = place_of(i);
-      const Place d = {target[0] - own[0], target[1] - own[1], target[2] - own[2]};
+      const auto target = readers[keepers_[i]].get<Position>();
+      const Position own = position_of(i);
+      const Position d = {target[0] - own[0], target[1] - own[1], target[2] - own[2]};
       const float r2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
       if (!(r2 > 0 && r2 < reach * reach) || chosen[i] == 0) continue;
       ++here_.interaction.pairs;
@@ -184,7 +185,7 @@ class Following {
 
   Rank& rank_;
   const Round& round_;
-  const Meeting& meeting_;
+  const Interaction& interaction_;
   const System& system_;
   Population& here_;
   int count_, self_;
@@ -195,8 +196,9 @@ class Following {
 
 }  // namespace
 
-bool follow(Rank& rank, const Script& script, Calculator& calculator, const Round& round, const Meeting& meeting) {
-  return Following(rank, script, calculator, round, meeting).run();
+bool follow(Rank& rank, const Script& script, Calculator& calculator, const Round& round,
+            const Interaction& interaction) {
+  return Following(rank, script, calculator, round, interaction).run();
 }
 
 }  // namespace motes::engine

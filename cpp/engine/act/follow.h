@@ -2,11 +2,12 @@
 // tells the keepers where its particles are, and they tell it where the next ones are.
 #pragma once
 
-#include "engine/act/meet.h"
+#include "engine/act/interact.h"
 
 namespace motes::engine {
 
 /// Calculators, collective. Returns false where one of them has failed.
-bool follow(Rank& rank, const Script& script, Calculator& calculator, const Round& round, const Meeting& meeting);
+bool follow(Rank& rank, const Script& script, Calculator& calculator, const Round& round,
+            const Interaction& interaction);
 
 }  // namespace motes::engine

@@ -54,7 +54,7 @@ void run_and_arrange(Rank& rank, Script& script, const Calculator& calculator, s
   System& system = *script.systems[index];
   system.count_births(rank.settings.dt, rank.settings.substeps);
   fit(rank, script, index);
-  if (!rank.talk.calculates()) return;
+  if (!rank.session.calculates()) return;
   Population& here = *calculator.populations[index];
   run_list(
       rank, system, here, [&](const BirthGroup& group) { create_own(rank, system, group, here.store); },
@@ -126,29 +126,29 @@ struct Passing {
 
 Passing packed(Rank& rank, const Seen& seen) {
   Passing own;
-  if (!rank.talk.calculates()) return own;
-  rank.talk.work("gather", [&] {
+  if (!rank.session.calculates()) return own;
+  rank.session.work("gather", [&] {
     seen.store->pack(first_indices(seen.count), own.message.bytes(), *rank.pool);
     own.count = seen.count;
   });
-  own.failed = rank.talk.failed();
+  own.failed = rank.session.failed();
   if (own.failed) own.message = Message();
   return own;
 }
 
-void post(Conversation& talk, int to, Passing passing) {
-  talk.comm().post(to, Phase::gather, talk.stamp(), std::move(passing.message), passing.count, passing.failed);
+void post(Session& session, int to, Passing passing) {
+  session.comm().post(to, Phase::gather, session.stamp(), std::move(passing.message), passing.count, passing.failed);
 }
 
-Passing expect(Conversation& talk, int from) {
-  Passing heard{talk.comm().expect(from, Phase::gather, talk.stamp())};
+Passing expect(Session& session, int from) {
+  Passing heard{session.comm().expect(from, Phase::gather, session.stamp())};
   heard.count = heard.message.header().count;
   heard.failed = heard.message.header().failed != 0;
   return heard;
 }
 
 void take(Rank& rank, const Passing& passing, Store& gathered) {
-  rank.talk.work("gather", [&] {
+  rank.session.work("gather", [&] {
     if (passing.failed) throw std::runtime_error("another rank could not send its particles");
     base::Reader in = passing.message.reader();
     if (!in.done()) gathered.unpack(in, *rank.pool);
@@ -157,13 +157,13 @@ void take(Rank& rank, const Passing& passing, Store& gathered) {
 
 // Passes each message once around the ring: in step s a rank forwards what it received in step s - 1.
 void pass_around(Rank& rank, Passing passing, Store& gathered) {
-  Conversation& talk = rank.talk;
-  const int next = (talk.rank() + 1) % talk.size();
-  const int previous = (talk.rank() + talk.size() - 1) % talk.size();
-  for (int step = 1; step < talk.size(); ++step) {
+  Session& session = rank.session;
+  const int next = (session.rank() + 1) % session.size();
+  const int previous = (session.rank() + session.size() - 1) % session.size();
+  for (int step = 1; step < session.size(); ++step) {
     take(rank, passing, gathered);
-    post(talk, next, std::move(passing));
-    passing = expect(talk, previous);
+    post(session, next, std::move(passing));
+    passing = expect(session, previous);
   }
   take(rank, passing, gathered);
 }
@@ -171,7 +171,7 @@ void pass_around(Rank& rank, Passing passing, Store& gathered) {
 }  // namespace
 
 void check_readable(const System& system) {
-  if (!system.meets()) return;
+  if (!system.interacts()) return;
   throw std::invalid_argument("particles of system '" + system.definition.name +
                               "' meet in this frame's list so far: they can be read before that, or after the frame");
 }
@@ -198,7 +198,7 @@ Seen read(Rank& rank, Script& script, Calculator& calculator, int index) {
 }
 
 void pass_over(const Rank& rank, System& system) {
-  if (rank.talk.failed() && rank.settings.substeps == 1 && system.pending()) end_part(system);
+  if (rank.session.failed() && rank.settings.substeps == 1 && system.pending()) end_part(system);
 }
 
 void keep_preview(Rank& rank, Script& script, Calculator& calculator, int index) {
@@ -212,7 +212,7 @@ void keep_preview(Rank& rank, Script& script, Calculator& calculator, int index)
   const auto later = list.begin() + static_cast<std::ptrdiff_t>(written->items);  // recorded since it was read
   std::vector<recording::Item> rest(std::make_move_iterator(later), std::make_move_iterator(list.end()));
   list.erase(later, list.end());
-  rank.talk.work("act", [&] {
+  rank.session.work("act", [&] {
     run_in_place(rank, script, calculator, i);  // the same particles in the same order
     here.store = std::move(written->store);
   });
@@ -239,20 +239,20 @@ void note_digest(const Rank& rank, const Seen& seen, Population& here) {
 }
 
 std::unique_ptr<Store> gather(Rank& rank, const System& system, const Seen& seen, bool to_all) {
-  Conversation& talk = rank.talk;
+  Session& session = rank.session;
   Passing own = packed(rank, seen);
   auto gathered = std::make_unique<Store>(system.schema);
   if (to_all) {
     pass_around(rank, std::move(own), *gathered);
   } else {
-    if (talk.calculates()) post(talk, 0, std::move(own));
-    const bool takes = talk.rank() == 0;
-    for (std::size_t c = 0; takes && c < talk.calculators(); ++c) {
-      take(rank, expect(talk, talk.cast().calculators[c]), *gathered);
+    if (session.calculates()) post(session, 0, std::move(own));
+    const bool takes = session.rank() == 0;
+    for (std::size_t c = 0; takes && c < session.calculators(); ++c) {
+      take(rank, expect(session, session.cast().calculators[c]), *gathered);
     }
     if (!takes) gathered.reset();
   }
-  talk.rethrow();  // the others hear of it in what they say next
+  session.rethrow();  // the others hear of it in what they say next
   return gathered;
 }
 

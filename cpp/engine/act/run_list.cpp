@@ -15,26 +15,28 @@ using program::Outcome;
 void find_beyond_new_cuts(const Rank& rank, const System& system, Population& here) {
   std::vector<std::uint32_t> owners(here.store.size());
   system.domains.owners_of(places_of(here.store), owners.data());
-  const auto self = static_cast<std::uint32_t>(rank.talk.calculator());
+  const auto self = static_cast<std::uint32_t>(rank.session.calculator());
   for (std::uint32_t p = 0; p < owners.size(); ++p) {
     if (owners[p] != self) here.outcome.left.push_back(p);
   }
 }
 
-bool calls_back(const std::vector<Piece>& pieces) { return pieces.size() > 1 || pieces[0].callback != nullptr; }
+bool calls_back(const std::vector<ListSegment>& segments) {
+  return segments.size() > 1 || segments[0].callback != nullptr;
+}
 
-// Callbacks act between pieces of the list, so each sub-step runs piece by piece; without them all is one pass.
+// Callbacks act between segments of the list, so each sub-step runs segment by segment; without them all is one pass.
 //
 // `newborn`: whose births they are; null: of those that were here before.
-void run_pieces(const Rank& rank, const System& system, Population& here, const std::vector<Piece>& pieces,
-                const CallBack& call_back, std::size_t begin, const BirthGroup* newborn) {
+void run_segments(const Rank& rank, const System& system, Population& here, const std::vector<ListSegment>& segments,
+                  const CallBack& call_back, std::size_t begin, const BirthGroup* newborn) {
   particles::Store& store = here.store;
   const Settings& run = rank.settings;
   const int born = newborn != nullptr ? newborn->substep : 0;
   const std::size_t entry = newborn != nullptr ? newborn->entry : 0;
-  program::Span span{rank.talk.frame, run.substeps, run.dt, born, 0};
-  if (!calls_back(pieces)) {
-    pieces[0].program.run(store, begin, entry, span, system.key, region_of(rank, system), here.outcome, *rank.pool);
+  program::Span span{rank.session.frame, run.substeps, run.dt, born, 0};
+  if (!calls_back(segments)) {
+    segments[0].program.run(store, begin, entry, span, system.key, region_of(rank, system), here.outcome, *rank.pool);
     return;
   }
   if (begin >= store.size()) return;
@@ -44,11 +46,11 @@ void run_pieces(const Rank& rank, const System& system, Population& here, const 
     span.last = substep + 1;
     const bool in_birth = newborn != nullptr && substep == born;
     const std::size_t from = in_birth ? entry : 0;
-    for (const Piece& piece : pieces) {
-      const std::size_t skip = std::min(from > piece.first ? from - piece.first : 0, piece.program.size());
-      piece.program.run(store, begin, skip, span, system.key, everywhere, here.outcome, *rank.pool);
-      if (piece.callback != nullptr && !(in_birth && newborn->item > piece.end))
-        call_back(*piece.callback, program::time_of(span, substep), begin);
+    for (const ListSegment& segment : segments) {
+      const std::size_t skip = std::min(from > segment.first ? from - segment.first : 0, segment.program.size());
+      segment.program.run(store, begin, skip, span, system.key, everywhere, here.outcome, *rank.pool);
+      if (segment.callback != nullptr && !(in_birth && newborn->item > segment.end))
+        call_back(*segment.callback, program::time_of(span, substep), begin);
     }
   }
 }
@@ -56,7 +58,7 @@ void run_pieces(const Rank& rank, const System& system, Population& here, const 
 }  // namespace
 
 program::Region region_of(const Rank& rank, const System& system) {
-  const domains::Box box = system.domains.box(rank.talk.calculator());
+  const domains::Box box = system.domains.box(rank.session.calculator());
   program::Region region;
   for (int axis = 0; axis < 3; ++axis) {
     const auto i = static_cast<std::size_t>(axis);
@@ -81,25 +83,25 @@ std::map<int, std::vector<std::uint32_t>> migrants_by_owner(const Rank& rank, co
   const domains::Places places = places_of(here.store);
   for (const std::uint32_t p : here.outcome.left) {
     const int owner = owner_of(system.domains, places, p);
-    if (owner != rank.talk.calculator()) to[owner].push_back(p);
+    if (owner != rank.session.calculator()) to[owner].push_back(p);
   }
   return to;
 }
 
 void run_list(const Rank& rank, const System& system, Population& here, const Append& append, const CallBack& call_back,
               bool keep_hits) {
-  const std::vector<Piece> pieces = system.pending_pieces();
+  const std::vector<ListSegment> segments = system.pending_segments();
   const bool again = !here.outcome.dead.empty() || !here.outcome.hits.empty();  // the list has run in part before
   here.outcome.wants_hits = keep_hits || asks_for(system, recording::Spawn::On::collision);
-  here.outcome.gathers = !again && !calls_back(pieces) && !here.outcome.wants_hits;
-  run_pieces(rank, system, here, pieces, call_back, 0, nullptr);
+  here.outcome.gathers = !again && !calls_back(segments) && !here.outcome.wants_hits;
+  run_segments(rank, system, here, segments, call_back, 0, nullptr);
   for (const BirthGroup& group : system.groups) {
     const std::size_t begin = here.store.size();
     append(group);
     here.tally.created += here.store.size() - begin;
-    run_pieces(rank, system, here, pieces, call_back, begin, &group);
+    run_segments(rank, system, here, segments, call_back, begin, &group);
   }
-  if (calls_back(pieces)) {
+  if (calls_back(segments)) {
     find_migrants(rank, system, here);
   } else if (again) {
     tidy(here.outcome);

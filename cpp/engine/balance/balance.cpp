@@ -38,10 +38,10 @@ BalanceRow& row_of(const Rank& rank, const Script& script, Manager& manager, std
   BalanceRow& row = found->second;
   if (!is_new) return row;
   const auto left = static_cast<std::size_t>(cut);
-  row.frame = rank.talk.frame;
+  row.frame = rank.session.frame;
   row.system = script.systems[system]->definition.name;
-  row.left_rank = rank.talk.rank_of(cut);
-  row.right_rank = rank.talk.rank_of(cut + 1);
+  row.left_rank = rank.session.rank_of(cut);
+  row.right_rank = rank.session.rank_of(cut + 1);
   const std::vector<Load> loads = loads_of(script, manager, system);
   row.left = loads[left];
   row.right = loads[left + 1];
@@ -92,13 +92,13 @@ void take_proposal(const Rank& rank, const Script& script, Manager& manager, int
   const auto system = static_cast<std::size_t>(proposal.request.system);
   if (proposal.request.kind == Request::Kind::histogram) {
     std::vector<balance::Histogram>& histograms = manager.systems[system].histograms;
-    histograms.resize(rank.talk.calculators());
+    histograms.resize(rank.session.calculators());
     histograms[static_cast<std::size_t>(calculator)] = proposal.histogram;
     return;
   }
   if (proposal.request.kind == Request::Kind::cells) {
     std::vector<std::vector<balance::Cell>>& cells = manager.systems[system].cells;
-    cells.resize(rank.talk.calculators());
+    cells.resize(rank.session.calculators());
     cells[static_cast<std::size_t>(calculator)] = proposal.cells;
     return;
   }
@@ -137,18 +137,18 @@ void move_cuts(const Rank& rank, const Script& script, Manager& manager, const s
 
 void take_proposals(Rank& rank, const Script& script, Manager& manager, const Asked& asked) {
   bool whole = true;
-  const AllSaid said = rank.talk.relay().listen(Phase::proposals, asked.stamp);
+  const AllSaid said = rank.session.relay().listen(Phase::proposals, asked.stamp);
   for (std::size_t from = 0; from < said.ranks.size(); ++from) {
     whole = whole && !said.ranks[from].failed;
-    rank.talk.work("balance", [&] {
+    rank.session.work("balance", [&] {
       for (base::Reader in(said.ranks[from].bytes); !in.done();) {
-        const int calculator = rank.talk.cast().calculator_of(static_cast<int>(from));
+        const int calculator = rank.session.cast().calculator_of(static_cast<int>(from));
         take_proposal(rank, script, manager, calculator, read_proposal(in));
       }
     });
   }
   // A failed calculator says so with its next report; until then cuts stay.
-  if (whole) rank.talk.work("balance", [&] { move_cuts(rank, script, manager, asked.systems); });
+  if (whole) rank.session.work("balance", [&] { move_cuts(rank, script, manager, asked.systems); });
 }
 
 // Turns the round's loads into questions to the calculators, by the policy.
@@ -167,8 +167,12 @@ void make_plan(const Rank& rank, const Script& script, Manager& manager, const R
     const auto of_no_slabs = std::find_if(systems.begin(), systems.end(),
                                           [&](std::size_t i) { return !script.systems[i]->definition.axes.slabs(); });
     const domains::Axes axes = script.systems[of_no_slabs == systems.end() ? first : *of_no_slabs]->definition.axes;
-    const balance::Table table{
-        rank.talk.frame, manager.systems[first].evaluations++, "all", sum, script.systems[first]->domains.cuts(), axes};
+    const balance::Table table{rank.session.frame,
+                               manager.systems[first].evaluations++,
+                               "all",
+                               sum,
+                               script.systems[first]->domains.cuts(),
+                               axes};
     whole = balance::legal(policy.plan(table), table, policy.name());
   }
   for (const std::size_t i : systems) {
@@ -177,7 +181,7 @@ void make_plan(const Rank& rank, const Script& script, Manager& manager, const R
       ask(rank, script, manager, i, balance::part_of(whole, loads_of(script, manager, i), sum), inquiries);
     } else {
       const recording::SystemDefinition& definition = script.systems[i]->definition;
-      const balance::Table table{rank.talk.frame,
+      const balance::Table table{rank.session.frame,
                                  system.evaluations++,
                                  definition.name,
                                  loads_of(script, manager, i),
@@ -190,15 +194,15 @@ void make_plan(const Rank& rank, const Script& script, Manager& manager, const R
 
 void tell_plan(Rank& rank, const Round& round, const std::vector<Inquiry>& inquiries) {
   Planned planned;
-  planned.failure = rank.talk.failure();
-  std::vector<Part> parts(static_cast<std::size_t>(rank.talk.size()));
+  planned.failure = rank.session.failure();
+  std::vector<Part> parts(static_cast<std::size_t>(rank.session.size()));
   for (std::size_t c = 0; c < inquiries.size(); ++c) {
     planned.asks = planned.asks || !inquiries[c].empty();
-    write(inquiries[c], parts[static_cast<std::size_t>(rank.talk.rank_of(static_cast<int>(c)))].bytes);
+    write(inquiries[c], parts[static_cast<std::size_t>(rank.session.rank_of(static_cast<int>(c)))].bytes);
   }
   base::Bytes common;
   write(planned, common);
-  rank.talk.relay().tell(Phase::plan, rank.talk.stamp(round), common, parts, planned.failure.failed());
+  rank.session.relay().tell(Phase::plan, rank.session.stamp(round), common, parts, planned.failure.failed());
 }
 
 // Donors look where their particles are.
@@ -209,23 +213,23 @@ void propose_all(Rank& rank, const Script& script, Calculator& calculator, const
     const std::vector<std::size_t> systems = systems_to_balance(rank, script, round);
     requests = decide_with_neighbours(rank, script, calculator, round, systems, inquiry.partners);
   }
-  rank.talk.work("balance", [&] {
+  rank.session.work("balance", [&] {
     for (const Request& request : requests) {
       write(propose(rank, script, calculator, request), proposals);
     }
   });
-  if (rank.talk.failed()) proposals.clear();
+  if (rank.session.failed()) proposals.clear();
 }
 
 Heard hear_plan(Rank& rank, const Script& script, const Round& round) {
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::balance, "wait for plan", script.name_of(round));
-  return rank.talk.relay().hear(Phase::plan, rank.talk.stamp(round));
+  return rank.session.relay().hear(Phase::plan, rank.session.stamp(round));
 }
 
 // The plan of a round is heard, and answered. Nobody waits for the answers: the manager reads them while other work
 // goes on.
 void answer(Rank& rank, const Script& script, Calculator& calculator, Manager& manager, const Round& round) {
-  Conversation& talk = rank.talk;
+  Session& session = rank.session;
   const Heard heard = hear_plan(rank, script, round);
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::balance, "balance", script.name_of(round));
   base::Reader common(heard.common);
@@ -233,24 +237,24 @@ void answer(Rank& rank, const Script& script, Calculator& calculator, Manager& m
   if (planned.failure.failed()) {
     Verdict verdict;
     verdict.failure = planned.failure;
-    verdict.failed_rank = talk.cast().manager;
-    talk.give_up(std::move(verdict));
+    verdict.failed_rank = session.cast().manager;
+    session.give_up(std::move(verdict));
   }
   if (!planned.asks) return;
   base::Bytes proposals;
-  if (talk.calculates()) {
+  if (session.calculates()) {
     base::Reader own(heard.own);
     propose_all(rank, script, calculator, round, read_inquiry(own), proposals);
   }
-  talk.relay().say(Phase::proposals, talk.stamp(round), proposals.view(), talk.failed());
-  talk.relay().hand_up(Phase::proposals, talk.stamp(round));
-  if (talk.manages()) manager.asked.push_back({talk.stamp(round), systems_to_balance(rank, script, round)});
+  session.relay().say(Phase::proposals, session.stamp(round), proposals.view(), session.failed());
+  session.relay().hand_up(Phase::proposals, session.stamp(round));
+  if (session.manages()) manager.asked.push_back({session.stamp(round), systems_to_balance(rank, script, round)});
 }
 
 void write_rows(Rank& rank, Manager& manager) {
   if (Log* log = manager.account.log(); log != nullptr && !manager.rows.empty()) {
     const std::string policy = rank.settings.policy->name();
-    rank.talk.work("log", [&] {
+    rank.session.work("log", [&] {
       for (auto& [key, row] : manager.rows) {
         row.policy = policy;
         log->add(row);
@@ -265,7 +269,7 @@ void write_rows(Rank& rank, Manager& manager) {
 
 bool balances(const Rank& rank, const Script& script) {
   const balance::Policy* policy = rank.settings.policy.get();
-  return script.in_frame() && policy != nullptr && policy->moves() && rank.talk.calculators() > 1;
+  return script.in_frame() && policy != nullptr && policy->moves() && rank.session.calculators() > 1;
 }
 
 std::vector<std::size_t> systems_to_balance(const Rank& rank, const Script& script, const Round& round) {
@@ -285,8 +289,8 @@ bool plans(const Rank& rank, const Script& script, const Round& round) {
 }
 
 void note_loads(const Rank& rank, const Script& script, Manager& manager, const Round& round, const Loads& loads) {
-  const roles::Tree& tree = rank.talk.relay().tree();
-  const std::size_t calculators = rank.talk.calculators();
+  const roles::Tree& tree = rank.session.relay().tree();
+  const std::size_t calculators = rank.session.calculators();
   const bool alone = rank.settings.policy->unmanaged();  // then as neighbours saw them
   for (std::size_t i = round.first; i < round.last; ++i) {
     std::vector<Load>& of_all = manager.systems[i].loads;
@@ -315,7 +319,7 @@ void note_loads(const Rank& rank, const Script& script, Manager& manager, const 
 
 void note_decisions(const Rank& rank, const Script& script, Manager& manager, const std::vector<Decision>& decisions) {
   if (manager.account.log() == nullptr) return;
-  const auto cuts = static_cast<std::int32_t>(rank.talk.calculators()) - 1;
+  const auto cuts = static_cast<std::int32_t>(rank.session.calculators()) - 1;
   for (const std::size_t i : systems_to_balance(rank, script, script.rounds.back())) {
     for (std::int32_t cut = 0; cut < cuts; ++cut) row_of(rank, script, manager, i, cut).ordered = 0;
   }
@@ -332,9 +336,9 @@ void plan(Rank& rank, const Script& script, Manager& manager) {
   for (const Round& round : script.rounds) {
     if (!plans(rank, script, round)) continue;
     const Stopwatch::Phase phase(rank.watch, &PhaseTimes::balance, "plan", script.name_of(round));
-    std::vector<Inquiry> inquiries(rank.talk.calculators());
-    rank.talk.work("balancer " + rank.settings.policy->name(),
-                   [&] { make_plan(rank, script, manager, round, inquiries); });
+    std::vector<Inquiry> inquiries(rank.session.calculators());
+    rank.session.work("balancer " + rank.settings.policy->name(),
+                      [&] { make_plan(rank, script, manager, round, inquiries); });
     tell_plan(rank, round, inquiries);
   }
 }

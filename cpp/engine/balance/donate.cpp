@@ -60,8 +60,8 @@ Proposal propose(const Rank& rank, const Script& script, const Calculator& calcu
   }
   std::vector<float> room;
   const std::span<const float> x = coordinates(script, calculator, index, system.definition.axes.first(), room);
-  const float low = system.domains.low(rank.talk.calculator());
-  const float high = system.domains.high(rank.talk.calculator());
+  const float low = system.domains.low(rank.session.calculator());
+  const float high = system.domains.high(rank.session.calculator());
   switch (request.kind) {
     case Request::Kind::cells: break;
     case Request::Kind::give_left: proposal.gift = balance::give_left(x, request.count, low, high); break;

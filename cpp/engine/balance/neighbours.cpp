@@ -64,25 +64,26 @@ std::vector<std::uint64_t> counts_between(const balance::Policy& policy, int sel
 // between it and the others.
 std::vector<Request> compare(Rank& rank, const Round& round, const std::vector<std::size_t>& systems,
                              const std::vector<Load>& own, const std::vector<std::int32_t>& partners) {
-  Conversation& talk = rank.talk;
+  Session& session = rank.session;
   const balance::Policy& policy = *rank.settings.policy;
-  for (const std::int32_t other : partners) talk.comm().await(talk.rank_of(other), Phase::loads);
+  for (const std::int32_t other : partners) session.comm().await(session.rank_of(other), Phase::loads);
   for (const std::int32_t other : partners) {
     Message message;
-    if (!talk.failed()) base::write_fields(own, message.bytes());
-    talk.comm().post(talk.rank_of(other), Phase::loads, talk.stamp(round), std::move(message), 0, talk.failed());
+    if (!session.failed()) base::write_fields(own, message.bytes());
+    session.comm().post(session.rank_of(other), Phase::loads, session.stamp(round), std::move(message), 0,
+                        session.failed());
   }
   std::vector<Request> requests;
   for (const std::int32_t other : partners) {
-    const Message message = talk.comm().expect(talk.rank_of(other), Phase::loads, talk.stamp(round));
+    const Message message = session.comm().expect(session.rank_of(other), Phase::loads, session.stamp(round));
     if (message.header().failed != 0) continue;
-    talk.work("balancer " + policy.name(), [&] {
+    session.work("balancer " + policy.name(), [&] {
       base::Reader in = message.reader();
       std::vector<Load> theirs;
       base::read_fields(in, theirs);
       if (theirs.size() != systems.size()) throw std::runtime_error("loads of another number of systems");
-      const std::vector<std::uint64_t> counts = counts_between(policy, talk.calculator(), other, own, theirs);
-      const auto kind = other < talk.calculator() ? Request::Kind::give_left : Request::Kind::give_right;
+      const std::vector<std::uint64_t> counts = counts_between(policy, session.calculator(), other, own, theirs);
+      const auto kind = other < session.calculator() ? Request::Kind::give_left : Request::Kind::give_right;
       for (std::size_t k = 0; k < counts.size(); ++k) {
         if (counts[k] > 0) requests.push_back({static_cast<std::int32_t>(systems[k]), kind, counts[k]});
       }
@@ -107,7 +108,7 @@ Decision decide(const Rank& rank, const Script& script, const Calculator& calcul
   const auto system = static_cast<std::size_t>(request.system);
   const bool right = request.kind == Request::Kind::give_right;
   const int sign = right ? 1 : -1;
-  const int cut = right ? rank.talk.calculator() : rank.talk.calculator() - 1;
+  const int cut = right ? rank.session.calculator() : rank.session.calculator() - 1;
   Decision decision;
   decision.ordered = sign * static_cast<std::int64_t>(request.count);
   std::uint64_t here = 0;
@@ -154,23 +155,23 @@ std::uint64_t expected_of(const Script& script, std::size_t system, int calculat
 }
 
 std::vector<Decision> decide_alone(Rank& rank, const Script& script, const Calculator& calculator, const Round& round) {
-  Conversation& talk = rank.talk;
+  Session& session = rank.session;
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::balance, "compare loads");
   const std::string what = "balancer " + rank.settings.policy->name();
   std::vector<std::size_t> systems;
   std::vector<Load> own;
-  talk.work(what, [&] {
+  session.work(what, [&] {
     systems = systems_to_balance(rank, script, round);
     check_slabs(rank, script, systems);
     for (const std::size_t i : systems) own.push_back(own_load(script, calculator, i, false));
   });
   std::vector<std::int32_t> partners;
-  const int self = talk.calculator();
+  const int self = session.calculator();
   if (self > 0) partners.push_back(self - 1);
-  if (self + 1 < static_cast<int>(talk.calculators())) partners.push_back(self + 1);
+  if (self + 1 < static_cast<int>(session.calculators())) partners.push_back(self + 1);
   const std::vector<Request> requests = compare(rank, round, systems, own, partners);
   std::vector<Decision> decisions;
-  talk.work(what, [&] {
+  session.work(what, [&] {
     for (const Request& request : requests) {
       if (!comes_back(script, request, self)) decisions.push_back(decide(rank, script, calculator, request));
     }
@@ -180,7 +181,7 @@ std::vector<Decision> decide_alone(Rank& rank, const Script& script, const Calcu
 
 void take_new_cuts(Rank& rank, Script& script, const Calculator& calculator) {
   script.moved_cuts = std::exchange(script.new_cuts, {});
-  rank.talk.work("balance", [&] {
+  rank.session.work("balance", [&] {
     std::map<std::size_t, std::vector<float>> cuts;
     for (const NewCut& cut : script.moved_cuts) {
       const auto [of_system, is_new] = cuts.try_emplace(cut.system);

@@ -59,12 +59,12 @@ void make_pieces(const Rank& rank, const System& system, std::uint64_t births, c
 
 // Packs the newborn particles by owner.
 void deal_out(const Rank& rank, const System& system, const particles::Store& newborn, std::vector<Part>& parts) {
-  std::vector<std::vector<std::uint32_t>> owned(rank.talk.calculators());
+  std::vector<std::vector<std::uint32_t>> owned(rank.session.calculators());
   std::vector<std::uint32_t> owners(newborn.size());
   system.domains.owners_of(places_of(newborn), owners.data());
   for (std::size_t p = 0; p < newborn.size(); ++p) owned[owners[p]].push_back(static_cast<std::uint32_t>(p));
   for (std::size_t c = 0; c < owned.size(); ++c) {
-    Part& part = parts[static_cast<std::size_t>(rank.talk.rank_of(static_cast<int>(c)))];
+    Part& part = parts[static_cast<std::size_t>(rank.session.rank_of(static_cast<int>(c)))];
     newborn.pack(owned[c], part.bytes, *rank.pool);
     part.count += owned[c].size();
   }
@@ -74,7 +74,7 @@ void deal_groups(const Rank& rank, const System& system, std::size_t index, std:
   for (const BirthGroup& group : system.groups) {
     rank.machine.charge(rank.machine.costs().birth * static_cast<double>(group.count));
     if (rank.creates_in_place()) {
-      parts[static_cast<std::size_t>(rank.talk.rank())].count += group.count;
+      parts[static_cast<std::size_t>(rank.session.rank())].count += group.count;
     } else {
       of_item(system.list, index, group.item, [&] {
         make_births(rank, system, group, 0, group.count,
@@ -115,9 +115,9 @@ void fit_all(const Rank& rank, Script& script, Manager& manager) {
 void deal(Rank& rank, Script& script, Manager& manager, const Round& round) {
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::create, "create", script.name_of(round));
   base::Bytes cuts;
-  std::vector<Part> parts(static_cast<std::size_t>(rank.talk.size()));
+  std::vector<Part> parts(static_cast<std::size_t>(rank.session.size()));
   const bool shared = shares_births(rank, script, round);
-  rank.talk.work("create", [&] {
+  rank.session.work("create", [&] {
     if (round.first == 0) {
       take_next_cuts(script, manager);
       fit_all(rank, script, manager);
@@ -134,22 +134,22 @@ void deal(Rank& rank, Script& script, Manager& manager, const Round& round) {
   common.put(static_cast<std::uint32_t>(script.rounds.size()));
   common.put(script.overlaps);
   common.put(shared);
-  common.put(meets(script, round));
+  common.put(interacts(script, round));
   common.put(compare_alone(rank, script, round));
-  if (rank.talk.failed()) {
+  if (rank.session.failed()) {
     parts = std::vector<Part>(parts.size());
   } else {
     put_plan(rank, script, round, manager.picture, common);
     common.put_raw(cuts.data(), cuts.size());
   }
-  rank.talk.relay().tell(Phase::begin, rank.talk.stamp(round), common, parts, rank.talk.failed());
+  rank.session.relay().tell(Phase::begin, rank.session.stamp(round), common, parts, rank.session.failed());
 }
 
 Newborn receive_births(Rank& rank, Script& script, Calculator& calculator, std::size_t index) {
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::create, "wait for births",
                                script.name_of(script.rounds[index]));
   Newborn newborn;
-  newborn.heard = rank.talk.relay().hear(Phase::begin, rank.talk.stamp(script.rounds[index]));
+  newborn.heard = rank.session.relay().hear(Phase::begin, rank.session.stamp(script.rounds[index]));
   newborn.count = newborn.heard.count;
   newborn.dealt = base::Reader(newborn.heard.own);
   base::Reader in(newborn.heard.common);
@@ -157,24 +157,25 @@ Newborn receive_births(Rank& rank, Script& script, Calculator& calculator, std::
   const auto rounds = in.get<std::uint32_t>();
   script.overlaps = in.get<bool>();
   newborn.shared = in.get<bool>();
-  newborn.meet = in.get<bool>();
+  newborn.interact = in.get<bool>();
   newborn.compare = in.get<bool>();
   if (hash != script.hash) {
-    if (!rank.talk.failed()) {  // else that is why
-      rank.talk.fail({Failure::Kind::mismatch, recording::name(script.record.verb), "another list than the manager's"});
+    if (!rank.session.failed()) {  // else that is why
+      rank.session.fail(
+          {Failure::Kind::mismatch, recording::name(script.record.verb), "another list than the manager's"});
     }
     follow(script, rounds);
   }
   const Round& round = script.rounds[index];
   if (!newborn.heard.failed) {
-    rank.talk.work("create", [&] {
+    rank.session.work("create", [&] {
       newborn.plan = take_plan(in);
       for (std::size_t i = round.first; i < round.last; ++i) {
         take_cuts(script, calculator, i, in);
       }
     });
   }
-  if (newborn.shared && rank.talk.calculates()) share_births(rank, script, round, newborn);
+  if (newborn.shared && rank.session.calculates()) share_births(rank, script, round, newborn);
   return newborn;
 }
 
@@ -201,13 +202,13 @@ void take_births(const Rank& rank, const System& system, const BirthGroup& group
 }
 
 void create_own(const Rank& rank, const System& system, const BirthGroup& group, particles::Store& store) {
-  const bool all = rank.talk.calculators() == 1;
+  const bool all = rank.session.calculators() == 1;
   if (all) store.make_room(group.count);
   make_births(rank, system, group, 0, group.count, [&](const particles::Store& piece) {
     if (all) return store.append(piece);
     std::vector<std::uint32_t> owners(piece.size());
     system.domains.owners_of(places_of(piece), owners.data());
-    const auto self = static_cast<std::uint32_t>(rank.talk.calculator());
+    const auto self = static_cast<std::uint32_t>(rank.session.calculator());
     std::vector<std::uint32_t> mine;
     for (std::size_t p = 0; p < piece.size(); ++p) {
       if (owners[p] == self) mine.push_back(static_cast<std::uint32_t>(p));
@@ -220,7 +221,7 @@ bool fit(const Rank& rank, Script& script, std::size_t index) {
   const System& system = *script.systems[index];
   if (!system.waits_for_fit || system.groups.empty()) return false;
   std::array<std::vector<float>, 3> positions;
-  if (rank.talk.calculators() > 1) {  // one domain needs no cuts
+  if (rank.session.calculators() > 1) {  // one domain needs no cuts
     for (const BirthGroup& group : system.groups) {
       make_births(rank, system, group, 0, group.count, [&](const particles::Store& piece) {
         for (int axis = 0; axis < 3; ++axis) {
@@ -234,7 +235,8 @@ bool fit(const Rank& rank, Script& script, std::size_t index) {
   }
   const std::size_t born = positions[static_cast<std::size_t>(system.definition.axes.first())].size();
   const domains::Places places{{positions[0].data(), positions[1].data(), positions[2].data()}, {}, born};
-  script.divide(index, domains::quantiles(system.definition.axes, places, static_cast<int>(rank.talk.calculators())));
+  script.divide(index,
+                domains::quantiles(system.definition.axes, places, static_cast<int>(rank.session.calculators())));
   return true;
 }
 

@@ -20,7 +20,7 @@ struct Newborn {
   Heard heard;  // the manager's message
   std::optional<RenderPlan> plan;  // plan of the frame's picture, with the first round
   base::Reader dealt{{}};  // births where the manager makes them
-  bool meet = false;  // particles of the round meet
+  bool interact = false;  // particles of the round meet
   bool compare = false;  // neighbours compare their loads
   bool shared = false;  // the calculators made them:
   std::vector<comm::Message> shares;  // messages from several ranks, each with numbers of births by group, in order

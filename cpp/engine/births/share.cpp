@@ -55,8 +55,8 @@ void find_owners(const Rank& rank, const System& system, const BirthGroup& group
 // This calculator's part of all groups.
 std::vector<BirthNumbers> make_share(const Rank& rank, const Script& script, const Round& round) {
   std::vector<BirthNumbers> groups;
-  const std::size_t calculators = rank.talk.calculators();
-  const auto self = static_cast<std::size_t>(rank.talk.calculator());
+  const std::size_t calculators = rank.session.calculators();
+  const auto self = static_cast<std::size_t>(rank.session.calculator());
   for (std::size_t i = round.first; i < round.last; ++i) {
     const System& system = *script.systems[i];
     for (const BirthGroup& group : system.groups) {
@@ -86,16 +86,16 @@ std::vector<BirthNumbers> between_steps(const Rank& rank, const Script& script, 
 // Sends the step's messages; returns those that came, and what stays.
 std::vector<Message> pass_on(Rank& rank, const Round& round, const roles::Ring& ring, int step,
                              std::vector<Message> messages) {
-  Conversation& talk = rank.talk;
+  Session& session = rank.session;
   const std::vector<int> ahead = ring.ahead(step);
   for (std::size_t m = 0; m < ahead.size(); ++m) {
     const std::uint64_t count = messages[m + 1].header().count;
-    talk.comm().post(talk.rank_of(ahead[m]), Phase::births, talk.stamp(round), std::move(messages[m + 1]), count,
-                     talk.failed());
+    session.comm().post(session.rank_of(ahead[m]), Phase::births, session.stamp(round), std::move(messages[m + 1]),
+                        count, session.failed());
   }
   messages.resize(1);
   for (const int from : ring.behind(step)) {
-    messages.push_back(talk.comm().expect(talk.rank_of(from), Phase::births, talk.stamp(round)));
+    messages.push_back(session.comm().expect(session.rank_of(from), Phase::births, session.stamp(round)));
   }
   return messages;
 }
@@ -124,7 +124,7 @@ std::optional<Births> births_by(const Rank& rank, const Script& script) {
     for (const BirthGroup& group : system->groups) births += group.count;
   }
   if (births == 0) return std::nullopt;
-  const std::size_t calculators = rank.talk.calculators();
+  const std::size_t calculators = rank.session.calculators();
   if (calculators < 2) return Births::manager;
   return rank.settings.births == Births::automatic ? quicker_births(births, calculators) : rank.settings.births;
 }
@@ -137,13 +137,13 @@ bool shares_births(const Rank& rank, const Script& script, const Round& round) {
 }
 
 void share_births(Rank& rank, const Script& script, const Round& round, Newborn& newborn) {
-  const roles::Ring ring(static_cast<int>(rank.talk.calculators()), rank.talk.calculator());
+  const roles::Ring ring(static_cast<int>(rank.session.calculators()), rank.session.calculator());
   for (int step = 0; step < ring.steps(); ++step) {
-    for (const int from : ring.behind(step)) rank.talk.comm().await(rank.talk.rank_of(from), Phase::births);
+    for (const int from : ring.behind(step)) rank.session.comm().await(rank.session.rank_of(from), Phase::births);
   }
   for (int step = 0; step < ring.steps(); ++step) {
     std::vector<Message> messages(1 + ring.ahead(step).size());
-    rank.talk.work("create", [&] {
+    rank.session.work("create", [&] {
       const std::vector<BirthNumbers> groups =
           step == 0 ? make_share(rank, script, round) : between_steps(rank, script, round, newborn.shares);
       messages = engine::split(groups, ring, step);

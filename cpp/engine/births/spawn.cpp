@@ -123,7 +123,7 @@ void note_events(const Rank& rank, const System& system, Population& here) {
   if (here.bounced.empty()) {
     add_events(rank, system, here, newborn_of(system, here.store), here.outcome.dead, here.outcome.hits,
                living_of(system, here));
-  } else {  // some did before a meeting
+  } else {  // some did before an interaction
     note_bounced(here);
     add_events(rank, system, here, newborn_of(system, here.store), here.outcome.dead, bounced_of(here),
                living_of(system, here));
@@ -177,7 +177,7 @@ void collect_parents(const Rank& rank, const Script& script, Manager& manager, c
       }
     }
   }
-  const roles::Tree& tree = rank.talk.relay().tree();
+  const roles::Tree& tree = rank.session.relay().tree();
   std::stable_sort(judgement.parents.begin(), judgement.parents.end(), [&](const auto& a, const auto& b) {
     return tree.place_of(static_cast<int>(a.owner)) < tree.place_of(static_cast<int>(b.owner));
   });
@@ -193,7 +193,7 @@ void spawn(Rank& rank, Script& script, Calculator& calculator) {
   calculator.tail.children.clear();
   if (rank.settings.log.digest) calculator.tail.children.assign(script.systems.size(), {});
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::create, "spawn");
-  rank.talk.work("spawn", [&] {
+  rank.session.work("spawn", [&] {
     for (const Round& round : script.rounds) {
       const std::vector<Parent>& parents = round.orders.parents;
       for (std::size_t begin = 0, end = 0; begin < parents.size(); begin = end) {
@@ -204,7 +204,7 @@ void spawn(Rank& rank, Script& script, Calculator& calculator) {
         const auto from = static_cast<std::size_t>(parents[begin].system);
         const std::vector<recording::Item>& list = script.systems[from]->list;
         of_item(list, from, item_of_rule(list, parents[begin].rule),
-                [&] { make_children(script, calculator, rank.talk.calculator(), parents, begin, end, children); });
+                [&] { make_children(script, calculator, rank.session.calculator(), parents, begin, end, children); });
       }
     }
   });

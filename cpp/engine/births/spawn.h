@@ -16,7 +16,8 @@ namespace motes::engine {
 /// particle once.
 void note_events(const Rank& rank, const System& system, Population& here);
 
-/// Calculator, before a meeting: the dead so far are removed, with the events that the spawn rules ask of them noted.
+/// Calculator, before an interaction: the dead so far are removed, with the events that the spawn rules ask of them
+/// noted.
 void clear_dead(const Rank& rank, const System& system, Population& here);
 
 /// Manager: numbers the children of a round's events, and says to whom they belong.

@@ -1,4 +1,4 @@
-// Warnings about meetings and pictures: what still runs, and is right, but is not what a script wants. Each is said
+// Warnings about interactions and pictures: what still runs, and is right, but is not what a script wants. Each is said
 // once.
 #pragma once
 
@@ -19,8 +19,8 @@ struct Alarm {
 class Alarms {
  public:
   static constexpr std::uint32_t kCrowded = 1000;  // particles in a cell
-  static constexpr float kDeep = 0.3f;             // parts of the sum of both radii
-  static constexpr int kPatience = 12;             // frames: grains that are poured may overlap for a while
+  static constexpr float kDeep = 0.3f;  // parts of the sum of both radii
+  static constexpr int kPatience = 12;  // frames: grains that are poured may overlap for a while
 
   /// Once per frame and system.
   std::vector<Alarm> look(std::size_t system, const std::string& name, const Strain& strain, int substeps);

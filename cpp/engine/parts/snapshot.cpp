@@ -62,7 +62,7 @@ SharedState shared_state(const Parts& parts) {
   const Settings& run = parts.rank.settings;
   const Script& script = parts.script;
   SharedState state;
-  state.frame = parts.rank.talk.frame;
+  state.frame = parts.rank.session.frame;
   state.seed = run.seed;
   state.dt = run.dt;
   state.substeps = run.substeps;
@@ -74,7 +74,7 @@ SharedState shared_state(const Parts& parts) {
                              system->sources, system->keeps_copies, system->history, definition.axes,
                              system->domains.tree()});
   }
-  if (parts.rank.talk.manages()) {
+  if (parts.rank.session.manages()) {
     for (const Balancing& system : parts.manager.systems) state.manager.evaluations.push_back(system.evaluations);
     state.manager.alarms = parts.manager.alarms;
   }
@@ -103,8 +103,8 @@ SharedState read_state(std::span<const std::byte> bytes) {
 snapshots::Description copy_part(const Rank& rank, const Script& script, const Calculator& calculator,
                                  base::Bytes& out) {
   snapshots::Description description;
-  description.frame = rank.talk.frame;
-  description.part = rank.talk.calculator();
+  description.frame = rank.session.frame;
+  description.part = rank.session.calculator();
   std::vector<const particles::Store*> stores;
   for (std::size_t i = 0; i < script.systems.size(); ++i) {
     description.systems.push_back({script.systems[i]->definition.name, 0});
@@ -138,7 +138,7 @@ void restore_state(Parts& parts, const SharedState& state, const std::vector<Sam
   Script& script = parts.script;
   const Calculator& calculator = parts.calculator;
   check(rank.settings, script, state);
-  const int calculators = static_cast<int>(rank.talk.calculators());
+  const int calculators = static_cast<int>(rank.session.calculators());
   for (std::size_t i = 0; i < script.systems.size(); ++i) {
     System& system = *script.systems[i];
     const SharedSystem& then = state.systems[i];
@@ -155,8 +155,8 @@ void restore_state(Parts& parts, const SharedState& state, const std::vector<Sam
   }
   script.camera = state.camera;
   script.camera_frame = state.camera_frame;
-  rank.talk.frame = state.frame;
-  if (!rank.talk.manages()) return;
+  rank.session.frame = state.frame;
+  if (!rank.session.manages()) return;
   std::vector<Balancing>& balancing = parts.manager.systems;
   for (std::size_t i = 0; i < std::min(balancing.size(), state.manager.evaluations.size()); ++i) {
     balancing[i].evaluations = state.manager.evaluations[i];

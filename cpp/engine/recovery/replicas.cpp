@@ -17,18 +17,18 @@ using comm::Phase;
 constexpr std::uint64_t kLag = 2;
 
 // Returns the calculator that holds the replica of this one's particles.
-int holder_of(const Conversation& talk, int calculator) {
-  const int count = static_cast<int>(talk.calculators());
-  if (count > 1) return talk.rank_of((calculator + 1) % count);
-  return (talk.rank_of(calculator) + 1) % talk.size();
+int holder_of(const Session& session, int calculator) {
+  const int count = static_cast<int>(session.calculators());
+  if (count > 1) return session.rank_of((calculator + 1) % count);
+  return (session.rank_of(calculator) + 1) % session.size();
 }
 
 // Whose copy comes to this rank; -1: nobody's.
-int held_by(const Conversation& talk) {
-  const int count = static_cast<int>(talk.calculators());
-  if (talk.size() == 1) return -1;
-  if (count == 1) return holder_of(talk, 0) == talk.rank() ? 0 : -1;
-  return talk.calculates() ? (talk.calculator() + count - 1) % count : -1;
+int held_by(const Session& session) {
+  const int count = static_cast<int>(session.calculators());
+  if (session.size() == 1) return -1;
+  if (count == 1) return holder_of(session, 0) == session.rank() ? 0 : -1;
+  return session.calculates() ? (session.calculator() + count - 1) % count : -1;
 }
 
 comm::Stamp stamp(const GenerationId& of) { return {of.frame, of.losses}; }
@@ -49,7 +49,7 @@ OpenedReplica open(const Replica& copy) {
 void Replicas::begin(const Parts& parts, std::uint64_t every) {
   every_ = std::max(every, kLag + 2);
   Generation none;  // before the first frame there are no particles
-  none.of.frame = parts.rank.talk.frame;
+  none.of.frame = parts.rank.session.frame;
   none.systems = parts.script.systems.size();
   base::write_fields(shared_state(parts), none.state);
   none.arrived = none.counts = true;
@@ -80,7 +80,7 @@ void Replicas::forget_behind(GenerationId of) {
 
 void Replicas::at_border(Parts& parts, std::uint64_t unsaved_from) {
   Rank& rank = parts.rank;
-  const std::uint64_t now = rank.talk.frame;
+  const std::uint64_t now = rank.session.frame;
   for (Generation& generation : generations_) {
     if (generation.counts || generation.of.frame + kLag > now) continue;
     if (!generation.arrived) take(rank, generation);
@@ -96,13 +96,13 @@ void Replicas::make(Parts& parts, bool alone, bool wait) {
     lists_.clear();
   }
   Rank& rank = parts.rank;
-  Conversation& talk = rank.talk;
+  Session& session = rank.session;
   Generation made;
-  made.of = {talk.frame, losses};
-  made.parts = static_cast<std::uint32_t>(talk.calculators());
+  made.of = {session.frame, losses};
+  made.parts = static_cast<std::uint32_t>(session.calculators());
   made.systems = parts.script.systems.size();
   base::write_fields(shared_state(parts), made.state);
-  if (talk.calculates()) {
+  if (session.calculates()) {
     comm::Message message;
     message.bytes() = spare();
     message.bytes().put(comm::Header{});
@@ -113,12 +113,12 @@ void Replicas::make(Parts& parts, bool alone, bool wait) {
     bytes.put(static_cast<std::uint64_t>(bytes.size() - before));
     std::uint64_t count = 0;
     for (const snapshots::SavedSystem& system : description.systems) count += system.rows;
-    made.own = {talk.calculator(),
+    made.own = {session.calculator(),
                 comm::Communicator::sealed(Phase::copies, stamp(made.of), std::move(message), count)};
-    const int holder = holder_of(talk, talk.calculator());
-    if (holder != talk.rank()) talk.comm().post(holder, made.own.message);
+    const int holder = holder_of(session, session.calculator());
+    if (holder != session.rank()) session.comm().post(holder, made.own.message);
   }
-  made.other.calculator = held_by(talk);
+  made.other.calculator = held_by(session);
   made.arrived = made.other.calculator < 0;
   if (wait && !made.arrived) take(rank, made);
   made.counts = wait;  // then the log ends here
@@ -132,10 +132,10 @@ void Replicas::take_rest(Rank& rank) {
 }
 
 void Replicas::take(Rank& rank, Generation& generation) {
-  Conversation& talk = rank.talk;
-  const int from = talk.rank_of(generation.other.calculator);
+  Session& session = rank.session;
+  const int from = session.rank_of(generation.other.calculator);
   generation.other.message =
-      std::make_shared<comm::Message>(talk.comm().expect(from, Phase::copies, stamp(generation.of)));
+      std::make_shared<comm::Message>(session.comm().expect(from, Phase::copies, stamp(generation.of)));
   generation.arrived = true;
 }
 
@@ -157,7 +157,7 @@ void Replicas::forget(Rank& rank, std::uint64_t unsaved_from, std::uint64_t now)
     } else {
       used_.push_back(std::move(generation.own.message));
       if (const auto other = std::move(generation.other.message); other && other.use_count() == 1) {
-        rank.talk.comm().reuse(std::move(*std::const_pointer_cast<comm::Message>(other)));
+        rank.session.comm().reuse(std::move(*std::const_pointer_cast<comm::Message>(other)));
       }
     }
   }

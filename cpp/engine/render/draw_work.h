@@ -24,7 +24,7 @@ class TooLarge : public std::bad_alloc {
 /// Runs work like talk.work, but reports missing memory as TooLarge, with the picture's size.
 template <class Work>
 void draw_work(Rank& rank, const image::View& view, const Work& draw) {
-  rank.talk.work("render", [&] {
+  rank.session.work("render", [&] {
     try {
       draw();
     } catch (const std::bad_alloc&) {

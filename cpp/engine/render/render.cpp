@@ -21,9 +21,9 @@ std::size_t bytes_of(const image::View& view) {
 std::vector<comm::Message> receive_all(Rank& rank, double& records) {
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::render, "wait for records");
   std::vector<comm::Message> messages;
-  for (const int from : rank.talk.cast().calculators) {
-    if (from == rank.talk.rank()) continue;
-    messages.push_back(rank.talk.comm().expect(from, comm::Phase::records, rank.talk.stamp()));
+  for (const int from : rank.session.cast().calculators) {
+    if (from == rank.session.rank()) continue;
+    messages.push_back(rank.session.comm().expect(from, comm::Phase::records, rank.session.stamp()));
     // No frame without a calculator's part may reach the script: here the run is over, for the reason that it gives.
     if (messages.back().header().failed != 0) give_up_for(rank, messages.back());
     const auto count = static_cast<double>(messages.back().header().count);
@@ -41,7 +41,7 @@ void draw_all(Rank& rank, const image::View& view, Painter& painter) {
   draw_work(rank, view, [&] {
     Drawing& drawing = painter.drawing;
     drawing.counts.assign(static_cast<std::size_t>(image::Grid{view.width, view.height}.tiles()), 0);
-    if (rank.talk.calculates()) drawing.counts = painter.counts;
+    if (rank.session.calculates()) drawing.counts = painter.counts;
     painter.canvas.begin(view, view.linear, *rank.pool);
     for (const image::Records& own : painter.records) painter.canvas.add(own.bytes());
     const auto add = [&](std::span<const std::byte> bytes) {
@@ -64,9 +64,9 @@ void draw_all(Rank& rank, const image::View& view, Painter& painter) {
 void share_memory(Rank& rank, const image::View& view, Painter& painter) {
   const image::Grid grid{view.width, view.height};
   const std::size_t bytes = view.linear ? image::PictureLight::bytes(grid) : bytes_of(view);
-  painter.shared.meet(rank, bytes, painter.plan);
-  if (!rank.talk.draws()) return;
-  std::shared_ptr<std::uint8_t[]> memory = painter.shared.open(bytes, rank.talk.stamp());
+  painter.shared.interact(rank, bytes, painter.plan);
+  if (!rank.session.draws()) return;
+  std::shared_ptr<std::uint8_t[]> memory = painter.shared.open(bytes, rank.session.stamp());
   draw_work(rank, view, [&] {
     if (view.linear) {
       painter.whole.begin(grid, std::move(memory));
@@ -86,7 +86,7 @@ void open_tiles(Rank& rank, const image::View& view, Painter& painter) {
     painter.pieces.begin(view, painter.slots);
     if (view.bloom > 0) open_bloom(rank, view, painter);
     for (const image::Records& own : painter.records) painter.pieces.add(own.bytes());
-    if (!rank.talk.draws()) return;
+    if (!rank.session.draws()) return;
     painter.pixels.resize(bytes_of(view));
     painter.layers.begin(view);
   });
@@ -94,13 +94,13 @@ void open_tiles(Rank& rank, const image::View& view, Painter& painter) {
 
 // Messages may arrive while this rank still projects or draws.
 void await_all(Rank& rank, const image::View& view, const Painter& painter) {
-  Conversation& talk = rank.talk;
-  if (painter.plan.draws(talk.rank())) {
-    for (const int from : talk.cast().calculators) talk.comm().await(from, comm::Phase::records);
+  Session& session = rank.session;
+  if (painter.plan.draws(session.rank())) {
+    for (const int from : session.cast().calculators) session.comm().await(from, comm::Phase::records);
   }
   if (painter.plan.path == Path::gather) return;
   if (view.bloom > 0) await_glow(rank, painter);
-  if (talk.draws()) await_tiles(rank, view, painter);
+  if (session.draws()) await_tiles(rank, view, painter);
 }
 
 }  // namespace
@@ -118,9 +118,9 @@ void render(Rank& rank, const Script& script, const Calculator& calculator, Pain
   painter.drawing = {};
   painter.light_kept = false;
   if (!script.record.view) return;
-  const Conversation& talk = rank.talk;
+  const Session& session = rank.session;
   const image::View& view = *script.record.view;
-  if (!painter.plan.covers(image::Grid{view.width, view.height}.tiles(), talk.size())) {
+  if (!painter.plan.covers(image::Grid{view.width, view.height}.tiles(), session.size())) {
     throw std::logic_error("the plan of a picture is one for another picture");  // on all ranks: they have the same
   }
   painter.drawing.width = view.width;
@@ -132,21 +132,21 @@ void render(Rank& rank, const Script& script, const Calculator& calculator, Pain
   painter.slots = slots_of(painter.plan.order, {view.width, view.height});
   if (painter.plan.path != Path::gather) share_memory(rank, view, painter);
   await_all(rank, view, painter);
-  if (talk.calculates()) project(rank, script, calculator, painter);
+  if (session.calculates()) project(rank, script, calculator, painter);
   if (painter.plan.path == Path::gather) {
-    if (talk.calculates()) send_records(rank, painter);
-    if (talk.draws()) draw_all(rank, view, painter);
+    if (session.calculates()) send_records(rank, painter);
+    if (session.draws()) draw_all(rank, view, painter);
   } else {
     open_tiles(rank, view, painter);
-    if (talk.calculates()) send_records(rank, painter);
+    if (session.calculates()) send_records(rank, painter);
     draw_tiles(rank, view, painter);
     if (view.bloom > 0) {
       spread_glow(rank, view, painter);
       show_tiles(rank, view, painter);
     }
-    if (talk.draws()) assemble(rank, view, painter);
+    if (session.draws()) assemble(rank, view, painter);
   }
-  painter.light_kept = view.linear && talk.draws() && !talk.failed();
+  painter.light_kept = view.linear && session.draws() && !session.failed();
 }
 
 }  // namespace motes::engine

@@ -19,8 +19,8 @@ using image::CellArea;
 // Calls work(rank) for each one that draws and is not the image generator.
 template <class Work>
 void each_other(const Rank& rank, const Painter& painter, const Work& work) {
-  for (int other = 0; other < rank.talk.size(); ++other) {
-    if (other != rank.talk.cast().image_generator && painter.plan.draws(other)) work(other);
+  for (int other = 0; other < rank.session.size(); ++other) {
+    if (other != rank.session.cast().image_generator && painter.plan.draws(other)) work(other);
   }
 }
 
@@ -55,7 +55,7 @@ void put_glow(int to, const Painter& painter, base::Bytes& out) {
 
 void send_glow(Rank& rank, int to, comm::Message message, bool failed, Painter& painter) {
   painter.drawing.bytes += message.payload().size();
-  rank.talk.comm().post(to, comm::Phase::glow, rank.talk.stamp(), std::move(message), 0, failed);
+  rank.session.comm().post(to, comm::Phase::glow, rank.session.stamp(), std::move(message), 0, failed);
 }
 
 // Tells the ranks that wait for the glow of a failed rank's tiles why it failed.
@@ -72,7 +72,7 @@ std::vector<comm::Message> receive_averages(Rank& rank, Painter& painter) {
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::render, "wait for light");
   std::vector<comm::Message> messages;
   each_other(rank, painter, [&](int from) {
-    messages.push_back(rank.talk.comm().expect(from, comm::Phase::glow, rank.talk.stamp()));
+    messages.push_back(rank.session.comm().expect(from, comm::Phase::glow, rank.session.stamp()));
     if (messages.back().header().failed == 0) return;
     tell_others(rank, from, messages.back(), painter);
     give_up_for(rank, messages.back());
@@ -82,9 +82,9 @@ std::vector<comm::Message> receive_averages(Rank& rank, Painter& painter) {
 
 // The image generator.
 void spread_all(Rank& rank, const image::View& view, Painter& painter) {
-  Conversation& talk = rank.talk;
+  Session& session = rank.session;
   std::vector<comm::Message> messages;
-  if (!talk.failed()) messages = receive_averages(rank, painter);
+  if (!session.failed()) messages = receive_averages(rank, painter);
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::assemble, "spread light");
   draw_work(rank, view, [&] {
     painter.bloom.begin(painter.bloom_tiles.plan());
@@ -97,18 +97,18 @@ void spread_all(Rank& rank, const image::View& view, Painter& painter) {
   each_other(rank, painter, [&](int to) {
     comm::Message message;
     draw_work(rank, view, [&] { put_glow(to, painter, message.bytes()); });
-    if (talk.failed()) message = failure_message(talk.rank(), talk.failure());
-    send_glow(rank, to, std::move(message), talk.failed(), painter);
+    if (session.failed()) message = failure_message(session.rank(), session.failure());
+    send_glow(rank, to, std::move(message), session.failed(), painter);
   });
-  for (comm::Message& message : messages) talk.comm().reuse(std::move(message));
+  for (comm::Message& message : messages) session.comm().reuse(std::move(message));
 }
 
 // Another one that draws.
 void take_glow(Rank& rank, const image::View& view, Painter& painter) {
-  Conversation& talk = rank.talk;
+  Session& session = rank.session;
   comm::Message message = [&] {
     const Stopwatch::Phase phase(rank.watch, &PhaseTimes::render, "wait for glow");
-    return talk.comm().expect(talk.cast().image_generator, comm::Phase::glow, talk.stamp());
+    return session.comm().expect(session.cast().image_generator, comm::Phase::glow, session.stamp());
   }();
   if (message.header().failed != 0) give_up_for(rank, message);
   draw_work(rank, view, [&] {
@@ -120,24 +120,24 @@ void take_glow(Rank& rank, const image::View& view, Painter& painter) {
       std::memcpy(glow.data(), in.take(cells.lanes() * sizeof(std::uint64_t)).data(), glow.size() * sizeof glow[0]);
     }
   });
-  talk.comm().reuse(std::move(message));
+  session.comm().reuse(std::move(message));
 }
 
 }  // namespace
 
 void open_bloom(const Rank& rank, const image::View& view, Painter& painter) {
   std::vector<image::Area> tiles;
-  const int own = rank.talk.rank();
+  const int own = rank.session.rank();
   for (int slot = painter.plan.first(own); slot < painter.plan.end(own); ++slot) tiles.push_back(painter.area(slot));
   painter.bloom_tiles.begin(view, std::move(tiles), rank.pool->threads());
 }
 
 void await_glow(Rank& rank, const Painter& painter) {
-  const Conversation& talk = rank.talk;
-  if (talk.draws()) {
-    each_other(rank, painter, [&](int from) { rank.talk.comm().await(from, comm::Phase::glow); });
-  } else if (painter.plan.draws(talk.rank())) {
-    rank.talk.comm().await(talk.cast().image_generator, comm::Phase::glow);
+  const Session& session = rank.session;
+  if (session.draws()) {
+    each_other(rank, painter, [&](int from) { rank.session.comm().await(from, comm::Phase::glow); });
+  } else if (painter.plan.draws(session.rank())) {
+    rank.session.comm().await(session.cast().image_generator, comm::Phase::glow);
   }
 }
 
@@ -148,19 +148,19 @@ void put_averages(const Painter& painter, int tile, bool blank, base::Bytes& out
 }
 
 void spread_glow(Rank& rank, const image::View& view, Painter& painter) {
-  if (rank.talk.draws()) {
+  if (rank.session.draws()) {
     spread_all(rank, view, painter);
-  } else if (painter.plan.draws(rank.talk.rank()) && !rank.talk.failed()) {
+  } else if (painter.plan.draws(rank.session.rank()) && !rank.session.failed()) {
     take_glow(rank, view, painter);
   }
 }
 
 void show_tiles(Rank& rank, const image::View& view, Painter& painter) {
-  const Conversation& talk = rank.talk;
-  const int first = painter.plan.first(talk.rank()), end = painter.plan.end(talk.rank());
-  if (first == end || talk.failed()) return;
+  const Session& session = rank.session;
+  const int first = painter.plan.first(session.rank()), end = painter.plan.end(session.rank());
+  if (first == end || session.failed()) return;
   const TileOutput output(rank, view, painter);
-  if (talk.draws()) {
+  if (session.draws()) {
     draw_some(rank, view, painter, [&] {
       rank.pool->run(painter.bloom_tiles.tiles(), [&](std::size_t tile, std::size_t worker) {
         const image::TileLight light = painter.bloom_tiles.mix(tile, painter.bloom.cells(), worker);
@@ -169,7 +169,7 @@ void show_tiles(Rank& rank, const image::View& view, Painter& painter) {
     });
     return;
   }
-  for (const Parcel& parcel : parcels_of(painter.plan, talk.rank(), view)) {
+  for (const Parcel& parcel : parcels_of(painter.plan, session.rank(), view)) {
     const auto put = [&](int slot, std::size_t worker, base::Bytes& bytes) {
       const auto tile = static_cast<std::size_t>(slot - first);
       const CellArea& cells = painter.bloom_tiles.cells(tile);

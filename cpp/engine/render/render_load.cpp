@@ -95,13 +95,13 @@ void note_assembly(const Drawings& drawn, int image_generator, RenderLoad& load)
 }
 
 void note_pictures(const Rank& rank, const Script& script, const Round& round, const Judged& judged, RenderLoad& load) {
-  const roles::Tree& tree = rank.talk.relay().tree();
-  load.calculators.resize(rank.talk.calculators());
+  const roles::Tree& tree = rank.session.relay().tree();
+  load.calculators.resize(rank.session.calculators());
   load.scale = rank.settings.costs.messages.scale;
   if (round.first == 0 && judged.tail.valid && judged.tail.drawings.width > 0) {
     note_tiles(judged.tail.drawings, tree, load);
     note_speeds(judged.tail.drawings, script, load);
-    note_assembly(judged.tail.drawings, rank.talk.cast().image_generator, load);
+    note_assembly(judged.tail.drawings, rank.session.cast().image_generator, load);
   }
   if (!script.in_frame()) return;
   for (std::size_t c = 0; c < load.calculators.size(); ++c) {
@@ -122,13 +122,13 @@ void put_plan(const Rank& rank, const Script& script, const Round& round, Render
   RenderLoad expected;
   const bool nothing_known = load.calculators.empty() || script.record.frame == 0;
   if (nothing_known) {
-    expected.calculators.resize(rank.talk.calculators());
+    expected.calculators.resize(rank.session.calculators());
     expected.scale = rank.settings.costs.messages.scale;
     expect_births(script, expected);
   }
   expected.axis = load.axis = axis_of_most(script);
-  load.last = plan_render(*script.record.view, script.record.sprites, nothing_known ? expected : load, rank.talk.cast(),
-                          rank.talk.size());
+  load.last = plan_render(*script.record.view, script.record.sprites, nothing_known ? expected : load,
+                          rank.session.cast(), rank.session.size());
   base::write_fields(load.last, out);
 }
 

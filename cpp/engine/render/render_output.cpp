@@ -49,7 +49,8 @@ std::vector<Parcel> parcels_of(const RenderPlan& plan, int rank, const image::Vi
 }
 
 TileOutput::TileOutput(const Rank& rank, const image::View& view, Painter& painter)
-    : view_(view), painter_(painter), shared_(rank.talk.draws() ? nullptr : painter.shared.find(rank.talk.stamp())) {}
+    : view_(view), painter_(painter),
+      shared_(rank.session.draws() ? nullptr : painter.shared.find(rank.session.stamp())) {}
 
 std::size_t TileOutput::at(int slot) const { return first_pixel(painter_.area(slot), row_of(view_)); }
 
@@ -114,9 +115,9 @@ bool take_tile(base::Reader& in, int slot, const image::View& view, bool shared,
 }
 
 void send_to_image_generator(Rank& rank, comm::Phase phase, comm::Message message, bool failed, Painter& painter) {
-  Conversation& talk = rank.talk;
+  Session& session = rank.session;
   painter.drawing.bytes += message.payload().size();
-  talk.comm().post(talk.cast().image_generator, phase, talk.stamp(), std::move(message), 0, failed);
+  session.comm().post(session.cast().image_generator, phase, session.stamp(), std::move(message), 0, failed);
 }
 
 }  // namespace motes::engine

@@ -63,7 +63,7 @@ bool draw_some(Rank& rank, const image::View& view, Painter& painter, const Work
   if (painter.plan.path == image::View::Path::tiles) {
     painter.drawing.draw_s += rank.machine.compute_seconds() - start;
   }
-  return !rank.talk.failed();
+  return !rank.session.failed();
 }
 
 /// Calls draw(bytes) to fill a message for the image generator; if that fails, the message says why.
@@ -71,7 +71,7 @@ template <class Work>
 bool draw_and_send(Rank& rank, const image::View& view, Painter& painter, comm::Phase phase, const Work& draw) {
   comm::Message out;
   const bool drawn = draw_some(rank, view, painter, [&] { draw(out.bytes()); });
-  if (!drawn) out = failure_message(rank.talk.rank(), rank.talk.failure());
+  if (!drawn) out = failure_message(rank.session.rank(), rank.session.failure());
   send_to_image_generator(rank, phase, std::move(out), !drawn, painter);
   return drawn;
 }

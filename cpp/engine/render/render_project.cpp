@@ -85,7 +85,7 @@ std::uint64_t put_records(const Painter& painter, int first, int end, base::Byte
 void project(Rank& rank, const Script& script, const Calculator& calculator, Painter& painter) {
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::project, "project");
   const double start = rank.machine.compute_seconds();
-  rank.talk.work("render", [&] {
+  rank.session.work("render", [&] {
     const image::View& view = *script.record.view;
     const std::vector<PartOfSystem> parts = parts_of(*rank.pool, calculator);
     painter.records.resize(parts.size());
@@ -120,26 +120,26 @@ void project(Rank& rank, const Script& script, const Calculator& calculator, Pai
 }
 
 void send_records(Rank& rank, Painter& painter) {
-  Conversation& talk = rank.talk;
+  Session& session = rank.session;
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::project, "send records");
   const double start = rank.machine.compute_seconds();
   const RenderPlan& plan = painter.plan;
-  for (int step = 1; step < talk.size(); ++step) {  // not all to the same rank at once
-    const int to = (talk.rank() + step) % talk.size();
+  for (int step = 1; step < session.size(); ++step) {  // not all to the same rank at once
+    const int to = (session.rank() + step) % session.size();
     if (!plan.draws(to)) continue;
     comm::Message message;
     std::uint64_t records = 0, merged = 0;  // partial tiles are as large whatever number they stand for
-    talk.work("render", [&] {
+    session.work("render", [&] {
       records = put_records(painter, plan.first(to), plan.end(to), message.bytes());
       if (painter.merged) merged = put_partials(rank, painter, plan.first(to), plan.end(to), message.bytes());
     });
-    if (talk.failed()) message = failure_message(talk.rank(), talk.failure());
+    if (session.failed()) message = failure_message(session.rank(), session.failure());
     painter.drawing.sent += records + merged;
     painter.drawing.bytes += message.payload().size();
-    talk.comm().post(to, comm::Phase::records, talk.stamp(), std::move(message), records, talk.failed());
+    session.comm().post(to, comm::Phase::records, session.stamp(), std::move(message), records, session.failed());
   }
   rank.machine.slow_down(start);
-  if (rank.settings.blocking) talk.comm().flush();
+  if (rank.settings.blocking) session.comm().flush();
 }
 
 comm::Message failure_message(int failed_rank, const Failure& failure) {
@@ -154,7 +154,7 @@ void give_up_for(Rank& rank, const comm::Message& message) {
   Verdict verdict;
   verdict.failed_rank = in.get<std::int32_t>();
   base::read_fields(in, verdict.failure);
-  rank.talk.give_up(std::move(verdict));
+  rank.session.give_up(std::move(verdict));
 }
 
 }  // namespace motes::engine

@@ -21,9 +21,9 @@ using image::Area;
 std::vector<comm::Message> receive_records(Rank& rank) {
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::render, "wait for records");
   std::vector<comm::Message> messages;
-  for (const int from : rank.talk.cast().calculators) {
-    if (from == rank.talk.rank()) continue;
-    messages.push_back(rank.talk.comm().expect(from, comm::Phase::records, rank.talk.stamp()));
+  for (const int from : rank.session.cast().calculators) {
+    if (from == rank.session.rank()) continue;
+    messages.push_back(rank.session.comm().expect(from, comm::Phase::records, rank.session.stamp()));
     if (messages.back().header().failed != 0) break;  // nothing else matters
   }
   return messages;
@@ -32,8 +32,8 @@ std::vector<comm::Message> receive_records(Rank& rank) {
 class TilesOfRank {
  public:
   TilesOfRank(Rank& rank, const image::View& view, Painter& painter)
-      : rank_(rank), view_(view), painter_(painter), first_(painter.plan.first(rank.talk.rank())),
-        end_(painter.plan.end(rank.talk.rank())), output_(rank, view, painter) {}
+      : rank_(rank), view_(view), painter_(painter), first_(painter.plan.first(rank.session.rank())),
+        end_(painter.plan.end(rank.session.rank())), output_(rank, view, painter) {}
 
   void take(const std::vector<comm::Message>& messages) {
     double received = 0;
@@ -118,33 +118,33 @@ class TilesOfRank {
 
 // Another rank has failed: its message goes on to the image generator in place of tiles.
 void pass_on(Rank& rank, const comm::Message& message, const image::View& view, Painter& painter) {
-  const Conversation& talk = rank.talk;
-  if (!talk.draws()) {
+  const Session& session = rank.session;
+  if (!session.draws()) {
     comm::Message out;
-    if (talk.failed()) {
-      out = failure_message(talk.rank(), talk.failure());
+    if (session.failed()) {
+      out = failure_message(session.rank(), session.failure());
     } else {
       out.bytes().put_raw(message.payload().data(), message.payload().size());
     }
     const auto phase = view.bloom > 0 ? comm::Phase::glow : comm::Phase::tiles;
     send_to_image_generator(rank, phase, std::move(out), true, painter);
   }
-  if (!talk.failed()) give_up_for(rank, message);
+  if (!session.failed()) give_up_for(rank, message);
 }
 
 // Waits for one message of another rank's tiles, and puts them into the picture.
 void take_parcel(Rank& rank, const image::View& view, int from, const Parcel& parcel, Painter& painter) {
-  Conversation& talk = rank.talk;
+  Session& session = rank.session;
   comm::Message message = [&] {
     const Stopwatch::Phase phase(rank.watch, &PhaseTimes::render, "wait for tiles");
-    return talk.comm().expect(from, comm::Phase::tiles, talk.stamp());
+    return session.comm().expect(from, comm::Phase::tiles, session.stamp());
   }();
   if (message.header().failed != 0) return give_up_for(rank, message);
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::assemble, "assemble");
   const double start = rank.machine.compute_seconds();
   draw_work(rank, view, [&] {
     base::Reader in = message.reader();
-    const bool shared = painter.shared.opened(talk.stamp());
+    const bool shared = painter.shared.opened(session.stamp());
     for (int slot = parcel.first; slot < parcel.end; ++slot) {
       const bool blank = take_tile(in, slot, view, shared, painter);
       if (view.bloom > 0) continue;  // its layers have come already
@@ -153,23 +153,23 @@ void take_parcel(Rank& rank, const image::View& view, int from, const Parcel& pa
     }
     if (!in.done()) throw std::runtime_error("a message has more tiles than its sender owns");
   });
-  talk.comm().reuse(std::move(message));
+  session.comm().reuse(std::move(message));
   painter.drawing.assemble_s += rank.machine.compute_seconds() - start;
 }
 
 }  // namespace
 
 void await_tiles(Rank& rank, const image::View& view, const Painter& painter) {
-  for (int from = 0; from < rank.talk.size(); ++from) {
+  for (int from = 0; from < rank.session.size(); ++from) {
     if (!painter.plan.draws(from)) continue;
     const std::size_t parcels = parcels_of(painter.plan, from, view).size();
-    rank.talk.comm().await(from, comm::Phase::tiles, static_cast<int>(parcels));
+    rank.session.comm().await(from, comm::Phase::tiles, static_cast<int>(parcels));
   }
 }
 
 void draw_tiles(Rank& rank, const image::View& view, Painter& painter) {
-  const Conversation& talk = rank.talk;
-  if (!painter.plan.draws(talk.rank())) return;
+  const Session& session = rank.session;
+  if (!painter.plan.draws(session.rank())) return;
   const std::vector<comm::Message> messages = receive_records(rank);
   if (!messages.empty() && messages.back().header().failed != 0) return pass_on(rank, messages.back(), view, painter);
   std::optional<TilesOfRank> tiles;
@@ -177,7 +177,7 @@ void draw_tiles(Rank& rank, const image::View& view, Painter& painter) {
     if (!tiles) tiles.emplace(rank, view, painter).take(messages);
     return *tiles;
   };
-  if (talk.draws()) {
+  if (session.draws()) {
     draw_some(rank, view, painter, [&] { opened().draw_here(); });
     return;
   }
@@ -185,25 +185,25 @@ void draw_tiles(Rank& rank, const image::View& view, Painter& painter) {
     return draw_and_send(rank, view, painter, phase, [&](base::Bytes& out) { opened().draw_into(parcel, out); });
   };
   if (view.bloom > 0) {
-    send({painter.plan.first(talk.rank()), painter.plan.end(talk.rank())}, comm::Phase::glow);
+    send({painter.plan.first(session.rank()), painter.plan.end(session.rank())}, comm::Phase::glow);
     return;
   }
-  for (const Parcel& parcel : parcels_of(painter.plan, talk.rank(), view)) {
+  for (const Parcel& parcel : parcels_of(painter.plan, session.rank(), view)) {
     if (!send(parcel, comm::Phase::tiles)) return;
   }
 }
 
 void assemble(Rank& rank, const image::View& view, Painter& painter) {
-  Conversation& talk = rank.talk;
-  for (int from = 0; from < talk.size() && !talk.failed(); ++from) {
-    if (from == talk.rank() || !painter.plan.draws(from)) continue;
+  Session& session = rank.session;
+  for (int from = 0; from < session.size() && !session.failed(); ++from) {
+    if (from == session.rank() || !painter.plan.draws(from)) continue;
     const std::vector<Parcel> parcels = parcels_of(painter.plan, from, view);
-    for (std::size_t i = 0; i < parcels.size() && !talk.failed(); ++i) {
-      if (i > 0) talk.comm().await(from, comm::Phase::tiles, static_cast<int>(parcels.size() - i));
+    for (std::size_t i = 0; i < parcels.size() && !session.failed(); ++i) {
+      if (i > 0) session.comm().await(from, comm::Phase::tiles, static_cast<int>(parcels.size() - i));
       take_parcel(rank, view, from, parcels[i], painter);
     }
   }
-  if (talk.failed() || !view.linear) return;
+  if (session.failed() || !view.linear) return;
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::assemble, "show light");
   const double start = rank.machine.compute_seconds();
   draw_work(rank, view, [&] { painter.whole.show(painter.scene, painter.pixels, *rank.pool); });

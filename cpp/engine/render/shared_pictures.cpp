@@ -23,19 +23,20 @@ const std::atomic<std::uint64_t>& forks() {
 
 }  // namespace
 
-void SharedPictures::meet(Rank& rank, std::size_t bytes, const RenderPlan& plan) {
-  Conversation& talk = rank.talk;
-  if (!talk.comm().between_processes() || bytes > kLargest) return;
+void SharedPictures::interact(Rank& rank, std::size_t bytes, const RenderPlan& plan) {
+  Session& session = rank.session;
+  if (!session.comm().between_processes() || bytes > kLargest) return;
   if (bytes > bytes_) {
     bytes_ = bytes;
     memory_.reset();
-    met_.assign(static_cast<std::size_t>(talk.size()), false);
+    met_.assign(static_cast<std::size_t>(session.size()), false);
   }
-  for (int other = 0; other < talk.size(); ++other) {
-    if (other == talk.cast().image_generator || !plan.draws(other) || met_[static_cast<std::size_t>(other)]) continue;
+  for (int other = 0; other < session.size(); ++other) {
+    if (other == session.cast().image_generator || !plan.draws(other) || met_[static_cast<std::size_t>(other)])
+      continue;
     met_[static_cast<std::size_t>(other)] = true;
-    if (talk.draws()) tell(rank, other);
-    if (other == talk.rank()) hear(rank);
+    if (session.draws()) tell(rank, other);
+    if (other == session.rank()) hear(rank);
   }
 }
 
@@ -46,13 +47,14 @@ void SharedPictures::tell(Rank& rank, int to) {
   }
   comm::Message message;
   message.bytes().put(memory_ ? memory_->address() : comm::SharedMemory::Address{});
-  rank.talk.comm().post(to, comm::Phase::memory, rank.talk.stamp(), std::move(message));
+  rank.session.comm().post(to, comm::Phase::memory, rank.session.stamp(), std::move(message));
 }
 
 void SharedPictures::hear(Rank& rank) {
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::render, "wait for memory");
-  const Conversation& talk = rank.talk;
-  const comm::Message message = rank.talk.comm().expect(talk.cast().image_generator, comm::Phase::memory, talk.stamp());
+  const Session& session = rank.session;
+  const comm::Message message =
+      rank.session.comm().expect(session.cast().image_generator, comm::Phase::memory, session.stamp());
   const auto address = message.reader().get<comm::SharedMemory::Address>();
   memory_ =
       address.bytes == memory_bytes() && rank.settings.shares_pictures ? comm::SharedMemory::open(address) : nullptr;

@@ -28,7 +28,7 @@ class SharedPictures {
   /// The image generator tells those that draw for the first time where the memory is: this makes room for pictures of
   /// so many bytes. All ranks call it with the same size and plan, before they draw; a rank that draws for the first
   /// time waits for the image generator.
-  void meet(Rank& rank, std::size_t bytes, const RenderPlan& plan);
+  void interact(Rank& rank, std::size_t bytes, const RenderPlan& plan);
 
   /// Image generator: memory for a picture, which the others then find. Null where there is none that nobody uses.
   std::shared_ptr<std::uint8_t[]> open(std::size_t bytes, comm::Stamp stamp);

@@ -9,17 +9,17 @@ using comm::Message;
 using comm::Phase;
 
 Maxima all_reduce_max(Rank& rank, const Round& round, Maxima word) {
-  Conversation& talk = rank.talk;
-  const int count = static_cast<int>(talk.calculators());
-  const int self = talk.calculator();
+  Session& session = rank.session;
+  const int count = static_cast<int>(session.calculators());
+  const int self = session.calculator();
   for (int ahead = 1; ahead < count; ahead *= 2) {
-    const int to = talk.rank_of((self + ahead) % count);
-    const int from = talk.rank_of((self + count - ahead) % count);
-    talk.comm().await(from, Phase::word);
+    const int to = session.rank_of((self + ahead) % count);
+    const int from = session.rank_of((self + count - ahead) % count);
+    session.comm().await(from, Phase::word);
     Message message;
     message.bytes().put_raw(word.data(), word.size() * sizeof(float));
-    talk.comm().post(to, Phase::word, talk.stamp(round), std::move(message));
-    const Message heard = talk.comm().expect(from, Phase::word, talk.stamp(round));
+    session.comm().post(to, Phase::word, session.stamp(round), std::move(message));
+    const Message heard = session.comm().expect(from, Phase::word, session.stamp(round));
     base::Reader in = heard.reader();
     for (std::size_t i = 0; i < word.size() && !in.done(); ++i) word[i] = std::max(word[i], in.get<float>());
   }
@@ -27,20 +27,20 @@ Maxima all_reduce_max(Rank& rank, const Round& round, Maxima word) {
 }
 
 std::uint64_t all_reduce_sum(Rank& rank, const Round& round, Phase phase, std::vector<std::int64_t>& numbers) {
-  comm::Communicator& comm = rank.talk.comm();
-  const auto count = static_cast<std::size_t>(rank.talk.calculators());
-  const auto self = static_cast<std::size_t>(rank.talk.calculator());
+  comm::Communicator& comm = rank.session.comm();
+  const auto count = static_cast<std::size_t>(rank.session.calculators());
+  const auto self = static_cast<std::size_t>(rank.session.calculator());
   std::uint64_t bytes = 0;
   const auto first = [&](std::size_t part) { return numbers.size() * part / count; };
   const auto send = [&](std::size_t to, std::size_t part) {
     Message message;
     message.bytes().put_raw(&numbers[first(part)], (first(part + 1) - first(part)) * sizeof(std::int64_t));
     bytes += message.payload().size();
-    comm.post(rank.talk.rank_of(static_cast<int>(to)), phase, rank.talk.stamp(round), std::move(message), 0,
-              rank.talk.failed());
+    comm.post(rank.session.rank_of(static_cast<int>(to)), phase, rank.session.stamp(round), std::move(message), 0,
+              rank.session.failed());
   };
   const auto hear = [&](std::size_t from, std::size_t part, bool adds) {
-    const Message message = comm.expect(rank.talk.rank_of(static_cast<int>(from)), phase, rank.talk.stamp(round));
+    const Message message = comm.expect(rank.session.rank_of(static_cast<int>(from)), phase, rank.session.stamp(round));
     base::Reader in = message.reader();
     for (std::size_t i = first(part); i < first(part + 1); ++i) {
       numbers[i] = in.get<std::int64_t>() + (adds ? numbers[i] : 0);

@@ -23,7 +23,7 @@ struct Costs {
   double leave = 0;    // calculator: taking a migrant out of its system, packing
   double gap = 0;  // calculator: a migrant, per particle of its system there (those behind it move up)
   double arrive = 0;  // calculator: unpacking, putting it into its system
-  double copy = 0;    // calculator, in a meeting: packing a copy, or unpacking one and putting it into a cell
+  double copy = 0;    // calculator, in an interaction: packing a copy, or unpacking one and putting it into a cell
   double select = 0;  // donor: per particle of the system whose new cut it looks for
   double record = 0;  // calculator: projecting and packing for the image generator
   double collect = 0;  // image generator: receiving

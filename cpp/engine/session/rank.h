@@ -4,8 +4,8 @@
 #include <memory>
 #include <utility>
 
-#include "engine/session/conversation.h"
 #include "engine/session/machine.h"
+#include "engine/session/session.h"
 #include "engine/session/settings.h"
 #include "engine/session/stopwatch.h"
 #include "threads/pool.h"
@@ -14,21 +14,21 @@ namespace motes::engine {
 
 struct Rank {
   Rank(std::unique_ptr<comm::Communicator> communicator, roles::Cast cast, Settings given)
-      : settings(std::move(given)), talk(std::move(communicator), std::move(cast)),
+      : settings(std::move(given)), session(std::move(communicator), std::move(cast)),
         pool(std::make_unique<threads::Pool>(settings.threads, settings.grain)), machine(settings, *pool) {
-    pool->meanwhile([this] { talk.comm().progress(); });
+    pool->meanwhile([this] { session.comm().progress(); });
   }
   Rank(const Rank&) = delete;
   Rank& operator=(const Rank&) = delete;
 
   /// The only calculator, when it is the manager too, makes births where they stay: no message holds them.
-  bool creates_in_place() const { return talk.manages() && talk.calculator() == 0 && talk.calculators() == 1; }
+  bool creates_in_place() const { return session.manages() && session.calculator() == 0 && session.calculators() == 1; }
 
   /// When the frame under way starts, seconds of the animation.
-  double frame_time() const { return static_cast<double>(talk.frame) * settings.dt; }
+  double frame_time() const { return static_cast<double>(session.frame) * settings.dt; }
 
   Settings settings;
-  Conversation talk;
+  Session session;
   std::unique_ptr<threads::Pool> pool;  // shares this rank's work; only the thread that runs the frame talks
   Machine machine;
   Stopwatch watch;

@@ -237,7 +237,7 @@ struct Tail {
   std::uint64_t frame = 0;
   PhaseTimes times;                  // the longest of each phase
   std::uint64_t exchanged_bytes = 0;  // bytes exchanged, in interactions too
-  std::uint64_t moved = 0;           // particles that changed their calculator in meetings
+  std::uint64_t moved = 0;           // particles that changed their calculator in interactions
   std::vector<particles::Digest> children;  // born at the frame's end; one per system, where the log has digests
   Drawings drawings;
   std::string image_sha256;
@@ -251,7 +251,7 @@ constexpr void fields(Visitor& visit, Tail& tail) {
 
 /// One system on one calculator: what only the log needs, and no earlier than a turn later.
 struct CalculatorTail {
-  std::uint64_t bytes_sent = 0;  // exchange and meetings
+  std::uint64_t bytes_sent = 0;  // exchange and interactions
   std::uint64_t particles = 0;   // see Density
   float quantiles[3 * (kQuantiles + 1)] = {};
   float exchange_s = 0, wait_s = 0, image_s = 0;

@@ -60,30 +60,30 @@ void check_rows(std::size_t rows, std::size_t calculators, std::size_t systems) 
 void pass_tails(Rank& rank, const Round& round) {
   Message message;
   put_all(round.own_tails, message.bytes());
-  for (const Message& below : rank.talk.relay().from_below(Phase::log, rank.talk.stamp(round))) {
+  for (const Message& below : rank.session.relay().from_below(Phase::log, rank.session.stamp(round))) {
     message.bytes().put_raw(below.payload().data(), below.payload().size());
   }
-  rank.talk.relay().pass_up(Phase::log, rank.talk.stamp(round), std::move(message), false);
+  rank.session.relay().pass_up(Phase::log, rank.session.stamp(round), std::move(message), false);
 }
 
 }  // namespace
 
 void send_report(Rank& rank, const Round& round) {
-  Relay& relay = rank.talk.relay();
+  Relay& relay = rank.session.relay();
   relay.await_below(Phase::report);
   if (round.tells_tails) relay.await_below(Phase::log);
   if (!relay.tree().leaf() || relay.tree().root()) return;
   Message message;
   write(round.own, message.bytes());
   if (!round.own.failed()) put_all(round.own_loads, message.bytes());
-  relay.pass_up(Phase::report, rank.talk.stamp(round), std::move(message), round.own.failed());
+  relay.pass_up(Phase::report, rank.session.stamp(round), std::move(message), round.own.failed());
   if (round.tells_tails) pass_tails(rank, round);
 }
 
 Gathered gather_reports(Rank& rank, Round& round) {
   Gathered gathered;
   gathered.report = std::move(round.own);
-  gathered.below = rank.talk.relay().from_below(Phase::report, rank.talk.stamp(round));
+  gathered.below = rank.session.relay().from_below(Phase::report, rank.session.stamp(round));
   for (const Message& message : gathered.below) {
     base::Reader in = message.reader();
     join(gathered.report, read_report(in));
@@ -92,12 +92,12 @@ Gathered gather_reports(Rank& rank, Round& round) {
   const auto read =
       static_cast<double>(gathered.below.size() * std::max<std::size_t>(1, gathered.report.systems.size()));
   rank.machine.charge_once(rank.machine.costs().report * read);
-  if (!gathered.report.failed()) keep_flows(rank.talk.relay().tree(), gathered);
+  if (!gathered.report.failed()) keep_flows(rank.session.relay().tree(), gathered);
   return gathered;
 }
 
 std::vector<Flow> pass_reports(Rank& rank, Round& round) {
-  Relay& relay = rank.talk.relay();
+  Relay& relay = rank.session.relay();
   if (relay.tree().leaf()) return {};
   Gathered gathered = gather_reports(rank, round);
   Message message;
@@ -109,7 +109,7 @@ std::vector<Flow> pass_reports(Rank& rank, Round& round) {
     count_arrivals(relay.tree(), gathered.staying, gathered.report.systems.size(), message.bytes().data() + rows);
     rank.machine.charge_once(rank.machine.costs().report_byte * static_cast<double>(message.bytes().size() - rows));
   }
-  relay.pass_up(Phase::report, rank.talk.stamp(round), std::move(message), gathered.report.failed());
+  relay.pass_up(Phase::report, rank.session.stamp(round), std::move(message), gathered.report.failed());
   if (round.tells_tails) pass_tails(rank, round);
   return std::move(gathered.staying);
 }
@@ -119,15 +119,15 @@ Loads loads_of(const Rank& rank, const Round& round, const Gathered& gathered) {
   loads.systems = gathered.report.systems.size();
   loads.rows = round.own_loads;
   for (const auto below : gathered.loads) take_all(below, loads.rows);
-  check_rows(loads.rows.size(), rank.talk.calculators(), loads.systems);
-  count_arrivals(rank.talk.relay().tree(), gathered.staying, loads.systems,
+  check_rows(loads.rows.size(), rank.session.calculators(), loads.systems);
+  count_arrivals(rank.session.relay().tree(), gathered.staying, loads.systems,
                  reinterpret_cast<std::byte*>(loads.rows.data()));
   return loads;
 }
 
 std::vector<CalculatorTail> gather_tails(Rank& rank, comm::Stamp stamp, std::vector<CalculatorTail> own) {
   std::vector<CalculatorTail> tails = std::move(own);
-  for (const Message& below : rank.talk.relay().from_below(Phase::log, stamp)) take_all(below.payload(), tails);
+  for (const Message& below : rank.session.relay().from_below(Phase::log, stamp)) take_all(below.payload(), tails);
   return tails;
 }
 

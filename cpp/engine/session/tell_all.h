@@ -24,27 +24,27 @@ constexpr void fields(Visitor& visit, Told<T>& told) {
 /// for what happens rarely.
 template <class T>
 std::vector<T> tell_all(Rank& rank, const comm::Stamp& stamp, const T& own) {
-  Conversation& talk = rank.talk;
+  Session& session = rank.session;
   Told<T> told;
   comm::Message message;
-  if (talk.rank() > 0) {
+  if (session.rank() > 0) {
     base::write_fields(own, message.bytes());
-    talk.comm().post(0, comm::Phase::recovery, stamp, std::move(message));
-    const comm::Message answer = talk.comm().expect(0, comm::Phase::recovery, stamp);
+    session.comm().post(0, comm::Phase::recovery, stamp, std::move(message));
+    const comm::Message answer = session.comm().expect(0, comm::Phase::recovery, stamp);
     base::Reader in = answer.reader();
     base::read_fields(in, told);
     return std::move(told.ranks);
   }
   told.ranks.push_back(own);
-  for (int from = 1; from < talk.size(); ++from) {
-    const comm::Message said = talk.comm().expect(from, comm::Phase::recovery, stamp);
+  for (int from = 1; from < session.size(); ++from) {
+    const comm::Message said = session.comm().expect(from, comm::Phase::recovery, stamp);
     base::Reader in = said.reader();
     told.ranks.emplace_back();
     base::read_fields(in, told.ranks.back());
   }
   base::write_fields(told, message.bytes());
   const auto answer = comm::Communicator::sealed(comm::Phase::recovery, stamp, std::move(message));
-  for (int to = 1; to < talk.size(); ++to) talk.comm().post(to, answer);
+  for (int to = 1; to < session.size(); ++to) session.comm().post(to, answer);
   return std::move(told.ranks);
 }
 

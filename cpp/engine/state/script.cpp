@@ -102,9 +102,10 @@ void split_rounds(Script& script, Combine combine, std::uint32_t& turn) {
   if (script.rounds.empty()) script.rounds.push_back({0, 0, ++turn, {}, {}, {}, 0});
 }
 
-bool meets(const Script& script, const Round& round) {
+bool interacts(const Script& script, const Round& round) {
   bool any = false;
-  for (std::size_t i = round.first; script.in_frame() && i < round.last; ++i) any = any || script.systems[i]->meets();
+  for (std::size_t i = round.first; script.in_frame() && i < round.last; ++i)
+    any = any || script.systems[i]->interacts();
   return any;
 }
 

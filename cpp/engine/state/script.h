@@ -51,6 +51,6 @@ void write_record(Script& script, const Settings& settings, std::uint64_t frame,
 void split_rounds(Script& script, Combine combine, std::uint32_t& turn);
 
 /// Tells whether the round's systems have pair interactions.
-bool meets(const Script& script, const Round& round);
+bool interacts(const Script& script, const Round& round);
 
 }  // namespace motes::engine

@@ -82,17 +82,17 @@ particles::Store System::make(const BirthGroup& group, const std::vector<std::ui
   return recording::make(birth, schema, key, ids, moment, keeps_copies, group.first_id);
 }
 
-std::vector<Piece> System::pending_pieces() const {
-  std::vector<Piece> pieces;
+std::vector<ListSegment> System::pending_segments() const {
+  std::vector<ListSegment> segments;
   std::vector<actions::Action> actions;
-  std::uint32_t before = 0;  // actions of earlier segments and pieces
+  std::uint32_t before = 0;  // actions of earlier segments
   std::size_t first = 0;
-  const auto cut = [&](std::size_t end, const recording::Callback* callback, const actions::Action* meeting) {
+  const auto cut = [&](std::size_t end, const recording::Callback* callback, const actions::Action* interaction) {
     const std::size_t length = actions.size();
-    pieces.push_back({program::Program(std::move(actions), before), first, end, callback, meeting});
+    segments.push_back({program::Program(std::move(actions), before), first, end, callback, interaction});
     actions.clear();
-    before += static_cast<std::uint32_t>(length + (meeting != nullptr ? 1 : 0));
-    first += length + (meeting != nullptr ? 1 : 0);
+    before += static_cast<std::uint32_t>(length + (interaction != nullptr ? 1 : 0));
+    first += length + (interaction != nullptr ? 1 : 0);
   };
   for (std::size_t i = 0; i < list.size(); ++i) {
     if (const auto* action = std::get_if<actions::Action>(&list[i])) {
@@ -107,11 +107,12 @@ std::vector<Piece> System::pending_pieces() const {
       cut(i, callback, nullptr);
     }
   }
-  if (!actions.empty() || pieces.empty() || pieces.back().meeting != nullptr) cut(list.size(), nullptr, nullptr);
-  return pieces;
+  if (!actions.empty() || segments.empty() || segments.back().interaction != nullptr)
+    cut(list.size(), nullptr, nullptr);
+  return segments;
 }
 
-bool System::meets() const {
+bool System::interacts() const {
   return std::any_of(list.begin() + static_cast<std::ptrdiff_t>(run_items), list.end(), [](const Item& item) {
     const auto* action = std::get_if<actions::Action>(&item);
     return action != nullptr && actions::facts(action->kind).between;

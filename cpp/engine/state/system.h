@@ -28,12 +28,12 @@ struct BirthGroup {
 };
 
 /// A stretch of the list between callbacks and pair interactions.
-struct Piece {
+struct ListSegment {
   program::Program program;
   std::size_t first = 0;  // actions before it in the segment
   std::size_t end = 0;  // place in the list of what stands behind it, or the list's length
   const recording::Callback* callback = nullptr;  // callback that follows in the list, if any
-  const actions::Action* meeting = nullptr;  // pair interaction that follows in the list, if any
+  const actions::Action* interaction = nullptr;  // pair interaction that follows in the list, if any
 };
 
 /// Numbers of particles that all ranks agree on.
@@ -68,11 +68,11 @@ class System {
   /// Makes those with these numbers.
   particles::Store make(const BirthGroup& group, std::span<const std::uint32_t> numbers, double dt, int substeps) const;
 
-  /// Actions of the items that have not run yet, cut where callbacks stand. One piece at least.
-  std::vector<Piece> pending_pieces() const;
+  /// Actions of the items that have not run yet, cut where callbacks stand. One segment at least.
+  std::vector<ListSegment> pending_segments() const;
 
   /// Tells whether the items that have not run yet contain pair interactions.
-  bool meets() const;
+  bool interacts() const;
 
   /// The frame's spawn rules so far, in order.
   std::vector<const recording::Spawn*> rules() const;

@@ -42,8 +42,8 @@ program::Totals read(base::Reader in, const program::Summed& own) {
 }  // namespace
 
 program::Totals total_of_all(Rank& rank, program::Summed own) {
-  Relay& relay = rank.talk.relay();
-  for (const Message& below : relay.from_below(Phase::sums, rank.talk.stamp())) {
+  Relay& relay = rank.session.relay();
+  for (const Message& below : relay.from_below(Phase::sums, rank.session.stamp())) {
     base::Reader in = below.reader();
     program::add(in, own);
   }
@@ -53,25 +53,25 @@ program::Totals total_of_all(Rank& rank, program::Summed own) {
   } else {
     Message message;
     program::write(own, message.bytes());
-    relay.pass_up(Phase::sums, rank.talk.stamp(), std::move(message), false);
-    totals = read(relay.from_above(Phase::totals, rank.talk.stamp()).reader(), own);
+    relay.pass_up(Phase::sums, rank.session.stamp(), std::move(message), false);
+    totals = read(relay.from_above(Phase::totals, rank.session.stamp()).reader(), own);
   }
   for (const roles::Tree::Range& child : relay.tree().children()) {
     Message message;
     write(totals, message.bytes());
-    relay.pass_down(child, Phase::totals, rank.talk.stamp(), std::move(message), false);
+    relay.pass_down(child, Phase::totals, rank.session.stamp(), std::move(message), false);
   }
   return totals;
 }
 
 Notes exchange_notes(Rank& rank, Note own) {
-  Conversation& talk = rank.talk;
+  Session& session = rank.session;
   Notes notes;
   notes.totals = std::get<std::vector<std::int64_t>>(total_of_all(rank, program::Summed(std::move(own.numbers))));
-  talk.relay().say(comm::Phase::notes, talk.stamp(), std::as_bytes(std::span(own.text)), false);
-  talk.relay().hand_up(comm::Phase::notes, talk.stamp());
-  if (!talk.manages()) return notes;
-  for (const Said& said : talk.relay().listen(comm::Phase::notes, talk.stamp()).ranks) {
+  session.relay().say(comm::Phase::notes, session.stamp(), std::as_bytes(std::span(own.text)), false);
+  session.relay().hand_up(comm::Phase::notes, session.stamp());
+  if (!session.manages()) return notes;
+  for (const Said& said : session.relay().listen(comm::Phase::notes, session.stamp()).ranks) {
     notes.texts.emplace_back(reinterpret_cast<const char*>(said.bytes.data()), said.bytes.size());
   }
   return notes;

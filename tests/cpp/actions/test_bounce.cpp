@@ -42,9 +42,13 @@ struct World {
 
   World(const std::vector<Particle>& particles, const Shape& s, double step_s, double restitution = 1,
         double friction = 0, double gravity = 0, double cutoff = 0, bool exact_hit = true)
-      : program({{actions::Kind::gravity, {0, gravity, 0}, {}},
-                 {actions::Kind::bounce, {restitution, friction, cutoff, exact_hit ? 1.0 : 0.0}, {s}},
-                 {actions::Kind::move, {0}, {}}}),
+      : program({actions::make(actions::numbers::gravity<>{.acceleration = {0, gravity, 0}}),
+                 actions::make(actions::numbers::bounce<>{.restitution = restitution,
+                                                          .friction = friction,
+                                                          .min_tangential_speed = cutoff,
+                                                          .exact_hit = exact_hit ? 1.0 : 0.0},
+                               {s}),
+                 actions::make(actions::numbers::move<>{})}),
         dt(step_s) {
     store.grow(particles.size());
     for (std::size_t i = 0; i < particles.size(); ++i) {

@@ -77,15 +77,16 @@ TEST(files_carry_tables) {
 
 TEST(actions_must_have_the_table_that_they_read) {
   const actions::TableKey three = actions::keep(small(7));
-  actions::Action field{actions::Kind::field, {0, 0, 0, 1, 1, 1, 1, -1}, {}};
+  actions::Action field = actions::make(actions::numbers::field<>{.high = {1, 1, 1}, .strength = 1, .drag = -1});
   field.table = three;
   CHECK(!refused<std::invalid_argument>([&] { actions::check(field); }));
   field.table = 0;
   CHECK(refused<std::invalid_argument>([&] { actions::check(field); }));
-  actions::Action path{actions::Kind::follow_path, {1, 1, 1, 1, 0}, {}};
+  actions::Action path =
+      actions::make(actions::numbers::follow_path<>{.speed = 1, .strength = 1, .look_ahead = 1, .radius = 1});
   path.table = three;
   CHECK(refused<std::invalid_argument>([&] { actions::check(path); }));
-  actions::Action move{actions::Kind::move, {1}, {}};
+  actions::Action move = actions::make(actions::numbers::move<>{.rotational = 1});
   move.table = three;
   CHECK(refused<std::invalid_argument>([&] { actions::check(move); }));
 }

@@ -133,7 +133,7 @@ void play(SimulatedRank& self, const Asked& asked, Stops& stops) {
   while (engine.stop_asked() == 0 && engine.frame() < 9) {
     for (int system = 0; system < 2; ++system) {
       engine.record(system, test::falling_source(20));
-      engine.record(system, actions::Action{actions::Kind::move, {1}, {}});
+      engine.record(system, actions::make(actions::numbers::move<>{.rotational = 1}));
     }
     engine.run_frame(std::nullopt);
     const int before = engine.stop_asked();

@@ -21,8 +21,10 @@ TEST(costs_are_read) {
 
 TEST(costs_of_a_list_are_those_of_its_actions) {
   const Costs costs = read_costs("action.move = 4\naction.gravity = 2\nbirth = 100\n");
-  const std::vector<recording::Item> list = {Action{Kind::gravity, {0, -9.81, 0}, {}}, recording::Read{},
-                                             Action{Kind::move, {1}, {}}, Action{Kind::gravity, {0, 1, 0}, {}}};
+  const std::vector<recording::Item> list = {actions::make(actions::numbers::gravity<>{.acceleration = {0, -9.81, 0}}),
+                                             recording::Read{},
+                                             actions::make(actions::numbers::move<>{.rotational = 1}),
+                                             actions::make(actions::numbers::gravity<>{.acceleration = {0, 1, 0}})};
   CHECK(costs.of(list) == 8);
   CHECK(costs.of({}) == 0);
 }

@@ -61,15 +61,16 @@ void record(engine::Engine& engine, int parents, int children, bool reads) {
   spawn.inherit_velocity = 0.5;
   engine.record(parents, test::falling_source(60));
   engine.record(parents, spawn);
-  engine.record(parents, actions::Action{actions::Kind::gravity, {0, -9.81, 0}, {}});
+  engine.record(parents, actions::make(actions::numbers::gravity<>{.acceleration = {0, -9.81, 0}}));
   if (reads) engine.local(parents);
-  engine.record(parents, actions::Action{actions::Kind::bounce, {0.5, 0.1, 0, 1}, {ground}});
+  engine.record(parents, actions::make(actions::numbers::bounce<>{.restitution = 0.5, .friction = 0.1, .exact_hit = 1},
+                                       {ground}));
   if (reads) engine.digest();
-  engine.record(parents, actions::Action{actions::Kind::kill_old, {0.2, 0}, {}});
+  engine.record(parents, actions::make(actions::numbers::kill_old<>{.age_limit = 0.2}));
   if (reads) engine.gather(parents, true);
-  engine.record(parents, actions::Action{actions::Kind::move, {1}, {}});
-  engine.record(children, actions::Action{actions::Kind::kill_old, {0.1, 0}, {}});
-  engine.record(children, actions::Action{actions::Kind::move, {1}, {}});
+  engine.record(parents, actions::make(actions::numbers::move<>{.rotational = 1}));
+  engine.record(children, actions::make(actions::numbers::kill_old<>{.age_limit = 0.1}));
+  engine.record(children, actions::make(actions::numbers::move<>{.rotational = 1}));
 }
 
 // 3x3 tiles.
@@ -128,7 +129,7 @@ void play(SimulatedRank& self, const Way& way, Film& film) {
     test::check_owners(engine);
     if (definition.domains_of == parents) CHECK(engine.system(parents).domains == engine.system(children).domains);
     const std::string particles = particles::combine(engine.digest()).text();
-    if (!engine.talk().draws()) continue;
+    if (!engine.session().draws()) continue;
     film.frames.push_back(particles + " " + base::picture_sha256(kWidth, kHeight, engine.painter().take_pixels()));
     film.cuts.push_back(engine.system(parents).domains.cuts());
     film.children.push_back(engine.system(children).counts.alive);
@@ -231,11 +232,11 @@ Waits waits_of(engine::Combine combine) {
     engine.start();
     record(engine, 0, 1, false);
     engine.run_frame(view(image::View::Path::automatic));
-    if (engine.talk().calculates()) {
+    if (engine.session().calculates()) {
       waits.verdict_s = std::max(waits.verdict_s, engine.times().report);
       waits.plan_s = std::max(waits.plan_s, engine.times().balance);
     }
-    if (engine.talk().draws()) waits.draw_s = engine.times().render;
+    if (engine.session().draws()) waits.draw_s = engine.times().render;
     engine.finish();
   });
   return waits;

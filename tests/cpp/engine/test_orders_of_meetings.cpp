@@ -64,16 +64,17 @@ recording::Spawn spawn(recording::Spawn::On on) {
 }
 
 Action collide(double radius, double restitution, double other_radius = 0) {
-  return {Kind::collide, {radius, restitution, 0.5, -1, other_radius, 0}, {}};
+  return actions::make(actions::numbers::collide<>{
+      .radius = radius, .restitution = restitution, .friction = 0.5, .sleep = -1, .other_radius = other_radius});
 }
-Action gravity() { return {Kind::gravity, {0, -9.81, 0}, {}}; }
+Action gravity() { return actions::make(actions::numbers::gravity<>{.acceleration = {0, -9.81, 0}}); }
 Action bounce() { return {Kind::bounce, {0.5, 0.1, 0, 1}, {{shapes::Kind::plane, {0, 0, 0, 0, 1, 0}}}}; }
-Action kill_old(double age) { return {Kind::kill_old, {age, 0}, {}}; }
-Action move() { return {Kind::move, {1}, {}}; }
+Action kill_old(double age) { return actions::make(actions::numbers::kill_old<>{.age_limit = age}); }
+Action move() { return actions::make(actions::numbers::move<>{.rotational = 1}); }
 
 // Particles that are thrown over several domains in one step.
 Action far_away(int frame) {
-  Action set{Kind::set, {}, {}};
+  Action set = actions::make(actions::numbers::set<>{});
   set.target = particles::position;
   for (int c = 0; c < 3; ++c) {
     set.values.push_back({{actions::Op::column, c, 0}, {actions::Op::constant, 0, -1}, {actions::Op::multiply}});
@@ -96,16 +97,18 @@ void record(engine::Engine& engine, int frame) {
   engine.record(grains, kill_old(0.15));
   engine.record(pebbles, source(20, 1, 6));
   engine.record(pebbles, spawn(On::birth));
-  engine.record_meeting(grains, pebbles, collide(0.1, 0.5, 0.3));
+  engine.record_interaction(grains, pebbles, collide(0.1, 0.5, 0.3));
   engine.record(pebbles, gravity());
   engine.record(pebbles, spawn(On::death));
   engine.record(pebbles, collide(0.3, 0));
   engine.record(pebbles, bounce());
   engine.record(pebbles, kill_old(0.12));
   engine.record(pebbles, move());
-  engine.record(grains, Action{Kind::match_velocity, {0.01, 1e-3, 0.3}, {}});
+  engine.record(
+      grains, actions::make(actions::numbers::match_velocity<>{.magnitude = 0.01, .epsilon = 1e-3, .max_radius = 0.3}));
   engine.record(grains, move());
-  engine.record(sparks, Action{Kind::gravitate, {0.1, 1e-3, frame % 2 == 0 ? INFINITY : 0.5, 0}, {}});
+  engine.record(sparks, actions::make(actions::numbers::gravitate<>{
+                            .magnitude = 0.1, .epsilon = 1e-3, .max_radius = frame % 2 == 0 ? INFINITY : 0.5}));
   engine.record(sparks, kill_old(0.12));
   engine.record(sparks, move());
 }
@@ -161,7 +164,7 @@ Run run(const Way& way, std::uint64_t seed) {
       engine->run_frame(std::nullopt);
       std::string text;
       for (const particles::Digest& digest : engine->digest()) text += digest.text() + " ";
-      if (!engine->talk().manages()) continue;
+      if (!engine->session().manages()) continue;
       run.frames.push_back(text);
       for (int s = 0; s < 3; ++s) run.counts.push_back(engine->system(s).counts.alive);
       run.cuts = engine->system(grains).domains.cuts();
@@ -219,7 +222,7 @@ class Distorting final : public test::Forwarding {
       : Forwarding(std::move(under)), meetings_(meetings) {}
   std::optional<base::Bytes> receive(int from, Phase phase) override {
     std::optional<base::Bytes> bytes = Forwarding::receive(from, phase);
-    if (!bytes || phase != Phase::meeting || ++seen_[from] != meetings_) return bytes;
+    if (!bytes || phase != Phase::interaction || ++seen_[from] != meetings_) return bytes;
     comm::Message message(std::move(*bytes));
     comm::Header header = message.header();
     ++header.count;

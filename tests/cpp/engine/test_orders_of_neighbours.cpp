@@ -72,15 +72,15 @@ void record(engine::Engine& engine, const Way& way) {
   spawn.count = 2;
   engine.record(0, test::falling_source(80));
   engine.record(0, spawn);
-  engine.record(0, actions::Action{actions::Kind::gravity, {0, -9.81, 0}, {}});
+  engine.record(0, actions::make(actions::numbers::gravity<>{.acceleration = {0, -9.81, 0}}));
   engine.record(0,
                 actions::Action{actions::Kind::bounce, {0.5, 0.1, 0, 1}, {{shapes::Kind::plane, {0, 0, 0, 0, 1, 0}}}});
   if (way.fails >= 0) engine.record(0, recording::Callback{"look", 0, {}, {}});
-  engine.record(0, actions::Action{actions::Kind::kill_old, {0.3, 0}, {}});
-  engine.record(0, actions::Action{actions::Kind::move, {1}, {}});
+  engine.record(0, actions::make(actions::numbers::kill_old<>{.age_limit = 0.3}));
+  engine.record(0, actions::make(actions::numbers::move<>{.rotational = 1}));
   if (way.children_born) engine.record(1, test::falling_source(80));
-  engine.record(1, actions::Action{actions::Kind::kill_old, {0.1, 0}, {}});
-  engine.record(1, actions::Action{actions::Kind::move, {1}, {}});
+  engine.record(1, actions::make(actions::numbers::kill_old<>{.age_limit = 0.1}));
+  engine.record(1, actions::make(actions::numbers::move<>{.rotational = 1}));
 }
 
 engine::Settings settings(const Way& way) {
@@ -261,7 +261,7 @@ TEST(cuts_of_neighbours_without_a_manager_settle_where_times_are_equal) {
       burst.shape = {shapes::Kind::box, {-4, 0, 0, 4, 1, 1}};
       burst.amount = 20000;
       if (i == 0) engine.record(0, burst);
-      engine.record(0, actions::Action{actions::Kind::gravity, {0, -9.81, 0}, {}});
+      engine.record(0, actions::make(actions::numbers::gravity<>{.acceleration = {0, -9.81, 0}}));
       engine.run_frame(std::nullopt);
       if (self.rank() == 0) cuts.push_back(engine.system(0).domains.cuts());
     }

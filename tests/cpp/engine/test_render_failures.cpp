@@ -85,7 +85,7 @@ void play(SimulatedRank& self, const Fault& fault, Ends& ends, engine::RenderPla
     engine.start();
     for (int i = 0; i <= kFrame; ++i) {
       engine.record(0, test::drawn_source(300));
-      engine.record(0, actions::Action{actions::Kind::move, {1}, {}});
+      engine.record(0, actions::make(actions::numbers::move<>{.rotational = 1}));
       if (i == kFrame && self.rank() == fault.rank) {
         fault.later ? break_down_later(engine.painter()) : break_down(engine.painter(), fault.projecting);
       }

@@ -60,13 +60,13 @@ void play(SimulatedRank& self, const Asked& asked, Seen& seen) {
   for (int i = 0; i < 3; ++i) {
     calls = 0;
     engine.record(0, test::drawn_source(2000));
-    engine.record(0, actions::Action{actions::Kind::move, {1}, {}});
+    engine.record(0, actions::make(actions::numbers::move<>{.rotational = 1}));
     const int recorded = calls;
     engine.run_frame(view);
     seen.in_records += recorded;
     seen.in_frames += calls - recorded;
     seen.awaited = std::max(seen.awaited, awaited);
-    if (!engine.talk().draws()) continue;
+    if (!engine.session().draws()) continue;
     seen.pictures.push_back(base::picture_sha256(view.width, view.height, engine.painter().take_pixels()));
     if (!view.linear) continue;
     const std::vector<float> linear = engine.painter().linear();

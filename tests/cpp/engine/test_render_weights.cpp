@@ -55,7 +55,7 @@ std::vector<Sent> sent_on(Path path) {
     for (int i = 0; i < 3; ++i) {
       engine.record(0, test::drawn_source(300));
       engine.record(0, actions::Action{actions::Kind::random_displacement, {}, {{shapes::Kind::sphere, {0, 0, 0, 1}}}});
-      engine.record(0, actions::Action{actions::Kind::move, {1}, {}});
+      engine.record(0, actions::make(actions::numbers::move<>{.rotational = 1}));
       engine.run_frame(view);
     }
     engine.finish();
@@ -99,7 +99,7 @@ double frame_s(int ranks, Path path, float bloom) {
       const double start = comm::wall_seconds();
       engine.record(0, test::drawn_source(10));
       engine.run_frame(view);
-      if (engine.talk().draws()) seconds = comm::wall_seconds() - start;
+      if (engine.session().draws()) seconds = comm::wall_seconds() - start;
     }
     engine.finish();
   });

@@ -61,7 +61,7 @@ void record(engine::Engine& engine, int system) {
   velocity.shape = {shapes::Kind::box, {-20, 0, 0, 20, 1, 1}};
   birth.state = {{particles::velocity, velocity}};
   engine.record(system, birth);
-  engine.record(system, actions::Action{actions::Kind::move, {1}, {}});
+  engine.record(system, actions::make(actions::numbers::move<>{.rotational = 1}));
 }
 
 recording::SystemDefinition definition(const std::string& name) {
@@ -204,7 +204,7 @@ void play(SimulatedRank& self, const Trouble& trouble, std::map<int, End>& ends)
         engine.record(system, recording::Callback{"look", 0, {}, {}});
       }
       if (frame == 2 && contains(trouble.differing, self.rank())) {
-        engine.record(2, actions::Action{actions::Kind::gravity, {0, -1, 0}, {}});
+        engine.record(2, actions::make(actions::numbers::gravity<>{.acceleration = {0, -1, 0}}));
       }
       engine.run_frame(std::nullopt);
     }

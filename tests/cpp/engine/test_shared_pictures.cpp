@@ -79,7 +79,7 @@ void play(SimulatedRank& self, const Asked& asked, Seen& seen) {
     view.layers = asked.layers;
     bytes = 0;
     engine.record(0, test::drawn_source(500));
-    engine.record(0, actions::Action{actions::Kind::move, {1}, {}});
+    engine.record(0, actions::make(actions::numbers::move<>{.rotational = 1}));
     engine.run_frame(view);
     seen.bytes[i] += bytes;
     if (asked.redrawn) {
@@ -201,7 +201,7 @@ TEST(a_picture_that_a_child_process_still_sees_stays_as_it_is) {
     engine.start();
     engine.record(0, test::drawn_source(500));
     engine.run_frame(test::drawn_view(640, 480, Path::tiles));
-    if (engine.talk().draws()) {
+    if (engine.session().draws()) {
       SharedPictures& shared = engine.painter().shared;
       const auto open = [&] { return shared.open(3 * 640 * 480, {}); };
       std::shared_ptr<std::uint8_t[]> free = open();

@@ -73,7 +73,7 @@ void play(SimulatedRank& self, const Run& run, End& end) {
   engine.add_system(definition);
   definition.name = "neutrons";
   engine.add_system(definition);
-  end.manages = engine.talk().manages();
+  end.manages = engine.session().manages();
   int frame = 0;
   engine.on_callback([&](const engine::Call&) {
     const bool fails = frame == 2 && self.rank() == run.failing && run.asks != Run::Asks::write;
@@ -92,7 +92,7 @@ void play(SimulatedRank& self, const Run& run, End& end) {
       engine.record(0, birth);
       engine.record(1, birth);
       if (run.failing >= 0) engine.record(0, recording::Callback{"look", 0, {}, {}});
-      engine.record(0, actions::Action{actions::Kind::move, {1}, {}});
+      engine.record(0, actions::make(actions::numbers::move<>{.rotational = 1}));
       const bool writes = frame == 2 && run.asks == Run::Asks::write;
       const bool differs = frame == 2 && self.rank() == run.differing;
       const bool reads = frame == 0;  // later what was recorded waits, for what is asked next
@@ -104,7 +104,7 @@ void play(SimulatedRank& self, const Run& run, End& end) {
       if (frame == 2 && run.asks == Run::Asks::gather) engine.gather(0, true);
       end.found.push_back(engine.sum(0, Verb::total, energy()));  // in the middle of a frame
       end.found.push_back(engine.sum(0, Verb::tally, grid(differs)));
-      engine.record(0, actions::Action{actions::Kind::gravity, {0, -1, 0}, {}});
+      engine.record(0, actions::make(actions::numbers::gravity<>{.acceleration = {0, -1, 0}}));
       engine.run_frame(std::nullopt);
       end.found.push_back(engine.sum(0, Verb::histogram, grid(true)));
     }

@@ -52,7 +52,7 @@ image::View view_of(const Asked& asked, double x) {
 }
 
 void redraw_twice(engine::Engine& engine, const Asked& asked, double x, End& end) {
-  const bool draws = engine.talk().draws();
+  const bool draws = engine.session().draws();
   image::Pixels last = engine.painter().take_pixels();
   engine.redraw(view_of(asked, x));
   if (draws && asked.shutter == 0) CHECK(engine.painter().take_pixels() == last);
@@ -81,7 +81,7 @@ End play(SimulatedRank& self, const Asked& asked) {
   for (int frame = 0; frame < 5; ++frame) {
     for (int system = 0; system < 2; ++system) {
       engine.record(system, test::falling_source(30));
-      engine.record(system, actions::Action{actions::Kind::move, {1}, {}});
+      engine.record(system, actions::make(actions::numbers::move<>{.rotational = 1}));
     }
     const double x = 0.5 * frame;  // the shutter sees the camera move
     engine.run_frame(view_of(asked, x));
@@ -89,7 +89,7 @@ End play(SimulatedRank& self, const Asked& asked) {
     if (asked.redraws) {
       redraw_twice(engine, asked, x, end);
       CHECK(engine.orders() == end.heard.back());  // a picture brings none, and forgets none
-    } else if (engine.talk().draws()) {
+    } else if (engine.session().draws()) {
       end.pictures.push_back(engine.painter().take_pixels());
     }
     if (frame % 2 == 0) {

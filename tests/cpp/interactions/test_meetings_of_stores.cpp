@@ -29,19 +29,35 @@ struct Collision {
   bool two = false;
 
   Action action() const {
-    Action made{Kind::collide, {radius, restitution, friction, sleep, other_radius, 0}, {}};
+    Action made = actions::make(actions::numbers::collide<>{.radius = radius,
+                                                            .restitution = restitution,
+                                                            .friction = friction,
+                                                            .sleep = sleep,
+                                                            .other_radius = other_radius});
     made.other = two ? 1 : -1;
     return made;
   }
 };
 
-Action gravitation(double radius) { return {Kind::gravitate, {0.5, 1e-3, radius, 0}, {}}; }
-Action matching(double radius) { return {Kind::match_velocity, {0.5, 1e-3, radius}, {}}; }
-Action spin_matching(double radius) { return {Kind::match_rotational_velocity, {0.5, 1e-3, radius}, {}}; }
+Action gravitation(double radius) {
+  return actions::make(actions::numbers::gravitate<>{.magnitude = 0.5, .epsilon = 1e-3, .max_radius = radius});
+}
+Action matching(double radius) {
+  return actions::make(actions::numbers::match_velocity<>{.magnitude = 0.5, .epsilon = 1e-3, .max_radius = radius});
+}
+Action spin_matching(double radius) {
+  return actions::make(
+      actions::numbers::match_rotational_velocity<>{.magnitude = 0.5, .epsilon = 1e-3, .max_radius = radius});
+}
 
-Action contact() { return {Kind::contact, {0, 0.5, 0.5, 20, 0.25}, {}}; }
+Action contact() {
+  return actions::make(
+      actions::numbers::contact<>{.restitution = 0.5, .friction = 0.5, .stiffness = 20, .rolling_friction = 0.25});
+}
 
-Action fluid() { return {Kind::fluid, {100, 0.01, 0.2, 1}, {}}; }
+Action fluid() {
+  return actions::make(actions::numbers::fluid<>{.rest_density = 100, .viscosity = 0.01, .radius = 0.2, .cohesion = 1});
+}
 
 Extent widest(const Extent& a, const Extent& b) {
   return {std::max(a.radius, b.radius), std::max(a.other_radius, b.other_radius),
@@ -71,7 +87,8 @@ interactions::Seen meet(const Action& action, Store& first, Store* second = null
 
 void move(Store& store) {
   program::Outcome outcome;
-  program::Program({{Kind::move, {0}, {}}}, 0).run(store, 0, 0, {0, 1, static_cast<double>(kDt), 0}, {}, {}, outcome);
+  program::Program({actions::make(actions::numbers::move<>{})}, 0)
+      .run(store, 0, 0, {0, 1, static_cast<double>(kDt), 0}, {}, {}, outcome);
 }
 
 // Balls on the x axis that approach each other at the origin.

@@ -43,7 +43,7 @@ Message large() {
 }
 
 // Each rank sends to all, in rounds.
-void talk(Communicator& comm, std::uint32_t first, std::uint32_t rounds) {
+void session(Communicator& comm, std::uint32_t first, std::uint32_t rounds) {
   for (std::uint32_t turn = first; turn < first + rounds; ++turn) {
     for (int to = 0; to < comm.size(); ++to) comm.post(to, Phase::exchange, {0, turn}, Message());
     for (int from = 0; from < comm.size(); ++from) comm.expect(from, Phase::exchange, {0, turn});
@@ -63,7 +63,7 @@ void wait_for_losses(Communicator& comm, const Plan& plan) {
   const int victim = plan.victims.front();
   if (plan.meanwhile == "anything") {
     if (plan.dies(self)) std::thread(die_after, plan.after_s).detach();
-    for (std::uint32_t turn = 0;; ++turn) talk(comm, turn, 1);
+    for (std::uint32_t turn = 0;; ++turn) session(comm, turn, 1);
   }
   if (plan.dies(self)) die_after(plan.after_s);
   if (plan.meanwhile == "receive") comm.expect(self == 0 ? victim : 0, Phase::loads, {});
@@ -96,7 +96,7 @@ void come_through(const Environment& mpi, const Plan& plan) {
         ranks = survivors;
         comm = std::move(left);
       }
-      talk(*comm, 0, 20);
+      session(*comm, 0, 20);
       comm->finish();
       break;
     } catch (const RankLost&) {

@@ -39,13 +39,13 @@ std::vector<int> after(const std::vector<float>& heights, const actions::Action&
   return found;
 }
 
-const actions::Action kUp{actions::Kind::sort, {0, 0, 0, 0, 2, 0}, {}};
+const actions::Action kUp = actions::make(actions::numbers::sort<>{.look = {0, 2, 0}});
 
 }  // namespace
 
 TEST(order_is_far_first_then_by_id) {
   CHECK((after({1, 3, 2, 3, -5}, kUp) == std::vector<int>{3, 1, 2, 0, 4}));
-  const actions::Action down{actions::Kind::sort, {0, 9, 0, 0, -1, 0}, {}};
+  const actions::Action down = actions::make(actions::numbers::sort<>{.eye = {0, 9, 0}, .look = {0, -1, 0}});
   CHECK((after({1, 3, 2, 3, -5}, down) == std::vector<int>{4, 0, 2, 3, 1}));
   CHECK(after({}, kUp).empty());
 }

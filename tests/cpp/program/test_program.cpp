@@ -60,10 +60,10 @@ shapes::Shape ball(float radius) {
   return s;
 }
 
-Action gravity() { return {actions::Kind::gravity, {0, -9.8, 1}, {}}; }
-Action shake() { return {actions::Kind::random_acceleration, {}, {ball(50)}}; }
-Action move() { return {actions::Kind::move, {1}, {}}; }
-Action kill_old(double age) { return {actions::Kind::kill_old, {age, 0}, {}}; }
+Action gravity() { return actions::make(actions::numbers::gravity<>{.acceleration = {0, -9.8, 1}}); }
+Action shake() { return actions::make(actions::numbers::random_acceleration<>{}, {ball(50)}); }
+Action move() { return actions::make(actions::numbers::move<>{.rotational = 1}); }
+Action kill_old(double age) { return actions::make(actions::numbers::kill_old<>{.age_limit = age}); }
 
 }  // namespace
 

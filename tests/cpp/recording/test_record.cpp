@@ -50,9 +50,9 @@ Record rich_record() {
   emit.kind = Birth::Kind::emit;
   emit.amount = 2;
   emit.columns = {{particles::position, {1, 2, 3, 4, 5, 6}}};
-  const actions::Action gravity{actions::Kind::gravity, {0, -9.8, 0}, {}};
+  const actions::Action gravity = actions::make(actions::numbers::gravity<>{.acceleration = {0, -9.8, 0}});
   const actions::Action bounce{actions::Kind::bounce, {0.5, 0.1, 0}, {a_shape(shapes::Kind::plane)}};
-  const actions::Action move{actions::Kind::move, {1}, {}};
+  const actions::Action move = actions::make(actions::numbers::move<>{.rotational = 1});
   r.lists = {{source, gravity, Read{}, bounce, move}, {emit, move}};
   r.sprites = {snow.sprite, rain.sprite};
   image::View view;
@@ -229,7 +229,7 @@ TEST(first_difference_names_the_place) {
   CHECK(told([](Record& r) { r.lists[0].pop_back(); }) == "system 'snow', call 5: nothing here, move there");
   CHECK(told([](Record& r) { r.lists[0].erase(r.lists[0].begin()); }) ==
         "system 'snow', call 1: gravity here, source there");
-  CHECK(told([](Record& r) { r.lists[0][2] = actions::Action{actions::Kind::kill_expired, {}, {}}; }) ==
+  CHECK(told([](Record& r) { r.lists[0][2] = actions::make(actions::numbers::kill_expired<>{}); }) ==
         "system 'snow', call 3: kill_expired here, local there");
 }
 

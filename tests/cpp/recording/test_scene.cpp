@@ -34,10 +34,10 @@ Record frame(std::uint64_t number) {
   emit.kind = Birth::Kind::emit;
   emit.amount = 2;
   emit.columns = {{particles::position, {1, 2, 3, 4, 5, 6}}};
-  const actions::Action gravity{actions::Kind::gravity, {0, -9.8, 0}, {}};
+  const actions::Action gravity = actions::make(actions::numbers::gravity<>{.acceleration = {0, -9.8, 0}});
   Spawn spawn;
   spawn.state = {{particles::velocity, {}}};
-  r.lists = {{emit, gravity, Read{}, spawn, actions::Action{actions::Kind::move, {1}, {}}}};
+  r.lists = {{emit, gravity, Read{}, spawn, actions::make(actions::numbers::move<>{.rotational = 1})}};
   r.sprites = {snow.sprite};
   if (r.verb == Verb::render) {
     r.view.emplace();

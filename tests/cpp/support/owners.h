@@ -9,11 +9,11 @@ namespace test {
 
 /// Between two frames each calculator has what belongs to it, and nothing else.
 inline void check_owners(motes::engine::Engine& engine) {
-  for (int i = 0; engine.talk().calculates() && i < engine.system_count(); ++i) {
+  for (int i = 0; engine.session().calculates() && i < engine.system_count(); ++i) {
     const motes::particles::Store& store = *engine.seen(i).store;
     const motes::domains::Places places = motes::engine::places_of(store);
     for (std::size_t p = 0; p < store.size(); ++p) {
-      CHECK(motes::engine::owner_of(engine.system(i).domains, places, p) == engine.talk().calculator());
+      CHECK(motes::engine::owner_of(engine.system(i).domains, places, p) == engine.session().calculator());
     }
   }
 }

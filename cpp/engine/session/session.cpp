@@ -1,13 +1,13 @@
-#include "engine/session/conversation.h"
+#include "engine/session/session.h"
 
 #include <utility>
 
 namespace motes::engine {
 
-Conversation::Conversation(std::unique_ptr<comm::Communicator> comm, roles::Cast cast)
+Session::Session(std::unique_ptr<comm::Communicator> comm, roles::Cast cast)
     : comm_(std::move(comm)), cast_(std::move(cast)), relay_(*comm_, cast_) {}
 
-void Conversation::give_up(Verdict verdict) {
+void Session::give_up(Verdict verdict) {
   broken_ = true;
   const bool mine = verdict.failed_rank == rank() && failure_.kind == Failure::Kind::compute;
   failed_at_ = failure_.place;
@@ -23,14 +23,14 @@ void Conversation::give_up(Verdict verdict) {
   throw Agreed(std::move(verdict), frame, role, text);
 }
 
-void Conversation::rethrow() {
+void Session::rethrow() {
   if (!failure_.failed()) return;
   const std::exception_ptr own = std::exchange(own_exception_, nullptr);
   if (own) std::rethrow_exception(own);
   throw std::runtime_error(failure_.action + ": " + failure_.text);
 }
 
-void Conversation::check_alive() const {
+void Session::check_alive() const {
   if (broken_) throw std::runtime_error("the run ended when frame " + std::to_string(frame) + " failed");
 }
 

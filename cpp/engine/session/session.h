@@ -35,9 +35,9 @@ class Agreed : public std::runtime_error {
 
 /// Compute may fail, conversations may not: `work` keeps a failure and skips the rank's later work; the rank goes on
 /// talking with empty payloads until all have agreed on what happened, and all give up together.
-class Conversation {
+class Session {
  public:
-  Conversation(std::unique_ptr<comm::Communicator> comm, roles::Cast cast);
+  Session(std::unique_ptr<comm::Communicator> comm, roles::Cast cast);
 
   comm::Communicator& comm() { return *comm_; }
   const comm::Communicator& comm() const { return *comm_; }

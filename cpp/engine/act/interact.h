@@ -1,6 +1,8 @@
-// meet: a place in the list where particles see each other. The dead are cleared; calculators agree on how far it sees;
-// one message to each neighbouring domain takes migrants to their owners and ghosts of what is within reach; then each
-// calculator acts on its own particles. The paper allows the exchange in the middle of a list (3.1.5).
+// interact: particles see each other, at their place in the list (paper 3.1.5). Calculators
+//   1. clear the dead, and find which particles have left their domain;
+//   2. agree on how far the action sees: an all-reduce of maxima, which also says whether one of them has failed;
+//   3. send each domain within reach one message: migrants to their new owner, and ghosts of what it may see;
+//   4. act on their own particles.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +15,7 @@
 namespace motes::engine {
 
 /// A pair interaction: its action in the list of the first system, and the systems that take part.
-struct Meeting {
+struct Interaction {
   const actions::Action* action = nullptr;
   std::size_t item = 0;  // index in that list
   std::size_t systems[2] = {};
@@ -28,7 +30,8 @@ struct Meeting {
 };
 
 /// Calculators, collective. Returns false where one of them has failed: all leave the list and go on to the report.
-bool meet(Rank& rank, const Script& script, Calculator& calculator, const Round& round, const Meeting& meeting);
+bool interact(Rank& rank, const Script& script, Calculator& calculator, const Round& round,
+              const Interaction& interaction);
 
 /// Tells the other calculators, at their first interaction, that this one failed before the list.
 void say_failed(Rank& rank, const Round& round);

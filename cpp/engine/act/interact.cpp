@@ -1,4 +1,4 @@
-#include "engine/act/meet.h"
+#include "engine/act/interact.h"
 
 #include <algorithm>
 #include <cmath>
@@ -63,7 +63,7 @@ Migrants migrants_of(const Rank& rank, const System& system, Population& here) {
   find_migrants(rank, system, here);
   migrants.to = migrants_by_owner(rank, system, here);
   here.outcome.left.clear();
-  const domains::Box box = system.domains.box(rank.talk.calculator());
+  const domains::Box box = system.domains.box(rank.session.calculator());
   for (const auto& [owner, particles] : migrants.to) {
     for (const std::uint32_t p : particles) {
       float x[3];
@@ -75,20 +75,21 @@ Migrants migrants_of(const Rank& rank, const System& system, Population& here) {
 }
 
 // Swaps migrants and ghosts for an interaction: what this calculator sends to whom, and what all agreed on.
-class Swap {
+class GhostExchange {
  public:
-  Swap(Rank& rank, const Script& script, Calculator& calculator, const Round& round, const Meeting& meeting)
-      : rank_(rank), script_(script), calculator_(calculator), round_(round), meeting_(meeting) {
-    if (meeting.action->kind != actions::Kind::tie) return;
-    bonds_ = interactions::bonds(meeting.action->ties);
+  GhostExchange(Rank& rank, const Script& script, Calculator& calculator, const Round& round,
+                const Interaction& interaction)
+      : rank_(rank), script_(script), calculator_(calculator), round_(round), interaction_(interaction) {
+    if (interaction.action->kind != actions::Kind::tie) return;
+    bonds_ = interactions::bonds(interaction.action->ties);
     pins_.assign(3 * bonds_->pins(), -std::numeric_limits<float>::infinity());
   }
 
   bool run() {
     prepare();
     if (!agree()) return false;
-    if (rank_.talk.calculators() > 1) exchange();
-    if (interactions::uses_cells(*meeting_.action)) add_moments();
+    if (rank_.session.calculators() > 1) exchange();
+    if (interactions::uses_cells(*interaction_.action)) add_moments();
     compute([&] { act(); });
     return true;
   }
@@ -97,22 +98,23 @@ class Swap {
   using Extent = interactions::Extent;
 
   const std::vector<recording::Item>& list() const { return system(0).list; }
-  interactions::Knots& knots() { return calculator_.knots[{meeting_.systems[0], meeting_.action->ties}]; }
-  const System& system(std::size_t side) const { return *script_.systems[meeting_.systems[side]]; }
-  Population& population(std::size_t side) const { return *calculator_.populations[meeting_.systems[side]]; }
+  interactions::Knots& knots() { return calculator_.knots[{interaction_.systems[0], interaction_.action->ties}]; }
+  const System& system(std::size_t side) const { return *script_.systems[interaction_.systems[side]]; }
+  Population& population(std::size_t side) const { return *calculator_.populations[interaction_.systems[side]]; }
   float dt() const { return static_cast<float>(rank_.settings.dt / rank_.settings.substeps); }
 
   // The work of systems that meet counts by their numbers of particles.
   template <class Work>
   void compute(const Work& work) {
-    rank_.talk.work("meeting", [&] {
-      const double spent = rank_.machine.timed([&] { of_item(list(), meeting_.systems[0], meeting_.item, work); });
+    rank_.session.work("meeting", [&] {
+      const double spent =
+          rank_.machine.timed([&] { of_item(list(), interaction_.systems[0], interaction_.item, work); });
       double all = 0;
-      for (std::size_t side = 0; side < meeting_.count; ++side)
+      for (std::size_t side = 0; side < interaction_.count; ++side)
         all += static_cast<double>(population(side).store.size());
-      for (std::size_t side = 0; side < meeting_.count; ++side) {
+      for (std::size_t side = 0; side < interaction_.count; ++side) {
         const auto own = static_cast<double>(population(side).store.size());
-        population(side).tally.compute_s += spent * (all > 0 ? own / all : 1 / static_cast<double>(meeting_.count));
+        population(side).tally.compute_s += spent * (all > 0 ? own / all : 1 / static_cast<double>(interaction_.count));
       }
     });
   }
@@ -120,13 +122,13 @@ class Swap {
   // Clears the dead, finds who left, and what all must know.
   void prepare() {
     compute([&] {
-      for (std::size_t side = 0; side < meeting_.count; ++side) {
+      for (std::size_t side = 0; side < interaction_.count; ++side) {
         Population& here = population(side);
         clear_dead(rank_, system(side), here);
-        if (interactions::uses_cells(*meeting_.action)) bounds_ = interactions::bounds_of(here.store);
+        if (interactions::uses_cells(*interaction_.action)) bounds_ = interactions::bounds_of(here.store);
         if (bonds_ != nullptr) prepare_ties(here.store);
-        if (rank_.talk.calculators() > 1) migrants_[side] = migrants_of(rank_, system(side), here);
-        const Extent extent = interactions::extent_of(*meeting_.action, here.store, dt(), side == 1, *rank_.pool);
+        if (rank_.session.calculators() > 1) migrants_[side] = migrants_of(rank_, system(side), here);
+        const Extent extent = interactions::extent_of(*interaction_.action, here.store, dt(), side == 1, *rank_.pool);
         extent_.radius = std::max(extent_.radius, extent.radius);
         extent_.other_radius = std::max(extent_.other_radius, extent.other_radius);
         extent_.displacement = std::max(extent_.displacement, extent.displacement);
@@ -137,7 +139,7 @@ class Swap {
 
   void prepare_ties(const Store& store) {
     pins_ = interactions::pins_of(*bonds_, store);
-    if (rank_.talk.calculators() == 1) return;  // sees all that there is
+    if (rank_.session.calculators() == 1) return;  // sees all that there is
     const interactions::Stretch stretch = interactions::stretch_of(*bonds_, knots(), store);
     extent_.radius = stretch.longest;
     extent_.displacement = stretch.way;
@@ -147,7 +149,7 @@ class Swap {
   bool agree() {
     const double farthest = std::max(migrants_[0].farthest, migrants_[1].farthest);
     const float out = std::nextafter(static_cast<float>(farthest), std::numeric_limits<float>::infinity());
-    Maxima word = {rank_.talk.failed() ? 1.0f : 0.0f,
+    Maxima word = {rank_.session.failed() ? 1.0f : 0.0f,
                    out,
                    extent_.radius,
                    extent_.other_radius,
@@ -162,8 +164,8 @@ class Swap {
     std::copy_n(heard.begin() + static_cast<std::ptrdiff_t>(fixed), pins_.size(), pins_.begin());
     std::copy_n(heard.begin() + static_cast<std::ptrdiff_t>(fixed + pins_.size()), bounds_.size(), bounds_.begin());
     farthest_ = heard[1];
-    range_ = interactions::range_of(*meeting_.action, extent_);
-    if (interactions::uses_cells(*meeting_.action)) {
+    range_ = interactions::range_of(*interaction_.action, extent_);
+    if (interactions::uses_cells(*interaction_.action)) {
       const Counts& counts = system(0).counts;  // at most so many live: all ranks know the same
       cube_ = interactions::Cube::around(bounds_, counts.alive_at_start + counts.born - counts.born_at_start);
       range_ = 2 * cube_.leaf;
@@ -173,7 +175,7 @@ class Swap {
 
   float farthest_cut() const {
     float most = 0;
-    for (std::size_t side = 0; side < meeting_.count; ++side) {
+    for (std::size_t side = 0; side < interaction_.count; ++side) {
       for (const float cut : system(side).domains.cuts()) most = std::max(most, std::abs(cut));
     }
     return most;
@@ -181,7 +183,7 @@ class Swap {
 
   // Tells whether one calculator may have migrants or ghosts for another.
   bool concerns(int from, int to) const {
-    for (std::size_t a = 0; a < meeting_.count; ++a) {
+    for (std::size_t a = 0; a < interaction_.count; ++a) {
       const domains::Box box = system(a).domains.box(from);
       if (gap(box, system(a).domains.box(to)) <= farthest_) return true;
       if (gap(box, system(seer(a)).domains.box(to)) <= farthest_ + range_) return true;
@@ -190,11 +192,11 @@ class Swap {
   }
 
   // Returns the side whose particles see those of this side: itself, or the other system.
-  std::size_t seer(std::size_t side) const { return meeting_.count == 1 ? 0 : 1 - side; }
+  std::size_t seer(std::size_t side) const { return interaction_.count == 1 ? 0 : 1 - side; }
 
   void exchange() {
-    const int self = rank_.talk.calculator();
-    const int count = static_cast<int>(rank_.talk.calculators());
+    const int self = rank_.session.calculator();
+    const int count = static_cast<int>(rank_.session.calculators());
     std::vector<int> to;
     std::vector<int> from;
     for (int other = 0; other < count; ++other) {
@@ -203,25 +205,25 @@ class Swap {
     }
     std::uint16_t& hops = population(0).interaction.hops;
     hops = std::max(hops, static_cast<std::uint16_t>(std::min<std::size_t>(to.size(), UINT16_MAX)));
-    for (const int source : from) rank_.talk.comm().await(rank_.talk.rank_of(source), Phase::meeting);
+    for (const int source : from) rank_.session.comm().await(rank_.session.rank_of(source), Phase::interaction);
     std::map<int, Message> messages;
     for (const int target : to) messages[target];
     compute([&] {
-      for (std::size_t side = 0; side < meeting_.count; ++side) pack(side, messages);
+      for (std::size_t side = 0; side < interaction_.count; ++side) pack(side, messages);
     });
     for (auto& [target, message] : messages) {
-      if (rank_.talk.failed()) message = Message();
-      const std::uint64_t count = rank_.talk.failed() ? 0 : sent_[target];
+      if (rank_.session.failed()) message = Message();
+      const std::uint64_t count = rank_.session.failed() ? 0 : sent_[target];
       population(0).interaction.bytes += message.payload().size();
-      rank_.talk.comm().post(rank_.talk.rank_of(target), Phase::meeting, rank_.talk.stamp(round_), std::move(message),
-                             count, rank_.talk.failed());
+      rank_.session.comm().post(rank_.session.rank_of(target), Phase::interaction, rank_.session.stamp(round_),
+                                std::move(message), count, rank_.session.failed());
     }
     compute([&] {
-      for (std::size_t side = 0; side < meeting_.count; ++side) remove_migrants(side);
+      for (std::size_t side = 0; side < interaction_.count; ++side) remove_migrants(side);
     });
     for (const int source : from) {
       const Message message =
-          rank_.talk.comm().expect(rank_.talk.rank_of(source), Phase::meeting, rank_.talk.stamp(round_));
+          rank_.session.comm().expect(rank_.session.rank_of(source), Phase::interaction, rank_.session.stamp(round_));
       if (message.header().failed == 0) compute([&] { unpack(message); });
     }
   }
@@ -229,14 +231,14 @@ class Swap {
   void add_moments() {
     compute([&] { moments_ = interactions::moments_of(cube_, population(0).store); });
     moments_.resize(4 * cube_.leaves());
-    population(0).interaction.bytes += all_reduce_sum(rank_, round_, Phase::meeting, moments_);
+    population(0).interaction.bytes += all_reduce_sum(rank_, round_, Phase::interaction, moments_);
   }
 
   // The particles that somebody else may see, or that leave.
   std::vector<std::uint32_t> near_the_border(std::size_t side) const {
     const System& sees = system(seer(side));
     const Store& store = population(side).store;
-    const domains::Box own = system(side).domains.box(rank_.talk.calculator());
+    const domains::Box own = system(side).domains.box(rank_.session.calculator());
     if (sees.domains != system(side).domains || own == domains::Box{}) return first_indices(store.size());
     std::vector<std::uint8_t> near(store.size(), 0);
     for (int c = 0; c < 3; ++c) {
@@ -262,7 +264,7 @@ class Swap {
     const Store& store = population(side).store;
     out.put(static_cast<std::uint64_t>(chosen.size()));
     for (const std::uint32_t i : chosen) out.put(store.ids()[i]);
-    for (const interactions::Component c : interactions::read_by(*meeting_.action)) {
+    for (const interactions::Component c : interactions::read_by(*interaction_.action)) {
       const float* plane = store.plane(c.attribute, c.component);
       const float value = store.uniform_value(c.attribute)[static_cast<std::size_t>(c.component)];
       for (const std::uint32_t i : chosen) out.put(plane != nullptr ? plane[i] : value);
@@ -282,7 +284,7 @@ class Swap {
   // Packs, for each calculator, its new migrants and ghosts of particles within reach of its own.
   void pack(std::size_t side, std::map<int, Message>& messages) {
     Population& here = population(side);
-    const int self = rank_.talk.calculator();
+    const int self = rank_.session.calculator();
     std::map<std::uint32_t, int> owners;
     for (const auto& [owner, migrants] : migrants_[side].to) {
       for (const std::uint32_t p : migrants) owners[p] = owner;
@@ -328,7 +330,7 @@ class Swap {
     }
     put_ghosts(side, copied, kept);
     base::Reader in(kept.view());
-    take_ghosts(in, interactions::read_by(*meeting_.action).size(), ghosts_[side]);
+    take_ghosts(in, interactions::read_by(*interaction_.action).size(), ghosts_[side]);
   }
 
   // Writes to the store what migrants remember of their touches in kept lists.
@@ -339,7 +341,7 @@ class Swap {
     for (const std::uint32_t i : gone) index_of[store.ids()[i]] = i;
     std::map<std::uint32_t, std::vector<particles::Touch>> touches;
     for (const auto& [key, list] : calculator_.neighbours) {
-      if (key.first != meeting_.systems[side]) continue;
+      if (key.first != interaction_.systems[side]) continue;
       for (std::size_t place = 0; place < list.ids().size(); ++place) {
         const auto found = index_of.find(list.ids()[place]);
         if (found != index_of.end()) list.recall(place, key.second, touches[found->second]);
@@ -381,7 +383,7 @@ class Swap {
   void unpack(const Message& message) {
     base::Reader in = message.reader();
     std::uint64_t count = 0;
-    for (std::size_t side = 0; side < meeting_.count; ++side) {
+    for (std::size_t side = 0; side < interaction_.count; ++side) {
       Population& here = population(side);
       const std::size_t before = here.store.size();
       here.store.unpack(in, *rank_.pool);
@@ -389,7 +391,7 @@ class Swap {
       here.interaction.moved_in += arrived;
       take_noted(in, here.bounced);
       take_noted(in, here.collided);
-      const std::uint64_t seen = take_ghosts(in, interactions::read_by(*meeting_.action).size(), ghosts_[side]);
+      const std::uint64_t seen = take_ghosts(in, interactions::read_by(*interaction_.action).size(), ghosts_[side]);
       count += arrived + seen;
       const Costs& costs = rank_.machine.costs();
       rank_.machine.charge(costs.arrive * static_cast<double>(arrived) + costs.copy * static_cast<double>(seen));
@@ -402,8 +404,8 @@ class Swap {
   std::vector<float> ask(const interactions::PairList& pairs) {
     std::vector<float> changes;
     if (pairs.size() == 0) return changes;
-    const Call call{static_cast<int>(meeting_.systems[0]),
-                    static_cast<int>(actions::numbers_of<actions::numbers::pairs>(*meeting_.action).number),
+    const Call call{static_cast<int>(interaction_.systems[0]),
+                    static_cast<int>(actions::numbers_of<actions::numbers::pairs>(*interaction_.action).number),
                     0,
                     nullptr,
                     &pairs,
@@ -420,7 +422,7 @@ class Swap {
   }
 
   interactions::Seen look(const interactions::Side (&sides)[2]) {
-    const actions::Action& action = *meeting_.action;
+    const actions::Action& action = *interaction_.action;
     if (bonds_ != nullptr) {
       return {interactions::tie(action, *bonds_, dt(), sides[0], pins_, knots(), *rank_.pool), 0};
     }
@@ -437,47 +439,47 @@ class Swap {
   void act() {
     interactions::Side sides[2];
     std::vector<std::uint8_t> chosen[2], collided[2];
-    for (std::size_t side = 0; side < meeting_.count; ++side) {
+    for (std::size_t side = 0; side < interaction_.count; ++side) {
       Population& here = population(side);
-      sides[side] = {&here.store, &ghosts_[side], nullptr, meeting_.newborn_from[side]};
-      sides[side].adds = meeting_.collided[side] != Collided::none;
-      if (meeting_.action->kind == actions::Kind::contact) {
-        sides[side].list = &calculator_.neighbours[{meeting_.systems[side], meeting_.law}];
-        sides[side].law = meeting_.law;
-        sides[side].keeps_list = rank_.talk.calculators() == 1;
+      sides[side] = {&here.store, &ghosts_[side], nullptr, interaction_.newborn_from[side]};
+      sides[side].adds = interaction_.collided[side] != Collided::none;
+      if (interaction_.action->kind == actions::Kind::contact) {
+        sides[side].list = &calculator_.neighbours[{interaction_.systems[side], interaction_.law}];
+        sides[side].law = interaction_.law;
+        sides[side].keeps_list = rank_.session.calculators() == 1;
       }
-      sides[side].now = meeting_.substep;
-      sides[side].last = meeting_.last;
+      sides[side].now = interaction_.substep;
+      sides[side].last = interaction_.last;
       here.moved = true;
-      if (meeting_.collided[side] == Collided::some) {
+      if (interaction_.collided[side] == Collided::some) {
         collided[side] = collided_of(here);
         sides[side].adds_to = &collided[side];
       }
-      if (meeting_.action->where.empty() || side == 1) continue;
+      if (interaction_.action->where.empty() || side == 1) continue;
       chosen[side].assign(here.store.size(), 0);
       for (const std::uint32_t p :
-           program::select(meeting_.action->where, meeting_.action->shapes, meeting_.time, here.store)) {
+           program::select(interaction_.action->where, interaction_.action->shapes, interaction_.time, here.store)) {
         chosen[side][p] = 1;
       }
       sides[side].chosen = &chosen[side];
     }
     const interactions::Seen seen = look(sides);
-    for (std::size_t side = 0; side < meeting_.count; ++side) {
-      if (meeting_.collides_again[side]) note_collided(population(side), sides[side].chosen);
+    for (std::size_t side = 0; side < interaction_.count; ++side) {
+      if (interaction_.collides_again[side]) note_collided(population(side), sides[side].chosen);
     }
-    for (std::size_t side = 0; side < meeting_.count; ++side) drop(population(side), seen.dropped[side]);
-    InteractionStats& interaction = population(0).interaction;
-    interaction.pairs += seen.pairs;
-    interaction.most_in_a_cell = std::max(interaction.most_in_a_cell, seen.most_in_a_cell);
-    interaction.overlap_99 = std::max(interaction.overlap_99, seen.overlap_99);
-    if (seen.softened) interaction.softened = 1;
+    for (std::size_t side = 0; side < interaction_.count; ++side) drop(population(side), seen.dropped[side]);
+    InteractionStats& stats = population(0).interaction;
+    stats.pairs += seen.pairs;
+    stats.most_in_a_cell = std::max(stats.most_in_a_cell, seen.most_in_a_cell);
+    stats.overlap_99 = std::max(stats.overlap_99, seen.overlap_99);
+    if (seen.softened) stats.softened = 1;
   }
 
   Rank& rank_;
   const Script& script_;
   Calculator& calculator_;
   const Round& round_;
-  const Meeting& meeting_;
+  const Interaction& interaction_;
   Migrants migrants_[2];
   Extent extent_;
   double farthest_ = 0;
@@ -493,15 +495,17 @@ class Swap {
 
 }  // namespace
 
-bool meet(Rank& rank, const Script& script, Calculator& calculator, const Round& round, const Meeting& meeting) {
+bool interact(Rank& rank, const Script& script, Calculator& calculator, const Round& round,
+              const Interaction& interaction) {
   const double start = comm::wall_seconds();
-  const double waited = rank.talk.comm().waited_s();
-  const bool met = meeting.action->kind == actions::Kind::follow ? follow(rank, script, calculator, round, meeting)
-                                                                 : Swap(rank, script, calculator, round, meeting).run();
-  InteractionStats& interaction = calculator.populations[meeting.systems[0]]->interaction;
-  ++interaction.meetings;
-  interaction.meet_s += static_cast<float>(comm::wall_seconds() - start);
-  interaction.wait_s += static_cast<float>(rank.talk.comm().waited_s() - waited);
+  const double waited = rank.session.comm().waited_s();
+  const bool met = interaction.action->kind == actions::Kind::follow
+                       ? follow(rank, script, calculator, round, interaction)
+                       : GhostExchange(rank, script, calculator, round, interaction).run();
+  InteractionStats& stats = calculator.populations[interaction.systems[0]]->interaction;
+  ++stats.meetings;
+  stats.meet_s += static_cast<float>(comm::wall_seconds() - start);
+  stats.wait_s += static_cast<float>(rank.session.comm().waited_s() - waited);
   return met;
 }
 

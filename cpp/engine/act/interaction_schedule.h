@@ -1,7 +1,7 @@
-// Lists with meetings: all particles go through them in step, since they see each other on the way.
+// Lists with interactions: all particles go through them in step, since they see each other on the way.
 #pragma once
 
-#include "engine/act/meet.h"
+#include "engine/act/interact.h"
 #include "engine/births/create.h"
 #include "engine/session/rank.h"
 #include "engine/session/round.h"
@@ -12,9 +12,9 @@ namespace motes::engine {
 
 /// Calculators, collective: runs the lists of the round's systems in which particles meet, sub-step by sub-step.
 /// `newborn`: what they got of the round's births; taken from it where the systems before them have taken theirs.
-class Course {
+class InteractionSchedule {
  public:
-  Course(Rank& rank, const Script& script, Calculator& calculator, const Round& round);
+  InteractionSchedule(Rank& rank, const Script& script, Calculator& calculator, const Round& round);
 
   /// Takes a system's births out of the round's; they join the others where the list says so.
   void take_births(std::size_t system, Newborn& newborn);
@@ -25,10 +25,10 @@ class Course {
  private:
   struct Runner {
     std::size_t system;
-    std::vector<Piece> pieces;
+    std::vector<ListSegment> segments;
     std::vector<particles::Store> births;  // one per group
     std::size_t next_group = 0;
-    std::size_t next_piece = 0;
+    std::size_t next_segment = 0;
     std::uint64_t newborn_from = 0;  // ids from here on have met nobody
     Collided collided = Collided::none;  // collisions of this sub-step
     std::uint32_t contacts = 0;          // laws of contact that have acted in this sub-step
@@ -36,10 +36,10 @@ class Course {
 
   bool run_substep(int substep);
   /// Runs the list to the next pair interaction and returns it, or to the end and returns null.
-  const Piece* run_to_meeting(Runner& runner, int substep);
-  void run_piece(Runner& runner, const Piece& piece, int substep);
-  Meeting meeting_of(const Piece& piece, Runner& first, Runner& second, int substep) const;
-  std::size_t partner_of(const Runner& runner, const Piece& piece) const;
+  const ListSegment* run_to_interaction(Runner& runner, int substep);
+  void run_segment(Runner& runner, const ListSegment& segment, int substep);
+  Interaction interaction_of(const ListSegment& segment, Runner& first, Runner& second, int substep) const;
+  std::size_t partner_of(const Runner& runner, const ListSegment& segment) const;
 
   Rank& rank_;
   const Script& script_;

@@ -108,7 +108,7 @@ def test_keys_reach_the_picture_whatever_was_used_last_and_small_pictures_fill_t
     orders.know(running_of(world).viewers.steering.controls)
     server = Server(Live(0), orders, {"title": "keys", "width": 64, "height": 48})
     controls = {
-        name: control.definition for name, control in running_of(world).viewers.steering.controls.items()
+        name: control._definition for name, control in running_of(world).viewers.steering.controls.items()
     }
     server.tell({"frame": 1, "paused": False, "turned": False, "controls": controls})
 

@@ -12,7 +12,8 @@ from .. import _core
 from .._values import arguments
 from ..actions.base import Where
 from ..errors import ArgumentError
-from ..expressions import Expression, column, compile_values, components_of
+from ..expressions import Expression, column
+from ..expressions._compiling import compile_values, components_of
 from ..expressions._conditions import Columns, Program, condition_of
 from .recorded import Recorded
 

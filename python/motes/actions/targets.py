@@ -14,7 +14,8 @@ from .._values import arguments
 from .._values.curves import Number, Vector
 from .._values.values import value
 from ..errors import ArgumentError
-from ..expressions import as_expression, compile_values, constant_of, node_of
+from ..expressions import as_expression, constant_of, node_of
+from ..expressions._compiling import compile_values
 from ..expressions._conditions import Columns, condition_of
 from ..shapes import Shape, as_shape
 from .base import Action, as_where, at_least_0

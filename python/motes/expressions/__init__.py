@@ -16,11 +16,10 @@ from typing import Any
 
 import numpy as np
 
-from .. import _core
 from .._values import arguments
 from ..errors import ArgumentError
 from . import _conditions as conditions
-from ._conditions import Columns, Condition, Node, Program, Region, as_condition, checked, components, text_of
+from ._conditions import Condition, Node, Region, as_condition, checked, text_of
 
 __all__ = [
     "Condition",
@@ -488,23 +487,6 @@ def constant_of(expression: Expression) -> float | tuple[float, ...] | None:
         return None
     numbers: tuple[float, ...] = operands[0]
     return numbers[0] if len(numbers) == 1 else numbers
-
-
-def compile_values(
-    name: str, value: Any, width: int, columns: Columns, shapes: list[_core.Shape]
-) -> list[Program]:
-    """Compile what `set` gives an attribute of `width` numbers; one number serves all components."""
-    parts = components_of(name, value, columns, shapes)
-    if len(parts) not in (1, width):
-        raise ArgumentError(name, value, "a number or an expression of one number per particle")
-    return parts * width if len(parts) == 1 else parts
-
-
-def components_of(name: str, value: Any, columns: Columns, shapes: list[_core.Shape]) -> list[Program]:
-    """Compile the components of an expression: one, or three."""
-    return [
-        conditions.program_of(part, shapes) for part in components(as_expression(name, value)._node, columns)
-    ]
 
 
 def _made(operation: str, *operands: Any) -> Expression:

@@ -1,0 +1,27 @@
+"""What the engine takes for an expression: a program for each of its components."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from .. import _core
+from ..errors import ArgumentError
+from ..expressions import as_expression, node_of
+from ._conditions import Columns, Program, components, program_of
+
+__all__ = ["compile_values", "components_of"]
+
+
+def compile_values(
+    name: str, value: Any, width: int, columns: Columns, shapes: list[_core.Shape]
+) -> list[Program]:
+    """Compile what `set` gives an attribute of `width` numbers; one number serves all components."""
+    parts = components_of(name, value, columns, shapes)
+    if len(parts) not in (1, width):
+        raise ArgumentError(name, value, "a number or an expression of one number per particle")
+    return parts * width if len(parts) == 1 else parts
+
+
+def components_of(name: str, value: Any, columns: Columns, shapes: list[_core.Shape]) -> list[Program]:
+    """Compile the components of an expression: one, or three."""
+    return [program_of(part, shapes) for part in components(node_of(as_expression(name, value)), columns)]

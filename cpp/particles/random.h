@@ -31,8 +31,8 @@ MOTES_INLINE void normal_pair(Uints a, Uints b, Floats& first, Floats& second) {
 
 /// Four words for each of kLanes ids, from number `at` on: two keyed 32-bit mixes of the id (multiply and xor-shift,
 /// after C. Wellons' search for integer hashes), then each word from both, so that no word is a permutation of the ids.
-/// The key hides what steps, places, draws, systems and seeds have in common; the mixes, what ids have. docs/notes/speed.md
-/// has the tests that it passes.
+/// The key hides what steps, places, draws, systems and seeds have in common; the mixes, what ids have.
+/// docs/notes/speed.md has the tests that it passes.
 MOTES_INLINE Uints4 random_bits(const particles::DrawKey& key, const particles::Ids& ids, std::size_t at) {
   Uints id_a = load_uints(ids.lower + at);
   Uints id_b = id_a;

@@ -34,7 +34,7 @@ class Alarms {
   struct Watched {
     bool crowded = false, deep = false, softened = false;  // said
     std::int32_t frames = 0;  // frames in which overlaps were deep and did not decrease
-    float deepness = 0;       // at the first of them
+    float deepness = 0;  // at the first of them
     bool seen = false, beside = false,
          unseen = false;  // was in a picture; was beside the first picture; a warning was given
 

@@ -214,10 +214,9 @@ class Contact(Action):
     Forces and spins (`rotational_velocity`) are physical, unlike those of `collide`. Two grains touch for pi
     sqrt(mass / (2 stiffness)); a sub-step should be a twentieth of that, which gives the restitution to 0.03,
     with 100 sub-steps per touch to 0.01, with 300 to a thousandth. Above a fifth, springs are softened.
-    `contacts` becomes the number of others that a particle touches in this sub-step. Friction remembers up to
-    twelve touches per particle (392 bytes, which move with it); further ones slip. Particles without a
-    positive mass touch nobody. Of several in a list, the first that chooses a particle holds it by springs;
-    the others push and brake it.
+    `contacts` becomes the number of others that a particle touches in this sub-step. Friction remembers all
+    touches (40 bytes each, which move with the particle); each of several contacts in a list remembers its
+    own. Particles without a positive mass touch nobody.
 
     Formula: force_i = -n (stiffness overlap - damper n.v_ij) + drag, torque_i = arm n x drag - r n x brake,
     with n the direction to particle j, v_ij its velocity seen from here, damper = 2 zeta sqrt(stiffness m),

@@ -18,7 +18,7 @@ import operator
 from abc import abstractmethod
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import KW_ONLY, dataclass
-from inspect import Parameter, Signature
+from inspect import Parameter, Signature, getdoc
 from typing import Any, ClassVar, Literal, NamedTuple, Self, dataclass_transform
 
 import numpy as np
@@ -205,7 +205,14 @@ class _Native(Balancer):
         super().__setattr__(name, given)
 
     def decide(self, load: LoadTable) -> Targets | Orders:
-        """Return what the core's policy plans for these loads."""
+        """Ask the core's policy for its plan.
+
+        Args:
+            load: the loads of all calculators.
+
+        Returns:
+            `Targets`, shares for all calculators, or `Orders`, particles to move between neighbours.
+        """
         plan = self._policy.plan(table_of(load))
         return Targets(plan.shares) if len(plan.shares) else Orders(plan.orders)
 
@@ -233,7 +240,12 @@ def _constructor(cls: type[_Native], names: list[str], required: list[str]) -> C
     kinds = [Parameter.POSITIONAL_OR_KEYWORD, *(Parameter.KEYWORD_ONLY for _ in names[1:])]
     own = Parameter("self", Parameter.POSITIONAL_OR_KEYWORD)
     options = [
-        Parameter(name, kind, default=Parameter.empty if name in required else getattr(cls, name))
+        Parameter(
+            name,
+            kind,
+            default=Parameter.empty if name in required else getattr(cls, name),
+            annotation=cls.__annotations__[name],
+        )
         for name, kind in zip(names, kinds, strict=False)
     ]
     signature = Signature([own, *options])
@@ -254,6 +266,8 @@ def _constructor(cls: type[_Native], names: list[str], required: list[str]) -> C
                 setattr(self, name, value)
         self._check()
 
+    _, _, described = (getdoc(cls) or "").partition("Args:\n")
+    init.__doc__ = "Set the options." + (f"\n\nArgs:\n{described}" if described else "")
     init.__name__, init.__qualname__ = "__init__", f"{cls.__qualname__}.__init__"
     setattr(init, "__signature__", signature)  # noqa: B010 (for readers; the call binds it)
     return init

@@ -20,7 +20,11 @@ GOAL = 1.05
 
 
 def candidates(speeds: Iterable[float]) -> list[Balancer]:
-    """Return the balancers that a comparison shows; `speeds` go to `Proportional`."""
+    """Return the balancers that a comparison shows.
+
+    Args:
+        speeds: of the machines, for `Proportional`.
+    """
     static, pairwise, *others = one_of_each(list(speeds))
     return [static, pairwise, Pairwise(0.05), *others]
 

@@ -92,7 +92,7 @@ class Interaction {
       party.cells.sort(crowd, static_cast<double>(reach_) * (1 + kMargin), pool_);
       return arrange_all(s, columns);
     }
-    NeighbourList& list = *sides_[s].list;
+    NeighbourList& list = list_of(s);
     if (list.lists(crowd, sides_[s].now)) {
       arrange_all(s, columns);
       if (list.holds(placed(s), pool_)) return;
@@ -102,7 +102,11 @@ class Interaction {
     list.build(crowd, placed(s), *sides_[s].store, sides_[s].law, sides_[s].now, pool_);
   }
 
-  const Cells& cells(std::size_t s) const { return law_.remembers ? sides_[s].list->cells() : scratch_.party[s].cells; }
+  NeighbourList& list_of(std::size_t s) const {
+    return sides_[s].list != nullptr ? *sides_[s].list : scratch_.party[s].list;
+  }
+
+  const Cells& cells(std::size_t s) const { return law_.remembers ? list_of(s).cells() : scratch_.party[s].cells; }
 
   PlacedSpheres placed(std::size_t s) const {
     const auto& column = scratch_.party[s].column;
@@ -132,7 +136,7 @@ class Interaction {
       for (const particles::Touch& touch : store.touches(order[k])) {
         if (touch.step == sides_[0].now && touch.law < sides_[0].law) touches.push_back(touch);
       }
-      sides_[0].list->recall(k, sides_[0].law, touches);
+      list_of(0).recall(k, sides_[0].law, touches);
       store.set_touches(order[k], touches);
     }
   }
@@ -297,7 +301,7 @@ class Interaction {
     const Party sources{cells(other).view(crowds_[other].own), columns[other], &crowds_[other]};
     const std::vector<std::size_t> cuts = parts_of(cells(s), pool_);
     std::vector<KernelStats> sights(cuts.size() - 1);
-    const PairsView pairs = law_.remembers ? sides_[s].list->view(sides_[s].now) : PairsView{};
+    const PairsView pairs = law_.remembers ? list_of(s).view(sides_[s].now) : PairsView{};
     const std::uint8_t* const chosen = sides_[s].chosen != nullptr ? sides_[s].chosen->data() : nullptr;
     Task task{targets, sources, action_.numbers.data(), reach_, dt_};
     task.side = count_ == 1 ? 0 : static_cast<int>(s) + 1;

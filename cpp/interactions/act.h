@@ -29,7 +29,7 @@ struct Side {
   std::uint64_t newborn_from = UINT64_MAX;            // collide: ids from here on are newborn
   bool adds = false;                                  // collide: add contacts to those of an earlier action
   const std::vector<std::uint8_t>* adds_to = nullptr;  // which particles to add for; null: all
-  NeighbourList* list = nullptr;                      // contact: the kept list of this law
+  NeighbourList* list = nullptr;                      // contact: the kept list of this law; null: the scratch's
   std::uint32_t law = 0;                              // contact: its number among those of the list, from 0 on
   bool keeps_list = false;                            // contact: whether the list may outlive this sub-step
   std::uint32_t now = 0;                              // contact: the number of the sub-step, from 1 on
@@ -56,6 +56,7 @@ using PairProcedure = std::function<std::vector<float>(const PairList& pairs)>;
 struct Scratch {
   struct Party {
     Cells cells;
+    NeighbourList list;
     std::vector<float> at[3], copied_at[3];  // predicted positions at the end of the step
     std::vector<float> column[party_columns];
     std::vector<float> out[kMostResults];

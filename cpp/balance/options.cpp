@@ -56,7 +56,7 @@ struct Setter {
   }
   const char* operator()(const OverOption& option) const {
     const auto* given = std::get_if<std::string>(&value);
-    if (given == nullptr || (*given != "system" && *given != "all")) return "\"system\" or \"all\"";
+    if (given == nullptr || (*given != "system" && *given != "all")) return R"("system" or "all")";
     *option.all = *given == "all";
     return nullptr;
   }

@@ -278,7 +278,7 @@ void Cells::arrange(const Crowd& crowd, const Column& column, float* to, threads
   });
 }
 
-std::vector<std::size_t> parts_of(const Cells& cells, threads::Pool& pool) {
+std::vector<std::size_t> parts_of(const Cells& cells, const threads::Pool& pool) {
   const std::vector<Row>& rows = cells.rows();
   const std::size_t most = pool.threads() == 1 ? cells.size() : pool.items(4096);
   std::vector<std::size_t> cuts{0};

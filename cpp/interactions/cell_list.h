@@ -108,7 +108,7 @@ class Cells {
 std::vector<const Row*> rows_around(const Cells& cells, std::int32_t x, std::int32_t y);
 
 /// Numbers of rows, from 0 on: between two of them are about as many particles as a thread takes at once.
-std::vector<std::size_t> parts_of(const Cells& cells, threads::Pool& pool);
+std::vector<std::size_t> parts_of(const Cells& cells, const threads::Pool& pool);
 
 /// Calls work(place) for the particles of a row in the cells z - 1 .. z + 1, in their order.
 template <class Work>

@@ -50,9 +50,8 @@ bool NeighbourList::holds(const PlacedSpheres& spheres, threads::Pool& pool) {
       }
       // Rounding of the way is small beside the hundredth that is kept of the skin.
       const float left = 0.49f * skin_ - std::max(0.0f, spheres.radius[k] - radius_[k]);
-      const int numbers = static_cast<int>(spheres.at[0][k] == spheres.at[0][k]) &
-                          static_cast<int>(spheres.at[1][k] == spheres.at[1][k]) &
-                          static_cast<int>(spheres.at[2][k] == spheres.at[2][k]);
+      int numbers = 1;
+      for (const float* at : spheres.at) numbers &= static_cast<int>(!std::isnan(at[k]));
       most2 = way2 > most2 ? way2 : most2;
       far |= numbers & static_cast<int>(!(left > 0 && way2 < left * left));
     }

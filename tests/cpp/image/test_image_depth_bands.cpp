@@ -93,7 +93,7 @@ TEST(image_records_outside_the_bands_around_surfaces_stay_as_they_are) {
     thorough.find_in_bands = find_all;
     std::size_t deeper = 0;
     for (int tile = 0; tile < 12; ++tile) {
-      PaintedTile painted(view, tile, *lanes);
+      const PaintedTile painted(view, tile, *lanes);
       for (const Layout layout : {Layout::deep, Layout::deep_sized, Layout::deep_moving, Layout::wide}) {
         for (const int pixels : {1, 5, 8}) {
           Sprite sprite = wide_sprite(Kind::disc, Blend::add);

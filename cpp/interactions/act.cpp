@@ -124,21 +124,24 @@ class Interaction {
     }
   }
 
-  // What the store remembers of touches, for whoever looks at particles between frames: those of this sub-step, of all
-  // laws that have acted in it.
+  // Writes to the store what particles remember of this law's touches, and keeps what laws before it have written in
+  // this sub-step, and those behind it in the last one.
   void write_down() const {
     particles::Store& store = *sides_[0].store;
     const std::vector<std::uint32_t>& order = cells(0).order();
+    const std::uint32_t law = sides_[0].law, now = sides_[0].now;
     std::vector<particles::Touch> touches;
     for (std::size_t k = 0; k < order.size(); ++k) {
       if (order[k] >= crowds_[0].own) continue;
       touches.clear();
       for (const particles::Touch& touch : store.touches(order[k])) {
-        if (touch.step == sides_[0].now && touch.law < sides_[0].law) touches.push_back(touch);
+        const std::uint32_t last = touch.law < law ? now : now - 1;  // those behind have yet to act
+        if (touch.law != law && touch.step == last) touches.push_back(touch);
       }
-      list_of(0).recall(k, sides_[0].law, touches);
+      list_of(0).recall(k, law, touches);
       store.set_touches(order[k], touches);
     }
+    list_of(0).set_written();
   }
 
   // Where a law looks for what it reads as it is; -1: it needs something made of it.

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cmath>
 #include <stdexcept>
+#include <unordered_map>
 #include <utility>
 
 #include "interactions/extent.h"
@@ -22,6 +23,13 @@ particles::Touch touch_of(std::uint64_t id, std::uint32_t law, const PairState& 
   std::copy_n(state.slid, 3, touch.slid);
   std::copy_n(state.rolled, 3, touch.rolled);
   return touch;
+}
+
+PairState state_of(const particles::Touch& touch) {
+  PairState state{{}, {}, touch.step, 0};
+  std::copy_n(touch.slid, 3, state.slid);
+  std::copy_n(touch.rolled, 3, state.rolled);
+  return state;
 }
 
 }  // namespace
@@ -95,7 +103,7 @@ void NeighbourList::build(const Crowd& crowd, const PlacedSpheres& spheres, cons
         carry(before, found->place, now - 1, k);
       } else {
         for (const particles::Touch& touch : store.touches(order[k])) {
-          if (touch.law == law && touch.step == now - 1) put_state(k, touch);
+          if (touch.law == law && touch.step == now - 1) put_state(k, touch.id, state_of(touch));
         }
       }
     }
@@ -137,20 +145,17 @@ void NeighbourList::sort_pairs(std::size_t place) {
             [&](std::uint32_t a, std::uint32_t b) { return ids_[a] < ids_[b]; });
 }
 
-void NeighbourList::put_state(std::size_t place, const particles::Touch& touch) {
+void NeighbourList::put_state(std::size_t place, std::uint64_t id, const PairState& remembered) {
   const auto end = second_.begin() + begin_[place + 1];
-  const auto found = std::lower_bound(second_.begin() + begin_[place], end, touch.id,
+  const auto found = std::lower_bound(second_.begin() + begin_[place], end, id,
                                       [&](std::uint32_t a, std::uint64_t id) { return ids_[a] < id; });
-  if (found == end || ids_[*found] != touch.id) return;
-  PairState& state = state_[static_cast<std::size_t>(found - second_.begin())];
-  std::copy_n(touch.slid, 3, state.slid);
-  std::copy_n(touch.rolled, 3, state.rolled);
-  state.step = touch.step;
+  if (found == end || ids_[*found] != id) return;
+  state_[static_cast<std::size_t>(found - second_.begin())] = remembered;
 }
 
 void NeighbourList::carry(const Remembered& before, std::uint32_t from, std::uint32_t step, std::size_t to) {
   for (std::uint32_t e = before.begin[from]; e < before.begin[from + 1]; ++e) {
-    if (before.state[e].step == step) put_state(to, touch_of(before.ids[before.second[e]], 0, before.state[e]));
+    if (before.state[e].step == step) put_state(to, before.ids[before.second[e]], before.state[e]);
   }
 }
 
@@ -168,6 +173,26 @@ std::vector<NeighbourList::Known> NeighbourList::Remembered::touching(std::uint3
   }
   std::sort(known.begin(), known.end());
   return known;
+}
+
+// A list knows ghosts, too: what these remember is their owner's to say.
+void write_down_touches(const NeighbourLists& lists, std::size_t system, const std::map<std::uint32_t, int>& migrants,
+                        particles::Store& store) {
+  std::unordered_map<std::uint64_t, std::uint32_t> index_of;
+  for (const auto& [i, owner] : migrants) index_of[store.ids()[i]] = i;
+  for (const auto& [key, list] : lists) {
+    if (key.first != system || !list.pending() || migrants.empty()) continue;
+    for (std::size_t place = 0; place < list.ids().size(); ++place) {
+      const auto found = index_of.find(list.ids()[place]);
+      if (found == index_of.end() || !list.owns(place)) continue;
+      std::vector<particles::Touch> touches;
+      for (const particles::Touch& touch : store.touches(found->second)) {
+        if (touch.law != key.second) touches.push_back(touch);
+      }
+      list.recall(place, key.second, touches);
+      store.set_touches(found->second, touches);
+    }
+  }
 }
 
 }  // namespace motes::interactions

@@ -6,6 +6,8 @@
 #include <compare>
 #include <cstddef>
 #include <cstdint>
+#include <map>
+#include <utility>
 #include <vector>
 
 #include "interactions/kernels.h"
@@ -44,11 +46,17 @@ class NeighbourList {
   /// The pairs, of sub-step `now`: what kernels write into their states.
   PairsView view(std::uint32_t now) {
     now_ = now;
+    pending_ = true;
     return {begin_.data(), second_.data(), ids_.data(), state_.data()};
   }
   std::size_t pairs() const { return begin_.empty() ? 0 : begin_.back(); }
 
   const std::vector<std::uint64_t>& ids() const { return ids_; }  // by place
+  bool owns(std::size_t place) const { return cells_.order()[place] < own_; }
+
+  /// Whether the store lacks what pairs remember. Between frames it has all.
+  bool pending() const { return pending_; }
+  void set_written() { pending_ = false; }
 
   /// Adds the touches that the particle at a place has had in the last sub-step.
   void recall(std::size_t place, std::uint32_t law, std::vector<particles::Touch>& to) const;
@@ -70,7 +78,7 @@ class NeighbourList {
   };
   void find_pairs(const Crowd& crowd, const PlacedSpheres& spheres, threads::Pool& pool);
   void sort_pairs(std::size_t place);
-  void put_state(std::size_t place, const particles::Touch& touch);
+  void put_state(std::size_t place, std::uint64_t id, const PairState& remembered);
   void carry(const Remembered& before, std::uint32_t from, std::uint32_t step, std::size_t to);
 
   Cells cells_;
@@ -78,6 +86,7 @@ class NeighbourList {
   float step_ = -1;     // metres: the farthest that a particle got in a step, on average since the list was made
   std::uint32_t age_ = 0;  // steps
   std::uint32_t now_ = 0;  // the last sub-step
+  bool pending_ = false;
   std::size_t own_ = 0;
   std::vector<std::uint64_t> listed_;  // ids, in the order in memory
   std::vector<std::uint64_t> ids_;     // by place
@@ -85,5 +94,13 @@ class NeighbourList {
   std::vector<std::uint32_t> begin_, second_;
   std::vector<PairState> state_;
 };
+
+/// Kept lists, by system and contact: see Side::law.
+using NeighbourLists = std::map<std::pair<std::size_t, std::uint32_t>, NeighbourList>;
+
+/// Writes to the store what migrants remember in lists that have not been written since they were used. `migrants`: by
+/// index.
+void write_down_touches(const NeighbourLists& lists, std::size_t system, const std::map<std::uint32_t, int>& migrants,
+                        particles::Store& store);
 
 }  // namespace motes::interactions

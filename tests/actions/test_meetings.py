@@ -470,6 +470,32 @@ def test_contacts_of_different_particles_may_stand_in_one_list():
             np.testing.assert_allclose(v[2:], v[:2], rtol=1e-3)
 
 
+STOPPED = """
+import numpy as np
+import motes
+rng = np.random.default_rng(3)
+box = motes.shapes.Box((-0.6, -0.6, -0.6), (0.6, 0.6, 0.6))
+with motes.World(seed=1, dt=0.02, substeps=2, progress="off", roles="shared", space=(-0.05, 0.05)) as world:
+    grains = world.system("grains")
+    places, velocity = rng.uniform(-0.5, 0.5, (400, 3)), rng.uniform(-4, 4, (400, 3))
+    grains.emit(position=places, velocity=velocity, size=np.full((400, 3), 0.12))
+    for frame in world.frames(16):
+        for stiffness in (500, 200)[: max(0, 5 - frame)]:
+            grains.contact(stiffness)
+        grains.collide(radius=0.01)
+        grains.bounce(box)
+        grains.move()
+        world.step()
+        digest = world.digest()
+        if "manager" in world.role:
+            print(digest, flush=True)
+"""
+
+
+def test_what_grains_remember_when_contact_stops_is_the_same_on_any_ranks():
+    assert len(set(alike(STOPPED, ranks=(1, 3)))) == 16
+
+
 @pytest.mark.parametrize("place", [0, 1])
 def test_of_two_contacts_the_first_remembers(place: int):
     """The other one, too soft to push, would forget how far a pair has slid."""

@@ -55,7 +55,7 @@ def test_the_log_says_who_created_births_and_all_are_the_same(tmp_path, combine)
 
 
 def crowded(ranks: int) -> bool:
-    """Tell whether so many ranks have fewer processors than they are, here."""
+    """Tell whether there are more ranks than processors here."""
     return int.from_bytes(processors(), "little").bit_count() < ranks
 
 

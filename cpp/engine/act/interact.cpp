@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <unordered_map>
 #include <utility>
 
 #include "base/fields.h"
@@ -289,6 +288,7 @@ class GhostExchange {
     for (const auto& [owner, migrants] : migrants_[side].to) {
       for (const std::uint32_t p : migrants) owners[p] = owner;
     }
+    interactions::write_down_touches(calculator_.neighbours, interaction_.systems[side], owners, here.store);
     const domains::Domains& seen_by = system(seer(side)).domains;
     const std::vector<std::uint32_t> near = near_the_border(side);
     std::map<int, domains::Box> boxes{{self, seen_by.box(self)}};
@@ -310,7 +310,6 @@ class GhostExchange {
       const auto leaving = migrants_[side].to.find(target);
       const std::vector<std::uint32_t> none;
       const std::vector<std::uint32_t>& gone = leaving == migrants_[side].to.end() ? none : leaving->second;
-      write_down_touches(side, gone);
       here.store.pack(gone, bytes, *rank_.pool);
       put_noted(here, here.bounced, gone, bytes);
       put_noted(here, here.collided, gone, bytes);
@@ -331,23 +330,6 @@ class GhostExchange {
     put_ghosts(side, copied, kept);
     base::Reader in(kept.view());
     take_ghosts(in, interactions::read_by(*interaction_.action).size(), ghosts_[side]);
-  }
-
-  // Writes to the store what migrants remember of their touches in kept lists.
-  void write_down_touches(std::size_t side, const std::vector<std::uint32_t>& gone) {
-    if (gone.empty()) return;
-    std::unordered_map<std::uint64_t, std::uint32_t> index_of;
-    Store& store = population(side).store;
-    for (const std::uint32_t i : gone) index_of[store.ids()[i]] = i;
-    std::map<std::uint32_t, std::vector<particles::Touch>> touches;
-    for (const auto& [key, list] : calculator_.neighbours) {
-      if (key.first != interaction_.systems[side]) continue;
-      for (std::size_t place = 0; place < list.ids().size(); ++place) {
-        const auto found = index_of.find(list.ids()[place]);
-        if (found != index_of.end()) list.recall(place, key.second, touches[found->second]);
-      }
-    }
-    for (const auto& [i, felt] : touches) store.set_touches(i, felt);
   }
 
   // Lists the migrants that are noted here, for their new owner to know.

@@ -72,7 +72,7 @@ struct Calculator {
   std::function<void(const Call&)> callback;
   interactions::Scratch scratch;  // working memory of interactions
   // Kept neighbour lists, by system and contact: see Interaction::law.
-  std::map<std::pair<std::size_t, std::uint32_t>, interactions::NeighbourList> neighbours;
+  interactions::NeighbourLists neighbours;
   std::map<std::pair<std::size_t, interactions::TiesKey>, interactions::Knots> knots;  // by system
   Tail tail;  // what the next report tells of the last frame
   std::vector<CalculatorTail> tails;  // and, for the log, of each system

@@ -14,7 +14,7 @@ import pytest
 from launching import said
 from standing import on_ranks
 
-from motes._run import log_directory
+from motes._io import files
 from motes._run.log_directory import LogDirectory
 from motes.errors import ArgumentError, LogError
 
@@ -191,7 +191,7 @@ def test_a_file_system_without_locks_is_reported(tmp_path, monkeypatch, capsys):
     def no_locks(*_):
         raise OSError(37, "No locks available")
 
-    monkeypatch.setattr(log_directory.fcntl, "flock", no_locks)
+    monkeypatch.setattr(files.fcntl, "flock", no_locks)
     LogDirectory.claim(tmp_path).release()
     assert "is on a file system without locks (No locks available)" in capsys.readouterr().err
 

@@ -6,20 +6,15 @@ While it writes it holds a lock, which the system releases when its process ends
 from __future__ import annotations
 
 import contextlib
-import errno
 import os
 import re
 from pathlib import Path
 from typing import Self
 
+from .._io import files
 from ..errors import ArgumentError, MotesError
 from .formats import FORMATS, Place
 from .manifest import FORMAT, NAME
-
-try:
-    import fcntl
-except ImportError:  # not a Unix system: two exports at once are not noticed
-    fcntl = None  # type: ignore[assignment]
 
 __all__ = ["Claim", "check_free"]
 
@@ -149,18 +144,10 @@ def _same(file: int, path: Path) -> bool:
 
 
 def _lock(argument: str, place: Place) -> int:
-    flags = os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_CLOEXEC", 0)
-    file = os.open(place.folder / LOCK, flags, 0o666)
-    try:
-        if fcntl is not None:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError as error:
-        if error.errno in (errno.EWOULDBLOCK, errno.EACCES):
-            owner = os.pread(file, 200, 0).decode(errors="replace").strip() or "another process"
-            os.close(file)
-            allowed = f"a place that no other export is writing to ({owner} is)"
-            raise ArgumentError(argument, str(place.path), allowed) from None
-        # A file system without locks: another export at the same time is not noticed.
+    file = files.open_lock(place.folder / LOCK)
+    if files.is_locked_elsewhere(file):  # not noticed on a file system without locks
+        allowed = f"a place that no other export is writing to ({files.owner_of_lock(file)} is)"
+        raise ArgumentError(argument, str(place.path), allowed)
     with contextlib.suppress(OSError):  # a full disk: the export itself will say so
         os.ftruncate(file, 0)
         os.pwrite(file, _OWNER + f"{os.getpid()}\n".encode(), 0)

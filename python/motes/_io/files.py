@@ -20,6 +20,8 @@ __all__ = [
     "append_to",
     "is_locked_elsewhere",
     "make_draft",
+    "open_lock",
+    "owner_of_lock",
     "sweep",
     "sweep_directory",
     "sync",
@@ -149,14 +151,32 @@ def _try_lock(file: int) -> bool:
     return True
 
 
-def is_locked_elsewhere(file: int) -> bool:
-    """Tell whether another open file holds the lock; if not, this one has it from now on."""
+def open_lock(path: Path) -> int:
+    """Open a file to lock, whose text says who has it; never through a link."""
+    return os.open(path, os.O_RDWR | os.O_CREAT | _NO_FOLLOW, 0o666)
+
+
+def owner_of_lock(file: int) -> str:
+    """Return what a lock file says of its owner, and close it."""
+    owner = os.pread(file, 200, 0).decode(errors="replace").strip() or "another process"
+    os.close(file)
+    return owner
+
+
+def is_locked_elsewhere(file: int, *, without: Callable[[OSError], object] | None = None) -> bool:
+    """Tell whether another open file holds the lock; if not, this one has it from now on.
+
+    `without` hears the error of a file system that has no locks: there the answer is no.
+    """
     if fcntl is None:
         return False
     try:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError as error:
-        return error.errno in (errno.EWOULDBLOCK, errno.EACCES)
+        if error.errno in (errno.EWOULDBLOCK, errno.EACCES):
+            return True
+        if without is not None:
+            without(error)
     return False
 
 

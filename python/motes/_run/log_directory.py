@@ -17,14 +17,10 @@ import stat
 from pathlib import Path
 from typing import Self
 
+from .._io import files
 from .._io.output import tell
 from ..errors import ArgumentError, LogError
 from .run_file import earlier_run
-
-try:
-    import fcntl
-except ImportError:  # not a Unix system: two runs at once are not noticed
-    fcntl = None  # type: ignore[assignment]
 
 __all__ = ["LogDirectory"]
 
@@ -155,21 +151,16 @@ def _lock(path: Path, given: str) -> int | None:
 
     Raises ArgumentError if another run has the lock.
     """
-    flags = os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_CLOEXEC", 0)
-    file = os.open(path / LOCK, flags, 0o666)
-    try:
-        if fcntl is not None:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError as error:
-        if error.errno in (errno.EWOULDBLOCK, errno.EACCES):
-            owner = os.pread(file, 200, 0).decode(errors="replace").strip() or "another process"
-            os.close(file)
-            allowed = f"{ALLOWED} (the run of {owner} is writing into this one)"
-            raise ArgumentError("log", given, allowed) from None
-        tell(
+    file = files.open_lock(path / LOCK)
+    if files.is_locked_elsewhere(
+        file,
+        without=lambda error: tell(
             f"motes: {path} is on a file system without locks ({error.strerror}): "
             "another run into it at the same time would not be noticed"
-        )
+        ),
+    ):
+        allowed = f"{ALLOWED} (the run of {files.owner_of_lock(file)} is writing into this one)"
+        raise ArgumentError("log", given, allowed)
     try:
         same = os.path.samestat(os.fstat(file), os.stat(path / LOCK))
     except FileNotFoundError:

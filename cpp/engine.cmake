@@ -162,6 +162,8 @@ add_library(motes_engine STATIC
   engine/act/interaction_schedule.cpp
   engine/act/exchange.cpp
   engine/act/follow.cpp
+  engine/act/ghost_exchange.cpp
+  engine/act/ghosts.cpp
   engine/act/interact.cpp
   engine/act/read.cpp
   engine/act/run_list.cpp

@@ -41,18 +41,19 @@ struct Parameters {
   const double* number;
   const shapes::Shape* shape;
   int numbers = 0;
-  bool flag = false;         // move: whether orientations turn
+  bool flag = false;         // move: whether `up` turns
+  bool spins = false;        // move: whether orientations turn
   int target = 0;            // set: the attribute's first component, its width, and its compiled values
   int width = 0;
-  const Instruction* code[3] = {};
-  std::size_t length[3] = {};
+  const Instruction* code[4] = {};
+  std::size_t length[4] = {};
   const float* table = nullptr;  // its entries, of known width, and how many there are along each axis
   int table_size[3] = {};
   float* scratch = nullptr;  // for expressions: kScratch floats
 };
 
-/// A stack of kDepth block-wide values, on top of up to two results that are kept.
-inline constexpr std::size_t kScratch = (kDepth + 2) * (particles::kBlock + particles::kPadding);
+/// A stack of kDepth block-wide values, on top of up to three results that are kept.
+inline constexpr std::size_t kScratch = (kDepth + 3) * (particles::kBlock + particles::kPadding);
 
 using Kernel = void (*)(const Parameters&, const Block&, const Step&);
 

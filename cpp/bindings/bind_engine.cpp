@@ -114,7 +114,7 @@ int add_system(Engine& engine, const std::string& name, std::optional<std::uint6
     definition.space = {domains::Space::Kind::finite, low, high};
   }
   for (const auto& [attribute, width, initial] : attributes)
-    definition.attributes.push_back({attribute, width, initial});
+    definition.attributes.push_back({attribute, width, {initial[0], initial[1], initial[2]}});
   return engine.add_system(std::move(definition));
 }
 
@@ -291,7 +291,7 @@ void bind_reading(py::class_<Engine>& engine) {
            })
       .def("initial_values",
            [](Engine& e, int system) {
-             std::vector<std::array<float, 3>> values;
+             std::vector<particles::Value> values;
              for (const auto& a : e.system(system).schema.attributes()) values.push_back(a.initial);
              return values;
            })

@@ -116,7 +116,8 @@ class Program {
     const Span& span;
     const Region& region;
     std::vector<Substep> steps;
-    bool spins, conditional;  // whether particles may spin; whether any action has a condition
+    std::uint64_t at_rest;  // attributes that move leaves unchanged
+    bool conditional;  // whether any action has a condition
     std::uint64_t touched;  // attributes
   };
 
@@ -126,7 +127,7 @@ class Program {
   std::vector<Substep> steps_of(std::size_t entry, const Span& span, particles::Key key) const;
   static void run_block(const Pass& pass, const std::vector<Operation>& operations, const actions::Block& block,
                         std::vector<particles::DrawKeys>& draws, FetchAhead* ahead);
-  std::vector<Operation> bind(const particles::Store& store, bool turns, float* scratch) const;
+  std::vector<Operation> bind(const particles::Store& store, std::uint64_t at_rest, float* scratch) const;
   static void run_where(const Operation& operation, const actions::Block& block, const actions::Step& step);
 
   std::vector<actions::Action> list_;

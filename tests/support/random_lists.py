@@ -22,7 +22,7 @@ __all__ = ["FRAMES", "HEADER", "KINDS", "script"]
 Text = st.SearchStrategy[str]
 FRAMES = 5
 SCALARS = ("age", "lifetime", "mass", "alpha", "heat")
-TRIPLES = ("position", "velocity", "up", "rotational_velocity", "color", "size", "wind", "position_b")
+TRIPLES = ("position", "velocity", "up", "rotational_velocity", "color", "size", "wind", "position_b", "spin")
 HEADER = """\
 import numpy as np
 import motes
@@ -236,6 +236,7 @@ TYPED: dict[str, st.SearchStrategy[Any]] = {
     "bool": st.booleans(),
     "ArrayLike": triples(-2, 2),
     "float | None": numbers(0, 3),
+    'Literal["velocity"] | ArrayLike': st.just("'velocity'") | directions(),
 }
 KINDS: dict[str, type[actions.Action]] = {
     name: kind
@@ -341,6 +342,8 @@ def configured() -> Text:
         "heat": distribution(1, -1, 1),
         "wind": distribution(3, -1, 1),
         "velocity_b": distribution(3, -1, 1),
+        "spin": distribution(3, -9, 9),
+        "orientation": st.sampled_from(["'random'", "(0.5, -0.5, 0.5, 0.5)", "(0, 2, 0, 1)"]),
     }
     chosen = st.lists(st.sampled_from(sorted(wishes)), min_size=1, max_size=4, unique=True)
     arguments = chosen.flatmap(

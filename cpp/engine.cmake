@@ -83,6 +83,7 @@ add_library(motes_pure STATIC
   particles/store.cpp
   particles/streams.cpp
   particles/touches.cpp
+  particles/wrap.cpp
   program/bins.cpp
   program/events.cpp
   program/order.cpp

@@ -151,6 +151,7 @@ add_library(motes_engine STATIC
   comm/clock.cpp
   comm/communicator.cpp
   comm/last_words.cpp
+  comm/ledger.cpp
   comm/shared_memory.cpp
   comm/simulated_connections.cpp
   comm/simulated_ranks.cpp

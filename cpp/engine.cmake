@@ -83,6 +83,7 @@ add_library(motes_pure STATIC
   particles/store.cpp
   particles/streams.cpp
   particles/touches.cpp
+  particles/wrap.cpp
   program/bins.cpp
   program/events.cpp
   program/order.cpp
@@ -161,6 +162,8 @@ add_library(motes_engine STATIC
   engine/act/interaction_schedule.cpp
   engine/act/exchange.cpp
   engine/act/follow.cpp
+  engine/act/ghost_exchange.cpp
+  engine/act/ghosts.cpp
   engine/act/interact.cpp
   engine/act/read.cpp
   engine/act/run_list.cpp

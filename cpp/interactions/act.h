@@ -31,13 +31,17 @@ struct Side {
   const std::vector<std::uint8_t>* adds_to = nullptr;  // which particles to add for; null: all
   NeighbourList* list = nullptr;                      // contact: the kept list of this law; null: the scratch's
   std::uint32_t law = 0;                              // contact: its number among those of the list, from 0 on
-  bool keeps_list = false;                            // contact: whether the list may outlive this sub-step
+  bool kept = false;                                  // contact: the list holds for this sub-step, on all ranks
+  float skin = 0;                                     // contact: else, of the next list, metres
   std::uint32_t now = 0;                              // contact: the number of the sub-step, from 1 on
   bool last = false;  // last sub-step of the frame: measure overlaps, write touches to the store
 };
 
 /// Returns the columns that the action reads, in the order of read_by(), of own particles and ghosts.
 std::vector<Column> columns_of(const actions::Action& action, const Side& side);
+
+/// Tells whether a side's kept list holds as far as this rank's own particles go: see NeighbourList::holds.
+bool list_holds(const actions::Action& action, const Side& side, threads::Pool& pool);
 
 /// Statistics of an interaction.
 struct Seen {

@@ -1,5 +1,6 @@
 #include "particles/schema.h"
 
+#include <cmath>
 #include <stdexcept>
 
 #include "base/invalid_argument.h"
@@ -34,6 +35,23 @@ int Schema::add(const std::string& name, int width, std::array<float, 3> initial
   attributes_.push_back({name, width, initial, components_});
   components_ += width;
   return size() - 1;
+}
+
+void Schema::set_periods(const Periods& periods) {
+  if (!periods.any()) return;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Period& period = periods[axis];
+    const bool finite = std::isfinite(period.low) && std::isfinite(period.high);
+    if (periods.has(axis) && !(finite && period.low < period.high)) {
+      throw std::invalid_argument("a periodic axis must have its low end below its high end");
+    }
+  }
+  const int found = find(kCrossings);
+  if (found < 0 || (*this)[found].width != 3) {
+    throw std::invalid_argument("a system in periodic space needs an attribute 'crossings' of 3 numbers");
+  }
+  periods_ = periods;
+  crossings_ = found;
 }
 
 int Schema::attribute_of(int component) const {

@@ -9,6 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "particles/periods.h"
+
 namespace motes::particles {
 
 /// Indices of the built-in attributes in every schema (paper 3.1.2 and API: System.configure).
@@ -53,7 +55,11 @@ struct Attribute {
   bool operator==(const Attribute&) const = default;
 };
 
-/// The attributes of one system: the built-in ones, then those that the user adds.
+/// The attribute of systems in periodic space that counts how often a particle has crossed an axis's ends.
+inline constexpr const char* kCrossings = "crossings";
+
+/// The attributes of one system: the built-in ones, then those that the user adds; and the periods of the space that
+/// its particles are in.
 class Schema {
  public:
   Schema();
@@ -61,6 +67,13 @@ class Schema {
   /// Adds a user attribute and returns its index. Throws std::invalid_argument for a name that is taken, empty or not
   /// an identifier, for a width other than 1 or 3, and for more than 64 attributes.
   int add(const std::string& name, int width, std::array<float, 3> initial);
+
+  /// Makes space periodic. Throws std::invalid_argument for an empty interval, and without an attribute kCrossings of
+  /// three numbers.
+  void set_periods(const Periods& periods);
+  const Periods& periods() const { return periods_; }
+  /// The index of kCrossings; -1 where no axis is periodic.
+  int crossings() const { return crossings_; }
 
   const std::vector<Attribute>& attributes() const { return attributes_; }
   const Attribute& operator[](int index) const { return attributes_[static_cast<std::size_t>(index)]; }
@@ -78,6 +91,8 @@ class Schema {
  private:
   std::vector<Attribute> attributes_;
   int components_ = 0;
+  Periods periods_;
+  int crossings_ = -1;
 };
 
 }  // namespace motes::particles

@@ -7,6 +7,7 @@
 
 #include "particles/schema.h"
 #include "particles/streams.h"
+#include "particles/wrap.h"
 #include "program/collector.h"
 #include "program/fetch_ahead.h"
 #include "program/planes.h"
@@ -146,9 +147,10 @@ std::vector<Program::Operation> Program::bind(const Store& store, bool turns, fl
       p.code[v] = action.values[v].data();
       p.length[v] = action.values[v].size();
     }
+    const std::uint64_t writes = actions::writes(action, store.schema()) & ~untouched(action, turns);
+    operation.moves = store.schema().periods().any() && (writes >> particles::position & 1u) != 0;
     if (!action.where.empty()) {
       operation.where = &action.where;
-      const std::uint64_t writes = actions::writes(action, store.schema()) & ~untouched(action, turns);
       operation.written = components_of(writes, store.schema());
     }
   }
@@ -176,10 +178,12 @@ Program::Pass Program::prepare(Store& store, std::size_t entry, const Span& span
     reads |= actions::named(action, store.schema());  // by an expression, whatever the kernel does
     writes |= actions::writes(action, store.schema()) & ~untouched(action, spins);
   }
+  const bool wraps = store.schema().periods().any() && (writes >> particles::position & 1u) != 0;
+  if (wraps) writes |= std::uint64_t{1} << store.schema().crossings();
   for (int a = 0; a < store.schema().size(); ++a) {
     if ((writes >> a & 1u) != 0) store.writable_plane(a, 0);
   }
-  return {store, span, region, steps_of(entry, span, key), spins, conditional, reads | writes};
+  return {store, span, region, steps_of(entry, span, key), spins, conditional, wraps, reads | writes};
 }
 
 void Program::run_range(const Pass& pass, std::size_t first, std::size_t last, Outcome& outcome) const {
@@ -249,7 +253,18 @@ void Program::run_block(const Pass& pass, const std::vector<Operation>& operatio
       } else {
         operation.kernel(operation.parameters, block, now);
       }
+      if (pass.wraps && operation.moves) wrap_block(pass.store.schema(), block);
     }
+  }
+}
+
+// Positions have just been written.
+void Program::wrap_block(const particles::Schema& schema, const actions::Block& block) {
+  const auto plane = [&](int attribute, int axis) { return block.component[schema[attribute].first_component + axis]; };
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!schema.periods().has(axis)) continue;
+    particles::wrap(schema.periods()[axis], block.count, plane(particles::position, axis),
+                    plane(schema.crossings(), axis));
   }
 }
 

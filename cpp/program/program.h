@@ -101,6 +101,7 @@ class Program {
     actions::Parameters parameters{};
     const actions::Expression* where = nullptr;  // null: everywhere
     std::vector<int> written;  // components, where there is a condition
+    bool moves = false;  // positions, in periodic space
   };
 
   // A sub-step, as its actions see it: `stream` is that of the list's first action.
@@ -117,6 +118,7 @@ class Program {
     const Region& region;
     std::vector<Substep> steps;
     bool spins, conditional;  // whether particles may spin; whether any action has a condition
+    bool wraps;  // whether any action moves particles in periodic space
     std::uint64_t touched;  // attributes
   };
 
@@ -127,6 +129,7 @@ class Program {
   static void run_block(const Pass& pass, const std::vector<Operation>& operations, const actions::Block& block,
                         std::vector<particles::DrawKeys>& draws, FetchAhead* ahead);
   std::vector<Operation> bind(const particles::Store& store, bool turns, float* scratch) const;
+  static void wrap_block(const particles::Schema& schema, const actions::Block& block);
   static void run_where(const Operation& operation, const actions::Block& block, const actions::Step& step);
 
   std::vector<actions::Action> list_;

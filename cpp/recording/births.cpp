@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "base/invalid_argument.h"
+#include "particles/wrap.h"
 
 namespace motes::recording {
 namespace {
@@ -212,10 +213,14 @@ Store make(const Birth& birth, const particles::Schema& schema, particles::Key k
   }
   for (const Given* given : drawn) draw_attribute(*given, key, newborn);
   for (const Emitted& column : birth.columns) copy_column(column, first_of_call, newborn);
+  particles::wrap(newborn);
   for (const auto& [copy, original] : particles::kCopies) {
     if (keeps_copies && !emitted[copy] && !given_at_all[copy]) newborn.copy_attribute(original, copy);
   }
-  if (birth.jitter) jitter(key, moment.dt, newborn);
+  if (birth.jitter) {
+    jitter(key, moment.dt, newborn);
+    particles::wrap(newborn);
+  }
   return newborn;
 }
 

@@ -41,13 +41,18 @@ struct SystemDefinition {
   std::int32_t domains_of = -1;  // the earlier system whose domains it shares; -1: it has its own
   image::Sprite sprite;
   std::vector<UserAttribute> attributes;
+  particles::Periods periods;  // of the world, the same for all of its systems
 
   bool operator==(const SystemDefinition&) const = default;
 };
 
+/// The columns and the space of its particles. Throws std::invalid_argument where it cannot have them.
+particles::Schema schema_of(const SystemDefinition& system);
+
 template <class Visitor>
 constexpr void fields(Visitor& visit, SystemDefinition& system) {
-  visit(system.name, system.capacity, system.axes, system.space, system.domains_of, system.sprite, system.attributes);
+  visit(system.name, system.capacity, system.axes, system.space, system.domains_of, system.sprite, system.attributes,
+        system.periods);
 }
 
 /// The script read or wrote particles here: items before this one run before those after it.

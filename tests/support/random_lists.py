@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 from hypothesis import strategies as st
+from random_spaces import PERIODS, allowed
 
 from motes import actions, balance
 from motes.actions import between
@@ -469,6 +470,7 @@ def script(draw: st.DrawFn) -> str:
     axes = st.sampled_from(["x", "y", "z", "xy", "zx", "yz", "xyz", None])
     space = st.sampled_from(["None", "(-2, 2)", "'fit'", "(0.5, 0.75)"])
     facts = f"seed={draw(st.integers(0, 2**64 - 1))}, substeps={draw(st.integers(1, 3))}, space={draw(space)}"
+    facts += (periods := draw(PERIODS))
     roles, combine = draw(st.sampled_from(["auto", "shared"])), draw(st.sampled_from(COMBINE))
     cut = [draw(axes), draw(axes)]
     shared = draw(st.integers(0, 3)) == 0  # the second system shares the first one's domains
@@ -489,7 +491,8 @@ def script(draw: st.DrawFn) -> str:
     lines += [f"        {line}" for line in start]
     meets = draw(st.integers(0, 2)) > 0
     for test in ("frame % 2 == 0", "frame % 2 == 1"):
-        lines += [f"        if {test}:", *(f"            {line}" for line in draw(calls(meets)))]
+        drawn = allowed(periods, draw(calls(meets)))
+        lines += [f"        if {test}:", *(f"            {line}" for line in drawn)]
     if meets:
         lines += ["        picture = world.render()", "        note(world.digest(), picture)"]
     else:

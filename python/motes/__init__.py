@@ -21,6 +21,7 @@ if TYPE_CHECKING:
         analysis,
         balance,
         cluster,
+        course,
         errors,
         expressions,
         replay,
@@ -104,8 +105,8 @@ _MODULES = {
 }
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
 _PUBLIC_MODULES = (
-    *("actions", "analysis", "balance", "cluster", "errors", "expressions", "replay", "script"),
-    *("shapes", "workloads"),
+    *("actions", "analysis", "balance", "cluster", "course", "errors", "expressions", "replay"),
+    *("script", "shapes", "workloads"),
 )
 
 __all__ = [
@@ -148,6 +149,7 @@ __all__ = [
     "balance",
     "cluster",
     "column",
+    "course",
     "errors",
     "expressions",
     "launch",

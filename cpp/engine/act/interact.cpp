@@ -431,6 +431,8 @@ class GhostExchange {
         sides[side].keeps_list = rank_.session.calculators() == 1;
       }
       sides[side].now = interaction_.substep;
+      sides[side].start = interaction_.start;
+      sides[side].end = interaction_.end;
       sides[side].last = interaction_.last;
       here.moved = true;
       if (interaction_.collided[side] == Collided::some) {
@@ -454,7 +456,8 @@ class GhostExchange {
     stats.pairs += seen.pairs;
     stats.most_in_a_cell = std::max(stats.most_in_a_cell, seen.most_in_a_cell);
     stats.overlap_99 = std::max(stats.overlap_99, seen.overlap_99);
-    if (seen.softened) stats.softened = 1;
+    const float substeps = interactions::substeps(*interaction_.action, extent_, rank_.settings.dt);
+    stats.substeps = std::max(stats.substeps, static_cast<std::uint16_t>(std::min(substeps, 65535.0f)));
   }
 
   Rank& rank_;

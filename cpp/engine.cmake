@@ -69,6 +69,7 @@ add_library(motes_pure STATIC
   interactions/pyramid.cpp
   interactions/tie.cpp
   interactions/ties.cpp
+  interactions/walls.cpp
   meshes/assets.cpp
   meshes/distance_field.cpp
   meshes/form.cpp

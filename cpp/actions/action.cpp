@@ -129,6 +129,16 @@ void check_surface(const Facts& facts, const shapes::Shape& shape) {
   if (wrong != nullptr) refuse(facts, "shape", "have a surface", "a " + shapes::name(wrong->kind));
 }
 
+// The walls of contact are its first shapes.
+void check_walls(const Facts& facts, const Action& action) {
+  const auto walls = static_cast<std::size_t>(numbers_of<numbers::contact>(action).walls);
+  if (action.shapes.size() < walls) refuse(facts, "walls", "be as many as it says", std::to_string(walls));
+  for (std::size_t i = 0; i < walls; ++i) {
+    const shapes::Shape* wrong = without_surface(action.shapes[i]);
+    if (wrong != nullptr) refuse(facts, "walls", "have surfaces", "a " + shapes::name(wrong->kind));
+  }
+}
+
 void check_table(const Facts& facts, TableKey key) {
   if ((facts.table != 0) != (key != 0)) refuse(facts, "table", facts.table != 0 ? "be given" : "be none");
   if (key != 0 && actions::table(key)->width != facts.table) {
@@ -225,6 +235,7 @@ void check(const Action& action) {
   }
   check_table(known, action.table);
   if (known.needs_surface) check_surface(known, action.shapes[0]);
+  if (action.kind == Kind::contact) check_walls(known, action);
 }
 
 }  // namespace motes::actions

@@ -33,7 +33,7 @@ CalculatorLoad own_load(const Population& here) {
 }
 
 void report_system(const Rank& rank, const Script& script, Population& here, std::uint32_t number, Round& round) {
-  const Strain strain{here.interaction.most_in_a_cell, here.interaction.overlap_99, here.interaction.softened};
+  const Strain strain{here.interaction.most_in_a_cell, here.interaction.overlap_99, here.interaction.substeps};
   SystemReport system{here.seen() + here.tally.sent, strain, here.digest, here.oldest, {}};
   for (const Sent& sent : here.sent) {
     round.own.flows.push_back({counted(static_cast<std::uint64_t>(rank.session.calculator())),
@@ -209,11 +209,12 @@ void watch_pictures(const Script& script, const Tail& tail, Manager& manager) {
 }
 
 // Decides which warnings about a system's interactions to give.
-void watch(const Script& script, const Round& round, const std::vector<Strain>& strains, int substeps,
+void watch(const Script& script, const Round& round, const std::vector<Strain>& strains, const Settings& settings,
            Manager& manager) {
   for (std::size_t i = round.first; i < round.last && i - round.first < strains.size(); ++i) {
     const System& system = *script.systems[i];
-    for (Alarm& alarm : manager.alarms.look(i, system.definition.name, strains[i - round.first], substeps)) {
+    for (Alarm& alarm :
+         manager.alarms.look(i, system.definition.name, strains[i - round.first], settings.substeps, settings.dt)) {
       say(std::move(alarm), script.record.frame, manager);
     }
   }
@@ -292,7 +293,7 @@ void keep_account(Rank& rank, const Script& script, Manager& manager) {
     if (!script.in_frame()) continue;
     manager.account.note_round(script, round, judged, rank.session.cast(), tree);
     if (const std::optional<Births> by = births_by(rank, script)) manager.account.note_births(*by);
-    watch(script, round, judged.strains, rank.settings.substeps, manager);
+    watch(script, round, judged.strains, rank.settings, manager);
     if (round.last < script.systems.size()) continue;
     note_children(script, manager, [&](std::size_t into, int calculator, std::uint64_t count) {
       manager.account.note_children(into, calculator, count);

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "interactions/overlap.h"
+#include "interactions/walls.h"
 #include "particles/blocks.h"
 #include "simd/float_mode.h"
 
@@ -51,6 +52,7 @@ class Interaction {
       run(s, seen);
       seen.most_in_a_cell = std::max(seen.most_in_a_cell, cells(s).most_in_a_cell());
     }
+    if (law_.remembers) touch_walls(action_, sides_[0], dt_, walls_view(), pool_);
     if (sides_[0].last && has_radius(action_)) seen.overlap_99 = overlap_99(spheres(0), spheres(count_ - 1));
     for (std::size_t s = 0; s < count_; ++s) apply(s);
     if (sides_[0].last && law_.remembers) write_down();
@@ -120,6 +122,13 @@ class Interaction {
     }
   }
 
+  PlacedParticles walls_view() {
+    PlacedParticles placed{&cells(0), {}, {}};
+    for (std::size_t c = 0; c < party_columns; ++c) placed.column[c] = scratch_.party[0].column[c].data();
+    for (std::size_t c = 0; c < kMostResults; ++c) placed.out[c] = scratch_.party[0].out[c].data();
+    return placed;
+  }
+
   // Writes to the store what particles remember of this law's touches, and keeps what laws before it have written in
   // this sub-step, and those behind it in the last one.
   void write_down() const {
@@ -131,7 +140,8 @@ class Interaction {
       if (order[k] >= crowds_[0].own) continue;
       touches.clear();
       for (const particles::Touch& touch : store.touches(order[k])) {
-        const std::uint32_t last = touch.law < law ? now : now - 1;  // those behind have yet to act
+        const bool acted = (touch.law & ~particles::kWall) <= law;  // those behind have yet to
+        const std::uint32_t last = acted ? now : now - 1;
         if (touch.law != law && touch.step == last) touches.push_back(touch);
       }
       list_of(0).recall(k, law, touches);
@@ -268,7 +278,7 @@ class Interaction {
     arrange(s, inverse_mass, all_masses);
     std::vector<float>& values = scratch_.party[s].column[inverse_mass];
     for (std::size_t i = 0; i < crowds_[s].size(); ++i) {
-      const bool heavy = values[i] > 1e-12f;
+      const bool heavy = values[i] > kLeastMass;
       if (!heavy && law_.skips_massless) scratch_.party[s].column[radius][i] = 0;
       values[i] = heavy ? 1 / values[i] : 1e12f;
     }
@@ -318,10 +328,7 @@ class Interaction {
       rows.stats = &sights[part];
       kernel(rows);
     });
-    for (const KernelStats& stats : sights) {
-      seen.pairs += stats.pairs;
-      seen.softened = seen.softened || stats.softened;
-    }
+    for (const KernelStats& stats : sights) seen.pairs += stats.pairs;
   }
 
   void apply(std::size_t s) {

@@ -34,6 +34,7 @@ struct Side {
   bool kept = false;                                  // contact: the list holds for this sub-step, on all ranks
   float skin = 0;                                     // contact: else, of the next list, metres
   std::uint32_t now = 0;                              // contact: the number of the sub-step, from 1 on
+  float start = 0, end = 1;                           // contact: which part of the frame it is, for walls that move
   bool last = false;  // last sub-step of the frame: measure overlaps, write touches to the store
 };
 
@@ -47,7 +48,6 @@ bool list_holds(const actions::Action& action, const Side& side, threads::Pool& 
 struct Seen {
   std::uint64_t pairs = 0;  // counted at both ends
   std::uint32_t most_in_a_cell = 0;
-  bool softened = false;  // contact: springs were stiffer than the step allows
   float overlap_99 = 0;  // of touching spheres, relative to the sum of both radii: see overlap.h
   std::vector<std::uint32_t> dropped[2]{};  // collide: indices of newborn particles to remove, ascending
 };

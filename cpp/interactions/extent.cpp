@@ -60,8 +60,22 @@ float radius_of(const Store& store, threads::Pool& pool) {
   return largest(most);
 }
 
-bool has_masses(const Store& store) {
-  return store.size() > 0 && (!store.uniform(particles::mass) || store.uniform_value(particles::mass)[0] != 1);
+// Returns the largest of 1 / mass, of those that have one; 0 where all are 1 kg.
+float lightness_of(const Store& store, threads::Pool& pool) {
+  constexpr float kNobody = 1e-30f;  // above 0, and no hindrance
+  const auto lightness = [](float mass) { return mass > kLeastMass ? 1 / mass : kNobody; };
+  if (store.size() == 0) return 0;
+  const float* mass = store.plane(particles::mass, 0);
+  const float same = store.uniform_value(particles::mass)[0];
+  if (mass == nullptr) return same == 1 ? 0 : lightness(same);
+  std::vector<float> most;
+  each_range(store.size(), pool, most, [&](std::size_t first, std::size_t last, float& light) {
+    for (std::size_t i = first; i < last; ++i) {
+      const float of_one = lightness(mass[i]);
+      if (of_one > light) light = of_one;
+    }
+  });
+  return largest(most);
 }
 
 // Of a sphere's size, the first component is its diameter.
@@ -96,7 +110,7 @@ Extent extent_of(const Action& action, const Store& store, float dt, bool second
     (second ? extent.other_radius : extent.radius) = given > 0 ? given : radius_of(store, pool);
   }
   if (law_of(action).looks_ahead) extent.displacement = displacement_of(store, dt, pool);
-  if (law_of(action).inverse_masses) extent.masses = has_masses(store) ? 1.0f : 0.0f;
+  if (law_of(action).inverse_masses) extent.masses = lightness_of(store, pool);
   return extent;
 }
 
@@ -105,6 +119,13 @@ float reach_of(const Action& action, const Extent& extent) {
   if (action.kind == Kind::tie) return extent.radius + 2 * extent.displacement;
   if (law.reach != nullptr) return law.reach(action.numbers.data());
   return extent.radius + (action.other >= 0 ? extent.other_radius : extent.radius);
+}
+
+float substeps(const Action& action, const Extent& extent, double frame_s) {
+  if (action.kind != Kind::contact) return 0;
+  const double stiffness = actions::numbers_of<actions::numbers::contact>(action).stiffness;
+  const double lightness = extent.masses > 0 ? static_cast<double>(extent.masses) : 1;
+  return static_cast<float>(std::ceil(frame_s * std::sqrt(2 * lightness * (stiffness / double{kMostStiff}))));
 }
 
 double range_of(const Action& action, const Extent& extent) {

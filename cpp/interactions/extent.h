@@ -35,7 +35,7 @@ struct Extent {
   float displacement =
       0;  // largest displacement along an axis in the step, m; of tied particles: since their last interaction
   float rounding = 0;  // rounding of positions at the cuts, m: see rounding_at
-  float masses = 0;  // above 0: some mass differs from 1 kg
+  float masses = 0;  // the largest of 1 / mass, 1/kg; 0 where all masses are 1 kg
 
   bool operator==(const Extent&) const = default;
 };
@@ -52,6 +52,10 @@ float reach_of(const actions::Action& action, const Extent& extent);
 /// Returns the largest present distance, m, of two particles that may interact.
 double range_of(const actions::Action& action, const Extent& extent);
 
+/// Returns the fewest sub-steps of a frame, of so many seconds, in which contact's springs need not be softened, for
+/// the lightest two that may touch. 0 for other actions.
+float substeps(const actions::Action& action, const Extent& extent, double frame_s);
+
 /// Tells whether the reach is the sum of two radii.
 bool has_radius(const actions::Action& action);
 /// The radius of the particles of one side that the script gave, in metres; 0: half of their size.
@@ -60,6 +64,9 @@ float given_radius(const actions::Action& action, bool second);
 /// Returns the limit on predicted displacements, m. A faster particle passes through others anyway, and without a limit
 /// one spark would make all ranks exchange everything.
 constexpr float step_limit(float reach) { return reach; }
+
+/// Spheres that are not heavier, in kilograms, are pushed away by others alone, or touch nobody.
+inline constexpr float kLeastMass = 1e-12f;
 
 /// Relative margin by which cells and halos exceed the reach.
 inline constexpr double kMargin = 1e-6;

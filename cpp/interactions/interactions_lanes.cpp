@@ -2,6 +2,7 @@
 #include "interactions/all_laws.h"  // all law_*.h of this folder; written by CMake, so a new law needs no line here
 #include "interactions/list_pairs.h"
 #include "interactions/pull.h"
+#include "interactions/wall_lanes.h"
 
 namespace motes::MOTES_ISA {
 
@@ -25,6 +26,8 @@ const interactions::Kernels interaction_kernels = {
     },
     list_pairs,
     pull,
+    find_walls,
+    push_walls,
 };
 
 }  // namespace motes::MOTES_ISA

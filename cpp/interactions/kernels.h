@@ -8,6 +8,8 @@
 #include "actions/numbers.h"
 #include "interactions/cell_list.h"
 #include "interactions/law.h"
+#include "particles/blocks.h"
+#include "shapes/shape.h"
 
 namespace motes::interactions {
 
@@ -41,8 +43,12 @@ enum At : int {
 /// Counts for the log.
 struct KernelStats {
   std::uint64_t pairs = 0;  // pairs within reach, counted once per end
-  bool softened = false;  // contact: springs were softened because the step is too long
 };
+
+/// Contact: the most that a spring's stiffness may be, as a multiple of m / step^2, with m half the harmonic mean of
+/// the masses of two that touch. They touch for pi sqrt(m / stiffness), so for five steps at least: then twelve touches
+/// of one particle are no trouble either. Stiffer springs would throw particles about, and are softened.
+inline constexpr float kMostStiff = 0.39f;
 
 /// What two that touch remember, seen from one of them.
 struct PairState {
@@ -90,12 +96,40 @@ struct ListTask {
   std::size_t first_row = 0, last_row = 0;
 };
 
+/// Spheres and one wall, in a sub-step.
+struct WallTask {
+  const shapes::Shape* wall = nullptr;  // no union
+  std::uint32_t number = 0;             // among the walls
+  float start = 0, end = 1;             // which part of the frame the sub-step is
+  const float* const* column = nullptr;  // by place: at, velocity, spin, radius, inverse_mass
+  const std::uint32_t* order = nullptr;  // index of each place's particle
+  std::uint32_t own = 0;                 // indices below are this rank's own
+  const std::uint8_t* chosen = nullptr;  // who is changed, by index; null: all
+  const double* numbers = nullptr;       // of contact
+  float dt = 0;                          // seconds
+  std::uint32_t first = 0, last = 0;     // places
+};
+
+/// Touches of spheres with one wall, one after another: by place, and of one place by number.
+struct WallTouches {
+  static constexpr std::uint32_t kMost = 1024, kRoom = kMost + particles::kPadding;
+
+  std::uint32_t count = 0;
+  std::uint32_t place[kRoom], number[kRoom];  // which face of which wall: see shapes/nearest.h
+  float distance[kRoom], towards[3][kRoom];   // metres, and a unit vector from the centre to the wall
+  float slid[3][kRoom], rolled[3][kRoom];     // see particles::Touch
+  float change[6][kRoom];                     // of velocity and rotational velocity
+};
+
 struct Kernels {
   Law law[actions::kKinds];
   void (*list_pairs)(const ListTask&);
   /// See pull.h.
   void (*pull)(const float* const* sources, std::size_t count, float epsilon, const float* const* targets,
                std::size_t begin, std::size_t end, float* sums);
+  /// See wall_lanes.h.
+  std::uint32_t (*find_walls)(const WallTask&, WallTouches&);
+  void (*push_walls)(const WallTask&, WallTouches&);
 };
 
 const Kernels& kernels();

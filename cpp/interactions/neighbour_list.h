@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "interactions/extent.h"
 #include "interactions/kernels.h"
 #include "particles/store.h"
 #include "threads/pool.h"
@@ -30,7 +31,7 @@ struct Radii {
   bool skips_massless = false;  // spheres without a positive mass touch nobody
 
   float of(std::size_t i) const {
-    if (skips_massless && !(mass.of(i, SIZE_MAX) > 1e-12f)) return 0;
+    if (skips_massless && !(mass.of(i, SIZE_MAX) > kLeastMass)) return 0;
     if (given > 0) return given;
     const float radius = 0.5f * size.of(i, SIZE_MAX);
     return radius > 0 ? radius : 0.0f;

@@ -8,10 +8,13 @@
 
 namespace motes::particles {
 
+/// Marks the law of a touch with a wall, so that a wall's number is no particle's id.
+inline constexpr std::uint32_t kWall = 1u << 31;
+
 /// One touch, as one of the two sees it.
 struct Touch {
-  std::uint64_t id;    // of the other
-  std::uint32_t law;   // which contact of the list it is of, from 0 on
+  std::uint64_t id;    // of the other, or the number of a wall's face
+  std::uint32_t law;   // which contact of the list it is of, from 0 on; kWall more where the other is a wall
   std::uint32_t step;  // the sub-step in which it was last felt, from 1 on
   float slid[3];       // metres: how far the other's surface has slid along this one's
   float rolled[3];     // metres: how far this one has rolled on the other; both see the same

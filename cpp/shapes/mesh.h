@@ -132,6 +132,12 @@ struct MeshLanes {
     return {bracket.mask, only(bracket.mask, enter + within * (leave - enter))};
   }
 
+  /// The nearest place in the grid, in the body's coordinates.
+  MOTES_INLINE Floats3 into_grid(Floats3 q) const {
+    return {min(max(q.x, all(form->first[0])), all(grid_end(0))), min(max(q.y, all(form->first[1])), all(grid_end(1))),
+            min(max(q.z, all(form->first[2])), all(grid_end(2)))};
+  }
+
  private:
   struct Cell {
     Floats x, y, z;  // 0..1 between its nodes
@@ -149,10 +155,6 @@ struct MeshLanes {
 
   MOTES_INLINE float grid_end(int axis) const {
     return form->first[axis] + form->cell * static_cast<float>(form->nodes[axis] - 1);
-  }
-  MOTES_INLINE Floats3 into_grid(Floats3 q) const {
-    return {min(max(q.x, all(form->first[0])), all(grid_end(0))), min(max(q.y, all(form->first[1])), all(grid_end(1))),
-            min(max(q.z, all(form->first[2])), all(grid_end(2)))};
   }
   static MOTES_INLINE Floats mix(Floats a, Floats b, Floats part) { return a + (b - a) * part; }
 

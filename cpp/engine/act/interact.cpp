@@ -183,6 +183,8 @@ class Meeting {
         sides[side].skin = skin_;
       }
       sides[side].now = in_.interaction.substep;
+      sides[side].start = in_.interaction.start;
+      sides[side].end = in_.interaction.end;
       sides[side].last = in_.interaction.last;
       here.moved = true;
       if (in_.interaction.collided[side] == Collided::some) {
@@ -206,7 +208,8 @@ class Meeting {
     stats.pairs += seen.pairs;
     stats.most_in_a_cell = std::max(stats.most_in_a_cell, seen.most_in_a_cell);
     stats.overlap_99 = std::max(stats.overlap_99, seen.overlap_99);
-    if (seen.softened) stats.softened = 1;
+    const float substeps = interactions::substeps(*in_.interaction.action, extent_, in_.rank.settings.dt);
+    stats.substeps = std::max(stats.substeps, static_cast<std::uint16_t>(std::min(substeps, 65535.0f)));
   }
 
   const Parties& in_;

@@ -26,6 +26,7 @@ struct Interaction {
   std::uint32_t law = 0;  // number of the contact among those of that list, from 0 on
   std::uint32_t substep = 0;  // number of the sub-step since the run's start, from 1 on
   double time = 0;  // at its start, seconds of the animation
+  float start = 0, end = 1;  // which part of the frame the sub-step is
   bool last = false;  // the frame's last sub-step
 };
 

@@ -95,6 +95,8 @@ Interaction InteractionSchedule::interaction_of(const ListSegment& segment, Runn
   interaction.substep =
       static_cast<std::uint32_t>(rank_.session.frame * substeps) + static_cast<std::uint32_t>(substep) + 1;
   interaction.time = program::time_of({rank_.session.frame, rank_.settings.substeps, rank_.settings.dt}, substep);
+  interaction.start = static_cast<float>(substep) / static_cast<float>(rank_.settings.substeps);
+  interaction.end = static_cast<float>(substep + 1) / static_cast<float>(rank_.settings.substeps);
   interaction.last = substep + 1 == rank_.settings.substeps;
   if (segment.interaction->kind == actions::Kind::contact) interaction.law = first.contacts++;
   if (segment.interaction->kind != actions::Kind::collide) return interaction;

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Literal
 
 from .. import actions
 from .._values.curves import Number
 from .._values.values import says_near_names
 from ..actions.base import Where
+from ..shapes import Shape
 from .recording import Recording
 
 if TYPE_CHECKING:
@@ -174,6 +176,7 @@ class BetweenRecorder(Recording):
         friction: Number = 0.5,
         rolling_friction: Number = 0,
         radius: Number | None = None,
+        walls: Sequence[Shape] = (),
         *,
         where: Where = None,
     ) -> None:
@@ -187,6 +190,8 @@ class BetweenRecorder(Recording):
             friction: Coulomb's coefficient.
             rolling_friction: the same for rolling, as rough or angular grains have it.
             radius: of the particles, m; None: half of `size[0]`.
+            walls: shapes with a surface. A mesh (its grid of distances) may be `moving_from` another place;
+                other shapes stand still within a frame.
             where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
                 None: all.
         """
@@ -197,6 +202,7 @@ class BetweenRecorder(Recording):
                 friction=friction,
                 rolling_friction=rolling_friction,
                 radius=radius,
+                walls=walls,
                 where=where,
             )
         )

@@ -37,6 +37,9 @@ class Action(Value):
         for key, field in fields.items():
             if isinstance(field, Shape):
                 shapes.append(native_of(field))
+            elif key == "walls":
+                shapes.extend(native_of(wall) for wall in field)
+                numbers[key] = len(field)
             else:
                 numbers[key] = field if key != "ramp" else _flat(field)
         state = self.__dict__

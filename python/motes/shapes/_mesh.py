@@ -133,9 +133,9 @@ class Mesh(Shape):
             axis: around which it is turned before that.
             angle_deg: by how much.
             moving_from: where the mesh was one frame ago, if it moves: the same mesh at another place. It
-                then moves evenly from there to here during the frame, `bounce` gives particles the velocity
-                of the surface that they hit, and no particle gets to its other side. Everything else sees it
-                here, at the end of the frame.
+                then moves evenly from there to here during the frame: `bounce`, which lets no particle get to
+                its other side, and `contact`, as a wall, give particles the velocity of its surface.
+                Everything else sees it here, at the end of the frame.
 
         Returns:
             The mesh there. It shares the arrays and the grid, so it costs nothing: a mesh may have another

@@ -35,6 +35,10 @@ add_library(motes_pure STATIC
   image/post/bloom_plan.cpp
   image/post/bloom_tiles.cpp
   image/post/canvas.cpp
+  image/light/particle_light.cpp
+  image/light/shadow_grid.cpp
+  image/light/sky.cpp
+  image/light/texture.cpp
   image/post/lanes.cpp
   image/post/layers.cpp
   image/post/picture_light.cpp
@@ -123,6 +127,7 @@ set_source_files_properties(recording/scene.cpp PROPERTIES COMPILE_DEFINITIONS M
 
 # Compiled once for each instruction set: in two pieces with MOTES_UNITY.
 set(image_lanes
+  image/light/light_lanes.cpp
   image/post/bloom_lanes.cpp
   image/raycast/cast_lanes.cpp
   image/project/project_lanes.cpp
@@ -198,6 +203,7 @@ add_library(motes_engine STATIC
   engine/render/render_output.cpp
   engine/render/render_plan.cpp
   engine/render/render_project.cpp
+  engine/render/render_shadows.cpp
   engine/render/render_tiles.cpp
   engine/render/shared_pictures.cpp
   engine/replay.cpp

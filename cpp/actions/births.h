@@ -3,6 +3,7 @@
 
 #include "actions/kernels.h"
 #include "actions/lanes.h"
+#include "shapes/mesh.h"
 
 namespace motes::MOTES_ISA {
 
@@ -48,6 +49,19 @@ inline void draw_rotations(const actions::Step& s, const particles::Ids& ids, st
   });
 }
 
+// What the mesh d.shape has where the same draws have put the particles.
+inline void draw_on_surface(const actions::Distribution& d, const actions::Step& s, const particles::Ids& ids,
+                            std::size_t count, float* const* planes, int width) {
+  const MeshLanes mesh = MeshLanes::from(d.shape);
+  if (d.kind == actions::Distribution::Kind::surface_color) {
+    fill(s, ids, count, planes, width,
+         [&](Draws& draws) __attribute__((always_inline)) { return mesh.sample_color(draws); });
+  } else {
+    fill(s, ids, count, planes, width,
+         [&](Draws& draws) __attribute__((always_inline)) { return mesh.sample_normal(draws) * d.first[0]; });
+  }
+}
+
 inline void draw(const actions::Distribution& d, const actions::Step& s, const particles::Ids& ids, std::size_t count,
                  float* const* planes, int width) {
   using Kind = actions::Distribution::Kind;
@@ -55,6 +69,8 @@ inline void draw(const actions::Distribution& d, const actions::Step& s, const p
     draw_rotations(s, ids, count, planes);
   } else if (d.kind == Kind::value) {
     fill(s, ids, count, planes, width, [&](Draws&) __attribute__((always_inline)) { return all3(d.first); });
+  } else if (d.of_surface()) {
+    draw_on_surface(d, s, ids, count, planes, width);
   } else if (d.kind == Kind::shape) {
     visit(d.shape, [&](const auto& shape) __attribute__((always_inline)) {
       fill(s, ids, count, planes, width,

@@ -9,15 +9,17 @@
 
 namespace motes::actions {
 
-/// How newborn particles get an attribute (API: System.configure): a value, a shape, Uniform or Normal; `rotation`: any
-/// orientation, all alike probable.
+/// How newborn particles get an attribute (API: System.configure): a value, a shape, Uniform, Normal; `rotation`: any
+/// orientation, all alike probable; or what the mesh has where they are born: its normal times first[0], or its colour.
 struct Distribution {
-  enum class Kind : std::uint8_t { value, shape, uniform, normal, rotation };
+  enum class Kind : std::uint8_t { value, shape, uniform, normal, rotation, along_normal, surface_color };
   Kind kind = Kind::value;
   bool alike = false;    // uniform, normal: one draw for all components, where a vector is drawn from numbers
-  float first[4] = {};   // the value | lo | mean
+  float first[4] = {};   // the value | lo | mean | the length along the normal
   float second[4] = {};  //           | hi | sigma
   shapes::Shape shape;   // kind shape: attributes of three numbers only
+
+  bool of_surface() const { return kind == Kind::along_normal || kind == Kind::surface_color; }
 
   bool operator==(const Distribution&) const = default;
 };

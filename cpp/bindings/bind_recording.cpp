@@ -240,6 +240,10 @@ void bind_recording(py::module_& m) {
           },
           py::arg("mean"), py::arg("sigma"), py::arg("alike") = false)
       .def_static("rotation", &any_rotation)
+      .def_static(
+          "along_normal", [](double length) { return pair_of(Distribution::Kind::along_normal, {length}, {}); },
+          py::arg("length"))
+      .def_static("surface_color", [] { return pair_of(Distribution::Kind::surface_color, {}, {}); })
       .def("to_bytes", &bytes_of)
       .def_static("from_bytes", &from_bytes);
   py::class_<Birth>(m, "Birth")

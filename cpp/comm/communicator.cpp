@@ -66,7 +66,7 @@ const char* name(Phase phase) {
   constexpr const char* kNames[kPhases] = {"begin",    "report", "verdict", "exchange",    "records", "tiles",
                                            "gather",   "plan",   "loads",   "proposals",   "births",  "log",
                                            "sums",     "totals", "word",    "interaction", "notes",   "copies",
-                                           "recovery", "memory", "glow"};
+                                           "recovery", "memory", "glow",    "shadows"};
   const auto index = static_cast<std::size_t>(phase);
   return index < kPhases ? kNames[index] : "leave";
 }

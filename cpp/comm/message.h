@@ -31,9 +31,10 @@ enum class Phase : std::uint8_t {
   copies,   // of particles, kept for the loss of their rank
   recovery,  // after such a loss
   memory,    // where the image generator's pictures are
-  glow       // light of tiles on its way to all others
+  glow,      // light of tiles on its way to all others
+  shadows    // of particles, where those who draw are no calculators
 };
-inline constexpr int kPhases = 21;
+inline constexpr int kPhases = 22;
 /// Returns the phase's name; beyond the last: "leave", for messages that are to leave.
 const char* name(Phase phase);
 

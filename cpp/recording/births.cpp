@@ -58,6 +58,21 @@ void check_distribution(const Given& given, const particles::Schema& schema) {
   }
 }
 
+// Only births on the surface of a mesh have a normal and a colour there.
+void check_surface(const Given& given, const Birth& birth, const particles::Schema& schema) {
+  const particles::Attribute& attribute = schema[given.attribute];
+  if (attribute.width != 3) throw base::InvalidArgument(attribute.name, "have three numbers, to be a surface's");
+  const bool on_mesh = birth.kind != Birth::Kind::emit && birth.shape.kind == shapes::Kind::mesh &&
+                       !shapes::drawn_inside(birth.shape) && birth.shape.form != nullptr &&
+                       birth.shape.form->triangles > 0;
+  if (!on_mesh) {
+    throw base::InvalidArgument(attribute.name, "be a surface's only for births on a mesh without solid=True");
+  }
+  if (given.distribution.kind == Distribution::Kind::surface_color && birth.shape.form->colors == nullptr) {
+    throw base::InvalidArgument(attribute.name, "be a surface's colour only for births on a mesh with colors=");
+  }
+}
+
 void check_way(const Birth& birth) {
   for (const shapes::Shape& before : birth.before) {
     shapes::check(before);
@@ -74,7 +89,8 @@ void draw_attribute(const Given& given, particles::Key key, Store& into) {
   const int width = into.schema()[given.attribute].width;
   float* planes[4] = {};
   for (int c = 0; c < width; ++c) planes[c] = into.writable_plane(given.attribute, c);
-  const auto stream = particles::birth_stream(given.attribute);
+  const int drawn = d.of_surface() ? particles::position : given.attribute;  // the same draws as of the place
+  const auto stream = particles::birth_stream(drawn);
   particles::DrawKeys draws;
   actions::kernels().draw(d, {0, 0, stream, key, 0, &draws}, into.ids(), into.size(), planes, width);
 }
@@ -155,7 +171,10 @@ void check(const Birth& birth, const particles::Schema& schema) {
   if (static_cast<double>(birth.amount) > kMostAtOnce) {
     throw base::InvalidArgument("count", "be 0..4000000000", std::to_string(birth.amount));
   }
-  for (const Given& given : birth.state) check_distribution(given, schema);
+  for (const Given& given : birth.state) {
+    check_distribution(given, schema);
+    if (given.distribution.of_surface()) check_surface(given, birth, schema);
+  }
   const auto is_position = [](const Emitted& column) { return column.attribute == particles::position; };
   if (birth.kind == Birth::Kind::emit && std::none_of(birth.columns.begin(), birth.columns.end(), is_position)) {
     throw base::InvalidArgument("position", "be given, one row per particle");
@@ -222,7 +241,15 @@ Store make(const Birth& birth, const particles::Schema& schema, particles::Key k
     draw_attribute(place, key, newborn);
     if (!birth.before.empty()) spread_along(birth.before[0], key, moment, newborn);
   }
-  for (const Given* given : drawn) draw_attribute(*given, key, newborn);
+  for (const Given* given : drawn) {
+    if (!given->distribution.of_surface()) {
+      draw_attribute(*given, key, newborn);
+      continue;
+    }
+    Given here = *given;
+    here.distribution.shape = birth.shape;
+    draw_attribute(here, key, newborn);
+  }
   for (const Emitted& column : birth.columns) copy_column(column, first_of_call, newborn);
   particles::wrap(newborn);
   for (const auto& [copy, original] : particles::kCopies) {

@@ -200,7 +200,8 @@ std::set<meshes::AssetKey> assets_of(const std::vector<std::span<const std::byte
       for (const Item& item : list) add_meshes(item, keys);
     }
     if (!record.view) continue;
-    for (const image::Solid& solid : record.view->objects) keys.insert(solid.mesh);
+    for (const image::Solid& solid : record.view->objects) keys.insert({solid.mesh, solid.image});
+    keys.insert(record.view->sky.picture);
   }
   keys.erase(0);
   return keys;

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from ._picture.sprites import Sprite
     from ._player.notebook import launch, show
     from ._player.player import Player
-    from ._system.distributions import Normal, Uniform
+    from ._system.distributions import Normal, Uniform, along_normal, surface_color
     from ._system.system import System
     from ._values.checkpoint import Checkpoint
     from ._values.curves import Curve
@@ -72,7 +72,7 @@ _MODULES = {
     "_values.checkpoint": ("Checkpoint",),
     "_live.controls": ("Control",),
     "_values.curves": ("Curve",),
-    "_system.distributions": ("Normal", "Uniform"),
+    "_system.distributions": ("Normal", "Uniform", "along_normal", "surface_color"),
     "errors": (
         *(
             "ArgumentError",
@@ -97,6 +97,7 @@ _MODULES = {
     "_particles.particles": ("Particles",),
     "_picture.rendering": ("Camera", "Renderer"),
     "_values.roles": ("Roles",),
+    "_picture.skies": ("Gradient",),
     "_picture.solids": ("Light", "Solid"),
     "_picture.sprites": ("Sprite",),
     "_system.system": ("System",),
@@ -118,6 +119,7 @@ __all__ = [
     "Curve",
     "Export",
     "Frame",
+    "Gradient",
     "Light",
     "Live",
     "LogError",
@@ -145,6 +147,7 @@ __all__ = [
     "Uniform",
     "World",
     "actions",
+    "along_normal",
     "analysis",
     "balance",
     "cluster",
@@ -162,6 +165,7 @@ __all__ = [
     "script",
     "shapes",
     "show",
+    "surface_color",
     "time",
     "workloads",
 ]

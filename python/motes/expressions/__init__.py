@@ -21,6 +21,8 @@ from ..errors import ArgumentError
 from . import _conditions as conditions
 from ._conditions import Condition, Node, Region, as_condition, checked, text_of
 
+COLORS = ("color", "yes", "no")  # arguments that may be colours as text
+
 __all__ = [
     "Condition",
     "Expression",
@@ -469,7 +471,8 @@ def as_expression(argument: str, value: Any) -> Expression:
     if isinstance(value, (int, float, np.integer, np.floating)):
         numbers: tuple[float, ...] = (arguments.number(argument, value),)
     else:
-        numbers = arguments.triple(argument, value, pair=argument != "color")
+        check = arguments.color if argument in COLORS else arguments.triple
+        numbers = check(argument, value)
     if any(abs(v) > 3e38 for v in numbers):
         raise ArgumentError(argument, value, "within the range of float32")
     return Expression(("constant", numbers))

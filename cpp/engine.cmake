@@ -171,6 +171,7 @@ add_library(motes_engine STATIC
   engine/act/follow.cpp
   engine/act/ghost_exchange.cpp
   engine/act/ghosts.cpp
+  engine/act/images.cpp
   engine/act/interact.cpp
   engine/act/read.cpp
   engine/act/run_list.cpp

@@ -19,6 +19,7 @@ namespace motes::interactions {
 struct Ghosts {
   std::vector<std::uint64_t> ids;
   std::vector<std::vector<float>> columns;  // in the order of read_by()
+  std::vector<std::uint8_t> images;  // in periodic space: which of its particle's places each is at; else empty
 };
 
 /// The particles of one system: this rank's own, which of them are changed, and ghosts.

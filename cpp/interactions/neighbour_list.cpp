@@ -162,8 +162,9 @@ void NeighbourList::put_state(std::size_t place, std::uint64_t id, const PairSta
   const auto end = second_.begin() + begin_[place + 1];
   const auto found = std::lower_bound(second_.begin() + begin_[place], end, id,
                                       [&](std::uint32_t a, std::uint64_t id) { return ids_[a] < id; });
-  if (found == end || ids_[*found] != id) return;
-  state_[static_cast<std::size_t>(found - second_.begin())] = remembered;
+  for (auto second = found; second != end && ids_[*second] == id; ++second) {  // images of it, too
+    state_[static_cast<std::size_t>(second - second_.begin())] = remembered;
+  }
 }
 
 void NeighbourList::carry(const Remembered& before, std::uint32_t from, std::uint32_t step, std::size_t to) {

@@ -93,6 +93,30 @@ def test_same_digests_without_python(
     assert replay(motes_replay, ranks, recorded[name].scene, "--digest").lines == lines
 
 
+PERIODIC = """
+import motes
+from motes import shapes
+world = motes.World(seed=2, periodic={"x": (0, 3), "y": (-1, 1)}, progress="off")
+s = world.system("s")
+with world:
+    for frame in world.frames(4):
+        s.configure(velocity=shapes.Sphere((0, 0, 0), 30), size=0.2)
+        s.burst(shapes.Box((0, 0, 0), (9, 9, 1)), count=80)
+        s.collide()
+        s.move()
+        world.step()
+    print("digest", world.digest())
+"""
+
+
+def test_a_scene_has_its_space(motes_replay: Path, tmp_path: Path):
+    assert record_text(tmp_path, PERIODIC).code == 0
+    wanted = on_ranks(3, PERIODIC).lines[0].removeprefix("digest ")
+    for ranks in (1, 2):
+        last = replay(motes_replay, ranks, tmp_path / "x.motes", "--no-images", "--digest").lines[-1]
+        assert wanted in last
+
+
 def test_sayings_say_all_that_a_scene_can_hold(recorded: dict[str, Recorded]):
     assert recorded["sayings"].lines != recorded["sayings that read"].lines
     pictures = [line.split()[2] for line in recorded["sayings"].lines]

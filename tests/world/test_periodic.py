@@ -184,6 +184,7 @@ def test_any_domains(size):
             ("z", "Diffusive"),
             ("xz", None),
             ("xyz", "PrefixCuts"),
+            (None, None),
         )
     ]
     frames = table(on_ranks(size, SCENE, json.dumps(variants), timeout=240).lines)

@@ -20,17 +20,17 @@ void position_of(const Store& store, std::size_t i, float (&x)[3]) {
   for (int c = 0; c < 3; ++c) x[c] = store.value(particles::position, c, i);
 }
 
-GhostExchange::Migrants migrants_of(const Rank& rank, const System& system, Population& here) {
+GhostExchange::Migrants migrants_of(const Rank& rank, const System& system, const Images& images, Population& here) {
   GhostExchange::Migrants migrants;
   find_migrants(rank, system, here);
   migrants.to = migrants_by_owner(rank, system, here);
   here.outcome.left.clear();
-  const domains::Box box = system.domains.box(rank.session.calculator());
+  const domains::Box box = images.ends(system.domains.box(rank.session.calculator()));
   for (const auto& [owner, particles] : migrants.to) {
     for (const std::uint32_t p : particles) {
       float x[3];
       position_of(here.store, p, x);
-      migrants.farthest = std::max(migrants.farthest, outside(box, x));
+      migrants.farthest = std::max(migrants.farthest, images.outside(box, x));
     }
   }
   return migrants;
@@ -75,15 +75,20 @@ bool GhostExchange::holds() {
 void GhostExchange::find_migrants() {
   if (in_.rank.session.calculators() == 1) return;
   for (std::size_t side = 0; side < in_.interaction.count; ++side)
-    migrants_[side] = migrants_of(in_.rank, in_.system(side), in_.population(side));
+    migrants_[side] = migrants_of(in_.rank, in_.system(side), images_, in_.population(side));
+}
+
+// Returns the part of a domain that particles can be in.
+domains::Box GhostExchange::box(std::size_t side, int calculator) const {
+  return images_.ends(in_.system(side).domains.box(calculator));
 }
 
 // Tells whether one calculator may have migrants or ghosts for another.
 bool GhostExchange::concerns(int from, int to) const {
   for (std::size_t a = 0; a < in_.interaction.count; ++a) {
-    const domains::Box box = in_.system(a).domains.box(from);
-    if (gap(box, in_.system(a).domains.box(to)) <= farthest_) return true;
-    if (gap(box, in_.system(in_.seer(a)).domains.box(to)) <= farthest_ + range_) return true;
+    const domains::Box own = box(a, from);
+    if (images_.gap(own, box(a, to)) <= farthest_) return true;
+    if (images_.gap(own, box(in_.seer(a), to)) <= farthest_ + range_) return true;
   }
   return false;
 }
@@ -92,7 +97,7 @@ void GhostExchange::exchange(double farthest, double range) {
   farthest_ = farthest;
   range_ = range;
   forget_ghosts();
-  if (in_.rank.session.calculators() == 1) return;
+  if (in_.rank.session.calculators() == 1 && !images_.any()) return;
   const int self = in_.rank.session.calculator();
   const int count = static_cast<int>(in_.rank.session.calculators());
   std::vector<int> to;
@@ -126,6 +131,10 @@ void GhostExchange::exchange(double farthest, double range) {
     if (message.header().failed == 0) in_.compute([&] { unpack(message); });
   }
   if (lists_) in_.compute([&] { keep_ghosts(to); });
+  if (!images_.any()) return;
+  in_.compute([&] {
+    for (std::size_t side = 0; side < in_.interaction.count; ++side) place_ghosts(images_, ghosts(side));
+  });
 }
 
 void GhostExchange::forget_ghosts() {
@@ -140,21 +149,23 @@ void GhostExchange::keep_ghosts(const std::vector<int>& others) {
     KeptGhosts& ghosts_here = kept(side);
     find_owners(ghosts_here.domains, ghosts_here);
     const std::vector<std::uint32_t> near = near_the_border(side);
-    for (const int other : others) {
-      const domains::Box box = in_.system(in_.seer(side)).domains.box(other);
-      std::vector<std::uint32_t> seen;
-      for (const std::uint32_t p : near) {
-        if (sees(side, box, p)) seen.push_back(p);
-      }
-      if (seen.empty()) continue;
-      sort_by_id(in_.population(side).store, seen);
-      ghosts_here.sent[other] = std::move(seen);
+    const int self = in_.rank.session.calculator();
+    std::vector<int> targets = others;
+    if (images_.any()) targets.push_back(self);
+    for (const int target : targets) {
+      const domains::Box seer = box(in_.seer(side), target);
+      Chosen seen;
+      for (const std::uint32_t p : near) choose(side, seer, p, target == self ? 1 : 0, seen);
+      if (seen.size() == 0) continue;
+      sort_by_id(in_.population(side).store, seen.particles);
+      ghosts_here.sent[target] = std::move(seen.particles);
     }
   }
 }
 
 // Sends and hears what has changed of the ghosts since the last interaction.
 void GhostExchange::refresh() {
+  if (images_.any()) in_.compute([&] { refresh_own_images(); });
   std::map<int, Message> messages;
   std::map<int, std::uint64_t> counts;
   std::set<int> from;
@@ -162,6 +173,8 @@ void GhostExchange::refresh() {
     for (const auto& [source, places] : kept(side).received) from.insert(source);
     for (const auto& [target, particles] : kept(side).sent) messages[target];
   }
+  from.erase(in_.rank.session.calculator());
+  messages.erase(in_.rank.session.calculator());
   for (const int source : from) in_.rank.session.comm().await(in_.rank.session.rank_of(source), Phase::interaction);
   in_.compute([&] {
     for (auto& [target, message] : messages) counts[target] = pack_changes(target, message.bytes());
@@ -178,6 +191,18 @@ void GhostExchange::refresh() {
     const Message message = in_.rank.session.comm().expect(in_.rank.session.rank_of(source), Phase::interaction,
                                                            in_.rank.session.stamp(in_.round));
     if (message.header().failed == 0) in_.compute([&] { unpack_changes(source, message); });
+  }
+}
+
+void GhostExchange::refresh_own_images() {
+  const int self = in_.rank.session.calculator();
+  for (std::size_t side = 0; side < in_.interaction.count; ++side) {
+    KeptGhosts& ghosts_here = kept(side);
+    if (!ghosts_here.sent.contains(self)) continue;
+    base::Bytes bytes;
+    put_changes(*in_.interaction.action, in_.population(side).store, self, ghosts_here, bytes);
+    base::Reader in(bytes.view());
+    take_changes(in, self, images_, ghosts_here);
   }
 }
 
@@ -200,28 +225,36 @@ void GhostExchange::unpack_changes(int source, const Message& message) {
   std::uint64_t count = 0;
   for (std::size_t side = 0; side < in_.interaction.count; ++side) {
     KeptGhosts& ghosts_here = kept(side);
-    if (ghosts_here.received.contains(source)) count += take_changes(in, source, ghosts_here);
+    if (ghosts_here.received.contains(source)) count += take_changes(in, source, images_, ghosts_here);
   }
   in_.rank.machine.charge(in_.rank.machine.costs().copy * static_cast<double>(count));
   if (count != message.header().count || !in.done())
     throw std::runtime_error("kept ghosts differ from what their owner sends");
 }
 
-// Tells whether particles in the box may see one of this calculator's.
-bool GhostExchange::sees(std::size_t side, const domains::Box& box, std::uint32_t p) const {
+// Adds the places, from number `first` on, at which particles in a box may see one of this calculator's.
+void GhostExchange::choose(std::size_t side, const domains::Box& seer, std::uint32_t p, std::uint8_t first,
+                           Chosen& chosen) const {
   const Store& store = in_.population(side).store;
   float x[3];
   position_of(store, p, x);
   const bool tied = bonds_ == nullptr || bonds_->row_of(store.ids()[p]) != interactions::Bonds::kNone;
-  return tied && !std::isnan(x[0] + x[1] + x[2]) && outside(box, x) <= range_;
+  if (!tied || std::isnan(x[0] + x[1] + x[2])) return;
+  for (std::uint8_t number = first; number < images_.count(); ++number) {
+    const float at[3] = {images_.at(number, 0, x[0]), images_.at(number, 1, x[1]), images_.at(number, 2, x[2])};
+    if (!(outside(seer, at) <= range_)) continue;
+    chosen.particles.push_back(p);
+    if (images_.any()) chosen.images.push_back(number);
+  }
 }
 
 // The particles that somebody else may see, or that leave.
 std::vector<std::uint32_t> GhostExchange::near_the_border(std::size_t side) const {
   const System& sees = in_.system(in_.seer(side));
   const Store& store = in_.population(side).store;
-  const domains::Box own = in_.system(side).domains.box(in_.rank.session.calculator());
-  if (sees.domains != in_.system(side).domains || own == domains::Box{}) return first_indices(store.size());
+  const domains::Box own = box(side, in_.rank.session.calculator());
+  const bool by_id = in_.system(side).definition.axes.by_id() && in_.rank.session.calculators() > 1;
+  if (sees.domains != in_.system(side).domains || by_id || own == domains::Box{}) return first_indices(store.size());
   std::vector<std::uint8_t> near(store.size(), 0);
   for (int c = 0; c < 3; ++c) {
     const auto a = static_cast<std::size_t>(c);
@@ -251,16 +284,11 @@ void GhostExchange::pack(std::size_t side, std::map<int, Message>& messages) {
     for (const std::uint32_t p : migrants) owners[p] = owner;
   }
   interactions::write_down_touches(in_.calculator.neighbours, in_.interaction.systems[side], owners, here.store);
-  const domains::Domains& seen_by = in_.system(in_.seer(side)).domains;
   const std::vector<std::uint32_t> near = near_the_border(side);
-  std::map<int, domains::Box> boxes{{self, seen_by.box(self)}};
-  for (const auto& [target, message] : messages) boxes[target] = seen_by.box(target);
   const auto owner_of = [&](std::uint32_t p) {
     const auto migrant = owners.find(p);
     return migrant == owners.end() ? self : migrant->second;
   };
-  // A particle is a ghost everywhere but at its owner.
-  const auto copy_for = [&](int who, std::uint32_t p) { return owner_of(p) != who && sees(side, boxes.at(who), p); };
   for (auto& [target, message] : messages) {
     base::Bytes& bytes = message.bytes();
     const auto leaving = migrants_[side].to.find(target);
@@ -269,23 +297,25 @@ void GhostExchange::pack(std::size_t side, std::map<int, Message>& messages) {
     here.store.pack(gone, bytes, *in_.rank.pool);
     put_noted(here, here.bounced, gone, bytes);
     put_noted(here, here.collided, gone, bytes);
-    std::vector<std::uint32_t> copied;
-    for (const std::uint32_t p : near) {
-      if (copy_for(target, p)) copied.push_back(p);
-    }
+    // A particle is a ghost everywhere but at its owner, where only its images are.
+    const domains::Box seer = box(in_.seer(side), target);
+    Chosen copied;
+    for (const std::uint32_t p : near) choose(side, seer, p, owner_of(p) == target ? 1 : 0, copied);
     put_ghosts(*in_.interaction.action, here.store, copied, bytes);
     sent_[target] += gone.size() + copied.size();
     here.interaction.ghosts += copied.size();
     in_.rank.machine.charge(in_.rank.machine.costs().copy * static_cast<double>(copied.size()));
   }
-  base::Bytes kept;  // migrants that this calculator still sees, packed
-  std::vector<std::uint32_t> copied;
-  for (const auto& [p, owner] : owners) {
-    if (sees(side, boxes.at(self), p)) copied.push_back(p);
+  base::Bytes kept;  // migrants and images that this calculator sees, packed
+  const domains::Box own = box(in_.seer(side), self);
+  Chosen copied;
+  for (const auto& [p, owner] : owners) choose(side, own, p, 0, copied);
+  for (const std::uint32_t p : near) {
+    if (images_.any() && owner_of(p) == self) choose(side, own, p, 1, copied);
   }
   put_ghosts(*in_.interaction.action, here.store, copied, kept);
   base::Reader in(kept.view());
-  take_ghosts(in, *in_.interaction.action, ghosts(side));
+  take_ghosts(in, *in_.interaction.action, images_.any(), ghosts(side));
 }
 
 void GhostExchange::remove_migrants(std::size_t side) {
@@ -310,7 +340,7 @@ void GhostExchange::unpack(const Message& message) {
     here.interaction.moved_in += arrived;
     take_noted(in, here.bounced);
     take_noted(in, here.collided);
-    const std::uint64_t seen = take_ghosts(in, *in_.interaction.action, ghosts(side));
+    const std::uint64_t seen = take_ghosts(in, *in_.interaction.action, images_.any(), ghosts(side));
     count += arrived + seen;
     const Costs& costs = in_.rank.machine.costs();
     in_.rank.machine.charge(costs.arrive * static_cast<double>(arrived) + costs.copy * static_cast<double>(seen));

@@ -25,7 +25,8 @@ class GhostExchange {
   };
 
   /// `bonds`: of a tie; else null.
-  GhostExchange(const Parties& parties, const interactions::Bonds* bonds) : in_(parties), bonds_(bonds) {}
+  GhostExchange(const Parties& parties, const interactions::Bonds* bonds, const Images& images)
+      : in_(parties), bonds_(bonds), images_(images) {}
 
   bool has_lists() const { return lists_; }
   /// Tells whether the lists hold, as far as this calculator knows; measures how they wear off.
@@ -56,7 +57,9 @@ class GhostExchange {
   void keep_ghosts(const std::vector<int>& others);
   std::uint64_t pack_changes(int target, base::Bytes& bytes);
   void unpack_changes(int source, const comm::Message& message);
-  bool sees(std::size_t side, const domains::Box& box, std::uint32_t p) const;
+  domains::Box box(std::size_t side, int calculator) const;
+  void choose(std::size_t side, const domains::Box& seer, std::uint32_t p, std::uint8_t first, Chosen& chosen) const;
+  void refresh_own_images();
   std::vector<std::uint32_t> near_the_border(std::size_t side) const;
   void pack(std::size_t side, std::map<int, comm::Message>& messages);
   void remove_migrants(std::size_t side);
@@ -64,6 +67,7 @@ class GhostExchange {
 
   const Parties& in_;
   const interactions::Bonds* bonds_;
+  const Images& images_;
   const bool lists_ = interactions::law_of(*in_.interaction.action).remembers;
   interactions::Wear wear_;
   Migrants migrants_[2];

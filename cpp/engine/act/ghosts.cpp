@@ -33,25 +33,35 @@ double outside(const domains::Box& box, const float (&x)[3]) {
   return most;
 }
 
-void put_ghosts(const actions::Action& action, const Store& store, const std::vector<std::uint32_t>& chosen,
-                base::Bytes& out) {
+void put_ghosts(const actions::Action& action, const Store& store, const Chosen& chosen, base::Bytes& out) {
   out.put(static_cast<std::uint64_t>(chosen.size()));
-  for (const std::uint32_t i : chosen) out.put(store.ids()[i]);
+  for (const std::uint32_t i : chosen.particles) out.put(store.ids()[i]);
   for (const interactions::Component c : interactions::read_by(action)) {
     const float* plane = store.plane(c.attribute, c.component);
     const float value = store.uniform_value(c.attribute)[static_cast<std::size_t>(c.component)];
-    for (const std::uint32_t i : chosen) out.put(plane != nullptr ? plane[i] : value);
+    for (const std::uint32_t i : chosen.particles) out.put(plane != nullptr ? plane[i] : value);
   }
+  out.put_raw(chosen.images.data(), chosen.images.size());
 }
 
-std::uint64_t take_ghosts(base::Reader& in, const actions::Action& action, interactions::Ghosts& ghosts) {
+std::uint64_t take_ghosts(base::Reader& in, const actions::Action& action, bool images, interactions::Ghosts& ghosts) {
   const auto count = in.get<std::uint64_t>();
   ghosts.columns.resize(interactions::read_by(action).size());
   for (std::uint64_t i = 0; i < count; ++i) ghosts.ids.push_back(in.get<std::uint64_t>());
   for (std::vector<float>& column : ghosts.columns) {
     for (std::uint64_t i = 0; i < count; ++i) column.push_back(in.get<float>());
   }
+  for (std::uint64_t i = 0; images && i < count; ++i) ghosts.images.push_back(in.get<std::uint8_t>());
   return count;
+}
+
+void place_ghosts(const Images& images, interactions::Ghosts& ghosts) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (std::size_t g = 0; g < ghosts.images.size(); ++g) {
+      float& x = ghosts.columns[axis][g];
+      x = images.at(ghosts.images[g], axis, x);
+    }
+  }
 }
 
 std::uint64_t put_changes(const actions::Action& action, const Store& store, int target, KeptGhosts& kept,
@@ -81,12 +91,16 @@ std::uint64_t put_changes(const actions::Action& action, const Store& store, int
   return sent.size();
 }
 
-std::uint64_t take_changes(base::Reader& in, int source, KeptGhosts& kept) {
+std::uint64_t take_changes(base::Reader& in, int source, const Images& images, KeptGhosts& kept) {
   const std::vector<std::uint32_t>& places = kept.received.at(source);
   const auto mask = in.get<std::uint32_t>();
   for (std::size_t c = 0; c < kept.ghosts.columns.size(); ++c) {
     if ((mask >> c & 1) == 0) continue;
-    for (const std::uint32_t place : places) kept.ghosts.columns[c][place] = in.get<float>();
+    for (const std::uint32_t place : places) {
+      const auto value = in.get<float>();
+      const bool moves = c < 3 && images.any();  // position comes first
+      kept.ghosts.columns[c][place] = moves ? images.at(kept.ghosts.images[place], c, value) : value;
+    }
   }
   return places.size();
 }
@@ -99,14 +113,16 @@ void find_owners(const domains::Domains& domains, KeptGhosts& kept) {
     kept.received[domains.owner_of(at, ghosts.ids[g])].push_back(g);
   }
   for (auto& [owner, places] : kept.received) {
-    std::sort(places.begin(), places.end(),
-              [&](std::uint32_t a, std::uint32_t b) { return ghosts.ids[a] < ghosts.ids[b]; });
+    std::sort(places.begin(), places.end(), [&](std::uint32_t a, std::uint32_t b) {
+      if (ghosts.ids[a] != ghosts.ids[b] || ghosts.images.empty()) return ghosts.ids[a] < ghosts.ids[b];
+      return ghosts.images[a] < ghosts.images[b];
+    });
   }
 }
 
 void sort_by_id(const Store& store, std::vector<std::uint32_t>& indices) {
   const particles::Ids ids = store.ids();
-  std::sort(indices.begin(), indices.end(), [&](std::uint32_t a, std::uint32_t b) { return ids[a] < ids[b]; });
+  std::stable_sort(indices.begin(), indices.end(), [&](std::uint32_t a, std::uint32_t b) { return ids[a] < ids[b]; });
 }
 
 }  // namespace motes::engine

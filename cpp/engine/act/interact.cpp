@@ -119,7 +119,7 @@ class Meeting {
   }
 
   float farthest_cut() const {
-    float most = 0;
+    float most = 2 * images_.farthest_end();  // images are beyond it
     for (std::size_t side = 0; side < in_.interaction.count; ++side) {
       for (const float cut : in_.system(side).domains.cuts()) most = std::max(most, std::abs(cut));
     }
@@ -170,6 +170,7 @@ class Meeting {
   }
 
   void act() {
+    images_.check(*in_.interaction.action, interactions::reach_of(*in_.interaction.action, extent_));
     interactions::Side sides[2];
     std::vector<std::uint8_t> chosen[2], collided[2];
     for (std::size_t side = 0; side < in_.interaction.count; ++side) {
@@ -215,7 +216,8 @@ class Meeting {
   const Parties& in_;
   const std::shared_ptr<const interactions::Bonds> bonds_ =  // tie; else null
       in_.interaction.action->kind == actions::Kind::tie ? interactions::bonds(in_.interaction.action->ties) : nullptr;
-  GhostExchange exchange_{in_, bonds_.get()};
+  const Images images_{in_.system(0).definition.periods};
+  GhostExchange exchange_{in_, bonds_.get(), images_};
   bool kept_ = false;  // the neighbour lists, and so the ghosts
   float skin_ = 0;     // metres
   Extent extent_;

@@ -1,0 +1,86 @@
+#include "engine/act/images.h"
+
+#include <algorithm>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+#include "engine/act/ghosts.h"
+#include "interactions/pyramid.h"
+
+namespace motes::engine {
+
+namespace {
+
+domains::Box shifted(domains::Box box, const std::array<double, 3>& by) {
+  for (std::size_t c = 0; c < 3; ++c) {
+    box.low[c] = static_cast<float>(static_cast<double>(box.low[c]) + by[c]);
+    box.high[c] = static_cast<float>(static_cast<double>(box.high[c]) + by[c]);
+  }
+  return box;
+}
+
+}  // namespace
+
+Images::Images(const particles::Periods& periods) : periods_(periods), shifts_{{0, 0, 0}} {
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!periods.has(axis)) continue;
+    const std::size_t count = shifts_.size();
+    for (const int way : {1, -1}) {
+      for (std::size_t i = 0; i < count; ++i) {
+        shifts_.push_back(shifts_[i]);
+        shifts_.back()[static_cast<std::size_t>(axis)] = way * periods[axis].length();
+      }
+    }
+  }
+}
+
+float Images::farthest_end() const {
+  float most = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (periods_.has(axis)) most = std::max({most, -periods_[axis].low, periods_[axis].high});
+  }
+  return most;
+}
+
+domains::Box Images::ends(domains::Box box) const {
+  for (std::size_t c = 0; c < 3; ++c) {
+    if (!periods_.has(static_cast<int>(c))) continue;
+    box.low[c] = std::max(box.low[c], periods_.along[c].low);
+    box.high[c] = std::min(box.high[c], periods_.along[c].high);
+  }
+  return box;
+}
+
+double Images::gap(const domains::Box& a, const domains::Box& b) const {
+  double least = std::numeric_limits<double>::infinity();
+  for (const std::array<double, 3>& shift : shifts_) least = std::min(least, engine::gap(shifted(a, shift), b));
+  return least;
+}
+
+double Images::outside(const domains::Box& box, const float (&x)[3]) const {
+  double least = std::numeric_limits<double>::infinity();
+  for (std::uint8_t number = 0; number < count(); ++number) {
+    const float place[3] = {at(number, 0, x[0]), at(number, 1, x[1]), at(number, 2, x[2])};
+    least = std::min(least, engine::outside(box, place));
+  }
+  return least;
+}
+
+void Images::check(const actions::Action& action, float reach) const {
+  if (!any()) return;
+  const std::string name = actions::facts(action.kind).name;
+  if (action.kind == actions::Kind::tie || interactions::uses_cells(action)) {
+    throw std::invalid_argument(name + " does not see across the ends of periodic space");
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!periods_.has(axis)) continue;
+    const double most = periods_[axis].length() / 2 * (1 + 1e-6);  // float32s round radii
+    if (static_cast<double>(reach) <= most) continue;
+    throw std::invalid_argument(name + " reaches " + std::to_string(reach) +
+                                " m; in periodic space it must be at most " +
+                                std::to_string(periods_[axis].length() / 2) + " m, half of a period");
+  }
+}
+
+}  // namespace motes::engine

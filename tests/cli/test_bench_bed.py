@@ -63,7 +63,7 @@ def test_lammps_is_asked_for_the_same_law_at_grains_and_walls():
     assert f"fix wall_x all wall/gran hooke/history {law} xplane 0.0 1.0" in said
     assert f"fix wall_y all wall/gran hooke/history {law} yplane 0.0 NULL" in said
     assert "neigh_modify every 1 delay 0 check yes" in said
-    assert said.index("run 100 pre no post no") > said.index("run 20 post no")
+    assert said.index("run 100 pre no post no") > said.index("run 100 post no")
 
 
 def test_a_python_without_lammps_is_named(tmp_path: Path):

@@ -119,7 +119,8 @@ def _lammps(python: str, ranks: int, file: Path, steps: int) -> dict[str, Any]:
 
 
 def _compare(own: dict[str, Any], peer: dict[str, Any]) -> None:
-    high = abs(own["height"] - peer["height"]) > 0.05 * DIAMETER
+    """Raise MotesError where they end otherwise than the order of a step and chaos explain."""
+    high = abs(own["height"] - peer["height"]) > 0.2 * DIAMETER
     if high or abs(own["touching"] - peer["touching"]) > 0.1 * own["touching"]:
         told = [f"{one['touching']:.3g} touching, {one['height']:.5g} m high" for one in (own, peer)]
         raise MotesError(f"the engine and LAMMPS do not end alike: {told[0]}; {told[1]}")

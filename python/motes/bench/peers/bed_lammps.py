@@ -1,7 +1,7 @@
 """A bed of grains in LAMMPS (`gran/hooke/history`), a job of its own: another Python may run this file.
 
 Nothing of motes is imported here. The command line is `FILE STEPS`: what `bed.py` has written, and how many
-steps to time. Rank 0 writes one JSON object.
+steps to take twice; the second time is told. Rank 0 writes one JSON object.
 """
 
 from __future__ import annotations
@@ -15,8 +15,6 @@ from typing import Any
 
 SKIN = 0.2
 """Of the lists of neighbours, in diameters; LAMMPS makes them anew when something has moved by half of it."""
-WARM_UP = 20
-"""Steps that are not timed."""
 
 
 def commands(bed: dict[str, Any]) -> tuple[list[str], list[str]]:
@@ -70,7 +68,7 @@ def run(lammps: Callable[..., Any], bed: dict[str, Any], places: list[float], st
         raise RuntimeError(f"LAMMPS made {made} of {count} grains")
     for command in after:
         engine.command(command)
-    engine.command(f"run {WARM_UP} post no")
+    engine.command(f"run {steps} post no")  # not timed
     wall, used = time.perf_counter(), time.process_time()
     engine.command(f"run {steps} pre no post no")
     seconds = {"wall_s": time.perf_counter() - wall, "process_s": time.process_time() - used}

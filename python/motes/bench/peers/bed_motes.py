@@ -15,9 +15,6 @@ from ..._system.system import System
 from ..._world.world import World
 from ...shapes import Plane
 
-WARM_UP = 20
-"""Steps that are not timed, at least."""
-
 
 class Bed:
     """Grains in a box without a lid, in frames of as many sub-steps as are given."""
@@ -65,7 +62,7 @@ def main() -> None:
     bed = Bed(told, places, steps)
     with bed.world:
         bed.start()
-        bed.frame()
+        bed.frame()  # not timed
         wall, used = time.perf_counter(), time.process_time()
         bed.frame()
         figures = {"wall_s": time.perf_counter() - wall, "process_s": time.process_time() - used}

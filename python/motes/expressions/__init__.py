@@ -21,8 +21,6 @@ from ..errors import ArgumentError
 from . import _conditions as conditions
 from ._conditions import Condition, Node, Region, as_condition, checked, text_of
 
-COLORS = ("color", "yes", "no")  # arguments that may be colours as text
-
 __all__ = [
     "Condition",
     "Expression",
@@ -466,13 +464,12 @@ def as_expression(argument: str, value: Any) -> Expression:
         return value
     if isinstance(value, (bool, Condition, Region)):
         raise ArgumentError(argument, value, "a number, 3 numbers or an expression of columns")
-    if isinstance(value, np.ndarray) and value.ndim == 0:
-        value = value[()]
+    value = value[()] if isinstance(value, np.ndarray) and value.ndim == 0 else value
     if isinstance(value, (int, float, np.integer, np.floating)):
         numbers: tuple[float, ...] = (arguments.number(argument, value),)
     else:
-        check = arguments.color if argument in COLORS else arguments.triple
-        numbers = check(argument, value)
+        named = argument == "color" or (isinstance(value, str) and argument in ("yes", "no"))
+        numbers = (arguments.color if named else arguments.triple)(argument, value)
     if any(abs(v) > 3e38 for v in numbers):
         raise ArgumentError(argument, value, "within the range of float32")
     return Expression(("constant", numbers))

@@ -53,7 +53,7 @@ class Interaction {
     }
     if (sides_[0].last && has_radius(action_)) seen.overlap_99 = overlap_99(spheres(0), spheres(count_ - 1));
     for (std::size_t s = 0; s < count_; ++s) apply(s);
-    if (sides_[0].last && law_.remembers) write_down();
+    if (sides_[0].last && law_.remembers) list_of(0).write_down(*sides_[0].store, sides_[0].law, sides_[0].now);
     return seen;
   }
 
@@ -93,6 +93,7 @@ class Interaction {
       return arrange_all(s, columns);
     }
     NeighbourList& list = list_of(s);
+    list.set_kind({});
     if (list.lists(crowd, sides_[s].now)) {
       arrange_all(s, columns);
       if (list.holds(placed(s), pool_)) return;
@@ -122,26 +123,6 @@ class Interaction {
       if (read[number].attribute == particles::mass && masses()) arrange_masses(s, columns[number]);
       if (read[number].attribute == particles::mass && !law_.inverse_masses) arrange_positive(s, mass, columns[number]);
     }
-  }
-
-  // Writes to the store what particles remember of this law's touches, and keeps what laws before it have written in
-  // this sub-step, and those behind it in the last one.
-  void write_down() const {
-    particles::Store& store = *sides_[0].store;
-    const std::vector<std::uint32_t>& order = cells(0).order();
-    const std::uint32_t law = sides_[0].law, now = sides_[0].now;
-    std::vector<particles::Touch> touches;
-    for (std::size_t k = 0; k < order.size(); ++k) {
-      if (order[k] >= crowds_[0].own) continue;
-      touches.clear();
-      for (const particles::Touch& touch : store.touches(order[k])) {
-        const std::uint32_t last = touch.law < law ? now : now - 1;  // those behind have yet to act
-        if (touch.law != law && touch.step == last) touches.push_back(touch);
-      }
-      list_of(0).recall(k, law, touches);
-      store.set_touches(order[k], touches);
-    }
-    list_of(0).set_written();
   }
 
   // Where a law looks for what it reads as it is; -1: it needs something made of it.
@@ -366,9 +347,9 @@ class Interaction {
 
 }  // namespace
 
-std::vector<Column> columns_of(const Action& action, const Side& side) {
+std::vector<Column> columns_of(const Action& action, const Side& side, bool second) {
   std::vector<Column> columns;
-  for (const Component c : read_by(action)) {
+  for (const Component c : read_by(action, second)) {
     Column column;
     column.own = side.store->plane(c.attribute, c.component);
     column.value = side.store->uniform_value(c.attribute)[static_cast<std::size_t>(c.component)];

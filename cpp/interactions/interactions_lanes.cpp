@@ -23,6 +23,7 @@ const interactions::Kernels interaction_kernels = {
 #undef MOTES_INTERACTION
 #undef MOTES_ACTION
     },
+    scripted,
     list_pairs,
     pull,
 };

@@ -50,7 +50,22 @@ if TYPE_CHECKING:
         ScriptMismatchError,
         Stopped,
     )
-    from .expressions import column, maximum, minimum, time
+    from .expressions import (
+        a,
+        b,
+        column,
+        cross,
+        dot,
+        length,
+        maximum,
+        minimum,
+        normal,
+        normalize,
+        r,
+        relative_velocity,
+        time,
+        where,
+    )
     from .shapes._mesh import Mesh
 
     __version__: str
@@ -74,7 +89,10 @@ _MODULES = {
         *("NotHereError", "RankError", "ScriptMismatchError", "Stopped"),
     ),
     "_interchange.export": ("Export",),
-    "expressions": ("column", "maximum", "minimum", "time"),
+    "expressions": (
+        *("a", "b", "column", "cross", "dot", "length", "maximum", "minimum", "normal", "normalize", "r"),
+        *("relative_velocity", "time", "where"),
+    ),
     "_picture.frame": ("Frame",),
     "_interchange.reading": ("open_particles",),
     "_values.live": ("Live",),
@@ -132,24 +150,34 @@ __all__ = [
     "Ties",
     "Uniform",
     "World",
+    "a",
     "actions",
     "analysis",
+    "b",
     "balance",
     "cluster",
     "column",
+    "cross",
+    "dot",
     "errors",
     "expressions",
     "launch",
+    "length",
     "maximum",
     "minimum",
+    "normal",
+    "normalize",
     "open_particles",
     "open_run",
     "open_runs",
+    "r",
+    "relative_velocity",
     "replay",
     "script",
     "shapes",
     "show",
     "time",
+    "where",
 ]
 
 

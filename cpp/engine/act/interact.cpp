@@ -16,6 +16,7 @@
 #include "engine/session/item_failure.h"
 #include "interactions/act.h"
 #include "interactions/pyramid.h"
+#include "interactions/scripted.h"
 #include "program/select.h"
 
 namespace motes::engine {
@@ -263,7 +264,7 @@ class GhostExchange {
     const Store& store = population(side).store;
     out.put(static_cast<std::uint64_t>(chosen.size()));
     for (const std::uint32_t i : chosen) out.put(store.ids()[i]);
-    for (const interactions::Component c : interactions::read_by(*interaction_.action)) {
+    for (const interactions::Component c : interactions::read_by(*interaction_.action, side == 1)) {
       const float* plane = store.plane(c.attribute, c.component);
       const float value = store.uniform_value(c.attribute)[static_cast<std::size_t>(c.component)];
       for (const std::uint32_t i : chosen) out.put(plane != nullptr ? plane[i] : value);
@@ -329,7 +330,7 @@ class GhostExchange {
     }
     put_ghosts(side, copied, kept);
     base::Reader in(kept.view());
-    take_ghosts(in, interactions::read_by(*interaction_.action).size(), ghosts_[side]);
+    take_ghosts(in, interactions::read_by(*interaction_.action, side == 1).size(), ghosts_[side]);
   }
 
   // Lists the migrants that are noted here, for their new owner to know.
@@ -373,7 +374,8 @@ class GhostExchange {
       here.interaction.moved_in += arrived;
       take_noted(in, here.bounced);
       take_noted(in, here.collided);
-      const std::uint64_t seen = take_ghosts(in, interactions::read_by(*interaction_.action).size(), ghosts_[side]);
+      const std::uint64_t seen =
+          take_ghosts(in, interactions::read_by(*interaction_.action, side == 1).size(), ghosts_[side]);
       count += arrived + seen;
       const Costs& costs = rank_.machine.costs();
       rank_.machine.charge(costs.arrive * static_cast<double>(arrived) + costs.copy * static_cast<double>(seen));
@@ -415,6 +417,9 @@ class GhostExchange {
       const auto procedure = [&](const interactions::PairList& pairs) { return ask(pairs); };
       return interactions::act_on_pairs(action, sides[0], procedure, calculator_.scratch, *rank_.pool);
     }
+    if (action.kind == actions::Kind::interact) {
+      return interactions::act_by_script(action, interaction_.time, dt(), sides, calculator_.scratch, *rank_.pool);
+    }
     return interactions::act(action, extent_, dt(), sides, calculator_.scratch, *rank_.pool);
   }
 
@@ -425,7 +430,7 @@ class GhostExchange {
       Population& here = population(side);
       sides[side] = {&here.store, &ghosts_[side], nullptr, interaction_.newborn_from[side]};
       sides[side].adds = interaction_.collided[side] != Collided::none;
-      if (interaction_.action->kind == actions::Kind::contact) {
+      if (interactions::remembers(*interaction_.action)) {
         sides[side].list = &calculator_.neighbours[{interaction_.systems[side], interaction_.law}];
         sides[side].law = interaction_.law;
         sides[side].keeps_list = rank_.session.calculators() == 1;

@@ -10,6 +10,7 @@ import numpy as np
 from .. import expressions as ex
 from ..errors import ArgumentError
 from ._conditions import as_condition
+from ._expression import as_expression, power
 
 __all__ = ["numpy_function", "numpy_ufunc"]
 
@@ -45,11 +46,11 @@ _FUNCTIONS: dict[str, Callable[..., Any]] = {
     "log": ex.log,
     "maximum": ex.maximum,
     "minimum": ex.minimum,
-    "power": ex.power,
+    "power": power,
     "sign": ex.sign,
     "sin": ex.sin,
     "sqrt": ex.sqrt,
-    "square": lambda a: ex.power(a, 2),
+    "square": lambda a: power(a, 2),
 }
 _UFUNCS = {**_OPERATORS, **_FUNCTIONS}
 _OTHERS: dict[str, Callable[..., Any]] = {
@@ -90,4 +91,4 @@ def _called(
 
 
 def _expression(value: Any) -> ex.Expression:
-    return ex.as_expression("operand", value)
+    return as_expression("operand", value)

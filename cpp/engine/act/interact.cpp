@@ -417,9 +417,8 @@ class GhostExchange {
       const auto procedure = [&](const interactions::PairList& pairs) { return ask(pairs); };
       return interactions::act_on_pairs(action, sides[0], procedure, calculator_.scratch, *rank_.pool);
     }
-    if (action.kind == actions::Kind::interact) {
+    if (action.kind == actions::Kind::interact)
       return interactions::act_by_script(action, interaction_.time, dt(), sides, calculator_.scratch, *rank_.pool);
-    }
     return interactions::act(action, extent_, dt(), sides, calculator_.scratch, *rank_.pool);
   }
 

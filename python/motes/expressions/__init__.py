@@ -14,11 +14,10 @@ from __future__ import annotations
 
 from ..errors import ArgumentError
 from ._conditions import Condition
-from ._expression import Expression
+from ._expression import Expression, choose, noise
 from ._functions import (
     absolute,
     atan2,
-    choose,
     clamp,
     cos,
     cross,
@@ -30,7 +29,6 @@ from ._functions import (
     maximum,
     minimum,
     mix,
-    noise,
     normalize,
     sign,
     sin,

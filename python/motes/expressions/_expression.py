@@ -10,9 +10,9 @@ import numpy as np
 from .._values import arguments
 from ..errors import ArgumentError
 from . import _conditions as conditions
-from ._conditions import Condition, Node, Region, checked, text_of
+from ._conditions import Condition, Node, Region, as_condition, checked, text_of
 
-__all__ = ["Expression", "as_expression", "constant_of", "made", "node_of", "power"]
+__all__ = ["Expression", "as_expression", "choose", "constant_of", "made", "node_of", "noise", "power"]
 
 
 class Expression:
@@ -201,6 +201,40 @@ def _vector(argument: str, parts: Sequence[Any]) -> Expression:
         raise ArgumentError(argument, parts, "3 numbers or expressions of one number; 2 stand for (x, y, 0)")
     made_of = [as_expression(argument, part) for part in (*parts, 0)[:3]]
     return Expression(("vector", *(part._node for part in made_of)), sum(part._size for part in made_of))
+
+
+def noise(position: Any, time: Any = 0, *, octaves: int = 1, field: int = 0) -> Expression:
+    """Make smooth random numbers over space and time.
+
+    Gradient noise, as in `curl_noise`. Its mean is 0, its root mean square 1/3, and few values are outside of
+    -1..1.
+
+    Args:
+        position: a vector or an expression of one, in cells of edge length 1: `column("position") / 0.5`
+            makes cells of 0.5 m. Times 2^octaves, it should stay below 1e6.
+        time: from one whole number to the next all numbers become new ones.
+        octaves: 1 to 8; each adds details of half the size and half the strength of the one before.
+        field: 0 to 65535, which of the fields of random numbers; the same in each run and system.
+
+    Returns:
+        One number per particle.
+    """
+    octaves = arguments.integer("octaves", octaves, low=1, high=8)
+    field = arguments.integer("field", field, high=65535)
+    at, when = as_expression("position", position), as_expression("time", time)
+    return Expression(("noise", at._node, when._node, octaves, field), 3 * at._size + when._size + 1)
+
+
+def choose(condition: Condition | Region, yes: Any, no: Any) -> Expression:
+    """Return one of two values for each particle.
+
+    Args:
+        condition: a comparison of columns, or a shape, which holds the particles in it.
+        yes: the result where the condition holds.
+        no: the result elsewhere.
+    """
+    held, a, b = as_condition("condition", condition), as_expression("yes", yes), as_expression("no", no)
+    return Expression(("choose", held._node, a._node, b._node), held._size + a._size + b._size + 1)
 
 
 def node_of(expression: Expression) -> Node:

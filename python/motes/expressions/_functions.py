@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from .._values import arguments
-from ._conditions import Condition, Region, as_condition
-from ._expression import Expression, as_expression, made
+from ._conditions import Condition, Region
+from ._expression import Expression, choose, made
 
 __all__ = [
     "absolute",
     "atan2",
-    "choose",
     "clamp",
     "cos",
     "cross",
@@ -23,7 +21,6 @@ __all__ = [
     "maximum",
     "minimum",
     "mix",
-    "noise",
     "normalize",
     "sign",
     "sin",
@@ -32,28 +29,6 @@ __all__ = [
     "step",
     "where",
 ]
-
-
-def noise(position: Any, time: Any = 0, *, octaves: int = 1, field: int = 0) -> Expression:
-    """Make smooth random numbers over space and time.
-
-    Gradient noise, as in `curl_noise`. Its mean is 0, its root mean square 1/3, and few values are outside of
-    -1..1.
-
-    Args:
-        position: a vector or an expression of one, in cells of edge length 1: `column("position") / 0.5`
-            makes cells of 0.5 m. Times 2^octaves, it should stay below 1e6.
-        time: from one whole number to the next all numbers become new ones.
-        octaves: 1 to 8; each adds details of half the size and half the strength of the one before.
-        field: 0 to 65535, which of the fields of random numbers; the same in each run and system.
-
-    Returns:
-        One number per particle.
-    """
-    octaves = arguments.integer("octaves", octaves, low=1, high=8)
-    field = arguments.integer("field", field, high=65535)
-    at, when = as_expression("position", position), as_expression("time", time)
-    return Expression(("noise", at._node, when._node, octaves, field), 3 * at._size + when._size + 1)
 
 
 def sin(angle: Any) -> Expression:
@@ -199,18 +174,6 @@ def smoothstep(low: Any, high: Any, a: Any) -> Expression:
         a: a number or an expression.
     """
     return made("smoothstep", low, high, a)
-
-
-def choose(condition: Condition | Region, yes: Any, no: Any) -> Expression:
-    """Return one of two values for each particle.
-
-    Args:
-        condition: a comparison of columns, or a shape, which holds the particles in it.
-        yes: the result where the condition holds.
-        no: the result elsewhere.
-    """
-    held, a, b = as_condition("condition", condition), as_expression("yes", yes), as_expression("no", no)
-    return Expression(("choose", held._node, a._node, b._node), held._size + a._size + b._size + 1)
 
 
 def dot(a: Any, b: Any) -> Expression:

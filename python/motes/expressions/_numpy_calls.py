@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from .. import expressions as ex
 from ..errors import ArgumentError
+from . import _functions as ex
 from ._conditions import as_condition
-from ._expression import as_expression, power
+from ._expression import Expression, as_expression, choose, power
 
 __all__ = ["numpy_function", "numpy_ufunc"]
 
@@ -58,7 +58,7 @@ _OTHERS: dict[str, Callable[..., Any]] = {
     "cross": ex.cross,
     "dot": ex.dot,
     "norm": ex.length,
-    "where": ex.choose,
+    "where": choose,
 }
 
 
@@ -90,5 +90,5 @@ def _called(
         ) from None
 
 
-def _expression(value: Any) -> ex.Expression:
+def _expression(value: Any) -> Expression:
     return as_expression("operand", value)

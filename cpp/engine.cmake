@@ -85,6 +85,7 @@ add_library(motes_pure STATIC
   particles/store.cpp
   particles/streams.cpp
   particles/touches.cpp
+  particles/wrap.cpp
   program/bins.cpp
   program/events.cpp
   program/order.cpp
@@ -152,6 +153,7 @@ add_library(motes_engine STATIC
   comm/clock.cpp
   comm/communicator.cpp
   comm/last_words.cpp
+  comm/ledger.cpp
   comm/shared_memory.cpp
   comm/simulated_connections.cpp
   comm/simulated_ranks.cpp
@@ -163,6 +165,8 @@ add_library(motes_engine STATIC
   engine/act/interaction_schedule.cpp
   engine/act/exchange.cpp
   engine/act/follow.cpp
+  engine/act/ghost_exchange.cpp
+  engine/act/ghosts.cpp
   engine/act/interact.cpp
   engine/act/read.cpp
   engine/act/run_list.cpp

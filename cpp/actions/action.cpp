@@ -28,6 +28,8 @@ constexpr std::uint32_t kVelocityB = bit(particles::velocity_b);
 constexpr std::uint32_t kUpB = bit(particles::up_b);
 constexpr std::uint32_t kContacts = bit(particles::contacts);
 constexpr std::uint32_t kTorn = bit(particles::torn);
+constexpr std::uint32_t kOrientation = bit(particles::orientation);
+constexpr std::uint32_t kWorldSpin = bit(particles::spin);
 
 const std::array<Facts, kKinds>& table() {
   static const std::array<Facts, kKinds> all = {{

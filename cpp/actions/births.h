@@ -35,10 +35,25 @@ MOTES_INLINE void fill(const actions::Step& s, const particles::Ids& ids, std::s
   });
 }
 
+/// Orientations that are all alike probable: four normal numbers, scaled to length 1.
+inline void draw_rotations(const actions::Step& s, const particles::Ids& ids, std::size_t count, float* const* planes) {
+  for_draws<false>(draws_of(s), ids, count, [&](std::size_t i, Draws& draws) __attribute__((always_inline)) {
+    const Uints4 w = draws.bits();
+    Rotations q;
+    normal_pair(w.a, w.b, q.x, q.y);
+    normal_pair(w.c, w.d, q.z, q.w);
+    q = unit(q);
+    const Floats numbers[4] = {q.x, q.y, q.z, q.w};
+    for (int c = 0; c < 4; ++c) store(planes[c] + i, numbers[c]);
+  });
+}
+
 inline void draw(const actions::Distribution& d, const actions::Step& s, const particles::Ids& ids, std::size_t count,
                  float* const* planes, int width) {
   using Kind = actions::Distribution::Kind;
-  if (d.kind == Kind::value) {
+  if (d.kind == Kind::rotation) {
+    draw_rotations(s, ids, count, planes);
+  } else if (d.kind == Kind::value) {
     fill(s, ids, count, planes, width, [&](Draws&) __attribute__((always_inline)) { return all3(d.first); });
   } else if (d.kind == Kind::shape) {
     visit(d.shape, [&](const auto& shape) __attribute__((always_inline)) {

@@ -60,11 +60,12 @@ struct Parameters {
   const double* number;
   const shapes::Shape* shape;
   int numbers = 0;
-  bool flag = false;         // move: whether orientations turn
+  bool flag = false;         // move: whether `up` turns
+  bool spins = false;        // move: whether orientations turn
   int target = 0;            // set: the attribute's first component, its width, and its compiled values
   int width = 0;
-  const expressions::Instruction* code[3] = {};
-  std::size_t length[3] = {};
+  const expressions::Instruction* code[4] = {};
+  std::size_t length[4] = {};
   const LawCode* law = nullptr;  // law: what it computes
   const float* table = nullptr;  // its entries, of known width, and how many there are along each axis
   int table_size[3] = {};
@@ -74,8 +75,8 @@ struct Parameters {
 /// A value for each particle of a block takes so many floats.
 inline constexpr std::size_t kPlane = particles::kBlock + particles::kPadding;
 
-/// A stack of block-wide values, on top of up to two results that are kept.
-inline constexpr std::size_t kScratch = (expressions::kDepth + 2) * kPlane;
+/// A stack of block-wide values, on top of up to three results that are kept.
+inline constexpr std::size_t kScratch = (expressions::kDepth + 3) * kPlane;
 
 using Kernel = void (*)(const Parameters&, const Block&, const Step&);
 

@@ -100,7 +100,8 @@ std::unique_ptr<Engine> make_engine(std::optional<int> comm, const std::tuple<in
 
 int add_system(Engine& engine, const std::string& name, std::optional<std::uint64_t> capacity, unsigned axes,
                const py::object& space, int domains_of, const image::Sprite& sprite,
-               const std::vector<std::tuple<std::string, int, std::array<float, 3>>>& attributes) {
+               const std::vector<std::tuple<std::string, int, std::array<float, 3>>>& attributes,
+               const std::vector<std::tuple<int, float, float>>& periods) {
   recording::SystemDefinition definition;
   definition.name = name;
   if (capacity) definition.capacity = *capacity;
@@ -114,7 +115,11 @@ int add_system(Engine& engine, const std::string& name, std::optional<std::uint6
     definition.space = {domains::Space::Kind::finite, low, high};
   }
   for (const auto& [attribute, width, initial] : attributes)
-    definition.attributes.push_back({attribute, width, initial});
+    definition.attributes.push_back({attribute, width, {initial[0], initial[1], initial[2]}});
+  for (const auto& [axis, low, high] : periods) {
+    definition.periods.bits = static_cast<std::uint8_t>(definition.periods.bits | 1u << axis);
+    definition.periods.along.at(static_cast<std::size_t>(axis)) = {low, high};
+  }
   return engine.add_system(std::move(definition));
 }
 
@@ -291,7 +296,7 @@ void bind_reading(py::class_<Engine>& engine) {
            })
       .def("initial_values",
            [](Engine& e, int system) {
-             std::vector<std::array<float, 3>> values;
+             std::vector<particles::Value> values;
              for (const auto& a : e.system(system).schema.attributes()) values.push_back(a.initial);
              return values;
            })
@@ -375,7 +380,7 @@ void bind_engine(py::module_& m) {
            py::arg("describe"), py::arg("warn_s"), py::arg("limit_s"), py::arg("life") = py::none(),
            py::arg("warn") = py::none())
       .def("add_system", &add_system, py::arg("name"), py::arg("capacity"), py::arg("axes"), py::arg("space"),
-           py::arg("domains_of"), py::arg("sprite"), py::arg("attributes"))
+           py::arg("domains_of"), py::arg("sprite"), py::arg("attributes"), py::arg("periods"))
       .def(
           "record_action", [](Engine& e, int system, const actions::Action& action) { e.record(system, action); },
           py::arg("system"), py::arg("action"))

@@ -25,8 +25,8 @@ Distribution pair_of(Distribution::Kind kind, const std::vector<double>& first, 
   Distribution d;
   d.kind = kind;
   d.alike = alike;
-  for (std::size_t i = 0; i < first.size() && i < 3; ++i) d.first[i] = static_cast<float>(first[i]);
-  for (std::size_t i = 0; i < second.size() && i < 3; ++i) d.second[i] = static_cast<float>(second[i]);
+  for (std::size_t i = 0; i < first.size() && i < 4; ++i) d.first[i] = static_cast<float>(first[i]);
+  for (std::size_t i = 0; i < second.size() && i < 4; ++i) d.second[i] = static_cast<float>(second[i]);
   return d;
 }
 
@@ -52,6 +52,12 @@ Distribution in_shape(const shapes::Shape& shape) {
   Distribution d;
   d.kind = Distribution::Kind::shape;
   d.shape = shape;
+  return d;
+}
+
+Distribution any_rotation() {
+  Distribution d;
+  d.kind = Distribution::Kind::rotation;
   return d;
 }
 
@@ -242,6 +248,7 @@ void bind_recording(py::module_& m) {
             return pair_of(Distribution::Kind::normal, mean, sigma, alike);
           },
           py::arg("mean"), py::arg("sigma"), py::arg("alike") = false)
+      .def_static("rotation", &any_rotation)
       .def("to_bytes", &bytes_of)
       .def_static("from_bytes", &from_bytes);
   py::class_<Birth>(m, "Birth")

@@ -8,19 +8,14 @@
 namespace motes::domains {
 namespace {
 
-// A part of space with an end on every side.
-struct Room {
-  std::array<double, 3> low, high;
-
-  int longest(Axes axes) const {
-    int best = axes.first();
-    for (int axis = best + 1; axis < 3; ++axis) {
-      if (axes.has(axis) && side(axis) > side(best)) best = axis;
-    }
-    return best;
+// The axis along which a room is longest.
+int longest_axis(const Room& room, Axes axes) {
+  int best = axes.first();
+  for (int axis = best + 1; axis < 3; ++axis) {
+    if (axes.has(axis) && room.side(axis) > room.side(best)) best = axis;
   }
-  double side(int axis) const { return high[static_cast<std::size_t>(axis)] - low[static_cast<std::size_t>(axis)]; }
-};
+  return best;
+}
 
 // Halves rooms, and the particles in them, until each domain has its own. Indices are those of the room's particles.
 class Halving {
@@ -67,7 +62,7 @@ class Halving {
 
   Cut cut_of(const Room& room, std::span<const std::uint32_t> indices, double part, int before) const {
     std::vector<float> longest;
-    int along = room.longest(axes_);
+    int along = longest_axis(room, axes_);
     float reach = -1;
     for (int turn = 1; turn <= 3; ++turn) {
       const int axis = across_ == Across::in_turn ? (before + turn) % 3 : turn - 1;
@@ -112,10 +107,27 @@ Domains equal_slices(double low, double high, int count, int axis) {
   return Domains(std::move(cuts), axis);
 }
 
-Domains equal_parts(Axes axes, double low, double high, int count) {
+Room room_of(const Space& space, const particles::Periods& periods) {
+  const bool finite = space.kind == Space::Kind::finite;
+  const double edge = static_cast<double>(kInfinite);
+  Room room = room_between(finite ? space.low : -edge, finite ? space.high : edge);
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!periods.has(axis)) continue;
+    room.low[static_cast<std::size_t>(axis)] = static_cast<double>(periods[axis].low);
+    room.high[static_cast<std::size_t>(axis)] = static_cast<double>(periods[axis].high);
+  }
+  return room;
+}
+
+Domains equal_parts(Axes axes, const Room& room, int count) {
   if (axes.by_id()) return equal_slices(0, 1, count, kById);
-  if (axes.slabs()) return equal_slices(low, high, count, axes.first());
-  return bricks(axes, room_between(low, high), {}, count, Across::farthest);
+  const auto first = static_cast<std::size_t>(axes.first());
+  if (axes.slabs()) return equal_slices(room.low[first], room.high[first], count, axes.first());
+  return bricks(axes, room, {}, count, Across::farthest);
+}
+
+Domains equal_parts(Axes axes, double low, double high, int count) {
+  return equal_parts(axes, room_between(low, high), count);
 }
 
 Domains quantiles(std::span<const float> coordinates, int count, int axis) {

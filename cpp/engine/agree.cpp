@@ -85,6 +85,7 @@ void report_rank(const Rank& rank, const Script& script, Calculator& calculator,
   round.own.unsaved_from = rank.session.unsaved_from;
   round.own.tail = std::exchange(calculator.tail, {});
   round.own_tails = std::exchange(calculator.tails, {});
+  round.own_spent = rank.watch.spent();
   round.tells_tails = round.own.tail.valid && !rank.settings.log.directory.empty();
 }
 
@@ -233,7 +234,10 @@ void report(Rank& rank, const Script& script, Calculator& calculator, Round& rou
 void judge(Rank& rank, const Script& script, Manager& manager, Round& round) {
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::report, "judge", script.name_of(round));
   take_tails(rank, manager);  // while the others act
-  manager.account.write_rows();
+  {
+    const comm::Turn turn(rank.watch.ledger(), comm::Activity::log);
+    manager.account.write_rows();
+  }
   Gathered gathered = gather_reports(rank, round);
   Judgement judgement;
   judgement.verdict = compare(script, rank.session.size(), gathered.report);
@@ -283,7 +287,7 @@ void keep_account(Rank& rank, const Script& script, Manager& manager) {
       manager.account.note_tail(judged.tail);
       watch_pictures(script, judged.tail, manager);
     }
-    if (round.tells_tails) manager.tails = AwaitedTails{rank.session.stamp(round), round.own_tails};
+    if (round.tells_tails) manager.tails = AwaitedTails{rank.session.stamp(round), round.own_tails, round.own_spent};
     note_pictures(rank, script, round, judged, manager.picture);
     if (!script.in_frame()) continue;
     manager.account.note_round(script, round, judged, rank.session.cast(), tree);
@@ -301,7 +305,9 @@ void keep_account(Rank& rank, const Script& script, Manager& manager) {
 void take_tails(Rank& rank, Manager& manager) {
   std::optional<AwaitedTails> tails = std::exchange(manager.tails, std::nullopt);
   if (!tails) return;
-  manager.account.note_tails(gather_tails(rank, tails->stamp, std::move(tails->own)), rank.session.relay().tree());
+  AllTails all = gather_tails(rank, tails->stamp, std::move(tails->own), std::move(tails->own_spent));
+  manager.account.note_tails(all.calculators, rank.session.relay().tree());
+  manager.account.note_times(std::move(all.times));
 }
 
 }  // namespace motes::engine

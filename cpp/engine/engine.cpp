@@ -7,6 +7,7 @@
 #include "base/fields.h"
 #include "base/invalid_argument.h"
 #include "engine/replay.h"
+#include "particles/wrap.h"
 
 namespace motes::engine {
 namespace {
@@ -123,6 +124,12 @@ void Engine::keep_preview(int index) {
   wrote_ = true;
   engine::keep_preview(parts_->rank, parts_->script, parts_->calculator, index);
   parts_->rank.session.rethrow();
+}
+
+void Engine::touched(int index) {
+  Population& here = population(index);
+  particles::wrap(here.store, pool());
+  here.moved = true;
 }
 
 void Engine::keep_lists(bool compute) {

@@ -58,7 +58,7 @@ class Engine {
   /// The script writes what the last local() saw, where that is a preview: see read.h.
   void keep_preview(int system);
   /// The script may have moved particles of this rank.
-  void touched(int system) { population(system).moved = true; }
+  void touched(int system);
   void on_callback(std::function<void(const Call&)> call) { parts_->calculator.callback = std::move(call); }
 
   /// Collective. The start and the end of a run: all ranks are here, with the same systems and seed.

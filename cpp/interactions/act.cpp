@@ -94,13 +94,9 @@ class Interaction {
     }
     NeighbourList& list = list_of(s);
     list.set_kind({});
-    if (list.lists(crowd, sides_[s].now)) {
-      arrange_all(s, columns);
-      if (list.holds(placed(s), pool_)) return;
-    }
-    list.sort(crowd, reach_, sides_[s].keeps_list, pool_);
+    if (!sides_[s].kept) list.sort(crowd, reach_, sides_[s].skin, pool_);
     arrange_all(s, columns);
-    list.build(crowd, placed(s), *sides_[s].store, sides_[s].law, sides_[s].now, pool_);
+    if (!sides_[s].kept) list.build(crowd, placed(s), *sides_[s].store, sides_[s].law, sides_[s].now, pool_);
   }
 
   NeighbourList& list_of(std::size_t s) const {
@@ -358,6 +354,30 @@ std::vector<Column> columns_of(const Action& action, const Side& side, bool seco
     columns.push_back(column);
   }
   return columns;
+}
+
+NeighbourList::Kind list_kind(const Action& action) {
+  if (action.kind != actions::Kind::interact) return {};
+  const auto parts = static_cast<std::uint32_t>((actions::states_of(action) + kStateNumbers - 1) / kStateNumbers);
+  return {parts, 1, action.other >= 0};
+}
+
+bool list_holds(const Action& action, const Side& side, threads::Pool& pool) {
+  Crowd own;
+  own.own = side.store->size();
+  own.own_ids = side.store->ids();
+  const std::vector<Component> read = read_by(action);
+  const std::vector<Column> columns = columns_of(action, side);
+  for (std::size_t c = 0; c < 3; ++c) own.at[c] = columns[c];
+  Radii radii;
+  radii.given = has_radius(action) ? given_radius(action, false) : 0.5f * reach_of(action, {});
+  radii.skips_massless = law_of(action).skips_massless;
+  for (std::size_t c = 0; c < read.size(); ++c) {
+    if (read[c].attribute == particles::size) radii.size = columns[c];
+    if (read[c].attribute == particles::mass) radii.mass = columns[c];
+  }
+  side.list->set_kind(list_kind(action));
+  return side.list->holds(own, radii, side.now, pool);
 }
 
 Seen act_on_pairs(const Action& action, const Side& side, const PairProcedure& procedure, Scratch& scratch,

@@ -31,7 +31,8 @@ struct Side {
   const std::vector<std::uint8_t>* adds_to = nullptr;  // which particles to add for; null: all
   NeighbourList* list = nullptr;                      // contact: the kept list of this law; null: the scratch's
   std::uint32_t law = 0;                              // contact: its number among those of the list, from 0 on
-  bool keeps_list = false;                            // contact: whether the list may outlive this sub-step
+  bool kept = false;                                  // contact: the list holds for this sub-step, on all ranks
+  float skin = 0;                                     // contact: else, of the next list, metres
   std::uint32_t now = 0;                              // contact: the number of the sub-step, from 1 on
   bool last = false;  // last sub-step of the frame: measure overlaps, write touches to the store
 };
@@ -39,6 +40,12 @@ struct Side {
 /// Returns the columns that the action reads, in the order of read_by(), of own particles and ghosts. `second`: of the
 /// second of two systems.
 std::vector<Column> columns_of(const actions::Action& action, const Side& side, bool second = false);
+
+/// What the list of an action is for.
+NeighbourList::Kind list_kind(const actions::Action& action);
+
+/// Tells whether a side's kept list holds as far as this rank's own particles go: see NeighbourList::holds.
+bool list_holds(const actions::Action& action, const Side& side, threads::Pool& pool);
 
 /// Statistics of an interaction.
 struct Seen {

@@ -55,8 +55,10 @@ float reach_of(const actions::Action& action, const Extent& extent);
 /// Returns the largest present distance, m, of two particles that may interact.
 double range_of(const actions::Action& action, const Extent& extent);
 
-/// Tells whether the action has a kept neighbour list, by which pairs remember.
+/// Tells whether the action has a neighbour list, by which pairs may remember.
 bool remembers(const actions::Action& action);
+/// Tells whether the list may be kept for several sub-steps, and ghosts with it: not between two systems.
+bool keeps_list(const actions::Action& action);
 /// Tells whether the reach is the sum of two radii.
 bool has_radius(const actions::Action& action);
 /// The radius of the particles of one side that the script gave, in metres; 0: half of their size.

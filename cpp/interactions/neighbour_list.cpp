@@ -57,49 +57,57 @@ void NeighbourList::write_down(particles::Store& store, std::uint32_t law, std::
   pending_ = false;
 }
 
-bool NeighbourList::lists(const Crowd& crowd, std::uint32_t now) const {
-  if (begin_.empty() || now_ + 1 != now || own_ != crowd.own || listed_.size() != crowd.size()) return false;
-  for (std::size_t i = 0; i < crowd.own; ++i) {
-    if (listed_[i] != crowd.own_ids[i]) return false;
+bool NeighbourList::lists(const Crowd& own, std::uint32_t now) const {
+  if (begin_.empty() || now_ + 1 != now || own_ != own.own) return false;
+  for (std::size_t i = 0; i < own_; ++i) {
+    if (listed_[i] != own.own_ids[i]) return false;
   }
-  return std::equal(crowd.copied_ids, crowd.copied_ids + crowd.ghosts,
-                    listed_.begin() + static_cast<std::ptrdiff_t>(own_));
+  return true;
 }
 
-bool NeighbourList::holds(const PlacedSpheres& spheres, threads::Pool& pool) {
+bool NeighbourList::holds(const Crowd& own, const Radii& radii, std::uint32_t now, threads::Pool& pool) {
+  ++wear_.age;
+  if (!lists(own, now)) return false;
   std::atomic<bool> moved = false;
-  std::vector<float> farthest(ids_.size() / pool.items(kRange) + 1);
-  threads::over_ranges(pool, ids_.size(), kRange, [&](std::size_t first, std::size_t last) {
+  std::vector<float> farthest(own_ / pool.items(kRange) + 1);
+  threads::over_ranges(pool, own_, kRange, [&](std::size_t first, std::size_t last) {
     const simd::FloatMode mode;
     int far = 0;
     float most2 = 0;
-    for (std::size_t k = first; k < last; ++k) {
+    for (std::size_t i = first; i < last; ++i) {
       float way2 = 0;
-      for (int c = 0; c < 3; ++c) {
-        const float way = spheres.at[c][k] - at_[c][k];
+      int numbers = 1;
+      for (std::size_t c = 0; c < 3; ++c) {
+        const float x = own.at[c].of(i, own_);
+        const float way = x - at_[c][i];
         way2 += way * way;
+        numbers &= static_cast<int>(!std::isnan(x));
       }
       // Rounding of the way is small beside the hundredth that is kept of the skin.
-      const float left = 0.49f * skin_ - std::max(0.0f, spheres.radius[k] - radius_[k]);
-      int numbers = 1;
-      for (const float* at : spheres.at) numbers &= static_cast<int>(!std::isnan(at[k]));
+      const float left = 0.49f * skin_ - std::max(0.0f, radii.of(i) - radius_[i]);
       most2 = way2 > most2 ? way2 : most2;
       far |= numbers & static_cast<int>(!(left > 0 && way2 < left * left));
     }
     if (far != 0) moved = true;
     farthest[first / pool.items(kRange)] = std::sqrt(most2);
   });
-  step_ = *std::max_element(farthest.begin(), farthest.end()) / static_cast<float>(++age_);
+  wear_.step = *std::max_element(farthest.begin(), farthest.end()) / wear_.age;
   return !moved;
 }
 
 // Making a list costs about as much as looking at 50 pairs of each particle. There are reach^3 of those, so what a step
-// costs is least with a skin of sqrt(kWorth * step * reach), step being how far the fastest particle gets.
-void NeighbourList::sort(const Crowd& crowd, float reach, bool keeps, threads::Pool& pool) {
+// costs is least with a skin of sqrt(kWorth * step * reach), step being how far the fastest particle gets. A list that
+// ended early for another reason, such as births or migrants, needs no skin for a longer life.
+float skin_of(const Wear& wear, float reach) {
   constexpr float kWorth = 7;
-  const float best = step_ < 0 ? 0.1f * reach : std::sqrt(kWorth * step_ * reach);
-  skin_ = keeps ? std::clamp(best, 0.01f * reach, 0.5f * reach) : 0;
-  age_ = 0;
+  const float first = wear.age > 1 ? 0.02f * reach : 0.1f * reach;
+  const float best = wear.step < 0 ? first : std::min(std::sqrt(kWorth * wear.step * reach), 4 * wear.step * wear.age);
+  return std::clamp(best, 0.01f * reach, 0.5f * reach);
+}
+
+void NeighbourList::sort(const Crowd& crowd, float reach, float skin, threads::Pool& pool) {
+  skin_ = skin;
+  wear_.age = 0;
   cells_.sort(crowd, (static_cast<double>(reach) + static_cast<double>(skin_)) * (1 + kMargin), pool);
 }
 
@@ -108,12 +116,17 @@ void NeighbourList::build(const Crowd& crowd, const PlacedSpheres& spheres, cons
   const std::vector<std::uint32_t>& order = cells_.order();
   const Remembered before{std::move(ids_), std::move(begin_), std::move(second_), std::move(state_)};
   own_ = crowd.own;
-  listed_.resize(crowd.size());
-  for (std::size_t i = 0; i < crowd.size(); ++i) listed_[i] = crowd.id(i);
+  listed_.resize(own_);
+  for (std::vector<float>* column : {&at_[0], &at_[1], &at_[2], &radius_}) column->resize(own_);
   ids_.resize(crowd.size());
-  for (std::size_t k = 0; k < order.size(); ++k) ids_[k] = listed_[order[k]];
-  for (std::size_t c = 0; c < 3; ++c) at_[c].assign(spheres.at[c], spheres.at[c] + order.size());
-  radius_.assign(spheres.radius, spheres.radius + order.size());
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    const std::uint32_t i = order[k];
+    ids_[k] = crowd.id(i);
+    if (i >= own_) continue;
+    listed_[i] = ids_[k];
+    for (std::size_t c = 0; c < 3; ++c) at_[c][i] = spheres.at[c][k];
+    radius_[i] = spheres.radius[k];
+  }
   find_pairs(crowd, spheres, pool);
   state_.assign((pairs() + kRoom) * kind_.parts, PairState{});
   const std::vector<Known> known = now_ + 1 == now ? before.touching(now_, kind_.parts) : std::vector<Known>{};

@@ -22,21 +22,45 @@ struct PlacedSpheres {
   const float* radius;  // metres
 };
 
+/// The radii of a system's own particles, in the order in memory. Points that see each other within a reach are spheres
+/// of half of it.
+struct Radii {
+  float given = 0;  // metres; 0: half of each one's size
+  Column size, mass;
+  bool skips_massless = false;  // spheres without a positive mass touch nobody
+
+  float of(std::size_t i) const {
+    if (skips_massless && !(mass.of(i, SIZE_MAX) > 1e-12f)) return 0;
+    if (given > 0) return given;
+    const float radius = 0.5f * size.of(i, SIZE_MAX);
+    return radius > 0 ? radius : 0.0f;
+  }
+};
+
+/// How lists have worn off: what the next skin is chosen by. Its maxima over all ranks give the same skin on each.
+struct Wear {
+  float step =
+      -1;  // metres: the farthest that a particle got in a step, on average since the list was made; -1: unknown
+  float age = 0;    // steps for which the list has been kept
+};
+
+/// Returns the skin, m, of the next list: as thick as the fastest particle's steps make worth it.
+float skin_of(const Wear& wear, float reach);
+
 /// The pairs of one law in one system. Only this rank's own particles have pairs; their seconds may be ghosts.
 class NeighbourList {
  public:
   const Cells& cells() const { return cells_; }
 
-  /// Whether these are the particles that are listed, in the same order, and the sub-step before this one was the last
-  /// in which they met. Then columns can be put into the order of cells().
-  bool lists(const Crowd& crowd, std::uint32_t now) const;
+  /// Tells whether all pairs of own particles that touch are listed, as far as these have moved: they are those that
+  /// are listed, in the same order, none has moved or grown by half of the skin, and they met in the sub-step before
+  /// this one. The owners of ghosts tell the same of them. Particles at NaN touch nobody.
+  bool holds(const Crowd& own, const Radii& radii, std::uint32_t now, threads::Pool& pool);
+  const Wear& wear() const { return wear_; }
+  float skin() const { return skin_; }
 
-  /// Whether all pairs that touch are listed. Particles that are not numbers touch nobody.
-  bool holds(const PlacedSpheres& spheres, threads::Pool& pool);
-
-  /// Puts the particles in order, for columns to be put in order; then build() lists pairs. `keeps`: with a skin, which
-  /// is as thick as the fastest particle's steps so far make worth it.
-  void sort(const Crowd& crowd, float reach, bool keeps, threads::Pool& pool);
+  /// Puts the particles in order, for columns to be put in order; then build() lists pairs.
+  void sort(const Crowd& crowd, float reach, float skin, threads::Pool& pool);
 
   /// Lists all pairs whose surfaces are closer than the skin. What they remember comes from the list before, or from
   /// the store: of sub-step `now - 1`, of this law.
@@ -89,6 +113,7 @@ class NeighbourList {
 
     std::vector<Known> touching(std::uint32_t step, std::uint32_t parts) const;
   };
+  bool lists(const Crowd& own, std::uint32_t now) const;
   void find_pairs(const Crowd& crowd, const PlacedSpheres& spheres, threads::Pool& pool);
   void sort_pairs(std::size_t place);
   void put_state(std::size_t place, std::uint64_t id, std::uint32_t part, const PairState& remembered);
@@ -96,15 +121,15 @@ class NeighbourList {
 
   Cells cells_;
   float skin_ = 0;      // metres
-  float step_ = -1;     // metres: the farthest that a particle got in a step, on average since the list was made
-  std::uint32_t age_ = 0;  // steps
+  Wear wear_;
   std::uint32_t now_ = 0;  // the last sub-step
   bool pending_ = false;
   std::size_t own_ = 0;
   Kind kind_;
-  std::vector<std::uint64_t> listed_;  // ids, in the order in memory
-  std::vector<std::uint64_t> ids_;     // by place
-  std::vector<float> at_[3], radius_;  // when the list was made, by place
+  // Own particles, in the order in memory, as they were when the list was made.
+  std::vector<std::uint64_t> listed_;
+  std::vector<float> at_[3], radius_;
+  std::vector<std::uint64_t> ids_;  // by place, of ghosts too
   std::vector<std::uint32_t> begin_, second_;
   std::vector<PairState> state_;
 };

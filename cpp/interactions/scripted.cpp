@@ -88,16 +88,12 @@ class Scripted {
 
   // A pair is within reach where spheres of half of it touch.
   void list() {
-    list_.set_kind({static_cast<std::uint32_t>((states() + kStateNumbers - 1) / kStateNumbers), 1, between()});
+    list_.set_kind(list_kind(action_));
     scratch_.radius.assign(crowd_.size(), 0.5f * reach_);
     scratch_.column.resize(std::max(scratch_.column.size(), read_.size()));
-    if (list_.lists(crowd_, own_.now)) {
-      for (std::size_t c = 0; c < 3; ++c) arrange(c, crowd_.at[c]);
-      if (list_.holds(placed(), pool_)) return;
-    }
-    list_.sort(crowd_, reach_, own_.keeps_list, pool_);
+    if (!own_.kept) list_.sort(crowd_, reach_, own_.skin, pool_);
     for (std::size_t c = 0; c < 3; ++c) arrange(c, crowd_.at[c]);
-    list_.build(crowd_, placed(), *own_.store, own_.law, own_.now, pool_);
+    if (!own_.kept) list_.build(crowd_, placed(), *own_.store, own_.law, own_.now, pool_);
   }
 
   PlacedSpheres placed() const { return {{column(0), column(1), column(2)}, scratch_.radius.data()}; }

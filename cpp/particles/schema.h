@@ -9,6 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "particles/periods.h"
+
 namespace motes::particles {
 
 /// Indices of the built-in attributes in every schema (paper 3.1.2 and API: System.configure).
@@ -20,10 +22,13 @@ enum Builtin : int {
 
 inline constexpr float kForever = std::numeric_limits<float>::infinity();
 
+/// The numbers of one attribute of a particle, as many as its width.
+using Value = std::array<float, 4>;
+
 struct BuiltinAttribute {
   const char* name;
-  int width;                        // 1 or 3
-  std::array<float, 3> initial{};
+  int width;                        // 1, 3 or 4
+  Value initial{};
 };
 
 inline constexpr std::array<BuiltinAttribute, builtin_count> kBuiltins = {{
@@ -43,24 +48,35 @@ consteval int first_component(Builtin attribute) {
 inline constexpr std::array<std::pair<Builtin, Builtin>, 3> kCopies = {
     {{position_b, position}, {velocity_b, velocity}, {up_b, up}}};
 
-/// A named column of 1 or 3 floats per particle.
+/// A named column of 1, 3 or 4 floats per particle.
 struct Attribute {
   std::string name;
-  int width = 1;                      // 1 or 3
-  std::array<float, 3> initial{};     // value of newborn particles unless the script configures another
+  int width = 1;
+  Value initial{};                    // value of newborn particles unless the script configures another
   int first_component = 0;            // its position among all components of the schema
 
   bool operator==(const Attribute&) const = default;
 };
 
-/// The attributes of one system: the built-in ones, then those that the user adds.
+/// The attribute of systems in periodic space that counts how often a particle has crossed an axis's ends.
+inline constexpr const char* kCrossings = "crossings";
+
+/// The attributes of one system: the built-in ones, then those that the user adds; and the periods of the space that
+/// its particles are in.
 class Schema {
  public:
   Schema();
 
   /// Adds a user attribute and returns its index. Throws std::invalid_argument for a name that is taken, empty or not
   /// an identifier, for a width other than 1 or 3, and for more than 64 attributes.
-  int add(const std::string& name, int width, std::array<float, 3> initial);
+  int add(const std::string& name, int width, Value initial);
+
+  /// Makes space periodic. Throws std::invalid_argument for an empty interval, and without an attribute kCrossings of
+  /// three numbers.
+  void set_periods(const Periods& periods);
+  const Periods& periods() const { return periods_; }
+  /// The index of kCrossings; -1 where no axis is periodic.
+  int crossings() const { return crossings_; }
 
   const std::vector<Attribute>& attributes() const { return attributes_; }
   const Attribute& operator[](int index) const { return attributes_[static_cast<std::size_t>(index)]; }
@@ -78,6 +94,8 @@ class Schema {
  private:
   std::vector<Attribute> attributes_;
   int components_ = 0;
+  Periods periods_;
+  int crossings_ = -1;
 };
 
 }  // namespace motes::particles

@@ -104,6 +104,7 @@ class Program {
     actions::LawCode law{};
     std::vector<float*> planes;  // of a law
     std::vector<int> written;  // components, where there is a condition
+    bool moves = false;  // positions, in periodic space
   };
 
   // A sub-step, as its actions see it: `stream` is that of the list's first action.
@@ -119,7 +120,9 @@ class Program {
     const Span& span;
     const Region& region;
     std::vector<Substep> steps;
-    bool spins, conditional;  // whether particles may spin; whether any action has a condition
+    std::uint64_t at_rest;  // attributes that move leaves unchanged
+    bool conditional;  // whether any action has a condition
+    bool wraps;  // whether any action moves particles in periodic space
     std::uint64_t touched;  // attributes
   };
 
@@ -129,8 +132,9 @@ class Program {
   std::vector<Substep> steps_of(std::size_t entry, const Span& span, particles::Key key) const;
   static void run_block(const Pass& pass, const std::vector<Operation>& operations, const actions::Block& block,
                         std::vector<particles::DrawKeys>& draws, FetchAhead* ahead);
-  std::vector<Operation> bind(const particles::Store& store, bool turns, float* scratch, float* work) const;
+  std::vector<Operation> bind(const particles::Store& store, std::uint64_t at_rest, float* scratch, float* work) const;
   void compile_laws(const particles::Schema& schema);
+  static void wrap_block(const particles::Schema& schema, const actions::Block& block);
   static void run_where(const Operation& operation, const actions::Block& block, const actions::Step& step);
 
   void bind_law(std::size_t number, float* work, Operation& operation) const;

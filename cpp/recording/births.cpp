@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "base/invalid_argument.h"
+#include "particles/wrap.h"
 
 namespace motes::recording {
 namespace {
@@ -21,6 +22,11 @@ void check_attribute(int attribute, const particles::Schema& schema) {
   throw base::InvalidArgument("attribute", "be 0.." + std::to_string(schema.size() - 1), std::to_string(attribute));
 }
 
+bool is_zero(const Distribution& d) {
+  return d.kind == Distribution::Kind::value &&
+         std::all_of(std::begin(d.first), std::end(d.first), [](float number) { return number == 0; });
+}
+
 void check_distribution(const Given& given, const particles::Schema& schema) {
   check_attribute(given.attribute, schema);
   const particles::Attribute& attribute = schema[given.attribute];
@@ -29,6 +35,12 @@ void check_distribution(const Given& given, const particles::Schema& schema) {
     throw base::InvalidArgument(attribute.name, rule, got);
   };
   const bool drawn = d.kind == Distribution::Kind::uniform || d.kind == Distribution::Kind::normal;
+  if (d.kind == Distribution::Kind::rotation) {
+    if (given.attribute != particles::orientation) refuse("be numbers: only orientation is drawn from rotations");
+    return;
+  }
+  if (drawn && attribute.width > 3) refuse("be a value, or drawn from all rotations");
+  if (given.attribute == particles::orientation && is_zero(d)) refuse("not be 0");
   for (int i = 0; i < attribute.width; ++i) {
     const bool endless = given.attribute == particles::lifetime && d.kind == Distribution::Kind::value;
     if (!std::isfinite(d.first[i]) && !(endless && d.first[i] > 0)) refuse("be finite");
@@ -41,7 +53,7 @@ void check_distribution(const Given& given, const particles::Schema& schema) {
     }
   }
   if (d.kind == Distribution::Kind::shape) {
-    if (attribute.width != 3) refuse("be drawn from numbers: it has one, a shape gives three");
+    if (attribute.width != 3) refuse("be drawn from numbers: a shape gives three");
     shapes::check(d.shape);
   }
 }
@@ -60,9 +72,9 @@ void check_way(const Birth& birth) {
 void draw_attribute(const Given& given, particles::Key key, Store& into) {
   const Distribution& d = given.distribution;
   const int width = into.schema()[given.attribute].width;
-  float* planes[3] = {};
+  float* planes[4] = {};
   for (int c = 0; c < width; ++c) planes[c] = into.writable_plane(given.attribute, c);
-  const auto stream = particles::birth_attribute + static_cast<std::uint32_t>(given.attribute);
+  const auto stream = particles::birth_stream(given.attribute);
   particles::DrawKeys draws;
   actions::kernels().draw(d, {0, 0, stream, key, 0, &draws}, into.ids(), into.size(), planes, width);
 }
@@ -195,7 +207,7 @@ Store make(const Birth& birth, const particles::Schema& schema, particles::Key k
     if (emitted[static_cast<std::size_t>(given.attribute)]) continue;
     const float* v = given.distribution.first;
     if (given.distribution.kind == Distribution::Kind::value) {
-      newborn.set_uniform(given.attribute, {v[0], v[1], v[2]});  // one value for all: no memory is needed
+      newborn.set_uniform(given.attribute, {v[0], v[1], v[2], v[3]});  // one value for all: no memory is needed
     } else {
       drawn.push_back(&given);
     }
@@ -212,10 +224,14 @@ Store make(const Birth& birth, const particles::Schema& schema, particles::Key k
   }
   for (const Given* given : drawn) draw_attribute(*given, key, newborn);
   for (const Emitted& column : birth.columns) copy_column(column, first_of_call, newborn);
+  particles::wrap(newborn);
   for (const auto& [copy, original] : particles::kCopies) {
     if (keeps_copies && !emitted[copy] && !given_at_all[copy]) newborn.copy_attribute(original, copy);
   }
-  if (birth.jitter) jitter(key, moment.dt, newborn);
+  if (birth.jitter) {
+    jitter(key, moment.dt, newborn);
+    particles::wrap(newborn);
+  }
   return newborn;
 }
 

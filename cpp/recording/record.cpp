@@ -23,6 +23,15 @@ std::string list_difference(const std::string& system, const std::vector<Item>& 
 
 }  // namespace
 
+particles::Schema schema_of(const SystemDefinition& system) {
+  particles::Schema schema;
+  for (const UserAttribute& attribute : system.attributes) {
+    schema.add(attribute.name, attribute.width, attribute.initial);
+  }
+  schema.set_periods(system.periods);
+  return schema;
+}
+
 std::string name(const Item& value) {
   if (const auto* action = std::get_if<actions::Action>(&value)) return actions::facts(action->kind).name;
   if (const auto* birth = std::get_if<Birth>(&value)) return std::string(base::name_of(birth->kind));

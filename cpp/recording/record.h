@@ -22,7 +22,7 @@ namespace motes::recording {
 struct UserAttribute {
   std::string name;
   int width = 1;
-  std::array<float, 3> initial{};
+  particles::Value initial{};
 
   bool operator==(const UserAttribute&) const = default;
 };
@@ -41,13 +41,18 @@ struct SystemDefinition {
   std::int32_t domains_of = -1;  // the earlier system whose domains it shares; -1: it has its own
   image::Sprite sprite;
   std::vector<UserAttribute> attributes;
+  particles::Periods periods;  // of the world, the same for all of its systems
 
   bool operator==(const SystemDefinition&) const = default;
 };
 
+/// The columns and the space of its particles. Throws std::invalid_argument where it cannot have them.
+particles::Schema schema_of(const SystemDefinition& system);
+
 template <class Visitor>
 constexpr void fields(Visitor& visit, SystemDefinition& system) {
-  visit(system.name, system.capacity, system.axes, system.space, system.domains_of, system.sprite, system.attributes);
+  visit(system.name, system.capacity, system.axes, system.space, system.domains_of, system.sprite, system.attributes,
+        system.periods);
 }
 
 /// The script read or wrote particles here: items before this one run before those after it.

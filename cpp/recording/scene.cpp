@@ -113,12 +113,8 @@ void require(bool right, const std::string& what) {
 constexpr int kMostSubsteps = 10000;  // as in World's argument
 
 std::vector<particles::Schema> schemas_of(const Record& record) {
-  std::vector<particles::Schema> schemas(record.systems.size());
-  for (std::size_t i = 0; i < schemas.size(); ++i) {
-    for (const UserAttribute& attribute : record.systems[i].attributes) {
-      schemas[i].add(attribute.name, attribute.width, attribute.initial);
-    }
-  }
+  std::vector<particles::Schema> schemas;
+  for (const SystemDefinition& system : record.systems) schemas.push_back(schema_of(system));
   return schemas;
 }
 
@@ -161,6 +157,8 @@ void check(const Record& record) {
     require(system.axes.bits < 8, "axes must be of x, y and z");
     require(follows_an_earlier(record, system), "domains_of must be an earlier system that has domains of its own");
     const bool finite = system.space.kind == domains::Space::Kind::finite;
+    require(system.periods.bits < 8 && system.periods == record.systems[0].periods,
+            "all systems must be in the same periodic space");
     require(!finite || system.space.low < system.space.high, "the low end of space must be below its high end");
   }
   for (const image::Sprite& sprite : record.sprites) image::check(sprite);

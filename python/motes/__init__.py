@@ -16,7 +16,18 @@ from ._mpi import mpi_settings as _mpi_settings  # noqa: F401  (before MPI or Nu
 from ._mpi import rank_process as _rank_process
 
 if TYPE_CHECKING:
-    from . import actions, analysis, balance, cluster, errors, expressions, replay, script, shapes
+    from . import (
+        actions,
+        analysis,
+        balance,
+        cluster,
+        errors,
+        expressions,
+        replay,
+        script,
+        shapes,
+        workloads,
+    )
     from ._film.movie import Movie
     from ._interchange.export import Export
     from ._interchange.reading import open_particles
@@ -112,7 +123,7 @@ _MODULES = {
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
 _PUBLIC_MODULES = (
     *("actions", "analysis", "balance", "cluster", "errors", "expressions", "replay", "script"),
-    "shapes",
+    *("shapes", "workloads"),
 )
 
 __all__ = [
@@ -178,6 +189,7 @@ __all__ = [
     "show",
     "time",
     "where",
+    "workloads",
 ]
 
 

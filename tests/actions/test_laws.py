@@ -33,9 +33,12 @@ def crowd(count: int = 300, seed: int = 1) -> dict[str, Array]:
     }
 
 
-def played(record: Any, particles: dict[str, Array], *, steps: int = 1, substeps: int = 1) -> motes.Particles:
+def played(
+    record: Any, particles: dict[str, Array], *, steps: int = 1, substeps: int = 1, threads: int = 1
+) -> motes.Particles:
     """Emit particles, let them obey what `record` says, and return them."""
-    with motes.World(seed=3, dt=DT * substeps, substeps=substeps, progress="off") as world:
+    facts: dict[str, Any] = {"dt": DT * substeps, "substeps": substeps, "threads": threads}
+    with motes.World(seed=3, progress="off", **facts) as world:
         system = world.system("one", attributes={"heat": 0, "wind": (0, 0, 0)})
         system.emit(**particles)
         world.step()
@@ -95,7 +98,7 @@ def test_all_results_come_from_what_was_before():
     count, v = len(p["mass"]), p["velocity"].astype(float)
     change = np.where((p["heat"] > 0.5)[b][:, None], v[b] * 0.01, np.cross(n, (0, 0, 0.1)))
     np.testing.assert_allclose(got.velocity, v + summed(change, a, count), rtol=1e-4, atol=1e-5)
-    np.testing.assert_array_equal(got.rotational_velocity[:, 2], np.bincount(a, minlength=count))
+    np.testing.assert_array_equal(got.spin[:, 2], np.bincount(a, minlength=count))
     np.testing.assert_allclose(got.heat, summed((p["heat"] * p["mass"])[b], a, count), rtol=1e-5)
     wind = np.linalg.norm(p["position"][b], axis=-1)[:, None] * v[a]
     np.testing.assert_allclose(got.wind, summed(wind, a, count), rtol=1e-4, atol=1e-5)
@@ -208,6 +211,7 @@ def test_the_bits_do_not_depend_on_the_order_in_memory():
         s.move()
 
     one = played(record, p, steps=3, substeps=4)
+    np.testing.assert_array_equal(one.velocity, played(record, p, steps=3, substeps=4, threads=3).velocity)
     with motes.World(seed=3, dt=DT * 4, substeps=4, progress="off") as world:
         system = world.system("one", attributes={"heat": 0, "wind": (0, 0, 0)})
         system.emit(**p)
@@ -264,6 +268,7 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"set": {"heat": motes.normal}}, "heat"),
     ({"set": {"b.heat": 1}}, "only a changes"),
     ({"set": {"slip": 1}}, "slip"),
+    ({"set": {"position": motes.normal}}, "position"),
     ({"set": 3}, "set"),
     ({"set": {"velocity": motes.normal}, "acceleration": motes.normal}, "velocity"),
     ({"set": {"slip": 1}, "state": {"slip": 2}}, "slip"),

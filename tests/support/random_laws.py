@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 
 from hypothesis import strategies as st
 
-__all__ = ["law"]
+from motes.actions import between
+
+__all__ = ["BETWEEN_KINDS", "law", "readable"]
 
 Text = st.SearchStrategy[str]
+BETWEEN_KINDS = [*between.__all__, "Interact"]
 STATE = '{"slip": 3, "n": 1, "way": 3}'
 
 
@@ -52,3 +56,15 @@ def law(
         if draw(st.booleans()):
             arguments.append(f"{name}=ex.normalize({draw(vector)})")
     return f"{kind}({', '.join(arguments)})"
+
+
+def readable(lines: list[str]) -> list[str]:
+    """Leave out what reads particles behind a place where they meet: that is refused."""
+    met: set[str] = set()
+    kept = []
+    for line in lines:
+        if ".pairs(" in line or any(f".apply({name}(" in line for name in BETWEEN_KINDS):
+            met |= {line[0], *re.findall(r"other=(\w)", line)}
+        if not (line.removeprefix("with ")[0] in met and (".local()" in line or ".gather()" in line)):
+            kept.append(line)
+    return kept

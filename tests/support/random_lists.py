@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import dataclasses
 import inspect
-import re
 from functools import cache
 from typing import Any
 
 import numpy as np
 from hypothesis import strategies as st
-from random_laws import law
+from random_laws import BETWEEN_KINDS, law, readable
+from random_spaces import PERIODS, allowed
 
 from motes import actions, balance
 
@@ -22,7 +22,7 @@ __all__ = ["FRAMES", "HEADER", "KINDS", "script"]
 Text = st.SearchStrategy[str]
 FRAMES = 5
 SCALARS = ("age", "lifetime", "mass", "alpha", "heat")
-TRIPLES = ("position", "velocity", "up", "rotational_velocity", "color", "size", "wind", "position_b")
+TRIPLES = ("position", "velocity", "up", "rotational_velocity", "color", "size", "wind", "position_b", "spin")
 HEADER = """\
 import numpy as np
 import motes
@@ -230,13 +230,13 @@ BETWEEN: dict[str, st.SearchStrategy[Any]] = {  # the same of actions between pa
     "bend": st.just(0.0) | numbers(0, 0.01),
     "break_at": st.just("np.inf") | numbers(1, 4),
 }
-BETWEEN_KINDS = [*actions.between.__all__, "Interact"]
 TYPED: dict[str, st.SearchStrategy[Any]] = {
     "float": numbers(0, 3),
     "int": st.integers(1, 3),
     "bool": st.booleans(),
     "ArrayLike": triples(-2, 2),
     "float | None": numbers(0, 3),
+    'Literal["velocity"] | ArrayLike': st.just("'velocity'") | directions(),
 }
 KINDS: dict[str, type[actions.Action]] = {
     name: kind
@@ -344,6 +344,8 @@ def configured() -> Text:
         "heat": distribution(1, -1, 1),
         "wind": distribution(3, -1, 1),
         "velocity_b": distribution(3, -1, 1),
+        "spin": distribution(3, -9, 9),
+        "orientation": st.sampled_from(["'random'", "(0.5, -0.5, 0.5, 0.5)", "(0, 2, 0, 1)"]),
     }
     chosen = st.lists(st.sampled_from(sorted(wishes)), min_size=1, max_size=4, unique=True)
     arguments = chosen.flatmap(
@@ -427,18 +429,6 @@ def called(line: str, name: str) -> str:
     return line.replace("@", name).replace("$", "b" if name == "a" else "a")
 
 
-def readable(lines: list[str]) -> list[str]:
-    """Leave out what reads particles behind a place where they meet: that is refused."""
-    met: set[str] = set()
-    kept = []
-    for line in lines:
-        if ".pairs(" in line or any(f".apply({name}(" in line for name in BETWEEN_KINDS):
-            met |= {line[0], *re.findall(r"other=(\w)", line)}
-        if not (line.removeprefix("with ")[0] in met and (".local()" in line or ".gather()" in line)):
-            kept.append(line)
-    return kept
-
-
 COMBINE = ("together", "one_by_one", "overlapped")
 
 
@@ -472,6 +462,7 @@ def script(draw: st.DrawFn) -> str:
     axes = st.sampled_from(["x", "y", "z", "xy", "zx", "yz", "xyz", None])
     space = st.sampled_from(["None", "(-2, 2)", "'fit'", "(0.5, 0.75)"])
     facts = f"seed={draw(st.integers(0, 2**64 - 1))}, substeps={draw(st.integers(1, 3))}, space={draw(space)}"
+    facts += (periods := draw(PERIODS))
     roles, combine = draw(st.sampled_from(["auto", "shared"])), draw(st.sampled_from(COMBINE))
     cut = [draw(axes), draw(axes)]
     shared = draw(st.integers(0, 3)) == 0  # the second system shares the first one's domains
@@ -492,7 +483,8 @@ def script(draw: st.DrawFn) -> str:
     lines += [f"        {line}" for line in start]
     meets = draw(st.integers(0, 2)) > 0
     for test in ("frame % 2 == 0", "frame % 2 == 1"):
-        lines += [f"        if {test}:", *(f"            {line}" for line in draw(calls(meets)))]
+        drawn = allowed(periods, draw(calls(meets)))
+        lines += [f"        if {test}:", *(f"            {line}" for line in drawn)]
     if meets:
         lines += ["        picture = world.render()", "        note(world.digest(), picture)"]
     else:

@@ -8,6 +8,7 @@
 #include "engine/act/run_list.h"
 #include "engine/births/spawn.h"
 #include "engine/session/item_failure.h"
+#include "particles/wrap.h"
 #include "program/select.h"
 
 namespace motes::engine {
@@ -165,6 +166,7 @@ void ask_script(const Calculator& calculator, Population& here, const Call& call
   here.in_callback = true;
   try {
     calculator.callback(call);
+    particles::wrap(here.store);
   } catch (...) {
     here.in_callback = false;
     throw;

@@ -167,6 +167,7 @@ class Following {
       for (const std::uint32_t p : program::select(action.where, action.shapes, interaction_.time, here_.store))
         chosen[p] = 1;
     }
+    const particles::Periods& periods = system_.definition.periods;
     std::vector<base::Reader> readers;
     for (const Message& message : answers) readers.push_back(message.reader());
     float* v[3];
@@ -174,7 +175,8 @@ class Following {
     for (std::size_t i = 0; i < here_.store.size(); ++i) {
       const auto target = readers[keepers_[i]].get<Position>();
       const Position own = position_of(i);
-      const Position d = {target[0] - own[0], target[1] - own[1], target[2] - own[2]};
+      Position d = {target[0] - own[0], target[1] - own[1], target[2] - own[2]};
+      for (std::size_t c = 0; c < 3; ++c) d[c] = periods.shortest(static_cast<int>(c), d[c]);
       const float r2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
       if (!(r2 > 0 && r2 < reach * reach) || chosen[i] == 0) continue;
       ++here_.interaction.pairs;

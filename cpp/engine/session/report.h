@@ -8,6 +8,7 @@
 #include "balance/cells.h"
 #include "balance/cuts.h"
 #include "base/bytes.h"
+#include "comm/ledger.h"
 #include "image/scene.h"
 #include "image/slots.h"
 #include "particles/digest.h"
@@ -262,6 +263,12 @@ template <class Visitor>
 constexpr void fields(Visitor& visit, CalculatorTail& tail) {
   visit(tail.bytes_sent, tail.particles, tail.quantiles, tail.exchange_s, tail.wait_s, tail.image_s, tail.interaction);
 }
+
+/// Where a rank's time of a frame went, for the log.
+struct RankTimes {
+  std::int32_t rank = 0;
+  comm::Spent spent;
+};
 
 /// A rank whose list differs, and that list.
 struct Dissent {

@@ -12,6 +12,7 @@
 
 #include "balance/load.h"
 #include "engine/session/report.h"
+#include "engine/state/kept_ghosts.h"
 #include "engine/state/system.h"
 #include "interactions/act.h"
 #include "interactions/tie.h"
@@ -73,6 +74,7 @@ struct Calculator {
   interactions::Scratch scratch;  // working memory of interactions
   // Kept neighbour lists, by system and contact: see Interaction::law.
   interactions::NeighbourLists neighbours;
+  AllKeptGhosts ghosts;
   std::map<std::pair<std::size_t, interactions::TiesKey>, interactions::Knots> knots;  // by system
   Tail tail;  // what the next report tells of the last frame
   std::vector<CalculatorTail> tails;  // and, for the log, of each system

@@ -12,12 +12,10 @@ using recording::Birth;
 using recording::Item;
 
 System::System(recording::SystemDefinition given, std::uint64_t seed, std::uint32_t index, int calculators)
-    : definition(std::move(given)), key(particles::system_key(seed, index)), sprite(definition.sprite) {
-  for (const recording::UserAttribute& a : definition.attributes) schema.add(a.name, a.width, a.initial);
+    : definition(std::move(given)), schema(recording::schema_of(definition)), key(particles::system_key(seed, index)),
+      sprite(definition.sprite) {
   const domains::Space& space = definition.space;
-  const bool finite = space.kind == domains::Space::Kind::finite;
-  domains = domains::equal_parts(definition.axes, finite ? space.low : -domains::kInfinite,
-                                 finite ? space.high : domains::kInfinite, calculators);
+  domains = domains::equal_parts(definition.axes, domains::room_of(space, definition.periods), calculators);
   waits_for_fit = space.kind == domains::Space::Kind::fit && !definition.axes.by_id();
 }
 

@@ -14,6 +14,7 @@ from .._run.losses import taken_over
 from .._run.process import OpenRun, process
 from .._run.run_file import motes_version
 from .._run.settings import RunSettings
+from .._values.periodic import ends_of
 from ..errors import CheckpointError
 from . import folder
 from .finding import Found
@@ -163,6 +164,7 @@ class Course:
             seed=settings.seed,
             dt_s=settings.dt,
             substeps=settings.substeps,
+            periodic=ends_of(settings.periodic),
             motes=motes_version(),
             script=self._script,
             systems=[system.name for system in self._systems],

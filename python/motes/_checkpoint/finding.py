@@ -55,6 +55,7 @@ class Wishes:
     seed: int | None
     dt: float
     substeps: int
+    periodic: dict[str, list[float]]
     calculators: int
     fresh: bool
     """Start anew, whatever is there."""
@@ -206,6 +207,7 @@ def _compare(found: Found, wishes: Wishes) -> None:
         ("seed", manifest.seed, manifest.seed if wishes.seed is None else wishes.seed),
         ("dt", manifest.dt_s, wishes.dt),
         ("substeps", manifest.substeps, wishes.substeps),
+        ("periodic", manifest.periodic, wishes.periodic),
     ):
         if then != now:  # nobody may overrule this: the particles would be others
             raise CheckpointError(

@@ -47,6 +47,8 @@ class Manifest:
     parts: list[PartEntry]
     world: dict[str, Any]
     """Of the file that says what all ranks know: file, bytes, crc32c."""
+    periodic: dict[str, list[float]] = field(default_factory=dict)
+    """The ends of each periodic axis."""
     movies: dict[str, int] = field(default_factory=dict)
     """How many frames each open movie had."""
     kept: Any = None

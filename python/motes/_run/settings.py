@@ -8,6 +8,7 @@ from typing import Any, NamedTuple, Self
 from .._values import environment
 from .._values.checkpoint import Checkpoint
 from .._values.live import Live
+from .._values.periodic import Period, ends_of
 from ..balance import policy_of
 
 __all__ = ["RunSettings"]
@@ -24,6 +25,7 @@ class RunSettings(NamedTuple):
     substeps: int
     axis: str
     space: tuple[float, float] | str | None
+    periodic: tuple[Period, ...]
     roles: tuple[int, int, Sequence[int]]
     """Manager, image generator, calculators: ranks."""
     balancer: Any
@@ -71,6 +73,7 @@ class RunSettings(NamedTuple):
             name: one for name, one in self._asdict().items() if name not in _NOT_COMPARED
         }
         values["roles"] = _roles(self.roles)
+        values["periodic"] = ends_of(self.periodic)
         kind = type(self.balancer)
         # The repr of a user's class may hold an address; its `decide` runs on the manager only.
         ours = kind.__module__.partition(".")[0] == __package__.partition(".")[0]
@@ -109,6 +112,7 @@ class RunSettings(NamedTuple):
             "substeps": self.substeps,
             "axis": self.axis,
             "space": self.space,
+            "periodic": ends_of(self.periodic),
             "balancer": repr(self.balancer),
             "combine": self.combine,
             "births": self.births,

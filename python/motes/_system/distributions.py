@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, TypeAlias, TypedDict, Union
+from typing import Any, Literal, TypeAlias, TypedDict, Union
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -86,10 +86,14 @@ class State(TypedDict, total=False):
     lifetime: Drawn
     position_b: Drawn
     up_b: Drawn
+    orientation: ArrayLike | Literal["random"]
+    spin: Drawn
 
 
 def distribution(attribute: str, width: int, value: Any) -> _core.Distribution:
-    """Turn a value, shape, Uniform or Normal into the engine's; `width` is 1 or 3 numbers per particle."""
+    """Turn a value, shape, Uniform or Normal into the engine's; `width` is 1, 3 or 4 numbers per particle."""
+    if width == 4:
+        return _orientation(attribute, value)
     if isinstance(value, Shape):
         if width != 3:
             raise ArgumentError(
@@ -107,6 +111,20 @@ def distribution(attribute: str, width: int, value: Any) -> _core.Distribution:
             raise ArgumentError(attribute, value, "drawn with sigma >= 0")
         return _core.Distribution.normal(mean, sigma, alike)
     return _core.Distribution.value(_numbers(attribute, width, value, endless=attribute == "lifetime"))
+
+
+def _orientation(attribute: str, value: Any) -> _core.Distribution:
+    if isinstance(value, str) and value == "random":
+        return _core.Distribution.rotation()
+    allowed = "a quaternion (x, y, z, w) other than 0, or 'random'"
+    try:
+        numbers = arguments.floats(attribute, value, np.float64, allowed)
+    except ArgumentError:
+        raise ArgumentError(attribute, value, allowed, known=("random",)) from None
+    length = float(np.linalg.norm(numbers)) if numbers.shape == (4,) else 0.0
+    if not 0 < length < MOST:
+        raise ArgumentError(attribute, value, allowed)
+    return _core.Distribution.value((numbers / length).tolist())
 
 
 def _is_number(value: Any) -> bool:

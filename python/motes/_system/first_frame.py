@@ -144,6 +144,8 @@ def _bounds(value: Any) -> tuple[NDArray[Any], NDArray[Any]]:
         low, high = value.lo, value.hi
     elif isinstance(value, Normal):
         low = high = value.mean
+    elif isinstance(value, str):  # a way to draw it
+        return np.zeros(1), np.zeros(1)
     elif isinstance(value, Shape):
         points = value.sample(64).astype(np.float64)
         return points.min(axis=0), points.max(axis=0)

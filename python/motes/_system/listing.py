@@ -8,6 +8,7 @@ from .._run import script_lines
 from .._values.values import at, moves
 from ..actions.base import Action, compiled
 from ..errors import ArgumentError
+from .reach import check_action
 from .recorded import Recorded
 
 __all__ = ["Listing"]
@@ -27,6 +28,7 @@ class Listing:
         session = system.session
         if moves(action):
             action = at(action, session.time)
+        check_action(action, session.settings.periodic)
         engine = session.begin(type(action).__name__)
         try:
             line = script_lines.running_line(depth)

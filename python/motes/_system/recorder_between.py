@@ -315,7 +315,7 @@ class BetweenRecorder(Recording):
             radius: how far particles see each other, m.
             acceleration: of a by b, m/s^2: a vector or an expression.
             velocity: what b adds to the velocity of a in each (sub)step, m/s.
-            spin: what b adds to the rotational velocity of a in each (sub)step, rad/s.
+            spin: what b adds to the spin of a in each (sub)step, rad/s.
             set: values by name: of states, and of attributes of a, which become the sum over all b.
             state: names of what a pair remembers, and how many numbers each has: 1 or 3, at most 96 in all.
             other: another system, whose particles b is; they do not change.

@@ -25,6 +25,7 @@ from .callbacks import Callbacks
 from .children import Children
 from .distributions import Drawn, State
 from .fabrics import cloth, rope
+from .gathering import gathered
 from .listing import Listing
 from .pairs import Pairs
 from .recorded import Recorded
@@ -322,22 +323,19 @@ class System(Recorder):
     def _refuse_writing(self, recording: Recording) -> NoReturn:
         recording.refuse(self._session.frame, f"the script writes particles of '{self.name}'")
 
-    def gather(self, *, to: Literal[0, "all"] = 0) -> Particles:
+    @says_near_names
+    def gather(self, *, to: Literal[0, "all"] = 0, unwrapped: bool = False) -> Particles:
         """Copy all particles, sorted by id. Collective.
 
         Args:
             to: 0: to rank 0 alone; "all": to every rank.
+            unwrapped: where particles of a periodic world would be had they never wrapped: `position` is
+                float64, and `crossings` is left out.
 
         Returns:
             The particles; elsewhere the result is falsy and empty.
         """
-        if not isinstance(to, (int, str)) or isinstance(to, bool) or to not in (0, "all"):
-            raise ArgumentError("to", to, "0 or 'all'", known=("all",))
-        engine = self._session.begin("gather()", reads=True)
-        try:
-            return Particles(engine.gather(self._recorded.index, to == "all"))
-        finally:
-            self._session.end_conversation(engine)
+        return gathered(self._recorded, to, unwrapped)
 
     @says_near_names
     def total(self, expression: Expression | ArrayLike, *, where: Where = None) -> Any:

@@ -204,9 +204,9 @@ def _range(kind: str, low: float, high: float) -> str:
 
 
 def rows(attribute: str, values: Any, width: int, count: int | None) -> NDArray[np.float32]:
-    """Return a column of an attribute of 1 or 3 numbers, one row per particle; `count`: as many as these."""
+    """Return an attribute's column of 1, 3 or 4 numbers per row, one row per particle; `count`: as many."""
     pair = width == 3 and attribute != "color"
-    shape = "(n, 3)" if width == 3 else "(n,)"
+    shape = f"(n, {width})" if width > 1 else "(n,)"
     allowed = f"finite numbers of shape {shape}"
     array = floats(attribute, values, np.float32, allowed)
     if pair and array.ndim == 2 and array.shape[1] == 2:

@@ -21,6 +21,7 @@ from .._system.system import recorded_of
 from .._values import arguments, environment
 from .._values.checkpoint import checked as checkpoint_of
 from .._values.live import checked as live_of
+from .._values.periodic import CROSSINGS, Period, periods_of
 from ..balance import BALANCERS, Balancer, Static
 from ..errors import ArgumentError
 
@@ -66,6 +67,7 @@ def settings(
         substeps=arguments.integer("substeps", given["substeps"], low=1, high=10_000),
         axis=axes,
         space=interval(given["space"]),
+        periodic=periods_of(given["periodic"]),
         roles=cast,
         balancer=balancer(given["balancer"], axes),
         combine=arguments.choice("combine", given["combine"], ("one_by_one", "together", "overlapped")),
@@ -214,11 +216,14 @@ def interval(space: Any) -> tuple[float, float] | str | None:
     return low, high
 
 
-def user_attributes(attributes: Mapping[str, Any]) -> list[tuple[str, int, tuple[float, float, float]]]:
-    """Return name, width and initial value of each attribute."""
+def user_attributes(
+    attributes: Mapping[str, Any], periods: Sequence[Period]
+) -> list[tuple[str, int, tuple[float, float, float]]]:
+    """Return name, width and initial value of each attribute, and of those that a periodic world adds."""
     if not isinstance(attributes, Mapping):
         raise ArgumentError("attributes", attributes, "a dict of names and initial values")
-    taken = {"id", *(name for name, _ in _core.builtin_attributes())}
+    added = [(CROSSINGS, 3, (0.0, 0.0, 0.0))] if periods else []
+    taken = {"id", *(name for name, _ in _core.builtin_attributes()), *(name for name, _, _ in added)}
     made = []
     for name, value in attributes.items():
         if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name) or name in taken:
@@ -229,4 +234,4 @@ def user_attributes(attributes: Mapping[str, Any]) -> list[tuple[str, int, tuple
             made.append((name, 1, (arguments.number(name, value), 0.0, 0.0)))
         else:
             made.append((name, 3, arguments.triple(name, value)))
-    return made
+    return made + added

@@ -23,6 +23,7 @@ from .._run.settings import RunSettings
 from .._run.threads import MASK_BYTES, Place, are_crowded, processors, threads_of
 from .._run.waiting import Wait, poll, warn_s
 from .._values import environment
+from .._values.periodic import ends_of
 from ..errors import ArgumentError, LogError, MotesError, ScriptMismatchError, place
 
 if TYPE_CHECKING:
@@ -174,6 +175,7 @@ def _find_checkpoint(run: OpenRun, settings: RunSettings) -> Found | None:
             seed=settings.seed,
             dt=settings.dt,
             substeps=settings.substeps,
+            periodic=ends_of(settings.periodic),
             calculators=len(calculators),
             fresh=environment.read("MOTES_FRESH"),
             anyway=environment.read("MOTES_ANYWAY"),

@@ -64,6 +64,7 @@ class World(Settings):
         substeps: int = 1,
         axis: Literal["x", "y", "z", "xy", "xz", "yz", "xyz"] | None = "x",
         space: tuple[float, float] | Literal["fit"] | None = None,
+        periodic: Mapping[str, tuple[float, float]] | None = None,
         roles: Literal["auto", "shared"] | _roles.Roles = "auto",
         balancer: Balancer | None = None,
         renderer: Renderer | None = None,
@@ -92,6 +93,8 @@ class World(Settings):
                 bisection; None deals particles out by id, wherever they are.
             space: the interval in metres that domains divide at the start, the same along each axis: (lo,
                 hi); None: the paper's infinite space; "fit": quantiles of the first births.
+            periodic: axes along which space repeats, with its ends in metres, as in {"x": (0, 10)}: positions
+                wrap into [low, high), and particles see each other across. None: none.
             roles: "auto": one rank plays all; of three or more, rank 0 draws, rank 1 manages, and the others
                 calculate (the paper). "shared": every rank calculates. Or Roles(...).
             balancer: one of `motes.balance`; None: cuts stay.
@@ -129,6 +132,7 @@ class World(Settings):
             cast=cast,
             speeds=_roles.speeds(roles, ranks, of),
             **{"seed": seed, "dt": dt, "substeps": substeps, "axis": axis, "space": space},
+            **{"periodic": periodic},
             **{"balancer": balancer, "combine": combine, "births": births, "fan_out": fan_out},
             **{"threads": threads, "clock": clock, "log": log, "spans": spans, "digest": digest},
             **{"checkpoint": checkpoint, "on_loss": on_loss, "live": live, "steering": steering},
@@ -195,7 +199,8 @@ class World(Settings):
             "domains_of": -1 if leader is None else leader.index,
             "space": cuts,
             "sprite": checks.sprite(sprite),
-            "attributes": checks.user_attributes({} if attributes is None else attributes),
+            "attributes": checks.user_attributes({} if attributes is None else attributes, settings.periodic),
+            "periods": settings.periodic,
         }
         recorded = Recorded(session, len(self._systems), name, axes, definition)
         made = System(self, recorded)

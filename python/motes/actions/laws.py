@@ -76,13 +76,13 @@ class Interact(Action):
     What a pair remembers is each end's own: `motes.a.state.slip` is 0 where b comes within the radius, then
     what `set` gave it in the last (sub)step, until b leaves or `where` leaves a out.
 
-    Formula: v_a += sum over r < radius of (acceleration dt + velocity), rotational_velocity_a += sum of spin
+    Formula: v_a += sum over r < radius of (acceleration dt + velocity), spin_a += sum of spin
 
     Attributes:
         radius: how far particles see each other, m.
         acceleration: of a by b, m/s^2: a vector or an expression.
         velocity: what b adds to the velocity of a in each (sub)step, m/s.
-        spin: what b adds to the rotational velocity of a in each (sub)step, rad/s.
+        spin: what b adds to the spin of a in each (sub)step, rad/s.
         set: values by name: of states, and of attributes of a, which become the sum over all b.
         state: names of what a pair remembers, and how many numbers each has: 1 or 3, at most 96 in all.
         other: another system, whose particles b is; they do not change.
@@ -196,7 +196,7 @@ class _Results:
         for field, how, attribute in (
             ("acceleration", "rate", "velocity"),
             ("velocity", "change", "velocity"),
-            ("spin", "change", "rotational_velocity"),
+            ("spin", "change", "spin"),
         ):
             given = getattr(law, field, None)
             if given is not None:
@@ -214,7 +214,9 @@ class _Results:
         if name not in self._own:
             allowed = f"one of {', '.join([*self._states, *self._own])}: only a changes"
             raise ArgumentError("set", name, allowed, known=[*self._states, *self._own])
-        changed = {"velocity": ("acceleration", "velocity"), "rotational_velocity": ("spin",)}.get(name, ())
+        if name == "position" and isinstance(law, Interact):
+            raise ArgumentError("set", name, "left out: interact() changes velocities; law() and set() move")
+        changed = {"velocity": ("acceleration", "velocity"), "spin": ("spin",)}.get(name, ())
         if any(getattr(law, field, None) is not None for field in changed):
             raise ArgumentError("set", name, f"left out where {' or '.join(changed)} changes it")
         width = self._own[name][1]

@@ -30,6 +30,7 @@ COMMANDS = {
     "record": "write what a script records to a file that replays without Python",
     "pack": "join the particle files that the ranks of a run have exported",
     "soak": "look for what breaks a promise, in thousands of simulated disasters",
+    "arena": "let balancers play loads whose best cuts are known",
     "cluster": "run on a simulated cluster; reproduce the paper's tables",
 }
 _DESCRIPTION = "Particle animations on clusters.\n\ncommands:\n" + "\n".join(

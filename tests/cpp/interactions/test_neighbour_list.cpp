@@ -21,6 +21,7 @@ struct Listed {
   particles::Schema schema;
   particles::Store store{schema};
   NeighbourList list;
+  std::vector<float> diameters;
 
   explicit Listed(Flock given) : flock(std::move(given)) { store.grow(flock.own); }
 
@@ -28,6 +29,12 @@ struct Listed {
     float most = 0;
     for (const float r : flock.column[interactions::radius]) most = std::max(most, 2 * r);
     return most;
+  }
+
+  interactions::Column sizes() {
+    diameters = flock.column[interactions::radius];
+    for (float& diameter : diameters) diameter *= 2;
+    return {diameters.data(), nullptr, 0};
   }
 
   // Returns whether the list was kept.
@@ -44,9 +51,12 @@ struct Listed {
       }
       return interactions::PlacedSpheres{{columns[0].data(), columns[1].data(), columns[2].data()}, columns[3].data()};
     };
-    const bool kept = list.lists(crowd, now) && list.holds(arrange(), threads::alone());
+    interactions::Crowd own = crowd;
+    own.ghosts = 0;
+    const interactions::Radii radii{0, sizes(), {nullptr, nullptr, 1}, false};
+    const bool kept = list.holds(own, radii, now, threads::alone());
     if (!kept) {
-      list.sort(crowd, reach(), true, threads::alone());
+      list.sort(crowd, reach(), interactions::skin_of(list.wear(), reach()), threads::alone());
       list.build(crowd, arrange(), store, 0, now, threads::alone());
     }
     list.view(now);

@@ -204,7 +204,7 @@ inline interactions::NeighbourList listed(const Law& law, const Flock& flock, Ar
   store.grow(flock.own);
   for (std::size_t i = 0; i < flock.own; ++i) store.set_touches(i, touches[i]);
   interactions::NeighbourList list;
-  list.sort(arranged.crowd, law.reach, law.skin, pool);
+  list.sort(arranged.crowd, law.reach, law.skin ? 0.1f * law.reach : 0, pool);
   arranged.cells = list.cells();
   arranged.arrange(flock, pool);
   const float* const* plane = arranged.planes;

@@ -1,0 +1,322 @@
+#include "engine/act/ghost_exchange.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <utility>
+
+#include "base/fields.h"
+#include "engine/act/run_list.h"
+
+namespace motes::engine {
+
+using comm::Message;
+using comm::Phase;
+using particles::Store;
+
+namespace {
+
+void position_of(const Store& store, std::size_t i, float (&x)[3]) {
+  for (int c = 0; c < 3; ++c) x[c] = store.value(particles::position, c, i);
+}
+
+GhostExchange::Migrants migrants_of(const Rank& rank, const System& system, Population& here) {
+  GhostExchange::Migrants migrants;
+  find_migrants(rank, system, here);
+  migrants.to = migrants_by_owner(rank, system, here);
+  here.outcome.left.clear();
+  const domains::Box box = system.domains.box(rank.session.calculator());
+  for (const auto& [owner, particles] : migrants.to) {
+    for (const std::uint32_t p : particles) {
+      float x[3];
+      position_of(here.store, p, x);
+      migrants.farthest = std::max(migrants.farthest, outside(box, x));
+    }
+  }
+  return migrants;
+}
+
+// Lists the migrants that are noted here, for their new owner to know.
+template <class Ids>
+void put_noted(const Population& here, const Ids& noted, const std::vector<std::uint32_t>& gone, base::Bytes& out) {
+  std::vector<std::uint64_t> found;
+  for (const std::uint32_t p : gone) {
+    const std::uint64_t id = here.store.ids()[p];
+    if (noted.contains(id)) found.push_back(id);
+  }
+  base::write_fields(found, out);
+}
+
+template <class Ids>
+void take_noted(base::Reader& in, Ids& noted) {
+  std::vector<std::uint64_t> found;
+  base::read_fields(in, found);
+  noted.insert(found.begin(), found.end());
+}
+
+}  // namespace
+
+// Tells whether the lists hold, as far as this calculator knows; measures how they wear off. What it keeps of
+// particles that have left its domain since, it says as a bound.
+bool GhostExchange::holds() {
+  bool all = true;
+  for (std::size_t side = 0; side < in_.interaction.count; ++side) {
+    const interactions::Side here{
+        .store = &in_.population(side).store, .list = &list_of(side), .now = in_.interaction.substep};
+    const bool holds = interactions::list_holds(*in_.interaction.action, here, *in_.rank.pool);
+    all = all && holds && kept(side).domains == in_.system(side).domains;
+    wear_.step = std::max(wear_.step, list_of(side).wear().step);
+    wear_.age = std::max(wear_.age, list_of(side).wear().age);
+    migrants_[side].farthest = static_cast<double>(list_of(side).skin());
+  }
+  return all;
+}
+
+void GhostExchange::find_migrants() {
+  if (in_.rank.session.calculators() == 1) return;
+  for (std::size_t side = 0; side < in_.interaction.count; ++side)
+    migrants_[side] = migrants_of(in_.rank, in_.system(side), in_.population(side));
+}
+
+// Tells whether one calculator may have migrants or ghosts for another.
+bool GhostExchange::concerns(int from, int to) const {
+  for (std::size_t a = 0; a < in_.interaction.count; ++a) {
+    const domains::Box box = in_.system(a).domains.box(from);
+    if (gap(box, in_.system(a).domains.box(to)) <= farthest_) return true;
+    if (gap(box, in_.system(in_.seer(a)).domains.box(to)) <= farthest_ + range_) return true;
+  }
+  return false;
+}
+
+void GhostExchange::exchange(double farthest, double range) {
+  farthest_ = farthest;
+  range_ = range;
+  forget_ghosts();
+  if (in_.rank.session.calculators() == 1) return;
+  const int self = in_.rank.session.calculator();
+  const int count = static_cast<int>(in_.rank.session.calculators());
+  std::vector<int> to;
+  std::vector<int> from;
+  for (int other = 0; other < count; ++other) {
+    if (other != self && concerns(self, other)) to.push_back(other);
+    if (other != self && concerns(other, self)) from.push_back(other);
+  }
+  std::uint16_t& hops = in_.population(0).interaction.hops;
+  hops = std::max(hops, static_cast<std::uint16_t>(std::min<std::size_t>(to.size(), UINT16_MAX)));
+  for (const int source : from) in_.rank.session.comm().await(in_.rank.session.rank_of(source), Phase::interaction);
+  std::map<int, Message> messages;
+  for (const int target : to) messages[target];
+  in_.compute([&] {
+    for (std::size_t side = 0; side < in_.interaction.count; ++side) pack(side, messages);
+  });
+  for (auto& [target, message] : messages) {
+    if (in_.rank.session.failed()) message = Message();
+    const std::uint64_t count = in_.rank.session.failed() ? 0 : sent_[target];
+    in_.population(0).interaction.bytes += message.payload().size();
+    in_.rank.session.comm().post(in_.rank.session.rank_of(target), Phase::interaction,
+                                 in_.rank.session.stamp(in_.round), std::move(message), count,
+                                 in_.rank.session.failed());
+  }
+  in_.compute([&] {
+    for (std::size_t side = 0; side < in_.interaction.count; ++side) remove_migrants(side);
+  });
+  for (const int source : from) {
+    const Message message = in_.rank.session.comm().expect(in_.rank.session.rank_of(source), Phase::interaction,
+                                                           in_.rank.session.stamp(in_.round));
+    if (message.header().failed == 0) in_.compute([&] { unpack(message); });
+  }
+  if (lists_) in_.compute([&] { keep_ghosts(to); });
+}
+
+void GhostExchange::forget_ghosts() {
+  for (std::size_t side = 0; side < in_.interaction.count; ++side) {
+    if (lists_) kept(side) = {{}, in_.system(side).domains, {}, {}, {}};
+  }
+}
+
+// From here on, owners tell what has changed of the ghosts that others keep.
+void GhostExchange::keep_ghosts(const std::vector<int>& others) {
+  for (std::size_t side = 0; side < in_.interaction.count; ++side) {
+    KeptGhosts& ghosts_here = kept(side);
+    find_owners(ghosts_here.domains, ghosts_here);
+    const std::vector<std::uint32_t> near = near_the_border(side);
+    for (const int other : others) {
+      const domains::Box box = in_.system(in_.seer(side)).domains.box(other);
+      std::vector<std::uint32_t> seen;
+      for (const std::uint32_t p : near) {
+        if (sees(side, box, p)) seen.push_back(p);
+      }
+      if (seen.empty()) continue;
+      sort_by_id(in_.population(side).store, seen);
+      ghosts_here.sent[other] = std::move(seen);
+    }
+  }
+}
+
+// Sends and hears what has changed of the ghosts since the last interaction.
+void GhostExchange::refresh() {
+  std::map<int, Message> messages;
+  std::map<int, std::uint64_t> counts;
+  std::set<int> from;
+  for (std::size_t side = 0; side < in_.interaction.count; ++side) {
+    for (const auto& [source, places] : kept(side).received) from.insert(source);
+    for (const auto& [target, particles] : kept(side).sent) messages[target];
+  }
+  for (const int source : from) in_.rank.session.comm().await(in_.rank.session.rank_of(source), Phase::interaction);
+  in_.compute([&] {
+    for (auto& [target, message] : messages) counts[target] = pack_changes(target, message.bytes());
+  });
+  for (auto& [target, message] : messages) {
+    const bool failed = in_.rank.session.failed();
+    if (failed) message = Message();
+    in_.population(0).interaction.bytes += message.payload().size();
+    in_.rank.session.comm().post(in_.rank.session.rank_of(target), Phase::interaction,
+                                 in_.rank.session.stamp(in_.round), std::move(message), failed ? 0 : counts[target],
+                                 failed);
+  }
+  for (const int source : from) {
+    const Message message = in_.rank.session.comm().expect(in_.rank.session.rank_of(source), Phase::interaction,
+                                                           in_.rank.session.stamp(in_.round));
+    if (message.header().failed == 0) in_.compute([&] { unpack_changes(source, message); });
+  }
+}
+
+std::uint64_t GhostExchange::pack_changes(int target, base::Bytes& bytes) {
+  std::uint64_t count = 0;
+  for (std::size_t side = 0; side < in_.interaction.count; ++side) {
+    KeptGhosts& ghosts_here = kept(side);
+    if (!ghosts_here.sent.contains(target)) continue;
+    const std::uint64_t told =
+        put_changes(*in_.interaction.action, in_.population(side).store, target, ghosts_here, bytes);
+    in_.population(side).interaction.ghosts += told;
+    in_.rank.machine.charge(in_.rank.machine.costs().copy * static_cast<double>(told));
+    count += told;
+  }
+  return count;
+}
+
+void GhostExchange::unpack_changes(int source, const Message& message) {
+  base::Reader in = message.reader();
+  std::uint64_t count = 0;
+  for (std::size_t side = 0; side < in_.interaction.count; ++side) {
+    KeptGhosts& ghosts_here = kept(side);
+    if (ghosts_here.received.contains(source)) count += take_changes(in, source, ghosts_here);
+  }
+  in_.rank.machine.charge(in_.rank.machine.costs().copy * static_cast<double>(count));
+  if (count != message.header().count || !in.done())
+    throw std::runtime_error("kept ghosts differ from what their owner sends");
+}
+
+// Tells whether particles in the box may see one of this calculator's.
+bool GhostExchange::sees(std::size_t side, const domains::Box& box, std::uint32_t p) const {
+  const Store& store = in_.population(side).store;
+  float x[3];
+  position_of(store, p, x);
+  const bool tied = bonds_ == nullptr || bonds_->row_of(store.ids()[p]) != interactions::Bonds::kNone;
+  return tied && !std::isnan(x[0] + x[1] + x[2]) && outside(box, x) <= range_;
+}
+
+// The particles that somebody else may see, or that leave.
+std::vector<std::uint32_t> GhostExchange::near_the_border(std::size_t side) const {
+  const System& sees = in_.system(in_.seer(side));
+  const Store& store = in_.population(side).store;
+  const domains::Box own = in_.system(side).domains.box(in_.rank.session.calculator());
+  if (sees.domains != in_.system(side).domains || own == domains::Box{}) return first_indices(store.size());
+  std::vector<std::uint8_t> near(store.size(), 0);
+  for (int c = 0; c < 3; ++c) {
+    const auto a = static_cast<std::size_t>(c);
+    if (std::isinf(own.low[a]) && std::isinf(own.high[a])) continue;
+    const double low = static_cast<double>(own.low[a]) + range_;
+    const double high = static_cast<double>(own.high[a]) - range_;
+    const float* plane = store.plane(particles::position, c);
+    if (plane == nullptr) return first_indices(store.size());
+    for (std::size_t i = 0; i < store.size(); ++i) {
+      const double x = static_cast<double>(plane[i]);
+      near[i] = near[i] | static_cast<std::uint8_t>(!(x > low && x < high));
+    }
+  }
+  std::vector<std::uint32_t> found;
+  for (std::size_t i = 0; i < near.size(); ++i) {
+    if (near[i] != 0) found.push_back(static_cast<std::uint32_t>(i));
+  }
+  return found;
+}
+
+// Packs, for each calculator, its new migrants and ghosts of particles within reach of its own.
+void GhostExchange::pack(std::size_t side, std::map<int, Message>& messages) {
+  Population& here = in_.population(side);
+  const int self = in_.rank.session.calculator();
+  std::map<std::uint32_t, int> owners;
+  for (const auto& [owner, migrants] : migrants_[side].to) {
+    for (const std::uint32_t p : migrants) owners[p] = owner;
+  }
+  interactions::write_down_touches(in_.calculator.neighbours, in_.interaction.systems[side], owners, here.store);
+  const domains::Domains& seen_by = in_.system(in_.seer(side)).domains;
+  const std::vector<std::uint32_t> near = near_the_border(side);
+  std::map<int, domains::Box> boxes{{self, seen_by.box(self)}};
+  for (const auto& [target, message] : messages) boxes[target] = seen_by.box(target);
+  const auto owner_of = [&](std::uint32_t p) {
+    const auto migrant = owners.find(p);
+    return migrant == owners.end() ? self : migrant->second;
+  };
+  // A particle is a ghost everywhere but at its owner.
+  const auto copy_for = [&](int who, std::uint32_t p) { return owner_of(p) != who && sees(side, boxes.at(who), p); };
+  for (auto& [target, message] : messages) {
+    base::Bytes& bytes = message.bytes();
+    const auto leaving = migrants_[side].to.find(target);
+    const std::vector<std::uint32_t> none;
+    const std::vector<std::uint32_t>& gone = leaving == migrants_[side].to.end() ? none : leaving->second;
+    here.store.pack(gone, bytes, *in_.rank.pool);
+    put_noted(here, here.bounced, gone, bytes);
+    put_noted(here, here.collided, gone, bytes);
+    std::vector<std::uint32_t> copied;
+    for (const std::uint32_t p : near) {
+      if (copy_for(target, p)) copied.push_back(p);
+    }
+    put_ghosts(*in_.interaction.action, side == 1, here.store, copied, bytes);
+    sent_[target] += gone.size() + copied.size();
+    here.interaction.ghosts += copied.size();
+    in_.rank.machine.charge(in_.rank.machine.costs().copy * static_cast<double>(copied.size()));
+  }
+  base::Bytes kept;  // migrants that this calculator still sees, packed
+  std::vector<std::uint32_t> copied;
+  for (const auto& [p, owner] : owners) {
+    if (sees(side, boxes.at(self), p)) copied.push_back(p);
+  }
+  put_ghosts(*in_.interaction.action, side == 1, here.store, copied, kept);
+  base::Reader in(kept.view());
+  take_ghosts(in, *in_.interaction.action, side == 1, ghosts(side));
+}
+
+void GhostExchange::remove_migrants(std::size_t side) {
+  Population& here = in_.population(side);
+  std::vector<std::uint32_t> gone;
+  for (const auto& [owner, migrants] : migrants_[side].to) gone.insert(gone.end(), migrants.begin(), migrants.end());
+  if (gone.empty()) return;
+  std::sort(gone.begin(), gone.end());
+  here.store.remove(gone, *in_.rank.pool);
+  here.interaction.moved_out += gone.size();
+  in_.rank.machine.charge(in_.rank.machine.costs().leave * static_cast<double>(gone.size()));
+}
+
+void GhostExchange::unpack(const Message& message) {
+  base::Reader in = message.reader();
+  std::uint64_t count = 0;
+  for (std::size_t side = 0; side < in_.interaction.count; ++side) {
+    Population& here = in_.population(side);
+    const std::size_t before = here.store.size();
+    here.store.unpack(in, *in_.rank.pool);
+    const std::size_t arrived = here.store.size() - before;
+    here.interaction.moved_in += arrived;
+    take_noted(in, here.bounced);
+    take_noted(in, here.collided);
+    const std::uint64_t seen = take_ghosts(in, *in_.interaction.action, side == 1, ghosts(side));
+    count += arrived + seen;
+    const Costs& costs = in_.rank.machine.costs();
+    in_.rank.machine.charge(costs.arrive * static_cast<double>(arrived) + costs.copy * static_cast<double>(seen));
+  }
+  if (count != message.header().count || !in.done())
+    throw std::runtime_error("particles were lost on the way between calculators");
+}
+
+}  // namespace motes::engine

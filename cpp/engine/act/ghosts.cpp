@@ -1,0 +1,115 @@
+#include "engine/act/ghosts.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <limits>
+
+namespace motes::engine {
+
+using particles::Store;
+
+namespace {
+
+double interval_gap(double low, double high, double other_low, double other_high) {
+  return std::max({0.0, low - other_high, other_low - high});
+}
+
+// Of a column; those from 31 on share the last bit.
+std::uint32_t bit_of(std::size_t column) { return std::uint32_t{1} << std::min<std::size_t>(column, 31); }
+
+}  // namespace
+
+double gap(const domains::Box& a, const domains::Box& b) {
+  double most = 0;
+  for (std::size_t c = 0; c < 3; ++c) most = std::max(most, interval_gap(a.low[c], a.high[c], b.low[c], b.high[c]));
+  return most;
+}
+
+double outside(const domains::Box& box, const float (&x)[3]) {
+  double most = 0;
+  for (std::size_t c = 0; c < 3; ++c) {
+    if (std::isnan(x[c])) return std::numeric_limits<double>::infinity();
+    most = std::max(most, interval_gap(box.low[c], box.high[c], x[c], x[c]));
+  }
+  return most;
+}
+
+void put_ghosts(const actions::Action& action, bool second, const Store& store,
+                const std::vector<std::uint32_t>& chosen, base::Bytes& out) {
+  out.put(static_cast<std::uint64_t>(chosen.size()));
+  for (const std::uint32_t i : chosen) out.put(store.ids()[i]);
+  for (const interactions::Component c : interactions::read_by(action, second)) {
+    const float* plane = store.plane(c.attribute, c.component);
+    const float value = store.uniform_value(c.attribute)[static_cast<std::size_t>(c.component)];
+    for (const std::uint32_t i : chosen) out.put(plane != nullptr ? plane[i] : value);
+  }
+}
+
+std::uint64_t take_ghosts(base::Reader& in, const actions::Action& action, bool second, interactions::Ghosts& ghosts) {
+  const auto count = in.get<std::uint64_t>();
+  ghosts.columns.resize(interactions::read_by(action, second).size());
+  for (std::uint64_t i = 0; i < count; ++i) ghosts.ids.push_back(in.get<std::uint64_t>());
+  for (std::vector<float>& column : ghosts.columns) {
+    for (std::uint64_t i = 0; i < count; ++i) column.push_back(in.get<float>());
+  }
+  return count;
+}
+
+std::uint64_t put_changes(const actions::Action& action, const Store& store, int target, KeptGhosts& kept,
+                          base::Bytes& out) {
+  const std::vector<std::uint32_t>& sent = kept.sent.at(target);
+  const std::vector<interactions::Component> read = interactions::read_by(action);
+  std::vector<float>& told = kept.told[target];
+  const bool first = told.size() != sent.size() * read.size();
+  told.resize(sent.size() * read.size());
+  std::uint32_t mask = 0;
+  for (std::size_t c = 0; c < read.size(); ++c) {
+    const float* plane = store.plane(read[c].attribute, read[c].component);
+    const float value = store.uniform_value(read[c].attribute)[static_cast<std::size_t>(read[c].component)];
+    float* const last = told.data() + c * sent.size();
+    bool changed = first;
+    for (std::size_t k = 0; k < sent.size(); ++k) {
+      const float now = plane != nullptr ? plane[sent[k]] : value;
+      changed = changed || std::bit_cast<std::uint32_t>(now) != std::bit_cast<std::uint32_t>(last[k]);
+      last[k] = now;
+    }
+    if (changed) mask |= bit_of(c);
+  }
+  out.put(mask);
+  for (std::size_t c = 0; c < read.size(); ++c) {
+    if ((mask & bit_of(c)) != 0) out.put_raw(told.data() + c * sent.size(), sent.size() * sizeof(float));
+  }
+  return sent.size();
+}
+
+std::uint64_t take_changes(base::Reader& in, int source, KeptGhosts& kept) {
+  const std::vector<std::uint32_t>& places = kept.received.at(source);
+  const auto mask = in.get<std::uint32_t>();
+  for (std::size_t c = 0; c < kept.ghosts.columns.size(); ++c) {
+    if ((mask & bit_of(c)) == 0) continue;
+    for (const std::uint32_t place : places) kept.ghosts.columns[c][place] = in.get<float>();
+  }
+  return places.size();
+}
+
+void find_owners(const domains::Domains& domains, KeptGhosts& kept) {
+  const interactions::Ghosts& ghosts = kept.ghosts;
+  kept.received.clear();
+  for (std::uint32_t g = 0; g < ghosts.ids.size(); ++g) {
+    const std::array<float, 3> at{ghosts.columns[0][g], ghosts.columns[1][g], ghosts.columns[2][g]};
+    kept.received[domains.owner_of(at, ghosts.ids[g])].push_back(g);
+  }
+  for (auto& [owner, places] : kept.received) {
+    std::sort(places.begin(), places.end(),
+              [&](std::uint32_t a, std::uint32_t b) { return ghosts.ids[a] < ghosts.ids[b]; });
+  }
+}
+
+void sort_by_id(const Store& store, std::vector<std::uint32_t>& indices) {
+  const particles::Ids ids = store.ids();
+  std::sort(indices.begin(), indices.end(), [&](std::uint32_t a, std::uint32_t b) { return ids[a] < ids[b]; });
+}
+
+}  // namespace motes::engine

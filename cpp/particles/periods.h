@@ -1,0 +1,77 @@
+// The periods of space: along a periodic axis, positions wrap at the ends of an interval, and what leaves at one end
+// enters at the other.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+namespace motes::particles {
+
+/// A position along a periodic axis, and how often it crossed the upper end on its way there: negative for the lower.
+struct Wrapped {
+  float at = 0;  // metres
+  float crossed = 0;
+};
+
+/// The half-open interval [low, high), metres, that the positions along an axis lie in.
+struct Period {
+  float low = 0, high = 0;
+
+  /// The float32s of both ends give the length; exact.
+  double length() const { return static_cast<double>(high) - static_cast<double>(low); }
+
+  /// Whether a position needs no wrapping. NaN does; wrapped() returns it as it is.
+  bool holds(float x) const { return x >= low && x < high; }
+
+  /// Returns where in the interval x lies. Infinities and NaN stay as they are. The sum of position and crossings times
+  /// length() differs from x by rounding alone, however far away x is.
+  Wrapped wrapped(float x) const {
+    if (holds(x) || !std::isfinite(x)) return {x, 0};
+    const double along = length();
+    double crossed = std::floor((static_cast<double>(x) - static_cast<double>(low)) / along);
+    float at = static_cast<float>(static_cast<double>(x) - crossed * along);
+    if (at < low) at = low;  // rounding, so far away
+    if (at >= high) {        // just below an end, where float32 has no number between
+      at = low;
+      crossed += 1;
+    }
+    return {at, static_cast<float>(crossed)};
+  }
+
+  /// Returns the shortest of the ways from one position in the interval to another one, and to its images.
+  float shortest(float way) const {
+    const double along = length();
+    if (static_cast<double>(way) > along / 2) return static_cast<float>(static_cast<double>(way) - along);
+    if (static_cast<double>(way) < -along / 2) return static_cast<float>(static_cast<double>(way) + along);
+    return way;
+  }
+
+  bool operator==(const Period&) const = default;
+};
+
+/// Which axes of space are periodic, and where their ends are.
+struct Periods {
+  std::uint8_t bits = 0;  // 1: x, 2: y, 4: z
+  std::array<Period, 3> along{};
+
+  bool any() const { return bits != 0; }
+  bool has(int axis) const { return (bits >> axis & 1) != 0; }
+  const Period& operator[](int axis) const { return along[static_cast<std::size_t>(axis)]; }
+  float shortest(int axis, float way) const { return has(axis) ? (*this)[axis].shortest(way) : way; }
+
+  bool operator==(const Periods&) const = default;
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Period& period) {
+  visit(period.low, period.high);
+}
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Periods& periods) {
+  visit(periods.bits, periods.along);
+}
+
+}  // namespace motes::particles

@@ -1,0 +1,47 @@
+"""How far the particles of a periodic world may see each other."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from .. import actions
+from .._values.periodic import Period, half_period
+from ..actions.base import Action
+from ..errors import ArgumentError
+
+__all__ = ["check_action", "check_reach"]
+
+
+def check_action(action: Action, periods: tuple[Period, ...]) -> None:
+    """Raise ArgumentError for an action between particles that reaches farther than half a period.
+
+    A particle would meet both another one and that one's image. Radii that particles have of their own are
+    known to the engine alone, which checks them when they meet.
+    """
+    if not periods:
+        return
+    match action:
+        case actions.Tie():
+            raise ArgumentError("ties", action.ties, "in a world without periodic axes")
+        case actions.Gravitate(far="cells"):
+            raise ArgumentError("far", action.far, "'exact' in a periodic world")
+        case actions.Gravitate() | actions.MatchVelocity() | actions.MatchRotationalVelocity():
+            check_reach("max_radius", action.max_radius, periods)
+        case actions.Collide(radius=own, other_radius=theirs) if own is not None:
+            meets = theirs if action.other is not None else own
+            check_reach("radius", own, periods, parts=2 if meets is None else 1 + meets / own)
+        case actions.Contact(radius=own) if own is not None:
+            check_reach("radius", own, periods, parts=2)
+        case actions.Fluid() | actions.Interact():
+            check_reach("radius", action.radius, periods)
+
+
+def check_reach(argument: str, radius: Any, periods: tuple[Period, ...], *, parts: float = 1) -> None:
+    """Raise ArgumentError where `parts` times the radius is above half of the shortest period."""
+    if not periods or radius * parts <= half_period(periods):
+        return
+    most = half_period(periods) / parts
+    whose = "half of the shortest period" if parts == 1 else "so that two reach half of the shortest period"
+    hint = "; give one" if math.isinf(radius) else ""
+    raise ArgumentError(argument, radius, f"at most {most:g} m in this periodic world, {whose}{hint}")

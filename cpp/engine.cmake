@@ -3,7 +3,6 @@
 add_library(motes_pure STATIC
   actions/action.cpp
   actions/ageing.cpp
-  actions/expression.cpp
   actions/kernels.cpp
   actions/tables.cpp
   balance/cells.cpp
@@ -27,6 +26,8 @@ add_library(motes_pure STATIC
   bench/bench_scenery.cpp
   domains/divide.cpp
   domains/domains.cpp
+  expressions/expression.cpp
+  expressions/formula.cpp
   image/buffer.cpp
   image/camera.cpp
   image/footprint.cpp
@@ -71,6 +72,7 @@ add_library(motes_pure STATIC
   interactions/overlap.cpp
   interactions/pairs.cpp
   interactions/pyramid.cpp
+  interactions/scripted.cpp
   interactions/tie.cpp
   interactions/ties.cpp
   interactions/walls.cpp
@@ -116,7 +118,7 @@ target_compile_options(motes_pure PRIVATE ${MOTES_O1})
 # the limits that benchmarks compare with.
 set_source_files_properties(
   bench/bench_scene.cpp image/raster/behind.cpp interactions/act.cpp interactions/cell_list.cpp
-  interactions/neighbour_list.cpp
+  interactions/neighbour_list.cpp interactions/scripted.cpp
   PROPERTIES COMPILE_OPTIONS $<$<CONFIG:Release>:-O3>)
 target_include_directories(motes_pure PUBLIC ${CMAKE_CURRENT_SOURCE_DIR} ${CMAKE_CURRENT_BINARY_DIR}/generated)
 target_link_libraries(motes_pure PUBLIC motes_flags PRIVATE Threads::Threads)

@@ -40,8 +40,8 @@ struct Kernels {
 
   /// Runs a checked expression over a block at a time of the animation, seconds: the result is at the start of `stack`
   /// (kScratch floats).
-  void (*evaluate)(const Instruction* code, std::size_t length, const shapes::Shape* shapes, const Block&, float time,
-                   float* stack);
+  void (*evaluate)(const expressions::Instruction* code, std::size_t length, const shapes::Shape* shapes, const Block&,
+                   float time, float* stack);
 
   /// Draws an attribute of `width` (1, 3 or 4) numbers for `count` particles into planes with room for whole vectors.
   /// step.stream selects the stream.

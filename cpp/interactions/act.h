@@ -39,8 +39,12 @@ struct Side {
   bool last = false;  // last sub-step of the frame: measure overlaps, write touches to the store
 };
 
-/// Returns the columns that the action reads, in the order of read_by(), of own particles and ghosts.
-std::vector<Column> columns_of(const actions::Action& action, const Side& side);
+/// Returns the columns that the action reads, in the order of read_by(), of own particles and ghosts. `second`: of the
+/// second of two systems.
+std::vector<Column> columns_of(const actions::Action& action, const Side& side, bool second = false);
+
+/// What the list of an action is for.
+NeighbourList::Kind list_kind(const actions::Action& action);
 
 /// Tells whether a side's kept list holds as far as this rank's own particles go: see NeighbourList::holds.
 bool list_holds(const actions::Action& action, const Side& side, threads::Pool& pool);
@@ -67,6 +71,19 @@ struct Scratch {
     std::vector<float> out[kMostResults];
   };
   Party party[2];
+
+  // Of laws that scripts write (scripted.h).
+  struct Compiled {
+    std::vector<expressions::Expression> values;
+    expressions::Formula formula;
+  };
+  struct ScriptedMemory {
+    std::vector<std::uint64_t> ids;  // of another system: its own particles, then ghosts
+    std::vector<std::vector<float>> copied, column, out;
+    std::vector<float> radius;
+  };
+  std::vector<Compiled> formulas;
+  ScriptedMemory scripted;
 };
 
 /// Calls the procedure with all pairs of this rank and adds up its changes in the order of the pairs.

@@ -94,11 +94,27 @@ std::vector<Component> components_of(std::uint32_t attributes) {
 
 const Law& law_of(const Action& action) { return kernels().law[static_cast<std::size_t>(action.kind)]; }
 
+bool remembers(const Action& action) { return law_of(action).remembers || action.kind == Kind::interact; }
+
+bool keeps_list(const Action& action) { return remembers(action) && action.other < 0; }
+
 bool has_radius(const Action& action) { return law_of(action).radius != nullptr; }
 
 float given_radius(const Action& action, bool second) { return law_of(action).radius(action.numbers.data(), second); }
 
-std::vector<Component> read_by(const Action& action) { return components_of(actions::facts(action.kind).reads); }
+std::vector<Component> read_by(const Action& action, bool second) {
+  if (action.kind != Kind::interact) return components_of(actions::facts(action.kind).reads);
+  std::vector<Component> read;
+  if (action.other >= 0 && !second) return read;  // only the other system's particles are seen
+  read = components_of(actions::facts(action.kind).reads);
+  for (const actions::Leaf& leaf : action.leaves) {
+    const Component one{leaf.attribute, leaf.component};
+    if (leaf.of == actions::Leaf::Of::other && std::find(read.begin(), read.end(), one) == read.end()) {
+      read.push_back(one);
+    }
+  }
+  return read;
+}
 
 std::vector<Component> changed_by(const Action& action) { return components_of(actions::facts(action.kind).writes); }
 

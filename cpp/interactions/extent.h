@@ -18,13 +18,16 @@ inline constexpr std::size_t kRange = std::size_t{1} << 15;
 struct Component {
   int attribute = 0;
   int component = 0;
+
+  bool operator==(const Component&) const = default;
 };
 
 /// The law of an action between particles.
 const Law& law_of(const actions::Action& action);
 
-/// What an action reads of those that it sees: position first.
-std::vector<Component> read_by(const actions::Action& action);
+/// What an action reads of those that it sees: position first. `second`: of the second of two systems; nothing where
+/// only the other one's particles are seen.
+std::vector<Component> read_by(const actions::Action& action, bool second = false);
 /// What it changes of its targets: its results, in this order.
 std::vector<Component> changed_by(const actions::Action& action);
 
@@ -56,6 +59,10 @@ double range_of(const actions::Action& action, const Extent& extent);
 /// the lightest two that may touch. 0 for other actions.
 float substeps(const actions::Action& action, const Extent& extent, double frame_s);
 
+/// Tells whether the action has a neighbour list, by which pairs may remember.
+bool remembers(const actions::Action& action);
+/// Tells whether the list may be kept for several sub-steps, and ghosts with it: not between two systems.
+bool keeps_list(const actions::Action& action);
 /// Tells whether the reach is the sum of two radii.
 bool has_radius(const actions::Action& action);
 /// The radius of the particles of one side that the script gave, in metres; 0: half of their size.

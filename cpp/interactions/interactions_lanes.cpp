@@ -24,6 +24,7 @@ const interactions::Kernels interaction_kernels = {
 #undef MOTES_INTERACTION
 #undef MOTES_ACTION
     },
+    scripted,
     list_pairs,
     pull,
     find_walls,

@@ -67,6 +67,8 @@ std::uint64_t untouched(const actions::Action& action, std::uint64_t at_rest) {
   return rotational(action) ? at_rest : kUps.both() | kOrientations.both();
 }
 
+bool is_law(const actions::Action& action) { return action.kind == actions::Kind::law; }
+
 void append(std::vector<std::uint32_t>& to, const std::vector<std::uint32_t>& more) {
   to.insert(to.end(), more.begin(), more.end());
 }
@@ -133,9 +135,48 @@ double time_of(const Span& span, int substep) {
   return (static_cast<double>(span.frame) + static_cast<double>(substep) / span.substeps) * span.dt;
 }
 
-Program::Program(std::vector<actions::Action> list, std::uint32_t place) : list_(std::move(list)), place_(place) {}
+Program::Program(std::vector<actions::Action> list, std::uint32_t place, const particles::Schema& schema)
+    : list_(std::move(list)), place_(place) {
+  const bool any = std::any_of(list_.begin(), list_.end(), is_law);
+  if (any) compile_laws(schema);
+}
 
-std::vector<Program::Operation> Program::bind(const Store& store, std::uint64_t at_rest, float* scratch) const {
+void Program::compile_laws(const particles::Schema& schema) {
+  laws_.resize(list_.size());
+  for (std::size_t i = 0; i < list_.size(); ++i) {
+    if (!is_law(list_[i])) continue;
+    Law& law = laws_[i];
+    law.formula =
+        expressions::compile(list_[i].values, schema.components(), schema[particles::position].first_component);
+    for (std::size_t k = 0; k < list_[i].results.size(); ++k) {
+      const actions::Result& result = list_[i].results[k];
+      law.outcomes.push_back({schema[result.attribute].first_component + result.component, law.formula.results[k],
+                              result.how == actions::Result::How::rate, result.how != actions::Result::How::value});
+    }
+    work_ = std::max(work_, static_cast<std::size_t>(law.formula.written()));
+  }
+}
+
+void Program::bind_law(std::size_t number, float* work, Operation& operation) const {
+  const Law& law = laws_[number];
+  operation.planes.assign(static_cast<std::size_t>(law.formula.planes), nullptr);
+  const auto columns = static_cast<std::size_t>(law.formula.columns);
+  for (std::size_t p = columns; p < operation.planes.size(); ++p) {
+    operation.planes[p] = work + (p - columns) * actions::kPlane;
+  }
+  operation.law = {law.formula.constants.data(),
+                   law.formula.constants.size(),
+                   law.formula.steps.data(),
+                   law.formula.steps.size(),
+                   law.outcomes.data(),
+                   law.outcomes.size(),
+                   columns,
+                   operation.planes.data()};
+  operation.parameters.law = &operation.law;
+}
+
+std::vector<Program::Operation> Program::bind(const Store& store, std::uint64_t at_rest, float* scratch,
+                                              float* work) const {
   std::vector<Operation> operations(list_.size());
   for (std::size_t i = 0; i < list_.size(); ++i) {
     const actions::Action& action = list_[i];
@@ -155,12 +196,13 @@ std::vector<Program::Operation> Program::bind(const Store& store, std::uint64_t 
       p.target = store.schema()[action.target].first_component;
       p.width = store.schema()[action.target].width;
     }
-    for (std::size_t v = 0; v < action.values.size() && v < 4; ++v) {
+    for (std::size_t v = 0; action.target >= 0 && v < action.values.size(); ++v) {
       p.code[v] = action.values[v].data();
       p.length[v] = action.values[v].size();
     }
     const std::uint64_t writes = actions::writes(action, store.schema()) & ~untouched(action, at_rest);
     operation.moves = store.schema().periods().any() && (writes >> particles::position & 1u) != 0;
+    if (is_law(action)) bind_law(i, work, operation);
     if (!action.where.empty()) {
       operation.where = &action.where;
       operation.written = components_of(writes, store.schema());
@@ -201,7 +243,9 @@ Program::Pass Program::prepare(Store& store, std::size_t entry, const Span& span
 void Program::run_range(const Pass& pass, std::size_t first, std::size_t last, Outcome& outcome) const {
   const simd::FloatMode mode;
   static thread_local std::array<float, actions::kScratch> scratch;  // kept: a range is soon done
-  const std::vector<Operation> operations = bind(pass.store, pass.at_rest, scratch.data());
+  static thread_local std::vector<float> work;
+  if (work.size() < work_ * actions::kPlane) work.resize(work_ * actions::kPlane);
+  const std::vector<Operation> operations = bind(pass.store, pass.at_rest, scratch.data(), work.data());
   Planes planes(pass.store, pass.touched);
   std::vector<particles::DrawKeys> draws(operations.size() * kept_steps(pass.span));
   std::array<std::int32_t, kBlock + particles::kPadding> hit{};

@@ -110,6 +110,8 @@ class Action:
         values: collections.abc.Sequence[collections.abc.Sequence[tuple[str, int, float]]] = [],
         ties: int = 0,
         table: int = 0,
+        leaves: collections.abc.Sequence[tuple[str, int, int]] = [],
+        results: collections.abc.Sequence[tuple[str, int, int]] = [],
     ) -> None: ...
     @property
     def name(self) -> str: ...

@@ -351,7 +351,7 @@ class Tie(Action):
             tethers=arguments.flag("tethers", self.tethers),
         )
 
-    def _compiled(self, columns: Columns) -> _core.Action:
+    def _compiled(self, columns: Columns, others: Columns | None = None) -> _core.Action:
         """Return the engine's value for a system with these columns."""
         name, numbers, own = self.__dict__["_call"]
         shapes = list(own)

@@ -3,7 +3,6 @@
 add_library(motes_pure STATIC
   actions/action.cpp
   actions/ageing.cpp
-  actions/expression.cpp
   actions/kernels.cpp
   actions/tables.cpp
   balance/cells.cpp
@@ -27,6 +26,8 @@ add_library(motes_pure STATIC
   bench/bench_scenery.cpp
   domains/divide.cpp
   domains/domains.cpp
+  expressions/expression.cpp
+  expressions/formula.cpp
   image/buffer.cpp
   image/camera.cpp
   image/footprint.cpp
@@ -35,6 +36,10 @@ add_library(motes_pure STATIC
   image/post/bloom_plan.cpp
   image/post/bloom_tiles.cpp
   image/post/canvas.cpp
+  image/light/particle_light.cpp
+  image/light/shadow_grid.cpp
+  image/light/sky.cpp
+  image/light/texture.cpp
   image/post/lanes.cpp
   image/post/layers.cpp
   image/post/picture_light.cpp
@@ -67,8 +72,10 @@ add_library(motes_pure STATIC
   interactions/overlap.cpp
   interactions/pairs.cpp
   interactions/pyramid.cpp
+  interactions/scripted.cpp
   interactions/tie.cpp
   interactions/ties.cpp
+  interactions/walls.cpp
   meshes/assets.cpp
   meshes/distance_field.cpp
   meshes/form.cpp
@@ -111,7 +118,7 @@ target_compile_options(motes_pure PRIVATE ${MOTES_O1})
 # the limits that benchmarks compare with.
 set_source_files_properties(
   bench/bench_scene.cpp image/raster/behind.cpp interactions/act.cpp interactions/cell_list.cpp
-  interactions/neighbour_list.cpp
+  interactions/neighbour_list.cpp interactions/scripted.cpp
   PROPERTIES COMPILE_OPTIONS $<$<CONFIG:Release>:-O3>)
 target_include_directories(motes_pure PUBLIC ${CMAKE_CURRENT_SOURCE_DIR} ${CMAKE_CURRENT_BINARY_DIR}/generated)
 target_link_libraries(motes_pure PUBLIC motes_flags PRIVATE Threads::Threads)
@@ -122,6 +129,7 @@ set_source_files_properties(recording/scene.cpp PROPERTIES COMPILE_DEFINITIONS M
 
 # Compiled once for each instruction set: in two pieces with MOTES_UNITY.
 set(image_lanes
+  image/light/light_lanes.cpp
   image/post/bloom_lanes.cpp
   image/raycast/cast_lanes.cpp
   image/project/project_lanes.cpp
@@ -151,6 +159,7 @@ add_library(motes_engine STATIC
   comm/clock.cpp
   comm/communicator.cpp
   comm/last_words.cpp
+  comm/ledger.cpp
   comm/shared_memory.cpp
   comm/simulated_connections.cpp
   comm/simulated_ranks.cpp
@@ -197,6 +206,7 @@ add_library(motes_engine STATIC
   engine/render/render_output.cpp
   engine/render/render_plan.cpp
   engine/render/render_project.cpp
+  engine/render/render_shadows.cpp
   engine/render/render_tiles.cpp
   engine/render/shared_pictures.cpp
   engine/replay.cpp

@@ -28,6 +28,8 @@ constexpr std::uint32_t kVelocityB = bit(particles::velocity_b);
 constexpr std::uint32_t kUpB = bit(particles::up_b);
 constexpr std::uint32_t kContacts = bit(particles::contacts);
 constexpr std::uint32_t kTorn = bit(particles::torn);
+constexpr std::uint32_t kOrientation = bit(particles::orientation);
+constexpr std::uint32_t kWorldSpin = bit(particles::spin);
 
 const std::array<Facts, kKinds>& table() {
   static const std::array<Facts, kKinds> all = {{
@@ -127,6 +129,16 @@ void check_surface(const Facts& facts, const shapes::Shape& shape) {
   if (wrong != nullptr) refuse(facts, "shape", "have a surface", "a " + shapes::name(wrong->kind));
 }
 
+// The walls of contact are its first shapes.
+void check_walls(const Facts& facts, const Action& action) {
+  const auto walls = static_cast<std::size_t>(numbers_of<numbers::contact>(action).walls);
+  if (action.shapes.size() < walls) refuse(facts, "walls", "be as many as it says", std::to_string(walls));
+  for (std::size_t i = 0; i < walls; ++i) {
+    const shapes::Shape* wrong = without_surface(action.shapes[i]);
+    if (wrong != nullptr) refuse(facts, "walls", "have surfaces", "a " + shapes::name(wrong->kind));
+  }
+}
+
 void check_table(const Facts& facts, TableKey key) {
   if ((facts.table != 0) != (key != 0)) refuse(facts, "table", facts.table != 0 ? "be given" : "be none");
   if (key != 0 && actions::table(key)->width != facts.table) {
@@ -151,6 +163,15 @@ Kind kind_of(const std::string& name) {
   throw std::invalid_argument("no action is called '" + name + "'");
 }
 
+int states_of(const Action& action) {
+  return action.kind == Kind::interact ? static_cast<int>(numbers_of<numbers::interact>(action).state) : 0;
+}
+
+bool reads_here(const Action& action, const Leaf& leaf) {
+  if (leaf.of == Leaf::Of::own) return !action.second;
+  return leaf.of == Leaf::Of::other && (action.second || action.other < 0);
+}
+
 std::uint64_t columns_of(const Expression& expression, const particles::Schema& schema) {
   std::uint64_t mask = 0;
   for (const Instruction& instruction : expression) {
@@ -162,6 +183,12 @@ std::uint64_t columns_of(const Expression& expression, const particles::Schema& 
 
 std::uint64_t named(const Action& action, const particles::Schema& schema) {
   std::uint64_t mask = columns_of(action.where, schema);
+  if (action.kind == Kind::interact) {
+    for (const Leaf& leaf : action.leaves) {
+      if (reads_here(action, leaf)) mask |= std::uint64_t{1} << leaf.attribute;
+    }
+    return mask;
+  }
   for (const Expression& value : action.values) mask |= columns_of(value, schema);
   return mask;
 }
@@ -172,7 +199,10 @@ std::uint64_t reads(const Action& action, const particles::Schema& schema) {
 
 std::uint64_t writes(const Action& action, const particles::Schema& schema) {
   (void)schema;
-  const std::uint64_t mask = facts(action.kind).writes;
+  std::uint64_t mask = facts(action.kind).writes;
+  for (const Result& result : action.results) {
+    if (result.how != Result::How::state && !action.second) mask |= std::uint64_t{1} << result.attribute;
+  }
   return action.target >= 0 ? mask | std::uint64_t{1} << action.target : mask;
 }
 
@@ -186,24 +216,77 @@ bool uses_copies(const Action& action, const particles::Schema& schema) {
   return ((reads(action, schema) | writes(action, schema)) & kCopies) != 0;
 }
 
+namespace {
+
+bool exists(const particles::Schema& schema, std::int32_t attribute, std::int32_t component) {
+  return attribute >= 0 && attribute < schema.size() && component >= 0 && component < schema[attribute].width;
+}
+
+void check_leaf(const Action& action, const Leaf& leaf, const particles::Schema& schema) {
+  const Facts& law = facts(action.kind);
+  switch (leaf.of) {
+    case Leaf::Of::own:
+    case Leaf::Of::other:
+      if (reads_here(action, leaf) && !exists(schema, leaf.attribute, leaf.component))
+        refuse(law, "an expression", "read attributes that are there");
+      break;
+    case Leaf::Of::distance:
+      if (leaf.component != 0) refuse(law, "a distance", "be one number");
+      break;
+    case Leaf::Of::normal:
+      if (leaf.component < 0 || leaf.component > 2) refuse(law, "a normal", "have three components");
+      break;
+    case Leaf::Of::state:
+      if (leaf.component < 0 || leaf.component >= states_of(action)) refuse(law, "an expression", "read known states");
+      break;
+  }
+}
+
+// Of `law` and `interact`: a value for each result.
+void check_results(const Action& action, const particles::Schema& schema) {
+  const bool between = action.kind == Kind::interact;
+  const Facts& law = facts(action.kind);
+  if ((between || action.kind == Kind::law) == action.results.empty() || (!between && !action.leaves.empty()))
+    refuse(law, "results", "be those of a law");
+  if (action.results.empty()) return;
+  if (action.values.size() != action.results.size()) refuse(law, "values", "be as many as results");
+  for (const Leaf& leaf : action.leaves) check_leaf(action, leaf, schema);
+  for (const Result& result : action.results) {
+    const bool state = result.how == Result::How::state;
+    const bool known = state ? between && result.component >= 0 && result.component < states_of(action)
+                             : action.second || exists(schema, result.attribute, result.component);
+    if (!known) refuse(law, "results", "go to attributes and states that are there");
+  }
+  const int columns = between ? static_cast<int>(action.leaves.size()) : schema.components();
+  const int shapes = between ? 0 : static_cast<int>(action.shapes.size());
+  for (const Expression& value : action.values) {
+    if (check(value, columns, shapes) != expressions::Type::number) refuse(law, "values", "be numbers");
+  }
+}
+
+}  // namespace
+
 void check(const Action& action, const particles::Schema& schema) {
   const auto number_of_shapes = static_cast<int>(action.shapes.size());
-  const auto check_type = [&](const Expression& expression, Type wanted, const char* what) {
+  const auto check_type = [&](const Expression& expression, expressions::Type wanted, const char* what) {
     if (check(expression, schema.components(), number_of_shapes) != wanted) throw std::invalid_argument(what);
   };
-  if (!action.where.empty()) check_type(action.where, Type::truth, "where must be a shape or a comparison");
+  if (!action.where.empty())
+    check_type(action.where, expressions::Type::truth, "where must be a shape or a comparison");
   if ((action.kind == Kind::set) != (action.target >= 0)) throw base::InvalidArgument("set", "name an attribute");
+  check_results(action, schema);
   if (action.target < 0) return;
   if (action.target >= schema.size() || static_cast<int>(action.values.size()) != schema[action.target].width) {
     throw base::InvalidArgument("set", "give an attribute of the system as many numbers as it has");
   }
-  for (const Expression& value : action.values) check_type(value, Type::number, "set must give numbers");
+  for (const Expression& value : action.values) check_type(value, expressions::Type::number, "set must give numbers");
 }
 
 void check_condition(const Expression& where, const std::vector<shapes::Shape>& shapes,
                      const particles::Schema& schema) {
   for (const shapes::Shape& shape : shapes) shapes::check_region(shape);
-  if (!where.empty() && check(where, schema.components(), static_cast<int>(shapes.size())) != Type::truth) {
+  if (!where.empty() &&
+      check(where, schema.components(), static_cast<int>(shapes.size())) != expressions::Type::truth) {
     throw base::InvalidArgument("where", "be a shape or a comparison");
   }
 }
@@ -223,6 +306,7 @@ void check(const Action& action) {
   }
   check_table(known, action.table);
   if (known.needs_surface) check_surface(known, action.shapes[0]);
+  if (action.kind == Kind::contact) check_walls(known, action);
 }
 
 }  // namespace motes::actions

@@ -9,13 +9,48 @@
 #include <utility>
 #include <vector>
 
-#include "actions/expression.h"
 #include "actions/numbers.h"
 #include "actions/tables.h"
+#include "expressions/expression.h"
 #include "particles/schema.h"
 #include "shapes/shape.h"
 
 namespace motes::actions {
+
+using expressions::Expression;
+using expressions::Instruction;
+using expressions::Op;
+
+/// What an expression of `interact` reads, as columns: a component of one of the pair, or of what they are to each
+/// other.
+struct Leaf {
+  enum class Of : std::uint8_t { own, other, distance, normal, state };
+  Of of = Of::own;
+  std::int32_t attribute = 0;  // own, other
+  std::int32_t component = 0;  // of the attribute, the vector or the state
+
+  bool operator==(const Leaf&) const = default;
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Leaf& leaf) {
+  visit(leaf.of, leaf.attribute, leaf.component);
+}
+
+/// Where a value of `law` or `interact` goes.
+struct Result {
+  enum class How : std::uint8_t { rate, change, value, state };
+  How how = How::rate;  // rate: added times dt; change: added; value: takes the attribute's place
+  std::int32_t attribute = 0;
+  std::int32_t component = 0;  // of the attribute or the state
+
+  bool operator==(const Result&) const = default;
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Result& result) {
+  visit(result.how, result.attribute, result.component);
+}
 
 /// What a script recorded: the kind; its numbers in the order of its struct in `numbers`, or the knots of its ramp; its
 /// shapes.
@@ -25,11 +60,13 @@ struct Action {
   std::vector<shapes::Shape> shapes;   // the action's own, then those that its expressions use
   Expression where{};                  // a truth value; empty: all particles
   std::int32_t target = -1;            // set: the attribute
-  std::vector<Expression> values{};    // set: one per component
+  std::vector<Expression> values{};    // set: one per component; law, interact: one per result
   std::int32_t other = -1;             // between particles: the other system, where two meet
   bool second = false;                 // between two systems: the entry in the other one's list
   std::uint64_t ties = 0;              // tie: the key of the ties
   TableKey table = 0;                  // field, follow_path: the key of their numbers
+  std::vector<Leaf> leaves{};          // interact: the columns of its values
+  std::vector<Result> results{};       // law, interact
 
   bool operator==(const Action&) const = default;
 };
@@ -59,7 +96,7 @@ Numbers<T> numbers_of(const Action& action) {
 template <class Visitor>
 constexpr void fields(Visitor& visit, Action& action) {
   visit(action.kind, action.numbers, action.shapes, action.where, action.target, action.values, action.other,
-        action.second, action.ties, action.table);
+        action.second, action.ties, action.table, action.leaves, action.results);
 }
 
 /// What the recorder, the checks and the compiler of programs need to know about a kind. Attributes are bit masks of
@@ -91,6 +128,13 @@ std::uint64_t named(const Action& action, const particles::Schema& schema);
 
 /// Attributes that an expression reads, one bit each.
 std::uint64_t columns_of(const Expression& expression, const particles::Schema& schema);
+
+/// How many numbers a pair of `interact` remembers.
+int states_of(const Action& action);
+
+/// Whether it is a particle of the system that has the action in its list whose attribute a leaf is: where two systems
+/// meet, both lists have it.
+bool reads_here(const Action& action, const Leaf& leaf);
 
 /// Whether the action, or a condition, reads or writes a *_b attribute.
 bool uses_copies(const Action& action, const particles::Schema& schema);

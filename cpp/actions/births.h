@@ -3,6 +3,7 @@
 
 #include "actions/kernels.h"
 #include "actions/lanes.h"
+#include "shapes/mesh.h"
 
 namespace motes::MOTES_ISA {
 
@@ -35,11 +36,41 @@ MOTES_INLINE void fill(const actions::Step& s, const particles::Ids& ids, std::s
   });
 }
 
+/// Orientations that are all alike probable: four normal numbers, scaled to length 1.
+inline void draw_rotations(const actions::Step& s, const particles::Ids& ids, std::size_t count, float* const* planes) {
+  for_draws<false>(draws_of(s), ids, count, [&](std::size_t i, Draws& draws) __attribute__((always_inline)) {
+    const Uints4 w = draws.bits();
+    Rotations q;
+    normal_pair(w.a, w.b, q.x, q.y);
+    normal_pair(w.c, w.d, q.z, q.w);
+    q = unit(q);
+    const Floats numbers[4] = {q.x, q.y, q.z, q.w};
+    for (int c = 0; c < 4; ++c) store(planes[c] + i, numbers[c]);
+  });
+}
+
+// What the mesh d.shape has where the same draws have put the particles.
+inline void draw_on_surface(const actions::Distribution& d, const actions::Step& s, const particles::Ids& ids,
+                            std::size_t count, float* const* planes, int width) {
+  const MeshLanes mesh = MeshLanes::from(d.shape);
+  if (d.kind == actions::Distribution::Kind::surface_color) {
+    fill(s, ids, count, planes, width,
+         [&](Draws& draws) __attribute__((always_inline)) { return mesh.sample_color(draws); });
+  } else {
+    fill(s, ids, count, planes, width,
+         [&](Draws& draws) __attribute__((always_inline)) { return mesh.sample_normal(draws) * d.first[0]; });
+  }
+}
+
 inline void draw(const actions::Distribution& d, const actions::Step& s, const particles::Ids& ids, std::size_t count,
                  float* const* planes, int width) {
   using Kind = actions::Distribution::Kind;
-  if (d.kind == Kind::value) {
+  if (d.kind == Kind::rotation) {
+    draw_rotations(s, ids, count, planes);
+  } else if (d.kind == Kind::value) {
     fill(s, ids, count, planes, width, [&](Draws&) __attribute__((always_inline)) { return all3(d.first); });
+  } else if (d.of_surface()) {
+    draw_on_surface(d, s, ids, count, planes, width);
   } else if (d.kind == Kind::shape) {
     visit(d.shape, [&](const auto& shape) __attribute__((always_inline)) {
       fill(s, ids, count, planes, width,

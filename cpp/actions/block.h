@@ -5,8 +5,8 @@
 #include <cstdint>
 
 #include "actions/ageing.h"
-#include "actions/expression.h"
 #include "actions/numbers.h"
+#include "expressions/formula.h"
 #include "particles/blocks.h"
 #include "particles/ids.h"
 #include "particles/streams.h"
@@ -36,23 +36,47 @@ struct Step {
   Ageing ageing{};           // for move
 };
 
+/// A result of a law: the column that it is added to (a rate times dt), or whose place it takes.
+struct Outcome {
+  int component = 0;
+  int plane = 0;  // of the formula
+  bool rate = false, adds = false;
+};
+
+/// law: what it computes for each particle.
+struct LawCode {
+  const expressions::Step* constants = nullptr;
+  std::size_t constant_count = 0;
+  const expressions::Step* steps = nullptr;
+  std::size_t step_count = 0;
+  const Outcome* outcomes = nullptr;
+  std::size_t outcome_count = 0;
+  std::size_t columns = 0;
+  float** plane = nullptr;  // the formula's: those of the columns are the kernel's to say
+};
+
 /// The recorded numbers and shapes of the action.
 struct Parameters {
   const double* number;
   const shapes::Shape* shape;
   int numbers = 0;
-  bool flag = false;         // move: whether orientations turn
+  bool flag = false;         // move: whether `up` turns
+  bool spins = false;        // move: whether orientations turn
   int target = 0;            // set: the attribute's first component, its width, and its compiled values
   int width = 0;
-  const Instruction* code[3] = {};
-  std::size_t length[3] = {};
+  const expressions::Instruction* code[4] = {};
+  std::size_t length[4] = {};
+  const LawCode* law = nullptr;  // law: what it computes
   const float* table = nullptr;  // its entries, of known width, and how many there are along each axis
   int table_size[3] = {};
   float* scratch = nullptr;  // for expressions: kScratch floats
 };
 
-/// A stack of kDepth block-wide values, on top of up to two results that are kept.
-inline constexpr std::size_t kScratch = (kDepth + 2) * (particles::kBlock + particles::kPadding);
+/// A value for each particle of a block takes so many floats.
+inline constexpr std::size_t kPlane = particles::kBlock + particles::kPadding;
+
+/// A stack of block-wide values, on top of up to three results that are kept.
+inline constexpr std::size_t kScratch = (expressions::kDepth + 3) * kPlane;
 
 using Kernel = void (*)(const Parameters&, const Block&, const Step&);
 

@@ -9,14 +9,17 @@
 
 namespace motes::actions {
 
-/// How newborn particles get an attribute (API: System.configure): a value, a shape, Uniform or Normal.
+/// How newborn particles get an attribute (API: System.configure): a value, a shape, Uniform, Normal; `rotation`: any
+/// orientation, all alike probable; or what the mesh has where they are born: its normal times first[0], or its colour.
 struct Distribution {
-  enum class Kind : std::uint8_t { value, shape, uniform, normal };
+  enum class Kind : std::uint8_t { value, shape, uniform, normal, rotation, along_normal, surface_color };
   Kind kind = Kind::value;
   bool alike = false;    // uniform, normal: one draw for all components, where a vector is drawn from numbers
-  float first[3] = {};   // the value | lo | mean
-  float second[3] = {};  //           | hi | sigma
+  float first[4] = {};   // the value | lo | mean | the length along the normal
+  float second[4] = {};  //           | hi | sigma
   shapes::Shape shape;   // kind shape: attributes of three numbers only
+
+  bool of_surface() const { return kind == Kind::along_normal || kind == Kind::surface_color; }
 
   bool operator==(const Distribution&) const = default;
 };
@@ -37,10 +40,10 @@ struct Kernels {
 
   /// Runs a checked expression over a block at a time of the animation, seconds: the result is at the start of `stack`
   /// (kScratch floats).
-  void (*evaluate)(const Instruction* code, std::size_t length, const shapes::Shape* shapes, const Block&, float time,
-                   float* stack);
+  void (*evaluate)(const expressions::Instruction* code, std::size_t length, const shapes::Shape* shapes, const Block&,
+                   float time, float* stack);
 
-  /// Draws an attribute of `width` (1 or 3) numbers for `count` particles into planes with room for whole vectors.
+  /// Draws an attribute of `width` (1, 3 or 4) numbers for `count` particles into planes with room for whole vectors.
   /// step.stream selects the stream.
   void (*draw)(const Distribution&, const Step&, const particles::Ids&, std::size_t count, float* const* planes,
                int width);

@@ -4,7 +4,7 @@
 #include "actions/block.h"
 #include "particles/schema.h"
 #include "shapes/visit.h"
-#include "simd/elementary.h"
+#include "simd/rotations.h"
 
 namespace motes::MOTES_ISA {
 
@@ -22,6 +22,8 @@ inline constexpr int kLifetimeAt = first_component(particles::lifetime);
 inline constexpr int kPositionBAt = first_component(particles::position_b);
 inline constexpr int kVelocityBAt = first_component(particles::velocity_b);
 inline constexpr int kUpBAt = first_component(particles::up_b);
+inline constexpr int kOrientationAt = first_component(particles::orientation);
+inline constexpr int kWorldSpinAt = first_component(particles::spin);
 
 MOTES_INLINE Floats3 load3(const actions::Block& b, int at, std::size_t i) {
   return {load(b.component[at] + i), load(b.component[at + 1] + i), load(b.component[at + 2] + i)};
@@ -30,6 +32,14 @@ MOTES_INLINE void store3(const actions::Block& b, int at, std::size_t i, Floats3
   store(b.component[at] + i, v.x);
   store(b.component[at + 1] + i, v.y);
   store(b.component[at + 2] + i, v.z);
+}
+MOTES_INLINE Rotations load_rotations(const actions::Block& b, std::size_t i) {
+  const float* const* q = b.component + kOrientationAt;
+  return {load(q[0] + i), load(q[1] + i), load(q[2] + i), load(q[3] + i)};
+}
+MOTES_INLINE void store_rotations(const actions::Block& b, std::size_t i, Rotations r) {
+  store3(b, kOrientationAt, i, {r.x, r.y, r.z});
+  store(b.component[kOrientationAt + 3] + i, r.w);
 }
 /// The keys of the action's draws in this step.
 MOTES_INLINE particles::DrawKeys& draws_of(const actions::Step& s) {

@@ -1,12 +1,23 @@
 // move: x += v dt, age += dt without drift (grow_older.h); with `rotational`, up += rotational_velocity dt
-// (McAllister's Move). A particle that would leave float32's range, or whose velocity is not finite, stays where it is
-// and dies.
+// (McAllister's Move), and orientation turns by spin dt. A particle that would leave float32's range, or whose velocity
+// is not finite, stays where it is and dies.
 #pragma once
 
 #include "actions/grow_older.h"
 #include "actions/lanes.h"
 
 namespace motes::MOTES_ISA {
+
+/// Turns orientations. Without spin the bits do not change, so a rank whose particles all have no spin may skip the
+/// column.
+MOTES_INLINE void spin(const actions::Block& b, float dt) {
+  for (std::size_t i = 0; i < b.count; i += kLanes) {
+    const Rotations from = load_rotations(b, i);
+    const Floats3 rate = load3(b, kWorldSpinAt, i);
+    const Mask turns = ((rate.x != 0.0f) | (rate.y != 0.0f) | (rate.z != 0.0f)) & finite(rate);
+    store_rotations(b, i, select(turns, unit(rotation_by(rate * dt) * from), from));
+  }
+}
 
 inline void move(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {
   const Floats dt = all(s.dt);
@@ -21,6 +32,7 @@ inline void move(const actions::Parameters& p, const actions::Block& b, const ac
     store3(b, kPositionAt, i, to);
   }
   grow_older(b.component[kAgeAt], b.count, s.ageing);
+  if (p.spins) spin(b, s.dt);
   if (!p.flag) return;
   for (std::size_t i = 0; i < b.count; i += kLanes) {
     const Floats3 up = load3(b, kUpAt, i);

@@ -1,5 +1,6 @@
-// How particles are distributed along the axis: counts in bins, quantiles of a sample.
+// How particles are distributed along the axis: counts in bins, quantiles.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -55,6 +56,85 @@ std::vector<std::uint64_t> counted(std::span<const float> coordinates, const std
   return counts;
 }
 
+constexpr std::size_t kSorted = 512;        // so many are sorted
+constexpr std::size_t kCounted = 1u << 18;  // of more than these only every second, third, ... is counted
+
+// Counts in bins of equal width, a power of two, with edges at its multiples: as long as particles stay about where
+// they are, the edges of two frames are the same, and differences between the frames are those of the particles.
+class Grid {
+ public:
+  Grid(std::span<const float> coordinates, const std::vector<float>& sample)
+      : coordinates_(coordinates), step_((coordinates.size() + kCounted - 1) / kCounted) {
+    const double low = sample[sample.size() / 64];
+    const double high = sample[sample.size() - 1 - sample.size() / 64];
+    int exponent = -126;
+    if (high > low) std::frexp((high - low) / kInner, &exponent);
+    width_ = std::ldexp(1.0, exponent);
+    inverse_ = 1 / width_;
+    base_ = std::floor((low - (high - low) / 16) / width_) * width_;
+    count();
+  }
+
+  // parts + 1 coordinates; in bins that hold many particles exact, elsewhere as if each bin were filled evenly.
+  std::vector<float> quantiles(std::size_t parts) const {
+    std::vector<float> found;
+    std::uint64_t before = 0;
+    std::size_t bin = 0;
+    for (std::size_t i = 0; i <= parts; ++i) {
+      const std::uint64_t place = (total_ - 1) * i / parts;
+      while (before + counts_[bin] <= place) before += counts_[bin++];
+      found.push_back(i == 0 ? least_ : i == parts ? most_ : at(bin, place - before));
+    }
+    std::sort(found.begin(), found.end());
+    return found;
+  }
+
+ private:
+  static constexpr int kInner = 1024;  // bins between the ends of the sample, at least half as many
+  static constexpr int kBins = 1280;   // and beyond them
+  static constexpr std::size_t kOther = kBins + 2;  // what is no finite number
+
+  std::size_t bin_of(float x) const {
+    const double v = (x - base_) * inverse_;
+    const auto bin = static_cast<std::size_t>(static_cast<int>(v > 0 ? v < kBins ? v + 1 : kBins + 1 : 0));
+    return finite(x) ? bin : kOther;
+  }
+
+  void count() {
+    for (std::size_t i = 0; i < coordinates_.size(); i += step_) {
+      const float x = coordinates_[i];
+      ++counts_[bin_of(x)];
+      least_ = finite(x) && x < least_ ? x : least_;
+      most_ = finite(x) && x > most_ ? x : most_;
+    }
+    for (std::size_t bin = 0; bin < kOther; ++bin) total_ += counts_[bin];
+  }
+
+  float at(std::size_t bin, std::uint64_t place) const {
+    const bool inner = bin > 0 && bin <= static_cast<std::size_t>(kBins);
+    if (!inner || counts_[bin] > total_ / 64) return exactly(bin, place);
+    const double part = (static_cast<double>(place) + 0.5) / static_cast<double>(counts_[bin]);
+    return std::clamp(static_cast<float>(base_ + (static_cast<double>(bin - 1) + part) * width_), least_, most_);
+  }
+
+  float exactly(std::size_t bin, std::uint64_t place) const {
+    std::vector<float> here;
+    for (std::size_t i = 0; i < coordinates_.size(); i += step_) {
+      if (bin_of(coordinates_[i]) == bin) here.push_back(coordinates_[i]);
+    }
+    const auto wanted = here.begin() + static_cast<std::ptrdiff_t>(place);
+    std::nth_element(here.begin(), wanted, here.end());
+    return *wanted;
+  }
+
+  std::span<const float> coordinates_;
+  std::size_t step_;
+  double width_ = 1, inverse_ = 1, base_ = 0;
+  std::array<std::uint64_t, kOther + 1> counts_{};
+  std::uint64_t total_ = 0;
+  float least_ = kInfinity, most_ = -kInfinity;
+};
+
 }  // namespace
 
 Histogram histogram(std::span<const float> coordinates, int bins) {
@@ -75,12 +155,13 @@ Histogram histogram(std::span<const float> coordinates, int bins) {
   return histogram;
 }
 
-std::vector<float> quantiles(std::span<const float> coordinates, int quantiles, std::size_t sample) {
-  const std::vector<float> sorted = sorted_sample(coordinates, sample);
-  std::vector<float> result;
-  if (sorted.empty()) return result;
+std::vector<float> quantiles(std::span<const float> coordinates, int quantiles) {
   const auto parts = static_cast<std::size_t>(std::max(quantiles, 1));
-  for (std::size_t i = 0; i <= parts; ++i) result.push_back(sorted[(sorted.size() - 1) * i / parts]);
+  std::vector<float> sample = sorted_sample(coordinates, kSorted);
+  if (sample.empty()) return sample;
+  if (coordinates.size() > kSorted) return Grid(coordinates, sample).quantiles(parts);
+  std::vector<float> result;
+  for (std::size_t i = 0; i <= parts; ++i) result.push_back(sample[(sample.size() - 1) * i / parts]);
   return result;
 }
 

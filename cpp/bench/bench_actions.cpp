@@ -75,6 +75,13 @@ Action along_path() {
 }
 
 // mass = age * 2 + 1
+Action pull_down() {
+  Action action = make(numbers::law<>{});
+  action.values = {{{actions::Op::constant, 0, -9.81f}}};
+  action.results = {{actions::Result::How::rate, particles::velocity, 1}};
+  return action;
+}
+
 Action set_mass() {
   using actions::Op;
   Action action = make(numbers::set<>{});
@@ -91,6 +98,7 @@ Action set_mass() {
 Action example(Kind kind) {
   const actions::Facts& facts = actions::facts(kind);
   if (kind == Kind::set) return set_mass();
+  if (kind == Kind::law) return pull_down();
   if (kind == Kind::field) return in_field();
   if (kind == Kind::follow_path) return along_path();
   Action action{kind, {}, {}};

@@ -115,7 +115,7 @@ int add_system(Engine& engine, const std::string& name, std::optional<std::uint6
     definition.space = {domains::Space::Kind::finite, low, high};
   }
   for (const auto& [attribute, width, initial] : attributes)
-    definition.attributes.push_back({attribute, width, initial});
+    definition.attributes.push_back({attribute, width, {initial[0], initial[1], initial[2]}});
   for (const auto& [axis, low, high] : periods) {
     definition.periods.bits = static_cast<std::uint8_t>(definition.periods.bits | 1u << axis);
     definition.periods.along.at(static_cast<std::size_t>(axis)) = {low, high};
@@ -296,7 +296,7 @@ void bind_reading(py::class_<Engine>& engine) {
            })
       .def("initial_values",
            [](Engine& e, int system) {
-             std::vector<std::array<float, 3>> values;
+             std::vector<particles::Value> values;
              for (const auto& a : e.system(system).schema.attributes()) values.push_back(a.initial);
              return values;
            })

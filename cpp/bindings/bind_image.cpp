@@ -11,7 +11,7 @@ namespace motes::bindings {
 namespace {
 
 image::Sprite make_sprite(const std::string& kind, int pixels, const std::string& blend, float of_height,
-                          float softness, meshes::AssetKey picture) {
+                          float softness, meshes::AssetKey picture, bool lit, float shadow) {
   image::Sprite sprite;
   sprite.kind = base::enumerator<image::Sprite::Kind>("kind", kind);
   sprite.pixels = pixels;
@@ -19,6 +19,8 @@ image::Sprite make_sprite(const std::string& kind, int pixels, const std::string
   sprite.of_height = of_height;
   sprite.softness = softness;
   sprite.picture = picture;
+  sprite.lit = lit;
+  sprite.shadow = shadow;
   image::check(sprite);
   return sprite;
 }
@@ -42,28 +44,40 @@ void bind_view(py::module_& m) {
       .def_readonly("layers", &View::layers);
   view.def(
       "set_camera",
-      [](View& v, Vector position, Vector look_at, Vector up, double fov_deg, double near) {
-        v.camera = {position, look_at, up, fov_deg, near};
-      },
-      py::arg("position"), py::arg("look_at"), py::arg("up"), py::arg("fov_deg"), py::arg("near"));
+      [](View& v, Vector position, Vector look_at, Vector up, double fov_deg, double near, double focus,
+         double aperture) { v.camera = {position, look_at, up, fov_deg, near, focus, aperture}; },
+      py::arg("position"), py::arg("look_at"), py::arg("up"), py::arg("fov_deg"), py::arg("near"), py::arg("focus"),
+      py::arg("aperture"));
   view.def(
       "add_object",
-      [](View& v, const shapes::Shape& shape, image::Color color, float light) {
-        v.objects.push_back({shape, color, 0, light});
+      [](View& v, const shapes::Shape& shape, image::Color color, float light, meshes::AssetKey image, float scale) {
+        v.objects.push_back({shape, color, 0, light, image, scale});
       },
-      py::arg("shape"), py::arg("color"), py::arg("light"));
+      py::arg("shape"), py::arg("color"), py::arg("light"), py::arg("image"), py::arg("scale"));
   view.def(
       "add_mesh",
-      [](View& v, const shapes::Shape& mesh, image::Color color, float light) {
-        v.objects.push_back({mesh, color, mesh.mesh, light});
+      [](View& v, const shapes::Shape& mesh, image::Color color, float light, meshes::AssetKey image, float scale) {
+        v.objects.push_back({mesh, color, mesh.mesh, light, image, scale});
       },
-      py::arg("mesh"), py::arg("color"), py::arg("light"));
+      py::arg("mesh"), py::arg("color"), py::arg("light"), py::arg("image"), py::arg("scale"));
   view.def("set_sun", [](View& v, Vector direction) { v.sun = direction; }, py::arg("direction"));
   view.def(
       "add_light",
       [](View& v, Vector position, image::Color color, float power) { v.lights.push_back({position, color, power}); },
       py::arg("position"), py::arg("color"), py::arg("power"));
   view.def("set_background", [](View& v, image::Color color) { v.background = color; }, py::arg("color"));
+  view.def(
+      "set_gradient",
+      [](View& v, image::Color horizon, image::Color zenith, image::Color ground) {
+        v.sky = {image::Sky::Kind::gradient, horizon, zenith, ground, 0};
+      },
+      py::arg("horizon"), py::arg("zenith"), py::arg("ground"));
+  view.def(
+      "set_sky", [](View& v, meshes::AssetKey picture) { v.sky = {image::Sky::Kind::picture, {}, {}, {}, picture}; },
+      py::arg("picture"));
+  view.def(
+      "set_fog", [](View& v, image::Color color, float metres) { v.fog = {color, metres}; }, py::arg("color"),
+      py::arg("metres"));
   view.def("set_exposure", [](View& v, float exposure) { v.exposure = exposure; }, py::arg("exposure"));
   view.def("set_path", [](View& v, const std::string& name) { v.path = image::path_named(name); }, py::arg("name"));
   view.def("set_shutter", [](View& v, float part) { v.shutter = part; }, py::arg("part"));
@@ -89,14 +103,25 @@ void bind_assets(py::module_& m) {
       },
       py::arg("rgba"));
   m.def(
+      "keep_light",
+      [](const FloatArray& light) {
+        meshes::Picture picture;
+        picture.height = static_cast<std::int32_t>(light.shape(0));
+        picture.width = static_cast<std::int32_t>(light.shape(1));
+        picture.light.assign(light.data(), light.data() + light.size());
+        return meshes::keep(std::move(picture));
+      },
+      py::arg("light"));
+  m.def(
       "keep_mesh",
-      [](const FloatArray& vertices, const Indices& triangles) {
+      [](const FloatArray& vertices, const Indices& triangles, const FloatArray& colors) {
         meshes::Mesh mesh;
         mesh.vertices.assign(vertices.data(), vertices.data() + vertices.size());
         mesh.triangles.assign(triangles.data(), triangles.data() + triangles.size());
+        mesh.colors.assign(colors.data(), colors.data() + colors.size());
         return meshes::keep(std::move(mesh));
       },
-      py::arg("vertices"), py::arg("triangles"));
+      py::arg("vertices"), py::arg("triangles"), py::arg("colors"));
 }
 
 }  // namespace
@@ -104,7 +129,7 @@ void bind_assets(py::module_& m) {
 void bind_image(py::module_& m) {
   py::class_<image::Sprite>(m, "Sprite")
       .def(py::init(&make_sprite), py::arg("kind"), py::arg("pixels"), py::arg("blend"), py::arg("of_height"),
-           py::arg("softness"), py::arg("picture"));
+           py::arg("softness"), py::arg("picture"), py::arg("lit"), py::arg("shadow"));
   bind_assets(m);
   bind_view(m);
   m.def(

@@ -25,8 +25,8 @@ Distribution pair_of(Distribution::Kind kind, const std::vector<double>& first, 
   Distribution d;
   d.kind = kind;
   d.alike = alike;
-  for (std::size_t i = 0; i < first.size() && i < 3; ++i) d.first[i] = static_cast<float>(first[i]);
-  for (std::size_t i = 0; i < second.size() && i < 3; ++i) d.second[i] = static_cast<float>(second[i]);
+  for (std::size_t i = 0; i < first.size() && i < 4; ++i) d.first[i] = static_cast<float>(first[i]);
+  for (std::size_t i = 0; i < second.size() && i < 4; ++i) d.second[i] = static_cast<float>(second[i]);
   return d;
 }
 
@@ -52,6 +52,12 @@ Distribution in_shape(const shapes::Shape& shape) {
   Distribution d;
   d.kind = Distribution::Kind::shape;
   d.shape = shape;
+  return d;
+}
+
+Distribution any_rotation() {
+  Distribution d;
+  d.kind = Distribution::Kind::rotation;
   return d;
 }
 
@@ -133,9 +139,11 @@ std::vector<double> numbers_of(const actions::Facts& facts, const py::dict& give
   return numbers;
 }
 
+using Part = std::tuple<std::string, int, int>;
+
 Action make_action(const std::string& name, const py::dict& numbers, std::vector<shapes::Shape> shapes,
                    const Steps& where, int target, const std::vector<Steps>& values, std::uint64_t ties,
-                   actions::TableKey table) {
+                   actions::TableKey table, const std::vector<Part>& leaves, const std::vector<Part>& results) {
   Action action;
   action.ties = ties;
   action.table = table;
@@ -145,6 +153,12 @@ Action make_action(const std::string& name, const py::dict& numbers, std::vector
   action.where = expression(where);
   action.target = target;
   for (const Steps& value : values) action.values.push_back(expression(value));
+  for (const auto& [of, attribute, component] : leaves) {
+    action.leaves.push_back({base::enumerator<actions::Leaf::Of>("leaf", of), attribute, component});
+  }
+  for (const auto& [how, attribute, component] : results) {
+    action.results.push_back({base::enumerator<actions::Result::How>("result", how), attribute, component});
+  }
   actions::check(action);
   return action;
 }
@@ -214,7 +228,8 @@ void bind_recording(py::module_& m) {
   bind_tables(m);
   py::class_<Action>(m, "Action")
       .def(py::init(&make_action), py::arg("name"), py::arg("numbers"), py::arg("shapes"), py::arg("where") = Steps{},
-           py::arg("target") = -1, py::arg("values") = std::vector<Steps>{}, py::arg("ties") = 0, py::arg("table") = 0)
+           py::arg("target") = -1, py::arg("values") = std::vector<Steps>{}, py::arg("ties") = 0, py::arg("table") = 0,
+           py::arg("leaves") = std::vector<Part>{}, py::arg("results") = std::vector<Part>{})
       .def_property_readonly("name", [](const Action& a) { return std::string(actions::facts(a.kind).name); })
       .def_readonly("numbers", &Action::numbers)
       .def("__eq__", [](const Action& a, const Action& b) { return a == b; });
@@ -233,6 +248,11 @@ void bind_recording(py::module_& m) {
             return pair_of(Distribution::Kind::normal, mean, sigma, alike);
           },
           py::arg("mean"), py::arg("sigma"), py::arg("alike") = false)
+      .def_static("rotation", &any_rotation)
+      .def_static(
+          "along_normal", [](double length) { return pair_of(Distribution::Kind::along_normal, {length}, {}); },
+          py::arg("length"))
+      .def_static("surface_color", [] { return pair_of(Distribution::Kind::surface_color, {}, {}); })
       .def("to_bytes", &bytes_of)
       .def_static("from_bytes", &from_bytes);
   py::class_<Birth>(m, "Birth")
@@ -248,7 +268,7 @@ void bind_recording(py::module_& m) {
       .def(py::init(&make_callback), py::arg("name"), py::arg("number"), py::arg("where"), py::arg("shapes"));
   py::class_<program::Sum>(m, "Sum").def(py::init(&make_sum), py::arg("dimensions"), py::arg("weights"),
                                          py::arg("where"), py::arg("shapes"), py::arg("time"));
-  m.attr("noise_fields") = actions::kFields;
+  m.attr("noise_fields") = expressions::kFields;
   m.attr("most_bins") = program::kMostBins;
   m.def("action_names", [] {
     std::vector<std::string> names;

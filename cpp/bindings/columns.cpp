@@ -27,7 +27,8 @@ py::array column_view(particles::Store& store, int attribute, std::size_t begin,
   const py::capsule owner = keep(store.planes(attribute));
   if (store.schema()[attribute].width == 1) return py::array_t<float>({n}, {sizeof(float)}, first, owner);
   const auto stride = static_cast<py::ssize_t>(store.plane_stride() * sizeof(float));
-  return py::array_t<float>({n, py::ssize_t{3}}, {static_cast<py::ssize_t>(sizeof(float)), stride}, first, owner);
+  const auto width = static_cast<py::ssize_t>(store.schema()[attribute].width);
+  return py::array_t<float>({n, width}, {static_cast<py::ssize_t>(sizeof(float)), stride}, first, owner);
 }
 
 py::array id_copy(const particles::Store& store, std::size_t begin, std::size_t end) {
@@ -52,8 +53,9 @@ bool all_are(const particles::Store& store, int attribute, int component, float 
 
 // Rows first .. last - 1 of an array of rows.
 void copy_rows(const particles::Store& store, int attribute, std::size_t first, std::size_t last, float* rows) {
-  const std::array<float, 3> all = store.uniform_value(attribute);
-  if (store.schema()[attribute].width == 1) {
+  const particles::Value all = store.uniform_value(attribute);
+  const auto width = static_cast<std::size_t>(store.schema()[attribute].width);
+  if (width == 1) {
     const float* plane = store.plane(attribute, 0);
     if (plane == nullptr) {
       std::fill(rows + first, rows + last, all[0]);
@@ -63,7 +65,14 @@ void copy_rows(const particles::Store& store, int attribute, std::size_t first, 
     return;
   }
   if (store.uniform(attribute)) {
-    for (std::size_t i = first; i < last; ++i) std::copy(all.begin(), all.end(), rows + 3 * i);
+    for (std::size_t i = first; i < last; ++i) std::copy_n(all.begin(), width, rows + width * i);
+    return;
+  }
+  if (width != 3) {
+    for (std::size_t c = 0; c < width; ++c) {
+      const float* plane = store.plane(attribute, static_cast<int>(c));
+      for (std::size_t i = first; i < last; ++i) rows[width * i + c] = plane[i];
+    }
     return;
   }
   const float* x = store.plane(attribute, 0);
@@ -84,8 +93,8 @@ py::list column_copies(const particles::Store& store, const std::vector<int>& at
   std::vector<float*> rows;
   const auto n = static_cast<py::ssize_t>(count);
   for (const int attribute : attributes) {
-    py::array_t<float> array(store.schema()[attribute].width == 1 ? std::vector<py::ssize_t>{n}
-                                                                  : std::vector<py::ssize_t>{n, 3});
+    const int width = store.schema()[attribute].width;
+    py::array_t<float> array(width == 1 ? std::vector<py::ssize_t>{n} : std::vector<py::ssize_t>{n, width});
     rows.push_back(array.mutable_data());
     arrays.append(array);
   }
@@ -135,7 +144,8 @@ void take_rows(const py::array& rows, const py::array_t<std::int64_t>& order, py
     if (bytes == 4) return take<4>(from, first, count, to);
     if (bytes == 8) return take<8>(from, first, count, to);
     if (bytes == 12) return take<12>(from, first, count, to);
-    throw std::invalid_argument("take_rows: rows of 4, 8 or 12 bytes");
+    if (bytes == 16) return take<16>(from, first, count, to);
+    throw std::invalid_argument("take_rows: rows of 4, 8, 12 or 16 bytes");
   });
 }
 
@@ -164,7 +174,7 @@ py::array column_copy(const particles::Store& store, int attribute) {
     }
   }
   if (width == 1) return owned_array(std::move(values), {n});
-  return owned_array(std::move(values), {n, py::ssize_t{3}});
+  return owned_array(std::move(values), {n, py::ssize_t{width}});
 }
 
 }  // namespace motes::bindings

@@ -36,13 +36,14 @@ std::string where(const Stamp& stamp, Phase phase) {
   return "frame " + std::to_string(stamp.frame) + ", phase " + name(phase);
 }
 
-void seal(Message& message, Phase phase, Stamp stamp, std::uint64_t count, bool failed) {
+void seal(Message& message, Phase phase, Stamp stamp, std::uint64_t count, bool failed, double chain_s) {
   Header header;
   header.phase = phase;
   header.failed = failed ? 1 : 0;
   header.frame = stamp.frame;
   header.turn = stamp.turn;
   header.count = count;
+  header.set_chain_s(chain_s);
   message.set_header(header);
 }
 
@@ -65,9 +66,9 @@ const char* name(Phase phase) {
   constexpr const char* kNames[kPhases] = {"begin",    "report", "verdict", "exchange",    "records", "tiles",
                                            "gather",   "plan",   "loads",   "proposals",   "births",  "log",
                                            "sums",     "totals", "word",    "interaction", "notes",   "copies",
-                                           "recovery", "memory", "glow"};
+                                           "recovery", "memory", "glow",    "shadows"};
   const auto index = static_cast<std::size_t>(phase);
-  return index < kPhases ? kNames[index] : "unknown";
+  return index < kPhases ? kNames[index] : "leave";
 }
 
 std::size_t whole_length(std::span<const std::byte> beginning) {
@@ -78,14 +79,17 @@ std::size_t whole_length(std::span<const std::byte> beginning) {
 
 Communicator::Communicator(std::unique_ptr<Transport> transport, Watch watch)
     : transport_(std::move(transport)), watch_(std::move(watch)) {
-  wait("to enter the world", 1, [&] { return transport_->entered() ? kNobody : kSeveral; });
+  wait("to enter the world", 1, {}, [&] { return transport_->entered() ? kNobody : kSeveral; });
 }
 
-// Asks `pending` for the rank that is waited for until it says kNobody.
+// Asks `pending` for the rank that is waited for until it says kNobody. The time goes to `whom`. What has arrived
+// already is received, not waited for; under a simulator asking may itself be the wait.
 template <class Pending>
-void Communicator::wait(const std::string& purpose, double times, const Pending& pending) {
+void Communicator::wait(const std::string& purpose, double times, Waited whom, const Pending& pending) {
   const double start = wall_seconds();
   int for_rank = pending();
+  if (for_rank == kNobody && !simulated()) return ledger_.note_messages(wall_seconds() - start);
+  const double cpu = cpu_seconds();
   if (for_rank != kNobody) {
     Wait watched(watch_, rank(), purpose, times, start);
     for (int round = 0; for_rank != kNobody; ++round) {
@@ -94,11 +98,11 @@ void Communicator::wait(const std::string& purpose, double times, const Pending&
       if (for_rank != kNobody) watched.look(wall_seconds(), for_rank);
     }
   }
-  waited_s_ += wall_seconds() - start;
+  ledger_.note_wait(whom.rank, whom.phase, start, cpu_seconds() - cpu);
 }
 
 void Communicator::post(int to, Phase phase, Stamp stamp, Message message, std::uint64_t count, bool failed) {
-  seal(message, phase, stamp, count, failed);
+  seal(message, phase, stamp, count, failed, ledger_.chain_s());
   if (to == rank()) {
     mailbox_.push_back(std::move(message));
   } else {
@@ -107,8 +111,8 @@ void Communicator::post(int to, Phase phase, Stamp stamp, Message message, std::
 }
 
 std::shared_ptr<const Message> Communicator::sealed(Phase phase, Stamp stamp, Message message, std::uint64_t count,
-                                                    bool failed) {
-  seal(message, phase, stamp, count, failed);
+                                                    bool failed) const {
+  seal(message, phase, stamp, count, failed, ledger_.chain_s());
   return std::make_shared<Message>(std::move(message));
 }
 
@@ -122,7 +126,9 @@ void Communicator::post(int to, const std::shared_ptr<const Message>& message) {
 
 void Communicator::carry(int to, Phase phase, std::shared_ptr<const Message> message) {
   bytes_sent_ += message->bytes().size();
+  const double start = wall_seconds();
   transport_->send(to, phase, std::move(message));
+  ledger_.note_messages(wall_seconds() - start);
 }
 
 void Communicator::await(int from, Phase phase, int messages) {
@@ -132,13 +138,14 @@ void Communicator::await(int from, Phase phase, int messages) {
 Message Communicator::expect(int from, Phase phase, Stamp stamp, int hops) {
   std::optional<base::Bytes> arrived;
   if (from != rank()) {
-    wait(where(stamp, phase), patience(phase, hops), [&] {
+    wait(where(stamp, phase), patience(phase, hops), {from, static_cast<std::int32_t>(phase)}, [&] {
       arrived = transport_->receive(from, phase);
       return arrived ? kNobody : from;
     });
   }
   Message message = arrived ? Message(std::move(*arrived)) : take_own(phase);
   const Header header = message.header();
+  if (arrived) ledger_.follow(header.chain_s());
   const bool ours = header.magic == Header{}.magic && header.phase == phase;
   if (!ours || Stamp{header.frame, header.turn} != stamp) {
     throw CommError(watch_.name(from) + " sent a message of frame " + std::to_string(header.frame) + ", turn " +
@@ -159,12 +166,12 @@ void Communicator::reuse(Message message) {
 }
 
 void Communicator::flush() {
-  wait("to take its messages", 1, [&] { return transport_->unsent().value_or(kNobody); });
+  wait("to take its messages", 1, {}, [&] { return transport_->unsent().value_or(kNobody); });
 }
 
 void Communicator::finish() {
   flush();
-  wait("to finish", 1, [&] { return transport_->finished() ? kNobody : kSeveral; });
+  wait("to finish", 1, {}, [&] { return transport_->finished() ? kNobody : kSeveral; });
 }
 
 Message Communicator::take_own(Phase phase) {
@@ -180,12 +187,13 @@ Message Communicator::take_own(Phase phase) {
 std::unique_ptr<Communicator> Communicator::shrink(std::vector<int>& survivors) {
   revoke();
   std::unique_ptr<Transport> among;
-  wait("to count who is left", 1, [&] {
+  wait("to count who is left", 1, {}, [&] {
     among = transport_->shrink(survivors);
     return among ? kNobody : kSeveral;
   });
   auto made = std::make_unique<Communicator>(std::move(among), renumbered(watch_, survivors));
-  made->waited_s_ += waited_s_;
+  made->ledger_ = std::move(ledger_);
+  made->ledger_.on_wait({});  // whoever heard of them belongs to the old connections
   made->bytes_sent_ += bytes_sent_;
   return made;
 }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "comm/errors.h"
+#include "comm/ledger.h"
 #include "comm/message.h"
 #include "comm/transport.h"
 #include "comm/wait.h"
@@ -32,8 +33,8 @@ class Communicator {
   void post(int to, Phase phase, Stamp stamp, Message message, std::uint64_t count = 0, bool failed = false);
 
   /// The same in two steps, for a message that goes to several ranks or that the sender keeps: no copy is made of it.
-  static std::shared_ptr<const Message> sealed(Phase phase, Stamp stamp, Message message, std::uint64_t count = 0,
-                                               bool failed = false);
+  std::shared_ptr<const Message> sealed(Phase phase, Stamp stamp, Message message, std::uint64_t count = 0,
+                                        bool failed = false) const;
   void post(int to, const std::shared_ptr<const Message>& message);
 
   /// What messages take under a simulator. All ranks must say the same.
@@ -84,19 +85,22 @@ class Communicator {
   int handle() const { return transport_->handle(); }
 
   /// Seconds spent waiting and bytes sent to other ranks so far.
-  double waited_s() const { return waited_s_; }
+  double waited_s() const { return ledger_.waited_s(); }
   std::uint64_t bytes_sent() const { return bytes_sent_; }
+
+  /// Where this rank's time goes.
+  Ledger& ledger() { return ledger_; }
 
  private:
   template <class Pending>
-  void wait(const std::string& purpose, double times, const Pending& pending);
+  void wait(const std::string& purpose, double times, Waited whom, const Pending& pending);
   void carry(int to, Phase phase, std::shared_ptr<const Message> message);
   Message take_own(Phase phase);
 
   std::unique_ptr<Transport> transport_;
   Watch watch_;
   std::deque<Message> mailbox_;  // to oneself
-  double waited_s_ = 0;
+  Ledger ledger_;
   std::uint64_t bytes_sent_ = 0;
 };
 

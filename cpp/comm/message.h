@@ -31,9 +31,11 @@ enum class Phase : std::uint8_t {
   copies,   // of particles, kept for the loss of their rank
   recovery,  // after such a loss
   memory,    // where the image generator's pictures are
-  glow       // light of tiles on its way to all others
+  glow,      // light of tiles on its way to all others
+  shadows    // of particles, where those who draw are no calculators
 };
-inline constexpr int kPhases = 21;
+inline constexpr int kPhases = 22;
+/// Returns the phase's name; beyond the last: "leave", for messages that are to leave.
 const char* name(Phase phase);
 
 /// Where in the run a message belongs: a rank that is a step ahead or behind is found out at once. This answers the
@@ -53,7 +55,16 @@ struct Header {
   std::uint64_t payload_bytes = 0;
   Phase phase = Phase::begin;
   std::uint8_t failed = 0;           // the sender's compute failed: the payload says nothing
-  std::uint8_t reserved[6] = {};     // no padding: all bytes that are sent are set
+  std::uint16_t chain_high = 0;      // see chain_s(); no padding: all bytes that are sent are set
+  std::uint32_t chain_low = 0;
+
+  /// Where the sender's chain of work stood (Ledger::chain_s), seconds; 0 if unknown. Kept in steps of 10 ns.
+  double chain_s() const { return 1e-8 * (static_cast<double>(chain_high) * 0x1p32 + static_cast<double>(chain_low)); }
+  void set_chain_s(double seconds) {
+    const auto steps = static_cast<std::uint64_t>(1e8 * seconds);
+    chain_high = static_cast<std::uint16_t>(steps >> 32);
+    chain_low = static_cast<std::uint32_t>(steps);
+  }
 };
 static_assert(sizeof(Header) == 40);
 

@@ -33,7 +33,7 @@ CalculatorLoad own_load(const Population& here) {
 }
 
 void report_system(const Rank& rank, const Script& script, Population& here, std::uint32_t number, Round& round) {
-  const Strain strain{here.interaction.most_in_a_cell, here.interaction.overlap_99, here.interaction.softened};
+  const Strain strain{here.interaction.most_in_a_cell, here.interaction.overlap_99, here.interaction.substeps};
   SystemReport system{here.seen() + here.tally.sent, strain, here.digest, here.oldest, {}};
   for (const Sent& sent : here.sent) {
     round.own.flows.push_back({counted(static_cast<std::uint64_t>(rank.session.calculator())),
@@ -85,6 +85,7 @@ void report_rank(const Rank& rank, const Script& script, Calculator& calculator,
   round.own.unsaved_from = rank.session.unsaved_from;
   round.own.tail = std::exchange(calculator.tail, {});
   round.own_tails = std::exchange(calculator.tails, {});
+  round.own_spent = rank.watch.spent();
   round.tells_tails = round.own.tail.valid && !rank.settings.log.directory.empty();
 }
 
@@ -208,11 +209,12 @@ void watch_pictures(const Script& script, const Tail& tail, Manager& manager) {
 }
 
 // Decides which warnings about a system's interactions to give.
-void watch(const Script& script, const Round& round, const std::vector<Strain>& strains, int substeps,
+void watch(const Script& script, const Round& round, const std::vector<Strain>& strains, const Settings& settings,
            Manager& manager) {
   for (std::size_t i = round.first; i < round.last && i - round.first < strains.size(); ++i) {
     const System& system = *script.systems[i];
-    for (Alarm& alarm : manager.alarms.look(i, system.definition.name, strains[i - round.first], substeps)) {
+    for (Alarm& alarm :
+         manager.alarms.look(i, system.definition.name, strains[i - round.first], settings.substeps, settings.dt)) {
       say(std::move(alarm), script.record.frame, manager);
     }
   }
@@ -233,7 +235,10 @@ void report(Rank& rank, const Script& script, Calculator& calculator, Round& rou
 void judge(Rank& rank, const Script& script, Manager& manager, Round& round) {
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::report, "judge", script.name_of(round));
   take_tails(rank, manager);  // while the others act
-  manager.account.write_rows();
+  {
+    const comm::Turn turn(rank.watch.ledger(), comm::Activity::log);
+    manager.account.write_rows();
+  }
   Gathered gathered = gather_reports(rank, round);
   Judgement judgement;
   judgement.verdict = compare(script, rank.session.size(), gathered.report);
@@ -283,12 +288,12 @@ void keep_account(Rank& rank, const Script& script, Manager& manager) {
       manager.account.note_tail(judged.tail);
       watch_pictures(script, judged.tail, manager);
     }
-    if (round.tells_tails) manager.tails = AwaitedTails{rank.session.stamp(round), round.own_tails};
+    if (round.tells_tails) manager.tails = AwaitedTails{rank.session.stamp(round), round.own_tails, round.own_spent};
     note_pictures(rank, script, round, judged, manager.picture);
     if (!script.in_frame()) continue;
     manager.account.note_round(script, round, judged, rank.session.cast(), tree);
     if (const std::optional<Births> by = births_by(rank, script)) manager.account.note_births(*by);
-    watch(script, round, judged.strains, rank.settings.substeps, manager);
+    watch(script, round, judged.strains, rank.settings, manager);
     if (round.last < script.systems.size()) continue;
     note_children(script, manager, [&](std::size_t into, int calculator, std::uint64_t count) {
       manager.account.note_children(into, calculator, count);
@@ -301,7 +306,9 @@ void keep_account(Rank& rank, const Script& script, Manager& manager) {
 void take_tails(Rank& rank, Manager& manager) {
   std::optional<AwaitedTails> tails = std::exchange(manager.tails, std::nullopt);
   if (!tails) return;
-  manager.account.note_tails(gather_tails(rank, tails->stamp, std::move(tails->own)), rank.session.relay().tree());
+  AllTails all = gather_tails(rank, tails->stamp, std::move(tails->own), std::move(tails->own_spent));
+  manager.account.note_tails(all.calculators, rank.session.relay().tree());
+  manager.account.note_times(std::move(all.times));
 }
 
 }  // namespace motes::engine

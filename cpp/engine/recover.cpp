@@ -127,7 +127,11 @@ void restore(Parts& p, const Generation& from, const std::vector<int>& holders) 
 // `now` makes the call; `again` makes it once more when it has ended here, but not elsewhere.
 template <class Now>
 auto Engine::surviving(const Now& now, bool frame, std::function<void()> again) {
-  if (!replicas_.on() || recovering_) return now();
+  const auto inside = [&] {
+    const comm::Turn turn(parts_->rank.watch.ledger(), comm::Activity::other);
+    return now();
+  };
+  if (!replicas_.on() || recovering_) return inside();
   before_ = lengths();
   frame_before_ = this->frame();
   const auto kept = static_cast<std::ptrdiff_t>(kept_.lists.size());
@@ -143,10 +147,10 @@ auto Engine::surviving(const Now& now, bool frame, std::function<void()> again) 
     try {
       if (lost) recover();
       if constexpr (std::is_void_v<decltype(now())>) {
-        now();
+        inside();
         return ended();
       } else {
-        auto result = now();
+        auto result = inside();
         ended();
         return result;
       }

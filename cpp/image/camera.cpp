@@ -74,7 +74,25 @@ void check(const Camera& camera) {
   }
   if (!(camera.near > 0 && camera.near <= base::kFarthest))
     base::refuse("camera.near", "above 0 and within 1e15", text(camera.near));
+  check_number("camera.aperture", camera.aperture, 0, base::kFarthest);
+  if (!(camera.focus >= 0 && camera.focus <= base::kFarthest) || (camera.aperture > 0 && !(camera.focus > 0))) {
+    base::refuse("camera.focus", "above 0 and within 1e15, in front of the camera", text(camera.focus));
+  }
   if (const auto fault = no_direction(camera)) base::refuse(fault->argument, fault->allowed, text(fault->got));
+}
+
+void check_picture(const std::string& argument, meshes::AssetKey key) {
+  if (key == 0 || meshes::has_picture(key)) return;
+  base::refuse(argument, "the key of a picture that this process keeps", std::to_string(key));
+}
+
+void check(const Sky& sky) {
+  if (static_cast<int>(sky.kind) >= base::enumerators<Sky::Kind>()) {
+    base::refuse("background", base::names_of<Sky::Kind>(), std::to_string(static_cast<int>(sky.kind)));
+  }
+  for (const Color& color : {sky.horizon, sky.zenith, sky.ground}) check_color("background", color);
+  if (sky.kind == Sky::Kind::picture && sky.picture == 0) base::refuse("background", "a picture", "0");
+  check_picture("background", sky.picture);
 }
 
 Lens lens_of(const Camera& camera, int height) {
@@ -114,6 +132,9 @@ void check(const View& view) {
   check(view.camera);
   if (view.before) check(*view.before);
   check_color("background", view.background);
+  check(view.sky);
+  check_color("fog", view.fog.color);
+  check_number("fog", view.fog.metres, 0, base::kFarthest);
   check_number("exposure", view.exposure, 0, base::kFarthest);
   check_vector("sun", view.sun);
   check_number("shutter", view.shutter, 0, 1);
@@ -126,6 +147,8 @@ void check(const View& view) {
     const std::string argument = "objects[" + std::to_string(i) + "]";
     check_color(argument + ".color", view.objects[i].color);
     check_number(argument + ".light", view.objects[i].light, 0, base::kFarthest);
+    check_number(argument + ".scale", view.objects[i].scale, 1e-9, base::kFarthest);
+    check_picture(argument + ".image", view.objects[i].image);
     if (view.objects[i].mesh == 0) {
       check_solid(argument, view.objects[i]);
     } else if (!meshes::has_mesh(view.objects[i].mesh)) {
@@ -152,6 +175,7 @@ void check(const Sprite& sprite) {
   }
   check_number("sprite.of_height", sprite.of_height, 0, 1);
   check_number("sprite.softness", sprite.softness, 0, base::kFarthest);
+  check_number("sprite.shadow", sprite.shadow, 0, 1);
   const bool counted_in_pixels = sprite.kind != Sprite::Kind::point && !(sprite.of_height > 0);
   if (counted_in_pixels && (sprite.pixels < 0 || sprite.pixels > kMaxDiameter)) {
     base::refuse("sprite.pixels", "0.." + std::to_string(kMaxDiameter), std::to_string(sprite.pixels));

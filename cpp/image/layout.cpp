@@ -25,6 +25,12 @@ float diameter_of(const Sprite& sprite, int height) {
   return static_cast<float>(sprite.pixels == 1 ? 2 : sprite.pixels);
 }
 
+Sprite as_seen(Sprite sprite, const View& view) {
+  const bool blurred = view.camera.aperture > 0 && sprite.blend == Sprite::Blend::opaque;
+  if (blurred) sprite.blend = Sprite::Blend::alpha;
+  return sprite;
+}
+
 bool with_velocity(const Sprite& sprite, const View& view) {
   return (view.layers & kVelocityLayer) != 0 && sprite.blend == Sprite::Blend::opaque;
 }
@@ -43,7 +49,8 @@ Layout layout(const Sprite& sprite, const View& view, bool any_depth) {
   const bool deep = any_depth || !view.objects.empty() || sprite.blend != Sprite::Blend::add ||
                     (sprite.kind == Sprite::Kind::sphere && !drawn_as_point(sprite));
   const bool still = !(view.shutter > 0);
-  if (still && has_fixed_footprint(sprite, view.height)) return deep ? Layout::deep : Layout::plain;
+  const bool sharp = !(view.camera.aperture > 0);
+  if (still && sharp && has_fixed_footprint(sprite, view.height)) return deep ? Layout::deep : Layout::plain;
   if (sprite.kind == Sprite::Kind::image || Grid{view.width, view.height}.far_bits() == 0) return Layout::wide;
   if (still) return deep ? Layout::deep_sized : Layout::sized;
   return deep ? Layout::deep_moving : Layout::moving;

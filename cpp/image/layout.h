@@ -92,6 +92,10 @@ bool drawn_as_point(const Sprite& sprite);
 /// pixels get.
 float diameter_of(const Sprite& sprite, int height);
 
+/// A sprite as a camera sees it: through a lens opaque particles are blended from far to near, since those that are out
+/// of focus let some of the light behind them through.
+Sprite as_seen(Sprite sprite, const View& view);
+
 /// Equal on every rank, as view and sprites are. `any_depth`: see
 /// anything_hides().
 Layout layout(const Sprite& sprite, const View& view, bool any_depth);

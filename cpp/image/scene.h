@@ -22,13 +22,15 @@ struct Camera {
   Vector up{0, 1, 0};
   double fov_deg = 40;
   double near = 0.1;
+  double focus = 0;     // m to what is sharp; 0: everything is
+  double aperture = 0;  // m, the diameter of the lens
 
   bool operator==(const Camera&) const = default;
 };
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, Camera& camera) {
-  visit(camera.position, camera.look_at, camera.up, camera.fov_deg, camera.near);
+  visit(camera.position, camera.look_at, camera.up, camera.fov_deg, camera.near, camera.focus, camera.aperture);
 }
 
 /// An external object (paper 3.2.4): it is drawn and lit, and hides the particles behind it.
@@ -37,13 +39,15 @@ struct Solid {
   Color color{1, 1, 1};
   meshes::AssetKey mesh = 0;  // not 0: this mesh instead of the shape; where that is a mesh, it says where this one is
   float light = 0;  // how much of its colour it emits
+  meshes::AssetKey image = 0;  // not 0: multiplies its colour, repeated along the world's axes
+  float scale = 1;  // m that the image is wide
 
   bool operator==(const Solid&) const = default;
 };
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, Solid& solid) {
-  visit(solid.shape, solid.color, solid.mesh, solid.light);
+  visit(solid.shape, solid.color, solid.mesh, solid.light, solid.image, solid.scale);
 }
 
 /// A point that lights the external objects: `power` is the light on a surface that faces it from 1 m.
@@ -66,6 +70,36 @@ inline constexpr std::uint8_t kAlphaLayer = 2;
 inline constexpr std::uint8_t kVelocityLayer = 4;
 inline constexpr std::uint8_t kAllLayers = 7;
 
+/// What is infinitely far where it is not of one colour.
+struct Sky {
+  /// gradient: mixed by the sine of the height above the horizon. picture: equirectangular, its middle towards -z.
+  enum class Kind : std::uint8_t { none, gradient, picture };
+
+  Kind kind = Kind::none;
+  Color horizon{}, zenith{}, ground{};
+  meshes::AssetKey picture = 0;
+
+  bool operator==(const Sky&) const = default;
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Sky& sky) {
+  visit(sky.kind, sky.horizon, sky.zenith, sky.ground, sky.picture);
+}
+
+/// Haze between the eye and what it sees: exp(-distance / metres) of its light comes through.
+struct Fog {
+  Color color{};
+  float metres = 0;  // 0: there is none
+
+  bool operator==(const Fog&) const = default;
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Fog& fog) {
+  visit(fog.color, fog.metres);
+}
+
 struct View {
   /// Who makes the picture of particles; the pixels are the same in all of them. automatic: chosen for each frame.
   /// gather: the image generator alone (the paper). tiles: each rank draws a part of the picture. composite: each
@@ -76,6 +110,8 @@ struct View {
   int height = 0;  // pixels
   Camera camera;
   Color background{0, 0, 0};
+  Sky sky;  // instead of the background's colour
+  Fog fog;
   float exposure = 1;
   std::vector<Solid> objects;
   Vector sun{-0.45, 0.75, 0.55};  // the direction to the sun, of any length; all 0: no sun shines
@@ -93,8 +129,8 @@ struct View {
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, View& view) {
-  visit(view.width, view.height, view.camera, view.background, view.exposure, view.objects, view.sun, view.lights,
-        view.path, view.shutter, view.bloom, view.smooth, view.linear, view.layers, view.before);
+  visit(view.width, view.height, view.camera, view.background, view.sky, view.fog, view.exposure, view.objects,
+        view.sun, view.lights, view.path, view.shutter, view.bloom, view.smooth, view.linear, view.layers, view.before);
 }
 
 /// How the particles of one system are drawn.
@@ -108,13 +144,16 @@ struct Sprite {
   float of_height = 0;  // above 0: the diameter as a part of the picture's height, instead of `pixels`
   float softness = 0;  // m over which a particle fades where it touches an object
   meshes::AssetKey picture = 0;  // kind image
+  bool lit = false;  // by the sun, lights and sky
+  float shadow = 0;  // part of the light that one particle keeps from what lies behind it, 0..1
 
   bool operator==(const Sprite&) const = default;
 };
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, Sprite& sprite) {
-  visit(sprite.kind, sprite.pixels, sprite.blend, sprite.of_height, sprite.softness, sprite.picture);
+  visit(sprite.kind, sprite.pixels, sprite.blend, sprite.of_height, sprite.softness, sprite.picture, sprite.lit,
+        sprite.shadow);
 }
 
 /// The columns that drawing needs, as planes of `count` floats. A null plane means that all particles have the value

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "interactions/overlap.h"
+#include "interactions/walls.h"
 #include "particles/blocks.h"
 #include "simd/float_mode.h"
 
@@ -51,9 +52,10 @@ class Interaction {
       run(s, seen);
       seen.most_in_a_cell = std::max(seen.most_in_a_cell, cells(s).most_in_a_cell());
     }
+    if (law_.remembers) touch_walls(action_, sides_[0], dt_, walls_view(), pool_);
     if (sides_[0].last && has_radius(action_)) seen.overlap_99 = overlap_99(spheres(0), spheres(count_ - 1));
     for (std::size_t s = 0; s < count_; ++s) apply(s);
-    if (sides_[0].last && law_.remembers) write_down();
+    if (sides_[0].last && law_.remembers) list_of(0).write_down(*sides_[0].store, sides_[0].law, sides_[0].now);
     return seen;
   }
 
@@ -93,6 +95,7 @@ class Interaction {
       return arrange_all(s, columns);
     }
     NeighbourList& list = list_of(s);
+    list.set_kind({});
     if (!sides_[s].kept) list.sort(crowd, reach_, sides_[s].skin, pool_);
     arrange_all(s, columns);
     if (!sides_[s].kept) list.build(crowd, placed(s), *sides_[s].store, sides_[s].law, sides_[s].now, pool_);
@@ -120,24 +123,11 @@ class Interaction {
     }
   }
 
-  // Writes to the store what particles remember of this law's touches, and keeps what laws before it have written in
-  // this sub-step, and those behind it in the last one.
-  void write_down() const {
-    particles::Store& store = *sides_[0].store;
-    const std::vector<std::uint32_t>& order = cells(0).order();
-    const std::uint32_t law = sides_[0].law, now = sides_[0].now;
-    std::vector<particles::Touch> touches;
-    for (std::size_t k = 0; k < order.size(); ++k) {
-      if (order[k] >= crowds_[0].own) continue;
-      touches.clear();
-      for (const particles::Touch& touch : store.touches(order[k])) {
-        const std::uint32_t last = touch.law < law ? now : now - 1;  // those behind have yet to act
-        if (touch.law != law && touch.step == last) touches.push_back(touch);
-      }
-      list_of(0).recall(k, law, touches);
-      store.set_touches(order[k], touches);
-    }
-    list_of(0).set_written();
+  PlacedParticles walls_view() {
+    PlacedParticles placed{&cells(0), {}, {}};
+    for (std::size_t c = 0; c < party_columns; ++c) placed.column[c] = scratch_.party[0].column[c].data();
+    for (std::size_t c = 0; c < kMostResults; ++c) placed.out[c] = scratch_.party[0].out[c].data();
+    return placed;
   }
 
   // Where a law looks for what it reads as it is; -1: it needs something made of it.
@@ -268,7 +258,7 @@ class Interaction {
     arrange(s, inverse_mass, all_masses);
     std::vector<float>& values = scratch_.party[s].column[inverse_mass];
     for (std::size_t i = 0; i < crowds_[s].size(); ++i) {
-      const bool heavy = values[i] > 1e-12f;
+      const bool heavy = values[i] > kLeastMass;
       if (!heavy && law_.skips_massless) scratch_.party[s].column[radius][i] = 0;
       values[i] = heavy ? 1 / values[i] : 1e12f;
     }
@@ -318,10 +308,7 @@ class Interaction {
       rows.stats = &sights[part];
       kernel(rows);
     });
-    for (const KernelStats& stats : sights) {
-      seen.pairs += stats.pairs;
-      seen.softened = seen.softened || stats.softened;
-    }
+    for (const KernelStats& stats : sights) seen.pairs += stats.pairs;
   }
 
   void apply(std::size_t s) {
@@ -362,9 +349,9 @@ class Interaction {
 
 }  // namespace
 
-std::vector<Column> columns_of(const Action& action, const Side& side) {
+std::vector<Column> columns_of(const Action& action, const Side& side, bool second) {
   std::vector<Column> columns;
-  for (const Component c : read_by(action)) {
+  for (const Component c : read_by(action, second)) {
     Column column;
     column.own = side.store->plane(c.attribute, c.component);
     column.value = side.store->uniform_value(c.attribute)[static_cast<std::size_t>(c.component)];
@@ -375,6 +362,12 @@ std::vector<Column> columns_of(const Action& action, const Side& side) {
   return columns;
 }
 
+NeighbourList::Kind list_kind(const Action& action) {
+  if (action.kind != actions::Kind::interact) return {};
+  const auto parts = static_cast<std::uint32_t>((actions::states_of(action) + kStateNumbers - 1) / kStateNumbers);
+  return {parts, 1, action.other >= 0};
+}
+
 bool list_holds(const Action& action, const Side& side, threads::Pool& pool) {
   Crowd own;
   own.own = side.store->size();
@@ -383,12 +376,13 @@ bool list_holds(const Action& action, const Side& side, threads::Pool& pool) {
   const std::vector<Column> columns = columns_of(action, side);
   for (std::size_t c = 0; c < 3; ++c) own.at[c] = columns[c];
   Radii radii;
-  radii.given = given_radius(action, false);
+  radii.given = has_radius(action) ? given_radius(action, false) : 0.5f * reach_of(action, {});
   radii.skips_massless = law_of(action).skips_massless;
   for (std::size_t c = 0; c < read.size(); ++c) {
     if (read[c].attribute == particles::size) radii.size = columns[c];
     if (read[c].attribute == particles::mass) radii.mass = columns[c];
   }
+  side.list->set_kind(list_kind(action));
   return side.list->holds(own, radii, side.now, pool);
 }
 

@@ -35,11 +35,16 @@ struct Side {
   bool kept = false;                                  // contact: the list holds for this sub-step, on all ranks
   float skin = 0;                                     // contact: else, of the next list, metres
   std::uint32_t now = 0;                              // contact: the number of the sub-step, from 1 on
+  float start = 0, end = 1;                           // contact: which part of the frame it is, for walls that move
   bool last = false;  // last sub-step of the frame: measure overlaps, write touches to the store
 };
 
-/// Returns the columns that the action reads, in the order of read_by(), of own particles and ghosts.
-std::vector<Column> columns_of(const actions::Action& action, const Side& side);
+/// Returns the columns that the action reads, in the order of read_by(), of own particles and ghosts. `second`: of the
+/// second of two systems.
+std::vector<Column> columns_of(const actions::Action& action, const Side& side, bool second = false);
+
+/// What the list of an action is for.
+NeighbourList::Kind list_kind(const actions::Action& action);
 
 /// Tells whether a side's kept list holds as far as this rank's own particles go: see NeighbourList::holds.
 bool list_holds(const actions::Action& action, const Side& side, threads::Pool& pool);
@@ -48,7 +53,6 @@ bool list_holds(const actions::Action& action, const Side& side, threads::Pool& 
 struct Seen {
   std::uint64_t pairs = 0;  // counted at both ends
   std::uint32_t most_in_a_cell = 0;
-  bool softened = false;  // contact: springs were stiffer than the step allows
   float overlap_99 = 0;  // of touching spheres, relative to the sum of both radii: see overlap.h
   std::vector<std::uint32_t> dropped[2]{};  // collide: indices of newborn particles to remove, ascending
 };
@@ -67,6 +71,19 @@ struct Scratch {
     std::vector<float> out[kMostResults];
   };
   Party party[2];
+
+  // Of laws that scripts write (scripted.h).
+  struct Compiled {
+    std::vector<expressions::Expression> values;
+    expressions::Formula formula;
+  };
+  struct ScriptedMemory {
+    std::vector<std::uint64_t> ids;  // of another system: its own particles, then ghosts
+    std::vector<std::vector<float>> copied, column, out;
+    std::vector<float> radius;
+  };
+  std::vector<Compiled> formulas;
+  ScriptedMemory scripted;
 };
 
 /// Calls the procedure with all pairs of this rank and adds up its changes in the order of the pairs.

@@ -60,8 +60,22 @@ float radius_of(const Store& store, threads::Pool& pool) {
   return largest(most);
 }
 
-bool has_masses(const Store& store) {
-  return store.size() > 0 && (!store.uniform(particles::mass) || store.uniform_value(particles::mass)[0] != 1);
+// Returns the largest of 1 / mass, of those that have one; 0 where all are 1 kg.
+float lightness_of(const Store& store, threads::Pool& pool) {
+  constexpr float kNobody = 1e-30f;  // above 0, and no hindrance
+  const auto lightness = [](float mass) { return mass > kLeastMass ? 1 / mass : kNobody; };
+  if (store.size() == 0) return 0;
+  const float* mass = store.plane(particles::mass, 0);
+  const float same = store.uniform_value(particles::mass)[0];
+  if (mass == nullptr) return same == 1 ? 0 : lightness(same);
+  std::vector<float> most;
+  each_range(store.size(), pool, most, [&](std::size_t first, std::size_t last, float& light) {
+    for (std::size_t i = first; i < last; ++i) {
+      const float of_one = lightness(mass[i]);
+      if (of_one > light) light = of_one;
+    }
+  });
+  return largest(most);
 }
 
 // Of a sphere's size, the first component is its diameter.
@@ -80,11 +94,27 @@ std::vector<Component> components_of(std::uint32_t attributes) {
 
 const Law& law_of(const Action& action) { return kernels().law[static_cast<std::size_t>(action.kind)]; }
 
+bool remembers(const Action& action) { return law_of(action).remembers || action.kind == Kind::interact; }
+
+bool keeps_list(const Action& action) { return remembers(action) && action.other < 0; }
+
 bool has_radius(const Action& action) { return law_of(action).radius != nullptr; }
 
 float given_radius(const Action& action, bool second) { return law_of(action).radius(action.numbers.data(), second); }
 
-std::vector<Component> read_by(const Action& action) { return components_of(actions::facts(action.kind).reads); }
+std::vector<Component> read_by(const Action& action, bool second) {
+  if (action.kind != Kind::interact) return components_of(actions::facts(action.kind).reads);
+  std::vector<Component> read;
+  if (action.other >= 0 && !second) return read;  // only the other system's particles are seen
+  read = components_of(actions::facts(action.kind).reads);
+  for (const actions::Leaf& leaf : action.leaves) {
+    const Component one{leaf.attribute, leaf.component};
+    if (leaf.of == actions::Leaf::Of::other && std::find(read.begin(), read.end(), one) == read.end()) {
+      read.push_back(one);
+    }
+  }
+  return read;
+}
 
 std::vector<Component> changed_by(const Action& action) { return components_of(actions::facts(action.kind).writes); }
 
@@ -96,7 +126,7 @@ Extent extent_of(const Action& action, const Store& store, float dt, bool second
     (second ? extent.other_radius : extent.radius) = given > 0 ? given : radius_of(store, pool);
   }
   if (law_of(action).looks_ahead) extent.displacement = displacement_of(store, dt, pool);
-  if (law_of(action).inverse_masses) extent.masses = has_masses(store) ? 1.0f : 0.0f;
+  if (law_of(action).inverse_masses) extent.masses = lightness_of(store, pool);
   return extent;
 }
 
@@ -105,6 +135,13 @@ float reach_of(const Action& action, const Extent& extent) {
   if (action.kind == Kind::tie) return extent.radius + 2 * extent.displacement;
   if (law.reach != nullptr) return law.reach(action.numbers.data());
   return extent.radius + (action.other >= 0 ? extent.other_radius : extent.radius);
+}
+
+float substeps(const Action& action, const Extent& extent, double frame_s) {
+  if (action.kind != Kind::contact) return 0;
+  const double stiffness = actions::numbers_of<actions::numbers::contact>(action).stiffness;
+  const double lightness = extent.masses > 0 ? static_cast<double>(extent.masses) : 1;
+  return static_cast<float>(std::ceil(frame_s * std::sqrt(2 * lightness * (stiffness / double{kMostStiff}))));
 }
 
 double range_of(const Action& action, const Extent& extent) {

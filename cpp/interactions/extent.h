@@ -18,13 +18,16 @@ inline constexpr std::size_t kRange = std::size_t{1} << 15;
 struct Component {
   int attribute = 0;
   int component = 0;
+
+  bool operator==(const Component&) const = default;
 };
 
 /// The law of an action between particles.
 const Law& law_of(const actions::Action& action);
 
-/// What an action reads of those that it sees: position first.
-std::vector<Component> read_by(const actions::Action& action);
+/// What an action reads of those that it sees: position first. `second`: of the second of two systems; nothing where
+/// only the other one's particles are seen.
+std::vector<Component> read_by(const actions::Action& action, bool second = false);
 /// What it changes of its targets: its results, in this order.
 std::vector<Component> changed_by(const actions::Action& action);
 
@@ -35,7 +38,7 @@ struct Extent {
   float displacement =
       0;  // largest displacement along an axis in the step, m; of tied particles: since their last interaction
   float rounding = 0;  // rounding of positions at the cuts, m: see rounding_at
-  float masses = 0;  // above 0: some mass differs from 1 kg
+  float masses = 0;  // the largest of 1 / mass, 1/kg; 0 where all masses are 1 kg
 
   bool operator==(const Extent&) const = default;
 };
@@ -52,6 +55,14 @@ float reach_of(const actions::Action& action, const Extent& extent);
 /// Returns the largest present distance, m, of two particles that may interact.
 double range_of(const actions::Action& action, const Extent& extent);
 
+/// Returns the fewest sub-steps of a frame, of so many seconds, in which contact's springs need not be softened, for
+/// the lightest two that may touch. 0 for other actions.
+float substeps(const actions::Action& action, const Extent& extent, double frame_s);
+
+/// Tells whether the action has a neighbour list, by which pairs may remember.
+bool remembers(const actions::Action& action);
+/// Tells whether the list may be kept for several sub-steps, and ghosts with it: not between two systems.
+bool keeps_list(const actions::Action& action);
 /// Tells whether the reach is the sum of two radii.
 bool has_radius(const actions::Action& action);
 /// The radius of the particles of one side that the script gave, in metres; 0: half of their size.
@@ -60,6 +71,9 @@ float given_radius(const actions::Action& action, bool second);
 /// Returns the limit on predicted displacements, m. A faster particle passes through others anyway, and without a limit
 /// one spark would make all ranks exchange everything.
 constexpr float step_limit(float reach) { return reach; }
+
+/// Spheres that are not heavier, in kilograms, are pushed away by others alone, or touch nobody.
+inline constexpr float kLeastMass = 1e-12f;
 
 /// Relative margin by which cells and halos exceed the reach.
 inline constexpr double kMargin = 1e-6;

@@ -2,6 +2,7 @@
 #include "interactions/all_laws.h"  // all law_*.h of this folder; written by CMake, so a new law needs no line here
 #include "interactions/list_pairs.h"
 #include "interactions/pull.h"
+#include "interactions/wall_lanes.h"
 
 namespace motes::MOTES_ISA {
 
@@ -23,8 +24,11 @@ const interactions::Kernels interaction_kernels = {
 #undef MOTES_INTERACTION
 #undef MOTES_ACTION
     },
+    scripted,
     list_pairs,
     pull,
+    find_walls,
+    push_walls,
 };
 
 }  // namespace motes::MOTES_ISA

@@ -6,8 +6,11 @@
 #include <cstdint>
 
 #include "actions/numbers.h"
+#include "expressions/formula.h"
 #include "interactions/cell_list.h"
 #include "interactions/law.h"
+#include "particles/blocks.h"
+#include "shapes/shape.h"
 
 namespace motes::interactions {
 
@@ -41,8 +44,12 @@ enum At : int {
 /// Counts for the log.
 struct KernelStats {
   std::uint64_t pairs = 0;  // pairs within reach, counted once per end
-  bool softened = false;  // contact: springs were softened because the step is too long
 };
+
+/// Contact: the most that a spring's stiffness may be, as a multiple of m / step^2, with m half the harmonic mean of
+/// the masses of two that touch. They touch for pi sqrt(m / stiffness), so for five steps at least: then twelve touches
+/// of one particle are no trouble either. Stiffer springs would throw particles about, and are softened.
+inline constexpr float kMostStiff = 0.39f;
 
 /// What two that touch remember, seen from one of them.
 struct PairState {
@@ -51,16 +58,20 @@ struct PairState {
   std::uint32_t unused;
 };
 
+/// How many numbers of a pair's state one PairState holds; a law that remembers more has several, one after another.
+inline constexpr int kStateNumbers = 6;
+
 /// Pairs by their first particle's place in the order of the cells:
 ///
 ///     first   | 0 . . | 1 | 2 . . . | ...      place p has pairs begin[p] .. begin[p + 1] - 1
 ///     second  | 7 1 9 | 0 | 8 1 9 5 | ...      places, ascending by id
-///     state   | one per pair                   kept as long as both stay listed
+///     state   | `parts` per pair               kept as long as both stay listed
 struct PairsView {
   const std::uint32_t* begin = nullptr;
   const std::uint32_t* second = nullptr;
   const std::uint64_t* ids = nullptr;  // of places
   PairState* state = nullptr;
+  std::uint32_t parts = 1;
 };
 
 /// One law over some rows of targets. Lengths in metres, times in seconds.
@@ -84,18 +95,98 @@ struct Task {
 struct ListTask {
   Party spheres;  // both targets and sources: at, radius
   float skin = 0;
+  bool ghosts_alone = false;  // seconds are ghosts
   std::uint32_t* count = nullptr;
   const std::uint32_t* begin = nullptr;
   std::uint32_t* second = nullptr;
   std::size_t first_row = 0, last_row = 0;
 };
 
+/// Spheres and one wall, in a sub-step.
+struct WallTask {
+  const shapes::Shape* wall = nullptr;  // no union
+  std::uint32_t number = 0;             // among the walls
+  float start = 0, end = 1;             // which part of the frame the sub-step is
+  const float* const* column = nullptr;  // by place: at, velocity, spin, radius, inverse_mass
+  const std::uint32_t* order = nullptr;  // index of each place's particle
+  std::uint32_t own = 0;                 // indices below are this rank's own
+  const std::uint8_t* chosen = nullptr;  // who is changed, by index; null: all
+  const double* numbers = nullptr;       // of contact
+  float dt = 0;                          // seconds
+  std::uint32_t first = 0, last = 0;     // places
+};
+
+/// Touches of spheres with one wall, one after another: by place, and of one place by number.
+struct WallTouches {
+  static constexpr std::uint32_t kMost = 1024, kRoom = kMost + particles::kPadding;
+
+  std::uint32_t count = 0;
+  std::uint32_t place[kRoom], number[kRoom];  // which face of which wall: see shapes/nearest.h
+  float distance[kRoom], towards[3][kRoom];   // metres, and a unit vector from the centre to the wall
+  float slid[3][kRoom], rolled[3][kRoom];     // see particles::Touch
+  float change[6][kRoom];                     // of velocity and rotational velocity
+};
+
+/// Where a column of a scripted law's formula comes from.
+struct LeafSource {
+  enum class How : std::uint8_t {
+    own_by_place,  // of the target
+    own_by_index,  // the same, of a column in the order in memory
+    other,         // of the source, by place
+    same,          // one value for all
+    shared,        // the distance, or a component of the normal: `number` of kShared
+    state,         // `number` of the pair's state
+  };
+  How how = How::same;
+  int number = 0;
+  const float* column = nullptr;
+  float value = 0;
+};
+
+/// Planes that the kernel computes itself: the distance, and the normal's components.
+inline constexpr int kShared = 4;
+
+/// Pairs that a formula computes at once, and the room that a plane of them takes.
+inline constexpr std::uint32_t kFormulaPairs = 256, kFormulaPlane = kFormulaPairs + 2 * particles::kPadding;
+
+/// A scripted law over some rows of targets: what its formula gives for each pair within reach is summed, or kept as
+/// the pair's state.
+struct ScriptedTask {
+  CellsView targets;
+  PairsView pairs;
+  const float* at[3] = {};  // by place
+  float reach2 = 0;
+  float time = 0;
+  std::uint32_t now = 0;                 // as in Task
+  const std::uint8_t* chosen = nullptr;  // as in Task
+  bool shares = false;                   // whether it reads the distance or the normal
+  const LeafSource* leaves = nullptr;
+  std::size_t leaf_count = 0;
+  const expressions::Step* constants = nullptr;
+  std::size_t constant_count = 0;
+  const expressions::Step* steps = nullptr;
+  std::size_t step_count = 0;
+  const std::uint16_t* sums = nullptr;  // planes of what is summed
+  std::size_t sum_count = 0;
+  const std::int32_t* states = nullptr;  // by number of the state: the plane of its next value; -1: it stays
+  int state_count = 0;
+  float* shared = nullptr;       // kShared planes of kFormulaPlane
+  float* const* plane = nullptr;  // the formula's, of which those of columns are written
+  float* const* out = nullptr;  // by sum: a plane by place
+  std::size_t first_row = 0, last_row = 0;
+  KernelStats* stats = nullptr;
+};
+
 struct Kernels {
   Law law[actions::kKinds];
+  void (*scripted)(const ScriptedTask&);
   void (*list_pairs)(const ListTask&);
   /// See pull.h.
   void (*pull)(const float* const* sources, std::size_t count, float epsilon, const float* const* targets,
                std::size_t begin, std::size_t end, float* sums);
+  /// See wall_lanes.h.
+  std::uint32_t (*find_walls)(const WallTask&, WallTouches&);
+  void (*push_walls)(const WallTask&, WallTouches&);
 };
 
 const Kernels& kernels();

@@ -31,7 +31,6 @@ struct Touching {
 /// The forces at a touch, newtons and newton metres, on the target.
 struct Push {
   Floats3 force, torque;
-  Mask softened;  // the spring was too stiff for the step
 };
 
 /// A spring: newtons per metre, and per metre and second.
@@ -41,10 +40,6 @@ struct Spring {
 
 struct Contact {
   Floats step, stiffness, damping, friction, rolling_friction;
-
-  // Two that touch need so many steps for it that twelve at once are no trouble either: else springs throw them about.
-  // They touch for pi sqrt(m / stiffness), with m half the harmonic mean of their masses: five steps at least.
-  static constexpr float kMostStiff = 0.39f;
 
   // Springs along the surface, as stiff as two sevenths of that between the centres: then spheres that hit each other
   // slide and slip back in one period (Schaefer et al. 1996, "Force schemes in simulations of granular materials").
@@ -64,8 +59,7 @@ struct Contact {
 
   MOTES_INLINE Push push(const Touching& t, Floats3& slid, Floats3& rolled) const {
     const Floats mass = 1.0f / max(t.own.inverse + t.other.inverse, all(1e-30f));
-    const Floats most = mass * (kMostStiff / (step * step));
-    const Floats stiff = min(stiffness, most);
+    const Floats stiff = min(stiffness, mass * (interactions::kMostStiff / (step * step)));
     const Floats damper = damping * sqrt(stiff * mass);
     const Spring surface{stiff * kAlong, damper * kAlongDamping};
     const Floats along = dot(t.apart, t.normal);
@@ -81,7 +75,7 @@ struct Contact {
     const Floats3 roll = cross(t.spin - t.other_spin, t.normal) * both;
     rolled = rolled - t.normal * dot(rolled, t.normal);
     const Floats3 brake = held(surface, rolled, roll, rolling_friction * pressed);
-    return {drag - t.normal * out, cross(t.normal, drag) * arm - cross(t.normal, brake) * both, most < stiffness};
+    return {drag - t.normal * out, cross(t.normal, drag) * arm - cross(t.normal, brake) * both};
   }
 };
 
@@ -152,7 +146,6 @@ MOTES_INLINE void compute_touches(const Contact& law, const Task& task, TouchBat
   const Mask known = (Mask)((Uints)gather(states + 6, at) + 1u == all_uints(task.now));
   Floats3 slid = remembered(states, at, known), rolled = remembered(states + 3, at, known);
   const Push push = law.push(t, slid, rolled);
-  task.stats->softened = task.stats->softened || any(push.softened & here);
   const Floats3 speed = push.force * (law.step * t.own.inverse);
   const Floats3 turn = push.torque * (law.step * t.own.inverse_moment());
   const Floats* const changes[6] = {&speed.x, &speed.y, &speed.z, &turn.x, &turn.y, &turn.z};
@@ -188,11 +181,14 @@ MOTES_INLINE Floats damping_of(float restitution) {
   return -2.0f * l / sqrt(9.8696044f + l * l);
 }
 
+inline Contact contact_of(const double* recorded, float dt) {
+  const auto n = actions::read_numbers<numbers::contact>(recorded);
+  return {all(dt), all(n.stiffness), damping_of(n.restitution), all(n.friction), all(n.rolling_friction)};
+}
+
 // Sums begin with +0, and what the particle had is added last.
 inline void contact(const Task& task) {
-  const auto n = numbers_of<numbers::contact>(task);
-  const Contact law{all(task.dt), all(n.stiffness), damping_of(n.restitution), all(n.friction),
-                    all(n.rolling_friction)};
+  const Contact law = contact_of(task.numbers, task.dt);
   const std::uint32_t first = task.targets.cells.rows[task.first_row].first;
   const std::uint32_t last = task.targets.cells.rows[task.last_row].first;
   const std::size_t bytes = (last - first) * sizeof(float);

@@ -28,6 +28,7 @@ struct Listing {
     }
 
     MOTES_INLINE void add(const Listing& law, const Task& task, std::uint32_t j) {
+      if (law.list.ghosts_alone && task.sources.cells.order[j] < task.sources.cells.own) return;
       const float* const* column = task.sources.column;
       const Floats3 r = seen_from(at, column, j);
       const float other = column[interactions::radius][j];
@@ -46,7 +47,8 @@ struct Listing {
     // Each is near itself, too.
     MOTES_INLINE void finish(const Listing& law, const Task&, const Around&, std::uint32_t i, std::uint32_t last) {
       for (std::uint32_t k = i; !kWrite && k < last; ++k) {
-        law.list.count[k] = count[k - i] > 0 ? static_cast<std::uint32_t>(count[k - i]) - 1 : 0;
+        const std::int32_t itself = law.list.ghosts_alone ? 0 : 1;
+        law.list.count[k] = count[k - i] > itself ? static_cast<std::uint32_t>(count[k - i] - itself) : 0;
       }
     }
   };

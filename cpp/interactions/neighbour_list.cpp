@@ -18,8 +18,8 @@ namespace {
 // Vectors read beyond the last pair.
 constexpr std::size_t kRoom = particles::kPadding;
 
-particles::Touch touch_of(std::uint64_t id, std::uint32_t law, const PairState& state) {
-  particles::Touch touch{id, law, state.step, {}, {}};
+particles::Touch touch_of(std::uint64_t id, std::uint32_t law, std::uint32_t part, const PairState& state) {
+  particles::Touch touch{id, particles::law_part(law, part), state.step, {}, {}};
   std::copy_n(state.slid, 3, touch.slid);
   std::copy_n(state.rolled, 3, touch.rolled);
   return touch;
@@ -33,6 +33,29 @@ PairState state_of(const particles::Touch& touch) {
 }
 
 }  // namespace
+
+void NeighbourList::set_kind(const Kind& kind) {
+  if (kind == kind_) return;
+  *this = {};
+  kind_ = kind;
+}
+
+void NeighbourList::write_down(particles::Store& store, std::uint32_t law, std::uint32_t now) {
+  const std::vector<std::uint32_t>& order = cells_.order();
+  std::vector<particles::Touch> touches;
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    if (order[k] >= own_) continue;
+    touches.clear();
+    for (const particles::Touch& touch : store.touches(order[k])) {
+      const bool acted = particles::law_of(touch) <= law;  // those behind have yet to
+      const std::uint32_t last = acted ? now : now - 1;
+      if (!particles::is_of_pair(touch, law) && touch.step == last) touches.push_back(touch);
+    }
+    recall(k, law, touches);
+    store.set_touches(order[k], touches);
+  }
+  pending_ = false;
+}
 
 bool NeighbourList::lists(const Crowd& own, std::uint32_t now) const {
   if (begin_.empty() || now_ + 1 != now || own_ != own.own) return false;
@@ -105,8 +128,8 @@ void NeighbourList::build(const Crowd& crowd, const PlacedSpheres& spheres, cons
     radius_[i] = spheres.radius[k];
   }
   find_pairs(crowd, spheres, pool);
-  state_.assign(pairs() + kRoom, PairState{});
-  const std::vector<Known> known = now_ + 1 == now ? before.touching(now_) : std::vector<Known>{};
+  state_.assign((pairs() + kRoom) * kind_.parts, PairState{});
+  const std::vector<Known> known = now_ + 1 == now ? before.touching(now_, kind_.parts) : std::vector<Known>{};
   threads::over_ranges(pool, order.size(), kRange, [&](std::size_t first, std::size_t last) {
     for (std::size_t k = first; k < last; ++k) {
       if (begin_[k] == begin_[k + 1]) continue;
@@ -116,7 +139,8 @@ void NeighbourList::build(const Crowd& crowd, const PlacedSpheres& spheres, cons
         carry(before, found->place, now - 1, k);
       } else {
         for (const particles::Touch& touch : store.touches(order[k])) {
-          if (touch.law == law && touch.step == now - 1) put_state(k, touch.id, state_of(touch));
+          if (!particles::is_of_pair(touch, law) || touch.step != now - 1) continue;
+          put_state(k, touch.id, particles::part_of(touch) - kind_.first_part, state_of(touch));
         }
       }
     }
@@ -130,7 +154,8 @@ void NeighbourList::find_pairs(const Crowd& crowd, const PlacedSpheres& spheres,
   columns[radius] = spheres.radius;
   const std::vector<std::size_t> cuts = parts_of(cells_, pool);
   begin_.assign(ids_.size() + 1, 0);
-  ListTask task{{cells_.view(own_), columns, &crowd}, skin_, begin_.data() + 1, begin_.data(), nullptr};
+  ListTask task{
+      {cells_.view(own_), columns, &crowd}, skin_, kind_.ghosts_alone, begin_.data() + 1, begin_.data(), nullptr};
   const auto run = [&] {
     pool.run(cuts.size() - 1, [&](std::size_t part, std::size_t) {
       const simd::FloatMode mode;
@@ -158,31 +183,41 @@ void NeighbourList::sort_pairs(std::size_t place) {
             [&](std::uint32_t a, std::uint32_t b) { return ids_[a] < ids_[b]; });
 }
 
-void NeighbourList::put_state(std::size_t place, std::uint64_t id, const PairState& remembered) {
+void NeighbourList::put_state(std::size_t place, std::uint64_t id, std::uint32_t part, const PairState& remembered) {
   const auto end = second_.begin() + begin_[place + 1];
   const auto found = std::lower_bound(second_.begin() + begin_[place], end, id,
                                       [&](std::uint32_t a, std::uint64_t id) { return ids_[a] < id; });
+  if (part >= kind_.parts) return;
   for (auto second = found; second != end && ids_[*second] == id; ++second) {  // images of it, too
-    state_[static_cast<std::size_t>(second - second_.begin())] = remembered;
+    state_[static_cast<std::size_t>(second - second_.begin()) * kind_.parts + part] = remembered;
   }
 }
 
 void NeighbourList::carry(const Remembered& before, std::uint32_t from, std::uint32_t step, std::size_t to) {
   for (std::uint32_t e = before.begin[from]; e < before.begin[from + 1]; ++e) {
-    if (before.state[e].step == step) put_state(to, before.ids[before.second[e]], before.state[e]);
+    for (std::uint32_t part = 0; part < kind_.parts; ++part) {
+      const PairState& state = before.state[std::size_t{e} * kind_.parts + part];
+      if (state.step == step) put_state(to, before.ids[before.second[e]], part, state);
+    }
   }
 }
 
 void NeighbourList::recall(std::size_t place, std::uint32_t law, std::vector<particles::Touch>& to) const {
   for (std::uint32_t e = begin_[place]; e < begin_[place + 1]; ++e) {
-    if (state_[e].step == now_) to.push_back(touch_of(ids_[second_[e]], law, state_[e]));
+    for (std::uint32_t part = 0; part < kind_.parts; ++part) {
+      const PairState& state = state_[std::size_t{e} * kind_.parts + part];
+      if (state.step == now_) to.push_back(touch_of(ids_[second_[e]], law, kind_.first_part + part, state));
+    }
   }
 }
 
-std::vector<NeighbourList::Known> NeighbourList::Remembered::touching(std::uint32_t step) const {
+std::vector<NeighbourList::Known> NeighbourList::Remembered::touching(std::uint32_t step, std::uint32_t parts) const {
   std::vector<Known> known;
   for (std::uint32_t k = 0; k < ids.size(); ++k) {
-    const auto first = state.begin() + begin[k], last = state.begin() + begin[k + 1];
+    const auto at = [&](std::uint32_t pair) {
+      return state.begin() + static_cast<std::ptrdiff_t>(std::size_t{pair} * parts);
+    };
+    const auto first = at(begin[k]), last = at(begin[k + 1]);
     if (std::any_of(first, last, [&](const PairState& one) { return one.step == step; })) known.push_back({ids[k], k});
   }
   std::sort(known.begin(), known.end());
@@ -201,7 +236,7 @@ void write_down_touches(const NeighbourLists& lists, std::size_t system, const s
       if (found == index_of.end() || !list.owns(place)) continue;
       std::vector<particles::Touch> touches;
       for (const particles::Touch& touch : store.touches(found->second)) {
-        if (touch.law != key.second) touches.push_back(touch);
+        if (!particles::is_of_pair(touch, key.second)) touches.push_back(touch);
       }
       list.recall(place, key.second, touches);
       store.set_touches(found->second, touches);

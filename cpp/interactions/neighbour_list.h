@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "interactions/extent.h"
 #include "interactions/kernels.h"
 #include "particles/store.h"
 #include "threads/pool.h"
@@ -30,7 +31,7 @@ struct Radii {
   bool skips_massless = false;  // spheres without a positive mass touch nobody
 
   float of(std::size_t i) const {
-    if (skips_massless && !(mass.of(i, SIZE_MAX) > 1e-12f)) return 0;
+    if (skips_massless && !(mass.of(i, SIZE_MAX) > kLeastMass)) return 0;
     if (given > 0) return given;
     const float radius = 0.5f * size.of(i, SIZE_MAX);
     return radius > 0 ? radius : 0.0f;
@@ -70,9 +71,23 @@ class NeighbourList {
   /// The pairs, of sub-step `now`: what kernels write into their states.
   PairsView view(std::uint32_t now) {
     now_ = now;
-    pending_ = true;
-    return {begin_.data(), second_.data(), ids_.data(), state_.data()};
+    pending_ = kind_.parts > 0;
+    return {begin_.data(), second_.data(), ids_.data(), state_.data(), kind_.parts};
   }
+  /// What a list is for: how many PairStates a pair has, from which part of a touch's state on, and whether seconds are
+  /// ghosts alone. What another kind of law has left here is forgotten.
+  struct Kind {
+    std::uint32_t parts = 1, first_part = 0;
+    bool ghosts_alone = false;
+
+    bool operator==(const Kind&) const = default;
+  };
+  void set_kind(const Kind& kind);
+
+  /// Writes to the store what particles remember of this law's pairs, and keeps what laws before it have written in
+  /// sub-step `now`, and those behind it in the last one.
+  void write_down(particles::Store& store, std::uint32_t law, std::uint32_t now);
+
   std::size_t pairs() const { return begin_.empty() ? 0 : begin_.back(); }
 
   const std::vector<std::uint64_t>& ids() const { return ids_; }  // by place
@@ -80,7 +95,6 @@ class NeighbourList {
 
   /// Whether the store lacks what pairs remember. Between frames it has all.
   bool pending() const { return pending_; }
-  void set_written() { pending_ = false; }
 
   /// Adds the touches that the particle at a place has had in the last sub-step.
   void recall(std::size_t place, std::uint32_t law, std::vector<particles::Touch>& to) const;
@@ -98,12 +112,12 @@ class NeighbourList {
     std::vector<std::uint32_t> begin, second;
     std::vector<PairState> state;
 
-    std::vector<Known> touching(std::uint32_t step) const;
+    std::vector<Known> touching(std::uint32_t step, std::uint32_t parts) const;
   };
   bool lists(const Crowd& own, std::uint32_t now) const;
   void find_pairs(const Crowd& crowd, const PlacedSpheres& spheres, threads::Pool& pool);
   void sort_pairs(std::size_t place);
-  void put_state(std::size_t place, std::uint64_t id, const PairState& remembered);
+  void put_state(std::size_t place, std::uint64_t id, std::uint32_t part, const PairState& remembered);
   void carry(const Remembered& before, std::uint32_t from, std::uint32_t step, std::size_t to);
 
   Cells cells_;
@@ -112,6 +126,7 @@ class NeighbourList {
   std::uint32_t now_ = 0;  // the last sub-step
   bool pending_ = false;
   std::size_t own_ = 0;
+  Kind kind_;
   // Own particles, in the order in memory, as they were when the list was made.
   std::vector<std::uint64_t> listed_;
   std::vector<float> at_[3], radius_;

@@ -39,6 +39,17 @@ base::Registry<Mesh>& meshes() {
 void check(const Picture& picture) {
   check_side("width", picture.width);
   check_side("height", picture.height);
+  if (!picture.light.empty()) {
+    const std::size_t numbers = 3 * static_cast<std::size_t>(picture.width) * static_cast<std::size_t>(picture.height);
+    if (picture.light.size() != numbers || !picture.rgba.empty()) {
+      base::refuse("light", "height * width * 3 = " + std::to_string(numbers) + " numbers",
+                   std::to_string(picture.light.size()));
+    }
+    for (const float x : picture.light) {
+      if (!(x >= 0 && x <= base::kFarthest)) base::refuse("light", "finite and not negative", std::to_string(x));
+    }
+    return;
+  }
   const std::size_t bytes = 4 * static_cast<std::size_t>(picture.width) * static_cast<std::size_t>(picture.height);
   if (picture.rgba.size() != bytes) {
     base::refuse("rgba", "height * width * 4 = " + std::to_string(bytes) + " bytes",
@@ -64,6 +75,12 @@ void check(const Mesh& mesh) {
     if (!(x >= -base::kFarthest && x <= base::kFarthest)) {
       base::refuse("vertices[" + std::to_string(i / 3) + "]", "finite and within 1e15", std::to_string(x));
     }
+  }
+  if (!mesh.colors.empty() && mesh.colors.size() != mesh.vertices.size()) {
+    base::refuse("colors", "three numbers for each vertex", std::to_string(mesh.colors.size()) + " numbers");
+  }
+  for (const float x : mesh.colors) {
+    if (!(x >= 0 && x <= base::kFarthest)) base::refuse("colors", "linear RGB, 0 or more", std::to_string(x));
   }
   const std::size_t count = mesh.vertices.size() / 3;
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {

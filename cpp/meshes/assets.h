@@ -14,30 +14,33 @@ namespace motes::meshes {
 using AssetKey = std::uint64_t;
 
 /// What a sprite of kind image shows: sRGB with straight alpha, 8 bits, red green blue alpha, rows from top to bottom.
+/// Skies and solids show linear light instead.
 struct Picture {
   std::int32_t width = 0;   // pixels
   std::int32_t height = 0;  // pixels
   std::vector<std::uint8_t> rgba;
+  std::vector<float> light{};  // linear red green blue, in place of rgba
 
   bool operator==(const Picture&) const = default;
 };
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, Picture& picture) {
-  visit(picture.width, picture.height, picture.rgba);
+  visit(picture.width, picture.height, picture.rgba, picture.light);
 }
 
 /// Triangles with common vertices, visible from both sides.
 struct Mesh {
   std::vector<float> vertices;           // m: x, y, z of each
   std::vector<std::uint32_t> triangles;  // three indices of vertices each
+  std::vector<float> colors{};           // linear RGB of each vertex; empty: it has none
 
   bool operator==(const Mesh&) const = default;
 };
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, Mesh& mesh) {
-  visit(mesh.vertices, mesh.triangles);
+  visit(mesh.vertices, mesh.triangles, mesh.colors);
 }
 
 inline constexpr std::int32_t kMaxPicture = 8192;                      // pixels, each side

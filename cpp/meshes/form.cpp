@@ -37,7 +37,7 @@ double area_of(const Mesh& mesh, std::size_t first) {
 struct Kept {
   AssetKey mesh = 0;
   int resolution = 0;
-  std::vector<float> corners;
+  std::vector<float> corners, colors;
   std::vector<std::uint32_t> upto;
   std::mutex building;
   DistanceField grid;
@@ -58,6 +58,10 @@ void set_surface(Kept& kept, const Mesh& mesh) {
     for (std::size_t k = 0; k < 3; ++k) {
       const float* v = mesh.vertices.data() + 3 * std::size_t{mesh.triangles[first + k]};
       kept.corners.insert(kept.corners.end(), v, v + 3);
+      if (!mesh.colors.empty()) {
+        const float* color = mesh.colors.data() + 3 * std::size_t{mesh.triangles[first + k]};
+        kept.colors.insert(kept.colors.end(), color, color + 3);
+      }
       for (std::size_t i = 0; i < 3; ++i) {
         kept.form.low[i] = std::min(kept.form.low[i], v[i]);
         kept.form.high[i] = std::max(kept.form.high[i], v[i]);
@@ -67,6 +71,7 @@ void set_surface(Kept& kept, const Mesh& mesh) {
   for (const double upto : sums) kept.upto.push_back(static_cast<std::uint32_t>(upto / sum * 0xffffffffu));
   if (!kept.upto.empty()) kept.upto.back() = 0xffffffffu;
   kept.form.corners = kept.corners.data();
+  kept.form.colors = kept.colors.empty() ? nullptr : kept.colors.data();
   kept.form.upto = kept.upto.data();
   kept.form.triangles = static_cast<std::uint32_t>(kept.upto.size());
   kept.form.area = sum;

@@ -8,6 +8,7 @@ namespace motes::meshes {
 struct MeshForm {
   // The surface: triangles with an area.
   const float* corners = nullptr;        // m, nine numbers of each triangle
+  const float* colors = nullptr;   // linear RGB, nine numbers of each triangle; null: it has none
   const std::uint32_t* upto = nullptr;  // a number of 32 bits selects the first triangle whose `upto` is not below it
   std::uint32_t triangles = 0;
   double area = 0;  // m^2

@@ -43,10 +43,13 @@ Digest sum(const Store& store, std::size_t first, std::size_t last, const At& at
       for (int c = 0; c < store.schema()[a].width; ++c) {
         const float* plane = store.plane(a, c);
         const float value = store.uniform_value(a)[static_cast<std::size_t>(c)];
-        if (a == contacts || a == torn) {  // count where there are some
-          for (std::size_t i = 0; i < length && (plane != nullptr || value != 0); ++i) {
+        if (a >= contacts && a < builtin_count) {  // count where there are some
+          const float none = store.schema()[a].initial[static_cast<std::size_t>(c)];
+          for (std::size_t i = 0; i < length && (plane != nullptr || value != none); ++i) {
             const float some = plane ? plane[at(begin + i)] : value;
-            if (some != 0) hash[i] = fold(hash[i], some);
+            if (some == none) continue;
+            if (c > 0) hash[i] = fold(hash[i], static_cast<float>(c));
+            hash[i] = fold(hash[i], some);
           }
           continue;
         }

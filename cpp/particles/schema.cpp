@@ -23,12 +23,12 @@ Schema::Schema() {
   for (const BuiltinAttribute& builtin : kBuiltins) add(builtin.name, builtin.width, builtin.initial);
 }
 
-int Schema::add(const std::string& name, int width, std::array<float, 3> initial) {
+int Schema::add(const std::string& name, int width, Value initial) {
   if (!identifier(name) || name == "id") {
     throw base::InvalidArgument("attribute name", "be an identifier other than id", "'" + name + "'");
   }
   if (find(name) >= 0) throw std::invalid_argument("attribute '" + name + "' already exists");
-  if (width != 1 && width != 3) {
+  if (width != 1 && width != 3 && size() >= builtin_count) {
     throw base::InvalidArgument("attribute '" + name + "'", "have 1 or 3 numbers", std::to_string(width));
   }
   if (size() == 64) throw std::invalid_argument("a system can have at most 64 attributes");

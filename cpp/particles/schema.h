@@ -22,10 +22,13 @@ enum Builtin : int {
 
 inline constexpr float kForever = std::numeric_limits<float>::infinity();
 
+/// The numbers of one attribute of a particle, as many as its width.
+using Value = std::array<float, 4>;
+
 struct BuiltinAttribute {
   const char* name;
-  int width;                        // 1 or 3
-  std::array<float, 3> initial{};
+  int width;                        // 1, 3 or 4
+  Value initial{};
 };
 
 inline constexpr std::array<BuiltinAttribute, builtin_count> kBuiltins = {{
@@ -45,11 +48,11 @@ consteval int first_component(Builtin attribute) {
 inline constexpr std::array<std::pair<Builtin, Builtin>, 3> kCopies = {
     {{position_b, position}, {velocity_b, velocity}, {up_b, up}}};
 
-/// A named column of 1 or 3 floats per particle.
+/// A named column of 1, 3 or 4 floats per particle.
 struct Attribute {
   std::string name;
-  int width = 1;                      // 1 or 3
-  std::array<float, 3> initial{};     // value of newborn particles unless the script configures another
+  int width = 1;
+  Value initial{};                    // value of newborn particles unless the script configures another
   int first_component = 0;            // its position among all components of the schema
 
   bool operator==(const Attribute&) const = default;
@@ -66,7 +69,7 @@ class Schema {
 
   /// Adds a user attribute and returns its index. Throws std::invalid_argument for a name that is taken, empty or not
   /// an identifier, for a width other than 1 or 3, and for more than 64 attributes.
-  int add(const std::string& name, int width, std::array<float, 3> initial);
+  int add(const std::string& name, int width, Value initial);
 
   /// Makes space periodic. Throws std::invalid_argument for an empty interval, and without an attribute kCrossings of
   /// three numbers.

@@ -12,7 +12,7 @@
 namespace motes::particles {
 namespace {
 
-bool same_bits(std::array<float, 3> a, std::array<float, 3> b, int width) {
+bool same_bits(Value a, Value b, int width) {
   return std::memcmp(a.data(), b.data(), sizeof(float) * static_cast<std::size_t>(width)) == 0;
 }
 
@@ -227,7 +227,7 @@ std::size_t Store::grow(std::size_t count) {
   return first;
 }
 
-void Store::set_uniform(int attribute, std::array<float, 3> value) {
+void Store::set_uniform(int attribute, Value value) {
   Column& column = columns_[index(attribute)];
   if (size_ != 0 || column.planes) throw std::logic_error("set_uniform needs an empty store");
   column.value = value;
@@ -350,7 +350,7 @@ void Store::unpack_touches(base::Reader& in, std::size_t first) {
   }
 }
 
-void Store::set_added(int attribute, std::array<float, 3> value, std::size_t first) {
+void Store::set_added(int attribute, Value value, std::size_t first) {
   Column& column = columns_[index(attribute)];
   if (!column.planes && first == 0) column.value = value;
   if (!column.planes && same_bits(column.value, value, width(attribute))) return;
@@ -416,7 +416,7 @@ void Store::unpack(base::Reader& in, threads::Pool& pool) {
       for (int c = 0; c < components; ++c) arrive(in.take(count * sizeof(float)), writable_plane(a, c));
       continue;
     }
-    std::array<float, 3> value = (*schema_)[a].initial;
+    Value value = (*schema_)[a].initial;
     for (int c = 0; how == Packed::uniform && c < components; ++c) value[static_cast<std::size_t>(c)] = in.get<float>();
     set_added(a, value, first);
   }

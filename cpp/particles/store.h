@@ -33,9 +33,9 @@ class Store {
 
   /// True where all particles share one value of the attribute and no plane is allocated for it.
   bool uniform(int attribute) const { return columns_[index(attribute)].planes == nullptr; }
-  std::array<float, 3> uniform_value(int attribute) const { return columns_[index(attribute)].value; }
+  Value uniform_value(int attribute) const { return columns_[index(attribute)].value; }
 
-  /// The plane of a component (0..2) for reading, or null where the attribute is uniform.
+  /// The plane of a component (0..3) for reading, or null where the attribute is uniform.
   const float* plane(int attribute, int component) const;
 
   /// The value of one particle; loops over many take the plane.
@@ -82,7 +82,7 @@ class Store {
   std::size_t grow(std::size_t count);
 
   /// Sets a uniform attribute's value. Only for stores that are still being filled: throws std::logic_error otherwise.
-  void set_uniform(int attribute, std::array<float, 3> value);
+  void set_uniform(int attribute, Value value);
 
   /// Copies one attribute of every particle to another attribute of the same width.
   void copy_attribute(int from, int to);
@@ -118,7 +118,7 @@ class Store {
  private:
   struct Column {
     std::shared_ptr<float[]> planes;  // null: uniform
-    std::array<float, 3> value{};
+    Value value{};
   };
 
   using TouchRow = TouchMemory::Row;
@@ -144,7 +144,7 @@ class Store {
   void pack_touches(std::span<const std::uint32_t> indices, base::Bytes& out) const;
   void unpack_touches(base::Reader& in, std::size_t first);
   /// Of particles `first` and after it, which have just been added: one value for all of them, or planes to write to.
-  void set_added(int attribute, std::array<float, 3> value, std::size_t first);
+  void set_added(int attribute, Value value, std::size_t first);
   void open_added(int attribute, std::size_t first);
 
   const Schema* schema_;

@@ -4,12 +4,22 @@
 
 #include <cstdint>
 
+#include "particles/schema.h"
+
 namespace motes::particles {
 
-/// Births: stream = birth_position, or birth_attribute + the attribute's index; step is 0, since an id is born once.
+/// Births: stream = birth_position, or birth_stream(attribute); step is 0, since an id is born once.
 inline constexpr std::uint32_t birth_position = 1;
 inline constexpr std::uint32_t birth_jitter = 2;
 inline constexpr std::uint32_t birth_attribute = 0x100;
+constexpr std::uint32_t birth_stream(int attribute) {
+  // Orientation and spin stand before users' attributes, which keep the streams that they had without the two.
+  constexpr int kMoved = builtin_count - orientation;
+  const int index = attribute < orientation     ? attribute
+                    : attribute < builtin_count ? 0x80 + attribute
+                                                : attribute - kMoved;
+  return birth_attribute + static_cast<std::uint32_t>(index);
+}
 
 /// Actions: stream = action + the action's place in the frame's recorded list; step = frame * substeps + substep.
 inline constexpr std::uint32_t action = 0x10000;

@@ -8,16 +8,28 @@
 
 namespace motes::particles {
 
+/// Marks the law of a touch with a wall, so that a wall's number is no particle's id.
+inline constexpr std::uint32_t kWall = 1u << 31;
+
 /// One touch, as one of the two sees it.
 struct Touch {
-  std::uint64_t id;    // of the other
-  std::uint32_t law;   // which contact of the list it is of, from 0 on
+  std::uint64_t id;    // of the other, or the number of a wall's face
+  std::uint32_t law;   // which law of the list it is of, from 0 on, and which part of its state; or kWall: law_part
   std::uint32_t step;  // the sub-step in which it was last felt, from 1 on
-  float slid[3];       // metres: how far the other's surface has slid along this one's
-  float rolled[3];     // metres: how far this one has rolled on the other; both see the same
+  float slid[3];       // contact: metres: how far the other's surface has slid along this one's
+  float rolled[3];     // contact: metres: how far this one has rolled on the other; both see the same
 
   bool operator==(const Touch&) const = default;
 };
+
+/// Laws that remember more than six numbers of a pair have several touches of it, one for each six.
+constexpr std::uint32_t law_part(std::uint32_t law, std::uint32_t part) { return part << 24 | law; }
+constexpr std::uint32_t law_of(const Touch& touch) { return touch.law & 0xffffffu; }
+constexpr std::uint32_t part_of(const Touch& touch) { return touch.law >> 24 & 0x7f; }
+/// Tells whether a law has left it of a pair of particles.
+constexpr bool is_of_pair(const Touch& touch, std::uint32_t law) {
+  return law_of(touch) == law && (touch.law & kWall) == 0;
+}
 
 /// The touches of many particles, one after another in memory. Rows say where they are: they can be moved and copied
 /// within a store as numbers can.

@@ -69,7 +69,7 @@ std::vector<std::uint32_t> order(const actions::Action& sort, double time, parti
                                  threads::Pool& pool) {
   const auto given = actions::numbers_of<actions::numbers::sort>(sort);
   const std::vector<std::uint32_t> chosen = select(sort.where, sort.shapes, time, store);
-  const std::array<float, 3> everywhere = store.uniform_value(particles::position);
+  const particles::Value everywhere = store.uniform_value(particles::position);
   std::vector<SortEntry> places(chosen.size());
   const auto distance_of = [&](std::uint32_t particle) {
     double distance = 0;

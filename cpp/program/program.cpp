@@ -21,15 +21,26 @@ using particles::kBlock;
 using particles::kShortBlock;
 using particles::Store;
 
-constexpr std::uint64_t kTurning = 1u << particles::up | 1u << particles::rotational_velocity;
+// What move turns, and how fast.
+struct Turning {
+  int turned, rate;
+  std::uint64_t both() const { return std::uint64_t{1} << turned | std::uint64_t{1} << rate; }
+};
+constexpr Turning kUps = {particles::up, particles::rotational_velocity};
+constexpr Turning kOrientations = {particles::orientation, particles::spin};
 
-// Whether a particle of this store may spin: it already does, or an action of the list will make it.
-bool turns(const Store& store, const std::vector<actions::Action>& list) {
-  const std::array<float, 3> spin = store.uniform_value(particles::rotational_velocity);
-  if (!store.uniform(particles::rotational_velocity) || spin[0] != 0 || spin[1] != 0 || spin[2] != 0) return true;
+// Whether a particle of this store may turn: it already does, or an action of the list will make it.
+bool turns(const Turning& turning, const Store& store, const std::vector<actions::Action>& list) {
+  const particles::Value rate = store.uniform_value(turning.rate);
+  if (!store.uniform(turning.rate) || rate[0] != 0 || rate[1] != 0 || rate[2] != 0) return true;
   return std::any_of(list.begin(), list.end(), [&](const actions::Action& action) {
-    return (actions::writes(action, store.schema()) >> particles::rotational_velocity & 1u) != 0;
+    return (actions::writes(action, store.schema()) >> turning.rate & 1u) != 0;
   });
+}
+
+// The attributes that move leaves unchanged, since no particle turns: they take no memory.
+std::uint64_t at_rest(const Store& store, const std::vector<actions::Action>& list) {
+  return (turns(kUps, store, list) ? 0 : kUps.both()) | (turns(kOrientations, store, list) ? 0 : kOrientations.both());
 }
 
 // The keys of draws are kept from block to block, for this many sub-steps.
@@ -47,14 +58,16 @@ std::size_t kept_steps(const Span& span) {
   return std::min(kKeptSteps, static_cast<std::size_t>(std::max(span.substeps, 1)));
 }
 
-bool turns_ups(const actions::Action& action) {
+bool rotational(const actions::Action& action) {
   return action.kind == actions::Kind::move && actions::numbers_of<actions::numbers::move>(action).rotational != 0;
 }
 
-// Without spin, move leaves the orientations unchanged and they take no memory.
-std::uint64_t untouched(const actions::Action& action, bool turns) {
-  return action.kind == actions::Kind::move && !(turns && turns_ups(action)) ? kTurning : 0;
+std::uint64_t untouched(const actions::Action& action, std::uint64_t at_rest) {
+  if (action.kind != actions::Kind::move) return 0;
+  return rotational(action) ? at_rest : kUps.both() | kOrientations.both();
 }
+
+bool is_law(const actions::Action& action) { return action.kind == actions::Kind::law; }
 
 void append(std::vector<std::uint32_t>& to, const std::vector<std::uint32_t>& more) {
   to.insert(to.end(), more.begin(), more.end());
@@ -122,9 +135,48 @@ double time_of(const Span& span, int substep) {
   return (static_cast<double>(span.frame) + static_cast<double>(substep) / span.substeps) * span.dt;
 }
 
-Program::Program(std::vector<actions::Action> list, std::uint32_t place) : list_(std::move(list)), place_(place) {}
+Program::Program(std::vector<actions::Action> list, std::uint32_t place, const particles::Schema& schema)
+    : list_(std::move(list)), place_(place) {
+  const bool any = std::any_of(list_.begin(), list_.end(), is_law);
+  if (any) compile_laws(schema);
+}
 
-std::vector<Program::Operation> Program::bind(const Store& store, bool turns, float* scratch) const {
+void Program::compile_laws(const particles::Schema& schema) {
+  laws_.resize(list_.size());
+  for (std::size_t i = 0; i < list_.size(); ++i) {
+    if (!is_law(list_[i])) continue;
+    Law& law = laws_[i];
+    law.formula =
+        expressions::compile(list_[i].values, schema.components(), schema[particles::position].first_component);
+    for (std::size_t k = 0; k < list_[i].results.size(); ++k) {
+      const actions::Result& result = list_[i].results[k];
+      law.outcomes.push_back({schema[result.attribute].first_component + result.component, law.formula.results[k],
+                              result.how == actions::Result::How::rate, result.how != actions::Result::How::value});
+    }
+    work_ = std::max(work_, static_cast<std::size_t>(law.formula.written()));
+  }
+}
+
+void Program::bind_law(std::size_t number, float* work, Operation& operation) const {
+  const Law& law = laws_[number];
+  operation.planes.assign(static_cast<std::size_t>(law.formula.planes), nullptr);
+  const auto columns = static_cast<std::size_t>(law.formula.columns);
+  for (std::size_t p = columns; p < operation.planes.size(); ++p) {
+    operation.planes[p] = work + (p - columns) * actions::kPlane;
+  }
+  operation.law = {law.formula.constants.data(),
+                   law.formula.constants.size(),
+                   law.formula.steps.data(),
+                   law.formula.steps.size(),
+                   law.outcomes.data(),
+                   law.outcomes.size(),
+                   columns,
+                   operation.planes.data()};
+  operation.parameters.law = &operation.law;
+}
+
+std::vector<Program::Operation> Program::bind(const Store& store, std::uint64_t at_rest, float* scratch,
+                                              float* work) const {
   std::vector<Operation> operations(list_.size());
   for (std::size_t i = 0; i < list_.size(); ++i) {
     const actions::Action& action = list_[i];
@@ -136,19 +188,21 @@ std::vector<Program::Operation> Program::bind(const Store& store, bool turns, fl
     p.number = few ? operation.numbers.data() : action.numbers.data();
     p.numbers = static_cast<int>(action.numbers.size());
     p.shape = action.shapes.data();
-    p.flag = turns && turns_ups(action);
+    p.flag = rotational(action) && (at_rest & kUps.both()) == 0;
+    p.spins = rotational(action) && (at_rest & kOrientations.both()) == 0;
     p.scratch = scratch;
     if (action.table != 0) bind_table(*actions::table(action.table), p);
     if (action.target >= 0) {
       p.target = store.schema()[action.target].first_component;
       p.width = store.schema()[action.target].width;
     }
-    for (std::size_t v = 0; v < action.values.size() && v < 3; ++v) {
+    for (std::size_t v = 0; action.target >= 0 && v < action.values.size(); ++v) {
       p.code[v] = action.values[v].data();
       p.length[v] = action.values[v].size();
     }
-    const std::uint64_t writes = actions::writes(action, store.schema()) & ~untouched(action, turns);
+    const std::uint64_t writes = actions::writes(action, store.schema()) & ~untouched(action, at_rest);
     operation.moves = store.schema().periods().any() && (writes >> particles::position & 1u) != 0;
+    if (is_law(action)) bind_law(i, work, operation);
     if (!action.where.empty()) {
       operation.where = &action.where;
       operation.written = components_of(writes, store.schema());
@@ -168,28 +222,30 @@ void Program::run(Store& store, std::size_t begin, std::size_t entry, const Span
 // Allocates what the list writes to; from then on parts may run at the same time.
 Program::Pass Program::prepare(Store& store, std::size_t entry, const Span& span, particles::Key key,
                                const Region& region) const {
-  const bool spins = turns(store, list_);
+  const std::uint64_t still = at_rest(store, list_);
   std::uint64_t reads = 0;
   std::uint64_t writes = 0;
   bool conditional = false;
   for (const actions::Action& action : list_) {
     conditional |= !action.where.empty();
-    reads |= actions::reads(action, store.schema()) & ~untouched(action, spins);
+    reads |= actions::reads(action, store.schema()) & ~untouched(action, still);
     reads |= actions::named(action, store.schema());  // by an expression, whatever the kernel does
-    writes |= actions::writes(action, store.schema()) & ~untouched(action, spins);
+    writes |= actions::writes(action, store.schema()) & ~untouched(action, still);
   }
   const bool wraps = store.schema().periods().any() && (writes >> particles::position & 1u) != 0;
   if (wraps) writes |= std::uint64_t{1} << store.schema().crossings();
   for (int a = 0; a < store.schema().size(); ++a) {
     if ((writes >> a & 1u) != 0) store.writable_plane(a, 0);
   }
-  return {store, span, region, steps_of(entry, span, key), spins, conditional, wraps, reads | writes};
+  return {store, span, region, steps_of(entry, span, key), still, conditional, wraps, reads | writes};
 }
 
 void Program::run_range(const Pass& pass, std::size_t first, std::size_t last, Outcome& outcome) const {
   const simd::FloatMode mode;
   static thread_local std::array<float, actions::kScratch> scratch;  // kept: a range is soon done
-  const std::vector<Operation> operations = bind(pass.store, pass.spins, scratch.data());
+  static thread_local std::vector<float> work;
+  if (work.size() < work_ * actions::kPlane) work.resize(work_ * actions::kPlane);
+  const std::vector<Operation> operations = bind(pass.store, pass.at_rest, scratch.data(), work.data());
   Planes planes(pass.store, pass.touched);
   std::vector<particles::DrawKeys> draws(operations.size() * kept_steps(pass.span));
   std::array<std::int32_t, kBlock + particles::kPadding> hit{};

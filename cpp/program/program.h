@@ -73,7 +73,8 @@ class FetchAhead;
 class Program {
  public:
   /// `place`: the position of the first action in the frame's list (random streams are keyed by it).
-  explicit Program(std::vector<actions::Action> list, std::uint32_t place = 0);
+  /// `schema`: of the systems whose particles it runs over, where the list has laws.
+  explicit Program(std::vector<actions::Action> list, std::uint32_t place = 0, const particles::Schema& schema = {});
 
   /// Runs sub-steps span.first.. of the list over particles begin.. of the store: the first sub-step from action
   /// `entry` on, the others in full. Adds the dead and those outside the region to `outcome`; removes none. An empty
@@ -100,6 +101,8 @@ class Program {
     actions::Kernel kernel = nullptr;
     actions::Parameters parameters{};
     const actions::Expression* where = nullptr;  // null: everywhere
+    actions::LawCode law{};
+    std::vector<float*> planes;  // of a law
     std::vector<int> written;  // components, where there is a condition
     bool moves = false;  // positions, in periodic space
   };
@@ -117,7 +120,8 @@ class Program {
     const Span& span;
     const Region& region;
     std::vector<Substep> steps;
-    bool spins, conditional;  // whether particles may spin; whether any action has a condition
+    std::uint64_t at_rest;  // attributes that move leaves unchanged
+    bool conditional;  // whether any action has a condition
     bool wraps;  // whether any action moves particles in periodic space
     std::uint64_t touched;  // attributes
   };
@@ -128,12 +132,23 @@ class Program {
   std::vector<Substep> steps_of(std::size_t entry, const Span& span, particles::Key key) const;
   static void run_block(const Pass& pass, const std::vector<Operation>& operations, const actions::Block& block,
                         std::vector<particles::DrawKeys>& draws, FetchAhead* ahead);
-  std::vector<Operation> bind(const particles::Store& store, bool turns, float* scratch) const;
+  std::vector<Operation> bind(const particles::Store& store, std::uint64_t at_rest, float* scratch, float* work) const;
+  void compile_laws(const particles::Schema& schema);
   static void wrap_block(const particles::Schema& schema, const actions::Block& block);
   static void run_where(const Operation& operation, const actions::Block& block, const actions::Step& step);
 
+  void bind_law(std::size_t number, float* work, Operation& operation) const;
+
+  // What a law of the list computes.
+  struct Law {
+    expressions::Formula formula;
+    std::vector<actions::Outcome> outcomes;
+  };
+
   std::vector<actions::Action> list_;
   std::uint32_t place_;
+  std::vector<Law> laws_;  // by action; none where the list has no law
+  std::size_t work_ = 0;  // planes that the largest of them writes
 };
 
 }  // namespace motes::program

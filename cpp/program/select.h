@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "actions/expression.h"
+#include "actions/action.h"
 #include "particles/store.h"
 #include "shapes/shape.h"
 

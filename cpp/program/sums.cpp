@@ -221,7 +221,7 @@ void check(const Sum& sum, const particles::Schema& schema) {
   if (!sum.dimensions.empty() && sum.weights.size() > 1) throw base::InvalidArgument("weights", "be one expression");
   each_expression(sum, [&](const Expression& one) {
     if (&one == &sum.where) return;
-    if (check(one, schema.components(), static_cast<int>(sum.shapes.size())) != actions::Type::number) {
+    if (check(one, schema.components(), static_cast<int>(sum.shapes.size())) != expressions::Type::number) {
       throw base::InvalidArgument("a sum", "be of numbers");
     }
   });

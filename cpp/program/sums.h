@@ -9,7 +9,7 @@
 #include <variant>
 #include <vector>
 
-#include "actions/expression.h"
+#include "actions/action.h"
 #include "base/bytes.h"
 #include "particles/exact_sum.h"
 #include "particles/store.h"

@@ -22,6 +22,11 @@ void check_attribute(int attribute, const particles::Schema& schema) {
   throw base::InvalidArgument("attribute", "be 0.." + std::to_string(schema.size() - 1), std::to_string(attribute));
 }
 
+bool is_zero(const Distribution& d) {
+  return d.kind == Distribution::Kind::value &&
+         std::all_of(std::begin(d.first), std::end(d.first), [](float number) { return number == 0; });
+}
+
 void check_distribution(const Given& given, const particles::Schema& schema) {
   check_attribute(given.attribute, schema);
   const particles::Attribute& attribute = schema[given.attribute];
@@ -30,6 +35,12 @@ void check_distribution(const Given& given, const particles::Schema& schema) {
     throw base::InvalidArgument(attribute.name, rule, got);
   };
   const bool drawn = d.kind == Distribution::Kind::uniform || d.kind == Distribution::Kind::normal;
+  if (d.kind == Distribution::Kind::rotation) {
+    if (given.attribute != particles::orientation) refuse("be numbers: only orientation is drawn from rotations");
+    return;
+  }
+  if (drawn && attribute.width > 3) refuse("be a value, or drawn from all rotations");
+  if (given.attribute == particles::orientation && is_zero(d)) refuse("not be 0");
   for (int i = 0; i < attribute.width; ++i) {
     const bool endless = given.attribute == particles::lifetime && d.kind == Distribution::Kind::value;
     if (!std::isfinite(d.first[i]) && !(endless && d.first[i] > 0)) refuse("be finite");
@@ -42,8 +53,23 @@ void check_distribution(const Given& given, const particles::Schema& schema) {
     }
   }
   if (d.kind == Distribution::Kind::shape) {
-    if (attribute.width != 3) refuse("be drawn from numbers: it has one, a shape gives three");
+    if (attribute.width != 3) refuse("be drawn from numbers: a shape gives three");
     shapes::check(d.shape);
+  }
+}
+
+// Only births on the surface of a mesh have a normal and a colour there.
+void check_surface(const Given& given, const Birth& birth, const particles::Schema& schema) {
+  const particles::Attribute& attribute = schema[given.attribute];
+  if (attribute.width != 3) throw base::InvalidArgument(attribute.name, "have three numbers, to be a surface's");
+  const bool on_mesh = birth.kind != Birth::Kind::emit && birth.shape.kind == shapes::Kind::mesh &&
+                       !shapes::drawn_inside(birth.shape) && birth.shape.form != nullptr &&
+                       birth.shape.form->triangles > 0;
+  if (!on_mesh) {
+    throw base::InvalidArgument(attribute.name, "be a surface's only for births on a mesh without solid=True");
+  }
+  if (given.distribution.kind == Distribution::Kind::surface_color && birth.shape.form->colors == nullptr) {
+    throw base::InvalidArgument(attribute.name, "be a surface's colour only for births on a mesh with colors=");
   }
 }
 
@@ -61,9 +87,10 @@ void check_way(const Birth& birth) {
 void draw_attribute(const Given& given, particles::Key key, Store& into) {
   const Distribution& d = given.distribution;
   const int width = into.schema()[given.attribute].width;
-  float* planes[3] = {};
+  float* planes[4] = {};
   for (int c = 0; c < width; ++c) planes[c] = into.writable_plane(given.attribute, c);
-  const auto stream = particles::birth_attribute + static_cast<std::uint32_t>(given.attribute);
+  const int drawn = d.of_surface() ? particles::position : given.attribute;  // the same draws as of the place
+  const auto stream = particles::birth_stream(drawn);
   particles::DrawKeys draws;
   actions::kernels().draw(d, {0, 0, stream, key, 0, &draws}, into.ids(), into.size(), planes, width);
 }
@@ -144,7 +171,10 @@ void check(const Birth& birth, const particles::Schema& schema) {
   if (static_cast<double>(birth.amount) > kMostAtOnce) {
     throw base::InvalidArgument("count", "be 0..4000000000", std::to_string(birth.amount));
   }
-  for (const Given& given : birth.state) check_distribution(given, schema);
+  for (const Given& given : birth.state) {
+    check_distribution(given, schema);
+    if (given.distribution.of_surface()) check_surface(given, birth, schema);
+  }
   const auto is_position = [](const Emitted& column) { return column.attribute == particles::position; };
   if (birth.kind == Birth::Kind::emit && std::none_of(birth.columns.begin(), birth.columns.end(), is_position)) {
     throw base::InvalidArgument("position", "be given, one row per particle");
@@ -196,7 +226,7 @@ Store make(const Birth& birth, const particles::Schema& schema, particles::Key k
     if (emitted[static_cast<std::size_t>(given.attribute)]) continue;
     const float* v = given.distribution.first;
     if (given.distribution.kind == Distribution::Kind::value) {
-      newborn.set_uniform(given.attribute, {v[0], v[1], v[2]});  // one value for all: no memory is needed
+      newborn.set_uniform(given.attribute, {v[0], v[1], v[2], v[3]});  // one value for all: no memory is needed
     } else {
       drawn.push_back(&given);
     }
@@ -211,7 +241,15 @@ Store make(const Birth& birth, const particles::Schema& schema, particles::Key k
     draw_attribute(place, key, newborn);
     if (!birth.before.empty()) spread_along(birth.before[0], key, moment, newborn);
   }
-  for (const Given* given : drawn) draw_attribute(*given, key, newborn);
+  for (const Given* given : drawn) {
+    if (!given->distribution.of_surface()) {
+      draw_attribute(*given, key, newborn);
+      continue;
+    }
+    Given here = *given;
+    here.distribution.shape = birth.shape;
+    draw_attribute(here, key, newborn);
+  }
   for (const Emitted& column : birth.columns) copy_column(column, first_of_call, newborn);
   particles::wrap(newborn);
   for (const auto& [copy, original] : particles::kCopies) {

@@ -22,7 +22,7 @@ namespace motes::recording {
 struct UserAttribute {
   std::string name;
   int width = 1;
-  std::array<float, 3> initial{};
+  particles::Value initial{};
 
   bool operator==(const UserAttribute&) const = default;
 };

@@ -40,7 +40,9 @@ Record sample() {
   birth.columns = {{particles::position, {0, 0, 0}}};
   birth.before = {{}};
   birth.until = {0};
-  const actions::Action action{actions::Kind::set, {0}, {both}, step, 0, {step}};
+  actions::Action action{actions::Kind::set, {0}, {both}, step, 0, {step}};
+  action.leaves = {{}};
+  action.results = {{}};
   Spawn spawn;
   spawn.state = birth.state;
   spawn.where = step;
@@ -74,7 +76,7 @@ base::Hash layout() {
     bytes.put(facts.ramp);
     bytes.put(facts.table);
   }
-  for (const int count : {shapes::kKinds, shapes::kNumbers, actions::kOps, int{particles::builtin_count}}) {
+  for (const int count : {shapes::kKinds, shapes::kNumbers, expressions::kOps, int{particles::builtin_count}}) {
     bytes.put(count);
   }
   return base::hash(bytes.view());
@@ -200,7 +202,8 @@ std::set<meshes::AssetKey> assets_of(const std::vector<std::span<const std::byte
       for (const Item& item : list) add_meshes(item, keys);
     }
     if (!record.view) continue;
-    for (const image::Solid& solid : record.view->objects) keys.insert(solid.mesh);
+    for (const image::Solid& solid : record.view->objects) keys.insert({solid.mesh, solid.image});
+    keys.insert(record.view->sky.picture);
   }
   keys.erase(0);
   return keys;

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "actions/expression.h"
+#include "actions/action.h"
 #include "particles/store.h"
 #include "recording/births.h"
 

@@ -56,6 +56,17 @@ struct MeshLanes {
     if (form == nullptr || form->triangles == 0) return all3(pose.position);
     return pose.to_world(solid && has_inside() ? sample_inside(draws) : sample_surface(draws));
   }
+  /// The unit normal of the triangle, and the colour of the place, that sample() finds on the surface with these draws.
+  MOTES_INLINE Floats3 sample_normal(Draws& draws) const {
+    Floats3 origin{}, u{}, v{};
+    sides_at(form->corners, draws.bits(), origin, u, v);
+    // Scaled first: squares of small triangles' areas would vanish.
+    const Floats3 a = u * (1.0f / largest(u)), b = v * (1.0f / largest(v));
+    const Floats3 normal = cross(a, b);
+    return pose.turn(normal * (1.0f / sqrt(max(dot(normal, normal), all(1e-30f)))));
+  }
+  MOTES_INLINE Floats3 sample_color(Draws& draws) const { return mixed(form->colors, draws.bits()); }
+
   MOTES_INLINE Hit hit(Floats3 p, Floats3 path) const { return meet(p, p + path); }
   MOTES_INLINE Hit meet(Floats3 p, Floats3 there) const {
     if (!has_inside()) return no_hit();
@@ -132,6 +143,12 @@ struct MeshLanes {
     return {bracket.mask, only(bracket.mask, enter + within * (leave - enter))};
   }
 
+  /// The nearest place in the grid, in the body's coordinates.
+  MOTES_INLINE Floats3 into_grid(Floats3 q) const {
+    return {min(max(q.x, all(form->first[0])), all(grid_end(0))), min(max(q.y, all(form->first[1])), all(grid_end(1))),
+            min(max(q.z, all(form->first[2])), all(grid_end(2)))};
+  }
+
  private:
   struct Cell {
     Floats x, y, z;  // 0..1 between its nodes
@@ -149,10 +166,6 @@ struct MeshLanes {
 
   MOTES_INLINE float grid_end(int axis) const {
     return form->first[axis] + form->cell * static_cast<float>(form->nodes[axis] - 1);
-  }
-  MOTES_INLINE Floats3 into_grid(Floats3 q) const {
-    return {min(max(q.x, all(form->first[0])), all(grid_end(0))), min(max(q.y, all(form->first[1])), all(grid_end(1))),
-            min(max(q.z, all(form->first[2])), all(grid_end(2)))};
   }
   static MOTES_INLINE Floats mix(Floats a, Floats b, Floats part) { return a + (b - a) * part; }
 
@@ -227,19 +240,30 @@ struct MeshLanes {
 
   MOTES_INLINE Floats3 sample_surface(Draws& draws) const {
     const Uints4 bits = draws.bits();
+    return mixed(form->corners, bits);
+  }
+
+  // The mean of three vectors of the triangle that `bits` choose, weighted as the point that they choose is.
+  MOTES_INLINE Floats3 mixed(const float* of_corners, const Uints4& bits) const {
     Floats3 origin{}, u{}, v{};
-    for (std::size_t lane = 0; lane < kLanes; ++lane) {
-      const float* c = form->corners + std::size_t{9} * triangle_of(bits.a[lane]);
-      set_lane(origin, lane, of(c));
-      set_lane(u, lane, minus(of(c + 3), of(c)));
-      set_lane(v, lane, minus(of(c + 6), of(c)));
-    }
+    sides_at(of_corners, bits, origin, u, v);
     // Uniform by area: the far half of the parallelogram is folded onto the near one.
     Floats a = unit(bits.b), b = unit(bits.c);
     const Mask far = a + b > 1.0f;
     a = select(far, 1.0f - a, a);
     b = select(far, 1.0f - b, b);
     return origin + u * a + v * b;
+  }
+
+  static MOTES_INLINE Floats largest(Floats3 v) { return max(max(max(abs(v.x), abs(v.y)), abs(v.z)), all(1e-30f)); }
+  MOTES_INLINE void sides_at(const float* of_corners, const Uints4& bits, Floats3& origin, Floats3& u,
+                             Floats3& v) const {
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      const float* c = of_corners + std::size_t{9} * triangle_of(bits.a[lane]);
+      set_lane(origin, lane, of(c));
+      set_lane(u, lane, minus(of(c + 3), of(c)));
+      set_lane(v, lane, minus(of(c + 6), of(c)));
+    }
   }
 
   MOTES_INLINE std::uint32_t triangle_of(std::uint32_t choice) const {

@@ -127,6 +127,8 @@ void share_out(std::vector<Shape>& parts) {
 
 std::string name(Kind kind) { return facts(kind).name; }
 int count(Kind kind) { return facts(kind).numbers; }
+bool drawn_inside(const Shape& mesh) { return mesh.number[kSolid] != 0; }
+
 bool has_surface(Kind kind) { return facts(kind).surface; }
 
 void check(const Shape& s) {

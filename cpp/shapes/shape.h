@@ -112,6 +112,9 @@ int count(Kind kind);
 /// The name of the Python class.
 std::string name(Kind kind);
 
+/// Whether points are drawn from the inside of a mesh.
+bool drawn_inside(const Shape& mesh);
+
 /// Whether a particle can bounce off the shape; for a union, whether it can bounce off its parts.
 bool has_surface(Kind kind);
 

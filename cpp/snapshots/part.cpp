@@ -97,20 +97,20 @@ void check(const SavedPlane& plane, const Description& description, std::span<co
   const std::uint64_t count = plane.kind == Plane::uniform   ? static_cast<std::uint64_t>(plane.width)
                               : plane.kind == Plane::touches ? bytes / sizeof(Touch)
                                                              : rows;
-  if (plane.width < 1 || plane.width > 3 || bytes / width_of(plane) != count || bytes % width_of(plane) != 0) {
+  if (plane.width < 1 || plane.width > 4 || bytes / width_of(plane) != count || bytes % width_of(plane) != 0) {
     damaged("a plane of another length than its system");
   }
 }
 
-std::array<float, 3> shared_value(const SavedPlane& plane, std::span<const std::byte> planes) {
+particles::Value shared_value(const SavedPlane& plane, std::span<const std::byte> planes) {
   const auto bytes = bytes_of(plane, planes);
-  std::array<float, 3> value{};
+  particles::Value value{};
   std::memcpy(value.data(), bytes.data(), bytes.size());
   return value;
 }
 
-bool same(const std::array<float, 3>& a, const std::array<float, 3>& b) {
-  return std::bit_cast<std::array<std::uint32_t, 3>>(a) == std::bit_cast<std::array<std::uint32_t, 3>>(b);
+bool same(const particles::Value& a, const particles::Value& b) {
+  return std::bit_cast<std::array<std::uint32_t, 4>>(a) == std::bit_cast<std::array<std::uint32_t, 4>>(b);
 }
 
 // A store without particles takes the values that all arriving ones share.
@@ -224,7 +224,7 @@ std::string name_of(const SavedPlane& plane) {
     default: break;
   }
   std::string name = plane.attribute;
-  if (plane.width > 1) name.append(".").append(1, "xyz"[plane.component]);
+  if (plane.width > 1) name.append(".").append(1, "xyzw"[plane.component]);
   return name;
 }
 
@@ -279,7 +279,7 @@ void copy(const std::vector<const Store*>& stores, Description& description, Byt
     if (plane.kind == Plane::touch_counts) copy_touch_counts(store, to);
     if (plane.kind == Plane::touches) copy_touches(store, to);
     if (plane.kind != Plane::uniform) continue;
-    const std::array<float, 3> value = store.uniform_value(store.schema().find(plane.attribute));
+    const particles::Value value = store.uniform_value(store.schema().find(plane.attribute));
     std::memcpy(to, value.data(), sources[i].bytes);
   }
   run(pool, copies);
@@ -323,7 +323,7 @@ void append(const Description& description, std::span<const std::byte> planes, s
                           reinterpret_cast<std::byte*>(store.writable_plane(attribute, plane.component) + before));
       continue;
     }
-    const std::array<float, 3> value = shared_value(plane, planes);
+    const particles::Value value = shared_value(plane, planes);
     if (store.uniform(attribute) && same(store.uniform_value(attribute), value)) continue;
     for (int c = 0; c < plane.width; ++c) {
       std::fill_n(store.writable_plane(attribute, c) + before, count, value[static_cast<std::size_t>(c)]);

@@ -12,6 +12,23 @@ using actions::Action;
 using actions::make;
 namespace numbers = actions::numbers;
 
+// A law of a script: pairs remember how they have been placed, which pushes them apart.
+Action law() {
+  using actions::Leaf;
+  using actions::Op;
+  using actions::Result;
+  Action action = make(numbers::interact<>{.radius = 0.3, .state = 3});
+  for (std::int32_t c = 0; c < 3; ++c) {
+    action.leaves.push_back({Leaf::Of::state, 0, c});
+    action.leaves.push_back({Leaf::Of::normal, 0, c});
+    const actions::Expression next = {{Op::column, 2 * c}, {Op::column, 2 * c + 1}, {Op::subtract}};
+    action.values.insert(action.values.end(), 2, next);
+    action.results.push_back({Result::How::state, 0, c});
+    action.results.push_back({Result::How::rate, particles::velocity, c});
+  }
+  return action;
+}
+
 recording::Birth falling(double per_frame) {
   recording::Birth birth;
   birth.kind = recording::Birth::Kind::source;
@@ -115,8 +132,10 @@ void record(engine::Engine& engine, const Story& story, std::uint64_t frame) {
   engine.record(0, make(numbers::kill_old<>{.age_limit = 0.4}));
   // From here on the values at birth are asked for, also of particles that were born before.
   if (frame > 5) engine.record(0, make(numbers::restore<>{.time_left = 1, .position = 1, .up = 1}));
-  if (story.meets)
+  if (story.meets) {
     engine.record(0, make(numbers::match_velocity<>{.magnitude = 0.5, .epsilon = 0.1, .max_radius = 0.3}));
+    engine.record(0, law());
+  }
   engine.record(0, make(numbers::move<>{.rotational = 1}));
   engine.record(1, falling(10));
   engine.record(1, make(numbers::kill_old<>{.age_limit = 0.2}));

@@ -15,7 +15,7 @@ from types import ModuleType
 
 from motes import actions
 from motes._system import recorder
-from motes.actions import between, forces, guides, motion, targets
+from motes.actions import between, forces, guides, laws, motion, targets
 
 DOCS = Path(__file__).resolve().parents[1]
 COSTS = json.loads(Path(__file__).with_name("costs.json").read_text())
@@ -30,7 +30,7 @@ PAGES = {
     "actions_between.md": (
         "Actions between particles",
         "[Particles that meet](meetings.md) says what to know of them.",
-        [("", between)],
+        [("", between), ("Laws of your own", laws)],
     ),
 }
 WRITTEN = """
@@ -158,7 +158,7 @@ def cost(name: str, which: str) -> str:
 
 def actions_between(name: str) -> bool:
     """Whether it acts between particles."""
-    return name in [words(kind) for kind in between.__all__]
+    return name in [words(kind) for kind in [*between.__all__, *laws.__all__]]
 
 
 def costly() -> str:

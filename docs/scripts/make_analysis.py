@@ -1,6 +1,7 @@
-"""Write the lists in docs/analysis.md from the log's schema and the plots' docstrings.
+"""Write docs/analysis.md's plots from their docstrings, and docs/notes/log.md from the log's schema.
 
-`python docs/scripts/make_analysis.py`. A test compares the file with `page()`, so it cannot fall behind.
+`python docs/scripts/make_analysis.py`. A test compares the files with `page()` and `columns()`, so they
+cannot fall behind.
 """
 
 from __future__ import annotations
@@ -12,13 +13,18 @@ from motes.analysis._plots import Plots, RunsPlots
 from motes.analysis._tables.schema import QUANTILES, TABLES, Table
 
 PAGE = Path(__file__).resolve().parents[1] / "analysis.md"
+COLUMNS = PAGE.parent / "notes" / "log.md"
 
 
 def page() -> str:
-    """Return the whole page: its own text, and the lists anew."""
-    text = PAGE.read_text()
-    text = _between(text, "plots", plots())
-    return _between(text, "tables", "\n\n".join(table(name, one) for name, one in TABLES.items()))
+    """Return the whole page: its own text, and the list of plots anew."""
+    return _between(PAGE.read_text(), "plots", plots())
+
+
+def columns() -> str:
+    """Return the page of columns: its own text, and the lists anew."""
+    tables = "\n\n".join(table(name, one) for name, one in TABLES.items())
+    return _between(COLUMNS.read_text(), "tables", tables)
 
 
 def _between(text: str, name: str, content: str) -> str:
@@ -43,7 +49,8 @@ def plots() -> str:
 def table(name: str, one: Table) -> str:
     """Describe one table."""
     when = "" if one.required else "; where there was something to write"
-    lines = [f"### `run.{name}`: {one.file}", "", f"One row per {one.row}{when}.", ""]
+    call = "()" if name == "waits" else ""
+    lines = [f"### `run.{name}{call}`: {one.file}", "", f"One row per {one.row}{when}.", ""]
     for column in one.columns:
         if column.name == "frame":
             continue  # the page says it once
@@ -62,3 +69,4 @@ def table(name: str, one: Table) -> str:
 
 if __name__ == "__main__":
     PAGE.write_text(page())
+    COLUMNS.write_text(columns())

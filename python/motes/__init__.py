@@ -16,7 +16,19 @@ from ._mpi import mpi_settings as _mpi_settings  # noqa: F401  (before MPI or Nu
 from ._mpi import rank_process as _rank_process
 
 if TYPE_CHECKING:
-    from . import actions, analysis, balance, cluster, errors, expressions, replay, script, shapes
+    from . import (
+        actions,
+        analysis,
+        balance,
+        cluster,
+        course,
+        errors,
+        expressions,
+        replay,
+        script,
+        shapes,
+        workloads,
+    )
     from ._film.movie import Movie
     from ._interchange.export import Export
     from ._interchange.reading import open_particles
@@ -28,7 +40,7 @@ if TYPE_CHECKING:
     from ._picture.sprites import Sprite
     from ._player.notebook import launch, show
     from ._player.player import Player
-    from ._system.distributions import Normal, Uniform
+    from ._system.distributions import Normal, Uniform, along_normal, surface_color
     from ._system.system import System
     from ._values.checkpoint import Checkpoint
     from ._values.curves import Curve
@@ -50,7 +62,22 @@ if TYPE_CHECKING:
         ScriptMismatchError,
         Stopped,
     )
-    from .expressions import column, maximum, minimum, time
+    from .expressions import (
+        a,
+        b,
+        column,
+        cross,
+        dot,
+        length,
+        maximum,
+        minimum,
+        normal,
+        normalize,
+        r,
+        relative_velocity,
+        time,
+        where,
+    )
     from .shapes._mesh import Mesh
 
     __version__: str
@@ -60,7 +87,7 @@ _MODULES = {
     "_values.checkpoint": ("Checkpoint",),
     "_live.controls": ("Control",),
     "_values.curves": ("Curve",),
-    "_system.distributions": ("Normal", "Uniform"),
+    "_system.distributions": ("Normal", "Uniform", "along_normal", "surface_color"),
     "errors": (
         *(
             "ArgumentError",
@@ -74,7 +101,10 @@ _MODULES = {
         *("NotHereError", "RankError", "ScriptMismatchError", "Stopped"),
     ),
     "_interchange.export": ("Export",),
-    "expressions": ("column", "maximum", "minimum", "time"),
+    "expressions": (
+        *("a", "b", "column", "cross", "dot", "length", "maximum", "minimum", "normal", "normalize", "r"),
+        *("relative_velocity", "time", "where"),
+    ),
     "_picture.frame": ("Frame",),
     "_interchange.reading": ("open_particles",),
     "_values.live": ("Live",),
@@ -85,6 +115,7 @@ _MODULES = {
     "_particles.particles": ("Particles",),
     "_picture.rendering": ("Camera", "Renderer"),
     "_values.roles": ("Roles",),
+    "_picture.skies": ("Gradient",),
     "_picture.solids": ("Light", "Solid"),
     "_picture.sprites": ("Sprite",),
     "_system.system": ("System",),
@@ -93,8 +124,8 @@ _MODULES = {
 }
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
 _PUBLIC_MODULES = (
-    *("actions", "analysis", "balance", "cluster", "errors", "expressions", "replay", "script"),
-    "shapes",
+    *("actions", "analysis", "balance", "cluster", "course", "errors", "expressions", "replay"),
+    *("script", "shapes", "workloads"),
 )
 
 __all__ = [
@@ -106,6 +137,7 @@ __all__ = [
     "Curve",
     "Export",
     "Frame",
+    "Gradient",
     "Light",
     "Live",
     "LogError",
@@ -132,24 +164,38 @@ __all__ = [
     "Ties",
     "Uniform",
     "World",
+    "a",
     "actions",
+    "along_normal",
     "analysis",
+    "b",
     "balance",
     "cluster",
     "column",
+    "course",
+    "cross",
+    "dot",
     "errors",
     "expressions",
     "launch",
+    "length",
     "maximum",
     "minimum",
+    "normal",
+    "normalize",
     "open_particles",
     "open_run",
     "open_runs",
+    "r",
+    "relative_velocity",
     "replay",
     "script",
     "shapes",
     "show",
+    "surface_color",
     "time",
+    "where",
+    "workloads",
 ]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from pathlib import Path
 
@@ -50,7 +51,18 @@ def test_springs_that_are_too_stiff_are_told():
     pair = [(0, 0, 0), (0.15, 0, 0)]
     soft, stiff = (told(3, lambda s, k=k: s.contact(k, radius=0.1), position=pair) for k in (10.0, 1e6))
     assert soft == []
-    assert len(stiff) == 1 and "softened" in stiff[0] and "World(substeps=2)" in stiff[0]
+    assert len(stiff) == 1 and "softened" in stiff[0]
+    # sqrt(0.39 m / 2 / stiffness) is the longest sub-step for grains of 1 kg, in frames of 1/24 s.
+    assert "at most 0.00044 s (World(substeps=95), now 2)" in stiff[0]
+
+
+def test_springs_are_judged_by_the_lightest_grain_before_anything_touches():
+    far = [(0, 0, 0), (5, 0, 0)]
+    needed = math.ceil(math.sqrt(2e3 * 2 / (0.39 * 0.01)) / 24)
+    for mass in ([1, 0.01], [0.01, 0.01]):
+        texts = told(1, lambda s: s.contact(2e3, radius=0.1), position=far, mass=mass)
+        assert len(texts) == 1 and f"World(substeps={needed}), now 2" in texts[0]
+    assert told(1, lambda s: s.contact(2e3, radius=0.1), position=far, mass=[1, 0.01], substeps=needed) == []
 
 
 def squeeze(substeps: int, frames: int = 30, log: Path | None = None) -> list[str]:

@@ -32,9 +32,12 @@ def test_parameters_of_a_call_are_the_actions_fields_in_order_with_their_default
         assert [p.name for p in parameters] == ["where", "attributes"]
         return
     fields = {field.name: field.default for field in dataclasses.fields(kind) if field.name != "where"}
-    by_place = [p for p in parameters if p.kind is p.POSITIONAL_OR_KEYWORD]
-    assert [p.name for p in by_place] == list(fields)
-    defaults = {p.name: dataclasses.MISSING if p.default is p.empty else p.default for p in by_place}
+    by_place = [p.name for p in parameters if p.kind is p.POSITIONAL_OR_KEYWORD]
+    assert by_place == list(fields)[: getattr(kind, "_by_name", None)]
+    defaults = {
+        p.name: dataclasses.MISSING if p.default is p.empty else p.default for p in parameters[: len(fields)]
+    }
+    assert list(defaults) == list(fields)
     assert defaults == fields
     assert parameters[-1].name == "where"
     assert parameters[-1].kind is parameters[-1].KEYWORD_ONLY

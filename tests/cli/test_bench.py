@@ -27,6 +27,7 @@ MEETINGS = {
     "fluid",
     "tie",
     "pairs",
+    "interact",
 }
 ACTIONS = [name for name in _core.action_names() if name not in MEETINGS]
 

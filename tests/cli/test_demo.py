@@ -22,9 +22,9 @@ def start(*argv: object, cwd: Path) -> subprocess.CompletedProcess[str]:
 
 
 def test_every_example_is_a_demo_wherever_the_package_lies(tmp_path):
-    assert demo.names() == sorted(path.stem for path in EXAMPLES.glob("*.py"))
+    assert demo.names() == sorted(path.stem for path in EXAMPLES.rglob("*.py"))
     for name in demo.names():
-        assert demo.script(name).read_bytes() == (EXAMPLES / f"{name}.py").read_bytes()
+        assert demo.script(name).read_bytes() == next(EXAMPLES.rglob(f"{name}.py")).read_bytes()
 
 
 def test_without_a_name_all_are_listed(capsys):

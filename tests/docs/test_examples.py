@@ -108,6 +108,13 @@ def test_heterogeneous_shows_who_has_how_much(ranks: int, tmp_path: Path):
     assert shares[8] == pytest.approx([100 * n / sum(last) for n in last], abs=0.1)
 
 
+@pytest.mark.parametrize("name", ["hopper", "drum"])
+def test_grains_run_and_are_the_same_on_any_ranks(name: str, tmp_path: Path):
+    small = ("--particles", 200, "--frames", 2, "--size", "64x36", "--digest", "--out", tmp_path)
+    lines = alike(EXAMPLES / "grains" / f"{name}.py", *small, ranks=(1, 3))
+    assert [line.split()[0] for line in lines] == ["0", "1", "At"]
+
+
 def through_a_slab(photons: int, path: float, thick: float = 2.0) -> float:
     """Part of the photons that half-absorbing collisions let through a slab, by another Monte Carlo."""
     rng = np.random.default_rng(3)

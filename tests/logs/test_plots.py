@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import shutil
 
 import numpy as np
 import pytest
@@ -218,7 +219,10 @@ def test_phases_without_spans_add_up_to_the_frame(small):
     assert stacks(small.plot.phases())["compute"] == pytest.approx([200, 400])
 
 
-def test_phases_from_spans_show_all_ranks(spot):
+def test_phases_from_spans_show_all_ranks(spot, tmp_path):
+    log = shutil.copytree(spot.path, tmp_path / "old")
+    (log / "times.jsonl").unlink()
+    spot = motes.open_run(log)  # a log of an earlier version
     ax = spot.plot.phases()
     found = stacks(ax)
     assert [text.get_text() for text in ax.get_xticklabels()] == ["0", "1", "2", "3", "4", "5"]

@@ -334,6 +334,7 @@ def test_the_page_says_what_the_schema_says():
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     assert module.page() == module.PAGE.read_text(), "run python docs/scripts/make_analysis.py"
+    assert module.columns() == module.COLUMNS.read_text(), "run python docs/scripts/make_analysis.py"
 
 
 def test_the_pages_example_runs(tmp_path):

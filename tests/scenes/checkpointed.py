@@ -37,6 +37,9 @@ def look(particles):
     particles.heat[:] = particles.position[:, 1] * 0.25
 
 
+REMEMBERED = {"n": 1, "more": 3, "slip": 3}
+
+
 def begin(saver, frame, describe, original=Saver.begin):
     """Begin a checkpoint, for one of which the disk has no room."""
     saver.finish()  # so that the disk is full for no other checkpoint; the film and the log are small
@@ -68,6 +71,10 @@ with motes.Movie(f"{folder}/film.mp4") as movie, world:
         bits.move()
         grains.gravity((0, -9.8, 0))
         grains.contact(stiffness=200, restitution=0.4, friction=0.5)
+        slip = motes.a.state.slip + motes.relative_velocity * 0.01
+        grains.interact(
+            0.4, acceleration=slip, set={"slip": slip, "n": 1 + motes.a.state.n}, state=REMEMBERED
+        )
         grains.bounce(shapes.Plane((0, 0, 0), (0, 1, 0)))
         grains.move()
         if frame > 10:

@@ -34,6 +34,16 @@ def grains(s: motes.System, pebbles: motes.System, sparks: motes.System, frame: 
     s.set(position=far, where=column("position").x > 1.9 + 0.01 * frame)
     if frame == 3:
         s.set(position=column("position") / 0 * 0, where=column("age") == 0)
+    older = {"crowd": motes.b.mass * motes.a.state.n, "n": motes.a.state.n + 1}
+    s.interact(0.3, spin=motes.normal, set=older, state={"n": 1})
+    s.interact(
+        0.25,
+        acceleration=motes.normal * (motes.r - 0.3) * 20 + motes.a.state.slip,
+        set={"slip": motes.a.state.slip - motes.relative_velocity * motes.b.heat, "crowd": motes.b.heat},
+        state={"more": 3, "still": 3, "slip": 3},
+        other=pebbles,
+        where=motes.a.age > 0.02,
+    )
     s.collide(radius=0.08, other=pebbles, other_radius=0.3, where=column("velocity").y < 0)
     s.kill_old(0.2)
     s.match_velocity(magnitude=0.01, epsilon=0.01, max_radius=0.4, where=shapes.Sphere((0, 0, 0), 1))
@@ -47,6 +57,13 @@ def stones(s: motes.System, sparks: motes.System) -> None:
     s.spawn(into=sparks, on="birth", count=1)
     s.spawn(into=sparks, on="death", count=1, inherit_velocity=0.5)
     s.collide(radius=0.3, friction=0.1, sleep=0.5)
+    s.interact(
+        0.4,
+        velocity=motes.normal * motes.a.state.n * -0.01,
+        set={"n": motes.a.state.n + motes.where(motes.r > 0.1, 1, 2)},
+        state={"n": 1},
+    )
+    s.law(acceleration=motes.a.velocity * -0.2, set={"heat": motes.a.heat + motes.a.age})
     s.contact(
         stiffness=200, friction=0.7, rolling_friction=0.2, radius=0.2, where=column("position").z > -0.8
     )
@@ -92,9 +109,9 @@ def run(number: int, variant: dict[str, Any]) -> None:
         balancer=balancer_of(variant["balancer"]) if "balancer" in variant else None,
         progress="off",
     )
-    first = world.system("grains")
+    first = world.system("grains", attributes={"crowd": 0})
     shared = {"domains_of": first} if variant.get("together") else {}
-    second = world.system("pebbles", **shared)
+    second = world.system("pebbles", attributes={"heat": 0}, **shared)
     third = world.system("sparks", capacity=400)
     with world:
         for frame in world.frames(FRAMES):

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-__all__ = ["load_row", "moving_spot", "rows", "write_log"]
+__all__ = ["load_row", "moving_spot", "rows", "time_row", "write_log"]
 
 
 def rows(path: Path, table: Iterable[dict[str, Any]], *, mode: str = "w", pad: int = 256) -> None:
@@ -29,6 +29,17 @@ def load_row(frame: int, system: str, rank: int, **columns: Any) -> dict[str, An
     unknown = set(columns) - set(zero)
     assert not unknown, unknown
     return {"frame": frame, "system": system, "rank": rank, "host": "h", **zero, **columns}
+
+
+def time_row(
+    frame: int, rank: int, *, chain_s: float, messages_s: float = 0.0, **spent: float
+) -> dict[str, Any]:
+    """Make a row of times.jsonl from seconds by activity: `act=0.2, wait=0.1`; those not given are zero."""
+    names = ("script", "births", "act", "talk", "picture", "log", "other", "wait")
+    assert set(spent) <= set(names), spent
+    seconds = {f"{name}_s": spent.get(name, 0.0) for name in names}
+    whole = {"wall_s": sum(seconds.values()), "messages_s": messages_s, "chain_s": chain_s}
+    return {"frame": frame, "rank": rank, **seconds, **whole}
 
 
 def write_log(
@@ -142,12 +153,22 @@ def moving_spot(folder: Path, *, frames: int = 40, calculators: int = 4, particl
                 spans[rank][-1]["end_s"] = at
         seconds += longest + 0.0025
         cuts = new
+    times, waits = [], []
+    for row in load:
+        spent = {"act": row["t_compute_s"], "wait": seconds / frames - row["t_compute_s"]}
+        times.append(
+            time_row(row["frame"], row["rank"], chain_s=seconds * (row["frame"] + 1) / frames, **spent)
+        )
+        waited = {"rank": row["rank"], "waited_for": ranks[-1], "phase": "report", "seconds": spent["wait"]}
+        waits.append({"frame": row["frame"], **waited})
     facts = {"balancer": "Pairwise(threshold=0.1)", "space": [-10, 10], "axis": "x", "clock": "cpu"}
     facts |= {"ranks": [{"rank": rank, "host": "h"} for rank in spans]}
     facts |= {"speeds": {str(ranks[-1]): 0.5}}
     write_log(folder, load, facts=facts, t_frame_s=seconds / frames)
     rows(folder / "balance.jsonl", balance, pad=512)
     rows(folder / "density.jsonl", density, pad=1024)
+    rows(folder / "times.jsonl", times, pad=512)
+    rows(folder / "waits.jsonl", waits)
     for rank, table in spans.items():
         rows(folder / f"spans.r{rank:04d}.jsonl", table)
     return folder

@@ -7,23 +7,22 @@ from __future__ import annotations
 
 import dataclasses
 import inspect
-import re
 from functools import cache
 from typing import Any
 
 import numpy as np
 from hypothesis import strategies as st
+from random_laws import BETWEEN_KINDS, law, readable
 from random_spaces import PERIODS, allowed
 
 from motes import actions, balance
-from motes.actions import between
 
 __all__ = ["FRAMES", "HEADER", "KINDS", "script"]
 
 Text = st.SearchStrategy[str]
 FRAMES = 5
 SCALARS = ("age", "lifetime", "mass", "alpha", "heat")
-TRIPLES = ("position", "velocity", "up", "rotational_velocity", "color", "size", "wind", "position_b")
+TRIPLES = ("position", "velocity", "up", "rotational_velocity", "color", "size", "wind", "position_b", "spin")
 HEADER = """\
 import numpy as np
 import motes
@@ -237,6 +236,7 @@ TYPED: dict[str, st.SearchStrategy[Any]] = {
     "bool": st.booleans(),
     "ArrayLike": triples(-2, 2),
     "float | None": numbers(0, 3),
+    'Literal["velocity"] | ArrayLike': st.just("'velocity'") | directions(),
 }
 KINDS: dict[str, type[actions.Action]] = {
     name: kind
@@ -251,7 +251,7 @@ KINDS: dict[str, type[actions.Action]] = {
 def field(kind: str, name: str, annotation: str) -> st.SearchStrategy[Any]:
     """Draw what a field of an action takes."""
     annotation = annotation.replace("Vector", "ArrayLike").replace("Number", "float")
-    if kind in between.__all__ and name in BETWEEN:
+    if kind in actions.between.__all__ and name in BETWEEN:
         return BETWEEN[name]
     if name == "ramp":
         value = triples(0, 1) if "ArrayLike" in annotation else numbers(0, 1)
@@ -283,11 +283,13 @@ def sets(draw: st.DrawFn, where: Text) -> str:
 @st.composite
 def one_action(draw: st.DrawFn, meets: bool) -> str:
     """Draw an action, in two of three cases without a condition; one in three between particles, or none."""
-    alone = st.sampled_from(sorted(KINDS.keys() - between.__all__))
-    kind = draw(alone | alone | st.sampled_from(between.__all__) if meets else alone)
+    alone = st.sampled_from(sorted(KINDS.keys() - BETWEEN_KINDS))
+    kind = draw(alone | alone | st.sampled_from(BETWEEN_KINDS) if meets else alone)
     where = st.just("None") | st.just("None") | conditions()
     if kind == "Set":
         return draw(sets(where))
+    if kind in ("Law", "Interact"):
+        return draw(law(kind, where, expressions, SCALARS, TRIPLES))
     arguments = []
     for part in dataclasses.fields(KINDS[kind]):
         if part.name == "where" or (part.default is not dataclasses.MISSING and draw(st.booleans())):
@@ -342,6 +344,8 @@ def configured() -> Text:
         "heat": distribution(1, -1, 1),
         "wind": distribution(3, -1, 1),
         "velocity_b": distribution(3, -1, 1),
+        "spin": distribution(3, -9, 9),
+        "orientation": st.sampled_from(["'random'", "(0.5, -0.5, 0.5, 0.5)", "(0, 2, 0, 1)"]),
     }
     chosen = st.lists(st.sampled_from(sorted(wishes)), min_size=1, max_size=4, unique=True)
     arguments = chosen.flatmap(
@@ -423,18 +427,6 @@ def calls(draw: st.DrawFn, meets: bool) -> list[str]:
 def called(line: str, name: str) -> str:
     """Fill in the system whose list it is, and the other one."""
     return line.replace("@", name).replace("$", "b" if name == "a" else "a")
-
-
-def readable(lines: list[str]) -> list[str]:
-    """Leave out what reads particles behind a place where they meet: that is refused."""
-    met: set[str] = set()
-    kept = []
-    for line in lines:
-        if ".pairs(" in line or any(f".apply({name}(" in line for name in between.__all__):
-            met |= {line[0], *re.findall(r"other=(\w)", line)}
-        if not (line.removeprefix("with ")[0] in met and (".local()" in line or ".gather()" in line)):
-            kept.append(line)
-    return kept
 
 
 COMBINE = ("together", "one_by_one", "overlapped")

@@ -15,8 +15,10 @@ SOLIDS = (
     "Plane((0, -1, 0), (0, 1, 0))",
     "Sphere((0.5, 0, 0), 0.8)",
     "motes.Solid(Box((-1, -1, -1), (0, 0.5, 0.25)), (0.9, 0.4, 0.2), light=0.5)",
+    "motes.Solid(Box((-1, -2, -1), (1, -1, 1)), image=LEAF[:, :, :3], scale=0.7)",
     "motes.Mesh([(-1, -1, 0), (1, -1, 0.5), (0, 1, 0)], [(0, 1, 2)])",
 )
+SKIES = ("motes.Gradient('#89a', 'navy')", "motes.Gradient('orange', 'teal', 'black')", "LEAF[:, :, :3]")
 COLORS = ("Uniform((0, 0, 0), (1, 1, 1))", "Uniform((0, 0, 0), (9, 2, 1))", "(1, 0.5, 0.25)", "(9, 1.6, 0.2)")
 HEADER = """\
 import hashlib
@@ -48,6 +50,10 @@ def sprite(draw: st.DrawFn) -> str:
         facts.append("image=LEAF")
     if draw(st.booleans()):
         facts.append(f"softness={draw(numbers(0, 1))}")
+    if draw(st.booleans()):
+        facts.append("lit=True")
+    if draw(st.booleans()):
+        facts.append(f"shadow={draw(numbers(0, 1))}")
     return f"motes.Sprite({', '.join(facts)})"
 
 
@@ -64,7 +70,8 @@ def renderer(draw: st.DrawFn) -> list[str]:
         "smooth": st.just("False"),
         "linear": st.just("True"),
         "layers": st.just("('depth', 'alpha', 'velocity')"),
-        "background": triples(0, 1).map(str),
+        "background": st.one_of(triples(0, 1).map(str), st.sampled_from(SKIES)),
+        "fog": numbers(1, 20).map(lambda metres: f"('silver', {metres})"),
         "objects": st.lists(st.sampled_from(SOLIDS), min_size=1, unique=True).map(
             lambda s: f"[{', '.join(s)}]"
         ),
@@ -101,5 +108,8 @@ def picture_script(draw: st.DrawFn) -> str:
         if draw(st.integers(0, 7)) == 0:  # a sum of light has room for some 4000
             body.append(f"{name}.burst((0.1, 0.2, 0), count=3000)")
         body.append(f"{name}.move()")
+    if draw(st.booleans()):
+        lens = f"focus={draw(numbers(1, 8))}, aperture={draw(numbers(0.01, 0.3))}"
+        body.append(f"world.renderer.camera = motes.Camera((0, 0.5, 6), (0, 0, 0), {lens})")
     body += ["picture = world.render()", "note(f'{world.digest()} {shown(picture)}', picture)"]
     return "\n".join(lines + [f"        {line}" for line in body]) + "\n"

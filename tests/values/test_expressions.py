@@ -18,6 +18,8 @@ from hypothesis import strategies as st
 import motes
 from motes import column
 from motes import expressions as ex
+from motes.expressions._conditions import as_condition
+from motes.expressions._expression import as_expression
 from motes.shapes import Sphere
 
 Array = np.ndarray
@@ -136,9 +138,7 @@ class Node:
         if name in RULES:
             self.value = RULES[name][1](*(part.value for part in parts))
         else:
-            self.value = (
-                ex.as_expression("number", number) if name == "number" else {**SCALARS, **TRIPLES}[name]
-            )
+            self.value = as_expression("number", number) if name == "number" else {**SCALARS, **TRIPLES}[name]
         inner = any(part.vector for part in parts)
         self.vector = name in TRIPLES or (name in ("cross", "normalize") if name in VECTORS else inner)
 
@@ -315,7 +315,7 @@ def test_numpy_takes_what_holds_particles_as_choose_and_signs_do(held: Any):
         (np.where(held, 1, 2), ex.choose(held, 1, 2)),
         (np.logical_and(held, REGION), held & REGION),
         (np.bitwise_and(REGION, held), REGION & held),
-        (np.logical_or(held, column("age") > 1), ex.as_condition("", held) | (column("age") > 1)),
+        (np.logical_or(held, column("age") > 1), as_condition("", held) | (column("age") > 1)),
         (np.logical_not(held), ~held),
         (np.invert(held), ~held),
     ):

@@ -145,7 +145,7 @@ with world:
     assert result.err.count("MotesWarning: system 'rain'") == 1, result.text
 
 
-NAMES = sorted(path.stem for path in EXAMPLES.glob("*.py") if path.stem != "heterogeneous")  # it starts jobs
+NAMES = sorted(path.stem for path in EXAMPLES.rglob("*.py") if path.stem != "heterogeneous")  # it starts jobs
 SOME = {"dam", "fireworks", "flame", "flock", "fountain", "rain", "snow"}
 """Those that run each time; the slow suite has them all."""
 
@@ -156,6 +156,6 @@ SOME = {"dam", "fireworks", "flame", "flock", "fountain", "rain", "snow"}
 )
 def test_no_example_gets_a_warning(name: str):
     argv = ("--systems", "2", "--particles", "300", "--frames", "4", "--size", "64x36")
-    result = on_ranks(1, EXAMPLES / f"{name}.py", *argv, timeout=60)
+    result = on_ranks(1, next(EXAMPLES.rglob(f"{name}.py")), *argv, timeout=60)
     assert result.code == 0, result.text
     assert "MotesWarning" not in result.err, result.text

@@ -301,7 +301,7 @@ void GhostExchange::pack(std::size_t side, std::map<int, Message>& messages) {
     const domains::Box seer = box(in_.seer(side), target);
     Chosen copied;
     for (const std::uint32_t p : near) choose(side, seer, p, owner_of(p) == target ? 1 : 0, copied);
-    put_ghosts(*in_.interaction.action, here.store, copied, bytes);
+    put_ghosts(*in_.interaction.action, side == 1, here.store, copied, bytes);
     sent_[target] += gone.size() + copied.size();
     here.interaction.ghosts += copied.size();
     in_.rank.machine.charge(in_.rank.machine.costs().copy * static_cast<double>(copied.size()));
@@ -313,9 +313,9 @@ void GhostExchange::pack(std::size_t side, std::map<int, Message>& messages) {
   for (const std::uint32_t p : near) {
     if (images_.any() && owner_of(p) == self) choose(side, own, p, 1, copied);
   }
-  put_ghosts(*in_.interaction.action, here.store, copied, kept);
+  put_ghosts(*in_.interaction.action, side == 1, here.store, copied, kept);
   base::Reader in(kept.view());
-  take_ghosts(in, *in_.interaction.action, images_.any(), ghosts(side));
+  take_ghosts(in, *in_.interaction.action, side == 1, images_.any(), ghosts(side));
 }
 
 void GhostExchange::remove_migrants(std::size_t side) {
@@ -340,7 +340,7 @@ void GhostExchange::unpack(const Message& message) {
     here.interaction.moved_in += arrived;
     take_noted(in, here.bounced);
     take_noted(in, here.collided);
-    const std::uint64_t seen = take_ghosts(in, *in_.interaction.action, images_.any(), ghosts(side));
+    const std::uint64_t seen = take_ghosts(in, *in_.interaction.action, side == 1, images_.any(), ghosts(side));
     count += arrived + seen;
     const Costs& costs = in_.rank.machine.costs();
     in_.rank.machine.charge(costs.arrive * static_cast<double>(arrived) + costs.copy * static_cast<double>(seen));

@@ -68,7 +68,7 @@ class GhostExchange {
   const Parties& in_;
   const interactions::Bonds* bonds_;
   const Images& images_;
-  const bool lists_ = interactions::law_of(*in_.interaction.action).remembers;
+  const bool lists_ = interactions::keeps_list(*in_.interaction.action);
   interactions::Wear wear_;
   Migrants migrants_[2];
   double farthest_ = 0;

@@ -16,6 +16,9 @@ double interval_gap(double low, double high, double other_low, double other_high
   return std::max({0.0, low - other_high, other_low - high});
 }
 
+// Of a column; those from 31 on share the last bit.
+std::uint32_t bit_of(std::size_t column) { return std::uint32_t{1} << std::min<std::size_t>(column, 31); }
+
 }  // namespace
 
 double gap(const domains::Box& a, const domains::Box& b) {
@@ -33,10 +36,11 @@ double outside(const domains::Box& box, const float (&x)[3]) {
   return most;
 }
 
-void put_ghosts(const actions::Action& action, const Store& store, const Chosen& chosen, base::Bytes& out) {
+void put_ghosts(const actions::Action& action, bool second, const Store& store, const Chosen& chosen,
+                base::Bytes& out) {
   out.put(static_cast<std::uint64_t>(chosen.size()));
   for (const std::uint32_t i : chosen.particles) out.put(store.ids()[i]);
-  for (const interactions::Component c : interactions::read_by(action)) {
+  for (const interactions::Component c : interactions::read_by(action, second)) {
     const float* plane = store.plane(c.attribute, c.component);
     const float value = store.uniform_value(c.attribute)[static_cast<std::size_t>(c.component)];
     for (const std::uint32_t i : chosen.particles) out.put(plane != nullptr ? plane[i] : value);
@@ -44,9 +48,10 @@ void put_ghosts(const actions::Action& action, const Store& store, const Chosen&
   out.put_raw(chosen.images.data(), chosen.images.size());
 }
 
-std::uint64_t take_ghosts(base::Reader& in, const actions::Action& action, bool images, interactions::Ghosts& ghosts) {
+std::uint64_t take_ghosts(base::Reader& in, const actions::Action& action, bool second, bool images,
+                          interactions::Ghosts& ghosts) {
   const auto count = in.get<std::uint64_t>();
-  ghosts.columns.resize(interactions::read_by(action).size());
+  ghosts.columns.resize(interactions::read_by(action, second).size());
   for (std::uint64_t i = 0; i < count; ++i) ghosts.ids.push_back(in.get<std::uint64_t>());
   for (std::vector<float>& column : ghosts.columns) {
     for (std::uint64_t i = 0; i < count; ++i) column.push_back(in.get<float>());
@@ -82,11 +87,11 @@ std::uint64_t put_changes(const actions::Action& action, const Store& store, int
       changed = changed || std::bit_cast<std::uint32_t>(now) != std::bit_cast<std::uint32_t>(last[k]);
       last[k] = now;
     }
-    if (changed) mask |= std::uint32_t{1} << c;
+    if (changed) mask |= bit_of(c);
   }
   out.put(mask);
   for (std::size_t c = 0; c < read.size(); ++c) {
-    if ((mask >> c & 1) != 0) out.put_raw(told.data() + c * sent.size(), sent.size() * sizeof(float));
+    if ((mask & bit_of(c)) != 0) out.put_raw(told.data() + c * sent.size(), sent.size() * sizeof(float));
   }
   return sent.size();
 }
@@ -95,7 +100,7 @@ std::uint64_t take_changes(base::Reader& in, int source, const Images& images, K
   const std::vector<std::uint32_t>& places = kept.received.at(source);
   const auto mask = in.get<std::uint32_t>();
   for (std::size_t c = 0; c < kept.ghosts.columns.size(); ++c) {
-    if ((mask >> c & 1) == 0) continue;
+    if ((mask & bit_of(c)) == 0) continue;
     for (const std::uint32_t place : places) {
       const auto value = in.get<float>();
       const bool moves = c < 3 && images.any();  // position comes first

@@ -28,16 +28,19 @@ struct Chosen {
 };
 
 /// Appends ghosts of these particles: ids, then what the action reads, column by column, then the numbers of their
-/// places. Their columns are those of the particles themselves.
-void put_ghosts(const actions::Action& action, const particles::Store& store, const Chosen& chosen, base::Bytes& out);
+/// places. Their columns are those of the particles themselves. `second`: of the second of two systems.
+void put_ghosts(const actions::Action& action, bool second, const particles::Store& store, const Chosen& chosen,
+                base::Bytes& out);
 /// Reads ghosts behind those that are there; returns how many. `images`: whether space is periodic.
-std::uint64_t take_ghosts(base::Reader& in, const actions::Action& action, bool images, interactions::Ghosts& ghosts);
+std::uint64_t take_ghosts(base::Reader& in, const actions::Action& action, bool second, bool images,
+                          interactions::Ghosts& ghosts);
 /// Moves ghosts, which stand where their particles are, to their places.
 void place_ghosts(const Images& images, interactions::Ghosts& ghosts);
 
 /// Appends, of the ghosts that a calculator keeps of this one, the columns that have changed since they were sent:
 ///
-///     u32 mask | column, column, ...     bit c: column c of what the action reads follows, one float per ghost
+///     u32 mask | column, column, ...     bit c: column c of what the action reads follows (31: all from there on), one
+///     float per ghost
 ///
 /// Returns the number of ghosts.
 std::uint64_t put_changes(const actions::Action& action, const particles::Store& store, int target, KeptGhosts& kept,

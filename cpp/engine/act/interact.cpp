@@ -19,6 +19,7 @@
 #include "engine/session/item_failure.h"
 #include "interactions/act.h"
 #include "interactions/pyramid.h"
+#include "interactions/scripted.h"
 #include "program/select.h"
 
 namespace motes::engine {
@@ -166,6 +167,10 @@ class Meeting {
       const auto procedure = [&](const interactions::PairList& pairs) { return ask(pairs); };
       return interactions::act_on_pairs(action, sides[0], procedure, in_.calculator.scratch, *in_.rank.pool);
     }
+    if (action.kind == actions::Kind::interact) {
+      return interactions::act_by_script(action, in_.interaction.time, dt(), sides, in_.calculator.scratch,
+                                         *in_.rank.pool);
+    }
     return interactions::act(action, extent_, dt(), sides, in_.calculator.scratch, *in_.rank.pool);
   }
 
@@ -177,13 +182,15 @@ class Meeting {
       Population& here = in_.population(side);
       sides[side] = {&here.store, &exchange_.ghosts(side), nullptr, in_.interaction.newborn_from[side]};
       sides[side].adds = in_.interaction.collided[side] != Collided::none;
-      if (exchange_.has_lists()) {
+      if (interactions::remembers(*in_.interaction.action)) {
         sides[side].list = &exchange_.list_of(side);
         sides[side].law = in_.interaction.law;
         sides[side].kept = kept_;
         sides[side].skin = skin_;
       }
       sides[side].now = in_.interaction.substep;
+      sides[side].start = in_.interaction.start;
+      sides[side].end = in_.interaction.end;
       sides[side].last = in_.interaction.last;
       here.moved = true;
       if (in_.interaction.collided[side] == Collided::some) {
@@ -207,7 +214,8 @@ class Meeting {
     stats.pairs += seen.pairs;
     stats.most_in_a_cell = std::max(stats.most_in_a_cell, seen.most_in_a_cell);
     stats.overlap_99 = std::max(stats.overlap_99, seen.overlap_99);
-    if (seen.softened) stats.softened = 1;
+    const float substeps = interactions::substeps(*in_.interaction.action, extent_, in_.rank.settings.dt);
+    stats.substeps = std::max(stats.substeps, static_cast<std::uint16_t>(std::min(substeps, 65535.0f)));
   }
 
   const Parties& in_;

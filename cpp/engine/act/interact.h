@@ -23,9 +23,10 @@ struct Interaction {
   std::uint64_t newborn_from[2] = {UINT64_MAX, UINT64_MAX};  // ids that meet for the first time
   Collided collided[2] = {};  // already in this sub-step
   bool collides_again[2] = {};  // and later in it
-  std::uint32_t law = 0;  // number of the contact among those of that list, from 0 on
+  std::uint32_t law = 0;  // number of the law among those of that list that remember, from 0 on
   std::uint32_t substep = 0;  // number of the sub-step since the run's start, from 1 on
   double time = 0;  // at its start, seconds of the animation
+  float start = 0, end = 1;  // which part of the frame the sub-step is
   bool last = false;  // the frame's last sub-step
 };
 

@@ -7,6 +7,7 @@
 #include "engine/act/interact.h"
 #include "engine/act/run_list.h"
 #include "engine/session/item_failure.h"
+#include "interactions/extent.h"
 
 namespace motes::engine {
 
@@ -55,7 +56,7 @@ bool InteractionSchedule::run_substep(int substep) {
   for (Runner& runner : runners_) {
     runner.next_segment = 0;
     runner.collided = Collided::none;
-    runner.contacts = 0;
+    runner.laws = 0;
     calculator_.populations[runner.system]->collided.clear();
   }
   std::vector<const ListSegment*> waits(runners_.size(), nullptr);
@@ -95,8 +96,10 @@ Interaction InteractionSchedule::interaction_of(const ListSegment& segment, Runn
   interaction.substep =
       static_cast<std::uint32_t>(rank_.session.frame * substeps) + static_cast<std::uint32_t>(substep) + 1;
   interaction.time = program::time_of({rank_.session.frame, rank_.settings.substeps, rank_.settings.dt}, substep);
+  interaction.start = static_cast<float>(substep) / static_cast<float>(rank_.settings.substeps);
+  interaction.end = static_cast<float>(substep + 1) / static_cast<float>(rank_.settings.substeps);
   interaction.last = substep + 1 == rank_.settings.substeps;
-  if (segment.interaction->kind == actions::Kind::contact) interaction.law = first.contacts++;
+  if (interactions::remembers(*segment.interaction)) interaction.law = first.laws++;
   if (segment.interaction->kind != actions::Kind::collide) return interaction;
   Runner* const runners[2] = {&first, &second};
   for (std::size_t side = 0; side < interaction.count; ++side) {

@@ -31,7 +31,7 @@ class InteractionSchedule {
     std::size_t next_segment = 0;
     std::uint64_t newborn_from = 0;  // ids from here on have met nobody
     Collided collided = Collided::none;  // collisions of this sub-step
-    std::uint32_t contacts = 0;          // laws of contact that have acted in this sub-step
+    std::uint32_t laws = 0;              // laws with kept lists that have acted in this sub-step
   };
 
   bool run_substep(int substep);

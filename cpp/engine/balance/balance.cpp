@@ -72,6 +72,10 @@ void ask(const Rank& rank, const Script& script, Manager& manager, std::size_t s
     if (alone) row.ordered = 0;
   }
   if (alone) return bring_together(plan, inquiries);
+  // A plan for all cuts has rows of the frame that it was made in, also from a policy that names no cuts.
+  for (std::size_t cut = 0; !plan.shares.empty() && cut < script.systems[system]->domains.cuts().size(); ++cut) {
+    row_of(rank, script, manager, system, static_cast<std::int32_t>(cut));
+  }
   for (const balance::Order& order : plan.orders) {
     const bool right = order.to > order.from;
     const auto kind = right ? Request::Kind::give_right : Request::Kind::give_left;

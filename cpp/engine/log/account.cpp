@@ -144,6 +144,10 @@ void Account::note_tails(const std::vector<CalculatorTail>& tails, const roles::
   }
 }
 
+void Account::note_times(std::vector<RankTimes> times) {
+  if (last_row_ && row_is_new_ && last_row_->has_tail) last_row_->ranks = std::move(times);
+}
+
 void Account::write_rows() {
   if (log_ && row_is_new_ && last_row_) log_->add(*last_row_);
   row_is_new_ = false;

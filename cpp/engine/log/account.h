@@ -40,6 +40,8 @@ class Account {
   void note_tail(const Tail& tail);
   /// Adds what each calculator did to the last row, which is then complete.
   void note_tails(const std::vector<CalculatorTail>& tails, const roles::Tree& tree);
+  /// Adds where each rank's time went to the last row.
+  void note_times(std::vector<RankTimes> times);
   /// Complete rows go to the log. A row is written a turn after it is complete: nobody waits for the disk then.
   void write_rows();
   /// Writes them now, and waits until the disk has them. After a conversation outside the frame, which brings the last

@@ -2,9 +2,21 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <utility>
 
 namespace motes::engine {
+
+namespace {
+
+// Two digits are enough for advice.
+std::string brief(double number) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.2g", number);
+  return text;
+}
+
+}  // namespace
 
 Alarms::Watched& Alarms::watched(std::size_t system) {
   if (system >= systems_.size()) systems_.resize(system + 1);
@@ -28,7 +40,8 @@ std::vector<Alarm> Alarms::look_at_picture(std::size_t system, const std::string
   return {};
 }
 
-std::vector<Alarm> Alarms::look(std::size_t system, const std::string& name, const Strain& strain, int substeps) {
+std::vector<Alarm> Alarms::look(std::size_t system, const std::string& name, const Strain& strain, int substeps,
+                                double frame_s) {
   Watched& watched = this->watched(system);
   std::vector<Alarm> alarms;
   const auto say = [&](bool& said, const char* kind, const std::string& text) {
@@ -52,11 +65,13 @@ std::vector<Alarm> Alarms::look(std::size_t system, const std::string& name, con
             std::to_string(watched.frames) + " frames: more sub-steps (World(substeps=" + std::to_string(substeps) +
             ") now), or births that are farther apart");
   }
-  if (strain.softened != 0) {
+  if (strain.substeps > static_cast<std::uint32_t>(substeps)) {
+    const double part = static_cast<double>(substeps) / strain.substeps;
     say(watched.softened, "softened",
-        "contact's springs are too stiff for the sub-step, and were softened: a lower stiffness, or more sub-steps "
-        "(World(substeps=" +
-            std::to_string(substeps) + ") now)");
+        "contact's springs are too stiff for its lightest particles in sub-steps of " + brief(frame_s / substeps) +
+            " s, and are softened where these touch: sub-steps of at most " + brief(frame_s / strain.substeps) +
+            " s (World(substeps=" + std::to_string(strain.substeps) + "), now " + std::to_string(substeps) +
+            "), or at most " + brief(part * part) + " of the stiffness");
   }
   return alarms;
 }

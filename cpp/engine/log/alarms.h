@@ -22,8 +22,9 @@ class Alarms {
   static constexpr float kDeep = 0.3f;  // parts of the sum of both radii
   static constexpr int kPatience = 12;  // frames: grains that are poured may overlap for a while
 
-  /// Once per frame and system.
-  std::vector<Alarm> look(std::size_t system, const std::string& name, const Strain& strain, int substeps);
+  /// Once per frame, of `frame_s` seconds, and system.
+  std::vector<Alarm> look(std::size_t system, const std::string& name, const Strain& strain, int substeps,
+                          double frame_s);
 
   /// Once per picture and system; `last`: there will be no other one. What is behind the camera in the first picture is
   /// said at once. What is beside may be on its way into it, and is said in the next one that is looked at; in the last

@@ -90,6 +90,28 @@ jsonl::Row density_of(const FrameRow& frame, const LoadRow& load) {
   return row;
 }
 
+jsonl::Row row_of(const FrameRow& frame, const RankTimes& of) {
+  static const char* const kNames[comm::kActivities] = {"script_s",  "births_s", "act_s",  "talk_s",
+                                                        "picture_s", "log_s",    "other_s"};
+  jsonl::Row row;
+  row.field("frame", frame.frame).field("rank", of.rank).field("wall_s", of.spent.wall_s);
+  for (std::size_t i = 0; i < of.spent.activities.size(); ++i) row.field(kNames[i], seconds(of.spent.activities[i]));
+  double waited = 0;
+  for (const comm::Waited& wait : of.spent.waits) waited += wait.seconds;
+  row.field("wait_s", seconds(waited))
+      .field("messages_s", seconds(of.spent.messages_s))
+      .field("chain_s", of.spent.chain_s);
+  return row;
+}
+
+jsonl::Row row_of(const FrameRow& frame, int rank, const comm::Waited& wait) {
+  jsonl::Row row;
+  row.field("frame", frame.frame).field("rank", rank).field("waited_for", wait.rank);
+  row.field("phase", std::string(comm::name(static_cast<comm::Phase>(wait.phase))))
+      .field("seconds", seconds(wait.seconds));
+  return row;
+}
+
 jsonl::Row row_of(const BalanceRow& balance) {
   jsonl::Row row;
   row.field("frame", balance.frame).field("system", balance.system);
@@ -121,6 +143,8 @@ Log::Log(const std::string& directory, std::vector<std::string> hosts, std::uint
   frames_ = jsonl::Table(directory + "/frames.jsonl", 1024, first_frame);
   load_ = jsonl::Table(directory + "/load.jsonl", 512, first_frame);
   density_ = jsonl::Table(directory + "/density.jsonl", 512, first_frame);
+  times_ = jsonl::Table(directory + "/times.jsonl", 512, first_frame);
+  waits_ = jsonl::Table(directory + "/waits.jsonl", 128, first_frame);
   balance_ = jsonl::Table(directory + "/balance.jsonl", 512, first_frame);
   events_ = jsonl::Table(directory + "/events.jsonl", 256, first_frame);
 }
@@ -133,6 +157,12 @@ void Log::add(const FrameRow& row) {
   }
   load_.write();
   density_.write();
+  for (const RankTimes& times : row.ranks) {
+    times_.add(row_of(row, times));
+    for (const comm::Waited& wait : times.spent.waits) waits_.add(row_of(row, times.rank, wait));
+  }
+  times_.write();
+  waits_.write();
   frames_.add(row_of(row));
   frames_.write();
 }
@@ -147,7 +177,7 @@ void Log::event(const std::string& kind, std::uint64_t frame, const std::string&
 }
 
 void Log::sync() {
-  for (jsonl::Table* table : {&load_, &density_, &frames_, &balance_, &events_}) table->sync();
+  for (jsonl::Table* table : {&load_, &density_, &times_, &waits_, &frames_, &balance_, &events_}) table->sync();
   jsonl::sync_directory_of(directory_ + "/");
 }
 

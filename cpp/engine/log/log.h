@@ -54,6 +54,7 @@ struct FrameRow {
   std::string image_sha256;
   std::vector<particles::Digest> digests;  // one per system; empty if not asked for
   std::vector<LoadRow> load;               // ordered by system, then calculator
+  std::vector<RankTimes> ranks;            // where each rank's time went
   std::size_t systems = 0;                 // number of systems in `load`
   bool has_tail = false;                   // ranks told what they did after their reports
 };
@@ -76,7 +77,7 @@ class Log {
  private:
   std::string directory_;
   std::vector<std::string> hosts_;
-  jsonl::Table frames_, load_, density_, balance_, events_;
+  jsonl::Table frames_, load_, density_, times_, waits_, balance_, events_;
 };
 
 }  // namespace motes::engine

@@ -53,6 +53,7 @@ struct PlacedParent {
 struct AwaitedTails {
   comm::Stamp stamp;
   std::vector<CalculatorTail> own;  // the manager's own tails, if it calculates
+  comm::Spent own_spent;
 };
 
 struct Manager {

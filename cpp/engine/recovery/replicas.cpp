@@ -113,8 +113,7 @@ void Replicas::make(Parts& parts, bool alone, bool wait) {
     bytes.put(static_cast<std::uint64_t>(bytes.size() - before));
     std::uint64_t count = 0;
     for (const snapshots::SavedSystem& system : description.systems) count += system.rows;
-    made.own = {session.calculator(),
-                comm::Communicator::sealed(Phase::copies, stamp(made.of), std::move(message), count)};
+    made.own = {session.calculator(), session.comm().sealed(Phase::copies, stamp(made.of), std::move(message), count)};
     const int holder = holder_of(session, session.calculator());
     if (holder != session.rank()) session.comm().post(holder, made.own.message);
   }

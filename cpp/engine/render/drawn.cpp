@@ -1,12 +1,15 @@
 #include "engine/render/drawn.h"
 
+#include <algorithm>
+
 namespace motes::engine {
 
 image::Drawn drawn(const particles::Store& store) {
   image::Drawn d;
   const auto three = [&](int attribute, std::array<const float*, 3>& planes, std::array<float, 3>& of_all) {
+    const particles::Value value = store.uniform_value(attribute);
     for (int c = 0; c < 3; ++c) planes[static_cast<std::size_t>(c)] = store.plane(attribute, c);
-    of_all = store.uniform_value(attribute);
+    std::copy_n(value.begin(), 3, of_all.begin());
   };
   std::array<float, 3> nowhere{};
   d.count = store.size();

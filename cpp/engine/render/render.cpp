@@ -6,6 +6,7 @@
 #include "engine/render/render_bloom.h"
 #include "engine/render/render_costs.h"
 #include "engine/render/render_project.h"
+#include "engine/render/render_shadows.h"
 #include "engine/render/render_tiles.h"
 
 namespace motes::engine {
@@ -42,7 +43,7 @@ void draw_all(Rank& rank, const image::View& view, Painter& painter) {
     Drawing& drawing = painter.drawing;
     drawing.counts.assign(static_cast<std::size_t>(image::Grid{view.width, view.height}.tiles()), 0);
     if (rank.session.calculates()) drawing.counts = painter.counts;
-    painter.canvas.begin(view, view.linear, *rank.pool);
+    painter.canvas.begin(view, view.linear, *rank.pool, painter.shadows.get());
     for (const image::Records& own : painter.records) painter.canvas.add(own.bytes());
     const auto add = [&](std::span<const std::byte> bytes) {
       painter.canvas.add(bytes);
@@ -81,7 +82,7 @@ void share_memory(Rank& rank, const image::View& view, Painter& painter) {
 void open_tiles(Rank& rank, const image::View& view, Painter& painter) {
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::draw, "open tiles");
   draw_work(rank, view, [&] {
-    painter.scene.prepare(view, static_cast<std::size_t>(rank.pool->threads()));
+    painter.scene.prepare(view, static_cast<std::size_t>(rank.pool->threads()), painter.shadows.get());
     painter.workers.begin(painter.scene, rank.pool->threads());
     painter.pieces.begin(view, painter.slots);
     if (view.bloom > 0) open_bloom(rank, view, painter);
@@ -132,6 +133,7 @@ void render(Rank& rank, const Script& script, const Calculator& calculator, Pain
   painter.slots = slots_of(painter.plan.order, {view.width, view.height});
   if (painter.plan.path != Path::gather) share_memory(rank, view, painter);
   await_all(rank, view, painter);
+  gather_shadows(rank, script, calculator, painter);
   if (session.calculates()) project(rank, script, calculator, painter);
   if (painter.plan.path == Path::gather) {
     if (session.calculates()) send_records(rank, painter);

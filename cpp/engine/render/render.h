@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -13,6 +14,7 @@
 #include "engine/session/report.h"
 #include "engine/state/population.h"
 #include "engine/state/script.h"
+#include "image/light/shadow_grid.h"
 #include "image/pixels.h"
 #include "image/post/bloom.h"
 #include "image/post/bloom_tiles.h"
@@ -33,6 +35,7 @@ struct Painter {
   std::vector<image::Records> records;  // records of this rank's particles, one or more batches per system
   std::vector<std::uint32_t> counts;    // number of these records by slot
   std::vector<std::uint64_t> pictures;  // so far, in which there were particles of a system: one per system
+  std::unique_ptr<image::ShadowGrids> shadows;  // of particles; null: they throw none
   image::Canvas canvas;                 // path gather: all of the picture
   image::PreparedScene scene;           // paths tiles, composite: the scene as far as this rank's tiles need it
   image::Pieces pieces;

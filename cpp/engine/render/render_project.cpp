@@ -95,9 +95,14 @@ void project(Rank& rank, const Script& script, const Calculator& calculator, Pai
     painter.counts.assign(tiles, 0);
     std::vector<std::vector<std::uint32_t>> counts(painter.projectors.size(), painter.counts);
     std::vector<std::uint64_t> bytes(parts.size());
+    std::vector<std::unique_ptr<const image::ParticleLight>> lights;
+    for (const image::Sprite& sprite : script.record.sprites) {
+      lights.push_back(image::ParticleLight::of(sprite, view, painter.shadows.get()));
+    }
     rank.pool->run(parts.size(), [&](std::size_t p, std::size_t worker) {
       const PartOfSystem& part = parts[p];
       image::Projection how = projection(script, part.system);
+      how.light = lights[part.system].get();
       how.slots = &painter.slots;
       painter.projectors[worker].project(part.particles, script.record.sprites[part.system], view, painter.records[p],
                                          how);

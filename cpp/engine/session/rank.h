@@ -15,7 +15,9 @@ namespace motes::engine {
 struct Rank {
   Rank(std::unique_ptr<comm::Communicator> communicator, roles::Cast cast, Settings given)
       : settings(std::move(given)), session(std::move(communicator), std::move(cast)),
-        pool(std::make_unique<threads::Pool>(settings.threads, settings.grain)), machine(settings, *pool) {
+        pool(std::make_unique<threads::Pool>(settings.threads, settings.grain)), machine(settings, *pool),
+        watch(session.comm().ledger()) {
+    session.comm().ledger().one_thread(pool->threads() == 1);
     pool->meanwhile([this] { session.comm().progress(); });
   }
   Rank(const Rank&) = delete;

@@ -37,7 +37,7 @@ void join(SystemReport& into, const SystemReport& other) {
   into.particles += other.particles;
   into.strain.most_in_a_cell = std::max(into.strain.most_in_a_cell, other.strain.most_in_a_cell);
   into.strain.overlap_99 = std::max(into.strain.overlap_99, other.strain.overlap_99);
-  into.strain.softened = std::max(into.strain.softened, other.strain.softened);
+  into.strain.substeps = std::max(into.strain.substeps, other.strain.substeps);
   into.digest += other.digest;
   into.oldest = std::min(into.oldest, other.oldest);
   into.events.resize(std::max(into.events.size(), other.events.size()));

@@ -8,6 +8,7 @@
 #include "balance/cells.h"
 #include "balance/cuts.h"
 #include "base/bytes.h"
+#include "comm/ledger.h"
 #include "image/scene.h"
 #include "image/slots.h"
 #include "particles/digest.h"
@@ -91,7 +92,7 @@ struct InteractionStats {
   std::uint32_t most_in_a_cell = 0;
   float meet_s = 0, wait_s = 0;  // time in interactions, waits included; waits alone, s
   float overlap_99 = 0;          // see interactions/overlap.h
-  std::uint16_t softened = 0;    // 1: springs of contact were
+  std::uint16_t substeps = 0;    // the fewest per frame in which no spring of contact need be softened
   std::uint16_t hops = 0;        // most calculators that an interaction's messages went to
 };
 
@@ -99,19 +100,19 @@ template <class Visitor>
 constexpr void fields(Visitor& visit, InteractionStats& interaction) {
   visit(interaction.pairs, interaction.ghosts, interaction.bytes, interaction.moved_in, interaction.moved_out,
         interaction.meetings, interaction.most_in_a_cell, interaction.meet_s, interaction.wait_s,
-        interaction.overlap_99, interaction.softened, interaction.hops);
+        interaction.overlap_99, interaction.substeps, interaction.hops);
 }
 
 /// Maxima over calculators of what may need a warning in a system's interactions.
 struct Strain {
   std::uint32_t most_in_a_cell = 0;
   float overlap_99 = 0;
-  std::uint32_t softened = 0;
+  std::uint32_t substeps = 0;
 };
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, Strain& strain) {
-  visit(strain.most_in_a_cell, strain.overlap_99, strain.softened);
+  visit(strain.most_in_a_cell, strain.overlap_99, strain.substeps);
 }
 
 /// A particle that has children at the end of this frame, for the calculator that they belong to.
@@ -262,6 +263,12 @@ template <class Visitor>
 constexpr void fields(Visitor& visit, CalculatorTail& tail) {
   visit(tail.bytes_sent, tail.particles, tail.quantiles, tail.exchange_s, tail.wait_s, tail.image_s, tail.interaction);
 }
+
+/// Where a rank's time of a frame went, for the log.
+struct RankTimes {
+  std::int32_t rank = 0;
+  comm::Spent spent;
+};
 
 /// A rank whose list differs, and that list.
 struct Dissent {

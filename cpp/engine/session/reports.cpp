@@ -57,9 +57,33 @@ void check_rows(std::size_t rows, std::size_t calculators, std::size_t systems) 
   if (rows != calculators * systems) throw std::runtime_error("reports hold the rows of other calculators");
 }
 
+// One block per rank: which rank, where its time went, then its calculator's rows.
+void put_tails(int rank, const comm::Spent& spent, const std::vector<CalculatorTail>& tails, Bytes& out) {
+  out.put(static_cast<std::int32_t>(rank));
+  out.put(static_cast<std::uint32_t>(spent.waits.size()));
+  out.put(static_cast<std::uint32_t>(tails.size()));
+  for (const double seconds : spent.activities) out.put(seconds);
+  for (const double seconds : {spent.wall_s, spent.messages_s, spent.chain_s}) out.put(seconds);
+  put_all(spent.waits, out);
+  put_all(tails, out);
+}
+
+void take_tails(base::Reader& in, AllTails& all) {
+  RankTimes times;
+  times.rank = in.get<std::int32_t>();
+  const auto waits = in.get<std::uint32_t>();
+  const auto tails = in.get<std::uint32_t>();
+  comm::Spent& spent = times.spent;
+  for (double& seconds : spent.activities) seconds = in.get<double>();
+  for (double* const seconds : {&spent.wall_s, &spent.messages_s, &spent.chain_s}) *seconds = in.get<double>();
+  take_all(in.take(waits * sizeof(comm::Waited)), spent.waits);
+  take_all(in.take(tails * sizeof(CalculatorTail)), all.calculators);
+  all.times.push_back(std::move(times));
+}
+
 void pass_tails(Rank& rank, const Round& round) {
   Message message;
-  put_all(round.own_tails, message.bytes());
+  put_tails(rank.session.rank(), round.own_spent, round.own_tails, message.bytes());
   for (const Message& below : rank.session.relay().from_below(Phase::log, rank.session.stamp(round))) {
     message.bytes().put_raw(below.payload().data(), below.payload().size());
   }
@@ -125,10 +149,14 @@ Loads loads_of(const Rank& rank, const Round& round, const Gathered& gathered) {
   return loads;
 }
 
-std::vector<CalculatorTail> gather_tails(Rank& rank, comm::Stamp stamp, std::vector<CalculatorTail> own) {
-  std::vector<CalculatorTail> tails = std::move(own);
-  for (const Message& below : rank.session.relay().from_below(Phase::log, stamp)) take_all(below.payload(), tails);
-  return tails;
+AllTails gather_tails(Rank& rank, comm::Stamp stamp, std::vector<CalculatorTail> own, comm::Spent own_spent) {
+  AllTails all{std::move(own), {{rank.session.rank(), std::move(own_spent)}}};
+  for (const Message& below : rank.session.relay().from_below(Phase::log, stamp)) {
+    base::Reader in = below.reader();
+    while (!in.done()) take_tails(in, all);
+  }
+  std::sort(all.times.begin(), all.times.end(), [](const RankTimes& a, const RankTimes& b) { return a.rank < b.rank; });
+  return all;
 }
 
 }  // namespace motes::engine

@@ -51,7 +51,13 @@ std::vector<Flow> pass_reports(Rank& rank, Round& round);
 /// Manager: all loads, once nobody waits for it any more.
 Loads loads_of(const Rank& rank, const Round& round, const Gathered& gathered);
 
-/// Manager: waits for what the log needs of each calculator besides `own`, in the order of the tree.
-std::vector<CalculatorTail> gather_tails(Rank& rank, comm::Stamp stamp, std::vector<CalculatorTail> own);
+/// What only the log needs: of calculators in the order of the tree, and of all ranks.
+struct AllTails {
+  std::vector<CalculatorTail> calculators;
+  std::vector<RankTimes> times;
+};
+
+/// Manager: waits for what the log needs of the others besides `own`.
+AllTails gather_tails(Rank& rank, comm::Stamp stamp, std::vector<CalculatorTail> own, comm::Spent own_spent);
 
 }  // namespace motes::engine

@@ -27,6 +27,7 @@ struct Round {
   Report own{};
   std::vector<CalculatorLoad> own_loads{};  // on calculators, one per system
   std::vector<CalculatorTail> own_tails{};  // on calculators, one per system of the last frame
+  comm::Spent own_spent{};  // where this rank's time of the last frame went
   bool tells_tails = false;               // the log needs them in this round: the same on all ranks
 };
 

@@ -29,4 +29,12 @@ void Spans::add(std::uint64_t frame, const char* phase, const std::string& syste
   table_.add(row);
 }
 
+void Spans::add_wait(std::uint64_t frame, const char* phase, int rank, double start, double end) {
+  jsonl::Row row;
+  row.field("frame", frame).field("phase", std::string("wait")).field("system", std::string());
+  row.field("start_s", start - zero_).field("end_s", end - zero_).null("cpu_s");
+  row.field("waited_for", rank).field("message", std::string(phase));
+  table_.add(row);
+}
+
 }  // namespace motes::engine

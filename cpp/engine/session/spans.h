@@ -20,6 +20,8 @@ class Spans {
   /// `system`: its name, or empty for all. `cpu_s`: processor time of the rank's thread; none where phases overlap.
   void add(std::uint64_t frame, const char* phase, const std::string& system, double start, double end,
            std::optional<double> cpu_s);
+  /// This rank waited for a message of `phase` from `rank`; -1: from several.
+  void add_wait(std::uint64_t frame, const char* phase, int rank, double start, double end);
   void write() { table_.write(); }
 
  private:

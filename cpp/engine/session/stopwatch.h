@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 
+#include "comm/ledger.h"
 #include "engine/session/report.h"
 #include "engine/session/spans.h"
 
@@ -11,6 +12,9 @@ namespace motes::engine {
 
 class Stopwatch {
  public:
+  /// The ledger must outlive it.
+  explicit Stopwatch(comm::Ledger& ledger) : ledger_(ledger) {}
+
   /// Counts the time from its construction to its destruction as `phase`.
   class Phase {
    public:
@@ -24,6 +28,7 @@ class Stopwatch {
     double PhaseTimes::* seconds_;
     const char* phase_;
     std::string system_;
+    comm::Turn turn_;
     double start_, cpu_start_;
   };
 
@@ -35,6 +40,9 @@ class Stopwatch {
   void end(double waited_s);
 
   const PhaseTimes& last() const { return last_; }
+  /// Returns where this rank's time of the last frame went.
+  const comm::Spent& spent() const { return spent_; }
+  comm::Ledger& ledger() { return ledger_; }
 
   /// Writes each phase as a row of this rank's own file from now on. Throws std::runtime_error if the file cannot be
   /// made.
@@ -44,7 +52,9 @@ class Stopwatch {
   void write_spans();
 
  private:
+  comm::Ledger& ledger_;
   PhaseTimes now_, last_;
+  comm::Spent spent_;
   std::unique_ptr<Spans> spans_;
   std::uint64_t frame_ = 0;
   bool in_frame_ = false;

@@ -43,7 +43,7 @@ std::vector<T> tell_all(Rank& rank, const comm::Stamp& stamp, const T& own) {
     base::read_fields(in, told.ranks.back());
   }
   base::write_fields(told, message.bytes());
-  const auto answer = comm::Communicator::sealed(comm::Phase::recovery, stamp, std::move(message));
+  const auto answer = session.comm().sealed(comm::Phase::recovery, stamp, std::move(message));
   for (int to = 1; to < session.size(); ++to) session.comm().post(to, answer);
   return std::move(told.ranks);
 }

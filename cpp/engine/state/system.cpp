@@ -87,7 +87,7 @@ std::vector<ListSegment> System::pending_segments() const {
   std::size_t first = 0;
   const auto cut = [&](std::size_t end, const recording::Callback* callback, const actions::Action* interaction) {
     const std::size_t length = actions.size();
-    segments.push_back({program::Program(std::move(actions), before), first, end, callback, interaction});
+    segments.push_back({program::Program(std::move(actions), before, schema), first, end, callback, interaction});
     actions.clear();
     before += static_cast<std::uint32_t>(length + (interaction != nullptr ? 1 : 0));
     first += length + (interaction != nullptr ? 1 : 0);

@@ -21,9 +21,9 @@ void Canvas::each_tile(const Work& work) {
   });
 }
 
-void Canvas::begin(const View& view, bool keep_linear, threads::Pool& pool) {
+void Canvas::begin(const View& view, bool keep_linear, threads::Pool& pool, const ShadowGrids* shadows) {
   pool_ = &pool;
-  scene_.prepare(view, static_cast<std::size_t>(pool.threads()));
+  scene_.prepare(view, static_cast<std::size_t>(pool.threads()), shadows);
   scene_.render_all(pool);
   workers_.begin(scene_, pool.threads());
   if (shown_version_ != scene_.version()) render_scenery();

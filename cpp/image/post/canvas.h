@@ -26,7 +26,9 @@ class Canvas {
 
   /// `keep_linear`: finish() also keeps the light for linear(). The threads of the pool share the tiles, until finish()
   /// has returned. Throws std::invalid_argument where the view is not valid.
-  void begin(const View& view, bool keep_linear = false, threads::Pool& pool = threads::alone());
+  /// `shadows`: see Scenery::prepare.
+  void begin(const View& view, bool keep_linear = false, threads::Pool& pool = threads::alone(),
+             const ShadowGrids* shadows = nullptr);
 
   /// Takes a part of the frame's records; the bytes must not change until finish() has returned. Throws
   /// std::runtime_error where they are malformed or made for a different view.

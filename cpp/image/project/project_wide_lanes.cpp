@@ -103,6 +103,14 @@ MOTES_INLINE Size size_vector(const image::WideTask& t, std::size_t i, Floats de
     visible = (metres > 0.0f) & (metres <= all(kLargest));
     wide = metres * (all(t.now.scale * (kSizeUnit / kUnit)) / depth);
   }
+  if (t.blur > 0) {
+    // As wide as both together on the mean: squares of diameters add up, and the light of the smaller disc is spread
+    // over the larger one.
+    const Floats blur = abs(1.0f - t.focus / depth) * t.blur;
+    const Floats whole = max(sqrt(wide * wide + blur * blur), all(kNarrow));
+    const Floats left = min(wide / whole, all(1.0f));
+    return {visible, min(whole, all(kWidest)), left * left};
+  }
   const Floats part = min(wide * all(1 / kNarrow), all(1.0f));
   return {visible, min(max(wide, all(kNarrow)), all(kWidest)), part * part};
 }
@@ -237,7 +245,7 @@ image::WideCount project(const image::WideTask& task, std::size_t first, std::si
   const image::WideTask t = task;  // copies whose members the stores below cannot change
   const image::WideBatch out = batch;
   const bool same = t.one_color();
-  const Uints color_of_all = color_vector(t, 0);
+  const Uints color_of_all = same ? color_vector(t, 0) : Uints{};
   Ahead ahead(t);
   if (t.streaks || out.velocity != nullptr) ahead.add(t.velocity);
   if (!(t.diameter > 0)) ahead.add(t.size);

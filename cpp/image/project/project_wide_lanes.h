@@ -23,6 +23,7 @@ struct WideTask : SeenTask {
   float open;     // for how long, s
 
   float diameter;  // px, of all particles; 0: `size` says
+  float focus, blur;  // m to what is sharp; 1/64 px of blur, of what is infinitely far; 0: all is sharp
   bool oriented;   // sprites are squares, turned by `up`
   RecordForm form; // of the records
   int columns;     // of tiles

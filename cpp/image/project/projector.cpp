@@ -118,6 +118,11 @@ WideTask wide_task(const Drawn& particles, const Sprite& sprite, const View& vie
   t.streaks = view.shutter > 0;
   t.open = static_cast<float>(view.shutter * dt);
   t.diameter = diameter_of(sprite, view.height);
+  if (view.camera.aperture > 0) {
+    t.focus = static_cast<float>(view.camera.focus);
+    t.blur = static_cast<float>(view.camera.aperture * lens(view).focal_px / view.camera.focus) *
+             static_cast<float>(1 << kSizeBits);
+  }
   t.oriented = sprite.kind == Sprite::Kind::image;
   // Half the image and the largest sprite, turned.
   constexpr int kReach = kMaxDiameter * 182 / 256 + 2;
@@ -145,15 +150,17 @@ RecordsHead head_of(const Sprite& sprite, const View& view, const Projection& pr
   const Grid grid{view.width, view.height};
   RecordsHead head;
   head.system = static_cast<std::uint32_t>(projection.system);
-  const bool point = drawn_as_point(sprite);
-  head.kind = static_cast<std::uint8_t>(point ? Sprite::Kind::point : sprite.kind);
+  const bool point = drawn_as_point(sprite) && !(view.camera.aperture > 0);
+  const bool disc = drawn_as_point(sprite) && !point;  // points that may be out of focus
+  head.kind = static_cast<std::uint8_t>(point ? Sprite::Kind::point : disc ? Sprite::Kind::disc : sprite.kind);
   head.blend = static_cast<std::uint8_t>(sprite.blend);
   head.layout = static_cast<std::uint8_t>(layout(sprite, view, projection.any_depth));
   head.with_velocity = with_velocity(sprite, view);
   const bool in_order = projection.in_order || in_order_of_depth({&sprite, 1});
   head.colored = in_order || !may_lack_color(static_cast<Layout>(head.layout)) ? 1 : 0;
-  head.pixels = point ? 1 : sprite.pixels;
-  head.of_height = sprite.of_height;
+  const bool blurred = view.camera.aperture > 0;  // then each record has its size
+  head.pixels = blurred ? 0 : point ? 1 : sprite.pixels;
+  head.of_height = blurred ? 0 : sprite.of_height;
   head.softness = sprite.softness;
   head.picture = sprite.picture;
   head.width = view.width;
@@ -188,15 +195,27 @@ void Projector::project(const Drawn& particles, const Sprite& sprite, const View
   if (!of_fixed_size(static_cast<Layout>(records.head_.layout))) {
     project_wide(particles, projection, view, records);
   } else {
-    project_fixed(particles, view, records);
+    project_fixed(particles, projection, view, records);
   }
   std::memcpy(records.buffer_.data(), &records.head_, sizeof records.head_);
 }
 
-void Projector::project_fixed(const Drawn& particles, const View& view, Records& records) {
+// Replaces the colours of some particles by those that their light gives them.
+void Projector::light(const Drawn& particles, const Projection& projection, std::size_t first, std::size_t last,
+                      SeenTask& task) {
+  if (projection.light == nullptr) return;
+  const std::size_t stride = last - first + kSlack;
+  lit_.resize(3 * stride);
+  projection.light->light(particles, first, last, lit_.data(), stride);
+  for (std::size_t c = 0; c < 3; ++c) task.color[c] = lit_.data() + c * stride - first;
+}
+
+void Projector::project_fixed(const Drawn& particles, const Projection& projection, const View& view,
+                              Records& records) {
   const Grid grid{view.width, view.height};
   const auto tiles = static_cast<std::size_t>(grid.tiles()), columns = static_cast<std::size_t>(grid.columns());
-  const ProjectTask task = fixed_task(particles, sprite_, view);
+  ProjectTask task = fixed_task(particles, sprite_, view);
+  light(particles, projection, 0, 0, task);
   if (!task.one_color()) records.head_.colored = 1;
   const std::size_t record_bytes = bytes_of(records.head_);
   const bool with_depth = records.head_.layout != static_cast<std::uint8_t>(Layout::plain);
@@ -208,6 +227,7 @@ void Projector::project_fixed(const Drawn& particles, const View& view, Records&
     const std::size_t last = std::min(first + step, particles.count);
     const std::size_t stride = last - first + kSlack;
     const ProjectedBatch batch = columns_for(stride, with_depth, with_velocity, projected_);
+    light(particles, projection, first, last, task);
     const ProjectedCount number = lanes_->project(task, first, last, batch);
     if (number.visible == 0) continue;
     const Touched touched{batch.tile, batch.several, number.visible, number.several, columns};
@@ -223,6 +243,7 @@ void Projector::project_wide(const Drawn& particles, const Projection& projectio
   const Grid grid{view.width, view.height};
   const auto tiles = static_cast<std::size_t>(grid.tiles()), columns = static_cast<std::size_t>(grid.columns());
   WideTask task = wide_task(particles, sprite_, view, projection.dt);
+  light(particles, projection, 0, 0, task);
   if (!task.one_color()) records.head_.colored = 1;
   const std::size_t record_bytes = bytes_of(records.head_);
   task.form = form_of(records.head_);
@@ -241,6 +262,7 @@ void Projector::project_wide(const Drawn& particles, const Projection& projectio
     batch.several = all.take<std::uint32_t>();
     batch.many = all.take<ManyTiles>();
     batch.tile = all.take<std::uint16_t>();
+    light(particles, projection, first, last, task);
     const WideCount number = wide_lanes_->project(task, first, last, batch);
     if (number.visible == 0) continue;
     const Touched touched{batch.tile, batch.several, number.visible, number.several, columns};

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "image/buffer.h"
+#include "image/light/particle_light.h"
 #include "image/project/project_lanes.h"
 #include "image/project/project_wide_lanes.h"
 #include "image/project/records.h"
@@ -22,6 +23,7 @@ struct Projection {
   bool in_order = false;         // see in_order_of_depth()
   double dt = 0;                 // s per frame: how far a particle moves while the shutter is open
   const Slots* slots = nullptr;  // null: tiles in their order
+  const ParticleLight* light = nullptr;  // null: particles have their own colours
 };
 
 /// Keeps its working memory from frame to frame.
@@ -38,11 +40,13 @@ class Projector {
                const Projection& projection = {});
 
  private:
-  void project_fixed(const Drawn& particles, const View& view, Records& records);
+  void project_fixed(const Drawn& particles, const Projection& projection, const View& view, Records& records);
+  void light(const Drawn& particles, const Projection& projection, std::size_t first, std::size_t last, SeenTask& task);
   void project_wide(const Drawn& particles, const Projection& projection, const View& view, Records& records);
   void count(const Touched& touched, std::size_t tiles, std::size_t record_bytes, Records& records);
   std::byte* open_batch(std::size_t tiles, std::size_t record_bytes, std::size_t asked, Records& records);
 
+  BufferOf<float> lit_;  // colours of a batch
   const ProjectLanes* lanes_;
   const ProjectWideLanes* wide_lanes_;
   Buffer projected_;

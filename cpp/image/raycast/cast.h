@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "image/light/shadow_grid.h"
+#include "image/light/sky.h"
 #include "meshes/bvh.h"
 #include "shapes/shape.h"
 #include "simd/declare_builds.h"
@@ -53,11 +55,14 @@ struct CastLight {
   float color[3];  // light on a surface that faces it at 1 m
   const CastSolid* solids;  // what may throw a shadow
   std::size_t count;
+  ShadowMap shadow;  // of particles
 };
 
 struct Material {
   float color[3];
   float emitted;  // how much of the colour shines by itself
+  const Texture* image;  // null: there is none
+  float scale;           // m that it is wide
 };
 
 struct ShadeView {
@@ -67,7 +72,12 @@ struct ShadeView {
   const Material* materials;  // one per object
   bool sunny;
   float sun[3];         // unit vector
-  float background[3];
+  SkyLanes sky;
+  Ambient ambient;
+  bool has_images;  // any material
+  ShadowMap sun_shadow;  // of particles
+  float eye[3];          // m, in the world
+  float fog[3], fog_density;  // 1/m; 0: what is far fades into the sky
   float fog_square;     // square of the distance at which half of the light is fog
   float grain;          // how far apart a surface and a ray that starts on it may be by rounding alone, m
 };

@@ -3,6 +3,8 @@
 
 #include "image/daylight_parts.h"
 #include "image/grid.h"
+#include "image/light/shadow_lanes.h"
+#include "image/light/sky_lanes.h"
 #include "image/project/screen_lanes.h"
 #include "image/raycast/cast_solids.h"
 #include "image/tile_planes.h"
@@ -151,7 +153,8 @@ MOTES_INLINE void add_sun(const image::ShadeView& view, Shading& at) {
   if (!any(open)) return;
   const Rays rays{at.point + at.normal * at.offset, sun};
   const Mask dark = in_shadow(view.cast.solids, view.cast.count, rays, all(__FLT_MAX__), at.object, open);
-  const Floats light = only(open & ~dark, facing * kSun);
+  Floats light = only(open & ~dark, facing * kSun);
+  if (view.sun_shadow.depths != nullptr) light *= light_through(view.sun_shadow, at.point, Floats{});
   at.arriving = at.arriving + Floats3{light, light, light};
   at.shadows |= dark & 1;
 }
@@ -165,17 +168,83 @@ MOTES_INLINE void add_light(const image::CastLight& light, Ints bit, Shading& at
   const Floats3 from = at.point + at.normal * at.offset;
   const Mask dark = in_shadow(light.solids, light.count, {from, position - from}, all(1), at.object, open);
   const Floats square = max(dot(along, along), all(1e-6f));
-  at.arriving = at.arriving + all3(light.color) * only(open & ~dark, facing / (square * sqrt(square)));
+  Floats part = only(open & ~dark, facing / (square * sqrt(square)));
+  if (light.shadow.depths != nullptr) part *= light_through(light.shadow, at.point, Floats{});
+  at.arriving = at.arriving + all3(light.color) * part;
   at.shadows |= dark & bit;
+}
+
+MOTES_INLINE Floats3 ambient_light(const image::ShadeView& view, Floats up) {
+  if (view.sky.kind == image::Sky::Kind::none) {
+    const Floats3 background = all3(view.sky.color);
+    return {kBounce + (kSky - kBounce + kTint * background.x) * up,
+            kBounce + (kSky - kBounce + kTint * background.y) * up,
+            kBounce + (kSky - kBounce + kTint * background.z) * up};
+  }
+  return all3(view.ambient.low) * (1.0f - up) + all3(view.ambient.high) * up;
+}
+
+// Where a surface is on its image: along the two axes of the world that it is most parallel to. `footprint`: of a pixel
+// there, m.
+Float3 image_light(const image::Material& material, Float3 place, Float3 normal, float footprint) {
+  const auto size = [](float x) { return x < 0 ? -x : x; };
+  const bool flat = size(normal.y) >= size(normal.x) && size(normal.y) >= size(normal.z);
+  const bool side = !flat && size(normal.x) >= size(normal.z);
+  const float u = side ? place.z : place.x, v = flat ? place.z : -place.y;
+  const image::Texture& all = *material.image;
+  float scale = static_cast<float>(all.levels[0].width) / material.scale;  // pixels per m
+  int level = 0;
+  for (; footprint * scale > 1.5f && level + 1 < all.count; ++level) scale *= 0.5f;
+  const image::TextureLevel& shown = all.levels[level];
+  const auto part = [&](float metres, int pixels, float repeat) {
+    const float turns = metres / repeat, whole = __builtin_floorf(turns);
+    return (turns - whole) * static_cast<float>(pixels);
+  };
+  const float height =
+      material.scale * static_cast<float>(all.levels[0].height) / static_cast<float>(all.levels[0].width);
+  return texel_mix(shown, part(u, shown.width, material.scale), part(v, shown.height, height), true);
+}
+
+// Multiplies colours by what the objects' images show there.
+__attribute__((noinline)) void add_images(const image::ShadeView& view, const Shading& at, Floats distance,
+                                          Floats3 along, Floats3& color) {
+  for (std::size_t lane = 0; lane < kLanes; ++lane) {
+    if (at.seen[lane] == 0) continue;
+    const image::Material& material = view.materials[at.object[lane]];
+    if (material.image == nullptr) continue;
+    const Float3 place{at.point.x[lane] + view.eye[0], at.point.y[lane] + view.eye[1], at.point.z[lane] + view.eye[2]};
+    const Float3 normal{at.normal.x[lane], at.normal.y[lane], at.normal.z[lane]};
+    const Float3 way{along.x[lane], along.y[lane], along.z[lane]};
+    const float straight = __builtin_fabsf(dot(normal, way)) / __builtin_sqrtf(dot(way, way));
+    const float footprint = distance[lane] * view.cast.pixel / (straight > 0.05f ? straight : 0.05f);
+    const Float3 light = image_light(material, place, normal, footprint);
+    set_lane(color, lane, {color.x[lane] * light.x, color.y[lane] * light.y, color.z[lane] * light.z});
+  }
+}
+
+// What is between a surface and the eye: the view's fog, or what lets far objects fade into the sky.
+MOTES_INLINE Floats3 through_air(const image::ShadeView& view, Floats3 light, Floats distance, Floats3 along,
+                                 Floats3 background) {
+  const Floats square = min(distance * distance * dot(along, along), all(1e37f));  // infinite on a horizon
+  if (view.fog_density > 0) {
+    const Floats clear = exp(-min(sqrt(square) * view.fog_density, all(80.0f)));
+    return light * clear + all3(view.fog) * (1.0f - clear);
+  }
+  const Floats fog = square / (square + view.fog_square);
+  const Floats clear = 1.0f - fog;
+  return {light.x * clear + background.x * fog, light.y * clear + background.y * fog,
+          light.z * clear + background.z * fog};
 }
 
 void shade(const image::ShadeView& view, const float* x, const float* y, std::size_t count, const image::Surfaces& from,
            const image::Shades& to) {
-  const Floats3 background = all3(view.background);
+  const bool plain = view.sky.kind == image::Sky::Kind::none;
+  Floats3 background = all3(view.sky.color);
   for (std::size_t i = 0; i < count; i += kLanes) {
     const Ints surface = load_ints(from.surface + i);
     Shading at{};
     at.seen = (surface != 0) & first_lanes(count - i);
+    if (!plain) background = sky_light(view.sky, directions(view.cast, x + i, y + i), first_lanes(count - i));
     if (!any(at.seen)) {
       store3(to.light, i, background);
       store_uints(to.shadows + i, Uints{});
@@ -188,9 +257,7 @@ void shade(const image::ShadeView& view, const float* x, const float* y, std::si
     at.offset = distance * 2e-5f + view.grain;
     at.object = (Ints)(((Uints)surface - 1u) >> 2);
     const Floats up = 0.5f + 0.5f * at.normal.y;
-    at.arriving = Floats3{kBounce + (kSky - kBounce + kTint * background.x) * up,
-                          kBounce + (kSky - kBounce + kTint * background.y) * up,
-                          kBounce + (kSky - kBounce + kTint * background.z) * up};
+    at.arriving = ambient_light(view, up);
     if (view.sunny) add_sun(view, at);
     for (std::size_t light = 0; light < view.light_count; ++light) {
       add_light(view.lights[light], Ints{} + (2 << (light % 30)), at);
@@ -198,12 +265,10 @@ void shade(const image::ShadeView& view, const float* x, const float* y, std::si
     Floats3 color;
     Floats emitted;
     load_materials(view.materials, at.object, at.seen, color, emitted);
-    const Floats square = min(distance * distance * dot(along, along), all(1e37f));  // infinite on a horizon
-    const Floats fog = square / (square + view.fog_square);
-    const Floats clear = 1.0f - fog;
-    const Floats3 light{color.x * (at.arriving.x + emitted) * clear + background.x * fog,
-                        color.y * (at.arriving.y + emitted) * clear + background.y * fog,
-                        color.z * (at.arriving.z + emitted) * clear + background.z * fog};
+    if (view.has_images) add_images(view, at, distance, along, color);
+    const Floats3 shown{color.x * (at.arriving.x + emitted), color.y * (at.arriving.y + emitted),
+                        color.z * (at.arriving.z + emitted)};
+    const Floats3 light = through_air(view, shown, distance, along, background);
     store3(to.light, i, select(at.seen, light, background));
     store_uints(to.shadows + i, (Uints)at.shadows);
   }

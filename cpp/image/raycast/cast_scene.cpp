@@ -112,6 +112,16 @@ Ball prepare_mesh(const Placement& placement, const meshes::Bvh& tree, const Vec
   return {placement.position + placement.out_of(tree.ball.center), tree.ball.radius};
 }
 
+// Shadows of particles for places relative to the eye.
+ShadowMap seen_from(const Vector& eye, const ShadowMap* map) {
+  if (map == nullptr) return {};
+  ShadowMap seen = *map;
+  for (std::size_t i = 0; i < 3; ++i) {
+    seen.space.origin[i] = static_cast<float>(static_cast<double>(seen.space.origin[i]) - eye[i]);
+  }
+  return seen;
+}
+
 Ball ball_around(const Reach& reach) {
   Vector low{}, high{};
   for (std::size_t i = 0; i < 3; ++i) low[i] = reach.low[i], high[i] = reach.high[i];
@@ -131,7 +141,7 @@ bool in_between(const Ball& ball, const Ball& from, const Vector& direction, dou
 
 }  // namespace
 
-CastScene::CastScene(const View& view)
+CastScene::CastScene(const View& view, const ShadowGrids* shadows)
     : view_(view), lens_(lens(view)), sunny_(length(view.sun) > 0), sun_(sunny_ ? unit(view.sun) : Vector{0, 1, 0}) {
   for (std::size_t i = 0; i < view.objects.size(); ++i) add(view.objects[i], static_cast<std::uint32_t>(i));
   put(lens_.right, cast_.right);
@@ -145,13 +155,21 @@ CastScene::CastScene(const View& view)
   shade_.cast = cast_;
   shade_.materials = materials_.data();
   put(sun_, shade_.sun);
-  std::copy(view.background.begin(), view.background.end(), shade_.background);
+  shade_.sky = sky_lanes(view);
+  shade_.ambient = ambient(view);
+  shade_.has_images = std::any_of(materials_.begin(), materials_.end(), [](const Material& m) { return m.image; });
+  shade_.sun_shadow = seen_from(lens_.eye, shadows == nullptr ? nullptr : shadows->of_sun());
+  put(lens_.eye, shade_.eye);
+  std::copy(view.fog.color.begin(), view.fog.color.end(), shade_.fog);
+  shade_.fog_density = view.fog.metres > 0 ? 1 / view.fog.metres : 0;
   const double reach = kFogReach * length(view.camera.look_at - view.camera.position);
   shade_.fog_square = static_cast<float>(reach * reach);
   for (const double x : lens_.eye) shade_.grain = std::max(shade_.grain, static_cast<float>(std::fabs(x) * 1e-6));
   before_lights_.resize(view.lights.size());
-  for (const Light& light : view.lights) {
+  for (std::size_t i = 0; i < view.lights.size(); ++i) {
+    const Light& light = view.lights[i];
     CastLight prepared{};
+    prepared.shadow = seen_from(lens_.eye, shadows == nullptr ? nullptr : shadows->of_light(i));
     put(light.position - lens_.eye, prepared.position);
     for (std::size_t c = 0; c < 3; ++c) prepared.color[c] = light.color[c] * light.power;
     lights_.push_back(prepared);
@@ -159,7 +177,10 @@ CastScene::CastScene(const View& view)
 }
 
 void CastScene::add(const Solid& solid, std::uint32_t number) {
-  materials_.push_back({{solid.color[0], solid.color[1], solid.color[2]}, solid.light});
+  materials_.push_back({{solid.color[0], solid.color[1], solid.color[2]},
+                        solid.light,
+                        solid.image == 0 ? nullptr : &texture(solid.image),
+                        solid.scale});
   CastSolid prepared{};
   prepared.number = number;
   Ball ball{};

@@ -14,7 +14,10 @@ namespace motes::image {
 class CastScene {
  public:
   /// Throws std::invalid_argument where a mesh is not kept in this process.
-  explicit CastScene(const View& view);
+  explicit CastScene(const View& view, const ShadowGrids* shadows = nullptr);
+
+  /// Whether what is behind all objects is not of one colour.
+  bool has_sky() const { return view_.sky.kind != Sky::Kind::none; }
 
   /// For rays through a part of the image, in pixels from its top left corner: only what may be visible there. Valid
   /// until the next call.

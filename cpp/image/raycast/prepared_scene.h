@@ -15,7 +15,8 @@ namespace motes::image {
 class PreparedScene {
  public:
   /// Throws std::invalid_argument where the view is not valid.
-  void prepare(const View& view, std::size_t workers = 1);
+  /// `shadows`: see Scenery::prepare.
+  void prepare(const View& view, std::size_t workers = 1, const ShadowGrids* shadows = nullptr);
 
   /// Renders the scenery of a tile where that has not been done yet; different workers may do so at the same time.
   void render(int tile, std::size_t worker = 0) { scenery_.render(tile, worker); }

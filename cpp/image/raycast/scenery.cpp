@@ -18,27 +18,30 @@ std::uint32_t to_sum(float linear) {
 bool same_forms(const View& a, const View& b) {
   const auto same = [](const Solid& x, const Solid& y) { return x.mesh == y.mesh && x.shape == y.shape; };
   return a.width == b.width && a.height == b.height && a.camera == b.camera && a.smooth == b.smooth &&
+         (a.sky.kind == Sky::Kind::none) == (b.sky.kind == Sky::Kind::none) &&
          std::equal(a.objects.begin(), a.objects.end(), b.objects.begin(), b.objects.end(), same);
 }
 
 // Whether the surfaces have the same light, too.
 bool same_light(const View& a, const View& b) {
-  return a.background == b.background && a.objects == b.objects && a.sun == b.sun && a.lights == b.lights;
+  return a.background == b.background && a.sky == b.sky && a.fog == b.fog && a.objects == b.objects && a.sun == b.sun &&
+         a.lights == b.lights;
 }
 
 }  // namespace
 
-void Scenery::prepare(const View& view, std::size_t workers) {
+void Scenery::prepare(const View& view, std::size_t workers, const ShadowGrids* shadows) {
   check(view);
   while (workers_.size() < workers) workers_.push_back({TileCaster(*lanes_), nullptr, 0});
   const bool forms = version_ != 0 && same_forms(view, view_);
-  if (forms && same_light(view, view_)) return;
-  auto scene = std::make_unique<CastScene>(view);  // may throw: nothing has changed yet
+  if (forms && same_light(view, view_) && shadows == nullptr && shadows_ == nullptr) return;
+  auto scene = std::make_unique<CastScene>(view, shadows);  // may throw: nothing has changed yet
   if (!forms) ++forms_;
   ++version_;
   workers_[0].scene = std::move(scene);
   workers_[0].version = version_;
   view_ = view;
+  shadows_ = shadows;
   grid_ = {view.width, view.height};
   for (std::size_t c = 0; c < 3; ++c) background_[c] = to_sum(view.background[c]);
   tiles_.resize(index(grid_.tiles()));
@@ -67,7 +70,7 @@ void Scenery::render(int number, std::size_t worker) {
   if (rendered(number)) return;
   Worker& by = workers_.at(worker);
   if (by.version != version_) {
-    by.scene = std::make_unique<CastScene>(view_);
+    by.scene = std::make_unique<CastScene>(view_, shadows_);
     by.version = version_;
   }
   Tile& tile = tiles_[index(number)];

@@ -33,7 +33,8 @@ class Scenery {
 
   /// Selects the view. Tiles stay rendered where the view's scenery is the same as before. Throws
   /// std::invalid_argument where the view is not valid.
-  void prepare(const View& view, std::size_t workers = 1);
+  /// `shadows`: of particles, of this view, valid until the last tile is rendered; null: they throw none.
+  void prepare(const View& view, std::size_t workers = 1, const ShadowGrids* shadows = nullptr);
 
   /// Renders the tile where that has not been done yet. Throws std::invalid_argument where there is no such tile.
   void render(int tile, std::size_t worker = 0);
@@ -115,6 +116,7 @@ class Scenery {
   void trace(Tile& tile, const TilePart& part, Worker& by) const;
 
   View view_;
+  const ShadowGrids* shadows_ = nullptr;
   Grid grid_;
   std::array<float, 3> right_{}, up_{}, forward_{};  // of the camera
   float pixel_ = 0;

@@ -11,13 +11,15 @@ from typing import Any
 
 import numpy as np
 
-from .._system.distributions import Normal, Uniform
-from .._values.curves import Curve
+from .._system.distributions import AlongNormal, Normal, Uniform
+from .._values.curves import Combined, Curve
 from .._values.values import items_of
 
 __all__ = ["VALUES", "data_of", "value_of"]
 
-VALUES: dict[str, type[Any]] = {kind.__name__: kind for kind in (Curve, Normal, Uniform)}
+VALUES: dict[str, type[Any]] = {
+    kind.__name__: kind for kind in (AlongNormal, Combined, Curve, Normal, Uniform)
+}
 _NUMBERS = "biufc"
 
 

@@ -209,7 +209,7 @@ def _stem(said: Any) -> str:
 def _column(said: Mapping[str, Any]) -> Column:
     since = None if said["since"] is None else int(said["since"])
     column = Column(str(said["name"]), int(said["width"]), tuple(map(float, said["initial"])), since)
-    if column.width not in (1, 3) or len(column.initial) != column.width:
+    if column.width not in (1, 3, 4) or len(column.initial) != column.width:
         raise ValueError(f"column {column.name!r} is {column.width} wide")
     return column
 

@@ -283,9 +283,13 @@ def _checked_rows(path: Path, columns: Mapping[str, NDArray[Any]]) -> int:
     for name, array in columns.items():
         if not isinstance(array, np.ndarray):  # what NumPy gives for an entry that is none of its arrays
             raise MotesError(f"{path} cannot be read: {name!r} is no array")
-        if array.ndim not in (1, 2) or array.shape[1:] not in ((), (3,)) or array.dtype.kind not in "fiu":
+        if (
+            array.ndim not in (1, 2)
+            or array.shape[1:] not in ((), (3,), (4,))
+            or array.dtype.kind not in "fiu"
+        ):
             said = f"{name!r} is {array.dtype} {array.shape}"
-            raise MotesError(f"{path} cannot be read: {said}; columns are numbers, (n,) or (n, 3)")
+            raise MotesError(f"{path} cannot be read: {said}; columns are numbers, (n,), (n, 3) or (n, 4)")
     lengths = {len(array) for array in columns.values()}
     if len(lengths) != 1:
         raise MotesError(
@@ -316,8 +320,8 @@ def _joined(arrays: list[NDArray[Any]], empty: NDArray[Any]) -> NDArray[Any]:
 def _empty(name: str, columns: Sequence[Column]) -> NDArray[Any]:
     if name == "id":
         return np.empty(0, np.uint64)
-    wide = any(column.name == name and column.width == 3 for column in columns)
-    return np.empty((0, 3) if wide else 0, np.float32)
+    width = next((column.width for column in columns if column.name == name), 1)
+    return np.empty((0, width) if width > 1 else 0, np.float32)
 
 
 def _filled(column: Column, count: int) -> NDArray[Any]:

@@ -37,7 +37,7 @@ _TYPES = {"position": "point3f[]", "velocity": "vector3f[]", "color": "color3f[]
 
 
 def write(path: Path, columns: Mapping[str, NDArray[Any]], *, frame: int, time: float) -> None:
-    """Write columns (n, 3) or (n,), `position` and `id` among them, into an existing file, sorted by id.
+    """Write columns, `position` and `id` among them, into an existing file, sorted by id.
 
     They are samples of one time: the time code is the frame's number.
     """
@@ -51,6 +51,7 @@ def write(path: Path, columns: Mapping[str, NDArray[Any]], *, frame: int, time: 
         known = pxr.Sdf.ValueTypeNames.Find(kind)
         attribute = pxr.Sdf.AttributeSpec(prim, name, known)
         arrays = {"int": pxr.Vt.IntArray, "int64": pxr.Vt.Int64Array, "float": pxr.Vt.FloatArray}
+        arrays["float4"] = pxr.Vt.Vec4fArray
         array = arrays.get(kind[:-2], pxr.Vt.Vec3fArray)
         layer.SetTimeSample(attribute.path, float(frame), array.FromNumpy(values))
 
@@ -64,7 +65,7 @@ def write(path: Path, columns: Mapping[str, NDArray[Any]], *, frame: int, time: 
             column = _taken(given, order, memory[given.nbytes])
         put(
             _name_of(name),
-            _type_of(name, column.ndim == 2),
+            _type_of(name, column.shape[1] if column.ndim == 2 else 1),
             column.view(np.int64) if name == "id" else column,
         )
         if name == "size":
@@ -169,7 +170,7 @@ def _attributes(columns: list[Column]) -> list[str]:
     for column in columns:
         if column.since is None:
             continue
-        name, kind = _name_of(column.name), _type_of(column.name, column.width == 3)
+        name, kind = _name_of(column.name), _type_of(column.name, column.width)
         varies = name.startswith("primvars:")
         said.append(f"{kind} {name}" + (' (\n    interpolation = "vertex"\n)' if varies else ""))
         if column.name == "size":
@@ -202,8 +203,8 @@ def _name_of(column: str) -> str:
     return _NAMES.get(column, f"primvars:{column}")
 
 
-def _type_of(column: str, wide: bool) -> str:
-    return _TYPES.get(column, "vector3f[]" if wide else "float[]")
+def _type_of(column: str, width: int) -> str:
+    return _TYPES.get(column, {1: "float[]", 3: "vector3f[]", 4: "float4[]"}[width])
 
 
 def _fits_int32(ids: NDArray[Any]) -> bool:

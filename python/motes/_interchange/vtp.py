@@ -29,7 +29,7 @@ _LENGTH = struct.Struct("=Q")
 
 
 def write(path: Path, columns: Mapping[str, NDArray[Any]], *, frame: int, time: float) -> None:
-    """Write columns (n, 3) or (n,), `position` among them, into an existing file."""
+    """Write columns (n,), (n, 3) or (n, 4), `position` among them, into an existing file."""
     del frame
     rows = len(columns["position"])
     # A vertex per particle: filters that choose cells can then choose particles.

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["write"]
+__all__ = ["read", "write"]
 
 _MOST = 65504
 """The greatest half float."""
@@ -42,6 +42,21 @@ def write(
     header = {"compression": library.ZIP_COMPRESSION, "type": library.scanlineimage}
     with library.File(header, channels) as file:
         file.write(str(path))
+
+
+def read(library: Any, path: Path) -> NDArray[np.float32]:
+    """Return the colours of a file's first part, float32 (height, width, 3).
+
+    Raises what the module OpenEXR does for a file that is none, ValueError where it has no colours.
+    """
+    with library.File(str(path)) as file:
+        channels = file.parts[0].channels
+        for name in ("RGB", "RGBA"):
+            if name in channels:
+                return np.array(channels[name].pixels[:, :, :3], np.float32)
+        if not all(name in channels for name in "RGB"):
+            raise ValueError(f"its channels are {', '.join(channels)}")
+        return np.stack([channels[name].pixels for name in "RGB"], axis=2).astype(np.float32)
 
 
 def _half(values: NDArray[np.float32]) -> NDArray[np.float16]:

@@ -200,7 +200,7 @@ class Particles:
         return len(self._columns["id"]) if self._here else 0
 
     def __getattr__(self, name: str) -> NDArray[Any]:
-        """Return a column: (n, 3) or (n,)."""
+        """Return a column: (n,), (n, 3) or (n, 4)."""
         columns = self.__dict__.get("_columns", {})
         if name in columns:
             return columns[name]  # type: ignore[no-any-return]
@@ -227,7 +227,7 @@ class Particles:
                 birth values (`position_b` and so on) where the system kept none.
 
         Returns:
-            Arrays of shape (n, 3) or (n,), not copied.
+            Arrays of shape (n,), (n, 3) or (n, 4), not copied.
 
         Raises:
             NotHereError: if the particles are on another rank.
@@ -246,7 +246,7 @@ class Particles:
         """Make a pandas DataFrame. Needs the extra [analysis].
 
         Returns:
-            One row per particle; vectors are columns name_x, name_y, name_z.
+            One row per particle; vectors are columns name_x, name_y, name_z, quaternions also name_w.
 
         Raises:
             NotHereError: if the particles are on another rank.
@@ -254,9 +254,9 @@ class Particles:
         columns = {name: self._columns[name] for name in ("id", *self.columns())}
         pandas = _extras.pandas("Particles.to_frame")
         flat = {
-            f"{name}_{axis}" if axis else name: column[:, "xyz".index(axis)] if axis else column
+            f"{name}_{axis}" if axis else name: column[:, "xyzw".index(axis)] if axis else column
             for name, column in columns.items()
-            for axis in ("xyz" if column.ndim == 2 else ("",))
+            for axis in ("xyzw"[: column.shape[1]] if column.ndim == 2 else ("",))
         }
         return pandas.DataFrame(flat)
 

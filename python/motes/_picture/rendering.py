@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable
 from functools import partial
 from typing import Any, Literal
@@ -17,12 +18,15 @@ from .._values.values import Settings, at, says_near_names, shown, times_of
 from ..errors import ArgumentError
 from ..shapes import Shape
 from ..shapes._mesh import Mesh
+from . import skies
+from .skies import Gradient, Panorama
 from .solids import Light, Solid, add_to
 
 __all__ = ["LAYERS", "Camera", "Renderer", "kept", "solids_of", "view_of"]
 
 LAYERS = ("depth", "alpha", "velocity")
 LIGHTS = "a list of motes.Light"
+FOG = "a colour and metres, or None"
 OBJECTS = "a list of motes.Solid, shapes or meshes"
 
 
@@ -43,6 +47,12 @@ class Camera(Settings):
     """Vertical angle of view, degrees."""
     near: float
     """Nothing nearer than this is drawn, m."""
+    focus: float | None
+    """Metres to what is sharp; None: everything is."""
+    aperture: float
+    """Diameter of the lens, m: particles out of focus grow to its circle of confusion and keep their light.
+    0: a pinhole, through which everything is sharp. Solids and the sky stay sharp. Opaque particles are
+    blended by what they cover."""
 
     _checks = {
         "position": arguments.place,
@@ -50,6 +60,8 @@ class Camera(Settings):
         "up": arguments.place,
         "fov_deg": lambda name, given: _above_0(name, given, below=180),
         "near": lambda name, given: _above_0(name, given, below=arguments.FARTHEST),
+        "focus": lambda name, given: _focus(name, given),
+        "aperture": partial(arguments.number, low=0, high=1e6),
     }
     _may_move = frozenset(_checks)
 
@@ -61,9 +73,15 @@ class Camera(Settings):
         up: ArrayLike | Curve = (0, 1, 0),
         fov_deg: float | Curve = 40,
         near: float | Curve = 0.1,
+        focus: float | Curve | None = None,
+        aperture: float | Curve = 0,
     ) -> None:
-        """Take its position and target (m), the vertical angle of view, and the nearest visible distance."""
-        given = {"position": position, "look_at": look_at, "up": up, "fov_deg": fov_deg, "near": near}
+        """Take its position and target (m), the vertical angle of view, and the nearest visible distance.
+
+        `focus`: metres to what is sharp; `aperture`: diameter of the lens, m.
+        """
+        given: dict[str, Any] = {"position": position, "look_at": look_at, "up": up, "fov_deg": fov_deg}
+        given |= {"near": near, "focus": focus, "aperture": aperture}
         for name, one in given.items():
             setattr(self, name, one)
         for time in (0.0, *times_of(given.values())):
@@ -72,8 +90,12 @@ class Camera(Settings):
 
     def _set_in(self, view: _core.View, time: float, pose: tuple[Any, ...] | None = None) -> None:
         """Set the engine's view as the camera is at a time (s), or in a `pose`: all attributes but near."""
-        given = [at(self.__dict__[name], time) for name in self._checks]
-        view.set_camera(*(given if pose is None else (*pose, given[-1])))
+        now = {name: at(self.__dict__[name], time) for name in self._checks}
+        if now["aperture"] > 0 and now["focus"] is None:
+            raise ArgumentError("focus", None, "given with an aperture: metres to what is sharp")
+        now["focus"] = now["focus"] or 0
+        given = list(now.values())
+        view.set_camera(*(given if pose is None else (*pose, *given[len(pose) :])))
 
     def __eq__(self, other: object) -> bool:
         """Equal attributes, as they are now."""
@@ -85,8 +107,10 @@ class Camera(Settings):
 
     def __repr__(self) -> str:
         """Show the call that makes an equal camera."""
-        arguments = ", ".join(f"{name}={shown(self.__dict__[name])}" for name in self._checks)
-        return f"Camera({arguments})"
+        defaults = {"focus": None, "aperture": 0}
+        given = {name: self.__dict__[name] for name in self._checks}
+        told = [f"{name}={shown(one)}" for name, one in given.items() if one != defaults.get(name, self)]
+        return f"Camera({', '.join(told)})"
 
 
 class Renderer(Settings):
@@ -101,8 +125,13 @@ class Renderer(Settings):
     """Pixels."""
     camera: Camera
     """From where it is seen; its attributes may change between frames, too."""
-    background: Triple
-    """The colour of what is infinitely far."""
+    background: Triple | Gradient | Panorama
+    """What is infinitely far: a colour, a `motes.Gradient`, or an equirectangular picture (a path, .exr or
+    what Pillow reads, or an array (height, width, 3), sRGB uint8 or linear floats), its middle towards -z.
+    A gradient or picture also lights solids and lit sprites from all sides."""
+    fog: tuple[Triple, float] | None
+    """A colour and metres: of light from this far 1/e comes through, and the fog's colour fills in. It hides
+    solids and particles, not the sky. None: solids fade into the background far away."""
     exposure: float
     """What light is multiplied by before it is shown."""
     objects: tuple[Solid | Shape | Mesh, ...]
@@ -131,7 +160,8 @@ class Renderer(Settings):
         "width": partial(arguments.integer, low=1, high=16384),
         "height": partial(arguments.integer, low=1, high=16384),
         "camera": lambda name, given: _camera(name, given),
-        "background": partial(arguments.color, low=0, high=arguments.FARTHEST),
+        "background": skies.background,
+        "fog": lambda name, given: _fog(name, given),
         "exposure": partial(arguments.number, low=0, high=1e6),
         "objects": lambda name, given: _objects(name, given),
         "sun": arguments.place,
@@ -151,7 +181,7 @@ class Renderer(Settings):
         height: int,
         *,
         camera: Camera,
-        background: ArrayLike | Curve = (0, 0, 0),
+        background: ArrayLike | Curve | Gradient | str | os.PathLike[str] = (0, 0, 0),
         exposure: float | Curve = 1,
         objects: Iterable[Solid | Shape | Mesh] = (),
         sun: ArrayLike | Curve = (-0.5, 0.8, 0.4),
@@ -162,11 +192,12 @@ class Renderer(Settings):
         smooth: bool = True,
         linear: bool = False,
         layers: Iterable[Literal["depth", "alpha", "velocity"]] = (),
+        fog: tuple[ArrayLike | str, float] | None = None,
     ) -> None:
         """Take the attributes, which are described with their names."""
         given = {"width": width, "height": height, "camera": camera, "background": background}
         given |= {"exposure": exposure, "objects": objects, "sun": sun, "lights": lights, "path": path}
-        given |= {"shutter": shutter, "bloom": bloom, "smooth": smooth, "layers": layers}
+        given |= {"shutter": shutter, "bloom": bloom, "smooth": smooth, "layers": layers, "fog": fog}
         for name, one in given.items():
             setattr(self, name, one)
         self.__dict__["linear"] = arguments.flag("linear", linear)
@@ -181,7 +212,9 @@ class Renderer(Settings):
         """
         view = _core.View(self.width, self.height)
         self.camera._set_in(view, time, pose)
-        view.set_background(at(self.background, time))
+        skies.set_background(view, at(self.background, time))
+        if self.fog is not None:
+            view.set_fog(*self.fog)
         view.set_exposure(at(self.exposure, time))
         for solid in self._solids:
             add_to(solid, view)
@@ -234,6 +267,26 @@ def _above_0(name: str, given: Any, *, below: float) -> float:
     if not 0 < number < below:
         raise ArgumentError(name, given, f"a number above 0 and below {below:g}")
     return number
+
+
+def _focus(name: str, given: Any) -> float | None:
+    if given is None:
+        return None
+    number = arguments.number(name, given)
+    if not 0 < number < arguments.FARTHEST:
+        raise ArgumentError(name, given, "metres in front of the camera, above 0")
+    return number
+
+
+def _fog(name: str, given: Any) -> tuple[Triple, float] | None:
+    if given is None:
+        return None
+    parts = arguments.listed(name, given, FOG)
+    if len(parts) != 2 or isinstance(given, str):
+        raise ArgumentError(name, given, FOG)
+    color = arguments.color(name, parts[0], low=0, high=arguments.FARTHEST)
+    metres = arguments.number(name, parts[1], low=1e-6, high=arguments.FARTHEST)
+    return color, metres
 
 
 def _camera(name: str, given: Any) -> Camera:

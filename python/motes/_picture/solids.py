@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
+from typing import Any
 
-from numpy.typing import ArrayLike
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
 from .._values import arguments
@@ -14,6 +17,7 @@ from .._values.values import Value, value
 from ..errors import ArgumentError
 from ..shapes import Blob, Line, Point, Shape, Union, native_of
 from ..shapes._mesh import Mesh
+from .skies import light_key, light_of
 
 __all__ = ["Light", "Solid", "add_to", "parts"]
 
@@ -34,9 +38,21 @@ class Solid(Value):
     """Linear RGB, the part of the light that it reflects."""
     light: float = 0
     """How much of its colour it emits, too."""
+    image: NDArray[np.float32] | None = None
+    """A picture that multiplies its colour: a path, or an array (height, width, 3) of sRGB uint8 or linear
+    floats. It lies along the two axes of the world that the surface is most parallel to, and repeats."""
+    scale: float = 1
+    """Metres that the picture is wide."""
 
-    def __init__(self, shape: Shape | Mesh, color: ArrayLike = (0.8, 0.8, 0.8), light: float = 0) -> None:
-        """Take the shape, its colour, and how much it emits."""
+    def __init__(
+        self,
+        shape: Shape | Mesh,
+        color: ArrayLike = (0.8, 0.8, 0.8),
+        light: float = 0,
+        image: str | os.PathLike[str] | ArrayLike | None = None,
+        scale: float = 1,
+    ) -> None:
+        """Take the shape, its colour, how much it emits, and a picture and its width."""
         if not isinstance(shape, (Shape, Mesh)):
             raise ArgumentError("shape", shape, "a shape of motes.shapes or a motes.Mesh")
         if any(isinstance(part, (Point, Line, Blob)) for part in parts(shape)):
@@ -45,15 +61,23 @@ class Solid(Value):
             shape=shape,
             color=arguments.color("color", color, low=0, high=arguments.FARTHEST),
             light=arguments.number("light", light, low=0, high=1e6),
+            image=None if image is None else light_of("image", image),
+            scale=arguments.number("scale", scale, low=1e-6, high=1e6),
         )
+        self.__dict__["_image"] = 0 if self.image is None else light_key(self.image)
+
+    def _key(self) -> tuple[Any, ...]:
+        """Compare an image by the fingerprint of its content."""
+        return tuple((self._items() | {"image": self.__dict__["_image"]}).values())
 
     def _add_to(self, view: _core.View) -> None:
         """Put it into the engine's view; for the package itself."""
+        look = (self.color, self.light, self.__dict__["_image"], self.scale)
         for part in parts(self.shape):
             if isinstance(part, Mesh):
-                view.add_mesh(native_of(part), self.color, self.light)
+                view.add_mesh(native_of(part), *look)
             else:
-                view.add_object(native_of(part), self.color, self.light)
+                view.add_object(native_of(part), *look)
 
 
 @value()

@@ -22,7 +22,7 @@ MOST_PIXELS = 512
 MOST_IMAGE_PIXELS = 8192
 """The longest side of an image."""
 SIDES = f"1..{MOST_IMAGE_PIXELS} pixels each way"
-IMAGE = f"a path, or uint8 (height, width, 4) or (height, width, 3), {SIDES}"
+IMAGE = f"a path, or uint8 or floats 0..1 (height, width, 4) or (height, width, 3), {SIDES}"
 
 
 @value(init=False)
@@ -48,6 +48,13 @@ class Sprite(Value):
     `[image]`), or an array, uint8 (height, width, 4): sRGB and straight alpha; without the fourth it is
     opaque. A particle's colour multiplies it. Files are turned upright as their EXIF says; one channel of 16
     bits is scaled by its range, one of floats from 0..1."""
+    lit: bool = False
+    """Whether the sun, lights and the sky light its particles, as small spheres: their colour is the part of
+    the light that they reflect. Spheres, which the sun lights anyway, get lights and shadows."""
+    shadow: float = 0
+    """The part of the light of the sun and of lights that one particle keeps from what lies behind it, times
+    its `alpha`, 0..1: on solids, and on lit particles, of its own system too. Shadows are as sharp as a grid
+    of 80 cells across all particles that throw them."""
     height: float | None = None
     """The diameter as a part of the picture's height, above 0 and up to 1, in place of `pixels`: it looks the
     same at any resolution. Only one of the two gives the size: with `height`, leave `pixels` out (its default
@@ -62,6 +69,8 @@ class Sprite(Value):
         image: str | os.PathLike[str] | ArrayLike | None = None,
         *,
         height: float | None = None,
+        lit: bool = False,
+        shadow: float = 0,
     ) -> None:
         """Take the attributes."""
         state = self.__dict__
@@ -71,6 +80,8 @@ class Sprite(Value):
         state["softness"] = arguments.number("softness", softness, low=0, high=1e6)
         state["image"] = _image(kind, image)
         state["height"] = None if height is None else _height(height)
+        state["lit"] = arguments.flag("lit", lit)
+        state["shadow"] = arguments.number("shadow", shadow, low=0, high=1)
         state["_picture"] = 0 if self.image is None else _core.keep_picture(self.image)
         state["_core"] = _core.Sprite(
             kind=self.kind,
@@ -79,6 +90,8 @@ class Sprite(Value):
             of_height=self.height or 0,
             softness=self.softness,
             picture=state["_picture"],
+            lit=self.lit,
+            shadow=self.shadow,
         )
 
     @property
@@ -98,6 +111,7 @@ class Sprite(Value):
             height, width, _ = self.image.shape
             shown_by_name["image"] = f"<{width}x{height} pixels>"
         defaults = {"kind": "'disc'", "pixels": "5", "blend": "'add'", "softness": "0.0"}
+        defaults |= {"lit": "False", "shadow": "0.0"}
         given = [f"{n}={one}" for n, one in shown_by_name.items() if one != defaults.get(n, "None")]
         return f"Sprite({', '.join(given)})"
 
@@ -136,6 +150,8 @@ def _image(kind: str, given: Any) -> NDArray[np.uint8] | None:
         array: NDArray[Any] = np.asarray(given)
     except Exception:  # any: this runs methods of users' classes
         raise ArgumentError("image", given, IMAGE) from None
+    if array.dtype.kind == "f" and array.size and (array >= 0).all() and (array <= 1).all():
+        array = np.rint(array * 255).astype(np.uint8)
     if array.dtype != np.uint8 or array.ndim != 3 or array.shape[2] not in (3, 4):
         raise ArgumentError("image", f"{array.dtype} {array.shape}", IMAGE)
     if not 0 < min(array.shape) <= max(array.shape) <= MOST_IMAGE_PIXELS:

@@ -2,21 +2,31 @@
 
 from __future__ import annotations
 
-from typing import Any, TypeAlias, TypedDict, Union
+from typing import Any, Literal, TypeAlias, TypedDict, Union
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core
-from .._values import arguments
+from .._values import arguments, colors
 from .._values.curves import Curve
 from .._values.values import Value, value
 from ..errors import ArgumentError
 from ..shapes import Shape, native_of
 
-__all__ = ["Drawn", "Normal", "State", "Uniform", "distribution"]
+__all__ = [
+    "AlongNormal",
+    "Drawn",
+    "Normal",
+    "State",
+    "SurfaceColor",
+    "Uniform",
+    "along_normal",
+    "distribution",
+    "surface_color",
+]
 
-Drawn: TypeAlias = Union[ArrayLike, Shape, Curve, "Uniform", "Normal"]
+Drawn: TypeAlias = Union[ArrayLike, Shape, Curve, "Uniform", "Normal", "AlongNormal", "SurfaceColor"]
 """A value, or what each particle's value is drawn from."""
 
 MOST = 1e37  # no draw leaves float32's range: neither a range of twice that, nor 7 sigma
@@ -71,6 +81,45 @@ def _kept(value: Any) -> Any:
     return float(value) if isinstance(value, (np.integer, np.floating)) else value
 
 
+@value()
+class AlongNormal(Value):
+    """A vector along the outward normal of the mesh where a particle is born: `motes.along_normal`."""
+
+    length: float | Curve
+    """Its length; negative: inwards."""
+    _may_move = True
+
+    def __post_init__(self) -> None:
+        """Check the length."""
+        self.__dict__["length"] = _in_float32("length", arguments.number("length", self.length))
+
+
+@value()
+class SurfaceColor(Value):
+    """The colour of the mesh where a particle is born: `motes.surface_color`."""
+
+
+def along_normal(length: float | Curve) -> AlongNormal:
+    """Give newborn particles a vector along the normal of the mesh that emits them, where each is born.
+
+    For `configure`, as in `configure(velocity=motes.along_normal(2.0))`: births on other shapes, or from the
+    inside of a mesh, are an error. Normals point to where a triangle's corners run anticlockwise.
+
+    Args:
+        length: of the vector, in the attribute's unit, for velocity m/s; negative: inwards.
+    """
+    return AlongNormal(length)
+
+
+def surface_color() -> SurfaceColor:
+    """Give newborn particles the colour that the mesh that emits them has where each is born.
+
+    For `configure`, as in `configure(color=motes.surface_color())`. The mesh must have `colors`; between
+    vertices they are mixed.
+    """
+    return SurfaceColor()
+
+
 class State(TypedDict, total=False):
     """Attributes that newborn particles can get, besides a system's own."""
 
@@ -86,10 +135,14 @@ class State(TypedDict, total=False):
     lifetime: Drawn
     position_b: Drawn
     up_b: Drawn
+    orientation: ArrayLike | Literal["random"]
+    spin: Drawn
 
 
 def distribution(attribute: str, width: int, value: Any) -> _core.Distribution:
-    """Turn a value, shape, Uniform or Normal into the engine's; `width` is 1 or 3 numbers per particle."""
+    """Turn a value, shape, Uniform or Normal into the engine's; `width` is 1, 3 or 4 numbers per particle."""
+    if width == 4:
+        return _orientation(attribute, value)
     if isinstance(value, Shape):
         if width != 3:
             raise ArgumentError(
@@ -106,7 +159,28 @@ def distribution(attribute: str, width: int, value: Any) -> _core.Distribution:
         if any(s < 0 for s in sigma):
             raise ArgumentError(attribute, value, "drawn with sigma >= 0")
         return _core.Distribution.normal(mean, sigma, alike)
+    if isinstance(value, (AlongNormal, SurfaceColor)):
+        if width != 3:
+            raise ArgumentError(attribute, value, "a number: it has one per particle, a surface gives three")
+        if isinstance(value, SurfaceColor):
+            return _core.Distribution.surface_color()
+        assert isinstance(value.length, float)  # curves have been evaluated
+        return _core.Distribution.along_normal(value.length)
     return _core.Distribution.value(_numbers(attribute, width, value, endless=attribute == "lifetime"))
+
+
+def _orientation(attribute: str, value: Any) -> _core.Distribution:
+    if isinstance(value, str) and value == "random":
+        return _core.Distribution.rotation()
+    allowed = "a quaternion (x, y, z, w) other than 0, or 'random'"
+    try:
+        numbers = arguments.floats(attribute, value, np.float64, allowed)
+    except ArgumentError:
+        raise ArgumentError(attribute, value, allowed, known=("random",)) from None
+    length = float(np.linalg.norm(numbers)) if numbers.shape == (4,) else 0.0
+    if not 0 < length < MOST:
+        raise ArgumentError(attribute, value, allowed)
+    return _core.Distribution.value((numbers / length).tolist())
 
 
 def _is_number(value: Any) -> bool:
@@ -126,8 +200,12 @@ def _numbers(attribute: str, width: int, value: Any, *, endless: bool = False) -
         return [_in_float32(attribute, arguments.number(attribute, value, finite=not endless))]
     if isinstance(value, (int, float, np.integer, np.floating)) and attribute == "size":
         value = (value, value, value)  # a size of one number is the same along all axes
-    numbers = arguments.triple(attribute, value, pair=attribute != "color")
+    numbers = arguments.triple(attribute, _vector(attribute, value), pair=attribute != "color")
     return [_in_float32(attribute, v) for v in numbers]
+
+
+def _vector(attribute: str, value: Any) -> Any:
+    return colors.named(attribute, value) if attribute == "color" and isinstance(value, str) else value
 
 
 def _in_float32(attribute: str, value: float) -> float:

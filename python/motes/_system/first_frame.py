@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 from .. import actions
 from .._picture.rendering import Renderer, solids_of
 from .._picture.solids import parts
+from .._values import colors as texts
 from .._values.values import at
 from ..shapes import Shape
 from ..shapes._mesh import Mesh
-from .distributions import Normal, Uniform
+from .distributions import AlongNormal, Normal, SurfaceColor, Uniform
 
 __all__ = ["FirstFrame", "camera_inside", "remarks_on"]
 
@@ -144,12 +145,27 @@ def _bounds(value: Any) -> tuple[NDArray[Any], NDArray[Any]]:
         low, high = value.lo, value.hi
     elif isinstance(value, Normal):
         low = high = value.mean
+    elif isinstance(value, str):  # a way to draw it
+        return np.zeros(1), np.zeros(1)
     elif isinstance(value, Shape):
         points = value.sample(64).astype(np.float64)
         return points.min(axis=0), points.max(axis=0)
+    elif isinstance(value, AlongNormal):
+        low = high = value.length
+    elif isinstance(value, SurfaceColor):
+        low = high = 1.0
     else:
         low = high = value
-    return np.atleast_1d(np.asarray(low, np.float64)), np.atleast_1d(np.asarray(high, np.float64))
+    return np.atleast_1d(_numbers(low)), np.atleast_1d(_numbers(high))
+
+
+def _numbers(value: Any) -> NDArray[Any]:
+    """Return a value or a list of values as an array; colours given as text as the numbers they stand for."""
+    if isinstance(value, str):
+        value = texts.named("color", value)
+    elif isinstance(value, list):
+        value = [texts.named("color", one) if isinstance(one, str) else one for one in value]
+    return np.asarray(value, np.float64)
 
 
 def _looks_like_bytes(low: NDArray[Any], high: NDArray[Any]) -> bool:

@@ -39,7 +39,8 @@ class Listing:
                 other = self._recorded_of(given)
                 if other is None or other.session is not session or other is system:
                     raise ArgumentError("other", given, "another system of the same world")
-                engine.record_interaction(system.index, other.index, compiled(action, system.columns))
+                made = compiled(action, system.columns, other.columns)
+                engine.record_interaction(system.index, other.index, made)
                 other.add(action, line)
             system.add(action, line)
         finally:

@@ -33,7 +33,7 @@ def check_action(action: Action, periods: tuple[Period, ...]) -> None:
             check_reach("radius", own, periods, parts=2 if meets is None else 1 + meets / own)
         case actions.Contact(radius=own) if own is not None:
             check_reach("radius", own, periods, parts=2)
-        case actions.Fluid():
+        case actions.Fluid() | actions.Interact():
             check_reach("radius", action.radius, periods)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any, Literal
 
 from numpy.typing import ArrayLike
 
@@ -423,8 +424,24 @@ class Recorder(TargetsRecorder, BetweenRecorder):
         self._record(actions.KillExpired(where=where))
 
     @says_near_names
+    def align(
+        self, to: Literal["velocity"] | Vector = "velocity", rate: Number = math.inf, *, where: Where = None
+    ) -> None:
+        """Turns orientations by the shortest way, until the particle's own z axis points along a direction.
+
+        Records `actions.Align`.
+
+        Args:
+            to: "velocity", or a vector.
+            rate: the largest speed of turning, rad/s.
+            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
+                None: all.
+        """
+        self._record(actions.Align(to=to, rate=rate, where=where))
+
+    @says_near_names
     def move(self, rotational: bool = True, *, where: Where = None) -> None:
-        """Moves particles by their velocity, turns them by their rotational velocity, and ages them.
+        """Moves particles by their velocity, turns them by their rotational velocity and spin, and ages them.
 
         Records `actions.Move`.
 

@@ -1,14 +1,16 @@
-"""BetweenRecorder: a method for each action of `between`. Written by `.ci/recorder`."""
+"""BetweenRecorder: a method for each action of `between` and `laws`. Written by `.ci/recorder`."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Literal
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Literal
 
 from .. import actions
 from .._values.curves import Number
 from .._values.values import says_near_names
 from ..actions.base import Where
+from ..shapes import Shape
 from .recording import Recording
 
 if TYPE_CHECKING:
@@ -19,7 +21,7 @@ __all__ = ["BetweenRecorder"]
 
 
 class BetweenRecorder(Recording):
-    """What particles do that see each other."""
+    """What particles do that see each other; laws."""
 
     @says_near_names
     def gravitate(
@@ -174,6 +176,7 @@ class BetweenRecorder(Recording):
         friction: Number = 0.5,
         rolling_friction: Number = 0,
         radius: Number | None = None,
+        walls: Sequence[Shape] = (),
         *,
         where: Where = None,
     ) -> None:
@@ -187,6 +190,8 @@ class BetweenRecorder(Recording):
             friction: Coulomb's coefficient.
             rolling_friction: the same for rolling, as rough or angular grains have it.
             radius: of the particles, m; None: half of `size[0]`.
+            walls: shapes with a surface. A mesh (its grid of distances) may be `moving_from` another place;
+                other shapes stand still within a frame.
             where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
                 None: all.
         """
@@ -197,6 +202,7 @@ class BetweenRecorder(Recording):
                 friction=friction,
                 rolling_friction=rolling_friction,
                 radius=radius,
+                walls=walls,
                 where=where,
             )
         )
@@ -267,6 +273,69 @@ class BetweenRecorder(Recording):
                 damping=damping,
                 break_at=break_at,
                 tethers=tethers,
+                where=where,
+            )
+        )
+
+    @says_near_names
+    def law(
+        self,
+        *,
+        acceleration: Any = None,
+        velocity: Any = None,
+        set: Mapping[str, Any] | None = None,
+        where: Where = None,
+    ) -> None:
+        """Lets each particle obey a law of the script's own, written as expressions of its columns.
+
+        Records `actions.Law`.
+
+        Args:
+            acceleration: m/s^2: a vector or an expression.
+            velocity: what is added to the velocity in each (sub)step, m/s.
+            set: values of attributes, by name.
+            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
+                None: all.
+        """
+        self._record(actions.Law(acceleration=acceleration, velocity=velocity, set=set, where=where))
+
+    @says_near_names
+    def interact(
+        self,
+        radius: Number,
+        *,
+        acceleration: Any = None,
+        velocity: Any = None,
+        spin: Any = None,
+        set: Mapping[str, Any] | None = None,
+        state: Mapping[str, int] | None = None,
+        other: System | None = None,
+        where: Where = None,
+    ) -> None:
+        """Lets particles obey a law of pairs of the script's own, written as expressions.
+
+        Records `actions.Interact`.
+
+        Args:
+            radius: how far particles see each other, m.
+            acceleration: of a by b, m/s^2: a vector or an expression.
+            velocity: what b adds to the velocity of a in each (sub)step, m/s.
+            spin: what b adds to the spin of a in each (sub)step, rad/s.
+            set: values by name: of states, and of attributes of a, which become the sum over all b.
+            state: names of what a pair remembers, and how many numbers each has: 1 or 3, at most 96 in all.
+            other: another system, whose particles b is; they do not change.
+            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
+                None: all.
+        """
+        self._record(
+            actions.Interact(
+                radius=radius,
+                acceleration=acceleration,
+                velocity=velocity,
+                spin=spin,
+                set=set,
+                state=state,
+                other=other,
                 where=where,
             )
         )

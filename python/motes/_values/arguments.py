@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from ..errors import ArgumentError
+from . import colors
 
 __all__ = [
     "FARTHEST",
@@ -133,7 +134,9 @@ def place(argument: str, value: Any) -> Triple:
 
 
 def color(argument: str, value: Any, *, low: float = -math.inf, high: float = math.inf) -> Triple:
-    """Return `value`, a colour, as a tuple of floats: 3 finite numbers."""
+    """Return `value`, a colour, as a tuple of floats: 3 finite numbers, or a text for `colors.named`."""
+    if isinstance(value, str):
+        return colors.named(argument, value)
     return triple(argument, value, low=low, high=high, pair=False)
 
 
@@ -193,6 +196,10 @@ def file_path(argument: str, value: Any) -> Path:
     return path
 
 
+def _of_texts(values: Any) -> bool:
+    return isinstance(values, (list, tuple)) and bool(values) and all(isinstance(one, str) for one in values)
+
+
 def _range(kind: str, low: float, high: float) -> str:
     if low > -math.inf and high < math.inf:
         return f"{kind} in {low:g}..{high:g}"
@@ -204,10 +211,14 @@ def _range(kind: str, low: float, high: float) -> str:
 
 
 def rows(attribute: str, values: Any, width: int, count: int | None) -> NDArray[np.float32]:
-    """Return a column of an attribute of 1 or 3 numbers, one row per particle; `count`: as many as these."""
+    """Return an attribute's column of 1, 3 or 4 numbers per row, one row per particle; `count`: as many."""
     pair = width == 3 and attribute != "color"
-    shape = "(n, 3)" if width == 3 else "(n,)"
+    shape = f"(n, {width})" if width > 1 else "(n,)"
     allowed = f"finite numbers of shape {shape}"
+    if attribute == "color" and isinstance(values, str):
+        values = np.tile(colors.named(attribute, values), (1 if count is None else count, 1))
+    elif attribute == "color" and _of_texts(values):
+        values = [colors.named(attribute, text) for text in values]
     array = floats(attribute, values, np.float32, allowed)
     if pair and array.ndim == 2 and array.shape[1] == 2:
         array = with_z(array)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from itertools import pairwise
-from typing import Any, Literal, TypeAlias
+from typing import Any, ClassVar, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,10 +14,12 @@ from ..errors import ArgumentError
 from . import arguments
 from .values import Moving, Value, key_of, moves, value
 
-__all__ = ["Curve", "Number", "Vector", "integrals", "moving_part"]
+__all__ = ["Combined", "Curve", "Number", "Vector", "integrals", "moving_part"]
 
 MOST_AT_ONCE = 4_000_000_000
 Key = float | tuple[float, float, float]
+Interpolation: TypeAlias = Literal["linear", "smooth", "hold", "spline"]
+INTERPOLATIONS = ("linear", "smooth", "hold", "spline")
 
 
 @value(init=False)
@@ -25,9 +27,13 @@ class Curve(Value, Moving):
     """A number or a vector that changes with time: key frames (time in s, value), in ascending order.
 
     `interpolation`: "linear", "smooth" (halts at each key: t^2 (3 - 2t) of the way, with a slope of 0 at both
-    of its ends) or "hold" (jumps at keys). A camera on a smooth path of several keys stops at each.
+    of its ends), "hold" (jumps at keys) or "spline" (passes through the keys without halting: cubic, with
+    continuous slope, and monotone between keys, so that it never leaves their range: M. Steffen, 1990). A
+    camera on a smooth path of several keys stops at each; on a spline it starts and ends gently.
     Before the first key it has the first value, after the last one the last. Two keys at one time make a
-    jump.
+    jump. A value may be a colour as text.
+
+    Curves take `+`, `-` and `*` with numbers, vectors and curves, component by component.
 
     It may stand for a number or a vector in actions, in `configure`, `Uniform` and `Normal`, for the rate of
     `source`, and in cameras, renderers and lights. What is recorded is its value at `world.time`, the start
@@ -36,10 +42,10 @@ class Curve(Value, Moving):
 
     keys: tuple[tuple[float, Key], ...]
     """Times, s, and values: numbers or vectors."""
-    interpolation: Literal["linear", "smooth", "hold"] = "linear"
-    """What happens between two keys: "linear", "smooth" or "hold"."""
+    interpolation: Interpolation = "linear"
+    """What happens between two keys: "linear", "smooth", "hold" or "spline"."""
 
-    def __init__(self, keys: Any, interpolation: Literal["linear", "smooth", "hold"] = "linear") -> None:
+    def __init__(self, keys: Any, interpolation: Interpolation = "linear") -> None:
         """Take the key frames and what happens between them."""
         kept: list[tuple[float, Key]] = []
         for time, given in _pairs(keys):
@@ -49,9 +55,18 @@ class Curve(Value, Moving):
             kept.append((t, _number(given)))
         if len({isinstance(v, tuple) for _, v in kept}) > 1:
             raise ArgumentError("keys", keys, "either numbers or vectors")
-        interpolation = arguments.choice("interpolation", interpolation, ("linear", "smooth", "hold"))
+        interpolation = arguments.choice("interpolation", interpolation, INTERPOLATIONS)
         self.__dict__.update(keys=tuple(kept), interpolation=interpolation)
         self.__dict__["times"] = tuple(t for t, _ in kept)
+        components = zip(*(v if isinstance(v, tuple) else (v,) for _, v in kept), strict=True)
+        self.__dict__["_components"] = [list(one) for one in components]
+        spline = interpolation == "spline"
+        self.__dict__["_slopes"] = [_slopes(self.times, one) if spline else None for one in self._components]
+
+    @property
+    def _components(self) -> list[list[float]]:
+        made: list[list[float]] = self.__dict__["_components"]
+        return made
 
     def __call__(self, time: float) -> Any:
         """Return the value at a time, in seconds: a float, or a tuple of 3."""
@@ -62,15 +77,23 @@ class Curve(Value, Moving):
         start, a = self.keys[after - 1]
         if after == len(self.keys) or self.interpolation == "hold":
             return a
-        end, b = self.keys[after]
-        part = (time - start) / (end - start)
+        length = self.times[after] - start
+        part = (time - start) / length
+        at = [self._between(c, after - 1, part, length) for c in range(len(self._components))]
+        return tuple(at) if isinstance(a, tuple) else at[0]
+
+    def _between(self, component: int, key: int, part: float, length: float) -> float:
+        """Return a component's value after `part` of the way from a key to the next, `length` seconds."""
+        p, q = self._components[component][key : key + 2]
+        slopes = self.__dict__["_slopes"][component]
+        if slopes is not None:
+            leave, arrive = slopes[key][1] * length, slopes[key + 1][0] * length
+            left = 1 - part
+            way = (q - p) * part * part * (3 - 2 * part)
+            return float(p + way + part * left * (leave * left - arrive * part))
         if self.interpolation == "smooth":
             part = part * part * (3 - 2 * part)
-        if isinstance(a, tuple) and isinstance(b, tuple):
-            x, y, z = (p + (q - p) * part for p, q in zip(a, b, strict=True))
-            return (x, y, z)
-        assert isinstance(a, float) and isinstance(b, float)
-        return a + (b - a) * part
+        return p + (q - p) * part
 
     def integral(self, low: float, high: float) -> float:
         """Return the integral over time; of numbers only.
@@ -79,14 +102,18 @@ class Curve(Value, Moving):
             low: seconds.
             high: seconds, at least `low`.
         """
-        if isinstance(self.keys[0][1], tuple):
+        if self._is_vector:
             raise ArgumentError("curve", self, "of numbers: a vector has no integral here")
         low, high = arguments.number("low", low), arguments.number("high", high)
         return self._until(high) - self._until(low)
 
+    @property
+    def _is_vector(self) -> bool:
+        return isinstance(self(self.times[0]), tuple)
+
     def _until(self, time: float) -> float:
         """Return the integral from the first key to `time`; negative before it."""
-        numbers: list[float] = [v for _, v in self.keys if isinstance(v, float)]
+        numbers = self._components[0]
         total = (min(time, self.times[0]) - self.times[0]) * numbers[0]
         for k, start in enumerate(self.times):
             if time <= start:
@@ -97,15 +124,157 @@ class Curve(Value, Moving):
             length = min(time, end) - start
             # The part of the way at the end, and the integral of the interpolation up to there.
             part = 1.0 if time >= end else 0.0 if last else length / (end - start)
-            rise = part * part * (1 - part / 2) if self.interpolation == "smooth" else part / 2
+            cubic = self.interpolation in ("smooth", "spline")
+            rise = part * part * (1 - part / 2) if cubic else part / 2
             total += length * (a + (b - a) * rise)
+            if self.interpolation == "spline" and not last:
+                total += length * (end - start) * part * self._bend(k, part)
         return total
+
+    def _bend(self, key: int, part: float) -> float:
+        """Return what a spline's slopes add to its integral until `part` of the way: its mean, per part."""
+        slopes = self.__dict__["_slopes"][0]
+        leave, arrive = slopes[key][1], slopes[key + 1][0]
+        whole = leave * (1 / 2 - part * (2 / 3 - part / 4)) - arrive * part * (1 / 3 - part / 4)
+        return float(whole)
+
+    def __add__(self, other: Operand) -> Curve:
+        """Add a number, a vector or a curve."""
+        return Combined("+", self, other)
+
+    def __radd__(self, other: Operand) -> Curve:
+        """Add to a number or a vector."""
+        return Combined("+", other, self)
+
+    def __sub__(self, other: Operand) -> Curve:
+        """Subtract a number, a vector or a curve."""
+        return Combined("-", self, other)
+
+    def __rsub__(self, other: Operand) -> Curve:
+        """Subtract from a number or a vector."""
+        return Combined("-", other, self)
+
+    def __mul__(self, other: Operand) -> Curve:
+        """Multiply by a number, a vector or a curve."""
+        return Combined("*", self, other)
+
+    def __rmul__(self, other: Operand) -> Curve:
+        """Multiply a number or a vector."""
+        return Combined("*", other, self)
+
+    def __neg__(self) -> Curve:
+        """Turn the sign."""
+        return Combined("*", -1, self)
 
 
 Number: TypeAlias = float | Curve
 """A number, or what it is at each time."""
 Vector: TypeAlias = ArrayLike | Curve
 """A vector, or what it is at each time."""
+Operand: TypeAlias = ArrayLike | Curve
+"""What a curve is combined with."""
+
+# Gauss and Legendre's places and weights over -1..1: exact up to degree 15.
+NODES = (
+    (0.18343464249564980494, 0.36268378337836198297),
+    (0.52553240991632898582, 0.31370664587788728734),
+    (0.79666647741362673959, 0.22238103445337447054),
+    (0.96028985649753623168, 0.10122853629037625915),
+)
+
+
+class Combined(Curve):
+    """Two curves, or a curve and a number or vector, added, subtracted or multiplied."""
+
+    _fields: ClassVar[dict[str, str]] = {"operation": "str", "a": "Operand", "b": "Operand"}
+    __match_args__ = ("operation", "a", "b")
+    _defaults: ClassVar[dict[str, Any]] = {}
+
+    def __init__(self, operation: str, a: Operand, b: Operand) -> None:
+        """Take the operation, "+", "-" or "*", and what it combines."""
+        first, second = _operand(a), _operand(b)
+        operation = arguments.choice("operation", operation, ("+", "-", "*"))
+        both = [one.times for one in (first, second) if isinstance(one, Curve)]
+        self.__dict__.update(operation=operation, a=first, b=second)
+        self.__dict__["times"] = tuple(sorted({time for times in both for time in times}))
+        for time in self.times:
+            if not all(map(math.isfinite, _parts(self(time)))):
+                raise ArgumentError("operand", b, "one with which the curve stays finite")
+
+    @property
+    def operation(self) -> str:
+        """What is done: "+", "-" or "*"."""
+        return str(self.__dict__["operation"])
+
+    @property
+    def _both(self) -> tuple[Key | Curve, Key | Curve]:
+        return self.__dict__["a"], self.__dict__["b"]
+
+    def __call__(self, time: float) -> Any:
+        """Return the value at a time, in seconds: a float, or a tuple of 3."""
+        a, b = (_parts(one(time) if isinstance(one, Curve) else one) for one in self._both)
+        wide = max(len(a), len(b))
+        pairs = zip(a * (wide // len(a)), b * (wide // len(b)), strict=True)
+        if self.operation == "*":
+            made = tuple(p * q for p, q in pairs)
+        else:
+            sign = 1 if self.operation == "+" else -1
+            made = tuple(p + sign * q for p, q in pairs)
+        return made if wide > 1 else made[0]
+
+    def _until(self, time: float) -> float:
+        """Return the integral from the first key to `time`; negative before it."""
+        first, last = self.times[0], self.times[-1]
+        total = (min(time, first) - first) * self._limit(first, after=False)
+        for start, end in pairwise(self.times):
+            if time > start:
+                total += self._piece(start, min(end, time))
+        return total + max(time - last, 0.0) * self._limit(last, after=True)
+
+    def _limit(self, time: float, *, after: bool) -> float:
+        """Return the value that holds before the first or after the last key."""
+        return float(self(math.nextafter(time, math.inf if after else -math.inf)))
+
+    def _piece(self, start: float, end: float) -> float:
+        middle, half = (start + end) / 2, (end - start) / 2
+        total = sum(
+            weight * (self(middle - half * node) + self(middle + half * node)) for node, weight in NODES
+        )
+        return float(half * total)
+
+
+def _operand(given: Any) -> Key | Curve:
+    """Return what stands beside a curve. Raises ArgumentError for anything else."""
+    if isinstance(given, Curve):
+        return given
+    try:
+        return _number(given)
+    except ArgumentError:
+        raise ArgumentError("operand", given, "a number, a vector or a motes.Curve") from None
+
+
+def _parts(one: Any) -> tuple[float, ...]:
+    return one if isinstance(one, tuple) else (one,)
+
+
+def _slopes(times: tuple[float, ...], numbers: list[float]) -> list[tuple[float, float]]:
+    """Return a spline's slopes on arriving at and on leaving each key (M. Steffen, 1990).
+
+    They are 0 at both ends and at jumps, where the curve begins or ends.
+    """
+    slopes = []
+    for k, here in enumerate(numbers):
+        before = times[k] - times[k - 1] if k > 0 else 0.0
+        after = times[k + 1] - times[k] if k + 1 < len(times) else 0.0
+        slope = 0.0
+        if before > 0 and after > 0:
+            arrive, leave = (here - numbers[k - 1]) / before, (numbers[k + 1] - here) / after
+            if arrive * leave > 0:
+                through = abs(arrive * after + leave * before) / (before + after)
+                least = min(abs(arrive), abs(leave), through / 2)
+                slope = 2 * least if arrive > 0 else -2 * least
+        slopes.append((slope, slope))
+    return slopes
 
 
 def _pairs(keys: Any) -> list[tuple[Any, Any]]:
@@ -121,7 +290,7 @@ def _pairs(keys: Any) -> list[tuple[Any, Any]]:
 def _number(given: ArrayLike) -> Key:
     if isinstance(given, (bool, int, float, np.integer, np.floating)):
         return arguments.number("keys", given)
-    return arguments.triple("keys", given)
+    return arguments.color("keys", given) if isinstance(given, str) else arguments.triple("keys", given)
 
 
 def integrals(rate: Curve, frame: int, dt: float, substeps: int) -> tuple[list[float], float]:
@@ -131,12 +300,14 @@ def integrals(rate: Curve, frame: int, dt: float, substeps: int) -> tuple[list[f
     is the number that they are rounded like: times are rounded, too, so where a rate sets in late the
     integral is small, but no more exact than one that began at 0 s.
     """
-    numbers = [v for _, v in rate.keys if isinstance(v, float) and 0 <= v <= 1e12]
-    if len(numbers) < len(rate.keys):
+    numbers = [v for v in map(rate, rate.times) if isinstance(v, float) and 0 <= v <= 1e12]
+    if len(numbers) < len(rate.times):
         raise ArgumentError("rate", rate, "particles per second, in 0..1e12, at all times")
     begin = min(0.0, rate.times[0])
     ends = [(frame + substep / substeps) * dt for substep in range(substeps + 1)]
     until = [max(0.0, rate.integral(begin, end)) for end in ends]
+    if min(after - before for before, after in pairwise(until)) < 0:
+        raise ArgumentError("rate", rate, "particles per second, in 0..1e12, at all times")
     if max(after - before for before, after in pairwise(until)) > MOST_AT_ONCE:
         raise ArgumentError("rate", rate, f"at most {MOST_AT_ONCE} particles in a step")
     return until, max(numbers) * (ends[-1] - begin)

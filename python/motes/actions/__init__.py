@@ -3,7 +3,7 @@
 An action treats each particle by itself: v is its velocity in m/s, x its position in m, dt the (sub)step in
 seconds. Actions that accelerate are in `forces`, those that lead along fields and paths in `guides`, those
 that set or approach given values in `targets`, those that move, bounce, sort and kill in `motion`, those
-between particles in `between`; all are names of this package.
+between particles in `between`, those that a script writes itself in `laws`; all are names of this package.
 """
 
 from __future__ import annotations
@@ -11,11 +11,12 @@ from __future__ import annotations
 from typing import Any
 
 from ..errors import missing
-from . import between, forces, guides, motion, targets
+from . import between, forces, guides, laws, motion, targets
 from .base import Action, Where
 from .between import *  # noqa: F403
 from .forces import *  # noqa: F403
 from .guides import *  # noqa: F403
+from .laws import *  # noqa: F403
 from .motion import *  # noqa: F403
 from .targets import *  # noqa: F403
 
@@ -25,6 +26,7 @@ __all__ += forces.__all__
 __all__ += guides.__all__
 __all__ += targets.__all__
 __all__ += between.__all__
+__all__ += laws.__all__
 
 
 def __getattr__(name: str) -> Any:

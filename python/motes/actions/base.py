@@ -37,6 +37,9 @@ class Action(Value):
         for key, field in fields.items():
             if isinstance(field, Shape):
                 shapes.append(native_of(field))
+            elif key == "walls":
+                shapes.extend(native_of(wall) for wall in field)
+                numbers[key] = len(field)
             else:
                 numbers[key] = field if key != "ramp" else _flat(field)
         state = self.__dict__
@@ -46,8 +49,8 @@ class Action(Value):
         state["_call"] = (name, numbers, shapes)
         state["_made"] = _core.Action(name, numbers, shapes)
 
-    def _compiled(self, columns: Columns) -> _core.Action:
-        """Return the engine's value for a system with these columns."""
+    def _compiled(self, columns: Columns, others: Columns | None = None) -> _core.Action:
+        """Return the engine's value for a system with these columns, and with those of another one."""
         if self.where is None:
             made: _core.Action = self.__dict__["_made"]
             return made
@@ -57,9 +60,9 @@ class Action(Value):
         return _core.Action(name, numbers, shapes, where)
 
 
-def compiled(action: Action, columns: Columns) -> _core.Action:
+def compiled(action: Action, columns: Columns, others: Columns | None = None) -> _core.Action:
     """Return the engine's value of an action for a system with these columns, for the rest of the package."""
-    return action._compiled(columns)
+    return action._compiled(columns, others)
 
 
 def as_action(value: Any) -> Action:

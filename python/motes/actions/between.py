@@ -7,6 +7,7 @@ same on any number of ranks. They stand before `bounce` and `move`. `where` says
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
 from .. import _core
@@ -16,6 +17,7 @@ from .._values.ties import Ties
 from .._values.values import value
 from ..errors import ArgumentError
 from ..expressions._conditions import Columns, condition_of
+from ..shapes import Shape
 from .base import Action, at_least_0
 
 if TYPE_CHECKING:
@@ -213,10 +215,11 @@ class Contact(Action):
 
     Forces and spins (`rotational_velocity`) are physical, unlike those of `collide`. Two grains touch for pi
     sqrt(mass / (2 stiffness)); a sub-step should be a twentieth of that, which gives the restitution to 0.03,
-    with 100 sub-steps per touch to 0.01, with 300 to a thousandth. Above a fifth, springs are softened.
-    `contacts` becomes the number of others that a particle touches in this sub-step. Friction remembers all
-    touches (40 bytes each, which move with the particle); each of several contacts in a list remembers its
-    own. Particles without a positive mass touch nobody.
+    with 100 sub-steps per touch to 0.01, with 300 to a thousandth. Above a fifth, springs are softened. Each
+    contact of a list remembers its own touches (40 bytes each). Particles without a positive mass touch
+    nobody. Walls are like flat grains that nothing moves: each
+    holds a particle on the side where its centre is, whichever way a plane's normal points. Bodies are
+    touched at one point from outside, at each face from inside.
 
     Formula: force_i = -n (stiffness overlap - damper n.v_ij) + drag, torque_i = arm n x drag - r n x brake,
     with n the direction to particle j, v_ij its velocity seen from here, damper = 2 zeta sqrt(stiffness m),
@@ -230,6 +233,8 @@ class Contact(Action):
         friction: Coulomb's coefficient.
         rolling_friction: the same for rolling, as rough or angular grains have it.
         radius: of the particles, m; None: half of `size[0]`.
+        walls: shapes with a surface. A mesh (its grid of distances) may be `moving_from` another place; other
+            shapes stand still within a frame.
 
     Source: Cundall and Strack (1979), "A discrete numerical model for granular assemblies"; sliding and
     rolling as in Luding (2008), "Cohesive, frictional powders"; its scaling on clusters: Henty (2000).
@@ -240,6 +245,7 @@ class Contact(Action):
     friction: Number = 0.5
     rolling_friction: Number = 0
     radius: Number | None = None
+    walls: Sequence[Shape] = ()
 
     def __post_init__(self) -> None:
         """Check the fields and make the engine's value."""
@@ -251,6 +257,7 @@ class Contact(Action):
             friction=arguments.number("friction", self.friction, low=0),
             stiffness=arguments.number("stiffness", self.stiffness, low=LEAST_STIFFNESS),
             rolling_friction=arguments.number("rolling_friction", self.rolling_friction, low=0),
+            walls=_walls(self.walls),
         )
         self.__dict__["radius"] = radius
 
@@ -344,7 +351,7 @@ class Tie(Action):
             tethers=arguments.flag("tethers", self.tethers),
         )
 
-    def _compiled(self, columns: Columns) -> _core.Action:
+    def _compiled(self, columns: Columns, others: Columns | None = None) -> _core.Action:
         """Return the engine's value for a system with these columns."""
         name, numbers, own = self.__dict__["_call"]
         shapes = list(own)
@@ -357,6 +364,14 @@ def _radius(argument: str, given: Any) -> float:
     if radius == 0:
         raise ArgumentError(argument, given, "above 0, or None for half of size[0]")
     return radius
+
+
+def _walls(given: Any) -> tuple[Shape, ...]:
+    if isinstance(given, Shape):
+        return (given,)
+    if not isinstance(given, (list, tuple)) or not all(isinstance(wall, Shape) for wall in given):
+        raise ArgumentError("walls", given, "a shape with a surface, or a list of them")
+    return tuple(given)
 
 
 def _set_match(action: MatchVelocity | MatchRotationalVelocity, name: str) -> None:

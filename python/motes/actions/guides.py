@@ -71,7 +71,7 @@ class Field(Action):
     def _key(self) -> tuple[Any, ...]:
         return _key_of(self, "grid")
 
-    def _compiled(self, columns: Columns) -> _core.Action:
+    def _compiled(self, columns: Columns, others: Columns | None = None) -> _core.Action:
         """Return the engine's value for a system with these columns."""
         return _with_table(self, columns)
 
@@ -122,7 +122,7 @@ class FollowPath(Action):
         self.__dict__.update(points=tuple(map(tuple, points.tolist())), speed=speed, strength=strength)
         self.__dict__.update(look_ahead=look_ahead, radius=radius, loop=loop, smooth=smooth)
 
-    def _compiled(self, columns: Columns) -> _core.Action:
+    def _compiled(self, columns: Columns, others: Columns | None = None) -> _core.Action:
         """Return the engine's value for a system with these columns."""
         return _with_table(self, columns)
 

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import math
+from typing import Literal
+
 from .._values import arguments
 from .._values.curves import Number, Vector
 from .._values.values import value
+from ..errors import ArgumentError
 from ..shapes import Shape, as_shape
 from .base import Action, at_least_0
 
 __all__ = [
+    "Align",
     "Bounce",
     "KillExpired",
     "KillOld",
@@ -150,14 +155,47 @@ class KillExpired(Action):
 
 
 @value(kw_only=True)
+class Align(Action):
+    """Turns orientations by the shortest way, until the particle's own z axis points along a direction.
+
+    The z axis is the front of a card or a mesh, the y axis its top. A particle at rest keeps its orientation
+    with `to="velocity"`.
+
+    Formula: orientation turns by at most rate dt
+
+    Attributes:
+        to: "velocity", or a vector.
+        rate: the largest speed of turning, rad/s.
+    """
+
+    to: Literal["velocity"] | Vector = "velocity"
+    rate: Number = math.inf
+
+    def __post_init__(self) -> None:
+        """Check the fields and make the engine's value."""
+        to = self.to
+        along = isinstance(to, str) and to == "velocity"
+        if isinstance(to, str) and not along:
+            raise ArgumentError("to", to, "'velocity' or a vector", known=("velocity",))
+        vector = (0.0, 0.0, 0.0) if along else arguments.triple("to", to)
+        if not along and not any(vector):
+            raise ArgumentError("to", to, "'velocity' or a vector other than 0")
+        rate = arguments.number("rate", self.rate, low=0, finite=False)
+        self._set("align", velocity=float(along), to=vector, rate=rate)
+        if along:
+            self.__dict__.update(to=to)
+
+
+@value(kw_only=True)
 class Move(Action):
-    """Moves particles by their velocity, turns them by their rotational velocity, and ages them.
+    """Moves particles by their velocity, turns them by their rotational velocity and spin, and ages them.
 
     A particle dies if its position would leave float32's range (3e38 m), or if its velocity is not finite.
     Ages do not drift: n frames after birth at age 0 a particle's age is n dt, rounded to float32 once, with
     any number of sub-steps, for 48 hours of film. Other ages stay within four units in the last place.
 
-    Formula: x += v dt; age += dt; with `rotational`, up += rotational_velocity dt
+    Formula: x += v dt; age += dt; with `rotational`, up += rotational_velocity dt, and orientation turns
+    about spin by |spin| dt
 
     Attributes:
         rotational: whether particles turn.

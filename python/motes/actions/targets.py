@@ -14,9 +14,9 @@ from .._values import arguments
 from .._values.curves import Number, Vector
 from .._values.values import value
 from ..errors import ArgumentError
-from ..expressions import as_expression, constant_of, node_of
 from ..expressions._compiling import compile_values
 from ..expressions._conditions import Columns, condition_of
+from ..expressions._expression import as_expression, constant_of, node_of
 from ..shapes import Shape, as_shape
 from .base import Action, as_where, at_least_0
 
@@ -431,7 +431,7 @@ class Set(Action):
         """Return what is compared and hashed: `==` of expressions makes conditions."""
         return self.attribute, node_of(as_expression(self.attribute, self.value)), self.where
 
-    def _compiled(self, columns: Columns) -> _core.Action:
+    def _compiled(self, columns: Columns, others: Columns | None = None) -> _core.Action:
         """Return the engine's value for a system with these columns."""
         if self.attribute not in columns:
             known = ", ".join(columns)

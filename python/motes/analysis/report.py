@@ -54,6 +54,7 @@ def _page(run: Run) -> str:
         f"<h1>{name}</h1>",
         summary.summary_table(run),
         *(f"<div class='warning'>{html.escape(text)}</div>" for text in run.warnings()),
+        f"<h2>Why it takes so long</h2>{run.explain()._repr_html_()}",
     ]
     for title, text, figure in _figures(run):
         parts += [f"<h2>{html.escape(title)}</h2>", f"<p>{text}</p>" if text else "", summary.image(figure)]
@@ -79,7 +80,11 @@ def _figures(run: Run) -> Iterator[tuple[str, str, Any]]:
     yield "Work by rank", "", _side_by_side(
         partial(plot.heatmap, "t_compute_s"), partial(plot.heatmap, "n_end"), height=tall
     )  # fmt: skip
-    yield "Where the time goes", "", _one(plot.phases, (9.2, 3.2))
+    told = "Grey is waiting for other ranks." if len(run.times) else ""
+    yield "Where the time goes", told, _one(plot.phases, (9.2, 3.2))
+    if len(run.waits()) and run.ranks > 1:
+        side = min(3.0 + 0.25 * run.ranks, 8.0)
+        yield "Who waits for whom", "", _one(plot.waits, (min(side + 1.4, 9.2), side))
     yield "The last frames", "", _one(plot.gantt, (9.2, min(1.6 + 0.3 * run.ranks, 7.0)))
     yield "Between the calculators", "", _one(plot.exchange, (9.2, 2.8))
     if len(run.balance):

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from ..balance import Balancer
     from ._plots.one_run import Plots
+    from .explaining import Explanation
 
 __all__ = ["Run", "open_run"]
 
@@ -110,6 +111,22 @@ class Run:
     def spans(self) -> DataFrame:
         """One row per phase and rank, of all ranks, with `World(spans=True)`; else empty."""
         return self._table("spans")
+
+    @property
+    def times(self) -> DataFrame:
+        """One row per frame and rank: where its time went; empty for replays and old logs."""
+        return self._table("times")
+
+    def waits(self) -> DataFrame:
+        """Say who waited for whom.
+
+        Ranks wait for the rank that sends the message they need; where the manager's messages are relayed,
+        that is the rank above them.
+
+        Returns:
+            One row per frame, rank, rank waited for (-1: several) and phase, with seconds.
+        """
+        return self._table("waits")
 
     def reload(self) -> Run:
         """Forget what was read, so that a run that still goes on is read again.
@@ -244,6 +261,31 @@ class Run:
         """
         return measures.efficiency(self.load, column, system)
 
+    def efficiencies(self) -> DataFrame:
+        """Divide parallel efficiency into factors, as the POP Centre of Excellence defines them.
+
+        parallel = load_balance x communication, and communication = serialisation x transfer; all ranks
+        count. `motes.analysis.efficiencies` says how each is measured.
+
+        Returns:
+            One row per frame, and one of all frames, "all": parallel, load_balance, communication,
+            serialisation, transfer, each 0..1. Empty for replays and logs of earlier versions.
+        """
+        from .efficiencies import efficiencies
+
+        return efficiencies(self.times)
+
+    def explain(self) -> Explanation:
+        """Say why the run takes as long as it does.
+
+        Returns:
+            At most six sentences, the largest loss first, each with what to try: print it. `saving` is the
+            part of the time that perfect balance would save, `losses` has causes and seconds.
+        """
+        from .explaining import explain
+
+        return explain(self)
+
     def summary(self) -> dict[str, Any]:
         """Sum the run up in figures.
 
@@ -254,6 +296,8 @@ class Run:
         n = len(frames)
         seconds = float(frames["t_frame_s"].sum()) if n else 0.0
         worth = self.imbalance() if len(self.load) else None
+        pop = self.efficiencies()
+        factors = {name: float(pop[name].iloc[-1]) if len(pop) else math.nan for name in pop.columns}
         return {
             "run": self.name,
             "ranks": self.ranks,
@@ -268,6 +312,8 @@ class Run:
             "particles": int(frames["particles"].max()) if n else 0,
             "mean_imbalance": math.nan if worth is None else float(worth.mean()),
             "mean_efficiency": math.nan if worth is None else float((1 / worth).mean()),
+            **{f"{name}_efficiency": value for name, value in factors.items()},
+            "balance_would_save": self.explain().saving,
             "exchanged_per_frame": float(frames["exchanged"].mean()) if n else math.nan,
             "exchanged_bytes_per_frame": float(frames["exchanged_bytes"].mean()) if n else math.nan,
             "moved_to_balance": int(self.balance["given"].abs().sum()),
@@ -305,13 +351,21 @@ class Run:
 
         return write_trace(self, path)
 
-    def replay(self, balancer: Balancer, *, powers: Sequence[float] | None = None) -> Run:
+    def replay(
+        self,
+        balancer: Balancer,
+        *,
+        powers: Sequence[float] | None = None,
+        migrant_s: float | None = None,
+    ) -> Run:
         """Compute this run as it would have been under another balancer.
 
         Args:
             balancer: the other one.
             powers: each machine's power, one per calculator on any scale, where they are known; None:
                 measured speeds belong to the machines. `motes.replay.predict` explains both.
+            migrant_s: seconds of a frame per migrant of the calculator that sends and receives most;
+                None: as in this run. `Cluster.migrant_s` computes it for a virtual cluster.
 
         Returns:
             A run with the same tables and plots.
@@ -321,7 +375,7 @@ class Run:
         """
         from ..replay import predict  # needs the compiled core, unlike all else here
 
-        rows = predict(self, balancer, powers=powers)
+        rows = predict(self, balancer, powers=powers, migrant_s=migrant_s)
         facts = {
             **self.facts,
             "name": f"{self.name} with {balancer!r}",

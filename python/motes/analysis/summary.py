@@ -9,6 +9,7 @@ import math
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
+from . import explaining
 from ._plots import drawing
 from ._tables import measures
 
@@ -78,13 +79,31 @@ def _balance(run: Run) -> Iterable[str]:
         yield f"Without a particle in all frames: rank{'s' if len(idle) > 1 else ''} {', '.join(idle)}."
     late = measures.imbalance(load).tail(max(len(run.frames) // 2, 1)).mean()
     if run.balancer.startswith("Static") and late > 1.25:
+        saving = explaining.saving_of(run)
+        seconds = float(run.frames["t_frame_s"].mean())
         yield (
-            f"Cuts were static, and the slowest calculator took {late:.2f} times the mean: with perfect "
-            f"balance compute would take {1 / late:.0%} of its time."
+            f"Cuts were static, and the slowest calculator took {late:.2f} times the mean: perfect balance "
+            f"would save at most {explaining.told_s(saving * seconds)} of a frame's "
+            f"{explaining.told_s(seconds)} ({saving:.0%})."
         )
 
 
-_RULES = (_ending, _events, _machine, _balance)
+def _stopped(run: Run) -> Iterable[str]:
+    """Warn of ranks that the system kept from working: no processor time shows what they lost."""
+    if run.times.empty:
+        return
+    spent = run.times.groupby("rank")[["wall_s", "other_s", "act_s", "births_s", "picture_s"]].mean()
+    worked = spent[["act_s", "births_s", "picture_s"]].sum(axis=1)
+    late = spent[(spent["other_s"] > worked) & (spent["other_s"] > 0.2 * spent["wall_s"])]
+    for rank, lost_s, wall_s in zip(late.index, late["other_s"], late["wall_s"], strict=True):
+        yield (
+            f"Rank {rank} was kept from its work for {explaining.told_s(float(lost_s))} of a "
+            f"frame's {explaining.told_s(float(wall_s))}: it slept, waited for files, or other "
+            "processes had its core. Compute seconds on the processor's clock do not show that."
+        )
+
+
+_RULES = (_ending, _events, _machine, _balance, _stopped)
 
 
 # --- HTML
@@ -95,6 +114,8 @@ def html(run: Run) -> str:
     parts = [f"<style>{STYLE}</style><div class='motes'>", f"<b>Run {_escape(run.name)}</b>"]
     parts.append(summary_table(run))
     parts += [f"<div class='warning'>{_escape(text)}</div>" for text in warnings(run)]
+    if len(run.times):
+        parts.append(explaining.explain(run)._repr_html_())
     if len(run.load):
         parts.append(_inline_figure(run))
     return "".join(parts) + "</div>"
@@ -118,8 +139,19 @@ def summary_table(run: Run) -> str:
     ]  # fmt: skip
     if told["moved_to_balance"]:
         rows.append(("given to balance", f"{told['moved_to_balance']:,} particles in all".replace(",", " ")))
+    if not math.isnan(told["parallel_efficiency"]):
+        rows.append(("parallel efficiency", _factors(told)))
     cells = (f"<tr><th>{name}</th><td>{_escape(str(text))}</td></tr>" for name, text in rows)
     return f"<table>{''.join(cells)}</table>"
+
+
+def _factors(told: dict[str, Any]) -> str:
+    parts = ("parallel", "load_balance", "serialisation", "transfer")
+    value = {name: f"{told[f'{name}_efficiency']:.0%}" for name in parts}
+    return (
+        f"{value['parallel']} = load balance {value['load_balance']} x serialisation "
+        f"{value['serialisation']} x transfer {value['transfer']} (POP)"
+    )
 
 
 def _number(value: float) -> str:

@@ -52,12 +52,14 @@ def _events(run: Run) -> Iterator[Event]:
     origin = min(start for start, _ in starts.values())
     phases: dict[int, list[Slice]] = {}
     messages: dict[int, list[Slice]] = {}
-    for row in found.to_dict("records"):
+    waited = found["phase"] == "wait" if measured else found["phase"].isna()
+    for row in found[~waited].to_dict("records"):
         details = {"frame": int(row["frame"]), **({"system": row["system"]} if row["system"] else {})}
         name = f"{row['phase']} {row['system'] or ''}".rstrip()
         slice_ = (_ns(row["start_s"] - origin), _ns(row["end_s"] - origin), name, details)
         chosen = messages if row["phase"] == UNDER_WAY else phases
         chosen.setdefault(int(row["rank"]), []).append(slice_)
+    arrows = list(_waits(run, origin, phases)) if measured else []
     yield from _process(_RUN, f"run {run.name}", -1)
     whole = [(_ns(a - origin), _ns(b - origin), f"frame {f}", {"frame": f}) for f, (a, b) in starts.items()]
     yield from _thread(_RUN, whole, "frames")
@@ -65,11 +67,29 @@ def _events(run: Run) -> Iterator[Event]:
         yield from _process(rank, _who(run, rank), rank)
         yield from _thread(rank, phases.get(rank, []), "phases" if measured else "phases, put together")
         yield from _thread(rank, messages.get(rank, []), "messages under way", first=_MESSAGES)
+    yield from arrows
     yield from _counters(run, {frame: _ns(end - origin) for frame, (_, end) in starts.items()})
     for row in run.events.to_dict("records"):
         if row["kind"] not in ("start", "end") and int(row["frame"]) in starts:
             at = _ns(starts[int(row["frame"])][0] - origin)
             yield _event("i", _RUN, str(row["kind"]), at, s="p", args={"text": str(row["text"])})
+
+
+def _waits(run: Run, origin: float, phases: dict[int, list[Slice]]) -> Iterator[Event]:
+    """Add each wait as a slice inside its phase; yields arrows from the rank waited for to the wait's end."""
+    waits = run.spans[run.spans["phase"] == "wait"]
+    numbered = enumerate(waits.dropna(subset=["waited_for"]).to_dict("records"))
+    for number, row in numbered:
+        rank, other = int(row["rank"]), int(row["waited_for"])
+        start, end = _ns(row["start_s"] - origin), _ns(row["end_s"] - origin)
+        whom = "several ranks" if other < 0 else f"rank {other}"
+        details = {"frame": int(row["frame"]), "waited for": whom, "message": str(row["message"])}
+        phases.setdefault(rank, []).append((start, end, f"wait for {whom}", details))
+        if other < 0:
+            continue
+        arrow = {"id": number, "cat": "wait", "args": details}
+        yield _event("s", other, str(row["message"]), end, **arrow)
+        yield _event("f", rank, str(row["message"]), end, bp="e", **arrow)
 
 
 def _who(run: Run, rank: int) -> str:

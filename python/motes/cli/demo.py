@@ -53,12 +53,12 @@ def run(args: argparse.Namespace) -> int:
 
 def names() -> list[str]:
     """Return the names of all demos."""
-    return sorted(path.stem for path in _folder().glob("*.py"))
+    return sorted(path.stem for path in _folder().rglob("*.py"))
 
 
 def script(name: str) -> Path:
     """Return where the script of a demo lies."""
-    return _folder() / f"{name}.py"
+    return next(_folder().rglob(f"{name}.py"))
 
 
 def about(name: str) -> str:

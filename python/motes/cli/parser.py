@@ -5,12 +5,13 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import sys
 from collections.abc import Mapping
 from typing import Any
 
 from .._values.options import Parser
 
-__all__ = ["Parser", "add_commands", "add_json", "plain", "positive", "print_figures", "size"]
+__all__ = ["Parser", "add_commands", "add_json", "add_key", "plain", "positive", "print_figures", "size"]
 
 
 def add_commands(parser: argparse.ArgumentParser, title: str) -> argparse._SubParsersAction[Any]:
@@ -33,6 +34,17 @@ class _Commands(argparse._SubParsersAction):  # type: ignore[type-arg]
 def add_json(parser: argparse.ArgumentParser) -> None:
     """Add `--json`."""
     parser.add_argument("--json", action="store_true", help="print one JSON object instead of text")
+
+
+def add_key(parser: argparse.ArgumentParser, default: str) -> None:
+    """Add `--key`, which a user may keep out of the list of processes."""
+    parser.add_argument(
+        "--key",
+        type=lambda text: sys.stdin.readline().strip() if text == "-" else text,
+        default=default,
+        metavar="KEY",
+        help="decides the hidden loads; -: the first line of the standard input",
+    )
 
 
 def print_figures(args: argparse.Namespace, figures: Mapping[str, Any], text: str) -> None:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import runpy
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from .._values import arguments
-from ..errors import ArgumentError
+from ..errors import ArgumentError, MotesError
 
-__all__ = ["Cluster", "FastEthernet", "Modern", "Myrinet", "Network", "Node"]
+__all__ = ["Cluster", "FastEthernet", "Modern", "Myrinet", "Network", "Node", "described"]
 
 
 @dataclass(frozen=True)
@@ -169,3 +171,20 @@ class Cluster:
             if all(node.networks is None or network.name in node.networks for node in (a, b)):
                 return network
         raise ArgumentError("networks", [a.networks, b.networks], f"one of both {a.name} and {b.name}")
+
+
+def described(path: Path) -> Cluster:
+    """Run a file that says `cluster = motes.cluster.Cluster(...)`, and return that.
+
+    Args:
+        path: of the file.
+
+    Raises:
+        MotesError: if it is absent or says none.
+    """
+    if not path.is_file():
+        raise MotesError(f"cluster file {path} does not exist")
+    found = runpy.run_path(str(path)).get("cluster")
+    if not isinstance(found, Cluster):
+        raise MotesError(f"{path} must say `cluster = motes.cluster.Cluster(...)`")
+    return found

@@ -6,8 +6,8 @@ from typing import Any
 
 from .. import _core
 from ..errors import ArgumentError
-from ..expressions import as_expression, node_of
 from ._conditions import Columns, Program, components, program_of
+from ._expression import as_expression, node_of
 
 __all__ = ["compile_values", "components_of"]
 

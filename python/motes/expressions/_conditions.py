@@ -26,6 +26,7 @@ __all__ = [
     "program_of",
     "size_of",
     "text_of",
+    "zero_divisor_of",
 ]
 
 Node = tuple[Any, ...]
@@ -200,7 +201,8 @@ def text_of(node: Node) -> str:
     """Show a tree as a script writes it."""
     operation, *operands = node
     if operation == "column":
-        return f"column({operands[0]!r})"
+        name = operands[0]
+        return f"motes.{name.removeprefix('pair.')}" if "." in name else f"column({name!r})"
     if operation == "constant":
         numbers = operands[0]
         return repr(numbers[0] if len(numbers) == 1 else numbers)
@@ -208,6 +210,8 @@ def text_of(node: Node) -> str:
         return repr(operands[0])
     if operation == "component":
         return f"{text_of(operands[0])}[{operands[1]}]"
+    if operation == "vector":
+        return f"({', '.join(map(text_of, operands))})"
     if operation == "time":
         return "time()"
     if operation == "noise":
@@ -217,6 +221,19 @@ def text_of(node: Node) -> str:
 
 
 # --- to the engine's instructions
+
+
+def zero_divisor_of(node: Node) -> str | None:
+    """Return the division by a constant 0 that a tree has, as a script writes it."""
+    operation, *operands = node
+    if operation in ("divide", "modulo"):
+        divisor, *numbers = operands[1]
+        if divisor == "constant" and 0 in numbers[0]:
+            return text_of(node)
+    trees = [
+        operand for operand in operands if isinstance(operand, tuple) and operand and operation != "constant"
+    ]
+    return next(filter(None, map(zero_divisor_of, trees)), None)
 
 
 def columns_of(attributes: Iterable[tuple[str, int]]) -> Columns:
@@ -242,6 +259,8 @@ def components(node: Node, columns: Columns) -> list[Steps]:
         return [_component(operands[0], operands[1], columns)]
     if operation == "time":
         return [(("time", 0),)]
+    if operation == "vector":
+        return [_component_of_vector(operand, columns) for operand in operands]
     if operation == "noise":
         return [_noise(operands, columns)]
     if operation in WHOLE:
@@ -281,6 +300,13 @@ def _combine(operation: str, a: Condition, b: Condition) -> Condition:
 
 
 def _column(name: str, columns: Columns) -> tuple[int, int]:
+    if name not in columns and name.startswith("a."):  # each particle by itself
+        name = name[2:]
+    if name not in columns and "." in name:
+        shown = text_of(("column", name))
+        raise ArgumentError(
+            "expression", shown, "of one particle: only interact() knows pairs", known=columns
+        )
     if name not in columns:
         raise ArgumentError("column", name, f"one of {', '.join(columns)}", known=columns)
     return columns[name]
@@ -291,6 +317,13 @@ def _component(node: Node, index: int, columns: Columns) -> Steps:
     if index >= len(parts):
         raise ArgumentError("index", index, f"0: {text_of(node)} has one number per particle")
     return parts[index]
+
+
+def _component_of_vector(node: Node, columns: Columns) -> Steps:
+    parts = components(node, columns)
+    if len(parts) != 1:
+        raise ArgumentError("component", text_of(node), "one number: a vector's components are numbers")
+    return parts[0]
 
 
 def _spread(operands: Sequence[Node], parts: list[list[Steps]]) -> list[tuple[Steps, ...]]:

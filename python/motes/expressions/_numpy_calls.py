@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from .. import expressions as ex
 from ..errors import ArgumentError
+from . import _functions as ex
 from ._conditions import as_condition
+from ._expression import Expression, as_expression, choose, power
 
 __all__ = ["numpy_function", "numpy_ufunc"]
 
@@ -45,11 +46,11 @@ _FUNCTIONS: dict[str, Callable[..., Any]] = {
     "log": ex.log,
     "maximum": ex.maximum,
     "minimum": ex.minimum,
-    "power": ex.power,
+    "power": power,
     "sign": ex.sign,
     "sin": ex.sin,
     "sqrt": ex.sqrt,
-    "square": lambda a: ex.power(a, 2),
+    "square": lambda a: power(a, 2),
 }
 _UFUNCS = {**_OPERATORS, **_FUNCTIONS}
 _OTHERS: dict[str, Callable[..., Any]] = {
@@ -57,7 +58,7 @@ _OTHERS: dict[str, Callable[..., Any]] = {
     "cross": ex.cross,
     "dot": ex.dot,
     "norm": ex.length,
-    "where": ex.choose,
+    "where": choose,
 }
 
 
@@ -89,5 +90,5 @@ def _called(
         ) from None
 
 
-def _expression(value: Any) -> ex.Expression:
-    return ex.as_expression("operand", value)
+def _expression(value: Any) -> Expression:
+    return as_expression("operand", value)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
@@ -80,6 +81,14 @@ class Step:
         """Each calculator's time for all systems."""
         total: Floats = np.sum([system.seconds for system in self.systems], axis=0)
         return total
+
+    @property
+    def busiest(self) -> float:
+        """Migrants that the busiest calculator sends and receives; swaps count for all alike."""
+        own = [
+            system.sent + system.received + 2 * system.changing / len(system.sent) for system in self.systems
+        ]
+        return float(np.sum(own, axis=0).max())
 
     @property
     def particles(self) -> Counts:
@@ -165,7 +174,7 @@ def simulate(history: History, balancer: Balancer, powers: Floats | None = None)
         if balancer.slabs_only and len(axes) != 1:
             allowed = "Static, PrefixCuts, Proportional or a balancer of your own that returns Targets"
             raise ArgumentError("balancer", balancer, f"{allowed}: domains of {name!r} are no slabs ({axes})")
-    policy = policy_of(balancer)
+    policy = policy_of(copy.deepcopy(balancer))  # one that remembers starts anew in each replay
     policy.check(len(history.ranks))
     systems = [_System(policy, len(history.ranks)) for _ in history.systems]
     for k, frame in enumerate(history.frames):

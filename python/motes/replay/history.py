@@ -72,7 +72,13 @@ class FrameCosts:
     """What a frame cost in addition to the actions."""
 
     other_s: float
+    """What no calculator's particles and no migrants cost."""
     bytes_each: float
+    """Of a migrant."""
+    migrant_s: float = 0.0
+    """Seconds of the frame per migrant of the calculator that sends and receives most."""
+    picture_s: Floats | None = None
+    """Seconds per particle of each calculator's part of the picture; None: no picture."""
 
 
 class Tables(Protocol):
@@ -148,11 +154,13 @@ class History(Protocol):
 class Recorded:
     """The history of a recorded run."""
 
-    def __init__(self, run: Tables) -> None:
+    def __init__(self, run: Tables, migrant_s: float | None = None) -> None:
         """Take the tables of a run.
 
         Args:
             run: whose.
+            migrant_s: seconds per migrant of the busiest calculator, where the network is known; None: as
+                the run's frames that exchanged more took longer.
 
         Raises:
             LogError: if they do not suffice.
@@ -171,13 +179,24 @@ class Recorded:
         self._t_frame = frame_rows["t_frame_s"].to_numpy(np.float64)
         total = frame_rows["exchanged"].sum()
         self._bytes_each = float(frame_rows["exchanged_bytes"].sum() / total) if total else 0.0
+        self._picture = self._pictures(run)
+        self._migrant_s = self._fit_migrants(run) if migrant_s is None else migrant_s
 
     def _of(self, run: Tables, system: str) -> dict[str, Any]:
         load = run.load[run.load["system"] == system]
         density = run.density[run.density["system"] == system]
         grid: dict[str, Any] = {
             name: self._grid(load, name)
-            for name in ("n_start", "created", "killed", "sent", "speed", "t_compute_s", "domain_hi")
+            for name in (
+                "n_start",
+                "created",
+                "killed",
+                "sent",
+                "received",
+                "speed",
+                "t_compute_s",
+                "domain_hi",
+            )
         }
         grid["n"] = self._grid(density, "n")
         names = [name for name in density.columns if name.startswith("x_q")]
@@ -298,11 +317,49 @@ class Recorded:
         Args:
             k: the place of the frame in the history.
         """
-        slowest = float(sum(grid["t_compute_s"][k] for grid in self._grids).max())
+        n = np.maximum(sum(grid["n"][k] for grid in self._grids), 1.0)
+        rest = self._t_frame[k] - self._slowest()[k] - self._migrant_s * self._migrants()[k]
         return FrameCosts(
-            other_s=max(float(self._t_frame[k]) - slowest, 0.0),
+            other_s=max(float(rest), 0.0),
             bytes_each=self._bytes_each,
+            migrant_s=self._migrant_s,
+            picture_s=self._picture[k] / n,
         )
+
+    def _slowest(self) -> Floats:
+        """Return the seconds that the slowest calculator's particles took, per frame."""
+        spent = sum(grid["t_compute_s"][: len(self.frames)] for grid in self._grids)
+        slowest: Floats = np.asarray(spent + self._picture).max(axis=1)
+        return slowest
+
+    def _migrants(self) -> Floats:
+        """Return how many migrants the busiest calculator sent and received, per frame."""
+        moved = sum((grid["sent"] + grid["received"])[: len(self.frames)] for grid in self._grids)
+        busiest: Floats = np.nan_to_num(np.asarray(moved)).max(axis=1)
+        return busiest
+
+    def _pictures(self, run: Tables) -> Floats:
+        """Return each calculator's seconds of work for pictures, per frame; waits are not in it."""
+        times = getattr(run, "times", None)
+        if times is None or not len(times):
+            return np.zeros((len(self.frames), len(self.ranks)))
+        return np.nan_to_num(self._grid(times, "picture_s"))
+
+    def _fit_migrants(self, run: Tables) -> float:
+        """Return by how many seconds a migrant makes a frame longer: the slope of a line through the frames.
+
+        The slope between frames of like cost is found in pairs (Theil and Sen), so that interrupted frames do
+        not count; where all frames exchanged about the same, it is unknown, and migrants cost nothing.
+        """
+        chosen = np.unique(np.linspace(0, len(self.frames) - 1, 300).astype(int))
+        x, y = self._migrants()[chosen], (self._t_frame - self._slowest())[chosen]
+        pairs = np.triu_indices(len(x), 1)
+        apart = np.abs(x[pairs[0]] - x[pairs[1]])
+        far = apart > max(0.25 * float(x.max(initial=0.0)), 1.0)
+        if far.sum() < 8:
+            return 0.0
+        slopes = (y[pairs[0]] - y[pairs[1]])[far] / (x[pairs[0]] - x[pairs[1]])[far]
+        return max(float(np.median(slopes)), 0.0)
 
 
 def _somewhere(x: Floats, cuts: Cuts) -> Floats:

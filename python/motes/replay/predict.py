@@ -20,7 +20,11 @@ Row = dict[str, Any]
 
 
 def predict(
-    tables: Tables, balancer: Balancer, *, powers: Sequence[float] | None = None
+    tables: Tables,
+    balancer: Balancer,
+    *,
+    powers: Sequence[float] | None = None,
+    migrant_s: float | None = None,
 ) -> dict[str, list[Row]]:
     """Predict a recorded run under another balancer.
 
@@ -29,7 +33,8 @@ def predict(
 
     `sent` and `received` are the least that brings the particles to their calculators; particles that swap
     sides of a cut come on top in `exchanged` of `frames`, estimated from the recorded run by the particles
-    near the cuts: the figure is right within a factor of about two.
+    near the cuts. A frame takes what the slowest calculator needs for its particles and its part of the
+    picture, what its migrants cost, and the rest of the recorded frame.
 
     The log tells where each calculator's particles are along every axis that is cut, but not how the axes
     depend on each other. So inside one brick they count as independent. Where particles are dealt out by id,
@@ -41,6 +46,8 @@ def predict(
         powers: one per calculator on any scale, where the machines are known: the rest of the measured time
             is the cost of a place, which the particles there keep when another calculator gets them. None:
             measured speeds belong to the machines, calculator by calculator, frame by frame.
+        migrant_s: seconds of a frame per migrant of the calculator that sends and receives most; None: as in
+            the recorded run, where frames that exchanged more took longer.
 
     Returns:
         Rows of "frames", "load", "density" and "balance".
@@ -52,7 +59,7 @@ def predict(
     """
     if not isinstance(balancer, Balancer):
         raise ArgumentError("balancer", balancer, "a Balancer")
-    history = Recorded(tables)
+    history = Recorded(tables, migrant_s)
     known = None
     if powers is not None:
         known = np.array(_powers(powers, above=True))
@@ -77,6 +84,7 @@ def _frame_row(ranks: Sequence[int], step: Step, costs: FrameCosts, recorded: Ro
     exchanged = sum(float(system.sent.sum()) + system.changing for system in step.systems)
     slowest = int(np.argmax(seconds))
     total = float(seconds.sum())
+    pictures = 0.0 if costs.picture_s is None else costs.picture_s * step.particles
     return {
         **recorded,
         "frame": step.frame,
@@ -86,7 +94,7 @@ def _frame_row(ranks: Sequence[int], step: Step, costs: FrameCosts, recorded: Ro
         "imbalance": float(seconds[slowest]) * len(seconds) / total if total > 0 else 1.0,
         "slowest_rank": ranks[slowest],
         "t_act_s": float(seconds[slowest]),
-        "t_frame_s": costs.other_s + float(seconds[slowest]),
+        "t_frame_s": costs.other_s + float((seconds + pictures).max()) + costs.migrant_s * step.busiest,
     }
 
 

@@ -15,6 +15,7 @@ from .._values import arguments
 from .._values.values import value
 from ..errors import ArgumentError
 from . import Shape
+from . import _surface_colors as surface_colors
 
 __all__ = ["Mesh"]
 
@@ -47,15 +48,27 @@ class Mesh(Shape):
         triangles: three indices of vertices each, uint32 (m, 3), read-only.
         solid: whether points are drawn from its inside.
         resolution: cells of the grid along the longest side of the mesh, 8 to 512.
+        colors: linear RGB of the vertices, float32 (n, 3), read-only; None: it has none. Particles that are
+            born on its surface may take them: `motes.surface_color`.
+        uv: places of the vertices on a picture, float32 (n, 2), read-only, or None.
     """
 
     vertices: NDArray[np.float32]
     triangles: NDArray[np.uint32]
     solid: bool = False
     resolution: int = RESOLUTION
+    colors: NDArray[np.float32] | None = None
+    uv: NDArray[np.float32] | None = None
 
     def __init__(
-        self, vertices: ArrayLike, triangles: ArrayLike, *, solid: bool = False, resolution: int = RESOLUTION
+        self,
+        vertices: ArrayLike,
+        triangles: ArrayLike,
+        *,
+        solid: bool = False,
+        resolution: int = RESOLUTION,
+        colors: ArrayLike | str | os.PathLike[str] | None = None,
+        uv: ArrayLike | None = None,
     ) -> None:
         """Take the arrays, which are copied, and the options.
 
@@ -64,15 +77,25 @@ class Mesh(Shape):
             triangles: three indices of vertices each, (m, 3).
             solid: whether points are drawn from its inside.
             resolution: cells of its grid of distances along its longest side, 8 to 512.
+            colors: of the vertices, linear RGB (n, 3); or a picture, a path or uint8 (height, width, 3 or 4),
+                of which each vertex takes the colour at its `uv`.
+            uv: place of each vertex on a picture, (n, 2): (0, 0) is its lower left corner, (1, 1) its upper
+                right one, beyond which it repeats.
         """
         points = _vertices(vertices)
         corners = _triangles(triangles, len(points))
+        places = None if uv is None else surface_colors.places(uv, len(points))
+        tints = None if colors is None else surface_colors.of_vertices(colors, places, len(points))
         self.__dict__.update(
             vertices=points,
             triangles=corners,
             **_options(solid, resolution),
+            colors=tints,
+            uv=places,
         )
-        self.__dict__["_name"] = _core.keep_mesh(points, corners)
+        self.__dict__["_name"] = _core.keep_mesh(
+            points, corners, np.zeros((0, 3)) if tints is None else tints
+        )
         self._place(STILL)
 
     @classmethod
@@ -124,8 +147,9 @@ class Mesh(Shape):
         axis: ArrayLike = (0, 1, 0),
         angle_deg: float = 0,
         moving_from: Mesh | None = None,
+        vertices: ArrayLike | None = None,
     ) -> Mesh:
-        """Put this mesh at another place.
+        """Put this mesh at another place, also in another form.
 
         Args:
             place: where the origin of its vertices goes, m; or the whole motion as a matrix of shape (4, 4),
@@ -133,14 +157,21 @@ class Mesh(Shape):
             axis: around which it is turned before that.
             angle_deg: by how much.
             moving_from: where the mesh was one frame ago, if it moves: the same mesh at another place. It
-                then moves evenly from there to here during the frame, `bounce` gives particles the velocity
-                of the surface that they hit, and no particle gets to its other side. Everything else sees it
-                here, at the end of the frame.
+                then moves evenly from there to here during the frame: `bounce`, which lets no particle get to
+                its other side, and `contact`, as a wall, give particles the velocity of its surface.
+                Everything else sees it here, at the end of the frame.
+            vertices: where its vertices are in another form, (n, 3), m: a deforming mesh has new ones in each
+                frame. Each form is kept until the program ends, and bouncing off it makes a grid of its own.
+                It has no `moving_from`.
 
         Returns:
             The mesh there. It shares the arrays and the grid, so it costs nothing: a mesh may have another
             place in each frame.
         """
+        if vertices is not None:
+            if moving_from is not None:
+                raise ArgumentError("moving_from", moving_from, "left out where vertices= gives another form")
+            return self._formed(vertices).at(place, axis=axis, angle_deg=angle_deg)
         here = _pose(place, axis, angle_deg)
         before = here
         if moving_from is not None:
@@ -153,6 +184,18 @@ class Mesh(Shape):
         made.__dict__.update(self.__dict__)
         made._place((*here, *before))
         return made
+
+    def _formed(self, vertices: ArrayLike) -> Mesh:
+        """Return the mesh with its vertices elsewhere."""
+        points = _vertices(vertices)
+        if len(points) != len(self.vertices):
+            allowed = f"finite numbers of shape ({len(self.vertices)}, 3), one row per vertex, metres"
+            raise ArgumentError("vertices", f"{points.dtype} {points.shape}", allowed)
+        return Mesh(points, self.triangles, **self._options)
+
+    @property
+    def _options(self) -> dict[str, Any]:
+        return {name: getattr(self, name) for name in ("solid", "resolution", "colors", "uv")}
 
     @property
     def _content(self) -> int:
@@ -171,11 +214,11 @@ class Mesh(Shape):
         self.__dict__["_native"] = _core.Shape.mesh(self._content, [*numbers, self.solid, self.resolution])
 
     def _key(self) -> tuple[Any, ...]:
-        return (self._content, self.solid, self.resolution, self._numbers)
+        return (self._content, self.solid, self.resolution, self._numbers, surface_colors.key(self.uv))
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle by the arrays, the options and the places."""
-        return _again, (self.vertices, self.triangles, self.solid, self.resolution, self._numbers)
+        return _again, (self.vertices, self.triangles, self._options, self._numbers)
 
     def __repr__(self) -> str:
         """Name the numbers of vertices and triangles."""
@@ -186,11 +229,10 @@ class Mesh(Shape):
 def _again(
     vertices: NDArray[np.float32],
     triangles: NDArray[np.uint32],
-    solid: bool,
-    resolution: int,
+    options: dict[str, Any],
     numbers: tuple[float, ...],
 ) -> Mesh:
-    mesh = Mesh(vertices, triangles, solid=solid, resolution=resolution)
+    mesh = Mesh(vertices, triangles, **options)
     mesh._place(numbers)
     return mesh
 

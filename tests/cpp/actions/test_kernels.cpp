@@ -127,6 +127,38 @@ struct SmallTable {
   }
 };
 
+// velocity.x += sin(position.y / age) dt; position.x and age change places.
+struct SmallLaw {
+  expressions::Formula formula;
+  std::vector<actions::Outcome> outcomes;
+  std::vector<float> memory;
+  std::vector<float*> planes;
+  actions::LawCode code;
+
+  SmallLaw() {
+    using expressions::Op;
+    const int age = particles::first_component(particles::age), x = 0, speed = 3;
+    const std::vector<expressions::Expression> values = {
+        {{Op::column, 1}, {Op::column, age}, {Op::divide}, {Op::sine}}, {{Op::column, age}}, {{Op::column, x}}};
+    formula = expressions::compile(values, particles::Schema().components());
+    outcomes = {{speed, formula.results[0], true, true}, {x, formula.results[1]}, {age, formula.results[2]}};
+    memory.resize(static_cast<std::size_t>(formula.written()) * actions::kPlane);
+    planes.resize(static_cast<std::size_t>(formula.planes));
+    for (int p = formula.columns; p < formula.planes; ++p) {
+      planes[static_cast<std::size_t>(p)] =
+          memory.data() + static_cast<std::size_t>(p - formula.columns) * actions::kPlane;
+    }
+    code = {formula.constants.data(),
+            formula.constants.size(),
+            formula.steps.data(),
+            formula.steps.size(),
+            outcomes.data(),
+            outcomes.size(),
+            static_cast<std::size_t>(formula.columns),
+            planes.data()};
+  }
+};
+
 constexpr std::size_t kCounts[] = {1, 3, 5, 15, 16, 17, 31, 64, 100, 127, 128};
 
 }  // namespace
@@ -148,6 +180,8 @@ TEST(actions_give_the_same_bits_in_every_build) {
         parameters.flag = dice.coin();
         const SmallTable table(facts, dice);
         parameters.table = table.values.data();
+        const SmallLaw law;
+        parameters.law = &law.code;
         std::copy(table.size, table.size + 3, parameters.table_size);
         particles::DrawKeys draws;
         const actions::Step step{0.04f,

@@ -277,7 +277,7 @@ TEST(what_was_under_way_before_a_loss_does_not_arrive_after_it) {
 TEST(a_sealed_message_goes_to_several_ranks_and_is_kept) {
   simulate({.ranks = 3}, [](SimulatedRank& self) {
     Communicator comm(self.transport(), {});
-    const auto kept = Communicator::sealed(Phase::copies, {3, 1}, number(5), 1);
+    const auto kept = comm.sealed(Phase::copies, {3, 1}, number(5), 1);
     if (comm.rank() == 0) {
       for (int to = 0; to < 3; ++to) comm.post(to, kept);
     }

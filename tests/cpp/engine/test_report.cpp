@@ -198,20 +198,20 @@ TEST(alarms_survive_their_bytes_and_stay_silent) {
   const auto crowded = Strain{Alarms::kCrowded, 0, 0};
   const auto deep = Strain{0, 2 * Alarms::kDeep, 0};
   Alarms before;
-  CHECK(before.look(1, "sand", crowded, 2).size() == 1);
-  for (int frame = 1; frame < Alarms::kPatience; ++frame) CHECK(before.look(0, "snow", deep, 2).empty());
+  CHECK(before.look(1, "sand", crowded, 2, 0.5).size() == 1);
+  for (int frame = 1; frame < Alarms::kPatience; ++frame) CHECK(before.look(0, "snow", deep, 2, 0.5).empty());
   base::Bytes bytes;
   base::write_fields(before, bytes);
   base::Reader in(bytes.view());
   Alarms after;
   base::read_fields(in, after);
   CHECK(in.left() == 0);
-  CHECK(after.look(1, "sand", crowded, 2).empty());
-  CHECK(after.look(0, "snow", crowded, 2).size() == 1);
-  CHECK(before.look(0, "snow", deep, 2).size() == 1);
+  CHECK(after.look(1, "sand", crowded, 2, 0.5).empty());
+  CHECK(after.look(0, "snow", crowded, 2, 0.5).size() == 1);
+  CHECK(before.look(0, "snow", deep, 2, 0.5).size() == 1);
   base::Reader again(bytes.view());
   base::read_fields(again, after);
-  CHECK(after.look(0, "snow", deep, 2).size() == 1);  // patience ends in the same frame
+  CHECK(after.look(0, "snow", deep, 2, 0.5).size() == 1);  // patience ends in the same frame
 }
 
 TEST(alarms_say_what_no_picture_shows_and_wait_for_what_may_come_into_it) {

@@ -114,7 +114,6 @@ struct Kernels {
   Flock flock;
   test::Remembered touches;
   std::uint64_t pairs = 0;
-  bool softened = false;
 
   void shuffle(Dice& dice) {
     std::vector<std::size_t> order(flock.size());
@@ -132,7 +131,6 @@ struct Kernels {
     const test::Heard heard = test::heard(build, law, flock, flock, threads::alone(), touches);
     touches = heard.touches;
     pairs += heard.pairs;
-    softened = softened || heard.softened;
     for (std::size_t i = 0; i < flock.size(); ++i) {
       for (std::size_t c = 0; c < 3; ++c) {
         float& at = flock.column[c][i];
@@ -237,15 +235,27 @@ TEST(what_was_not_touched_in_the_last_step_is_forgotten) {
   CHECK(next.flock.column != fresh.flock.column);
 }
 
-TEST(springs_that_are_too_stiff_for_the_step_are_softened_and_said_to_be) {
+TEST(springs_that_are_too_stiff_for_the_step_are_softened) {
   const Law law = slow_law(1e9);
   Kernels kernels = grains(150, 14);
   for (std::uint32_t step = 1; step < 200; ++step) kernels.advance(law, step, test::meeting_builds()[0]);
-  CHECK(kernels.softened);
   for (const float v : kernels.flock.column[interactions::velocity_x]) CHECK(std::abs(v) < 500);
-  Kernels soft = grains(150, 14);
-  soft.advance(slow_law(), 1, test::meeting_builds()[0]);
-  CHECK(!soft.softened);
+}
+
+TEST(a_step_is_too_long_for_the_lightest_two_that_touch) {
+  const particles::Schema schema;
+  particles::Store store(schema);
+  store.grow(3);
+  const float masses[3] = {2, 0.25f, 0};  // the last one touches nobody
+  for (std::size_t i = 0; i < 3; ++i) store.writable_plane(particles::mass, 0)[i] = masses[i];
+  const Law law = slow_law(1000);
+  const interactions::Extent extent = interactions::extent_of(law.action, store, 1, false, threads::alone());
+  const double longest = std::sqrt(0.39 * 0.125 / 1000);
+  CHECK(interactions::substeps(law.action, extent, 3.001 * longest) == 4);
+  CHECK(interactions::substeps(law.action, extent, 2.999 * longest) == 3);
+  const double of_a_kilogram = std::sqrt(0.39 * 0.5 / 1000);
+  CHECK(interactions::substeps(law.action, interactions::Extent{}, 0.99 * of_a_kilogram) == 1);
+  CHECK(interactions::substeps(test::fluid_law(1).action, extent, 1) == 0);
 }
 
 }  // namespace motes::test_contact

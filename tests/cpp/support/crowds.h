@@ -170,7 +170,6 @@ struct Heard {
   std::array<std::vector<float>, interactions::kMostResults> out;
   Remembered touches;
   std::uint64_t pairs = 0;
-  bool softened = false;
 };
 
 /// A flock in the order of its cells, as kernels take it.
@@ -263,10 +262,7 @@ inline Heard heard(const MeetingBuild& build, const Law& law, const Flock& targe
       if (i < targets.own) heard.out[c][i] = by_place[c][k];
     }
   }
-  for (const interactions::KernelStats& seen : parts_seen) {
-    heard.pairs += seen.pairs;
-    heard.softened = heard.softened || seen.softened;
-  }
+  for (const interactions::KernelStats& seen : parts_seen) heard.pairs += seen.pairs;
   heard.touches.resize(targets.own);
   for (std::size_t k = 0; k < list.ids().size(); ++k) {
     const std::uint32_t i = list.cells().order()[k];

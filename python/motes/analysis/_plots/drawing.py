@@ -16,8 +16,10 @@ __all__ = [
     "PHASES",
     "SIGNED",
     "UNDER_WAY",
+    "WAIT",
     "axes",
     "cells",
+    "beside",
     "finish",
     "integer_frames",
     "new_axes",
@@ -31,30 +33,34 @@ PALETTE = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#F
 HEAT = "cividis"
 SIGNED = "PuOr"
 
+WAIT = "#CFCFCF"
 PHASES = {
+    "script": "#E69F00",
+    "births": "#56B4E9",
     "create": "#56B4E9",
-    "wait for births": "#E4E4E4",
     "act": "#0072B2",
     "compute": "#0072B2",
     "compare loads": "#DCBFD0",
     "report": "#F0E442",
     "judge": "#A9B4C2",
-    "wait": "#CFCFCF",
-    "wait for verdict": "#CFCFCF",
     "exchange": "#E69F00",
     "send leavers": "#E69F00",
     "receive": "#F6D08B",
     "plan": "#E3B3CF",
-    "wait for plan": "#DADADA",
     "balance": "#CC79A7",
     "render": "#009E73",
     "image": "#009E73",
     "project": "#009E73",
     "draw": "#8FD3BC",
+    "talk": "#CC79A7",
+    "picture": "#009E73",
+    "log": "#D55E00",
+    "other": "#F7F3E3",
     "rest": "#F7F3E3",
+    "wait": WAIT,
 }
-"""Colours of the frame's phases in their order; phases that only wait are grey, as is the manager, which
-mostly waits for reports."""
+"""Colours of the frame's phases in their order; all that begin with "wait" are grey, as is the manager's
+"judge", which mostly waits for reports."""
 
 UNDER_WAY = "messages"
 """A span without work: from a report to the last message of its round, while other systems compute."""
@@ -64,6 +70,8 @@ _INK = "#333333"
 
 def of_phase(phase: str) -> str:
     """Return a phase's colour; an unknown phase gets one derived from its name."""
+    if phase.startswith("wait"):
+        return WAIT
     if phase in PHASES:
         return PHASES[phase]
     return PALETTE[sum(phase.encode()) % len(PALETTE)]
@@ -88,6 +96,13 @@ def new_axes(rows: int, columns: int, size: tuple[float, float], **options: Any)
     figure = _extras.matplotlib("matplotlib.figure").Figure(figsize=size, layout="constrained")
     made = figure.subplots(rows, columns, squeeze=False, **options)
     return figure, list(made.ravel())
+
+
+def beside(ax: Axes, entries: int, **options: Any) -> dict[str, Any]:
+    """Return how to put a legend on the right of the axes, in as many columns as its entries need."""
+    height = ax.figure.get_window_extent().height / ax.figure.dpi
+    rows = max(int(height / 0.24) - 1, 1)
+    return {"loc": "center left", "bbox_to_anchor": (1, 0.5), "ncols": -(-entries // rows), **options}
 
 
 def finish(

@@ -14,6 +14,7 @@ from . import drawing, timeline
 from .bricks import draw_bricks
 from .domains import draw_domains
 from .drawing import finish
+from .waiting import draw_waits, wait_matrix
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -300,10 +301,9 @@ class Plots:
     # --- phases
 
     def phases(self, *, frames: Iterable[int] | None = None, ax: Axes | None = None) -> Axes:
-        """Mean seconds per frame that each rank spent in each phase, stacked.
+        """Mean seconds per frame of each rank, stacked: script, births, act, talk, picture, log, other, wait.
 
-        Of all ranks with `World(spans=True)`, else of the calculators; their exchange and image then include
-        the waits in them, and "rest" is what no clock covers: communication, the script's own work.
+        Logs of earlier versions tell less: phases with `World(spans=True)`, else those of calculators.
         """
         self._load()
         table, _ = timeline.phase_seconds(self._run, frames)
@@ -327,8 +327,28 @@ class Plots:
         few = max(1, len(table) // 24)
         ax.set_xticks(range(0, len(table), few), [str(rank) for rank in table.index[::few]])
         ax.set_xlim(-0.6, len(table) - 0.4)
-        legend = {"loc": "center left", "bbox_to_anchor": (1, 0.5), "reverse": True}
+        legend = drawing.beside(ax, len(order), reverse=True)
         return finish(ax, title=self._title("Where the time goes"), x="rank", y="ms per frame", legend=legend)
+
+    def waits(self, *, frames: Iterable[int] | None = None, ax: Axes | None = None) -> Axes:
+        """Who waits for whom: mean ms per frame that each rank (row) waits for each other (column).
+
+        Where the manager's messages are relayed, ranks wait for the one above them. Raises LogError for logs
+        of earlier versions.
+        """
+        waits, times = self._run.waits(), self._run.times
+        if frames is not None:
+            chosen = list(frames)
+            waits, times = (table[table["frame"].isin(chosen)] for table in (waits, times))
+        if times.empty:
+            raise LogError(f"{self._run.name}: no waits in the log (waits.jsonl), or none of these frames")
+        ranks = sorted(int(rank) for rank in times["rank"].unique())
+        side = min(2.6 + 0.3 * len(ranks), 8.0)
+        ax = drawing.axes(ax, (side + 1.2, side))
+        draw_waits(ax, wait_matrix(waits, ranks, times["frame"].nunique()))
+        return finish(
+            ax, title=self._title("Who waits for whom"), x="waited for, rank", y="waiting, rank", grid=""
+        )
 
     def gantt(self, frames: Iterable[int] | None = None, *, ax: Axes | None = None) -> Axes:
         """What each rank did when, for some frames; None means the last three.
@@ -366,7 +386,7 @@ class Plots:
         ax.set_xlim(0, (max(starts[frame][1] for frame in chosen) - begin) * 1e3)
         span = f"frame {chosen[0]}" if len(chosen) == 1 else f"frames {chosen[0]} to {chosen[-1]}"
         title = self._title(span.capitalize() + ("" if measured else ", put together from durations"))
-        legend = {"loc": "center left", "bbox_to_anchor": (1, 0.5)}
+        legend = drawing.beside(ax, found["phase"].nunique())
         finish(ax, x="time (ms)", grid="x", legend=legend)
         ax.set_title(title, loc="left", fontsize="medium", pad=16)
         return ax

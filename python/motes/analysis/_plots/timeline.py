@@ -9,6 +9,7 @@ import numpy as np
 
 from ... import _extras
 from .._tables import measures
+from .._tables.schema import ACTIVITIES
 from .drawing import UNDER_WAY
 
 if TYPE_CHECKING:
@@ -104,12 +105,17 @@ def _calculator(load: list[Row], acting: float, together: float) -> list[Slice]:
 
 
 def phase_seconds(run: Run, frames: Iterable[int] | None = None) -> tuple[DataFrame, bool]:
-    """Return mean seconds per frame, rank x phase, and whether they come from spans.
+    """Return mean seconds per frame, rank x phase, and whether they are all of each rank's time.
 
-    Without spans a calculator's frame is divided into compute, exchange and image (their waits included),
-    other waiting, and the rest.
+    Logs of earlier versions do not tell where all time went: with spans these are the phases, without them a
+    calculator's frame is divided into compute, exchange and image (their waits included), other waiting, and
+    the rest.
     """
     pd = _extras.pandas()
+    if not run.times.empty:
+        times = run.times if frames is None else run.times[run.times["frame"].isin(list(frames))]
+        spent = times.groupby("rank")[[f"{name}_s" for name in ACTIVITIES]].mean().fillna(0.0)
+        return spent.rename(columns=lambda name: name.removesuffix("_s")), True
     if not run.spans.empty:
         found, _ = slices(run, frames)
         found = found[found["phase"] != UNDER_WAY]

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-__all__ = ["EVENTS", "FRAMES", "LOAD", "QUANTILES", "TABLES", "Column", "Table"]
+__all__ = ["ACTIVITIES", "EVENTS", "FRAMES", "LOAD", "QUANTILES", "TABLES", "TIMES", "Column", "Table"]
+
+ACTIVITIES = ("script", "births", "act", "talk", "picture", "log", "other", "wait")
+"""Where a rank's time goes: columns of times.jsonl without their _s; together they are all of it."""
 
 QUANTILES = tuple(f"x_q{i:02d}" for i in range(17))
 """Columns of density.jsonl: 17 coordinates that divide a calculator's particles into 16 equal parts."""
@@ -167,6 +170,44 @@ DENSITY = Table(
     ),
 )
 
+TIMES = Table(
+    "times.jsonl",
+    "frame and rank",
+    unique=("frame", "rank"),
+    columns=_columns(
+        _FRAME
+        + """
+        rank int! - MPI rank
+        wall_s float s from the end of the last frame to this one's: the sum of the next eight
+        script_s float s the script: its own Python, and what it does with the picture
+        births_s float s creating particles and dealing them out
+        act_s float s the recorded list; of a rank with one thread: processor time
+        talk_s float s reports, verdicts, exchange, balancing: packing, reading, deciding; no waiting
+        picture_s float s projecting, drawing, putting together
+        log_s float s writing the log
+        other_s float s the rest: what the system took from births, act and picture, and between phases
+        wait_s float s waiting for other ranks, in all phases
+        messages_s float s part of these: in calls that send and receive without waiting
+        chain_s float s longest chain of work up to here, over all ranks: the run's time if messages took none
+        """
+    ),
+)
+
+WAITS = Table(
+    "waits.jsonl",
+    "frame, rank, rank waited for and phase",
+    unique=("frame", "rank", "waited_for", "phase"),
+    columns=_columns(
+        _FRAME
+        + """
+        rank int! - who waited
+        waited_for int - for whom; -1: several
+        phase str! - for a message of this phase: begin, report, verdict, ...; leave: until own ones had left
+        seconds float s how long
+        """
+    ),
+)
+
 EVENTS = Table(
     "events.jsonl",
     "event",
@@ -186,7 +227,9 @@ SPANS = Table(
         + "rank int! - the file's rank\nphase str! - act, exchange, ...\n"
         + _SYSTEM.replace("!", "")
         + "start_s float! s since the run's start, on a clock common to all ranks\nend_s float! s its end\n"
-        + "cpu_s float s processor time of the rank's thread; null: overlaps other phases"
+        + "cpu_s float s processor time of the rank's thread; null: overlaps other phases\n"
+        + "waited_for int - rank that a row of phase wait waited for, inside another phase; -1: several\n"
+        + "message str - phase of the message that it waited for"
     ),
 )
 
@@ -197,4 +240,6 @@ TABLES = {
     "density": DENSITY,
     "events": EVENTS,
     "spans": SPANS,
+    "times": TIMES,
+    "waits": WAITS,
 }

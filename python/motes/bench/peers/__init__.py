@@ -2,7 +2,7 @@
 
 Each peer starts from the engine's particles and takes the same steps: a random acceleration, rebound from the
 ground, the age at which particles die, motion. Afterwards its particles are compared with the engine's.
-Spheres that collide run beside LAMMPS (spheres.py).
+Spheres that collide and a bed of grains run beside LAMMPS (spheres.py, bed.py).
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ... import _core
+from .bed import bed
 from .engine import Engine
 from .scene import Peer, disagreement
 from .spheres import NotInstalled, spheres
@@ -49,13 +50,22 @@ PEERS = {
 
 
 def peers(
-    *, particles: int, steps: int, threads: int, collide: int = 400_000, lammps: str | None = None
+    *,
+    particles: int,
+    steps: int,
+    threads: int,
+    collide: int = 400_000,
+    grains: int = 37_000,
+    lammps: str | None = None,
 ) -> dict[str, Any]:
     """Time steps of all that is installed, in turn; with more than one thread, once more on so many.
 
-    `collide`: how many spheres run beside LAMMPS, on one thread. `lammps`: the Python that has it; None is
-    this one.
+    `collide`: how many spheres run beside LAMMPS, on one thread; `grains`: how many lie in a bed, on one rank
+    and on two. `lammps`: the Python that has it, and nothing else is timed; None: this one, and all.
     """
+    python = lammps or sys.executable
+    if lammps is not None:
+        return {"simd": _core.simd(), "rows": [], **_beside_lammps(python, steps, collide, grains)}
     missing = {
         name: f"not installed: pip install '{peer.package}', or the extra motes[peers]"
         for name, peer in PEERS.items()
@@ -65,18 +75,20 @@ def peers(
     with contextlib.redirect_stdout(sys.stderr):  # some print their version
         for count in sorted({1, threads}):
             rows += _in_turn([name for name in PEERS if name not in missing], particles, steps, count)
+    beside = _beside_lammps(python, steps, collide, grains)
+    beside["not_installed"] = missing | beside["not_installed"]
+    return {"particles": particles, "simd": _core.simd(), "rows": rows, **beside}
+
+
+def _beside_lammps(python: str, steps: int, collide: int, grains: int) -> dict[str, Any]:
+    """Time what runs beside LAMMPS, so many rounds."""
+    found: dict[str, Any] = {"steps": steps, "collide": None, "bed": None, "not_installed": {}}
     try:
-        colliding = spheres(particles=collide, rounds=steps, python=lammps)
+        found["collide"] = spheres(particles=collide, rounds=steps, python=python)
+        found["bed"] = bed(grains=grains, steps=200, rounds=steps, python=python)
     except NotInstalled as why:
-        colliding, missing["lammps"] = None, str(why)
-    return {
-        "particles": particles,
-        "steps": steps,
-        "simd": _core.simd(),
-        "rows": rows,
-        "collide": colliding,
-        "not_installed": missing,
-    }
+        found["not_installed"] = {"lammps": str(why)}
+    return found
 
 
 def _in_turn(names: list[str], particles: int, steps: int, threads: int) -> list[dict[str, Any]]:

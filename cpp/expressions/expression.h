@@ -8,12 +8,12 @@
 
 #include "base/enumerators.h"
 
-namespace motes::actions {
+namespace motes::expressions {
 
 enum class Op : std::uint8_t {
   // push a number
   constant,  // value
-  column,  // index: a component of the schema
+  column,  // index: a component of the schema, or one of the leaves of a law between particles
   time,  // at the start of the (sub)step, seconds
   // number(s) -> number
   negate,
@@ -78,9 +78,36 @@ inline constexpr int kOctaves = 8;
 
 enum class Type : std::uint8_t { number, truth };
 
+/// How many values an operation takes from the stack. Kernels of every build call it: always inline, it cannot be
+/// linked from another one.
+[[gnu::always_inline]] constexpr int operands_of(Op op) {
+  switch (op) {
+    case Op::constant:
+    case Op::column:
+    case Op::time:
+    case Op::inside: return 0;
+    case Op::negate:
+    case Op::absolute:
+    case Op::square_root:
+    case Op::square:
+    case Op::floor:
+    case Op::sign:
+    case Op::sine:
+    case Op::cosine:
+    case Op::exponential:
+    case Op::logarithm:
+    case Op::invert: return 1;
+    case Op::mix:
+    case Op::smoothstep:
+    case Op::choose: return 3;
+    case Op::noise: return 4;
+    default: return 2;
+  }
+}
+
 /// The type of the value that the expression leaves on the stack. Throws std::invalid_argument where the expression is
 /// invalid: an operand is missing or of the wrong type, an index does not exist, the stack is deeper than kDepth, or
 /// not exactly one value is left.
 Type check(const Expression& expression, int components, int shapes);
 
-}  // namespace motes::actions
+}  // namespace motes::expressions

@@ -1,46 +1,29 @@
-#include "actions/expression.h"
+#include "expressions/expression.h"
 
 #include <string>
 
 #include "base/invalid_argument.h"
 
-namespace motes::actions {
+namespace motes::expressions {
 namespace {
 
 struct Signature {
-  int operands;
-  Type operand;
-  Type result;
+  Type operand = Type::number;
+  Type result = Type::number;
   Type first = operand;  // of the operands
 };
 
 Signature signature(Op op) {
   switch (op) {
-    case Op::constant:
-    case Op::column:
-    case Op::time: return {0, Type::number, Type::number};
-    case Op::inside: return {0, Type::number, Type::truth};
-    case Op::negate:
-    case Op::absolute:
-    case Op::square_root:
-    case Op::square:
-    case Op::floor:
-    case Op::sign:
-    case Op::sine:
-    case Op::cosine:
-    case Op::exponential:
-    case Op::logarithm: return {1, Type::number, Type::number};
+    case Op::inside:
     case Op::less:
     case Op::less_equal:
-    case Op::equal: return {2, Type::number, Type::truth};
+    case Op::equal: return {Type::number, Type::truth};
     case Op::both:
-    case Op::either: return {2, Type::truth, Type::truth};
-    case Op::invert: return {1, Type::truth, Type::truth};
-    case Op::mix:
-    case Op::smoothstep: return {3, Type::number, Type::number};
-    case Op::choose: return {3, Type::number, Type::number, Type::truth};
-    case Op::noise: return {4, Type::number, Type::number};
-    default: return {2, Type::number, Type::number};
+    case Op::either:
+    case Op::invert: return {Type::truth, Type::truth};
+    case Op::choose: return {Type::number, Type::number, Type::truth};
+    default: return {};
   }
 }
 
@@ -65,7 +48,7 @@ Type check(const Expression& expression, int components, int shapes) {
     if (static_cast<int>(instruction.op) >= kOps) refuse("use known operations");
     check_index(instruction, components, shapes);
     const Signature s = signature(instruction.op);
-    for (int i = s.operands; i > 0; --i) {
+    for (int i = operands_of(instruction.op); i > 0; --i) {
       if (stack.empty() || stack.back() != (i == 1 ? s.first : s.operand))
         refuse("give each operation numbers or truths as it needs");
       stack.pop_back();
@@ -79,4 +62,4 @@ Type check(const Expression& expression, int components, int shapes) {
   return stack.back();
 }
 
-}  // namespace motes::actions
+}  // namespace motes::expressions

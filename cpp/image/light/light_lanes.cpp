@@ -1,0 +1,210 @@
+// Compiled once for each instruction set: see simd/simd.h for the rules.
+#include "image/light/light_lanes.h"
+
+#include "image/daylight_parts.h"
+#include "image/light/shadow_lanes.h"
+#include "simd/elementary.h"
+#include "simd/floats3.h"
+#include "simd/simd.h"
+
+namespace motes::MOTES_ISA {
+namespace {
+
+constexpr auto kSunOnParticles = static_cast<float>(image::kSun);
+constexpr float kHalfTurnRadians = 3.14159265359f;
+constexpr float kMostFloat = 3.402823466e38f;
+
+MOTES_INLINE Floats value_or(const float* plane, std::size_t i, float of_all) {
+  return plane != nullptr ? load(plane + i) : all(of_all);
+}
+MOTES_INLINE Floats3 particle_place(const image::ParticlePlanes& p, std::size_t i) {
+  return {load(p.position[0] + i), load(p.position[1] + i), load(p.position[2] + i)};
+}
+MOTES_INLINE Floats length_of_way(Floats3 v) { return sqrt(max(dot(v, v), all(1e-30f))); }
+
+MOTES_INLINE Floats diameter_at(const image::ParticleWidth& w, const image::ParticlePlanes& p, Floats3 place,
+                                std::size_t i) {
+  if (w.own) return max(value_or(p.size, i, p.size_of_all), Floats{});
+  return length_of_way(place - all3(w.eye)) * w.per_metre;
+}
+
+// The mean over a sphere as it is seen, of the light that falls on it from a direction `cosine` away from the eye's:
+// 2 / (3 pi) (sin a + (pi - a) cos a) (J. H. Lambert).
+MOTES_INLINE Floats of_sphere(Floats cosine) {
+  const Floats c = min(max(cosine, all(-1.0f)), all(1.0f));
+  const Floats sine = sqrt(max(1.0f - c * c, Floats{}));
+  return max(0.21220659f * (sine + (kHalfTurnRadians - acos(c)) * c), Floats{});
+}
+
+// How many layers towards the light a particle's own depth reaches: that is not its shadow.
+MOTES_INLINE Floats own_layers(const image::LightTask& t, const image::ShadowMap& map, Floats3 place, Floats diameter) {
+  if (!(t.shadow > 0)) return Floats{};
+  const Floats width = in_grid(map.space, place).width, wide = diameter * 0.6f;
+  Floats layers = all(1.0f);
+  for (int level = 1; level < image::kShadowLevels; ++level) {
+    const float scale = static_cast<float>(1 << (level - 1));
+    layers = select(wide > width * scale, all(2 * scale), layers);
+  }
+  return layers;
+}
+
+MOTES_INLINE Floats light_left(const image::LightTask& t, const image::ShadowMap* map, Floats3 place, Floats diameter) {
+  return map == nullptr ? all(1.0f) : light_through(*map, place, own_layers(t, *map, place, diameter));
+}
+
+MOTES_INLINE Floats3 ambient_at(const image::Ambient& a, Floats up) {
+  return all3(a.low) * (1.0f - up) + all3(a.high) * up;
+}
+
+// The light that a white particle shows to the eye.
+MOTES_INLINE Floats3 light_arriving(const image::LightTask& t, Floats3 place, Floats3 to_eye, Floats diameter) {
+  // Over the picture of a sphere the mean normal is two thirds of the way to the eye.
+  Floats3 light = ambient_at(t.ambient, 0.5f + to_eye.y * 0.33333333f);
+  Floats sunlight{};
+  if (t.sunny) {
+    sunlight = of_sphere(dot(to_eye, all3(t.sun))) * kSunOnParticles;
+    const Floats sun = sunlight * light_left(t, t.sun_shadow, place, diameter);
+    light = light + Floats3{sun, sun, sun};
+  }
+  const Floats3 plain = ambient_at(t.ambient, 0.5f + to_eye.y * 0.33333333f) + Floats3{sunlight, sunlight, sunlight};
+  for (std::size_t k = 0; k < t.light_count; ++k) {
+    const image::LightOnParticles& lamp = t.lights[k];
+    const Floats3 along = all3(lamp.position) - place;
+    const Floats square = max(dot(along, along), all(1e-6f));
+    const Floats facing = of_sphere(dot(along, to_eye) / sqrt(square));
+    light = light + all3(lamp.color) * (facing * light_left(t, lamp.shadow, place, diameter) / square);
+  }
+  if (!t.sphere) return light;
+  const auto part = [](Floats a, Floats b) { return a / max(b, all(1e-6f)); };
+  return {part(light.x, plain.x), part(light.y, plain.y), part(light.z, plain.z)};
+}
+
+void light_particles(const image::LightTask& t, std::size_t first, std::size_t last, float* const* to) {
+  const image::ParticlePlanes& p = t.particles;
+  for (std::size_t i = first; i < last; i += kLanes) {
+    const Floats3 place = particle_place(p, i);
+    Floats3 color{value_or(p.color[0], i, p.color_of_all[0]), value_or(p.color[1], i, p.color_of_all[1]),
+                  value_or(p.color[2], i, p.color_of_all[2])};
+    const Floats3 offset = all3(t.width.eye) - place;
+    const Floats distance = length_of_way(offset);
+    if (t.lit) {
+      const Floats3 light = light_arriving(t, place, offset * (1.0f / distance), diameter_at(t.width, p, place, i));
+      color = {color.x * light.x, color.y * light.y, color.z * light.z};
+    }
+    if (t.fog_density > 0) {
+      const Floats clear = exp(-min(distance * t.fog_density, all(80.0f)));
+      const Floats fog = t.adds ? Floats{} : 1.0f - clear;
+      color = color * clear + all3(t.fog) * fog;
+    }
+    store(to[0] + (i - first), color.x);
+    store(to[1] + (i - first), color.y);
+    store(to[2] + (i - first), color.z);
+  }
+}
+
+// What of a vector of particles throws a shadow: its opacity, and whether it counts.
+struct ShadowCaster {
+  Floats3 place;
+  Floats opacity;
+  Mask counts;
+};
+MOTES_INLINE ShadowCaster caster_at(const image::ShadowTask& t, std::size_t i, std::size_t last) {
+  const image::ParticlePlanes& p = t.particles;
+  const Floats3 place = particle_place(p, i), offset = place - all3(t.center);
+  const Floats alpha = min(max(value_or(p.alpha, i, p.alpha_of_all), Floats{}), all(1.0f));
+  Mask counts = (max(max(abs(offset.x), abs(offset.y)), abs(offset.z)) <= t.reach) & (alpha > 0.0f);
+  if (last - i < kLanes) counts &= first_lanes(last - i);
+  return {select(counts, place, all3(t.center)), alpha * t.shadow, counts};
+}
+
+void extend_extent(const image::ShadowTask& t, const image::ShadowSpace& space, std::size_t first, std::size_t last,
+                   image::ShadowExtent& extent) {
+  Floats low[3], high[3];
+  for (int axis = 0; axis < 3; ++axis) low[axis] = all(kMostFloat), high[axis] = all(-kMostFloat);
+  for (std::size_t i = first; i < last; i += kLanes) {
+    const ShadowCaster c = caster_at(t, i, last);
+    const Floats3 offset = c.place - all3(space.origin);
+    const Floats at[3] = {dot(offset, all3(space.right)), dot(offset, all3(space.up)), dot(offset, all3(space.ahead))};
+    for (int axis = 0; axis < 3; ++axis) {
+      low[axis] = min(low[axis], select(c.counts, at[axis], all(kMostFloat)));
+      high[axis] = max(high[axis], select(c.counts, at[axis], all(-kMostFloat)));
+    }
+  }
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      const float least = low[axis][lane], most = high[axis][lane];
+      extent.low[axis] = least < extent.low[axis] ? least : extent.low[axis];
+      extent.high[axis] = most > extent.high[axis] ? most : extent.high[axis];
+    }
+  }
+}
+
+constexpr std::size_t level_start(int level) {
+  std::size_t start = 0;
+  for (int k = 0; k < level; ++k) start += image::ShadowGrids::level_numbers(k);
+  return start;
+}
+constexpr std::size_t kLevelStart[image::kShadowLevels] = {level_start(0), level_start(1), level_start(2),
+                                                           level_start(3)};
+
+// Shares a particle's depth among the eight cells of its level around it.
+MOTES_INLINE void share_depth(std::int64_t* sums, int level, float column, float row, float layer, float depth) {
+  const int columns = image::kShadowColumns >> level, layers = image::kShadowLayers >> level;
+  const float scale = 1.0f / static_cast<float>(1 << level);
+  const float u = column * scale + 0.5f, v = row * scale + 0.5f, w = layer * scale + 0.5f;  // above 0
+  const int i = static_cast<int>(u), j = static_cast<int>(v), k = static_cast<int>(w);
+  const float right = u - static_cast<float>(i), below = v - static_cast<float>(j), beyond = w - static_cast<float>(k);
+  const auto within = [](int at, int count) { return at < 0 ? 0 : at < count ? at : count - 1; };
+  const int is[2] = {within(i - 1, columns), within(i, columns)}, js[2] = {within(j - 1, columns), within(j, columns)};
+  const int ks[2] = {within(k - 1, layers), within(k, layers)};
+  std::int64_t* const start = sums + kLevelStart[level];
+  for (int c = 0; c < 2; ++c) {
+    const float in_layer = depth * (c == 0 ? 1.0f - beyond : beyond);
+    for (int b = 0; b < 2; ++b) {
+      const float in_row = in_layer * (b == 0 ? 1.0f - below : below);
+      std::int64_t* const line = start + (static_cast<std::ptrdiff_t>(ks[c]) * columns + js[b]) * columns;
+      line[is[0]] += static_cast<std::int32_t>(in_row * (1.0f - right) + 0.5f);
+      line[is[1]] += static_cast<std::int32_t>(in_row * right + 0.5f);
+    }
+  }
+}
+
+// The mean light through a cell of the size of a level where `part` of it is covered with this opacity is
+// 1 - part opacity: its optical depth, times the cells that the particle covers.
+MOTES_INLINE Floats optical_depth(Floats area, Floats cell, Floats opacity) {
+  const Floats cells = area / (cell * cell), part = max(min(cells, all(1.0f)), all(1e-12f));
+  const Floats kept = part * opacity;
+  const Floats faint = kept + kept * kept * 0.5f;  // where the logarithm would lose digits
+  const Floats depth = select(kept < 1e-3f, faint, -log(max(1.0f - kept, all(1e-4f))));
+  return min(depth * (cells / part), all(64.0f)) * image::kShadowUnit;
+}
+
+void add_depths(const image::ShadowTask& t, const image::ShadowSpace& space, std::size_t first, std::size_t last,
+                std::int64_t* sums) {
+  for (std::size_t i = first; i < last; i += kLanes) {
+    const ShadowCaster c = caster_at(t, i, last);
+    const InGrid at = in_grid(space, c.place);
+    const Mask counts = c.counts & at.known & (at.layer >= 0.0f) & (at.layer <= float{image::kShadowLayers});
+    if (!any(counts)) continue;
+    const Floats diameter = diameter_at(t.width, t.particles, c.place, i), wide = diameter * 0.6f;
+    Ints level{};
+    Floats cell = at.width;
+    for (int k = 1; k < image::kShadowLevels; ++k) {
+      const Mask wider = wide > at.width * static_cast<float>(1 << (k - 1));
+      level = select(wider, all_ints(k), level);
+      cell = select(wider, at.width * static_cast<float>(1 << k), cell);
+    }
+    const Floats depth = optical_depth(diameter * diameter * (kHalfTurnRadians / 4), cell, c.opacity);
+    const Mask shades = counts & (depth >= 1.0f);
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      if (shades[lane] == 0) continue;
+      share_depth(sums, level[lane], at.column[lane], at.row[lane], at.layer[lane], depth[lane]);
+    }
+  }
+}
+
+}  // namespace
+
+extern const image::LightLanes light_lanes = {light_particles, extend_extent, add_depths};
+
+}  // namespace motes::MOTES_ISA

@@ -1,0 +1,80 @@
+// Light on particles, and the shadows that they throw, one vector of them at a time: the values shared by plain code
+// and the per-ISA builds.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "image/light/shadow_grid.h"
+#include "image/light/sky.h"
+#include "simd/declare_builds.h"
+
+namespace motes::image {
+
+/// Particles as planes of floats; null: the value beside it holds for all.
+struct ParticlePlanes {
+  const float* position[3];
+  const float* color[3];
+  float color_of_all[3];
+  const float* alpha;
+  float alpha_of_all;
+  const float* size;  // m
+  float size_of_all;
+};
+
+/// How wide particles are: `metres` of their size, or per metre of distance from the eye.
+struct ParticleWidth {
+  bool own;          // as their size says
+  float per_metre;   // else: m of diameter per m of distance
+  float eye[3];
+};
+
+struct LightOnParticles {
+  float position[3];
+  float color[3];  // on a surface that faces it at 1 m
+  const ShadowMap* shadow;  // null: particles throw none
+};
+
+/// What changes the colours of a system's particles before they are drawn.
+struct LightTask {
+  ParticlePlanes particles;
+  ParticleWidth width;
+  bool lit = false, sphere = false;  // sphere: shaded by its kind, so that only what differs from that counts
+  bool sunny = false;
+  float sun[3];
+  const ShadowMap* sun_shadow = nullptr;
+  const LightOnParticles* lights = nullptr;
+  std::size_t light_count = 0;
+  Ambient ambient;
+  float shadow = 0;  // the particles' own
+  float fog[3]{}, fog_density = 0;  // 1/m; 0: there is none
+  bool adds = false;                // the fog in front of what only adds light is there anyway
+};
+
+struct ShadowTask {
+  ParticlePlanes particles;
+  ParticleWidth width;
+  float shadow;
+  float center[3], reach;  // see ShadowGrids::center
+};
+
+struct LightLanes {
+  /// Writes the colours of particles first .. last - 1 to `to`, three planes that begin with the first one. Whole
+  /// vectors are written.
+  void (*light)(const LightTask& task, std::size_t first, std::size_t last, float* const* to);
+
+  /// Extends the extent in a grid's space by particles first .. last - 1.
+  void (*extend)(const ShadowTask& task, const ShadowSpace& space, std::size_t first, std::size_t last,
+                 ShadowExtent& extent);
+
+  /// Adds their optical depths to the sums of a light's grid, see ShadowGrids::numbers.
+  void (*add)(const ShadowTask& task, const ShadowSpace& space, std::size_t first, std::size_t last,
+              std::int64_t* sums);
+};
+
+/// The build that suits this processor.
+const LightLanes& light_lanes();
+
+}  // namespace motes::image
+
+MOTES_DECLARE_BUILDS(motes::image::LightLanes, light_lanes)

@@ -1,0 +1,97 @@
+#include "image/light/particle_light.h"
+
+#include <algorithm>
+
+#include "base/vectors.h"
+#include "image/camera.h"
+#include "image/layout.h"
+
+namespace motes::image {
+namespace {
+
+ParticlePlanes particle_planes(const Drawn& d) {
+  ParticlePlanes p{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    p.position[i] = d.position[i];
+    p.color[i] = d.color[i];
+    p.color_of_all[i] = d.color_of_all[i];
+  }
+  p.alpha = d.alpha;
+  p.alpha_of_all = d.alpha_of_all;
+  p.size = d.size;
+  p.size_of_all = d.size_of_all;
+  return p;
+}
+
+void put_floats(const Vector& v, float* to) {
+  for (std::size_t i = 0; i < 3; ++i) to[i] = static_cast<float>(v[i]);
+}
+
+// Sprites whose size is in pixels are as wide as they are seen.
+ParticleWidth particle_width(const Sprite& sprite, const View& view) {
+  ParticleWidth width{};
+  const float pixels = diameter_of(sprite, view.height);
+  width.own = !(pixels > 0);
+  width.per_metre = static_cast<float>(static_cast<double>(pixels) / lens(view).focal_px);
+  put_floats(view.camera.position, width.eye);
+  return width;
+}
+
+}  // namespace
+
+std::unique_ptr<const ParticleLight> ParticleLight::of(const Sprite& sprite, const View& view,
+                                                       const ShadowGrids* shadows) {
+  if (!sprite.lit && !(view.fog.metres > 0)) return nullptr;
+  auto made = std::make_unique<ParticleLight>();
+  LightTask& t = made->task_;
+  t.width = particle_width(sprite, view);
+  t.lit = sprite.lit;
+  t.sphere = sprite.kind == Sprite::Kind::sphere && !drawn_as_point(sprite);
+  t.sunny = length(view.sun) > 0;
+  put_floats(t.sunny ? unit(view.sun) : Vector{0, 1, 0}, t.sun);
+  t.sun_shadow = shadows == nullptr ? nullptr : shadows->of_sun();
+  for (std::size_t i = 0; i < view.lights.size(); ++i) {
+    LightOnParticles light{};
+    put_floats(view.lights[i].position, light.position);
+    for (std::size_t c = 0; c < 3; ++c) light.color[c] = view.lights[i].color[c] * view.lights[i].power;
+    light.shadow = shadows == nullptr ? nullptr : shadows->of_light(i);
+    made->lights_.push_back(light);
+  }
+  t.lights = made->lights_.data();
+  t.light_count = made->lights_.size();
+  t.ambient = ambient(view);
+  t.shadow = sprite.shadow;
+  std::copy(view.fog.color.begin(), view.fog.color.end(), t.fog);
+  t.fog_density = view.fog.metres > 0 ? 1 / view.fog.metres : 0;
+  t.adds = sprite.blend == Sprite::Blend::add;
+  return made;
+}
+
+void ParticleLight::light(const Drawn& particles, std::size_t first, std::size_t last, float* to,
+                          std::size_t stride) const {
+  LightTask task = task_;
+  task.particles = particle_planes(particles);
+  float* const planes[3] = {to, to + stride, to + 2 * stride};
+  light_lanes().light(task, first, last, planes);
+}
+
+ParticleShadows::ParticleShadows(const Sprite& sprite, const View& view, const ShadowGrids& grids,
+                                 const Drawn& particles)
+    : task_{particle_planes(particles), particle_width(sprite, view), sprite.shadow, {}, grids.reach()},
+      grids_(&grids) {
+  std::copy(grids.center().begin(), grids.center().end(), task_.center);
+}
+
+void ParticleShadows::extend(std::size_t first, std::size_t last, std::vector<ShadowExtent>& extents) const {
+  for (std::size_t light = 0; light < grids_->lights(); ++light) {
+    light_lanes().extend(task_, grids_->space(light), first, last, extents[light]);
+  }
+}
+
+void ParticleShadows::add(std::size_t first, std::size_t last, std::int64_t* sums) const {
+  for (std::size_t light = 0; light < grids_->lights(); ++light) {
+    light_lanes().add(task_, grids_->space(light), first, last, sums + light * ShadowGrids::numbers());
+  }
+}
+
+}  // namespace motes::image

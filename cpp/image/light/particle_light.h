@@ -1,0 +1,39 @@
+// Light and fog on the particles of a system, and which particles throw shadows: from a view to what kernels take.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "image/light/light_lanes.h"
+#include "image/scene.h"
+
+namespace motes::image {
+
+/// What the colours of a system's particles become; null where they stay what they are.
+class ParticleLight {
+ public:
+  /// `shadows`: of the view; null: particles throw none.
+  static std::unique_ptr<const ParticleLight> of(const Sprite& sprite, const View& view, const ShadowGrids* shadows);
+
+  /// Writes the colours of particles first .. last - 1 to three planes `stride` floats apart.
+  void light(const Drawn& particles, std::size_t first, std::size_t last, float* to, std::size_t stride) const;
+
+ private:
+  LightTask task_;
+  std::vector<LightOnParticles> lights_;
+};
+
+/// Shadows of a system's particles, of particles first .. last - 1.
+class ParticleShadows {
+ public:
+  ParticleShadows(const Sprite& sprite, const View& view, const ShadowGrids& grids, const Drawn& particles);
+  void extend(std::size_t first, std::size_t last, std::vector<ShadowExtent>& extents) const;
+  /// `sums`: of all lights.
+  void add(std::size_t first, std::size_t last, std::int64_t* sums) const;
+
+ private:
+  ShadowTask task_;
+  const ShadowGrids* grids_;
+};
+
+}  // namespace motes::image

@@ -1,0 +1,64 @@
+// The sky in given directions, and pictures on surfaces. Compiled once for each instruction set.
+#pragma once
+
+#include "image/light/sky.h"
+#include "simd/elementary.h"
+#include "simd/floats3.h"
+
+namespace motes::MOTES_ISA {
+
+MOTES_INLINE Floats3 mix3(const float* from, const float* to, Floats part) {
+  return all3(from) * (1.0f - part) + all3(to) * part;
+}
+
+/// A number of pixels from a side's start, brought into 0..pixels - 1 by repeating it.
+MOTES_INLINE int repeated(int at, int pixels) {
+  const int rest = at % pixels;
+  return rest < 0 ? rest + pixels : rest;
+}
+
+/// The light of one place of a level: (u, v) are pixels from its top left corner. It repeats across; down it does only
+/// where `wraps`.
+inline Float3 texel_mix(const image::TextureLevel& level, float u, float v, bool wraps) {
+  const float x = u - 0.5f, y = v - 0.5f;
+  const auto floor_of = [](float value) {
+    const int whole = static_cast<int>(value);
+    return static_cast<float>(whole) > value ? whole - 1 : whole;
+  };
+  const int column = floor_of(x), row = floor_of(y);
+  const float right = x - static_cast<float>(column), below = y - static_cast<float>(row);
+  const auto row_at = [&](int at) {
+    if (wraps) return repeated(at, level.height);
+    return at < 0 ? 0 : at < level.height ? at : level.height - 1;
+  };
+  const auto pixel = [&](int i, int j) {
+    return of(level.light + 3 * (static_cast<std::ptrdiff_t>(row_at(j)) * level.width + repeated(i, level.width)));
+  };
+  const auto between = [](Float3 a, Float3 b, float part) {
+    return Float3{a.x + (b.x - a.x) * part, a.y + (b.y - a.y) * part, a.z + (b.z - a.z) * part};
+  };
+  return between(between(pixel(column, row), pixel(column + 1, row), right),
+                 between(pixel(column, row + 1), pixel(column + 1, row + 1), right), below);
+}
+
+/// The sky's light from directions of any length, of which those of `seen` count.
+inline Floats3 sky_light(const image::SkyLanes& sky, Floats3 along, Mask seen) {
+  if (sky.kind == image::Sky::Kind::none) return all3(sky.color);
+  const Floats flat = sqrt(max(along.x * along.x + along.z * along.z, all(1e-30f)));
+  if (sky.kind == image::Sky::Kind::gradient) {
+    const Floats height = along.y / sqrt(max(flat * flat + along.y * along.y, all(1e-30f)));
+    return select(height > 0.0f, mix3(sky.horizon, sky.zenith, max(height, Floats{})),
+                  mix3(sky.horizon, sky.ground, max(-height, Floats{})));
+  }
+  constexpr float kTurn = 0.15915494309f, kHalfTurn = 0.31830988618f;
+  const Floats u = 0.5f + atan2(along.x, -along.z) * kTurn, v = 0.5f - atan2(along.y, flat) * kHalfTurn;
+  Floats3 light{};
+  for (std::size_t lane = 0; lane < kLanes; ++lane) {
+    if (seen[lane] == 0) continue;
+    const float width = static_cast<float>(sky.picture.width), height = static_cast<float>(sky.picture.height);
+    set_lane(light, lane, texel_mix(sky.picture, u[lane] * width, v[lane] * height, false));
+  }
+  return light;
+}
+
+}  // namespace motes::MOTES_ISA

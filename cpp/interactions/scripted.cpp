@@ -1,0 +1,240 @@
+#include "interactions/scripted.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "simd/float_mode.h"
+
+namespace motes::interactions {
+
+namespace {
+
+using actions::Action;
+using actions::Leaf;
+using actions::Result;
+using expressions::Formula;
+using particles::Store;
+
+// Compiles the values of a law, unless they are those of one of the last laws.
+const Formula& compiled(const Action& action, std::vector<Scratch::Compiled>& known) {
+  constexpr std::size_t kKept = 8;
+  for (const Scratch::Compiled& one : known) {
+    if (one.values == action.values) return one.formula;
+  }
+  if (known.size() == kKept) known.erase(known.begin());
+  known.push_back({action.values, expressions::compile(action.values, static_cast<int>(action.leaves.size()))});
+  return known.back().formula;
+}
+
+class Scripted {
+ public:
+  Scripted(const Action& action, double time, float dt, const Side (&sides)[2], Scratch& scratch, threads::Pool& pool)
+      : action_(action), formula_(compiled(action, scratch.formulas)), time_(static_cast<float>(time)), dt_(dt),
+        own_(sides[0]), other_(sides[1]), scratch_(scratch.scripted), pool_(pool), reach_(reach_of(action, {})),
+        list_(sides[0].list != nullptr ? *sides[0].list : scratch.party[0].list), read_(read_by(action, between())) {}
+
+  Seen act() {
+    gather();
+    list();
+    for (std::size_t c = 3; c < read_.size(); ++c) arrange(c, sources_[c]);
+    for (const Leaf& leaf : action_.leaves) leaves_.push_back(source_of(leaf));
+    find_results();
+    Seen seen;
+    run(seen);
+    apply();
+    if (own_.last && states() > 0) list_.write_down(*own_.store, own_.law, own_.now);
+    seen.most_in_a_cell = list_.cells().most_in_a_cell();
+    return seen;
+  }
+
+ private:
+  bool between() const { return other_.store != nullptr; }
+  int states() const { return actions::states_of(action_); }
+
+  // Of two systems, the other one's particles are like ghosts: they are seen, and see nobody.
+  void gather() {
+    crowd_.own = own_.store->size();
+    crowd_.own_ids = own_.store->ids();
+    const Side& seen = between() ? other_ : own_;
+    sources_ = columns_of(action_, seen, between());
+    const Ghosts* ghosts = seen.ghosts;
+    if (!between()) {
+      crowd_.ghosts = ghosts != nullptr ? ghosts->ids.size() : 0;
+      crowd_.copied_ids = ghosts != nullptr ? ghosts->ids.data() : nullptr;
+      for (std::size_t c = 0; c < 3; ++c) crowd_.at[c] = sources_[c];
+      return;
+    }
+    const Store& store = *seen.store;
+    scratch_.ids.clear();
+    for (std::size_t i = 0; i < store.size(); ++i) scratch_.ids.push_back(store.ids()[i]);
+    if (ghosts != nullptr) scratch_.ids.insert(scratch_.ids.end(), ghosts->ids.begin(), ghosts->ids.end());
+    scratch_.copied.resize(std::max(scratch_.copied.size(), sources_.size()));
+    for (std::size_t c = 0; c < sources_.size(); ++c) {
+      std::vector<float>& all = scratch_.copied[c];
+      all.resize(scratch_.ids.size());
+      for (std::size_t i = 0; i < all.size(); ++i) all[i] = sources_[c].of(i, store.size());
+      sources_[c] = {nullptr, all.data(), 0};
+    }
+    crowd_.ghosts = scratch_.ids.size();
+    crowd_.copied_ids = scratch_.ids.data();
+    for (std::size_t c = 0; c < 3; ++c)
+      crowd_.at[c] = own_column(particles::position, static_cast<int>(c), sources_[c]);
+  }
+
+  Column own_column(int attribute, int component, const Column& others) const {
+    return {own_.store->plane(attribute, component), others.ghosts,
+            own_.store->uniform_value(attribute)[static_cast<std::size_t>(component)]};
+  }
+
+  // A pair is within reach where spheres of half of it touch.
+  void list() {
+    list_.set_kind(list_kind(action_));
+    scratch_.radius.assign(crowd_.size(), 0.5f * reach_);
+    scratch_.column.resize(std::max(scratch_.column.size(), read_.size()));
+    if (!own_.kept) list_.sort(crowd_, reach_, own_.skin, pool_);
+    for (std::size_t c = 0; c < 3; ++c) arrange(c, crowd_.at[c]);
+    if (!own_.kept) list_.build(crowd_, placed(), *own_.store, own_.law, own_.now, pool_);
+  }
+
+  PlacedSpheres placed() const { return {{column(0), column(1), column(2)}, scratch_.radius.data()}; }
+
+  const float* column(std::size_t number) const { return scratch_.column[number].data(); }
+
+  void arrange(std::size_t number, const Column& from) {
+    scratch_.column[number].resize(crowd_.size());
+    list_.cells().arrange(crowd_, from, scratch_.column[number].data(), pool_);
+  }
+
+  // The number of the column that all have by place, or -1.
+  int place_of(const Leaf& leaf) const {
+    for (std::size_t c = 0; c < read_.size(); ++c) {
+      if (read_[c].attribute == leaf.attribute && read_[c].component == leaf.component) return static_cast<int>(c);
+    }
+    return -1;
+  }
+
+  LeafSource source_of(const Leaf& leaf) {
+    using How = LeafSource::How;
+    const int place = place_of(leaf);
+    switch (leaf.of) {
+      case Leaf::Of::other: return {How::other, 0, column(static_cast<std::size_t>(place)), 0};
+      case Leaf::Of::distance:
+      case Leaf::Of::normal: {
+        shares_ = true;
+        return {How::shared, leaf.of == Leaf::Of::normal ? 1 + leaf.component : 0, nullptr, 0};
+      }
+      case Leaf::Of::state: return {How::state, leaf.component, nullptr, 0};
+      case Leaf::Of::own: break;
+    }
+    const bool by_place = place >= 0 && (!between() || place < 3);
+    if (by_place) return {How::own_by_place, 0, column(static_cast<std::size_t>(place)), 0};
+    if (const float* plane = own_.store->plane(leaf.attribute, leaf.component); plane != nullptr)
+      return {How::own_by_index, 0, plane, 0};
+    return {How::same, 0, nullptr, own_.store->value(leaf.attribute, leaf.component, 0)};
+  }
+
+  void find_results() {
+    next_.assign(static_cast<std::size_t>(states()), -1);
+    for (std::size_t k = 0; k < action_.results.size(); ++k) {
+      const Result& result = action_.results[k];
+      if (result.how == Result::How::state) {
+        next_[static_cast<std::size_t>(result.component)] = formula_.results[k];
+      } else {
+        sums_.push_back(formula_.results[k]);
+        summed_.push_back(result);
+      }
+    }
+    scratch_.out.resize(std::max(scratch_.out.size(), sums_.size()));
+    for (std::size_t s = 0; s < sums_.size(); ++s) scratch_.out[s].resize(crowd_.size());
+  }
+
+  void run(Seen& seen) {
+    std::vector<float*> out;
+    for (std::size_t s = 0; s < sums_.size(); ++s) out.push_back(scratch_.out[s].data());
+    ScriptedTask task{.targets = list_.cells().view(crowd_.own),
+                      .pairs = list_.view(own_.now),
+                      .at = {column(0), column(1), column(2)},
+                      .reach2 = reach_ * reach_,
+                      .time = time_,
+                      .now = own_.now,
+                      .chosen = own_.chosen != nullptr ? own_.chosen->data() : nullptr,
+                      .shares = shares_};
+    task.leaves = leaves_.data(), task.leaf_count = leaves_.size();
+    task.constants = formula_.constants.data(), task.constant_count = formula_.constants.size();
+    task.steps = formula_.steps.data(), task.step_count = formula_.steps.size();
+    task.sums = sums_.data(), task.sum_count = sums_.size();
+    task.states = next_.data(), task.state_count = states();
+    task.out = out.data();
+    const std::vector<std::size_t> cuts = parts_of(list_.cells(), pool_);
+    std::vector<KernelStats> sights(cuts.size() - 1);
+    pool_.run(sights.size(), [&](std::size_t part, std::size_t) {
+      const simd::FloatMode mode;
+      const auto planes = static_cast<std::size_t>(formula_.planes);
+      std::vector<float> memory((planes + kShared) * kFormulaPlane);
+      std::vector<float*> plane(planes);
+      for (std::size_t p = 0; p < planes; ++p) plane[p] = memory.data() + (kShared + p) * kFormulaPlane;
+      for (std::size_t leaf = 0; leaf < leaves_.size(); ++leaf) {
+        if (leaves_[leaf].how != LeafSource::How::shared) continue;
+        plane[leaf] = memory.data() + static_cast<std::size_t>(leaves_[leaf].number) * kFormulaPlane;
+      }
+      ScriptedTask rows = task;
+      rows.shared = memory.data();
+      rows.plane = plane.data();
+      rows.first_row = cuts[part];
+      rows.last_row = cuts[part + 1];
+      rows.stats = &sights[part];
+      kernels().scripted(rows);
+    });
+    for (const KernelStats& stats : sights) seen.pairs += stats.pairs;
+  }
+
+  void apply() {
+    std::vector<float*> to;
+    for (const Result& result : summed_) to.push_back(own_.store->writable_plane(result.attribute, result.component));
+    const std::vector<std::uint32_t>& order = list_.cells().order();
+    threads::over_ranges(pool_, order.size(), kRange, [&](std::size_t first, std::size_t last) {
+      const simd::FloatMode mode;
+      for (std::size_t k = first; k < last; ++k) {
+        const std::uint32_t i = order[k];
+        if (i >= crowd_.own || (own_.chosen != nullptr && (*own_.chosen)[i] == 0)) continue;
+        for (std::size_t s = 0; s < summed_.size(); ++s) {
+          const float sum = scratch_.out[s][k];
+          switch (summed_[s].how) {
+            case Result::How::rate: to[s][i] += sum * dt_; break;
+            case Result::How::change: to[s][i] += sum; break;
+            default: to[s][i] = sum;
+          }
+        }
+      }
+    });
+  }
+
+  const Action& action_;
+  const Formula& formula_;
+  float time_, dt_;  // seconds
+  const Side& own_;
+  const Side& other_;
+  Scratch::ScriptedMemory& scratch_;
+  threads::Pool& pool_;
+  float reach_;
+  NeighbourList& list_;
+  std::vector<Component> read_;  // columns by place: of those that are seen
+  std::vector<Column> sources_;  // where these come from
+  Crowd crowd_;
+  std::vector<LeafSource> leaves_;
+  bool shares_ = false;
+  std::vector<std::uint16_t> sums_;
+  std::vector<Result> summed_;
+  std::vector<std::int32_t> next_;  // by number of the state: the plane of what it becomes
+};
+
+}  // namespace
+
+Seen act_by_script(const Action& action, double time, float dt, const Side (&sides)[2], Scratch& scratch,
+                   threads::Pool& pool) {
+  if (!(reach_of(action, {}) > 0) || sides[0].store->size() == 0) return {};
+  const simd::FloatMode mode;
+  return Scripted(action, time, dt, sides, scratch, pool).act();
+}
+
+}  // namespace motes::interactions

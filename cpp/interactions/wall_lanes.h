@@ -1,0 +1,109 @@
+// What walls do to spheres that touch them: the law of contact, with a wall that is infinitely heavy and flat.
+#pragma once
+
+#include "interactions/law_contact.h"
+#include "shapes/nearest.h"
+
+namespace motes::MOTES_ISA {
+
+/// Whether the particle at a place is this rank's own, and of those that are changed.
+MOTES_INLINE bool may_change(const interactions::WallTask& task, std::uint32_t place) {
+  const std::uint32_t i = task.order[place];
+  return i < task.own && (task.chosen == nullptr || task.chosen[i] != 0);
+}
+
+/// Writes down which places touch one wall, from task.first on; returns the first place that was not looked at.
+inline std::uint32_t find_walls(const interactions::WallTask& task, interactions::WallTouches& found) {
+  std::uint32_t next = task.last;  // of a shape without a surface
+  visit_feet(*task.wall, task.start, [&](const auto& feet) __attribute__((always_inline)) {
+    std::uint32_t i = task.first;
+    for (; i < task.last && found.count + kMostFaces * kLanes <= found.kMost; i += kLanes) {
+      const Floats radius = load(task.column[interactions::radius] + i);
+      const Mask here = first_lanes(task.last - i);
+      feet.each(load_column(task.column, interactions::at_x, i),
+                [&](int face, const Foot& foot) __attribute__((always_inline)) {
+                  const Mask touches = foot.mask & here & (foot.distance < radius);
+                  if (!any(touches)) return;  // mostly
+                  for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+                    if (touches[lane] == 0 || !may_change(task, i + lane)) continue;
+                    const std::uint32_t n = found.count++;
+                    found.place[n] = i + lane;
+                    found.number[n] = task.number * kMostFaces + static_cast<std::uint32_t>(face);
+                    found.distance[n] = foot.distance[lane];
+                    found.towards[0][n] = foot.towards.x[lane];
+                    found.towards[1][n] = foot.towards.y[lane];
+                    found.towards[2][n] = foot.towards.z[lane];
+                  }
+                });
+    }
+    next = i;
+  });
+  return next;
+}
+
+/// A wall as a rigid body during a sub-step.
+struct WallMotion {
+  Pose start, end;
+  Floats3 spin{};  // rad/s
+  float per_step = 0;
+  bool moves = false;
+
+  static MOTES_INLINE WallMotion of(const interactions::WallTask& task) {
+    WallMotion motion{};
+    const shapes::Shape& wall = *task.wall;
+    if (wall.kind != shapes::Kind::mesh) return motion;
+    for (int i = 0; i < 7; ++i) motion.moves |= wall.number[i] != wall.number[7 + i];
+    if (!motion.moves) return motion;
+    motion.start = pose_at(wall.number, task.start);
+    motion.end = pose_at(wall.number, task.end);
+    motion.per_step = 1.0f / task.dt;
+    const Pose &a = motion.start, &b = motion.end;
+    const Float3 x = cross(a.x, minus(b.x, a.x)), y = cross(a.y, minus(b.y, a.y)), z = cross(a.z, minus(b.z, a.z));
+    motion.spin = all3(times(Float3{x.x + y.x + z.x, x.y + y.y + z.y, x.z + y.z + z.z}, 0.5f * motion.per_step));
+    return motion;
+  }
+  /// Of the place that turns with the wall, m/s.
+  MOTES_INLINE Floats3 velocity(Floats3 p) const {
+    if (!moves) return Floats3{};
+    const Floats3 q = start.to_body(p);
+    return (end.to_world(q) - start.to_world(q)) * per_step;
+  }
+};
+
+using WallPlane = float[interactions::WallTouches::kRoom];
+MOTES_INLINE Floats3 load_three(const WallPlane* from, std::uint32_t n) {
+  return {load(from[0] + n), load(from[1] + n), load(from[2] + n)};
+}
+MOTES_INLINE void store_three(WallPlane* to, std::uint32_t n, const Floats3& v) {
+  store(to[0] + n, v.x);
+  store(to[1] + n, v.y);
+  store(to[2] + n, v.z);
+}
+
+/// Sets what each touch does to its particle, and how far it has slid and rolled.
+inline void push_walls(const interactions::WallTask& task, interactions::WallTouches& touches) {
+  const Contact law = contact_of(task.numbers, task.dt);
+  const WallMotion motion = WallMotion::of(task);
+  for (std::uint32_t n = 0; n < touches.count; n += kLanes) {
+    const Uints i = load_uints(touches.place + n) & (Uints)first_lanes(touches.count - n);
+    Touching t{};
+    t.normal = load_three(touches.towards, n);
+    t.own = {take(task.column[interactions::radius], i), take(task.column[interactions::inverse_mass], i)};
+    t.other = {all(1e15f), Floats{}};
+    t.overlap = t.own.radius - load(touches.distance + n);
+    // Seen from the wall, which turns around the particle's centre: that leaves the speed of the surfaces as it is.
+    t.apart =
+        motion.velocity(take3(task.column, interactions::at_x, i)) - take3(task.column, interactions::velocity_x, i);
+    t.spin = take3(task.column, interactions::spin_x, i) - motion.spin;
+    Floats3 slid = load_three(touches.slid, n), rolled = load_three(touches.rolled, n);
+    const Push push = law.push(t, slid, rolled);
+    const Floats3 speed = push.force * (law.step * t.own.inverse);
+    const Floats3 turn = push.torque * (law.step * t.own.inverse_moment());
+    store_three(touches.change, n, speed);
+    store_three(touches.change + 3, n, turn);
+    store_three(touches.slid, n, slid);
+    store_three(touches.rolled, n, rolled);
+  }
+}
+
+}  // namespace motes::MOTES_ISA

@@ -1,0 +1,297 @@
+"""Measure grains against published values: `python docs/scripts/make_grains.py [CASE ...] [--size N]`.
+
+Writes the figures to docs/scripts/grains.json, and the plots of docs/notes/grains.md from them. `--size 2`
+doubles all lengths but that of a grain.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import motes
+from motes.shapes import Cylinder, Disc, Mesh, Plane, Shape
+
+FILE = Path(__file__).with_name("grains.json")
+PLOT = Path(__file__).resolve().parents[1] / "notes" / "grains.png"
+DIAMETER, DENSITY = 0.01, 2500.0  # m, kg/m^3: glass
+MASS = DENSITY * math.pi / 6 * DIAMETER**3
+LAW: dict[str, Any] = {"stiffness": 1000.0, "restitution": 0.5, "friction": 0.5}
+STEP = 1.25e-4  # s: a 20th of a touch
+SUBSTEPS = 40  # per frame of 5 ms
+
+Walls = Callable[[int], list[Shape]]
+
+
+class Box:
+    """Grains between walls, and what they do in time."""
+
+    def __init__(self, walls: Walls | list[Shape], **law: Any) -> None:
+        """Make an empty one. `walls`: those of each frame."""
+        self._walls = walls if callable(walls) else lambda _: walls
+        self._law = LAW | law
+        self.world = motes.World(seed=1, dt=SUBSTEPS * STEP, substeps=SUBSTEPS, threads=1, progress="off")
+        self.grains = self.world.system("grains")
+
+    def emit(self, position: NDArray[np.float64]) -> None:
+        """Add grains at rest, whose diameters differ by up to 5 %: they do not freeze in a lattice."""
+        dice = np.random.default_rng(len(position))
+        wide = DIAMETER * dice.uniform(0.95, 1.05, len(position))
+        self.grains.emit(
+            position=position,
+            size=np.repeat(wide[:, None], 3, axis=1),
+            mass=DENSITY * math.pi / 6 * wide**3,
+        )
+
+    def frames(self, seconds: float, first: int = 0) -> Iterator[int]:
+        """Take as many frames, and stand before each."""
+        for frame in range(first, first + round(seconds / (SUBSTEPS * STEP))):
+            yield frame
+            self.grains.gravity((0, -9.81, 0))
+            self.grains.contact(**self._law, walls=self._walls(frame))
+            self.grains.move()
+            self.world.step()
+
+    def state(self) -> motes.Particles:
+        """Return all grains."""
+        return self.grains.gather()
+
+
+def _then(first: list[Shape], seconds: float, then: list[Shape]) -> Walls:
+    """Return walls that are replaced by others after some time."""
+    return lambda frame: first if frame * SUBSTEPS * STEP < seconds else then
+
+
+def rain(radius: float, low: float, count: int, seed: int = 3) -> NDArray[np.float64]:
+    """Loose layers in an upright cylinder, from a height on."""
+    pitch = 1.15 * DIAMETER
+    row = np.arange(-radius, radius, pitch)
+    x, z = (grid.ravel() for grid in np.meshgrid(row, row))
+    inside = np.hypot(x, z) < radius - 0.6 * DIAMETER
+    x, z = x[inside], z[inside]
+    layers = -(-count // len(x))
+    y = low + np.repeat(np.arange(layers), len(x)) * pitch
+    place = np.stack([np.tile(x, layers), y, np.tile(z, layers)], axis=1)[:count]
+    return place + np.random.default_rng(seed).uniform(-0.05, 0.05, place.shape) * DIAMETER
+
+
+def silo(size: float) -> dict[str, Any]:
+    """Janssen: what the ground of a silo carries, of what is poured into it."""
+    radius = 5 * DIAMETER * size
+    tube = Cylinder((0, -1, 0), (0, 9, 0), radius, radius)
+    poured, carried = [], []
+    with (box := Box([tube, Plane((0, 0, 0), (0, 1, 0))])).world:
+        frame, top, count = 0, DIAMETER, 0
+        portion = round(240 * size**2)
+        for _ in range(9):
+            box.emit(rain(radius, top, portion, seed=count))
+            count += portion
+            forces = []
+            for frame in box.frames(0.7, frame):  # noqa: B020
+                if frame % 4 == 0:
+                    forces.append(_on_ground(box.state()))
+            frame += 1
+            last = box.state()
+            top = float(last.position[:, 1].max()) + 1.5 * DIAMETER
+            poured.append(float(last.mass.astype(np.float64).sum()))
+            carried.append(float(np.mean(forces[-10:])) / 9.81)
+    full = _saturation(np.array(poured), np.array(carried))
+    filled = poured[-1] / (math.pi * radius**2 * (top - 2 * DIAMETER))  # kg/m^3 of the bulk
+    depth = full / (filled * math.pi * radius**2)
+    return {
+        "poured_kg": poured,
+        "carried_kg": carried,
+        "saturation_kg": full,
+        "depth_per_radius": depth / radius,
+        "redirection": radius / (2 * LAW["friction"] * depth),
+    }
+
+
+def _on_ground(p: motes.Particles) -> float:
+    """Newtons: the springs of those that touch the ground."""
+    deep = 0.5 * p.size[:, 0].astype(np.float64) - p.position[:, 1]
+    return float(LAW["stiffness"] * deep[deep > 0].sum())
+
+
+def _saturation(poured: NDArray[np.float64], carried: NDArray[np.float64]) -> float:
+    """Fit full (1 - exp(-poured / full)) by least squares."""
+    tries = np.geomspace(0.2 * poured[0], 5 * poured[-1], 4000)[:, None]
+    return float(tries[((tries * (1 - np.exp(-poured / tries)) - carried) ** 2).sum(axis=1).argmin(), 0])
+
+
+def hopper(size: float) -> dict[str, Any]:
+    """Beverloo: how fast a silo with a flat ground runs out, by the width of its hole."""
+    radius = 8 * DIAMETER * size
+    tube = Cylinder((0, -0.001, 0), (0, 9, 0), radius, radius)
+    holes = [4.5, 5.5, 6.5, 8.0]
+    closed, open_at = Disc((0, 0, 0), (0, 1, 0), radius), 0.6
+    flows = []
+    for hole in holes:
+        ring = Disc((0, 0, 0), (0, 1, 0), radius, 0.5 * hole * DIAMETER)
+        out, times = [], []
+        count = round(4500 * size**3)
+        with (box := Box(_then([tube, closed], open_at, [tube, ring]))).world:
+            box.emit(rain(radius, DIAMETER, count))
+            for frame in box.frames(open_at + 1.0):
+                if frame % 4 == 0:
+                    y = box.state().position[:, 1]
+                    out.append(int((y < -DIAMETER).sum()))
+                    times.append(frame * SUBSTEPS * STEP)
+        time, gone = np.array(times), np.array(out)
+        steady = (time > open_at + 0.3) & (gone < 0.6 * count)
+        flows.append(float(np.polyfit(time[steady], gone[steady] * MASS, 1)[0]))
+        print(hole, flows[-1], flush=True)
+    wide = np.array(holes) - 1.4
+    exponent = float(np.polyfit(np.log(wide), np.log(flows), 1)[0])
+    bulk = 0.6 * DENSITY
+    factor = np.array(flows) / (bulk * math.sqrt(9.81) * (wide * DIAMETER) ** 2.5)
+    return {"holes_diameters": holes, "flows_kg_s": flows, "exponent": exponent, "factors": factor.tolist()}
+
+
+def heap(size: float) -> dict[str, Any]:
+    """Repose: the slope of what stays on a disc, by rolling friction."""
+    radius = 9 * DIAMETER * size
+    slopes = []
+    rolling = [0.0, 0.05, 0.1, 0.2]
+    plate, tube = Disc((0, 0, 0), (0, 1, 0), radius), Cylinder((0, 0, 0), (0, 9, 0), radius, radius)
+    for friction in rolling:
+        with (box := Box(_then([plate, tube], 0.5, [plate]), rolling_friction=friction)).world:
+            box.emit(rain(radius, DIAMETER, round(2000 * size**3)))
+            for _ in box.frames(2.0):
+                pass
+            p = box.state()
+        place = p.position[p.position[:, 1] > 0].astype(np.float64)
+        slopes.append(_slope(place, radius))
+        print(friction, slopes[-1], flush=True)
+    return {"rolling_friction": rolling, "slopes_deg": slopes}
+
+
+def _slope(place: NDArray[np.float64], radius: float) -> float:
+    """Degrees: through the highest grain of each ring as wide as a grain."""
+    ring = (np.hypot(place[:, 0], place[:, 2]) / DIAMETER).astype(int)
+    rings = np.arange(1, int(radius / DIAMETER))
+    high = np.array([place[ring == r, 1].max(initial=0) for r in rings])
+    return float(np.degrees(np.arctan(-np.polyfit(rings * DIAMETER, high, 1)[0])))
+
+
+def drum(size: float) -> dict[str, Any]:
+    """The slope in a drum that turns, by its speed: rolling, then cascading."""
+    radius, length = 10 * DIAMETER * size, 6 * DIAMETER
+    mesh = _drum(radius, length)
+    slopes = []
+    froudes = [1e-3, 5e-3, 2e-2]  # omega^2 R / g
+    for froude in froudes:
+        turn = math.degrees(math.sqrt(froude * 9.81 / radius)) * SUBSTEPS * STEP
+
+        def walls(frame: int, turn: float = turn) -> list[Shape]:
+            before = mesh.at(axis=(0, 0, 1), angle_deg=frame * turn)
+            return [mesh.at(axis=(0, 0, 1), angle_deg=(frame + 1) * turn, moving_from=before)]
+
+        row = np.arange(-0.85, 0.86, 1.1 * DIAMETER / radius) * radius
+        x, y, z = (
+            g.ravel() for g in np.meshgrid(row, row, np.arange(-0.4, 0.41, 1.1 * DIAMETER / length) * length)
+        )
+        inside = (np.hypot(x, y) < radius - 0.7 * DIAMETER) & (y < 0.2 * radius)
+        with (box := Box(walls, rolling_friction=0.05)).world:
+            box.emit(np.stack([x, y, z], axis=1)[inside])
+            angles = []
+            for frame in box.frames(2.5):
+                if frame * SUBSTEPS * STEP > 1.2 and frame % 10 == 0:
+                    angles.append(_surface(box.state().position.astype(np.float64), radius))
+        slopes.append(float(np.mean(angles)))
+        print(froude, slopes[-1], float(np.std(angles)), flush=True)
+    return {"froude": froudes, "slopes_deg": slopes}
+
+
+def _drum(radius: float, length: float, corners: int = 72) -> Mesh:
+    """Make a closed cylinder along z, for grains inside."""
+    turn = np.arange(corners) * 2 * np.pi / corners
+    ring = radius * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    ends = [np.column_stack([ring, np.full(corners, side * length / 2)]) for side in (-1, 1)]
+    vertices = np.concatenate([*ends, [(0, 0, -length / 2), (0, 0, length / 2)]])
+    near = np.arange(corners)
+    after = (near + 1) % corners
+    far, far_after = near + corners, after + corners
+    low, high = np.full(corners, 2 * corners), np.full(corners, 2 * corners + 1)
+    sides = [(near, after, far_after), (near, far_after, far), (low, after, near), (high, far, far_after)]
+    return Mesh(vertices, np.concatenate([np.stack(side, axis=1) for side in sides]), resolution=96)
+
+
+def _surface(place: NDArray[np.float64], radius: float) -> float:
+    """Degrees: a line through the highest grains of the middle half of the drum."""
+    column = np.round(place[:, 0] / DIAMETER).astype(int)
+    middle = np.arange(-int(0.5 * radius / DIAMETER), int(0.5 * radius / DIAMETER) + 1)
+    high = np.array([place[column == c, 1].max(initial=-radius) for c in middle])
+    return float(np.degrees(np.arctan(abs(np.polyfit(middle * DIAMETER, high, 1)[0]))))
+
+
+CASES: dict[str, Callable[[float], dict[str, Any]]] = {
+    "silo": silo,
+    "hopper": hopper,
+    "heap": heap,
+    "drum": drum,
+}
+
+
+def plot(figures: dict[str, Any]) -> None:
+    """Draw what was measured beside what is published."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    shown, axes = plt.subplots(1, 4, figsize=(15, 3.6), layout="constrained")
+    if "silo" in figures:
+        of = figures["silo"]
+        line = np.linspace(0, max(of["poured_kg"]), 100)
+        axes[0].plot(of["poured_kg"], of["carried_kg"], "o", label="measured")
+        full = of["saturation_kg"]
+        axes[0].plot(line, full * (1 - np.exp(-line / full)), label=f"Janssen, K = {of['redirection']:.2f}")
+        axes[0].plot(line, line, ":", color="grey", label="all of it")
+        axes[0].set(title="Silo", xlabel="poured (kg)", ylabel="carried by the ground (kg)")
+    if "hopper" in figures:
+        of = figures["hopper"]
+        wide = np.array(of["holes_diameters"]) - 1.4
+        line = np.linspace(wide.min(), wide.max(), 50)
+        axes[1].loglog(wide, of["flows_kg_s"], "o", label=f"measured: exponent {of['exponent']:.2f}")
+        ideal = 0.58 * 0.6 * DENSITY * math.sqrt(9.81) * (line * DIAMETER) ** 2.5
+        axes[1].loglog(line, ideal, label="Beverloo: 2.5, C = 0.58")
+        axes[1].set(title="Hopper", xlabel="hole / diameter - 1.4", ylabel="flow (kg/s)")
+    if "heap" in figures:
+        of = figures["heap"]
+        axes[2].plot(of["rolling_friction"], of["slopes_deg"], "o-", label="measured")
+        axes[2].axhspan(19, 26, alpha=0.2, label="glass beads")
+        axes[2].set(title="Repose", xlabel="rolling friction", ylabel="slope (degrees)", ylim=(0, 40))
+    if "drum" in figures:
+        of = figures["drum"]
+        axes[3].semilogx(of["froude"], of["slopes_deg"], "o-", label="measured")
+        axes[3].set(title="Drum", xlabel="omega^2 R / g", ylabel="slope (degrees)", ylim=(0, 50))
+    for one in axes:
+        one.legend(fontsize=8)
+        one.grid(alpha=0.3)
+    shown.savefig(PLOT, dpi=110)
+
+
+def main() -> None:
+    """Measure the cases that are named, or all, and draw all that is known."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("cases", nargs="*", choices=[*CASES, []], metavar="CASE")
+    parser.add_argument("--size", type=float, default=1)
+    args = parser.parse_args()
+    figures = json.loads(FILE.read_text()) if FILE.is_file() else {}
+    for name in args.cases or CASES:
+        figures[name] = CASES[name](args.size) | {"size": args.size}
+        print(name, figures[name], flush=True)
+        FILE.write_text(json.dumps(figures, indent=1) + "\n")
+    plot(figures)
+
+
+if __name__ == "__main__":
+    main()

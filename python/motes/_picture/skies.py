@@ -1,0 +1,142 @@
+"""What is infinitely far: Gradient, pictures of the whole sky; pictures as light. Colours are linear RGB."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .. import _core, _extras
+from .._io import exr
+from .._values import arguments, colors
+from .._values.arguments import Triple
+from .._values.values import Value, value
+from ..errors import ArgumentError
+from .images import read_picture
+
+__all__ = ["Gradient", "Panorama", "background", "light_key", "light_of", "set_background"]
+
+MOST_SIDE = 8192
+BRIGHTEST = 1e6
+PICTURE = (
+    f"a path, or an array of shape (height, width, 3): uint8 sRGB, or floats, linear RGB in 0..1e6; "
+    f"1..{MOST_SIDE} pixels each way"
+)
+BACKGROUND = f"a colour, a motes.Gradient or an equirectangular picture: {PICTURE}"
+
+
+@value(init=False)
+class Gradient(Value):
+    """A sky that changes from the horizon to the zenith, mixed by the sine of the height above the horizon.
+
+    For `Renderer(background=)`. It also lights solids, and sprites with `lit`, from all sides.
+    """
+
+    horizon: Triple
+    """Its colour at the horizon, linear RGB."""
+    zenith: Triple
+    """Its colour straight above."""
+    ground: Triple | None = None
+    """Its colour straight below; None: as at the horizon."""
+
+    def __init__(
+        self, horizon: ArrayLike | str, zenith: ArrayLike | str, ground: ArrayLike | str | None = None
+    ) -> None:
+        """Take the colours."""
+        given = {"horizon": horizon, "zenith": zenith}
+        checked: dict[str, Triple | None] = {name: _color(name, one) for name, one in given.items()}
+        checked["ground"] = None if ground is None else _color("ground", ground)
+        self.__dict__.update(checked)
+
+
+class Panorama:
+    """An equirectangular picture as light; equal to another of the same content."""
+
+    def __init__(self, light: NDArray[np.float32]) -> None:
+        """Take the light, float32 (height, width, 3)."""
+        self.light = light
+        self.key = light_key(light)
+
+    def __eq__(self, other: object) -> bool:
+        """Equal content."""
+        return isinstance(other, Panorama) and self.key == other.key
+
+    def __hash__(self) -> int:
+        """Hash of the content."""
+        return hash((Panorama, self.key))
+
+    def __repr__(self) -> str:
+        """Name its size."""
+        height, width, _ = self.light.shape
+        return f"<sky of {width}x{height} pixels>"
+
+
+def background(name: str, given: Any) -> Triple | Gradient | Panorama:
+    """Check a background."""
+    if isinstance(given, (Gradient, Panorama)):
+        return given
+    if isinstance(given, os.PathLike) or (isinstance(given, str) and _is_path(given)):
+        return Panorama(light_of(name, given))
+    if getattr(given, "ndim", 1) > 1:
+        return Panorama(light_of(name, given))
+    return arguments.color(name, given, low=0, high=arguments.FARTHEST)
+
+
+def set_background(view: _core.View, given: Any) -> None:
+    """Give the engine's view a checked background."""
+    if isinstance(given, Gradient):
+        view.set_gradient(
+            given.horizon, given.zenith, given.horizon if given.ground is None else given.ground
+        )
+    elif isinstance(given, Panorama):
+        view.set_sky(given.key)
+    else:
+        view.set_background(given)
+
+
+def light_of(argument: str, given: Any) -> NDArray[np.float32]:
+    """Return a picture as linear light, float32 (height, width, 3), read-only."""
+    if isinstance(given, (str, os.PathLike)):
+        path = arguments.file_path(argument, given)
+        if path.suffix.lower() == ".exr":
+            given = _read_exr(argument, path)
+        else:
+            given = read_picture(argument, path, most=MOST_SIDE)[:, :, :3]
+    try:
+        array: NDArray[Any] = np.asarray(given)
+    except Exception:  # any: this runs methods of users' classes
+        raise ArgumentError(argument, given, PICTURE) from None
+    fits = array.ndim == 3 and array.shape[2] in (3, 4) and min(array.shape) > 0
+    if not fits or max(array.shape) > MOST_SIDE or array.dtype.kind not in ("f", "u"):
+        raise ArgumentError(argument, f"{array.dtype} {array.shape}", PICTURE)
+    if array.dtype.kind == "u":
+        if array.dtype != np.uint8:
+            raise ArgumentError(argument, f"{array.dtype} {array.shape}", PICTURE)
+        array = np.array(colors.LINEAR)[array[:, :, :3]]
+    light = np.array(array[:, :, :3], np.float32, order="C")
+    if not ((light >= 0) & (light <= BRIGHTEST)).all():
+        raise ArgumentError(argument, f"{array.dtype} {array.shape}", f"{PICTURE}, finite and not negative")
+    light.flags.writeable = False
+    return light
+
+
+def light_key(light: NDArray[np.float32]) -> int:
+    """Let the engine keep a picture of light; return its name there, made from its content."""
+    return _core.keep_light(light)
+
+
+def _color(name: str, given: Any) -> Triple:
+    return arguments.color(name, given, low=0, high=arguments.FARTHEST)
+
+
+def _is_path(text: str) -> bool:
+    return "." in text or "/" in text or os.sep in text
+
+
+def _read_exr(argument: str, path: Any) -> NDArray[np.float32]:
+    try:
+        return exr.read(_extras.openexr(), path)
+    except (OSError, RuntimeError, ValueError, KeyError) as error:
+        raise ArgumentError(argument, os.fspath(path), f"an .exr picture with R, G and B ({error})") from None

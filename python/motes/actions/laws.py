@@ -1,0 +1,269 @@
+"""Laws of one's own, written as expressions: for each particle, or for pairs. Part of `motes.actions`.
+
+They run in the engine, over hundreds of particles or pairs at a time. Values come from what all particles
+were before; what is not finite, as after a division by 0, adds nothing and changes nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from .. import _core
+from .._values import arguments
+from .._values.curves import Number
+from .._values.values import value
+from ..errors import ArgumentError
+from ..expressions._compiling import compile_values, components_of
+from ..expressions._conditions import Columns, condition_of, zero_divisor_of
+from ..expressions._expression import as_expression, node_of
+from .base import Action, as_where
+
+if TYPE_CHECKING:
+    from .._system.system import System
+
+__all__ = ["Interact", "Law"]
+
+MOST_STATES = 96  # numbers per pair
+Part = tuple[str, int, int]
+
+
+@value(kw_only=True)
+class Law(Action):
+    """Lets each particle obey a law of the script's own, written as expressions of its columns.
+
+    Formula: v += acceleration dt + velocity
+
+    Attributes:
+        acceleration: m/s^2: a vector or an expression.
+        velocity: what is added to the velocity in each (sub)step, m/s.
+        set: values of attributes, by name.
+
+    Source: new here.
+    """
+
+    acceleration: Any = None
+    velocity: Any = None
+    set: Mapping[str, Any] | None = None
+    _by_name: ClassVar[int] = 0
+    """From which field on arguments are given by name."""
+
+    def __post_init__(self) -> None:
+        """Check what can be checked before the system is known."""
+        self.__dict__.update(_values_of(self, ("acceleration", "velocity")), where=as_where(self.where))
+
+    def _key(self) -> tuple[Any, ...]:
+        """Return what is compared and hashed: `==` of expressions makes conditions."""
+        return (*_key_of(self, ("acceleration", "velocity")), self.where)
+
+    def _compiled(self, columns: Columns, others: Columns | None = None) -> _core.Action:
+        """Return the engine's value for a system with these columns."""
+        shapes: list[_core.Shape] = []
+        where = condition_of(self.where, columns, shapes)
+        results = _Results(columns, {}, columns, shapes)
+        results.add_changes(self)
+        return _core.Action("law", {}, shapes, where, values=results.values, results=results.places)
+
+
+@value(kw_only=True)
+class Interact(Action):
+    """Lets particles obey a law of pairs of the script's own, written as expressions.
+
+    `motes.a` is the particle that changes, `motes.b` each other one within the radius, `motes.r` their
+    distance, `motes.normal` the direction to b (0 where both are at one place), `motes.relative_velocity`
+    that of b as a sees it. Sums go in the order of ids; what is not finite is left out.
+
+    What a pair remembers is each end's own: `motes.a.state.slip` is 0 where b comes within the radius, then
+    what `set` gave it in the last (sub)step, until b leaves or `where` leaves a out.
+
+    Formula: v_a += sum over r < radius of (acceleration dt + velocity), spin_a += sum of spin
+
+    Attributes:
+        radius: how far particles see each other, m.
+        acceleration: of a by b, m/s^2: a vector or an expression.
+        velocity: what b adds to the velocity of a in each (sub)step, m/s.
+        spin: what b adds to the spin of a in each (sub)step, rad/s.
+        set: values by name: of states, and of attributes of a, which become the sum over all b.
+        state: names of what a pair remembers, and how many numbers each has: 1 or 3, at most 96 in all.
+        other: another system, whose particles b is; they do not change.
+
+    Source: new here; pairs are found as for `contact`.
+    """
+
+    radius: Number
+    acceleration: Any = None
+    velocity: Any = None
+    spin: Any = None
+    set: Mapping[str, Any] | None = None
+    state: Mapping[str, int] | None = None
+    other: System | None = None
+    _by_name: ClassVar[int] = 1
+
+    def __post_init__(self) -> None:
+        """Check what can be checked before the systems are known."""
+        radius = arguments.number("radius", self.radius, low=0, high=1e15)
+        if radius == 0:
+            raise ArgumentError("radius", self.radius, "above 0")
+        state = _state_of(self.state)
+        changes = _values_of(self, ("acceleration", "velocity", "spin"))
+        self.__dict__.update(changes, radius=radius, state=state, where=as_where(self.where))
+
+    def _key(self) -> tuple[Any, ...]:
+        """Return what is compared and hashed: `==` of expressions makes conditions."""
+        state = None if self.state is None else tuple(self.state.items())
+        changes = _key_of(self, ("acceleration", "velocity", "spin"))
+        return (self.radius, *changes, state, self.other, self.where)
+
+    def _compiled(self, columns: Columns, others: Columns | None = None) -> _core.Action:
+        """Return the engine's value for a system with these columns, and another one's."""
+        shapes: list[_core.Shape] = []
+        where = condition_of(self.where, columns, shapes)
+        states, numbers = {}, 0
+        for name, width in (self.state or {}).items():
+            states[name] = (numbers, width)
+            numbers += width
+        leaves = _Leaves(columns, columns if others is None else others, states)
+        inside: list[_core.Shape] = []
+        results = _Results(leaves, states, columns, inside)
+        results.add_changes(self)
+        if inside:
+            raise ArgumentError("expression", "a shape", "a comparison: a shape holds particles, not pairs")
+        return _core.Action(
+            "interact",
+            {"radius": self.radius, "state": numbers},
+            shapes,
+            where,
+            values=results.values,
+            leaves=leaves.parts,
+            results=results.places,
+        )
+
+
+class _Leaves(Columns):
+    """The columns of a law of pairs: those that its expressions name, in the order in which they do."""
+
+    def __init__(self, own: Columns, others: Columns, states: Columns) -> None:
+        self.parts: list[Part] = []
+        self._known = {
+            **{f"a.{name}": ("own", i, width) for i, (name, (_, width)) in enumerate(own.items())},
+            **{f"b.{name}": ("other", i, width) for i, (name, (_, width)) in enumerate(others.items())},
+            **{f"a.state.{name}": ("state", first, width) for name, (first, width) in states.items()},
+            "pair.r": ("distance", 0, 1),
+            "pair.normal": ("normal", 0, 3),
+        }
+        self._known |= {name: self._known[f"a.{name}"] for name in own}
+        self._placed: dict[str, tuple[int, int]] = {}
+
+    def __getitem__(self, name: str) -> tuple[int, int]:
+        of, number, width = self._known[name]
+        key = f"a.{name}" if f"a.{name}" in self._known else name
+        if key not in self._placed:
+            self._placed[key] = (len(self.parts), width)
+            for c in range(width):
+                self.parts.append((of, 0, number + c) if of == "state" else (of, number, c))
+        return self._placed[key]
+
+    def __contains__(self, name: object) -> bool:
+        return self._must_know(name) in self._known
+
+    def __iter__(self) -> Any:
+        return iter(self._known)
+
+    def __len__(self) -> int:
+        return len(self._known)
+
+    def _must_know(self, name: object) -> object:
+        """Raise the error for a name that no pair has, with those that it could be."""
+        if name in self._known or not isinstance(name, str) or "." not in name:
+            return name
+        of = name.rpartition(".")[0]
+        known = [one.rpartition(".")[2] for one in self._known if one.rpartition(".")[0] == of]
+        allowed = f"one of {', '.join(known)}" if known else "declared by state={...}"
+        raise ArgumentError(f"motes.{of}", name.rpartition(".")[2], allowed, known=known)
+
+
+class _Results:
+    """The values of a law, and where they go."""
+
+    def __init__(self, read: Columns, states: Columns, own: Columns, shapes: list[_core.Shape]) -> None:
+        self.values: list[Any] = []
+        self.places: list[Part] = []
+        self._read, self._states, self._own, self._shapes = read, states, own, shapes
+
+    def add_changes(self, law: Any) -> None:
+        """Add all that a law gives."""
+        named = list(self._own)
+        for field, how, attribute in (
+            ("acceleration", "rate", "velocity"),
+            ("velocity", "change", "velocity"),
+            ("spin", "change", "spin"),
+        ):
+            given = getattr(law, field, None)
+            if given is not None:
+                self._add(field, given, 3, [(how, named.index(attribute), c) for c in range(3)])
+        for name, given in (law.set or {}).items():
+            self._add_set(law, name, given, named)
+
+    def _add_set(self, law: Any, name: str, given: Any, named: list[str]) -> None:
+        if name in self._states:
+            if name in self._own:
+                raise ArgumentError("state", name, "no attribute of the system")
+            first, width = self._states[name]
+            self._add(name, given, width, [("state", 0, first + c) for c in range(width)])
+            return
+        if name not in self._own:
+            allowed = f"one of {', '.join([*self._states, *self._own])}: only a changes"
+            raise ArgumentError("set", name, allowed, known=[*self._states, *self._own])
+        if name == "position" and isinstance(law, Interact):
+            raise ArgumentError("set", name, "left out: interact() changes velocities; law() and set() move")
+        changed = {"velocity": ("acceleration", "velocity"), "spin": ("spin",)}.get(name, ())
+        if any(getattr(law, field, None) is not None for field in changed):
+            raise ArgumentError("set", name, f"left out where {' or '.join(changed)} changes it")
+        width = self._own[name][1]
+        self._add(name, given, width, [("value", named.index(name), c) for c in range(width)])
+
+    def _add(self, argument: str, given: Any, width: int, places: list[Part]) -> None:
+        zero = zero_divisor_of(node_of(given))
+        if zero is not None:
+            raise ArgumentError(argument, zero, "no division by 0")
+        values = compile_values(argument, given, width, self._read, self._shapes)
+        if places[0][0] in ("rate", "change") and len(components_of(argument, given, self._read, [])) != 3:
+            raise ArgumentError(argument, given, "a vector: 3 numbers, or an expression of them")
+        self.values += values
+        self.places += places
+
+
+def _values_of(law: Any, fields: tuple[str, ...]) -> dict[str, Any]:
+    given = {field: getattr(law, field) for field in fields if getattr(law, field) is not None}
+    changes: dict[str, Any] = {field: as_expression(field, one) for field, one in given.items()}
+    if law.set is not None:
+        if not isinstance(law.set, Mapping) or not all(isinstance(name, str) for name in law.set):
+            raise ArgumentError("set", law.set, "a dict of names and values: set={'heat': ...}")
+        changes["set"] = {name: as_expression(name, one) for name, one in law.set.items()}
+    if not given and not law.set:
+        allowed = f"given, or set={{...}}: a law that changes nothing is none ({', '.join(fields)})"
+        raise ArgumentError(fields[0], None, allowed)
+    return changes
+
+
+def _state_of(given: Any) -> dict[str, int] | None:
+    if given is None:
+        return None
+    if not isinstance(given, Mapping):
+        raise ArgumentError("state", given, "a dict of names and widths: state={'slip': 3}")
+    for name, width in given.items():
+        if not isinstance(name, str) or not name.isidentifier() or name.startswith("_"):
+            raise ArgumentError("state", name, "a name that can stand after motes.a.state.")
+        if isinstance(width, bool) or width not in (1, 3):
+            raise ArgumentError(f"state[{name!r}]", width, "1 or 3 numbers")
+    if sum(given.values()) > MOST_STATES:
+        raise ArgumentError(
+            "state", f"{sum(given.values())} numbers", f"at most {MOST_STATES} numbers per pair"
+        )
+    return {name: int(width) for name, width in given.items()}
+
+
+def _key_of(law: Any, fields: tuple[str, ...]) -> tuple[Any, ...]:
+    given = [getattr(law, field) for field in fields]
+    set_values = None if law.set is None else tuple((name, node_of(one)) for name, one in law.set.items())
+    return (*(None if one is None else node_of(one) for one in given), set_values)

@@ -1,0 +1,284 @@
+"""Why a run takes as long as it does: `Run.explain`."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from ._tables import measures
+from ._tables.stretches import latest
+from .efficiencies import efficiencies, frame_seconds, work_by_rank
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+    from .run import Run
+
+__all__ = ["Explanation", "Loss", "explain", "saving_of", "told_s"]
+
+MOST_SENTENCES = 6
+LEAST_PART = 0.02
+"""A loss below this part of the frame is not worth a sentence."""
+_SLOW = 1.25
+"""A calculator that takes so many times as long per particle as others is slow."""
+_ALONE = {
+    "script": "its script takes {own} where others' takes {others}: do less in Python on this rank, or in a "
+    "thread of its own",
+    "births": "creating particles takes {own} where others take {others}: let calculators create them "
+    '(births="calculators")',
+    "talk": "reports, plans and packing take {own} where others take {others}: balance less often or with a "
+    'simpler balancer, combine="together"',
+    "picture": "its part of the picture takes {own} where others' takes {others}: let all ranks draw "
+    '(path="tiles" or "composite"), or make the picture smaller',
+    "log": "writing the log takes {own} where others take {others}: log to a local disk, or less",
+    "other": "the system takes {own} from it where others lose {others}: give it a core of its own",
+}
+
+
+@dataclass(frozen=True)
+class Loss:
+    """Time that a frame loses.
+
+    Attributes:
+        cause: "imbalance", "slow rank", "network", "script", "log", "talk", "system"; or what a rank does
+            while others wait: "manager", "image generator" or "rank".
+        seconds: of a frame, on average.
+        rank: whose; None: all.
+        sentence: what it is, and what to try.
+    """
+
+    cause: str
+    seconds: float
+    rank: int | None
+    sentence: str
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """Why a run takes as long as it does; prints as sentences, the largest loss first.
+
+    Attributes:
+        losses: each with its cause, its seconds per frame and a sentence; at most six.
+        saving: part of the run's time, 0..1, that perfect balance would save, if moving particles cost
+            nothing.
+        frame_s: mean seconds per frame.
+    """
+
+    losses: tuple[Loss, ...]
+    saving: float
+    frame_s: float
+
+    @property
+    def sentences(self) -> list[str]:
+        """The sentences, at most six."""
+        if self.losses:
+            return [loss.sentence for loss in self.losses]
+        return [f"Nothing stands out: no single cause takes {LEAST_PART:.0%} of the frame."]
+
+    def __str__(self) -> str:
+        """Return the sentences as lines."""
+        return "\n".join(self.sentences)
+
+    __repr__ = __str__
+
+    def _repr_html_(self) -> str:
+        lines = "".join(f"<li>{html.escape(text)}</li>" for text in self.sentences)
+        return f"<ol>{lines}</ol>"
+
+
+def explain(run: Run) -> Explanation:
+    """Return what costs the run's time. `Run.explain` documents it."""
+    seconds = _frame_s(run)
+    losses = [*_of_calculators(run, seconds)]
+    times = _settled(run.times)
+    if not times.empty:
+        spent = times.groupby("rank").mean()
+        losses += [*_alone(run, spent, seconds), *_of_all(spent, seconds)]
+        losses += _network(run, times, seconds)
+    worth = [loss for loss in losses if seconds > 0 and loss.seconds >= LEAST_PART * seconds]
+    worth.sort(key=lambda loss: -loss.seconds)
+    return Explanation(tuple(worth[:MOST_SENTENCES]), saving_of(run), seconds)
+
+
+def saving_of(run: Run) -> float:
+    """Return the part of the run's time that perfect balance would save, if moving cost nothing.
+
+    No frame can become shorter than the longest work of a rank that does not calculate.
+    """
+    frames, load = run.frames, run.load
+    if load.empty or frames.empty:
+        return float("nan")
+    act = measures.by_rank(load, "t_compute_s").fillna(0.0)
+    seconds = frames.set_index("frame")["t_frame_s"].reindex(act.index).fillna(0.0)
+    saved = act.max(axis=1) - act.mean(axis=1)
+    if not run.times.empty:
+        work = work_by_rank(run.times).drop(columns=list(act.columns), errors="ignore")
+        if len(work.columns):
+            room = seconds - work.max(axis=1).reindex(act.index).fillna(0.0)
+            saved = saved.where(saved < room, room.clip(lower=0.0))
+    saved = saved.where(saved < seconds, seconds)
+    return float(saved.sum() / seconds.sum()) if seconds.sum() > 0 else float("nan")
+
+
+def _settled(table: DataFrame) -> DataFrame:
+    """Leave out the first frame, in which files open and memory grows, where there are more."""
+    first = table["frame"].min()
+    later = table[table["frame"] > first]
+    return later if later["frame"].nunique() >= 3 else table
+
+
+def _frame_s(run: Run) -> float:
+    times = _settled(run.times)
+    if not times.empty:
+        return float(frame_seconds(times).mean())
+    frames = _settled(run.frames)
+    return float(frames["t_frame_s"].mean()) if len(frames) else 0.0
+
+
+def _of_calculators(run: Run, frame_s: float) -> Iterator[Loss]:
+    """Particles that are badly shared, and a calculator that is slower per particle than the others."""
+    load = _settled(run.load)
+    if load.empty or load["rank"].nunique() < 2:
+        return
+    held = measures.by_rank(load.assign(n=load["n_start"] + load["created"]), "n").fillna(0.0)
+    act = measures.by_rank(load, "t_compute_s").fillna(0.0).mean()
+    times = _settled(run.times)
+    if not times.empty:
+        mine = times[times["rank"].isin(list(act.index))].groupby("rank")[["act_s", "other_s"]].mean()
+        own = mine.sum(axis=1).reindex(act.index).fillna(0.0)
+        act = act.where(act > own, own)
+    n = held.mean()
+    known = n > 0
+    if not known.any() or act.max() <= 0:
+        return
+    each = (act / n)[known].sort_values()
+    usual = float(each.iloc[(len(each) - 1) // 2])
+    uneven = float(usual * (held.max(axis=1) - held.mean(axis=1)).mean())
+    most = int(str(n.idxmax()))
+    yield Loss(
+        "imbalance",
+        uneven,
+        most,
+        f"Imbalance: rank {most} holds {n.max() / n.mean():.2g} times the mean number of particles, which "
+        f"costs {told_s(uneven)} of a frame's {told_s(frame_s)}: {_balancer(run)}.",
+    )
+    slow = int(str(act.idxmax()))
+    if slow not in each.index or each[slow] <= _SLOW * usual:
+        return
+    late = float(act.max() - act.mean()) - float(usual * (n.max() - n.mean()))
+    yield Loss("slow rank", late, slow, _slow_sentence(run, slow, float(each[slow] / usual), late, frame_s))
+
+
+def _slow_sentence(run: Run, rank: int, factor: float, late: float, frame_s: float) -> str:
+    times = _settled(run.times)
+    start = f"Slow rank {rank}: it takes {factor:.2g} times as long per particle as others, which costs "
+    start += f"{told_s(late)} of a frame's {told_s(frame_s)}"
+    if not times.empty:
+        spent = times[times["rank"] == rank][["act_s", "other_s"]].mean()
+        if spent["other_s"] > spent["act_s"]:
+            return (
+                f"{start}; for {told_s(spent['other_s'])} it slept, or other processes had its core: look "
+                "for sleep or files in callbacks, and for more ranks than cores."
+            )
+    return f"{start}: {_balancer(run, 'that measures speeds')}, or leave this machine out."
+
+
+def _balancer(run: Run, which: str = "") -> str:
+    if run.balancer.startswith("Static"):
+        return f"try a balancer{' ' + which if which else ''} (--balancer pairwise, or PrefixCuts())"
+    return f"try another balancer than {run.balancer}, or let it act more often"
+
+
+def _alone(run: Run, spent: DataFrame, frame_s: float) -> Iterator[Loss]:
+    """Ranks that do what no other does, while others wait."""
+    if len(spent) < 2:
+        return
+    facts = latest(run.facts)
+    for rank in map(int, spent.index):
+        others = spent.drop(index=rank)
+        names = [name for name in _ALONE if name != "other" or rank not in run.calculators]
+        own = {name: float(spent[f"{name}_s"].loc[rank]) for name in names}
+        usual = {name: float(others[f"{name}_s"].median()) for name in names}
+        more = {name: own[name] - usual[name] for name in names}
+        excess = sum(max(seconds, 0.0) for seconds in more.values())
+        largest = max(more, key=lambda name: more[name])
+        who = "rank"
+        if rank == facts.get("image_generator") and (largest == "picture" or rank != facts.get("manager")):
+            who = "image generator"
+        elif rank == facts.get("manager"):
+            who = "manager"
+        loss = min(excess, float(others["wait_s"].mean()))
+        title = f"Rank {rank}" if who == "rank" else f"{who.capitalize()} (rank {rank})"
+        yield Loss(
+            who,
+            loss,
+            rank,
+            f"{title}: others wait {told_s(loss)} of a frame's {told_s(frame_s)} for it; "
+            + _ALONE[largest].format(own=told_s(own[largest]), others=told_s(usual[largest]))
+            + ".",
+        )
+
+
+def _of_all(spent: DataFrame, frame_s: float) -> Iterator[Loss]:
+    """What every rank does, so that more ranks do not make it shorter."""
+    script = float(spent["script_s"].min())
+    yield Loss(
+        "script",
+        script,
+        None,
+        f"Script: its own Python takes {told_s(script)} of a frame's {told_s(frame_s)} on every "
+        "rank, and more ranks do not make it shorter: use arrays instead of loops, read and write less.",
+    )
+    log, talk, other = (float(spent[f"{name}_s"].median()) for name in ("log", "talk", "other"))
+    yield Loss(
+        "log",
+        log,
+        None,
+        f"Log: writing it takes {told_s(log)} of a frame's {told_s(frame_s)}: log to a local disk.",
+    )
+    yield Loss(
+        "talk",
+        talk,
+        None,
+        f"Talk: reports, packing and reading take {told_s(talk)} of a frame's {told_s(frame_s)} on every "
+        'rank: use fewer ranks or more particles, combine="together".',
+    )
+    yield Loss(
+        "system",
+        other,
+        None,
+        f"System: it takes {told_s(other)} of a frame's {told_s(frame_s)} from every rank, for other "
+        "processes, sleep or the disk: use no more ranks than cores, and an idle machine.",
+    )
+
+
+def _network(run: Run, times: DataFrame, frame_s: float) -> Iterator[Loss]:
+    """Messages on their way; on a crowded host, ranks that get no core when one has come."""
+    transfer = efficiencies(run.times)["transfer"].reindex(sorted(times["frame"].unique()))
+    lost = float(((1 - transfer.to_numpy()) * frame_seconds(times).to_numpy()).mean())
+    cores = run.facts.get("cores")
+    if cores and len(set(run.hosts.values())) == 1 and run.ranks > int(cores):
+        yield Loss(
+            "system",
+            lost,
+            None,
+            f"System: {run.ranks} ranks share {cores} cores, and those that a message has come for get one "
+            f"late, which costs {told_s(lost)} of a frame's {told_s(frame_s)}: use no more ranks than cores.",
+        )
+        return
+    sent = run.frames["exchanged_bytes"].mean() + run.frames["render_bytes"].fillna(0.0).mean()
+    yield Loss(
+        "network",
+        lost,
+        None,
+        f"Network: messages on their way cost {told_s(lost)} of a frame's {told_s(frame_s)} "
+        f"({sent / 1024:.3g} KiB of particles and pictures): try a faster network, fewer ranks, "
+        'combine="together", or smaller pictures.',
+    )
+
+
+def told_s(seconds: float) -> str:
+    """Return seconds as text: "12.3 ms"."""
+    return f"{seconds:.3g} s" if seconds >= 1 else f"{seconds * 1e3:.3g} ms"

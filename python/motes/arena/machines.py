@@ -1,0 +1,126 @@
+"""Virtual machines for the arena: the speeds of ranks, and what it costs to move particles."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from .._values import arguments
+from ..cluster import Cluster, Modern, Node
+from ..cluster.machines import described
+from ..cluster.paper import model
+from ..cluster.paper.tables import IN_TEXT, Cell
+from ..cluster.simulate import MEASURED_COSTS
+from ..errors import ArgumentError
+
+__all__ = ["MACHINES", "Machine", "costs_of", "machine"]
+
+ACTIONS = ("gravity", "random_acceleration", "bounce", "kill_old", "move")
+"""What each particle of the paper's snow goes through in a frame."""
+BYTES = 60
+"""Of a particle in a message: position, velocity, orientation, age, id and what identifies its birth."""
+
+
+@dataclass(frozen=True)
+class Machine:
+    """Ranks in the order of their domains; all of them calculate.
+
+    Attributes:
+        name: of the machine.
+        speeds: of each rank, relative to the processor whose costs these are.
+        particle_s: seconds for the actions of one particle at speed 1.
+        leave_s: to take one out and pack it.
+        arrive_s: to take one in.
+        byte_s: seconds per byte on a rank's link.
+        message_s: of any message between two ranks.
+    """
+
+    name: str
+    speeds: tuple[float, ...]
+    particle_s: float
+    leave_s: float
+    arrive_s: float
+    byte_s: float
+    message_s: float
+
+    def __post_init__(self) -> None:
+        """Check what was given."""
+        if not self.speeds:
+            raise ArgumentError("speeds", self.speeds, "one number per rank")
+        for speed in self.speeds:
+            arguments.number("speeds", speed, low=1e-9)
+        arguments.number("particle_s", self.particle_s, low=1e-15)
+        for cost in ("leave_s", "arrive_s", "byte_s", "message_s"):
+            arguments.number(cost, getattr(self, cost), low=0)
+
+    @staticmethod
+    def of(
+        name: str, cluster: Cluster, costs: str | None = None, actions: Sequence[str] = ACTIONS
+    ) -> Machine:
+        """Make one of a virtual cluster.
+
+        Args:
+            name: of the machine.
+            cluster: nodes, and the network, of which the first counts.
+            costs: of work at speed 1, lines `name = nanoseconds`; None: measured on a Xeon.
+            actions: what each particle goes through in a frame.
+        """
+        found = costs_of(MEASURED_COSTS.read_text() if costs is None else costs)
+        network = cluster.networks[0]
+        each = [node.rank_speed for _, node in cluster.hosts() for _ in range(node.started)]
+        return Machine(
+            name,
+            tuple(each),
+            sum(found.get(f"action.{action}", found.get("action", 0.0)) for action in actions),
+            found["leave"],
+            found["arrive"],
+            1 / network.bandwidth,
+            network.latency_s + 2 * network.overhead_s,
+        )
+
+
+def costs_of(text: str) -> dict[str, float]:
+    """Read costs of work: lines `name = nanoseconds`; returns seconds by name."""
+    lines = (line.partition("#")[0].partition("=") for line in text.splitlines())
+    return {name.strip().strip('"'): 1e-9 * float(value) for name, equals, value in lines if equals}
+
+
+def _paper() -> Machine:
+    cell = Cell(IN_TEXT, "snow", "myrinet", "gcc", "8*B(16)+8*A(16)", 32, "FS-DLB", math.nan)
+    return Machine.of("paper", model.cluster(cell), model.costs("motes"))
+
+
+def _two_kinds() -> Machine:
+    nodes = [Node("new", 1.0, cores=4, count=2), Node("old", 0.4, cores=4, count=2)]
+    return Machine.of("two_kinds", Cluster(nodes, Modern()))
+
+
+def _thousand() -> Machine:
+    nodes = [Node("new", 1.0, cores=32, count=24), Node("old", 0.6, cores=32, count=8)]
+    return Machine.of("thousand", Cluster(nodes, Modern()), actions=(*ACTIONS, "collide"))
+
+
+MACHINES: dict[str, Callable[[], Machine]] = {
+    "paper": _paper,
+    "two_kinds": _two_kinds,
+    "thousand": _thousand,
+}
+"""By name: the paper's 8 B and 8 A with two ranks each; 16 ranks of two kinds, on which particles are so
+cheap that moving one costs as much as a dozen frames; 1024 ranks, on which particles collide."""
+
+
+def machine(name: str) -> Machine:
+    """Return a virtual machine: by its name, or of a file that says `cluster = motes.cluster.Cluster(...)`.
+
+    Args:
+        name: one of `MACHINES`, or a path that ends in .py.
+    """
+    if name in MACHINES:
+        return MACHINES[name]()
+    path = Path(name)
+    if path.suffix != ".py":
+        allowed = f"{', '.join(MACHINES)}, or a file.py that says cluster = motes.cluster.Cluster(...)"
+        raise ArgumentError("cluster", name, allowed, known=MACHINES)
+    return Machine.of(path.stem, described(path))

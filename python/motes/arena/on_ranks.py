@@ -1,0 +1,150 @@
+"""Real ranks play: one job, in which a world per balancer follows the other; prints one JSON object."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..bench.jobs import figures_of
+from ..replay.density import Density
+from ..workloads import Planned, Workload, workload
+from .players import player
+from .score import Bounds, Score, scored
+
+if TYPE_CHECKING:
+    from .._particles.particles import LocalParticles
+
+__all__ = ["play"]
+
+PASSES = 8
+"""Of a calculation over all particles that stands for work which a disturbed machine does more slowly."""
+
+
+def play(
+    name: str, balancers: Sequence[str], ranks: int, *, frames: int, cells: int, particles: int
+) -> list[Score]:
+    """Start a job on real ranks, all of which calculate, and score each balancer.
+
+    The optimum is that of the speeds which the ranks had on average over all balancers; seconds are those of
+    the actions, the slowest rank's in each frame.
+
+    Args:
+        name: of the workload.
+        balancers: as `player` takes them.
+        ranks: how many.
+        frames: of each.
+        cells: of the workload.
+        particles: in all.
+
+    Raises:
+        MotesError: with the job's errors, if it fails.
+    """
+    sizes = {"frames": frames, "cells": cells, "particles": particles}
+    options = [name, *(f"--{key}={value}" for key, value in sizes.items()), "--", *balancers]
+    figures = figures_of(__name__, ranks, options)
+    game = workload(name, **sizes)
+    processed = np.sum([row["processed"] for row in figures["rows"]], axis=0)
+    act_s = np.sum([row["act_s"] for row in figures["rows"]], axis=0).sum(axis=0)
+    bounds = Bounds(game, np.maximum(processed, 1) / np.maximum(act_s, 1e-9))
+    return [
+        scored(
+            f"{ranks} ranks",
+            text,
+            np.max(row["act_s"], axis=1).tolist(),
+            bounds,
+            moved=row["moved"],
+            verified=row["verified"],
+            digest=row["digest"],
+        )
+        for text, row in zip(balancers, figures["rows"], strict=True)
+    ]
+
+
+def main(argv: Sequence[str] | None = None) -> None:
+    """Play all balancers, on each rank; rank 0 prints the figures."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("workload")
+    for size in ("frames", "cells", "particles"):
+        parser.add_argument(f"--{size}", type=int, required=True)
+    parser.add_argument("balancer", nargs="+")
+    args = parser.parse_args(argv)
+    game = workload(args.workload, frames=args.frames, cells=args.cells, particles=args.particles)
+    rows = [_played(game, text) for text in args.balancer]
+    if rows[0] is not None:
+        print(json.dumps({"rows": rows}), flush=True)
+
+
+def _played(game: Workload, text: str) -> dict[str, Any] | None:
+    """Run a world under one balancer; the figures on rank 0."""
+    from mpi4py import MPI
+
+    import motes
+
+    comm = MPI.COMM_WORLD
+    balancer = player(text, [1.0] * comm.size)
+    world = motes.World(**game.world, balancer=balancer, roles="shared", progress="off", threads=1)
+    system = world.system("particles")
+    cuts, act_s = [], []
+    with world:
+        for frame in world.frames(game.frames):
+            game.step(system, frame)
+            if game.disturbed:
+                slowness = 1 / game.slowdown(frame, comm.size)[comm.rank]
+                system.callback(_work(round(PASSES * slowness)))
+            cuts.append(np.array(system.cuts))
+            world.step()
+            act_s.append(world.timings["t_act_s"])
+        particles = system.gather()
+        verified = game.verify(particles, game.frames) if particles else True
+        digest = world.digest()
+    every = comm.gather(act_s)
+    if every is None:
+        return None
+    moved, processed = _moves(game, cuts, comm.size)
+    return {
+        "act_s": np.transpose(every).tolist(),
+        "processed": processed,
+        "moved": moved,
+        "verified": verified,
+        "digest": digest,
+    }
+
+
+def _work(passes: int) -> Callable[[LocalParticles], None]:
+    """Return what calculates something about each particle several times, and forgets it."""
+
+    def work(particles: LocalParticles) -> None:
+        x = np.array(particles.position[:, 0])
+        for _ in range(passes):
+            np.sqrt(x * x + 1.0, out=x)
+
+    return work
+
+
+def _moves(game: Workload, cuts: Sequence[Any], ranks: int) -> tuple[int, list[int]]:
+    """Return the particles that new cuts gave to others, and those that each rank acted on."""
+    history, moved, processed = Planned(game, np.ones(ranks)), 0, np.zeros(ranks, np.int64)
+    before = None
+    for frame, now in enumerate(cuts):
+        density = history.moment(frame, 0).density
+        if before is not None and isinstance(density, Density):
+            source, to, n = density.overlaps(before, now)
+            moved += round(float(n[source != to].sum()))
+        ends = [
+            0,
+            *np.searchsorted(np.arange(game.cells) + 0.5, now if before is None else before),
+            game.cells,
+        ]
+        below = np.concatenate([[0], np.cumsum(game.acting(frame))])
+        processed += np.diff(below[ends])
+        before = now
+    return moved, processed.tolist()
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

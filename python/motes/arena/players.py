@@ -1,0 +1,79 @@
+"""Balancers by what a command line says: `PrefixCuts`, `Pairwise(threshold=0.05)`, `mine.py:Mine`."""
+
+from __future__ import annotations
+
+import ast
+import importlib.util
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from .. import balance
+from ..balance import Balancer
+from ..errors import ArgumentError, MotesError
+
+__all__ = ["FIELD", "player"]
+
+FIELD = ("Static", "Pairwise", "Pairwise(threshold=0.05)", *balance.BALANCERS[2:])
+"""Who plays if nobody is named."""
+
+
+def player(text: str, powers: Sequence[float]) -> Balancer:
+    """Make a balancer.
+
+    Args:
+        text: a balancer of `motes.balance`, with or without options as Python writes them, or `file.py:Name`,
+            where the name is a class that is made without arguments, or a balancer.
+        powers: of the machines, for those that need some.
+
+    Raises:
+        ArgumentError: if it is none.
+        MotesError: if the file does not exist.
+    """
+    path, _, name = text.rpartition(":")
+    if path.endswith(".py"):
+        return _of_file(Path(path), name)
+    call = _call(text)
+    kinds = {name: getattr(balance, name) for name in balance.BALANCERS}
+    kind, options = call
+    if kind not in kinds:
+        raise ArgumentError("balancer", text, f"{', '.join(kinds)} or file.py:Name", known=kinds)
+    if kind == "Proportional":
+        options.setdefault("powers", list(powers))
+    made: Balancer = kinds[kind](**options)
+    return made
+
+
+def _call(text: str) -> tuple[str, dict[str, Any]]:
+    try:
+        tree = ast.parse(text.strip(), mode="eval").body
+        if isinstance(tree, ast.Name):
+            return tree.id, {}
+        if isinstance(tree, ast.Call) and isinstance(tree.func, ast.Name) and not tree.args:
+            named = {str(one.arg): ast.literal_eval(one.value) for one in tree.keywords}
+            return tree.func.id, named
+    except (SyntaxError, ValueError):
+        pass
+    raise ArgumentError("balancer", text, "Name, Name(option=value) or file.py:Name")
+
+
+def _of_file(path: Path, name: str) -> Balancer:
+    """Run a file, and return what stands there under a name."""
+    if not path.is_file():
+        raise MotesError(f"balancer file {path} does not exist")
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules.setdefault(path.stem, module)  # dataclasses and pickles look there
+    spec.loader.exec_module(module)
+    found = getattr(module, name, None)
+    made = found() if isinstance(found, type) and issubclass(found, Balancer) else found
+    if not isinstance(made, Balancer):
+        own = [
+            key
+            for key, value in vars(module).items()
+            if isinstance(value, type) and issubclass(value, Balancer)
+        ]
+        raise ArgumentError("balancer", f"{path}:{name}", f"a class of {path} that is a Balancer", known=own)
+    return made

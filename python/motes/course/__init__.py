@@ -1,0 +1,41 @@
+"""A course of six evenings about load balancing, which grades itself: `python -m motes course DIR`.
+
+    print(motes.course.grade(3, "mine.py"))
+
+The evenings: read a log; cut space by prefix sums; noisy clocks; machines of unknown speeds; what moving
+costs; a tournament. Nothing here needs mpirun.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..errors import missing
+from ._secret import PRACTICE
+from .grades import Grade, Part
+from .grading import TASKS, Task, grade, task
+from .scenes import Scene
+from .writing import cells, notebook, solution, write
+
+__all__ = [
+    "PRACTICE",
+    "TASKS",
+    "Grade",
+    "Part",
+    "Scene",
+    "Task",
+    "cells",
+    "grade",
+    "notebook",
+    "solution",
+    "task",
+    "write",
+]
+
+
+def __getattr__(name: str) -> Any:
+    raise missing("motes.course", name, __all__)
+
+
+def __dir__() -> list[str]:
+    return [*__all__]

@@ -1,0 +1,201 @@
+"""The process in which a submission runs: it sees what it is asked, and answers.
+
+Started by `asking.py` as a script of its own. What the grader knows, such as loads still to come, is in
+another process. This one may neither write files nor read any but those of the installation; it may start
+nothing, talk to nobody and not sleep. That keeps mistakes and shortcuts out; it is no prison for malice.
+"""
+
+from __future__ import annotations
+
+import json
+import linecache
+import os
+import random
+import resource
+import sys
+import time
+import traceback
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any
+
+import mpi4py
+
+mpi4py.rc.initialize = mpi4py.rc.finalize = False  # this process is nobody's rank
+
+import numpy as np  # noqa: E402
+
+import motes  # noqa: E402, F401  (submissions import it: what it reads must be loaded before reading is forbidden)
+from motes import _core  # noqa: E402
+from motes.balance import Balancer, LoadTable, Orders, Targets  # noqa: E402
+
+CPU_S = 4
+MEMORY = 4 << 30
+FORBIDDEN = {
+    "starts a process": ("subprocess.", "os.system", "os.exec", "os.fork", "os.posix_spawn", "os.spawn"),
+    "uses the network": ("socket.",),
+    "leaves Python": ("ctypes.",),
+    "changes files": ("os.remove", "os.rename", "os.mkdir", "os.rmdir", "os.link", "os.symlink", "shutil."),
+    "sends a signal": ("os.kill", "signal."),
+}
+"""What a submission may not do, and the audit events by which Python tells."""
+
+
+class ForbiddenError(BaseException):
+    """The submission does what it must not; no `except Exception` of its own hides that."""
+
+
+class Guard:
+    """The audit hook that says no."""
+
+    def __init__(self) -> None:
+        """Remember which folders may be read."""
+        package = os.path.dirname(os.path.dirname(os.path.realpath(_core.__file__)))
+        roots = {sys.prefix, sys.base_prefix, *sys.path, package}
+        folders = {os.path.realpath(root) + os.sep for root in roots if os.path.isdir(root)}
+        self._readable = (*folders, "/usr/share/zoneinfo/", "/etc/localtime")  # the last two: for pandas
+        self.seen = ""
+
+    def __call__(self, event: str, arguments: tuple[Any, ...]) -> None:
+        """Raise for what is forbidden."""
+        if event == "open":
+            self._open(*arguments)
+        for what, events in FORBIDDEN.items():
+            if event.startswith(events):
+                self.refuse(f"{what} ({event})")
+
+    def _open(self, path: Any, mode: Any, flags: int) -> None:
+        if flags & (os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND):
+            self.refuse(f"writes a file ({path!r})")
+        if isinstance(path, int) or not os.path.realpath(os.fsdecode(path)).startswith(self._readable):
+            self.refuse(f"reads a file ({path!r})")
+
+    def refuse(self, what: str) -> None:
+        """Raise, and remember."""
+        self.seen = self.seen or what
+        raise ForbiddenError(what)
+
+
+class Submission:
+    """The student's module."""
+
+    def __init__(self) -> None:
+        """Begin without one."""
+        self._names: dict[str, Any] = {}
+        self._file = ""
+        self._mine: Any = None
+
+    def load(self, source: str, file: str) -> dict[str, Any]:
+        """Run the file."""
+        self._file = file
+        linecache.cache[file] = (len(source), None, source.splitlines(True), file)
+        self._names = {"__name__": "submission", "__file__": file}
+        exec(compile(source, file, "exec"), self._names)
+        return {}
+
+    def call(self, function: str, arguments: dict[str, Any]) -> dict[str, Any]:
+        """Call a function with arrays."""
+        return {"value": plain(self._of(function)(**{name: array(one) for name, one in arguments.items()}))}
+
+    def make(self, options: dict[str, Any]) -> dict[str, Any]:
+        """Make a new `Mine`."""
+        kind = self._of("Mine")
+        if not (isinstance(kind, type) and issubclass(kind, Balancer)):
+            raise TypeError("Mine is no subclass of motes.balance.Balancer")
+        self._mine = kind(**options)
+        return {"smoothing": float(self._mine.smoothing)}
+
+    def decide(self, table: dict[str, Any]) -> dict[str, Any]:
+        """Ask `Mine` about loads."""
+        answer = self._mine.decide(LoadTable(_core.BalanceTable(**table)))
+        if isinstance(answer, Targets):
+            return {"shares": plain(np.asarray(answer.shares, np.float64))}
+        if isinstance(answer, Orders):
+            return {"orders": [[plain(number) for number in move] for move in answer.moves]}
+        raise TypeError(f"decide returns {type(answer).__name__}, not Targets or Orders")
+
+    def where(self, error: BaseException) -> str:
+        """Name the submission's line in which an error arose."""
+        lines = [line for name, line in _lines(error) if name == self._file]
+        return f"{os.path.basename(self._file)}, line {lines[-1]}" if lines else ""
+
+    def _of(self, name: str) -> Any:
+        if name not in self._names:
+            raise NameError(f"the file defines no {name}")
+        return self._names[name]
+
+
+def array(value: Any) -> Any:
+    """Return lists as arrays."""
+    return np.array(value, np.float64) if isinstance(value, list) else value
+
+
+def plain(value: Any) -> Any:
+    """Return what JSON can hold."""
+    if isinstance(value, (str, bool, int, float, type(None))):
+        return value
+    if isinstance(value, (np.generic, np.ndarray)):
+        return plain(value.tolist())
+    if isinstance(value, (list, tuple)):
+        return [plain(part) for part in value]
+    if isinstance(value, dict):
+        return {str(name): plain(part) for name, part in value.items()}
+    if hasattr(value, "to_numpy"):  # a table of pandas
+        return plain(value.to_numpy())
+    raise TypeError(f"the answer has a {type(value).__name__}, where numbers, lists and dicts are allowed")
+
+
+def _lines(error: BaseException) -> list[tuple[str, int | None]]:
+    if isinstance(error, SyntaxError) and error.filename:
+        return [(error.filename, error.lineno)]
+    return [(frame.filename, frame.lineno) for frame in traceback.extract_tb(error.__traceback__)]
+
+
+def answered(guard: Guard, submission: Submission, function: Callable[..., Any], request: Any) -> Any:
+    """Return a function's answer, or what went wrong."""
+    try:
+        answer = function(**request)
+    except BaseException as error:
+        text = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
+        answer = {"error": text, "where": submission.where(error)}
+    return {"forbidden": guard.seen} if guard.seen else answer
+
+
+def restrict() -> Guard:
+    """Take from this process what a submission must not use; cannot be undone."""
+    random.seed(0)
+    np.random.seed(0)
+    used = resource.getrusage(resource.RUSAGE_SELF)
+    spent = int(used.ru_utime + used.ru_stime) + 1
+    for limit, value in (
+        (resource.RLIMIT_CPU, spent + CPU_S),
+        (resource.RLIMIT_FSIZE, 0),
+        (resource.RLIMIT_AS, MEMORY),
+        (resource.RLIMIT_CORE, 0),
+    ):
+        with suppress(ValueError, OSError):  # a lower one is in force already
+            resource.setrlimit(limit, (value, value))
+    guard = Guard()
+    time.sleep = lambda _: guard.refuse("sleeps")
+    sys.addaudithook(guard)
+    return guard
+
+
+def main() -> None:
+    """Answer requests, one line of JSON each, until there are no more."""
+    requests, answers = os.fdopen(int(sys.argv[1])), os.fdopen(int(sys.argv[2]), "w")
+    submission, guard = Submission(), restrict()
+    for line in requests:
+        request = json.loads(line)
+        function = getattr(submission, request.pop("do"))
+        try:
+            text = json.dumps(answered(guard, submission, function, request))
+        except BaseException as error:  # what cannot be told, such as a list that has itself in it
+            text = json.dumps({"error": f"{type(error).__name__}: {error}", "where": ""})
+        answers.write(text + "\n")
+        answers.flush()
+    os._exit(0)  # threads that the submission left behind are not waited for
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,261 @@
+"""Games: a hidden load on hidden machines, what a policy sees of it, and what its seconds are worth."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from .. import _core
+from ..arena import Machine, Score, Track
+from ..balance import Balancer, LoadTable, Orders, Static, Targets
+from ..replay.history import Floats
+from ..workloads import Workload
+from ..workloads.base import Counts, laid
+
+__all__ = ["Game", "Hidden", "Result", "Seen", "machine"]
+
+PARTICLE_S = 1e-7
+"""Seconds that one particle takes at speed 1."""
+PATIENCE = (1, 3, 8, 24)
+"""Frames within which moving must pay, of the policies that know all machines; the best has 100 points."""
+MARGIN = 1.2
+"""How many times as long as the best takes what is worth 0 points, at least."""
+
+Table = dict[str, Any]
+
+
+class Hidden(Workload):
+    """Particles spread evenly, and a crowd that is born in some frame and is then here and there."""
+
+    name = "hidden"
+
+    def __init__(
+        self, places: Sequence[float], *, part: float, slow: Floats, width: float = 0.1, born: int = 0
+    ):
+        """Make it; its frames are as many as the places.
+
+        Args:
+            places: the crowd's middle in each frame, as parts of the row.
+            part: of all particles that are in the crowd.
+            slow: part of its speed that each machine has in each frame, (frames, calculators).
+            width: of the crowd on either side, as part of the row.
+            born: the frame in which the crowd is born.
+        """
+        super().__init__(frames=len(places), cells=256, particles=200_000)
+        self._at = [round(place * self.cells) for place in places]
+        self._part, self._slow, self._width, self._born = part, slow, width, born
+
+    def born(self, frame: int) -> Counts | None:
+        """Particles born in a frame, before they move, (2 sheets, cells)."""
+        crowd = round(self._part * self.particles)
+        sheets = np.zeros((2, self.cells), np.int64)
+        if frame == 0 and crowd < self.particles:
+            sheets[0] = laid(np.ones(self.cells), self.particles - crowd)
+        if frame == self._born and crowd:
+            off = (np.arange(self.cells) - self._at[frame]) / (self._width * self.cells)
+            sheets[1] = laid(np.maximum(1 - off * off, 0) ** 2, crowd)
+        return sheets if sheets.any() else None
+
+    def shifts(self, frame: int) -> tuple[int, int]:
+        """Cells by which each sheet moves in a frame."""
+        return 0, self._at[frame] - self._at[frame - 1] if frame > self._born else 0
+
+    def slowdown(self, frame: int, calculators: int) -> Floats:
+        """Part of its speed that each machine has in a frame, (calculators,)."""
+        parts: Floats = self._slow[frame]
+        return parts
+
+
+def machine(speeds: Sequence[float], particle_move_s: float) -> Machine:
+    """Make machines of these relative speeds; a particle that moves costs so many seconds at each end."""
+    return Machine("hidden", tuple(speeds), PARTICLE_S, particle_move_s, particle_move_s, 0.0, 0.0)
+
+
+class Seen(Balancer):
+    """A policy that sees loads as they were measured: with noise, and unsmoothed where `raw`."""
+
+    def __init__(
+        self,
+        ask: Callable[[Table], Targets | Orders],
+        *,
+        raw: bool,
+        noise: Floats | None = None,
+        smoothing: float = 0.5,
+    ) -> None:
+        """Wrap one.
+
+        Args:
+            ask: is given the arguments of the core's table of loads.
+            raw: whether it sees speeds of the last frame, without their errors.
+            noise: relative errors of measured seconds, (frames, calculators).
+            smoothing: as of `Balancer`.
+        """
+        self._ask, self._raw, self._noise, self.smoothing = ask, raw, noise, smoothing
+
+    @staticmethod
+    def by(balancer: Balancer, *, raw: bool, noise: Floats | None) -> Seen:
+        """Let a balancer of this process see what a submission would see."""
+
+        def ask(table: Table) -> Targets | Orders:
+            return balancer.decide(LoadTable(_core.BalanceTable(**table)))
+
+        return Seen(ask, raw=raw, noise=noise, smoothing=balancer.smoothing)
+
+    def decide(self, load: LoadTable) -> Targets | Orders:
+        """Ask the policy.
+
+        Args:
+            load: the loads of all calculators.
+
+        Returns:
+            Its answer.
+        """
+        seconds = load.seconds if self._noise is None else load.seconds * (1 + self._noise[load.frame])
+        known = (load.particles > 0) & (seconds > 0)
+        speeds = np.where(known, load.particles / np.where(known, seconds, 1), 0)
+        return self._ask(
+            {
+                "frame": load.frame,
+                "evaluation": load.evaluation,
+                "system": load.system,
+                "particles": load.particles.tolist(),
+                "seconds": seconds.tolist(),
+                "speed": (speeds if self._raw else load.speed).tolist(),
+                "cuts": load.cuts.tolist(),
+                "error": [] if self._raw else load.error.tolist(),
+            }
+        )
+
+    def __repr__(self) -> str:
+        """Show it as the submission's policy, in errors."""
+        return "Mine()"
+
+
+class _Naive(Balancer):
+    """Believes each measurement and acts on it at once."""
+
+    def decide(self, load: LoadTable) -> Targets:
+        return Targets(load.powers)
+
+
+class _Knowing(Balancer):
+    """Knows speeds and loads without noise, but not what is to come.
+
+    It moves where that pays within so many frames, if all stays as it is.
+    """
+
+    smoothing = 0.0
+
+    def __init__(self, track: Track, patience: float, move_s: float) -> None:
+        """`patience`: frames; `move_s`: seconds per particle that moves, at each end."""
+        self._track, self._patience, self._move_s = track, patience, move_s
+
+    def decide(self, load: LoadTable) -> Targets | Orders:
+        workload = self._track.workload
+        rates = self._track.speeds * workload.slowdown(load.frame, len(load))
+        below = np.concatenate([[0], np.cumsum(workload.counts(load.frame))])
+        cells = np.ceil(np.asarray(load.cuts, np.float64) - 0.5)  # a cell's particles are in its middle
+        held = below[np.clip(cells, 0, workload.cells).astype(np.int64)].astype(np.float64)
+        wanted = np.cumsum(rates)[:-1] * (below[-1] / rates.sum())
+        now, then = (np.concatenate([[0.0], cuts, [float(below[-1])]]) for cuts in (held, wanted))
+        kept = np.maximum(np.minimum(now[1:], then[1:]) - np.maximum(now[:-1], then[:-1]), 0)
+        moving = float((np.diff(now) + np.diff(then) - 2 * kept).max()) * self._move_s
+        saved = float((np.diff(now) / rates).max() - (np.diff(then) / rates).max())
+        return Targets(rates) if self._patience * saved > moving else Orders([])
+
+
+@dataclass(frozen=True)
+class Result:
+    """How a policy did in a game.
+
+    Attributes:
+        name: of the game.
+        points: 0..100.
+        seconds: of all frames.
+        zero_s: seconds that are worth 0 points: of the better of two simple policies, static cuts and
+            following each measurement, but at least a fifth more than `full_s`.
+        full_s: seconds that are worth 100 points: of a policy that knows each machine, but not what is to
+            come.
+        moved: particles that it moved.
+        full_moved: particles that the best one moved.
+        static: whether static cuts are within 2 % of the best.
+        frame_s: seconds of each frame.
+    """
+
+    name: str
+    points: float
+    seconds: float
+    zero_s: float
+    full_s: float
+    moved: int
+    full_moved: int
+    static: bool
+    frame_s: Sequence[float] = field(repr=False, compare=False, default=())
+
+
+@dataclass(frozen=True)
+class Game:
+    """A load on machines.
+
+    Attributes:
+        name: what students are told about it.
+        workload: where particles are.
+        machine: the speeds.
+        noise: relative errors of measured seconds, (frames, calculators); None: there are none.
+        raw: whether policies see each frame's own speeds, not the engine's smoothed ones.
+        options: what a policy is made with.
+    """
+
+    name: str
+    workload: Hidden
+    machine: Machine
+    noise: Floats | None = None
+    raw: bool = True
+    options: dict[str, float] = field(default_factory=dict)
+
+    @cached_property
+    def track(self) -> Track:
+        """Where policies play it."""
+        return Track(self.workload, self.machine)
+
+    @cached_property
+    def bounds(self) -> tuple[float, Score, float]:
+        """Seconds worth 0 points, the best that knows all machines, and seconds of static cuts."""
+        static = self.track.play(Static())
+        naive = self.track.play(self.seen(_Naive()))
+        move_s = self.machine.leave_s
+        knowing = [self.track.play(_Knowing(self.track, frames, move_s)) for frames in PATIENCE]
+        best = min([static, *knowing], key=lambda score: score.seconds)
+        return max(min(static.seconds, naive.seconds), MARGIN * best.seconds), best, static.seconds
+
+    def seen(self, balancer: Balancer) -> Balancer:
+        """Let a balancer of this process see what a submission would see."""
+        return Seen.by(balancer, raw=self.raw, noise=self.noise)
+
+    def play(self, balancer: Balancer) -> Result:
+        """Play it.
+
+        Args:
+            balancer: sees loads as they are: `seen` makes it see what a submission would.
+
+        Returns:
+            The result; the same in each repeat.
+        """
+        score = self.track.play(balancer)
+        zero_s, best, static_s = self.bounds
+        worth = (zero_s - score.seconds) / (zero_s - best.seconds)
+        return Result(
+            self.name,
+            points=round(100 * min(max(worth, 0.0), 1.0), 1),
+            seconds=score.seconds,
+            zero_s=zero_s,
+            full_s=best.seconds,
+            moved=score.moved,
+            full_moved=best.moved,
+            static=static_s <= 1.02 * best.seconds,
+            frame_s=score.frame_s,
+        )

@@ -1,0 +1,211 @@
+"""The grader's end of a submission's process: asks, waits, and says in a sentence what went wrong."""
+
+from __future__ import annotations
+
+import ast
+import json
+import os
+import select
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+from ..balance import Orders, Targets
+from ..errors import MotesError
+
+__all__ = ["Asked", "SubmissionError"]
+
+IDLE_S = 8
+"""Seconds for which a submission may be asleep; those in which others have its core do not count."""
+CHECKED_S = 1.0
+KEPT, MOST = 2000, 1_000_000
+"""Bytes of a submission's output that are kept, and that it may write."""
+_KEPT_VARIABLES = ("PATH", "LD_LIBRARY_PATH", "LANG", "LC_ALL", "VIRTUAL_ENV")
+
+
+class SubmissionError(MotesError):
+    """A submission fails: it raises, takes too long, or does what it must not."""
+
+
+class Asked:
+    """A submission in a process of its own: `with Asked(path) as submission: submission.ask("call", ...)`."""
+
+    def __init__(self, path: Path) -> None:
+        """`path`: the student's file; SubmissionError where it is no Python."""
+        self._path = path
+        try:
+            self._source = path.read_text(encoding="utf-8")
+            ast.parse(self._source)
+        except SyntaxError as error:
+            raise SubmissionError(
+                f"it does not parse: {error.msg} ({path.name}, line {error.lineno})"
+            ) from None
+        except ValueError as error:  # not UTF-8, or zeros in it
+            raise SubmissionError(f"{path.name} is no Python: {error}") from None
+        self._printed = bytearray()
+        self._floods = False
+
+    def __enter__(self) -> Self:
+        """Start the process and load the file into it."""
+        self._folder = tempfile.TemporaryDirectory(prefix="motes-grade-")
+        there, self._requests = os.pipe()
+        self._answers, back = os.pipe()
+        command = [sys.executable, "-P", "-s", "-u", str(Path(__file__).parent / "_child.py")]
+        self._process = subprocess.Popen(
+            [*command, str(there), str(back)],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            pass_fds=(there, back),
+            env=_environment(self._folder.name),
+            cwd=self._folder.name,
+            start_new_session=True,
+        )
+        os.close(there)
+        os.close(back)
+        self._reader = threading.Thread(target=self._keep_output, daemon=True)
+        self._reader.start()
+        self._rest = b""
+        try:
+            self.ask("load", source=self._source, file=self._path.name)
+        except BaseException:
+            self._close()
+            raise
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """End the process."""
+        self._close()
+
+    @property
+    def printed(self) -> str:
+        """What the submission has printed, complete once the process has ended."""
+        return self._printed.decode(errors="replace")
+
+    def call(self, function: str, **arguments: Any) -> Any:
+        """Call one of the submission's functions.
+
+        Args:
+            function: its name.
+            arguments: numbers, or arrays as lists.
+
+        Returns:
+            What it returns, as JSON has it.
+        """
+        return self.ask("call", function=function, arguments=arguments)["value"]
+
+    def make(self, options: dict[str, float]) -> float:
+        """Make a new `Mine`; returns its `smoothing`."""
+        return float(self.ask("make", options=options)["smoothing"])
+
+    def decide(self, table: dict[str, Any]) -> Targets | Orders:
+        """Ask the `Mine` that was made last about loads, the arguments of the core's table."""
+        answer = self.ask("decide", table=table)
+        return Targets(answer["shares"]) if "shares" in answer else Orders(answer["orders"])
+
+    def ask(self, do: str, **request: Any) -> Any:
+        """Send a request and wait for the answer.
+
+        Args:
+            do: what, one of the functions of `Submission` in `_child.py`.
+            request: its arguments; arrays are sent as lists.
+
+        Returns:
+            The answer.
+
+        Raises:
+            SubmissionError: if there is none.
+        """
+        try:
+            _write(self._requests, json.dumps({"do": do, **request}).encode() + b"\n")
+            answer = json.loads(self._line())
+        except (BrokenPipeError, EOFError):
+            raise SubmissionError(self._ended()) from None
+        if "forbidden" in answer:
+            raise SubmissionError(f"it {answer['forbidden']}: a submission only computes")
+        if "error" in answer:
+            where = f" ({answer['where']})" if answer["where"] else ""
+            raise SubmissionError(f"it raises {answer['error']}{where}")
+        return answer
+
+    def _line(self) -> bytes:
+        """Return the next line of the answers."""
+        while b"\n" not in self._rest:
+            self._wait()
+            if not (part := os.read(self._answers, 1 << 16)):
+                raise EOFError
+            self._rest += part
+        line, _, self._rest = self._rest.partition(b"\n")
+        return line
+
+    def _wait(self) -> None:
+        """Wait until there is an answer, or the process has slept for too long."""
+        asleep, before = 0, -1
+        while not select.select([self._answers], [], [], CHECKED_S)[0]:
+            state, ticks = _state(self._process.pid)
+            asleep = asleep + 1 if state == "S" and ticks == before else 0
+            before = ticks
+            if asleep * CHECKED_S >= IDLE_S:
+                raise SubmissionError("it does not answer: does it wait for something?")
+
+    def _ended(self) -> str:
+        """Say why the process has ended."""
+        code = self._process.wait()
+        if self._floods:
+            return "it prints without end"
+        if code in (-signal.SIGXCPU, -signal.SIGKILL):
+            return "it takes more than 4 s of processor time: does a loop never end?"
+        if code < 0:
+            return f"it ends the process: {signal.strsignal(-code)}"
+        return f"it ends the process (exit code {code})"
+
+    def _keep_output(self) -> None:
+        assert self._process.stdout is not None
+        left = MOST
+        while part := self._process.stdout.read1(1 << 16):  # type: ignore[attr-defined]
+            self._printed += part[: max(KEPT - len(self._printed), 0)]
+            left -= len(part)
+            if left < 0:
+                self._floods = True
+                os.killpg(self._process.pid, signal.SIGKILL)
+                return
+
+    def _close(self) -> None:
+        os.close(self._requests)
+        try:
+            self._process.wait(0.5)
+        except subprocess.TimeoutExpired:
+            os.killpg(self._process.pid, signal.SIGKILL)
+            self._process.wait()
+        self._reader.join(1.0)
+        if self._process.stdout is not None:
+            self._process.stdout.close()
+        os.close(self._answers)
+        self._folder.cleanup()
+
+
+def _environment(folder: str) -> dict[str, str]:
+    """Return what the process is told: nothing of the grader's."""
+    kept = {name: os.environ[name] for name in _KEPT_VARIABLES if name in os.environ}
+    package = str(Path(__file__).resolve().parents[2])
+    threads = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+    own = {"PYTHONPATH": package, "PYTHONHASHSEED": "0", "PYTHONDONTWRITEBYTECODE": "1", "HOME": folder}
+    return {**kept, **threads, **own}
+
+
+def _state(process: int) -> tuple[str, int]:
+    """Return a process's state, "S" for asleep, and how much processor time it has used, in ticks."""
+    fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
+    return fields[0], int(fields[11]) + int(fields[12])
+
+
+def _write(file: int, data: bytes) -> None:
+    while data:
+        data = data[os.write(file, data) :]

@@ -1,0 +1,126 @@
+"""Grades a submission: its answers to hidden cases, twice, in processes of its own."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from ..errors import ArgumentError, MotesError
+from ._secret import PRACTICE
+from .asking import Asked, SubmissionError
+from .evenings import cutting, policies, reading
+from .grades import Grade, Part
+
+__all__ = ["TASKS", "Task", "grade", "task"]
+
+
+@dataclass(frozen=True)
+class Task:
+    """An evening's task.
+
+    Attributes:
+        evening: 1 to 6.
+        name: in one word.
+        about: in a sentence.
+        cases: makes the hidden cases from a key.
+        graded: asks a submission about them.
+    """
+
+    evening: int
+    name: str
+    about: str
+    cases: Callable[[str], Any]
+    graded: Callable[[Asked, Any], list[Part]]
+
+
+def _games(evening: int, name: str, about: str) -> Task:
+    return Task(evening, name, about, policies.GAMES[evening], policies.graded)
+
+
+TASKS = (
+    Task(
+        1, "reading", "read a log: who is slow, and what would balance save?", reading.cases, reading.graded
+    ),
+    Task(2, "cutting", "cut space by prefix sums", cutting.cases, cutting.graded),
+    _games(3, "noise", "balance equal machines by a noisy clock"),
+    _games(4, "unknown", "balance machines whose speeds nobody tells"),
+    _games(5, "moving", "balance only where it pays"),
+    _games(6, "tournament", "a policy of one's own against everything"),
+)
+"""The course."""
+
+
+def task(which: int | str) -> Task:
+    """Return a task.
+
+    Args:
+        which: its evening, 1 to 6, or its name.
+
+    Raises:
+        ArgumentError: if there is none.
+    """
+    for one in TASKS:
+        if str(which) in (str(one.evening), one.name):
+            return one
+    names = [one.name for one in TASKS]
+    raise ArgumentError("task", which, f"1 to {len(TASKS)}, or {', '.join(names)}", known=names)
+
+
+def grade(task_of: int | str, submission: str | os.PathLike[str], *, key: str = PRACTICE) -> Grade:
+    """Grade a submission. The same file and key give the same grade in each repeat.
+
+    The file runs in a process of its own, which sees only what it is asked; what it may use there is limited.
+
+    Args:
+        task_of: the evening, 1 to 6, or the task's name.
+        submission: the student's Python file.
+        key: decides the hidden cases. The default's can be read from the package, those of a key of your
+            own cannot.
+
+    Returns:
+        Points in parts, with hints.
+
+    Raises:
+        ArgumentError: for an unknown task or an empty key.
+        MotesError: if there is no such file.
+    """
+    chosen, path = task(task_of), Path(submission)
+    if not key:
+        raise ArgumentError("key", key, "a text that is not empty")
+    if not path.is_file():
+        raise MotesError(f"there is no file {path}")
+    cases = _cases(chosen.evening, key)
+    printed = ""
+    try:
+        runs = []
+        for _ in range(2):
+            asked = Asked(path)
+            try:
+                with asked:
+                    runs.append(chosen.graded(asked, cases))
+            finally:
+                printed = asked.printed
+        if runs[0] != runs[1]:
+            raise SubmissionError(
+                "two runs of it differ: give its random numbers a seed, and do not read the clock"
+            )
+    except MotesError as error:
+        return Grade(chosen.evening, chosen.name, [], _sentence(error), printed)
+    return Grade(chosen.evening, chosen.name, runs[0], "", printed)
+
+
+@lru_cache(maxsize=len(TASKS))
+def _cases(evening: int, key: str) -> Any:
+    """Make hidden cases once: games keep what their points are measured by."""
+    return task(evening).cases(key)
+
+
+def _sentence(error: MotesError) -> str:
+    text = str(error)
+    if "NotImplementedError" in text:
+        return text.replace("it raises NotImplementedError", "it is still to be written")
+    return text

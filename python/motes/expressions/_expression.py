@@ -1,0 +1,264 @@
+"""Expression: a tree of operations on columns that arithmetic and comparisons make."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from .._values import arguments
+from ..errors import ArgumentError
+from . import _conditions as conditions
+from ._conditions import Condition, Node, Region, as_condition, checked, text_of
+
+__all__ = ["Expression", "as_expression", "choose", "constant_of", "made", "node_of", "noise", "power"]
+
+
+class Expression:
+    """One number or vector per particle, computed from its columns."""
+
+    __slots__ = ("_node", "_size")
+    _node: Node
+    _size: int
+
+    def __init__(self, node: Node, size: int = 1) -> None:
+        """Take the tree; scripts use `column`.
+
+        Args:
+            node: an operation and its operands.
+            size: the number of operations in it.
+        """
+        object.__setattr__(self, "_node", node)
+        object.__setattr__(self, "_size", checked(size))
+
+    def __add__(self, other: Any) -> Expression:
+        """Sum."""
+        return made("add", self, other)
+
+    def __radd__(self, other: Any) -> Expression:
+        """Sum."""
+        return made("add", other, self)
+
+    def __sub__(self, other: Any) -> Expression:
+        """Difference."""
+        return made("subtract", self, other)
+
+    def __rsub__(self, other: Any) -> Expression:
+        """Difference."""
+        return made("subtract", other, self)
+
+    def __mul__(self, other: Any) -> Expression:
+        """Product."""
+        return made("multiply", self, other)
+
+    def __rmul__(self, other: Any) -> Expression:
+        """Product."""
+        return made("multiply", other, self)
+
+    def __truediv__(self, other: Any) -> Expression:
+        """Quotient."""
+        return made("divide", self, other)
+
+    def __rtruediv__(self, other: Any) -> Expression:
+        """Quotient."""
+        return made("divide", other, self)
+
+    def __pow__(self, other: Any) -> Expression:
+        """Power; of a negative number for whole exponents only."""
+        return power(self, other)
+
+    def __rpow__(self, other: Any) -> Expression:
+        """Power."""
+        return power(other, self)
+
+    def __mod__(self, other: Any) -> Expression:
+        """Rest of a division, with the divisor's sign."""
+        return made("modulo", self, other)
+
+    def __rmod__(self, other: Any) -> Expression:
+        """Rest of a division, with the divisor's sign."""
+        return made("modulo", other, self)
+
+    def __neg__(self) -> Expression:
+        """Negative."""
+        return made("negate", self)
+
+    def __abs__(self) -> Expression:
+        """Absolute value."""
+        return made("absolute", self)
+
+    def sqrt(self) -> Expression:
+        """Return the square root, as `motes.expressions.sqrt` does."""
+        return made("square_root", self)
+
+    def floor(self) -> Expression:
+        """Return the largest integer that is not above."""
+        return made("floor", self)
+
+    def length(self) -> Expression:
+        """Return the length of a vector: one number per particle."""
+        return made("length", self)
+
+    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **keywords: Any) -> Any:
+        """Let NumPy's functions and arithmetic make expressions."""
+        from ._numpy_calls import numpy_ufunc
+
+        return numpy_ufunc(ufunc, method, inputs, keywords)
+
+    def __array_function__(self, function: Any, _: Any, args: Any, keywords: Any) -> Any:
+        """Let `numpy.where`, `clip`, `dot` and `cross` make expressions."""
+        from ._numpy_calls import numpy_function
+
+        return numpy_function(function, args, keywords)
+
+    def __getitem__(self, index: int) -> Expression:
+        """Component 0, 1 or 2 of a vector."""
+        index = arguments.integer("index", index, low=0, high=2)
+        return Expression(("component", self._node, index), self._size)
+
+    x = property(lambda self: self[0], doc="First component.")
+    y = property(lambda self: self[1], doc="Second component.")
+    z = property(lambda self: self[2], doc="Third component.")
+
+    def __lt__(self, other: Any) -> Condition:
+        """Compare."""
+        return _compare("less", self, other)
+
+    def __le__(self, other: Any) -> Condition:
+        """Compare."""
+        return _compare("less_equal", self, other)
+
+    def __gt__(self, other: Any) -> Condition:
+        """Compare."""
+        return _compare("greater", self, other)
+
+    def __ge__(self, other: Any) -> Condition:
+        """Compare."""
+        return _compare("greater_equal", self, other)
+
+    def __eq__(self, other: object) -> Condition:  # type: ignore[override]
+        """Compare: a condition for each particle, not True or False."""
+        return _compare("equal", self, other)
+
+    def __ne__(self, other: object) -> Condition:  # type: ignore[override]
+        """Compare: a condition for each particle, not True or False."""
+        return ~_compare("equal", self, other)
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __bool__(self) -> bool:
+        """Refuse: an expression has one value per particle."""
+        raise ArgumentError("expression", self, "compared and given to where=, not tested in Python")
+
+    def __setattr__(self, name: str, _: object) -> None:
+        """Refuse: values do not change."""
+        raise AttributeError(f"an expression does not change: {name!r} cannot be assigned")
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle by the tree."""
+        return Expression, (self._node, self._size)
+
+    def __repr__(self) -> str:
+        """Show the expression."""
+        return text_of(self._node)
+
+
+def power(a: Any, b: Any) -> Expression:
+    """Return a to the power of b, as `a ** b` does.
+
+    Args:
+        a: a number or an expression; of a negative one the result is NaN unless b is a whole number.
+        b: a number or an expression.
+    """
+    if isinstance(b, (int, float, np.integer, np.floating)) and b == 2:
+        return made("square", a)
+    return made("power", a, b)
+
+
+def as_expression(argument: str, value: Any) -> Expression:
+    """Return `value`, an expression, a number or a vector."""
+    if isinstance(value, Expression):
+        return value
+    if isinstance(value, (bool, Condition, Region)):
+        raise ArgumentError(argument, value, "a number, 3 numbers or an expression of columns")
+    if isinstance(value, np.ndarray) and value.ndim == 0:
+        value = value[()]
+    if isinstance(value, (tuple, list)) and any(isinstance(part, Expression) for part in value):
+        return _vector(argument, value)
+    if isinstance(value, (int, float, np.integer, np.floating)):
+        numbers: tuple[float, ...] = (arguments.number(argument, value),)
+    else:
+        named = argument == "color" or (isinstance(value, str) and argument in ("yes", "no"))
+        numbers = (arguments.color if named else arguments.triple)(argument, value)
+    if any(abs(v) > 3e38 for v in numbers):
+        raise ArgumentError(argument, value, "within the range of float32")
+    return Expression(("constant", numbers))
+
+
+def _vector(argument: str, parts: Sequence[Any]) -> Expression:
+    """Return the vector whose components are expressions or numbers."""
+    if len(parts) not in (2, 3):
+        raise ArgumentError(argument, parts, "3 numbers or expressions of one number; 2 stand for (x, y, 0)")
+    made_of = [as_expression(argument, part) for part in (*parts, 0)[:3]]
+    return Expression(("vector", *(part._node for part in made_of)), sum(part._size for part in made_of))
+
+
+def noise(position: Any, time: Any = 0, *, octaves: int = 1, field: int = 0) -> Expression:
+    """Make smooth random numbers over space and time.
+
+    Gradient noise, as in `curl_noise`. Its mean is 0, its root mean square 1/3, and few values are outside of
+    -1..1.
+
+    Args:
+        position: a vector or an expression of one, in cells of edge length 1: `column("position") / 0.5`
+            makes cells of 0.5 m. Times 2^octaves, it should stay below 1e6.
+        time: from one whole number to the next all numbers become new ones.
+        octaves: 1 to 8; each adds details of half the size and half the strength of the one before.
+        field: 0 to 65535, which of the fields of random numbers; the same in each run and system.
+
+    Returns:
+        One number per particle.
+    """
+    octaves = arguments.integer("octaves", octaves, low=1, high=8)
+    field = arguments.integer("field", field, high=65535)
+    at, when = as_expression("position", position), as_expression("time", time)
+    return Expression(("noise", at._node, when._node, octaves, field), 3 * at._size + when._size + 1)
+
+
+def choose(condition: Condition | Region, yes: Any, no: Any) -> Expression:
+    """Return one of two values for each particle.
+
+    Args:
+        condition: a comparison of columns, or a shape, which holds the particles in it.
+        yes: the result where the condition holds.
+        no: the result elsewhere.
+    """
+    held, a, b = as_condition("condition", condition), as_expression("yes", yes), as_expression("no", no)
+    return Expression(("choose", held._node, a._node, b._node), held._size + a._size + b._size + 1)
+
+
+def node_of(expression: Expression) -> Node:
+    """Return the tree of an expression, which can be compared and hashed."""
+    return expression._node
+
+
+def constant_of(expression: Expression) -> float | tuple[float, ...] | None:
+    """Return the number or vector that an expression is, or None if it depends on columns."""
+    operation, *operands = expression._node
+    if operation != "constant":
+        return None
+    numbers: tuple[float, ...] = operands[0]
+    return numbers[0] if len(numbers) == 1 else numbers
+
+
+def made(operation: str, *operands: Any) -> Expression:
+    """Return an operation on its operands."""
+    parts = [as_expression("operand", operand) for operand in operands]
+    size = conditions.size_of(operation, [part._size for part in parts])
+    return Expression((operation, *(part._node for part in parts)), size)
+
+
+def _compare(operation: str, a: Any, b: Any) -> Condition:
+    left, right = as_expression("operand", a), as_expression("operand", b)
+    return Condition((operation, left._node, right._node), left._size + right._size + 1)

@@ -1,0 +1,225 @@
+"""Functions of expressions: of one number, of vectors, and what chooses between values."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ._conditions import Condition, Region
+from ._expression import Expression, choose, made
+
+__all__ = [
+    "absolute",
+    "atan2",
+    "clamp",
+    "cos",
+    "cross",
+    "dot",
+    "exp",
+    "floor",
+    "length",
+    "log",
+    "maximum",
+    "minimum",
+    "mix",
+    "normalize",
+    "sign",
+    "sin",
+    "smoothstep",
+    "sqrt",
+    "step",
+    "where",
+]
+
+
+def sin(angle: Any) -> Expression:
+    """Return the sine.
+
+    Args:
+        angle: radians; beyond 1e9 it counts as 0.
+    """
+    return made("sine", angle)
+
+
+def cos(angle: Any) -> Expression:
+    """Return the cosine.
+
+    Args:
+        angle: radians; beyond 1e9 it counts as 0.
+    """
+    return made("cosine", angle)
+
+
+def atan2(y: Any, x: Any) -> Expression:
+    """Return the angle from the x axis to (x, y), in radians, -pi..pi.
+
+    Args:
+        y: a number or an expression.
+        x: a number or an expression.
+    """
+    return made("angle", y, x)
+
+
+def exp(a: Any) -> Expression:
+    """Return e to the power of a.
+
+    Args:
+        a: a number or an expression; of vectors, component by component.
+    """
+    return made("exponential", a)
+
+
+def log(a: Any) -> Expression:
+    """Return the natural logarithm: -infinity of 0, NaN of negative numbers.
+
+    Args:
+        a: a number or an expression; of vectors, component by component.
+    """
+    return made("logarithm", a)
+
+
+def sqrt(a: Any) -> Expression:
+    """Return the square root: NaN of negative numbers.
+
+    Args:
+        a: a number or an expression; of vectors, component by component.
+    """
+    return made("square_root", a)
+
+
+def floor(a: Any) -> Expression:
+    """Return the largest integer that is not above.
+
+    Args:
+        a: a number or an expression; of vectors, component by component.
+    """
+    return made("floor", a)
+
+
+def absolute(a: Any) -> Expression:
+    """Return the absolute value, as `abs(a)` does.
+
+    Args:
+        a: a number or an expression; of vectors, component by component.
+    """
+    return made("absolute", a)
+
+
+def sign(a: Any) -> Expression:
+    """Return -1, 0 or 1.
+
+    Args:
+        a: a number or an expression; of vectors, component by component.
+    """
+    return made("sign", a)
+
+
+def minimum(a: Any, b: Any) -> Expression:
+    """Return the smaller of two, component by component; NaN where either is.
+
+    Args:
+        a: a number or an expression, or a vector.
+        b: likewise.
+    """
+    return made("minimum", a, b)
+
+
+def maximum(a: Any, b: Any) -> Expression:
+    """Return the larger of two, component by component; NaN where either is.
+
+    Args:
+        a: a number or an expression, or a vector.
+        b: likewise.
+    """
+    return made("maximum", a, b)
+
+
+def clamp(a: Any, low: Any, high: Any) -> Expression:
+    """Return a within low..high, component by component.
+
+    Args:
+        a: a number or an expression, or a vector.
+        low: the least value.
+        high: the largest value.
+    """
+    return minimum(maximum(a, low), high)
+
+
+def mix(a: Any, b: Any, part: Any) -> Expression:
+    """Return a + (b - a) part.
+
+    Args:
+        a: the result where part is 0: a number or an expression, or a vector.
+        b: the result where part is 1.
+        part: a number or an expression.
+    """
+    return made("mix", a, b, part)
+
+
+def step(edge: Any, a: Any) -> Expression:
+    """Return 1 where a >= edge, else 0.
+
+    Args:
+        edge: where the result jumps.
+        a: a number or an expression.
+    """
+    return made("step", edge, a)
+
+
+def smoothstep(low: Any, high: Any, a: Any) -> Expression:
+    """Return 0 where a <= low, 1 where a >= high, and t^2 (3 - 2t) between, t being the part of the way.
+
+    Args:
+        low: where the rise begins.
+        high: where it ends.
+        a: a number or an expression.
+    """
+    return made("smoothstep", low, high, a)
+
+
+def dot(a: Any, b: Any) -> Expression:
+    """Return the dot product of two vectors: one number.
+
+    Args:
+        a: a vector or an expression of one.
+        b: a vector or an expression of one.
+    """
+    return made("dot", a, b)
+
+
+def cross(a: Any, b: Any) -> Expression:
+    """Return the cross product of two vectors.
+
+    Args:
+        a: a vector or an expression of one.
+        b: a vector or an expression of one.
+    """
+    return made("cross", a, b)
+
+
+def length(a: Any) -> Expression:
+    """Return the length of a vector: one number.
+
+    Args:
+        a: a vector or an expression of one.
+    """
+    return made("length", a)
+
+
+def normalize(a: Any) -> Expression:
+    """Return a vector divided by its length: NaN where that is 0.
+
+    Args:
+        a: a vector or an expression of one.
+    """
+    return made("normalize", a)
+
+
+def where(condition: Condition | Region, yes: Any, no: Any) -> Expression:
+    """Return one of two values for each particle or pair, as `choose` does.
+
+    Args:
+        condition: a comparison, or a shape, which holds the particles in it.
+        yes: the result where the condition holds.
+        no: the result elsewhere.
+    """
+    return choose(condition, yes, no)

@@ -1,0 +1,177 @@
+"""The particle-in-cell case of the Parallel Research Kernels: charges that drift, and where each must end.
+
+E. Georganas, R. F. Van der Wijngaart, T. G. Mattson: Design and implementation of a parallel research kernel
+for assessing dynamic load-balancing capabilities, IPDPS 2016. Fixed charges are at the corners of square
+cells, positive in even columns and negative in odd ones. The four of its cell act on each particle, whose
+charge is such that it moves 2 k + 1 cells to the right and m cells up in each step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from itertools import product
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+
+import numpy as np
+
+from .._values import arguments
+from ..errors import ArgumentError
+from ..expressions import column, dot, floor, length
+from .base import Counts, Workload, laid
+
+if TYPE_CHECKING:
+    from .._particles.particles import Particles
+    from .._system.system import System
+
+__all__ = ["DISTRIBUTIONS", "Pic"]
+
+Distribution: TypeAlias = Literal["geometric", "sinusoidal", "linear", "patch"]
+DISTRIBUTIONS: tuple[Distribution, ...] = ("geometric", "sinusoidal", "linear", "patch")
+PLANE = np.array((1.0, 1.0, 0.0))
+NEAR = 1e-3
+"""Metres, of cells of 1 m: how far a particle may end from its place; positions are float32."""
+
+
+class Pic(Workload):
+    """The kernel on a periodic square of cells, each 1 m wide; a step is 1 s.
+
+    A particle's z is its charge, which the plane motion does not touch, and `up` the force on it. The
+    particles of a column are evenly spread over its rows, where the kernel draws each cell's by chance.
+    """
+
+    def __init__(
+        self,
+        distribution: Distribution = "geometric",
+        ratio: float = 0.99,
+        k: int = 1,
+        m: int = 2,
+        cells: int = 1000,
+        particles: int = 100_000,
+        *,
+        slope: float = 1.0,
+        offset: float = 3.0,
+        patch: tuple[int, int, int, int] | None = None,
+        frames: int = 60,
+    ) -> None:
+        """Describe the case.
+
+        Args:
+            distribution: of the particles over the columns of cells: "geometric": ratio^column; "sinusoidal":
+                cos^2 over half a period; "linear": offset - slope * column / cells; "patch": evenly in one.
+            ratio: of "geometric", above 0.
+            k: particles move 2 k + 1 cells to the right in each step.
+            m: and m cells up.
+            cells: along each side, an even number.
+            particles: in all.
+            slope: of "linear".
+            offset: of "linear", at least the slope.
+            patch: left, right, bottom and top cell of "patch", the last ones included; None: the first fifth
+                of the columns, the second tenth of the rows, as in the kernel's own tests.
+            frames: how many the arena plays.
+        """
+        super().__init__(frames=frames, cells=cells, particles=particles)
+        if self.cells % 2:
+            raise ArgumentError("cells", cells, "an even number: charges alternate, around the end, too")
+        self.distribution = arguments.choice("distribution", distribution, DISTRIBUTIONS)
+        self.ratio = arguments.number("ratio", ratio, low=1e-6, high=1e6)
+        self.k = arguments.integer("k", k, low=0, high=self.cells)
+        self.m = arguments.integer("m", m, low=-self.cells, high=self.cells)
+        self.slope = arguments.number("slope", slope, low=0)
+        self.offset = arguments.number("offset", offset, low=self.slope)
+        self.patch = self._checked(patch)
+        self.name = f"pic_{self.distribution}"
+
+    def _checked(self, patch: Any) -> tuple[int, int, int, int]:
+        fifth, tenth = self.cells // 5, self.cells // 10
+        left, right, bottom, top = (0, fifth, tenth, 2 * tenth) if patch is None else map(int, patch)
+        if not (0 <= left <= right < self.cells and 0 <= bottom <= top < self.cells):
+            raise ArgumentError(
+                "patch", patch, f"left <= right and bottom <= top, all in 0..{self.cells - 1}"
+            )
+        return left, right, bottom, top
+
+    @cached_property
+    def _columns(self) -> Counts:
+        """Particles born in each column of cells, int64 (cells,)."""
+        x = np.arange(self.cells)
+        if self.distribution == "geometric":
+            return laid(self.ratio ** x.astype(np.float64), self.particles)
+        if self.distribution == "sinusoidal":
+            return laid(np.cos(np.pi * x / (self.cells - 1)) ** 2, self.particles)
+        if self.distribution == "linear":
+            return laid(self.offset - self.slope * x / self.cells, self.particles)
+        return laid((x >= self.patch[0]) & (x <= self.patch[1]), self.particles)
+
+    @cached_property
+    def _starts(self) -> tuple[Counts, Counts]:
+        """Column and row of each particle in the order of their ids."""
+        count = self._columns
+        columns = np.repeat(np.arange(self.cells), count)
+        number = np.arange(self.particles) - np.repeat(np.cumsum(count) - count, count)
+        first, last = (self.patch[2], self.patch[3]) if self.distribution == "patch" else (0, self.cells - 1)
+        rows = first + (2 * number + 1) * (last + 1 - first) // (2 * count[columns])
+        return columns, rows
+
+    def born(self, frame: int) -> Counts | None:
+        """Particles born in a frame by column, (2 sheets, cells): all in the first sheet."""
+        if frame:
+            return None
+        return np.stack([self._columns, np.zeros_like(self._columns)])
+
+    def shifts(self, frame: int) -> tuple[int, int]:
+        """Columns by which each sheet moves in a frame."""
+        return 2 * self.k + 1, 2 * self.k + 1
+
+    @property
+    def charge(self) -> float:
+        """What takes a particle one cell further from rest in an even column, in units of a fixed charge."""
+        r2, cosine = 0.5, 0.5**0.5  # of all four corners
+        return float(r2 / (2 * cosine))
+
+    def step(self, system: System, frame: int) -> None:
+        """Record a frame's births and actions: all particles in frame 0, and one step of the motion.
+
+        Args:
+            system: whose.
+            frame: which, from 0 on.
+        """
+        if frame == 0:
+            columns, rows = self._starts
+            sign = np.where(columns % 2 == 0, 1, -1)
+            places = (columns + 0.5, rows + 0.5, sign * ((2 * self.k + 1) * self.charge))
+            upwards = np.broadcast_to((0.0, float(self.m), 0.0), (len(columns), 3))
+            system.emit(position=np.stack(places, axis=1), velocity=upwards)
+        system.set(up=(0.0, 0.0, 0.0))
+        for corner in product((0, 1), repeat=2):
+            system.set(up=column("up") + _drawn(corner))
+        # x += v dt + a dt^2 / 2, v += a dt
+        half = column("velocity") + 0.5 * column("up")
+        system.set(velocity=half)
+        system.move()
+        at = column("position")
+        system.set(position=at - self.cells * floor(at * PLANE / self.cells))
+        system.set(velocity=half)
+
+    def verify(self, particles: Particles, steps: int) -> bool:
+        """Whether each particle is where it must be.
+
+        Args:
+            particles: all of the system's, as `System.gather` returns them.
+            steps: frames that have run.
+        """
+        columns, rows = self._starts
+        if len(particles) != len(columns):
+            return False
+        wanted = np.stack([columns + steps * (2 * self.k + 1), rows + steps * self.m], axis=1) + 0.5
+        off = particles.position[:, :2] - wanted % self.cells
+        off -= self.cells * np.rint(off / self.cells)
+        return bool((np.abs(off) <= NEAR).all())
+
+
+def _drawn(corner: Sequence[int]) -> Any:
+    """Return the force of one corner of its cell on each particle, q Q r / |r|^3; y grows upwards."""
+    at = column("position")
+    r = at % 1.0 * PLANE - np.array((*corner, 0.0))
+    sign = 1 - 2 * ((floor(at.x) + corner[0]) % 2)
+    return at.z * sign * r / (dot(r, r) * length(r))

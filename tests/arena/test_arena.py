@@ -1,0 +1,136 @@
+"""The arena: scores against the best cuts, the same in each repeat, on virtual machines and on ranks."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from motes.arena import MACHINES, Machine, Track, league, machine, table
+from motes.arena.players import FIELD, player
+from motes.arena.score import name_of
+from motes.balance import BALANCERS, Balancer, PrefixCuts, Proportional, Static, Targets
+from motes.cli import main
+from motes.errors import ArgumentError, MotesError
+from motes.workloads import Step, workload
+
+FREE = Machine("free", (1.0, 1.0, 0.5, 0.25), 1e-6, 0.0, 0.0, 0.0, 0.0)
+MINE = """
+import motes
+
+class Mine(motes.balance.Balancer):
+    def decide(self, load):
+        return motes.balance.Targets(load.powers)
+"""
+
+
+class Keen(Balancer):
+    """Moves all the time."""
+
+    def decide(self, load: object) -> Targets:
+        """Shift a particle in five."""
+        return Targets(1 + np.arange(4) * (0.2 if load.frame % 2 else 0.0))  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("name", ["step", "wave", "slow_rank", "noise", "pic_geometric"])
+def test_nobody_beats_the_best_cuts(name: str) -> None:
+    track = Track(workload(name, frames=30, cells=400, particles=100_000), FREE)
+    scores = [track.play(player(text, FREE.speeds)) for text in FIELD]
+    for score in scores:
+        assert score.verified and score.distance >= -1e-12 and 0 < score.efficiency <= 1 + 1e-12
+        over = np.array(score.frame_s) - score.best_s
+        assert (over >= -1e-12).all(), score.balancer
+    assert all((track.ideal_s <= track.best_s * (1 + 1e-12)).tolist())
+
+
+def test_a_still_load_comes_to_its_optimum() -> None:
+    track = Track(Step(frames=40, cells=400, particles=400_000), FREE)
+    score = track.play(PrefixCuts())
+    assert score.frame_s[-1] == pytest.approx(score.best_s[-1], rel=0.02)
+    assert track.play(Static()).moved == 0 < score.moved
+
+
+def test_moving_costs_what_the_machine_says() -> None:
+    game = workload("slow_rank", frames=30, cells=400, particles=100_000)
+    dear = Machine("dear", FREE.speeds, 1e-6, 1e-6, 1e-6, 1e-9, 1e-5)
+    free, paid = (Track(game, one).play(Keen()) for one in (FREE, dear))
+    assert free.moved == paid.moved > 0 and paid.seconds > free.seconds
+    assert Track(game, FREE).play(Static()).seconds == Track(game, dear).play(Static()).seconds
+
+
+def test_scores_are_the_same_in_each_repeat() -> None:
+    first, second = (
+        [
+            Track(workload("noise", frames=12), machine("two_kinds")).play(player(text, [1.0] * 16))
+            for text in FIELD
+        ]
+        for _ in range(2)
+    )
+    assert first == second and len({score.balancer for score in first}) == len(FIELD)
+    best = league(first)
+    assert [row["distance"] for row in best] == sorted(row["distance"] for row in best)
+    assert sum(row["won"] for row in best) >= 1 and {row["played"] for row in best} == {1}
+
+
+def test_machines_are_those_of_their_clusters(tmp_path: Path) -> None:
+    assert {name: len(make().speeds) for name, make in MACHINES.items()} == {
+        "paper": 32,
+        "two_kinds": 16,
+        "thousand": 1024,
+    }
+    assert machine("paper").particle_s == pytest.approx(4.4e-6), "five actions of model.toml"
+    path = tmp_path / "two.py"
+    path.write_text("from motes.cluster import Cluster, Node\ncluster = Cluster([Node('n', 2.0, count=2)])\n")
+    assert machine(str(path)).speeds == (2.0, 2.0)
+    for wrong, error in (("papper", ArgumentError), (str(tmp_path / "none.py"), MotesError)):
+        with pytest.raises(error):
+            machine(wrong)
+
+
+def test_players_are_named_as_python_writes_them(tmp_path: Path) -> None:
+    assert player("PrefixCuts(threshold=0.2)", [1.0]).threshold == 0.2  # type: ignore[attr-defined]
+    powers = player("Proportional", [2.0, 1.0])
+    assert isinstance(powers, Proportional) and name_of(powers) == "Proportional"
+    assert name_of(PrefixCuts(threshold=0.2)) == "PrefixCuts(threshold=0.2)" and set(BALANCERS) <= {
+        text.partition("(")[0] for text in FIELD
+    }
+    path = tmp_path / "mine.py"
+    path.write_text(MINE)
+    assert type(player(f"{path}:Mine", [1.0])).__name__ == "Mine"
+    for wrong in ("Prefixcuts", "PrefixCuts(0.2)", "PrefixCuts(", f"{path}:Yours", "1 + 1"):
+        with pytest.raises(ArgumentError):
+            player(wrong, [1.0])
+    with pytest.raises(MotesError):
+        player(f"{tmp_path / 'none.py'}:Mine", [1.0])
+
+
+def test_the_command_plays_a_student_s_balancer(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path, kept = tmp_path / "mine.py", tmp_path / "league.jsonl"
+    path.write_text(MINE)
+    mine = f"{path}:Mine"
+    given = ["arena", "-w", "step", "-b", "Static", mine, "--frames", "8", "--particles", "2000"]
+    for cluster in ("two_kinds", "two_kinds", "paper"):
+        assert main([*given, "--cluster", cluster, "--league", str(kept), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert [row["balancer"] for row in found["rows"]] == ["Static", mine]
+    rows = table.kept(kept)
+    assert len(rows) == 4 and all(row["verified"] and row["machine"] in MACHINES for row in rows)
+    assert main([*given, "--plot", str(tmp_path / "plot.png")]) == 0
+    said = capsys.readouterr().out
+    assert "step on paper: 32 calculators" in said and "league" in said
+    assert (tmp_path / "plot.png").stat().st_size > 10_000
+    assert main(["arena", "--league", "league.csv"]) == 2
+
+
+def test_ranks_play_and_verify(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "mine.py"
+    path.write_text(MINE)
+    sizes = ["--frames", "8", "--particles", "500"]
+    players = ["Static", f"{path}:Mine"]
+    assert main(["arena", "-w", "slow_rank", "-b", *players, "--ranks", "2", *sizes, "--json"]) == 0
+    rows = json.loads(capsys.readouterr().out)["rows"]
+    assert [row["balancer"] for row in rows] == players and {row["machine"] for row in rows} == {"2 ranks"}
+    assert len({row["digest"] for row in rows}) == 1 and rows[0]["digest"]
+    assert all(row["verified"] and row["seconds"] > 0 for row in rows) and rows[0]["moved"] == 0

@@ -1,0 +1,211 @@
+"""Where each rank's time went: no gaps, who waited for whom, POP's factors, why a run takes so long."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from handmade import load_row, rows, time_row, write_log
+from standing import on_ranks
+
+import motes
+from motes.analysis._tables.schema import ACTIVITIES
+
+pandas = pytest.importorskip("pandas")
+
+SCENE = """
+import sys
+import time
+import motes
+from motes.shapes import Box
+
+world = motes.World(
+    seed=3, space=(-1, 1), log=sys.argv[1], progress="off", roles=sys.argv[2], spans=True,
+    renderer=motes.Renderer(64, 48, camera=motes.Camera((0, 1, 8), (0, 1, 0))),
+)
+s = world.system("snow")
+with world:
+    for frame in world.frames(6):
+        s.source(Box((-1, -1, -1), (1, 1, 1)), rate=24_000)
+        s.move()
+        if world.rank == 1:
+            time.sleep(0.01)
+        world.render() if frame % 2 else world.step()
+        world.digest()
+"""
+
+
+@pytest.fixture(scope="module", params=[(4, "auto"), (3, "shared"), (1, "shared")])
+def run(request, tmp_path_factory):
+    """Give a run's log and the number of its ranks."""
+    size, roles = request.param
+    log = tmp_path_factory.mktemp("times") / "log"
+    on_ranks(size, SCENE, log, roles)
+    return motes.open_run(log), size
+
+
+def test_every_second_of_each_rank_has_one_name(run):
+    run, ranks = run
+    times = run.times
+    assert len(times) == 6 * ranks
+    named = times[[f"{name}_s" for name in ACTIVITIES]].sum(axis=1)
+    assert np.allclose(named, times["wall_s"], rtol=0.01)
+    longest = times.groupby("frame")["wall_s"].max()
+    assert np.allclose(longest, run.frames.set_index("frame")["t_frame_s"], rtol=0.01)
+    assert (times[[f"{name}_s" for name in ACTIVITIES]] >= 0).all(axis=None)
+    if ranks > 1:
+        assert times[times["rank"] == 1]["script_s"].min() >= 0.01
+
+
+def test_waits_say_for_whom_and_in_which_phase(run):
+    run, ranks = run
+    waits = run.waits()
+    assert list(waits.columns) == ["frame", "rank", "waited_for", "phase", "seconds"]
+    summed = waits.groupby(["frame", "rank"])["seconds"].sum()
+    told = run.times.set_index(["frame", "rank"])["wait_s"]
+    assert np.allclose(summed.reindex(told.index).fillna(0.0), told, atol=1e-6)
+    if ranks == 1:
+        assert waits.empty
+        return
+    assert (waits["rank"] != waits["waited_for"]).all()
+    manager = run.facts["manager"]
+    for_manager = waits[(waits["waited_for"] == manager) & (waits["phase"] == "begin")]
+    assert set(for_manager["rank"]) == set(range(ranks)) - {manager}
+
+
+def test_trace_has_an_arrow_to_the_end_of_each_wait(run, tmp_path):
+    run, ranks = run
+    run.to_perfetto(tmp_path / "trace.json")
+    events = json.loads((tmp_path / "trace.json").read_text())["traceEvents"]
+    waits = run.spans.dropna(subset=["waited_for"])
+    starts = {event["id"]: event for event in events if event["ph"] == "s"}
+    ends = {event["id"]: event for event in events if event["ph"] == "f"}
+    assert starts.keys() == ends.keys() and len(starts) == (waits["waited_for"] >= 0).sum()
+    assert all(starts[id]["pid"] != ends[id]["pid"] for id in starts)
+    assert (len(starts) > 0) == (ranks > 1)
+
+
+def test_factors_multiply_to_the_efficiency(run):
+    found = run[0].efficiencies()
+    assert list(found.index) == [0, 1, 2, 3, 4, 5, "all"]
+    assert np.allclose(found["parallel"], found["load_balance"] * found["communication"], rtol=1e-9)
+    assert np.allclose(found["communication"], found["serialisation"] * found["transfer"], rtol=1e-9)
+    assert ((found > 0) & (found <= 1)).all(axis=None)
+
+
+# --- made by hand: the answers are known
+
+Times = dict[int, dict[str, float]]
+
+
+def made(
+    folder: Path, spent: Times, *, chain: float, held: dict[int, int] | None = None
+) -> motes.analysis.Run:
+    """Write four frames that are all alike: ranks 2 and 3 calculate; `chain` seconds of work in each."""
+    held = held or {2: 1000, 3: 1000}
+    load, times = [], []
+    for frame in range(4):
+        for rank, n in held.items():
+            load.append(load_row(frame, "s", rank, n_start=n, n_end=n, t_compute_s=spent[rank]["act"]))
+        times += [time_row(frame, rank, chain_s=chain * (frame + 1), **own) for rank, own in spent.items()]
+    wall = sum(next(iter(spent.values())).values())
+    log = write_log(folder, load, t_frame_s=wall)
+    rows(log / "times.jsonl", times)
+    return motes.open_run(log)
+
+
+def test_factors_of_a_run_whose_answer_is_known(tmp_path):
+    spent = {
+        0: {"picture": 0.2, "wait": 0.8},
+        1: {"births": 0.1, "wait": 0.9},
+        2: {"act": 0.4, "wait": 0.6},
+        3: {"act": 0.5, "wait": 0.5},
+    }
+    found = made(tmp_path / "log", spent, chain=0.8).efficiencies()
+    assert found.loc["all"].tolist() == pytest.approx([0.3, 0.6, 0.5, 0.625, 0.8])
+    assert found.loc[2].tolist() == pytest.approx([0.3, 0.6, 0.5, 0.625, 0.8])
+
+
+IDLE = {"script": 0.01, "wait": 0.99}
+CAUSES: dict[str, tuple[Times, float, dict[int, int], str]] = {
+    "imbalance": (
+        {0: IDLE, 1: IDLE, 2: {"act": 0.1, "wait": 0.9}, 3: {"act": 0.9, "wait": 0.1}},
+        0.98,
+        {2: 1000, 3: 9000},
+        "Imbalance: rank 3 holds",
+    ),
+    "slow rank": (
+        {0: IDLE, 1: IDLE, 2: {"act": 0.1, "wait": 0.9}, 3: {"act": 0.9, "wait": 0.1}},
+        0.98,
+        {2: 1000, 3: 1000},
+        "Slow rank 3: it takes 9 times",
+    ),
+    "network": (
+        {0: IDLE, 1: IDLE, 2: {"act": 0.2, "wait": 0.8}, 3: {"act": 0.2, "wait": 0.8}},
+        0.25,
+        {2: 1000, 3: 1000},
+        "Network: messages on their way cost 750 ms",
+    ),
+    "manager": (
+        {
+            0: IDLE,
+            1: {"births": 0.7, "wait": 0.3},
+            2: {"act": 0.2, "wait": 0.8},
+            3: {"act": 0.2, "wait": 0.8},
+        },
+        0.95,
+        {2: 1000, 3: 1000},
+        "Manager (rank 1): others wait",
+    ),
+    "script": (
+        {rank: {"script": 0.7, "act": 0.1, "wait": 0.2} for rank in range(4)},
+        0.85,
+        {2: 1000, 3: 1000},
+        "Script: its own Python takes 700 ms",
+    ),
+}
+
+
+@pytest.mark.parametrize("cause", CAUSES)
+def test_the_largest_cause_is_named_first(cause, tmp_path):
+    spent, chain, held, begins = CAUSES[cause]
+    told = made(tmp_path / "log", spent, chain=chain, held=held).explain()
+    assert told.losses[0].cause == cause
+    assert str(told).startswith(begins)
+    assert 1 <= len(told.sentences) <= 6
+    seconds = [loss.seconds for loss in told.losses]
+    assert seconds == sorted(seconds, reverse=True)
+
+
+def test_perfect_balance_saves_no_more_than_others_leave(tmp_path):
+    spent, chain, held, _ = CAUSES["imbalance"]
+    assert made(tmp_path / "one", spent, chain=chain, held=held).explain().saving == pytest.approx(0.4)
+    busy = {**spent, 0: {"picture": 0.85, "wait": 0.15}}
+    run = made(tmp_path / "two", busy, chain=chain, held=held)
+    assert run.explain().saving == pytest.approx(0.15)
+    assert run.summary()["balance_would_save"] == pytest.approx(0.15)
+    assert any("at most 150 ms of a frame's 1 s" in text for text in run.warnings())
+
+
+def test_a_rank_that_sleeps_is_warned_of(tmp_path):
+    spent = {0: IDLE, 1: IDLE, 2: {"act": 0.1, "wait": 0.9}, 3: {"act": 0.1, "other": 0.8, "wait": 0.1}}
+    run = made(tmp_path / "log", spent, chain=0.98)
+    assert any(
+        text.startswith("Rank 3 was kept from its work for 800 ms of a frame's 1 s")
+        for text in run.warnings()
+    )
+    assert "slept" in run.explain().sentences[0]
+
+
+def test_logs_of_earlier_versions_have_no_times(tmp_path):
+    load = [
+        load_row(f, "s", r, n_start=n, n_end=n, t_compute_s=n / 1e4)
+        for f in range(4)
+        for r, n in ((2, 900), (3, 100))
+    ]
+    run = motes.open_run(write_log(tmp_path / "log", load))
+    assert run.times.empty and run.waits().empty and run.efficiencies().empty
+    assert run.explain().sentences[0].startswith("Imbalance")
+    assert np.isnan(run.summary()["parallel_efficiency"])

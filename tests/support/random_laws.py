@@ -1,0 +1,70 @@
+"""Random laws as hypothesis draws them: `Law` and `Interact`, of one particle and of pairs."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+
+from hypothesis import strategies as st
+
+from motes.actions import between
+
+__all__ = ["BETWEEN_KINDS", "law", "readable"]
+
+Text = st.SearchStrategy[str]
+BETWEEN_KINDS = [*between.__all__, "Interact"]
+STATE = '{"slip": 3, "n": 1, "way": 3}'
+
+
+def places(of: str, names: Sequence[str]) -> list[str]:
+    """Name attributes of one of the two."""
+    return [f"motes.{of}.{name}" for name in names]
+
+
+@st.composite
+def law(
+    draw: st.DrawFn,
+    kind: str,
+    where: Text,
+    expressions: Callable[[Text], Text],
+    scalars: Sequence[str],
+    triples: Sequence[str],
+) -> str:
+    """Draw a law: what changes velocities, attributes, and what pairs remember."""
+    pairs = kind == "Interact"
+    numbers, vectors = places("a", scalars), places("a", triples)
+    remembers = pairs and draw(st.booleans())
+    arguments = [f"where={draw(where)}"]
+    if pairs:
+        numbers += [*places("b", scalars), "motes.r"]
+        vectors += [*places("b", triples), "motes.normal", "motes.relative_velocity"]
+        arguments.append(f"radius={draw(st.sampled_from([0.01, 0.125, 0.3]))}")
+        arguments += draw(st.sampled_from([[], [], ["other=$"]]))
+    if remembers:
+        numbers += ["motes.a.state.n"] * 4
+        vectors += ["motes.a.state.slip", "motes.a.state.way"] * 3
+        arguments.append(f"state={STATE}")
+    number = expressions(st.sampled_from(numbers))
+    vector = st.tuples(st.sampled_from(vectors), number).map(lambda p: f"({p[0]} * {p[1]})")
+    given = {"mass": number, "heat": number, "wind": vector, "color": vector}
+    if remembers:
+        given |= {"slip": vector, "n": number, "way": vector}
+    chosen = draw(st.lists(st.sampled_from(sorted(given)), min_size=1, max_size=4, unique=True))
+    values = ", ".join(f'"{name}": {draw(given[name])}' for name in chosen)
+    arguments.append(f"set={{{values}}}")
+    for name in ("acceleration", "velocity", *(["spin"] if pairs else [])):
+        if draw(st.booleans()):
+            arguments.append(f"{name}=ex.normalize({draw(vector)})")
+    return f"{kind}({', '.join(arguments)})"
+
+
+def readable(lines: list[str]) -> list[str]:
+    """Leave out what reads particles behind a place where they meet: that is refused."""
+    met: set[str] = set()
+    kept = []
+    for line in lines:
+        if ".pairs(" in line or any(f".apply({name}(" in line for name in BETWEEN_KINDS):
+            met |= {line[0], *re.findall(r"other=(\w)", line)}
+        if not (line.removeprefix("with ")[0] in met and (".local()" in line or ".gather()" in line)):
+            kept.append(line)
+    return kept

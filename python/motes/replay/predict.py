@@ -31,10 +31,11 @@ def predict(
     Where particles were in each frame comes from the log (density.jsonl); it does not depend on who held
     them.
 
-    `sent` and `received` are the least that brings the particles to their calculators; particles that swap
-    sides of a cut come on top in `exchanged` of `frames`, estimated from the recorded run by the particles
-    near the cuts. A frame takes what the slowest calculator needs for its particles and its part of the
-    picture, what its migrants cost, and the rest of the recorded frame.
+    `sent` and `received` are the least that brings the particles to their calculators. In `exchanged` of
+    `frames` those that swap sides of a cut come on top, as many of the particles near it as in the recorded
+    run. Where many die, it is what crosses the cuts instead, and what moving cuts give. A frame takes what
+    the slowest calculator needs for its particles and its part of the picture, what its migrants cost, and
+    the rest of the recorded frame.
 
     The log tells where each calculator's particles are along every axis that is cut, but not how the axes
     depend on each other. So inside one brick they count as independent. Where particles are dealt out by id,

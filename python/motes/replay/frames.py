@@ -181,7 +181,7 @@ def simulate(history: History, balancer: Balancer, powers: Floats | None = None)
     """
     for name, axes in zip(history.systems, history.axes, strict=True):
         if balancer.slabs_only and len(axes) != 1:
-            allowed = "Static, PrefixCuts, Proportional or a balancer of your own that returns Targets"
+            allowed = "Static, PrefixCuts, Proportional, Bisection, CostAware or your own with Targets"
             raise ArgumentError("balancer", balancer, f"{allowed}: domains of {name!r} are no slabs ({axes})")
     policy = policy_of(copy.deepcopy(balancer))  # one that remembers starts anew in each replay
     policy.check(len(history.ranks))

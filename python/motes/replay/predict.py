@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from ..balance import Balancer, _powers
+from ..balance import Balancer
+from ..balance._options import checked_powers
 from ..errors import ArgumentError
 from .bricks import Cloud, Tree
 from .density import Density
@@ -63,7 +64,7 @@ def predict(
     history = Recorded(tables, migrant_s)
     known = None
     if powers is not None:
-        known = np.array(_powers(powers, above=True))
+        known = np.array(checked_powers(powers, above=True))
         if len(known) != len(history.ranks):
             raise ArgumentError("powers", powers, f"{len(history.ranks)} numbers, one per calculator")
     recorded = tables.frames.set_index("frame")

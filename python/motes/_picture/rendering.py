@@ -128,7 +128,7 @@ class Renderer(Settings):
     background: Triple | Gradient | Panorama
     """What is infinitely far: a colour, a `motes.Gradient`, or an equirectangular picture (a path, .exr or
     what Pillow reads, or an array (height, width, 3), sRGB uint8 or linear floats), its middle towards -z.
-    A gradient or picture also lights solids and lit sprites from all sides."""
+    A gradient or picture also lights solids and lit sprites from all sides, half as strong as it looks."""
     fog: tuple[Triple, float] | None
     """A colour and metres: of light from this far 1/e comes through, and the fog's colour fills in. It hides
     solids and particles, not the sky. None: solids fade into the background far away."""

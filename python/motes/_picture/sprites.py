@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
+from .._io.images import read_picture
 from .._values import arguments
 from .._values.values import Value, shown, value
 from ..errors import ArgumentError
-from .images import read_picture
 
 __all__ = ["Sprite", "native_of"]
 

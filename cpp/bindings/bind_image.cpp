@@ -11,7 +11,7 @@ namespace motes::bindings {
 namespace {
 
 image::Sprite make_sprite(const std::string& kind, int pixels, const std::string& blend, float of_height,
-                          float softness, meshes::AssetKey picture) {
+                          float softness, meshes::AssetKey picture, const std::string& facing) {
   image::Sprite sprite;
   sprite.kind = base::enumerator<image::Sprite::Kind>("kind", kind);
   sprite.pixels = pixels;
@@ -19,6 +19,7 @@ image::Sprite make_sprite(const std::string& kind, int pixels, const std::string
   sprite.of_height = of_height;
   sprite.softness = softness;
   sprite.picture = picture;
+  sprite.facing = base::enumerator<image::Sprite::Facing>("facing", facing);
   image::check(sprite);
   return sprite;
 }
@@ -104,7 +105,7 @@ void bind_assets(py::module_& m) {
 void bind_image(py::module_& m) {
   py::class_<image::Sprite>(m, "Sprite")
       .def(py::init(&make_sprite), py::arg("kind"), py::arg("pixels"), py::arg("blend"), py::arg("of_height"),
-           py::arg("softness"), py::arg("picture"));
+           py::arg("softness"), py::arg("picture"), py::arg("facing") = "orientation");
   bind_assets(m);
   bind_view(m);
   m.def(

@@ -192,7 +192,14 @@ class Sum:
 
 class Sprite:
     def __init__(
-        self, kind: str, pixels: int, blend: str, of_height: float, softness: float, picture: int
+        self,
+        kind: str,
+        pixels: int,
+        blend: str,
+        of_height: float,
+        softness: float,
+        picture: int,
+        facing: str = "orientation",
     ) -> None: ...
 
 class View:

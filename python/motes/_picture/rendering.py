@@ -146,7 +146,7 @@ class Renderer(Settings):
     tile by tile, and the tiles' owners merge them, where the blends allow that. "auto" chooses for each
     frame."""
     shutter: float
-    """The part of the frame's time that the shutter is open, 0..1: particles that move become streaks."""
+    """For how many frames' time the shutter is open, 0..4: particles that move become streaks."""
     bloom: float
     """The part of the light that spreads around what is bright, 0..1."""
     smooth: bool
@@ -167,7 +167,7 @@ class Renderer(Settings):
         "sun": arguments.place,
         "lights": lambda name, given: _lights(name, given),
         "path": partial(arguments.choice, allowed=("auto", "gather", "tiles", "composite")),
-        "shutter": partial(arguments.number, low=0, high=1),
+        "shutter": partial(arguments.number, low=0, high=4),
         "bloom": partial(arguments.number, low=0, high=1),
         "smooth": arguments.flag,
         "layers": lambda name, given: _layers(name, given),

@@ -26,6 +26,7 @@ LAWS: dict[str, Acts] = {
     "match_velocity": lambda s: s.match_velocity(0.1, 0.1, max_radius=1),
     "match_rotational_velocity": lambda s: s.match_rotational_velocity(0.1, 0.1, max_radius=1),
     "pairs": lambda s: s.pairs(lambda p: p.position - p.other_position, 1),
+    "interact": lambda s: s.interact(1, acceleration=motes.normal * (1 - motes.r) * 40),
     "follow": lambda s: s.follow(2, 0.1),
 }
 

@@ -43,6 +43,8 @@ def gas(s: motes.System, stones: motes.System, frame: int) -> None:
     s.collide(radius=0.09, restitution=0.8)
     s.collide(radius=0.1, other=stones, other_radius=0.2, where=column("position").y < 0.8)
     s.pairs(repel, 0.25)
+    touched = {"times": motes.a.state.times + 1}
+    s.interact(0.3, velocity=motes.normal * (motes.a.state.times - 2) / 50, state={"times": 1}, set=touched)
     s.follow(0.1, 0.1)
     s.move()
     s.set(position=column("position") + (2.5, 0, -7), where=column("position").y > 1.5)

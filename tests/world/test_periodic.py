@@ -286,6 +286,7 @@ def test_reaches_above_half_a_period():
         lambda: s.match_velocity(max_radius=2.51),
         lambda: s.match_rotational_velocity(),
         lambda: s.pairs(lambda p: None, 2.51),
+        lambda: s.interact(2.51, velocity=motes.normal),
         lambda: s.tie(motes.Ties([(0, 1)], 1)),
     ]
     with world:

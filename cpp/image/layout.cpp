@@ -30,7 +30,7 @@ float diameter_of(const Sprite& sprite, int height) {
 }
 
 Sprite as_seen(Sprite sprite, const View& view) {
-  const bool blurred = view.camera.aperture > 0 && sprite.blend == Sprite::Blend::opaque;
+  const bool blurred = view.camera.aperture > 0 && sprite.blend == Sprite::Blend::opaque && !is_posed(sprite);
   if (blurred) sprite.blend = Sprite::Blend::alpha;
   return sprite;
 }

@@ -148,11 +148,22 @@ def hopper(size: float) -> dict[str, Any]:
         steady = (time > open_at + 0.3) & (gone < 0.6 * count)
         flows.append(float(np.polyfit(time[steady], gone[steady] * MASS, 1)[0]))
         print(hole, flows[-1], flush=True)
-    wide = np.array(holes) - 1.4
-    exponent = float(np.polyfit(np.log(wide), np.log(flows), 1)[0])
-    bulk = 0.6 * DENSITY
-    factor = np.array(flows) / (bulk * math.sqrt(9.81) * (wide * DIAMETER) ** 2.5)
-    return {"holes_diameters": holes, "flows_kg_s": flows, "exponent": exponent, "factors": factor.tolist()}
+    return _beverloo(holes, flows)
+
+
+def _beverloo(holes: list[float], flows: list[float]) -> dict[str, Any]:
+    """Fit flow = factor bulk sqrt(g) (hole - k grain)^2.5 by a line through flow^0.4, and exponents."""
+    slope, start = np.polyfit(holes, np.array(flows) ** 0.4, 1)
+    k = -start / slope
+    exponents = [float(np.polyfit(np.log(np.array(holes) - one), np.log(flows), 1)[0]) for one in (1.4, k)]
+    return {
+        "holes_diameters": holes,
+        "flows_kg_s": flows,
+        "k": float(k),
+        "factor": float((slope / DIAMETER) ** 2.5 / (0.6 * DENSITY * math.sqrt(9.81))),
+        "exponent": exponents[0],
+        "exponent_with_k": exponents[1],
+    }
 
 
 def heap(size: float) -> dict[str, Any]:
@@ -258,22 +269,21 @@ def plot(figures: dict[str, Any]) -> None:
         axes[0].set(title="Silo", xlabel="poured (kg)", ylabel="carried by the ground (kg)")
     if "hopper" in figures:
         of = figures["hopper"]
-        wide = np.array(of["holes_diameters"]) - 1.4
-        line = np.linspace(wide.min(), wide.max(), 50)
-        axes[1].loglog(wide, of["flows_kg_s"], "o", label=f"measured: exponent {of['exponent']:.2f}")
-        ideal = 0.58 * 0.6 * DENSITY * math.sqrt(9.81) * (line * DIAMETER) ** 2.5
-        axes[1].loglog(line, ideal, label="Beverloo: 2.5, C = 0.58")
-        axes[1].set(title="Hopper", xlabel="hole / diameter - 1.4", ylabel="flow (kg/s)")
+        wide = np.array(of["holes_diameters"])
+        line = np.linspace(2, wide.max(), 50)
+        axes[1].plot(wide, np.array(of["flows_kg_s"]) ** 0.4, "o", label=f"measured: k = {of['k']:.2f}")
+        ideal = 0.58 * 0.6 * DENSITY * math.sqrt(9.81) * ((line - 1.4) * DIAMETER) ** 2.5
+        axes[1].plot(line, ideal**0.4, label="Beverloo: k = 1.4, C = 0.58")
+        axes[1].set(title="Hopper", xlabel="hole / diameter", ylabel="flow^0.4 (kg/s)^0.4")
     if "heap" in figures:
         of = figures["heap"]
         axes[2].plot(of["rolling_friction"], of["slopes_deg"], "o-", label="measured")
-        axes[2].axhspan(19, 26, alpha=0.2, label="glass beads")
         axes[2].set(title="Repose", xlabel="rolling friction", ylabel="slope (degrees)", ylim=(0, 40))
     if "drum" in figures:
         of = figures["drum"]
         axes[3].semilogx(of["froude"], of["slopes_deg"], "o-", label="measured")
         axes[3].set(title="Drum", xlabel="omega^2 R / g", ylabel="slope (degrees)", ylim=(0, 50))
-    for one in axes:
+    for one in (one for one in axes if one.get_legend_handles_labels()[0]):
         one.legend(fontsize=8)
         one.grid(alpha=0.3)
     shown.savefig(PLOT, dpi=110)

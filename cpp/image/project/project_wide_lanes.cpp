@@ -112,7 +112,7 @@ MOTES_INLINE Size size_vector(const image::WideTask& t, std::size_t i, Floats de
     const Floats blur = abs(1.0f - t.focus / depth) * t.blur;
     const Floats whole = max(sqrt(wide * wide + blur * blur), all(kNarrow));
     const Floats left = min(wide / whole, all(1.0f));
-    return {visible, min(whole, all(kWidest)), left * left};
+    return {visible, min(whole, all(kWidest)), left * left, min(whole, all(kMostUnlimited))};
   }
   const Floats part = min(wide * all(1 / kNarrow), all(1.0f));
   const Floats shown = max(wide, all(kNarrow));

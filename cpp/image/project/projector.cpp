@@ -147,7 +147,7 @@ WideTask wide_task(const Drawn& particles, const Sprite& sprite, const View& vie
   t.streaks = view.shutter > 0;
   t.open = static_cast<float>(view.shutter * dt);
   t.diameter = diameter_of(sprite, view.height);
-  if (view.camera.aperture > 0) {
+  if (view.camera.aperture > 0 && !is_posed(sprite)) {  // what stands in space stays sharp
     t.focus = static_cast<float>(view.camera.focus);
     t.blur = static_cast<float>(view.camera.aperture * lens(view).focal_px / view.camera.focus) *
              static_cast<float>(1 << kSizeBits);

@@ -107,6 +107,9 @@ def along_normal(length: float | Curve) -> AlongNormal:
 
     Args:
         length: of the vector, in the attribute's unit, for velocity m/s; negative: inwards.
+
+    Returns:
+        What `configure` takes for an attribute of three numbers.
     """
     return AlongNormal(length)
 
@@ -116,6 +119,9 @@ def surface_color() -> SurfaceColor:
 
     For `configure`, as in `configure(color=motes.surface_color())`. The mesh must have `colors`; between
     vertices they are mixed.
+
+    Returns:
+        What `configure` takes for an attribute of three numbers.
     """
     return SurfaceColor()
 

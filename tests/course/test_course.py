@@ -118,7 +118,9 @@ def test_a_notebook_still_to_be_solved_has_no_points(tmp_path: Path) -> None:
 def test_a_scene_runs_on_ranks_and_tells_no_speed(written: Path, tmp_path: Path) -> None:
     folder = written / "source" / "evening_4"
     (tmp_path / "mine.py").write_text(course.solution(4))
-    result = mpirun(2, folder / "scene.py", "--log", tmp_path / "log", "--policy", tmp_path / "mine.py")
+    result = mpirun(
+        2, folder / "scene.py", "--log", tmp_path / "log", "--policy", tmp_path / "mine.py", timeout=200
+    )
     assert result.code == 0, result.text
     for path in (tmp_path / "log").iterdir():
         assert not SPEEDS.search(path.read_text()), path

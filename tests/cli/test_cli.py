@@ -142,6 +142,8 @@ def test_each_command_that_prints_figures_takes_json():
         "record": [],
         "bench": ["snow"],
         "cluster": ["paper", "--table", "1"],
+        "course": ["folder"],
+        "grade": ["1", "mine.py"],
     }.items():
         parser = Parser()
         importlib.import_module(f"motes.cli.{name}").configure(parser)

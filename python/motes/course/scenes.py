@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Scene"]
 
-PASSES = 12
+PASSES = 4
 """Square roots of all coordinates that a machine at full speed takes per frame."""
 
 

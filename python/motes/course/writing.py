@@ -66,14 +66,14 @@ def notebook(evening: int, *, key: str = PRACTICE, solutions: bool = False) -> d
 
     Args:
         evening: 1 to 6.
-        key: of the hidden tests.
+        key: of the hidden tests; there are none for the key that all know.
         solutions: with solutions and hidden tests.
 
     Returns:
         Its cells and metadata.
     """
     made = []
-    for number, cell in enumerate(cells(evening, key if solutions else "")):
+    for number, cell in enumerate(cells(evening, key if solutions and key != PRACTICE else "")):
         source = cell["source"] if solutions else _REGION.sub(_stub, cell["source"])
         code: Cell = {"execution_count": None, "outputs": []} if cell["cell_type"] == "code" else {}
         told = {"cell_type": cell["cell_type"], "id": f"cell-{number:02d}", "metadata": cell["metadata"]}

@@ -53,6 +53,9 @@ def workload(name: str, *, frames: int = 60, cells: int = 1000, particles: int =
         frames: how many.
         cells: in the row; of "pic_...", along each side.
         particles: in all.
+
+    Returns:
+        The workload.
     """
     arguments.choice("workload", name, WORKLOADS)
     if name in _KINDS:

@@ -59,14 +59,27 @@ class Workload:
 
     @abstractmethod
     def born(self, frame: int) -> Counts | None:
-        """Particles born in a frame, before they move, (2 sheets, cells); None: none."""
+        """Return the particles born in a frame, before they move, (2 sheets, cells); None: none.
+
+        Args:
+            frame: which, from 0 on.
+        """
 
     def shifts(self, frame: int) -> tuple[int, int]:
-        """Cells by which each sheet moves in a frame, around the end of the row."""
+        """Return the cells by which each sheet moves in a frame, around the end of the row.
+
+        Args:
+            frame: which, from 0 on.
+        """
         return 0, 0
 
     def slowdown(self, frame: int, calculators: int) -> Floats:
-        """Part of its speed that each calculator has in a frame, (calculators,)."""
+        """Return the part of its speed that each calculator has in a frame, (calculators,).
+
+        Args:
+            frame: which, from 0 on.
+            calculators: how many.
+        """
         return np.ones(calculators)
 
     @cached_property
@@ -81,16 +94,28 @@ class Workload:
         return found
 
     def births(self, frame: int) -> Counts:
-        """Particles born in a frame, in each cell, int64 (cells,)."""
+        """Return the particles born in a frame, in each cell, int64 (cells,).
+
+        Args:
+            frame: which, from 0 on.
+        """
         newborn = self.born(frame)
         return np.zeros(self.cells, np.int64) if newborn is None else newborn.sum(axis=0)
 
     def acting(self, frame: int) -> Counts:
-        """Particles that a frame's actions work on, by the cells where they are then, int64 (cells,)."""
+        """Return the particles that a frame's actions work on, where they are then, int64 (cells,).
+
+        Args:
+            frame: which, from 0 on.
+        """
         return self._sheets[frame][0]
 
     def counts(self, frame: int) -> Counts:
-        """Particles in each cell at a frame's end, int64 (cells,)."""
+        """Return the particles in each cell at a frame's end, int64 (cells,).
+
+        Args:
+            frame: which, from 0 on.
+        """
         return self._sheets[frame][1]
 
     def optimum(self, frame: int, speeds: npt.ArrayLike) -> Best:
@@ -130,7 +155,7 @@ class Workload:
             system.set(position=vector(further - self.cells * floor(further / self.cells), at.y, 0.0))
 
     def verify(self, particles: Particles, steps: int) -> bool:
-        """Whether each cell has the particles that it must have.
+        """Return whether each cell has the particles that it must have.
 
         Args:
             particles: all of the system's, as `System.gather` returns them.

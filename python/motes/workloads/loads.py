@@ -16,7 +16,11 @@ class _Even(Workload):
     """All particles are born in the first frame, evenly spread."""
 
     def born(self, frame: int) -> Counts | None:
-        """Particles born in a frame, (2 sheets, cells)."""
+        """Return the particles born in a frame, (2 sheets, cells); None: none.
+
+        Args:
+            frame: which, from 0 on.
+        """
         return _of_both(laid(np.ones(self.cells), self.particles)) if frame == 0 else None
 
 
@@ -26,7 +30,11 @@ class Step(Workload):
     name = "step"
 
     def born(self, frame: int) -> Counts | None:
-        """Particles born in a frame, (2 sheets, cells)."""
+        """Return the particles born in a frame, (2 sheets, cells); None: none.
+
+        Args:
+            frame: which, from 0 on.
+        """
         half = self.particles // 2
         if frame == 0:
             return _of_both(laid(np.ones(self.cells), self.particles - half))
@@ -41,14 +49,22 @@ class Wave(Workload):
     name = "wave"
 
     def born(self, frame: int) -> Counts | None:
-        """Particles born in a frame, (2 sheets, cells)."""
+        """Return the particles born in a frame, (2 sheets, cells); None: none.
+
+        Args:
+            frame: which, from 0 on.
+        """
         if frame:
             return None
         angle = 2 * np.pi * np.arange(self.cells) / self.cells
         return _of_both(laid(1 + 0.9 * np.sin(angle), self.particles))
 
     def shifts(self, frame: int) -> tuple[int, int]:
-        """Cells by which each sheet moves in a frame."""
+        """Return the cells by which each sheet moves in a frame.
+
+        Args:
+            frame: which, from 0 on.
+        """
         by = max(round(2 * self.cells / self.frames), 1)
         return by, by
 
@@ -59,7 +75,11 @@ class HotSpots(Workload):
     name = "hot_spots"
 
     def born(self, frame: int) -> Counts | None:
-        """Particles born in a frame, (2 sheets, cells)."""
+        """Return the particles born in a frame, (2 sheets, cells); None: none.
+
+        Args:
+            frame: which, from 0 on.
+        """
         if frame:
             return None
         half = self.particles // 2
@@ -68,7 +88,11 @@ class HotSpots(Workload):
         return np.stack([laid(np.ones(self.cells), self.particles - half), crowd])
 
     def shifts(self, frame: int) -> tuple[int, int]:
-        """Cells by which each sheet moves in a frame."""
+        """Return the cells by which each sheet moves in a frame.
+
+        Args:
+            frame: which, from 0 on.
+        """
         every = max(self.frames // len(JUMPS), 1)
         if frame == 0 or frame % every:
             return 0, 0
@@ -83,7 +107,12 @@ class SlowRank(_Even):
     disturbed = True
 
     def slowdown(self, frame: int, calculators: int) -> Floats:
-        """Part of its speed that each calculator has in a frame, (calculators,)."""
+        """Return the part of its speed that each calculator has in a frame, (calculators,).
+
+        Args:
+            frame: which, from 0 on.
+            calculators: how many.
+        """
         parts = np.ones(calculators)
         if self.frames // 3 <= frame < 2 * self.frames // 3:
             parts[calculators // 2] = 1 / 3
@@ -97,7 +126,12 @@ class Noise(_Even):
     disturbed = True
 
     def slowdown(self, frame: int, calculators: int) -> Floats:
-        """Part of its speed that each calculator has in a frame, (calculators,)."""
+        """Return the part of its speed that each calculator has in a frame, (calculators,).
+
+        Args:
+            frame: which, from 0 on.
+            calculators: how many.
+        """
         random = np.random.Generator(np.random.Philox(key=(1, frame)))
         parts = 1 - 0.2 * random.random(calculators)
         parts[random.random(calculators) < 1 / 25] *= 0.5

@@ -114,13 +114,21 @@ class Pic(Workload):
         return columns, rows
 
     def born(self, frame: int) -> Counts | None:
-        """Particles born in a frame by column, (2 sheets, cells): all in the first sheet."""
+        """Return the particles born in a frame by column, (2 sheets, cells): all in the first sheet.
+
+        Args:
+            frame: which, from 0 on.
+        """
         if frame:
             return None
         return np.stack([self._columns, np.zeros_like(self._columns)])
 
     def shifts(self, frame: int) -> tuple[int, int]:
-        """Columns by which each sheet moves in a frame."""
+        """Return the columns by which each sheet moves in a frame.
+
+        Args:
+            frame: which, from 0 on.
+        """
         return 2 * self.k + 1, 2 * self.k + 1
 
     @property
@@ -158,7 +166,7 @@ class Pic(Workload):
         system.set(velocity=half)
 
     def verify(self, particles: Particles, steps: int) -> bool:
-        """Whether each particle is where it must be.
+        """Return whether each particle is where it must be.
 
         Args:
             particles: all of the system's, as `System.gather` returns them.

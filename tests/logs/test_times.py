@@ -209,3 +209,16 @@ def test_logs_of_earlier_versions_have_no_times(tmp_path):
     assert run.times.empty and run.waits().empty and run.efficiencies().empty
     assert run.explain().sentences[0].startswith("Imbalance")
     assert np.isnan(run.summary()["parallel_efficiency"])
+
+
+def test_all_policies_say_what_they_moved(tmp_path):
+    load = [load_row(0, "s", rank, n_start=1600, n_end=1600, t_compute_s=0.1) for rank in (2, 3)]
+    log = write_log(tmp_path / "log", load)
+    density = []
+    for rank, low in ((2, 0.0), (3, 16.0)):
+        places = {f"x_q{i:02d}": low + i for i in range(17)}
+        density.append({"frame": 0, "system": "s", "rank": rank, "n": 1600, **places})
+    rows(log / "density.jsonl", density, pad=512)
+    cut = {"frame": 0, "system": "s", "left_rank": 2, "right_rank": 3, "ordered": None, "given": None}
+    rows(log / "balance.jsonl", [{**cut, "cut_before": 16.0, "cut_after": 13.0, "policy": "PrefixCuts()"}])
+    assert motes.open_run(log).summary()["moved_to_balance"] == 300

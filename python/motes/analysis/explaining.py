@@ -83,9 +83,12 @@ class Explanation:
 
     __repr__ = __str__
 
-    def _repr_html_(self) -> str:
+    def html(self) -> str:
+        """Return the sentences as an HTML list."""
         lines = "".join(f"<li>{html.escape(text)}</li>" for text in self.sentences)
         return f"<ol>{lines}</ol>"
+
+    _repr_html_ = html
 
 
 def explain(run: Run) -> Explanation:

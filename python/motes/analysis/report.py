@@ -54,7 +54,7 @@ def _page(run: Run) -> str:
         f"<h1>{name}</h1>",
         summary.summary_table(run),
         *(f"<div class='warning'>{html.escape(text)}</div>" for text in run.warnings()),
-        f"<h2>Why it takes so long</h2>{run.explain()._repr_html_()}",
+        f"<h2>Why it takes so long</h2>{run.explain().html()}",
     ]
     for title, text, figure in _figures(run):
         parts += [f"<h2>{html.escape(title)}</h2>", f"<p>{text}</p>" if text else "", summary.image(figure)]

@@ -115,7 +115,7 @@ def html(run: Run) -> str:
     parts.append(summary_table(run))
     parts += [f"<div class='warning'>{_escape(text)}</div>" for text in warnings(run)]
     if len(run.times):
-        parts.append(explaining.explain(run)._repr_html_())
+        parts.append(explaining.explain(run).html())
     if len(run.load):
         parts.append(_inline_figure(run))
     return "".join(parts) + "</div>"

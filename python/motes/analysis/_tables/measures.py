@@ -8,6 +8,7 @@ import numpy as np
 
 from ... import _extras
 from ...errors import ArgumentError
+from .schema import QUANTILES
 
 if TYPE_CHECKING:
     from pandas import DataFrame, Series
@@ -17,6 +18,7 @@ __all__ = [
     "by_rank",
     "efficiency",
     "imbalance",
+    "moved_by_cuts",
     "of_system",
     "shares",
     "speeds",
@@ -88,3 +90,25 @@ def speeds(load: DataFrame, system: str | None = None) -> DataFrame:
     sums = pd.DataFrame(parts).groupby(["frame", "rank"])[["work", "seconds"]].sum()
     per_rank: Series = sums["work"] / sums["seconds"].where(sums["seconds"] > 0, np.nan)
     return per_rank.unstack("rank")
+
+
+def moved_by_cuts(balance: DataFrame, density: DataFrame) -> int:
+    """Count the particles that new cuts gave to other calculators.
+
+    As given where donors counted them. Where all cuts are made anew nobody does: then those between the old
+    place of a cut and the new one, by the quantiles of both its neighbours.
+    """
+    told = float(balance["given"].abs().sum())
+    anew = balance[balance["given"].isna() & (balance["cut_before"] != balance["cut_after"])]
+    if density.empty or anew.empty:
+        return round(told)
+    known = density.set_index(["frame", "system", "rank"])[["n", *QUANTILES]]
+    parts = np.linspace(0, 1, len(QUANTILES))
+    ends = anew[["cut_before", "cut_after"]].to_numpy(float)
+    for side in ("left_rank", "right_rank"):
+        keys = list(zip(anew["frame"], anew["system"], anew[side], strict=True))
+        for row, cuts in zip(known.reindex(keys).to_numpy(float), ends, strict=True):
+            if row[0] > 0 and not (np.isnan(row).any() or np.isnan(cuts).any()):
+                below = row[0] * np.interp(cuts, row[1:], parts)
+                told += abs(float(below[1] - below[0]))
+    return round(told)

@@ -49,7 +49,7 @@ for i in range(args.systems):
     slip = world.system(
         f"slips {i}",
         sprite=motes.Sprite("image", pixels=None, blend="alpha", image=paper),
-        attributes={"spin": 8.0, "tone": (1, 1, 1)},
+        attributes={"turns": 8.0, "tone": (1, 1, 1)},
     )
     tone = colorsys.hsv_to_rgb(i / args.systems, 0.88, 0.95)
     slip.configure(
@@ -57,7 +57,7 @@ for i in range(args.systems):
         up=Sphere((0, 0, 0), 1),
         rotational_velocity=Sphere((0, 0, 0), 5),
     )
-    slip.configure(spin=motes.Uniform(6, 16), tone=tone, color=tone, lifetime=motes.Uniform(7, 9))
+    slip.configure(turns=motes.Uniform(6, 16), tone=tone, color=tone, lifetime=motes.Uniform(7, 9))
     slips.append(slip)
 
 flying = ~Box((-99, -1, -99), (99, 0.03, 99))
@@ -74,7 +74,7 @@ with world, motes.Movie(f"{args.out}/confetti.mp4") as movie:
             slip.wind((0, 0, 0), drag=5)  # a slip of paper sinks at 2 m/s
             slip.curl_noise(11, scale=0.9, octaves=2, speed=0.6, where=flying)
             # It tumbles: bright where its face meets the light, dark on edge.
-            shine = abs(sin(column("spin") * column("age")))
+            shine = abs(sin(column("turns") * column("age")))
             slip.set(color=column("tone") * (0.25 + 0.95 * shine), where=flying)
             for solid in (floor, *steps):
                 slip.bounce(solid, restitution=0, friction=0.9)

@@ -7,6 +7,7 @@ import re
 from collections.abc import Callable
 from typing import Any, get_args
 
+import numpy as np
 import pytest
 from test_docstrings import PUBLIC
 
@@ -39,10 +40,14 @@ MADE: dict[tuple[str, str], Callable[[str], object]] = {
     ("motes.World.system", "space"): lambda text: world().system("s", space=text),
     ("motes.Sprite", "kind"): motes.Sprite,
     ("motes.Sprite", "blend"): lambda text: motes.Sprite(blend=text),
+    ("motes.Sprite", "facing"): lambda text: motes.Sprite(
+        "image", image=np.zeros((1, 1, 4), np.uint8), facing=text
+    ),
     ("motes.Renderer", "path"): lambda text: motes.Renderer(8, 8, camera=CAMERA, path=text),
     ("motes.Renderer", "layers"): lambda text: motes.Renderer(8, 8, camera=CAMERA, layers=(text,)),
     ("motes.Curve", "interpolation"): lambda text: motes.Curve([(0, 1)], text),
     ("motes.Movie", "preset"): lambda text: motes.Movie("a.mp4", preset=text),
+    ("motes.actions.Align", "to"): lambda text: actions.Align(to=text),
     ("motes.actions.Gravitate", "far"): lambda text: actions.Gravitate(far=text),
     **{
         (f"motes.balance.{kind.__name__}", "over"): lambda text, kind=kind: kind(over=text)
@@ -62,6 +67,7 @@ ELSEWHERE = {
     ("motes.Frame.layer", "name"),  # those that the renderer keeps
     ("motes.Frame.save", "bits"),
     ("motes.System.gravitate", "far"),  # makes the action
+    ("motes.System.align", "to"),
     ("motes.script.options", "balancer"),  # the command line says what is allowed
 }
 """Options that other tests refuse, or that are no texts."""

@@ -32,6 +32,7 @@ add_library(motes_pure STATIC
   image/camera.cpp
   image/footprint.cpp
   image/layout.cpp
+  image/mesh_corners.cpp
   image/post/bloom.cpp
   image/post/bloom_plan.cpp
   image/post/bloom_tiles.cpp

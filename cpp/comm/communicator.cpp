@@ -68,7 +68,7 @@ const char* name(Phase phase) {
                                            "sums",     "totals", "word",    "interaction", "notes",   "copies",
                                            "recovery", "memory", "glow",    "shadows"};
   const auto index = static_cast<std::size_t>(phase);
-  return index < kPhases ? kNames[index] : "leave";
+  return index < kPhases ? kNames[index] : index == kPhases ? "leave" : "unknown";
 }
 
 std::size_t whole_length(std::span<const std::byte> beginning) {

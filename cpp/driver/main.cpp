@@ -109,6 +109,7 @@ class Player {
 
  private:
   static roles::Cast cast(const std::string& name, int size) {
+    if (name == "managing") return roles::cast_managing(size);
     return name == "shared" ? roles::cast_shared(size) : roles::cast_auto(size);
   }
 

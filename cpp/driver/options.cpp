@@ -75,7 +75,7 @@ Options read_options(std::span<char* const> arguments) {
     } else if (argument == "--frames") {
       options.frames = number(argument, value());
     } else if (argument == "--roles") {
-      options.roles = chosen(argument, value(), {"auto", "shared"});
+      options.roles = chosen(argument, value(), {"auto", "shared", "managing"});
     } else if (argument == "--path") {
       options.path = chosen(argument, value(), {"auto", "gather", "tiles", "composite"});
     } else if (argument == "--combine") {
@@ -145,7 +145,8 @@ Replays a scene that `python -m motes record` wrote, without Python, on any numb
   --no-images           make no pictures
   --out DIR             write the pictures there: frame-00000.ppm, ...
   --log DIR             write the run's log there
-  --roles auto|shared   auto: ranks 0 and 1 draw and manage, the others calculate; shared: all calculate
+  --roles WHO           auto: ranks 0 and 1 draw and manage, the others calculate; managing: so does the one that
+                        manages; shared: all calculate
   --path WAY            who draws, instead of the scene's way: auto, gather, tiles or composite
   --spans               with --log: write a timeline of each rank too
   --balancer TEXT       instead of the scene's, such as "Pairwise(threshold=0.1)", "PrefixCuts" or "Static"

@@ -1,5 +1,6 @@
 #include "image/camera.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <numbers>
 #include <optional>
@@ -12,6 +13,7 @@
 #include "image/curves.h"
 #include "image/grid.h"
 #include "image/layout.h"
+#include "image/mesh_corners.h"
 #include "image/solids.h"
 
 namespace motes::image {
@@ -122,7 +124,7 @@ Lens lens_at_opening(const View& view) {
   camera.position = between(now.position, before.position);
   camera.look_at = between(now.look_at, before.look_at);
   camera.up = between(unit(now.up), unit(before.up));
-  camera.fov_deg = between(now.fov_deg, before.fov_deg);
+  camera.fov_deg = now.fov_deg + (before.fov_deg - now.fov_deg) * std::min(back, 1.0);  // else it may leave its range
   return lens_of(no_direction(camera) ? now : camera, view.height);
 }
 
@@ -137,7 +139,7 @@ void check(const View& view) {
   check_number("fog", view.fog.metres, 0, base::kFarthest);
   check_number("exposure", view.exposure, 0, base::kFarthest);
   check_vector("sun", view.sun);
-  check_number("shutter", view.shutter, 0, 1);
+  check_number("shutter", view.shutter, 0, kMostShutter);
   check_number("bloom", view.bloom, 0, 1);
   if (static_cast<int>(view.path) >= base::enumerators<View::Path>()) {
     base::refuse("path", base::names_of<View::Path>(), std::to_string(static_cast<int>(view.path)));
@@ -166,6 +168,21 @@ void check(const View& view) {
   }
 }
 
+namespace {
+
+void check_mesh(const Sprite& sprite) {
+  if (sprite.pixels != 0 || sprite.of_height > 0) {
+    base::refuse("sprite.pixels", "0 for kind mesh: it is scaled by size", std::to_string(sprite.pixels));
+  }
+  const std::size_t triangles = meshes::mesh(sprite.picture)->triangles.size() / 3;
+  if (triangles > kMostSpriteTriangles) {
+    base::refuse("sprite.mesh", "of at most " + std::to_string(kMostSpriteTriangles) + " triangles",
+                 std::to_string(triangles));
+  }
+}
+
+}  // namespace
+
 void check(const Sprite& sprite) {
   if (static_cast<int>(sprite.kind) >= base::enumerators<Sprite::Kind>()) {
     base::refuse("sprite.kind", base::names_of<Sprite::Kind>(), std::to_string(static_cast<int>(sprite.kind)));
@@ -180,9 +197,12 @@ void check(const Sprite& sprite) {
   if (counted_in_pixels && (sprite.pixels < 0 || sprite.pixels > kMaxDiameter)) {
     base::refuse("sprite.pixels", "0.." + std::to_string(kMaxDiameter), std::to_string(sprite.pixels));
   }
-  if ((sprite.kind == Sprite::Kind::image) != (sprite.picture != 0)) {
-    base::refuse("sprite.picture", "given for kind image and for no other", std::to_string(sprite.picture));
+  const bool shows = sprite.kind == Sprite::Kind::image || is_posed(sprite);
+  if (shows != (sprite.picture != 0)) {
+    base::refuse("sprite.picture", "given for kinds image, card and mesh, and for no other",
+                 std::to_string(sprite.picture));
   }
+  if (sprite.kind == Sprite::Kind::mesh) check_mesh(sprite);
 }
 
 }  // namespace motes::image

@@ -9,14 +9,18 @@ namespace {
 
 bool has_fixed_footprint(const Sprite& sprite, int height) {
   const float diameter = diameter_of(sprite, height);
-  return sprite.kind != Sprite::Kind::image && diameter >= 2 && diameter <= static_cast<float>(kMaxFootprint);
+  const bool flat = sprite.kind != Sprite::Kind::image && !is_posed(sprite);
+  return flat && diameter >= 2 && diameter <= static_cast<float>(kMaxFootprint);
 }
 
 }  // namespace
 
+bool is_posed(const Sprite& sprite) { return sprite.kind == Sprite::Kind::card || sprite.kind == Sprite::Kind::mesh; }
+
 bool drawn_as_point(const Sprite& sprite) {
   if (sprite.kind == Sprite::Kind::point) return true;
-  return sprite.kind != Sprite::Kind::image && sprite.pixels == 1 && !(sprite.of_height > 0);
+  if (sprite.kind == Sprite::Kind::image || is_posed(sprite)) return false;
+  return sprite.pixels == 1 && !(sprite.of_height > 0);
 }
 
 float diameter_of(const Sprite& sprite, int height) {
@@ -48,6 +52,7 @@ bool anything_hides(const View& view, std::span<const Sprite> sprites) {
 Layout layout(const Sprite& sprite, const View& view, bool any_depth) {
   const bool deep = any_depth || !view.objects.empty() || sprite.blend != Sprite::Blend::add ||
                     (sprite.kind == Sprite::Kind::sphere && !drawn_as_point(sprite));
+  if (is_posed(sprite)) return Layout::posed;
   const bool still = !(view.shutter > 0);
   const bool sharp = !(view.camera.aperture > 0);
   if (still && sharp && has_fixed_footprint(sprite, view.height)) return deep ? Layout::deep : Layout::plain;

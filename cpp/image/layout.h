@@ -16,7 +16,8 @@ namespace motes::image {
 ///   moving       all sprites but images, while the shutter is open: each record has its size and its streak
 /// deep, deep_sized, deep_moving: the same with a depth, for any blend, and for spheres.
 /// wide: images, and sizes and streaks in very large pictures (see Grid::far_bits); always with a depth.
-enum class Layout : std::uint8_t { plain, deep, sized, deep_sized, moving, deep_moving, wide };
+/// posed: cards and meshes: wide, and how they are turned.
+enum class Layout : std::uint8_t { plain, deep, sized, deep_sized, moving, deep_moving, wide, posed };
 
 struct PlainRecord {
   std::int16_t x, y;  // see Grid::sub_bits
@@ -41,7 +42,17 @@ struct WideRecord {
   std::int32_t dx, dy;  // from the start of the streak to its end, 1/256 px
 };
 
+/// Its `size` says only how far its middle may be from what hides it.
+struct PosedRecord : WideRecord {
+  std::int16_t turn[4];  // a quaternion * 32767, from its own axes to the camera's: right, up, back
+  float scale;           // m per unit of length: of a card, its longer side
+};
+
 static_assert(sizeof(PlainRecord) == 8 && sizeof(DeepRecord) == 12 && sizeof(WideRecord) == 32);
+static_assert(sizeof(PosedRecord) == 44);
+
+/// How far, px, a card or a mesh may reach from its middle; what is beyond is not drawn.
+inline constexpr float kMostPosedReach = 2048;
 
 /// Where the other layouts keep what. They begin with a position of two 16-bit
 /// numbers (see Grid::sub_bits, far_bits), then colour and alpha. Sizes and
@@ -62,11 +73,13 @@ constexpr RecordForm form(Layout layout, bool colored = true) {
     case Layout::moving: return {12 + c, c, 0, 4 + c, 8 + c};
     case Layout::deep_moving: return {16 + c, c, 4 + c, 8 + c, 12 + c};
     case Layout::wide: break;
+    case Layout::posed: return {sizeof(PosedRecord), 8, 12, 16, 24};
   }
   return {sizeof(WideRecord), 8, 12, 16, 24};
 }
-/// Wide records do not: they are large anyway.
-constexpr bool may_lack_color(Layout layout) { return layout != Layout::wide; }
+/// Whether records begin with a WideRecord. These have colours: they are large anyway.
+constexpr bool is_wide(Layout layout) { return layout == Layout::wide || layout == Layout::posed; }
+constexpr bool may_lack_color(Layout layout) { return !is_wide(layout); }
 constexpr bool has_depth(Layout layout) { return form(layout).depth != 0; }
 constexpr bool of_fixed_size(Layout layout) { return layout == Layout::plain || layout == Layout::deep; }
 
@@ -83,6 +96,9 @@ bool in_order_of_depth(std::span<const Sprite> sprites);
 
 /// Whether anything in a picture hides what is behind it: objects, or a system that is opaque or blends by alpha.
 bool anything_hides(const View& view, std::span<const Sprite> sprites);
+
+/// Cards and meshes: they stand in space.
+bool is_posed(const Sprite& sprite);
 
 /// Points, and discs and spheres of one pixel.
 bool drawn_as_point(const Sprite& sprite);

@@ -100,6 +100,9 @@ constexpr void fields(Visitor& visit, Fog& fog) {
   visit(fog.color, fog.metres);
 }
 
+/// Most of View::shutter.
+inline constexpr double kMostShutter = 4;
+
 struct View {
   /// Who makes the picture of particles; the pixels are the same in all of them. automatic: chosen for each frame.
   /// gather: the image generator alone (the paper). tiles: each rank draws a part of the picture. composite: each
@@ -117,7 +120,7 @@ struct View {
   Vector sun{-0.45, 0.75, 0.55};  // the direction to the sun, of any length; all 0: no sun shines
   std::vector<Light> lights;
   Path path = Path::automatic;  // who draws; changes no pixel
-  float shutter = 0;  // part of the frame's time that it is open, 0..1: particles are drawn as streaks
+  float shutter = 0;  // for how many frames' time it is open, 0..kMostShutter: particles are drawn as streaks
   float bloom = 0;  // part of the light that spreads around what is bright, 0..1
   bool smooth = true;  // edges of objects are anti-aliased
   bool linear = false;  // the picture's light is kept beside its pixels
@@ -135,17 +138,21 @@ constexpr void fields(Visitor& visit, View& view) {
 
 /// How the particles of one system are drawn.
 struct Sprite {
-  enum class Kind : std::uint8_t { point, disc, sphere, image };
+  /// card: a picture on a plane in space. mesh: an instance of a mesh.
+  enum class Kind : std::uint8_t { point, disc, sphere, image, card, mesh };
   enum class Blend : std::uint8_t { add, alpha, opaque };
+  /// Where a card's front looks, and a mesh's: along the particle's velocity, or as its orientation says.
+  enum class Facing : std::uint8_t { velocity, orientation };
 
   Kind kind = Kind::disc;
   int pixels = 5;  // diameter, 1..512; 0: as wide as the particle's size[0], m. Points have no diameter
   Blend blend = Blend::add;
   float of_height = 0;  // above 0: the diameter as a part of the picture's height, instead of `pixels`
   float softness = 0;  // m over which a particle fades where it touches an object
-  meshes::AssetKey picture = 0;  // kind image
+  meshes::AssetKey picture = 0;  // kinds image, card: their picture; mesh: the mesh
   bool lit = false;  // by the sun, lights and sky
   float shadow = 0;  // part of the light that one particle keeps from what lies behind it, 0..1
+  Facing facing = Facing::orientation;  // kinds card, mesh
 
   bool operator==(const Sprite&) const = default;
 };
@@ -153,7 +160,7 @@ struct Sprite {
 template <class Visitor>
 constexpr void fields(Visitor& visit, Sprite& sprite) {
   visit(sprite.kind, sprite.pixels, sprite.blend, sprite.of_height, sprite.softness, sprite.picture, sprite.lit,
-        sprite.shadow);
+        sprite.shadow, sprite.facing);
 }
 
 /// The columns that drawing needs, as planes of `count` floats. A null plane means that all particles have the value
@@ -169,6 +176,8 @@ struct Drawn {
   float size_of_all = 1;
   std::array<const float*, 3> up{};
   std::array<float, 3> up_of_all{0, 1, 0};
+  std::array<const float*, 4> orientation{};
+  std::array<float, 4> orientation_of_all{0, 0, 0, 1};
   std::array<const float*, 3> velocity{};  // m/s
   std::array<float, 3> velocity_of_all{};
 };

@@ -2,12 +2,16 @@
 // enters at the other.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 
 namespace motes::particles {
+
+/// More crossings at once are not counted: their sum stays finite.
+inline constexpr double kMostCrossings = 1e37;
 
 /// A position along a periodic axis, and how often it crossed the upper end on its way there: negative for the lower.
 struct Wrapped {
@@ -26,7 +30,7 @@ struct Period {
   bool holds(float x) const { return x >= low && x < high; }
 
   /// Returns where in the interval x lies. Infinities and NaN stay as they are. The sum of position and crossings times
-  /// length() differs from x by rounding alone, however far away x is.
+  /// length() differs from x by rounding alone.
   Wrapped wrapped(float x) const {
     if (holds(x) || !std::isfinite(x)) return {x, 0};
     const double along = length();
@@ -37,7 +41,7 @@ struct Period {
       at = low;
       crossed += 1;
     }
-    return {at, static_cast<float>(crossed)};
+    return {at, static_cast<float>(std::clamp(crossed, -kMostCrossings, kMostCrossings))};
   }
 
   /// Returns the shortest of the ways from one position in the interval to another one, and to its images.

@@ -44,6 +44,12 @@ Cast cast_auto(int size) {
   return cast;
 }
 
+Cast cast_managing(int size) {
+  Cast cast = cast_auto(size);
+  if (cast.manager != cast.image_generator) cast.calculators.insert(cast.calculators.begin(), cast.manager);
+  return cast;
+}
+
 Cast cast_shared(int size) {
   Cast cast{0, 0, {}};
   for (int rank = 0; rank < size; ++rank) cast.calculators.push_back(rank);

@@ -24,6 +24,9 @@ struct Cast {
 /// is the image generator, rank 1 the manager, and the rest calculate, as in the paper.
 Cast cast_auto(int size);
 
+/// As cast_auto, but the manager calculates, too, where it is not the image generator.
+Cast cast_managing(int size);
+
 /// Every rank calculates; rank 0 is also the manager and the image generator.
 Cast cast_shared(int size);
 

@@ -208,6 +208,7 @@ class Sprite:
         picture: int,
         lit: bool,
         shadow: float,
+        facing: str = "orientation",
     ) -> None: ...
 
 class View:

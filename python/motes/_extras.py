@@ -13,7 +13,16 @@ from .errors import MissingExtraError
 
 __all__ = [
     *("av", "draco", "matplotlib", "openexr", "pandas", "pillow", "require_av", "require_live"),
-    *("require_anywidget", "require_openexr", "require_usd", "simplejpeg", "usd", "usd_writer", "websockets"),
+    *(
+        "require_anywidget",
+        "require_openexr",
+        "require_usd",
+        "simplejpeg",
+        "otf2",
+        "usd",
+        "usd_writer",
+        "websockets",
+    ),
 ]
 
 _EXR = "a picture saved as .exr"
@@ -78,6 +87,14 @@ def simplejpeg() -> Any:
 def websockets(part: str) -> Any:
     """Import a module of websockets: "asyncio.server". Raises MissingExtraError if it is not installed."""
     return _import(f"websockets.{part}", _LIVE, "live")
+
+
+def otf2() -> Any:
+    """Import OTF2's package. Raises MissingExtraError if it is not installed."""
+    module = _import("otf2", "writing OTF2 archives", "otf2")
+    for part in ("enums", "writer"):
+        _import(f"otf2.{part}", "writing OTF2 archives", "otf2")
+    return module
 
 
 def draco(need: str) -> Any:

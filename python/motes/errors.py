@@ -159,6 +159,7 @@ EXTRAS = {
     "mesh": ("DracoPy>=2.0",),
     "notebook": ("websockets>=13", "simplejpeg>=1.8", "anywidget>=0.9"),
     "usd": ("usd-core>=24.11",),
+    "otf2": ("otf2>=3.0",),
 }
 """The optional packages of `pip install ".[EXTRA]"`, as in pyproject.toml."""
 

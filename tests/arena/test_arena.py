@@ -80,6 +80,7 @@ def test_machines_are_those_of_their_clusters(tmp_path: Path) -> None:
         "two_kinds": 16,
         "thousand": 1024,
     }
+    assert FREE.move_cost == 0 and 5 < machine("two_kinds").move_cost < 12 and machine("paper").move_cost < 1
     assert machine("paper").particle_s == pytest.approx(4.4e-6), "five actions of model.toml"
     path = tmp_path / "two.py"
     path.write_text("from motes.cluster import Cluster, Node\ncluster = Cluster([Node('n', 2.0, count=2)])\n")
@@ -91,6 +92,8 @@ def test_machines_are_those_of_their_clusters(tmp_path: Path) -> None:
 
 def test_players_are_named_as_python_writes_them(tmp_path: Path) -> None:
     assert player("PrefixCuts(threshold=0.2)", [1.0]).threshold == 0.2  # type: ignore[attr-defined]
+    for text, cost in (("CostAware", 7.0), ("CostAware(move_cost=2)", 2.0)):
+        assert player(text, [1.0], 7.0).move_cost == cost  # type: ignore[attr-defined]
     powers = player("Proportional", [2.0, 1.0])
     assert isinstance(powers, Proportional) and name_of(powers) == "Proportional"
     assert name_of(PrefixCuts(threshold=0.2)) == "PrefixCuts(threshold=0.2)" and set(BALANCERS) <= {

@@ -221,7 +221,7 @@ def test_natives_decide_as_their_policies_do() -> None:
     assert list(Static().decide(load).moves) == []  # type: ignore[union-attr]
 
 
-@pytest.mark.parametrize("name", ["Static", "Pairwise", "Diffusive", "PrefixCuts", "Proportional"])
+@pytest.mark.parametrize("name", motes.balance.BALANCERS)
 def test_options_that_are_not_given_are_the_core_s(name: str) -> None:
     """The driver takes a balancer by its name, and its options from the core; scripts see them in Python."""
     ours = Proportional([1.0, 2.0]) if name == "Proportional" else getattr(motes.balance, name)()

@@ -16,8 +16,8 @@ from submissions import BAD
 from motes import course
 from motes.balance import PrefixCuts, Static
 from motes.cli import main
+from motes.course import cutting, policies, reading
 from motes.course._secret import Secret
-from motes.course.evenings import cutting, policies, reading
 
 EVENINGS = range(1, 7)
 WORTH = {1: 100, 2: 100, 3: 85, 4: 70, 5: 75, 6: 50}

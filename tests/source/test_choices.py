@@ -46,9 +46,13 @@ MADE: dict[tuple[str, str], Callable[[str], object]] = {
     ("motes.actions.Gravitate", "far"): lambda text: actions.Gravitate(far=text),
     **{
         (f"motes.balance.{kind.__name__}", "over"): lambda text, kind=kind: kind(over=text)
-        for kind in (balance.Pairwise, balance.Diffusive, balance.PrefixCuts)
+        for kind in (
+            *(balance.Pairwise, balance.Diffusive, balance.PrefixCuts),
+            *(balance.Bisection, balance.CostAware, balance.Greedy),
+        )
     },
     ("motes.balance.Proportional", "over"): lambda text: balance.Proportional([1, 1], over=text),
+    ("motes.workloads.Pic", "distribution"): motes.workloads.Pic,
     ("motes.System.spawn", "on"): spawn,
     ("motes.System.gather", "to"): gather,
     ("motes.Runs.speedup", "layout"): lambda text: motes.Runs([]).speedup(layout=text),

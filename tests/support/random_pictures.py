@@ -8,7 +8,8 @@ from random_lists import FRAMES, numbers, triples
 __all__ = ["HEADER", "picture_script"]
 
 Text = st.SearchStrategy[str]
-KINDS = ("point", "disc", "sphere", "image")
+KINDS = ("point", "disc", "sphere", "image", "mesh")
+FACINGS = ("camera", "velocity", "orientation")
 BLENDS = ("add", "alpha", "opaque")
 PATHS = ("auto", "gather", "tiles", "composite")
 SOLIDS = (
@@ -29,6 +30,10 @@ from motes.shapes import *
 
 LEAF = (np.arange(9 * 7 * 4).reshape(9, 7, 4) * 37 % 256).astype(np.uint8)
 
+CORNERS = np.array([(-1, -1, -1), (1, -1, -0.5), (0, 1, -1), (0, 0, 1.5)], np.float32)
+WEDGE = motes.Mesh(CORNERS, [(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)])
+FLAP = motes.Mesh(CORNERS, [(0, 1, 2), (1, 3, 2)])
+
 def shown(picture):
     if not picture:
         return ""
@@ -44,10 +49,14 @@ def sprite(draw: st.DrawFn) -> str:
     kind = draw(st.sampled_from(KINDS))
     facts = [f"{kind!r}", f"blend={draw(st.sampled_from(BLENDS))!r}"]
     width = draw(st.sampled_from(["", "pixels=None", "pixels=#", "pixels=#", "height=0.#"]))
-    if width:
+    if width and kind != "mesh":
         facts.append(width.replace("#", str(draw(st.integers(1, 40)))))
     if kind == "image":
         facts.append("image=LEAF")
+    if kind == "mesh":
+        facts.append(f"mesh={draw(st.sampled_from(['WEDGE', 'FLAP']))}")
+    if kind in ("image", "mesh"):
+        facts.append(f"facing={draw(st.sampled_from(FACINGS))!r}")
     if draw(st.booleans()):
         facts.append(f"softness={draw(numbers(0, 1))}")
     if draw(st.booleans()):
@@ -65,7 +74,7 @@ def renderer(draw: st.DrawFn) -> list[str]:
         width, height = min(width, 24), 640
     facts = [f"path={draw(st.sampled_from(PATHS))!r}", f"exposure={draw(numbers(0.25, 2))}"]
     optional = {
-        "shutter": numbers(0.05, 1).map(str),
+        "shutter": (numbers(0.05, 1) | numbers(1, 4)).map(str),
         "bloom": numbers(0.05, 0.5).map(str),
         "smooth": st.just("False"),
         "linear": st.just("True"),
@@ -99,6 +108,8 @@ def picture_script(draw: st.DrawFn) -> str:
             "velocity": "Normal((0, 0, 0), (9, 9, 9))",
             "up": "Normal((0, 1, 0), (1, 1, 1))",
             "rotational_velocity": "Normal((0, 0, 0), (3, 3, 3))",
+            "orientation": draw(st.sampled_from(["'random'", "(0, 0, 0, 1)"])),
+            "spin": "Normal((0, 0, 0), (9, 9, 9))",
             "size": size,
             "color": draw(st.sampled_from(COLORS)),
             "alpha": draw(st.sampled_from(["Uniform(0, 1)", "0.1", "1"])),

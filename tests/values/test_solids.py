@@ -107,7 +107,7 @@ def test_what_is_no_solid_or_light_is_refused_at_the_call(make, name):
 @pytest.mark.parametrize(
     ("arguments", "name"),
     [
-        ({"shutter": 1.1}, "shutter"),
+        ({"shutter": 4.1}, "shutter"),
         ({"shutter": -0.1}, "shutter"),
         ({"shutter": NAN}, "shutter"),
         ({"sun": (0, NAN, 0)}, "sun"),

@@ -20,6 +20,7 @@
 #include "interactions/act.h"
 #include "interactions/pyramid.h"
 #include "interactions/scripted.h"
+#include "particles/wrap.h"
 #include "program/select.h"
 
 namespace motes::engine {
@@ -209,7 +210,10 @@ class Meeting {
     for (std::size_t side = 0; side < in_.interaction.count; ++side) {
       if (in_.interaction.collides_again[side]) note_collided(in_.population(side), sides[side].chosen);
     }
-    for (std::size_t side = 0; side < in_.interaction.count; ++side) drop(in_.population(side), seen.dropped[side]);
+    for (std::size_t side = 0; side < in_.interaction.count; ++side) {
+      drop(in_.population(side), seen.dropped[side]);
+      particles::wrap(in_.population(side).store, *in_.rank.pool);  // a law of the script's may set positions
+    }
     InteractionStats& stats = in_.population(0).interaction;
     stats.pairs += seen.pairs;
     stats.most_in_a_cell = std::max(stats.most_in_a_cell, seen.most_in_a_cell);

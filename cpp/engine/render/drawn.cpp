@@ -17,6 +17,8 @@ image::Drawn drawn(const particles::Store& store) {
   three(particles::color, d.color, d.color_of_all);
   three(particles::up, d.up, d.up_of_all);
   three(particles::velocity, d.velocity, d.velocity_of_all);
+  for (int c = 0; c < 4; ++c) d.orientation[static_cast<std::size_t>(c)] = store.plane(particles::orientation, c);
+  d.orientation_of_all = store.uniform_value(particles::orientation);
   d.alpha = store.plane(particles::alpha, 0);
   d.alpha_of_all = store.uniform_value(particles::alpha)[0];
   d.size = store.plane(particles::size, 0);
@@ -34,6 +36,7 @@ image::Drawn part_of(const image::Drawn& all, std::size_t first, std::size_t cou
   for (auto* planes : {&part.position, &part.color, &part.up, &part.velocity}) {
     for (const float*& plane : *planes) from(plane);
   }
+  for (const float*& plane : part.orientation) from(plane);
   from(part.alpha);
   from(part.size);
   return part;

@@ -17,13 +17,17 @@ using LightSum = std::array<double, 3>;
 
 void put_color(const Color& from, float* to) { std::copy(from.begin(), from.end(), to); }
 
+// The same part of a sky's light arrives as of a background of one colour: less than all, or the sun would be lost in
+// it.
+constexpr auto kSkyLight = static_cast<float>(kTint);
+
 // The mean of a quantity that grows linearly with the sine of the height, over a half of the sky, weighted as a
 // surface that faces it does: 2 s ds.
 Ambient of_gradient(const Sky& sky) {
   Ambient all;
   for (std::size_t c = 0; c < 3; ++c) {
-    all.high[c] = (sky.horizon[c] + 2 * sky.zenith[c]) / 3;
-    all.low[c] = (sky.horizon[c] + 2 * sky.ground[c]) / 3;
+    all.high[c] = kSkyLight * (sky.horizon[c] + 2 * sky.zenith[c]) / 3;
+    all.low[c] = kSkyLight * (sky.horizon[c] + 2 * sky.ground[c]) / 3;
   }
   return all;
 }
@@ -63,8 +67,8 @@ Ambient of_picture(const Texture& picture) {
   }
   Ambient all;
   for (std::size_t c = 0; c < 3; ++c) {
-    all.high[c] = static_cast<float>(above > 0 ? up[c] / above : 0);
-    all.low[c] = static_cast<float>(below > 0 ? down[c] / below : 0);
+    all.high[c] = kSkyLight * static_cast<float>(above > 0 ? up[c] / above : 0);
+    all.low[c] = kSkyLight * static_cast<float>(below > 0 ? down[c] / below : 0);
   }
   return all;
 }

@@ -5,6 +5,7 @@
 #include "image/layout.h"
 #include "image/project/screen_lanes.h"
 #include "simd/floats3.h"
+#include "simd/rotations.h"
 #include "simd/simd.h"
 
 namespace motes::MOTES_ISA {
@@ -14,6 +15,7 @@ constexpr int kUnit = 1 << image::kWideBits;                                    
 constexpr float kSizeUnit = 1 << image::kSizeBits;                              // 1 px in sizes
 constexpr float kNarrow = 2 * kSizeUnit;  // narrower sprites lose light instead
 constexpr float kWidest = static_cast<float>(image::kMaxDiameter) * kSizeUnit;
+constexpr float kMostUnlimited = 65536 * kSizeUnit;
 constexpr int kUnitsPerSize = kUnit / (1 << image::kSizeBits);
 
 // What of a particle's way on the screen may touch the image: from (x, y),
@@ -94,6 +96,7 @@ MOTES_INLINE Way way(const image::WideTask& t, std::size_t i, Floats3 place, Vie
 struct Size {
   Mask visible;
   Floats diameter, light;
+  Floats unlimited;  // the diameter, however large
 };
 MOTES_INLINE Size size_vector(const image::WideTask& t, std::size_t i, Floats depth) {
   Floats wide = all(t.diameter * kSizeUnit);
@@ -101,7 +104,7 @@ MOTES_INLINE Size size_vector(const image::WideTask& t, std::size_t i, Floats de
   if (!(t.diameter > 0)) {
     const Floats metres = load_or(t.size, i, t.size_of_all);
     visible = (metres > 0.0f) & (metres <= all(kLargest));
-    wide = metres * (all(t.now.scale * (kSizeUnit / kUnit)) / depth);
+    wide = metres * (all(t.now.scale * (kSizeUnit / kUnit) * t.breadth) / depth);
   }
   if (t.blur > 0) {
     // As wide as both together on the mean: squares of diameters add up, and the light of the smaller disc is spread
@@ -112,7 +115,8 @@ MOTES_INLINE Size size_vector(const image::WideTask& t, std::size_t i, Floats de
     return {visible, min(whole, all(kWidest)), left * left};
   }
   const Floats part = min(wide * all(1 / kNarrow), all(1.0f));
-  return {visible, min(max(wide, all(kNarrow)), all(kWidest)), part * part};
+  const Floats shown = max(wide, all(kNarrow));
+  return {visible, min(shown, all(kWidest)), part * part, min(shown, all(kMostUnlimited))};
 }
 
 // The direction of `up` on the screen: how the projection of a place changes as it moves along `up`.
@@ -128,6 +132,56 @@ MOTES_INLINE Uints up_vector(const image::WideTask& t, std::size_t i, ViewPositi
   const Floats scale = all(32767.0f) / sqrt(select(known, x * x + y * y, all(1.0f)));
   const Ints across = floor_to_ints(x * scale + all(0.5f)), down = floor_to_ints(y * scale + all(0.5f));
   return ((Uints)across & 0xffffu) | ((Uints)down << 16);
+}
+
+// The orientation whose front looks along the velocity, with its top as near to `up` as it can be.
+MOTES_INLINE Rotations along_velocity(const image::WideTask& t, std::size_t i, Mask& known) {
+  const Floats3 velocity = vector_at(t.velocity, t.velocity_of_all, i), up = vector_at(t.up, t.up_of_all, i);
+  const Floats speed = sqrt(dot(velocity, velocity));
+  known = (speed > 1e-15f) & (speed < 1e15f);
+  const Floats3 front = velocity * (1.0f / select(known, speed, all(1.0f)));
+  const Floats none{}, one = all(1.0f);
+  const Rotations turn = shortest({none, none, one}, front, {none, one, none});
+  const Floats3 side = cross(up, front);
+  const Floats square = dot(side, side);
+  const Mask turns = (square > 1e-12f * dot(up, up)) & (square < 1e30f);
+  const Floats3 top = cross(front, side) * (1.0f / sqrt(select(turns, square, one)));
+  return select(turns, unit(shortest(turned_y(turn), top, front) * turn), turn);
+}
+
+// How a sprite stands before the camera, and how far it reaches.
+struct Stance {
+  Uints turn[2];  // as in PosedRecord
+  Floats scale;   // m per unit of length
+  Ints reach;     // 1/256 px
+};
+MOTES_INLINE Stance stance_vector(const image::WideTask& t, std::size_t i, ViewPosition now, const Size& size,
+                                  Mask visible) {
+  const Rotations camera = {all(t.camera_turn[0]), all(t.camera_turn[1]), all(t.camera_turn[2]), all(t.camera_turn[3])};
+  Mask known = ~Mask{};
+  Rotations own{};
+  if (t.along_velocity) {
+    own = along_velocity(t, i, known);
+  } else {
+    own = unit(Rotations{
+        load_or(t.orientation[0], i, t.orientation_of_all[0]), load_or(t.orientation[1], i, t.orientation_of_all[1]),
+        load_or(t.orientation[2], i, t.orientation_of_all[2]), load_or(t.orientation[3], i, t.orientation_of_all[3])});
+  }
+  // What does not move faces the camera.
+  const Rotations turn = select(known, unit(camera * own), Rotations{{}, {}, {}, all(1.0f)});
+  const auto part = [](Floats v) { return (Uints)floor_to_ints(v * 32767.0f + 0.5f); };
+  Stance p;
+  p.turn[0] = (part(turn.x) & 0xffffu) | part(turn.y) << 16;
+  p.turn[1] = (part(turn.z) & 0xffffu) | part(turn.w) << 16;
+  // Twice the radius of a ball around it, m: of a card, its diagonal at most.
+  const Floats metres = size.unlimited * now.depth * (1 / (t.now.scale * (kSizeUnit / kUnit)));
+  p.scale = metres * (1 / t.breadth);
+  const Floats radius = metres * (t.diagonal * 0.5f), focal = all(t.now.scale);
+  const Floats across = abs(now.across) + abs(now.upward);
+  const Floats nearest = max(now.depth - radius, all(t.near));
+  const Floats reach = radius * focal * (1.0f + across / now.depth) / nearest;
+  p.reach = to_ints(only(visible, min(reach, all(image::kMostPosedReach * kUnit))));
+  return p;
 }
 
 // The tiles that a sprite touches along one axis.
@@ -146,7 +200,8 @@ MOTES_INLINE Uints tile_of(const image::WideTask& t, Ints column, Ints row) {
 }
 MOTES_INLINE Ints half_of(Ints v) { return (max_ints(v, -v) + 1) >> 1; }
 
-constexpr std::size_t kMostWords = sizeof(image::WideRecord) / 4;
+// Whole fours: see WideBatch.
+constexpr std::size_t kMostWords = image::kFour * image::fours_of(sizeof(image::PosedRecord) / 4);
 
 struct Columns {
   Mask visible;
@@ -182,7 +237,12 @@ MOTES_INLINE Columns project_vector(const image::WideTask& t, std::size_t i, Uin
   const Ints x = (x0 + x1) >> 1, y = (y0 + y1) >> 1, dx = x1 - x0, dy = y1 - y0;
   // Half a pixel more than the radius: pixels at the edge are partly covered. A square reaches sqrt(2) times as far.
   const Ints radius = diameter * (kUnitsPerSize / 2);
-  const Ints reach = (t.oriented ? (radius * 363) >> 8 : radius) + kUnit / 2;
+  Ints reach = (t.oriented ? (radius * 363) >> 8 : radius) + kUnit / 2;
+  Stance stance;
+  if (t.posed) {
+    stance = stance_vector(t, i, now, s, visible);
+    reach = stance.reach + 2 * kUnit;
+  }
   const TileSpan columns = span(x, reach + half_of(dx), t.width), rows = span(y, reach + half_of(dy), t.height);
   Columns c;
   c.visible = visible & (light > 0) & columns.inside & rows.inside & gives_light(color, t.dark);
@@ -196,6 +256,12 @@ MOTES_INLINE Columns project_vector(const image::WideTask& t, std::size_t i, Uin
     c.word[5] = t.oriented ? up_vector(t, i, now) : Uints{};
     c.word[6] = (Uints)dx;
     c.word[7] = (Uints)dy;
+    if (t.posed) {
+      c.word[8] = stance.turn[0];
+      c.word[9] = stance.turn[1];
+      c.word[10] = (Uints)stance.scale;
+      c.word[11] = Uints{};
+    }
   } else {
     const int less = image::kWideBits - t.bits;
     // What a record does not have goes where its position is, which is written last.
@@ -249,7 +315,11 @@ image::WideCount project(const image::WideTask& task, std::size_t first, std::si
   Ahead ahead(t);
   if (t.streaks || out.velocity != nullptr) ahead.add(t.velocity);
   if (!(t.diameter > 0)) ahead.add(t.size);
-  if (t.oriented) ahead.add(t.up);
+  if (t.oriented || (t.posed && t.along_velocity)) ahead.add(t.up);
+  if (t.posed && t.along_velocity && !t.streaks && out.velocity == nullptr) ahead.add(t.velocity);
+  if (t.posed && !t.along_velocity) {
+    for (const float* plane : t.orientation) ahead.add(plane);
+  }
   const auto words = static_cast<std::size_t>(t.form.bytes) / 4;
   const std::size_t in_fours = image::kFour * image::fours_of(words);
   std::size_t n = 0, several = 0, many = 0;

@@ -25,6 +25,13 @@ struct WideTask : SeenTask {
   float diameter;  // px, of all particles; 0: `size` says
   float focus, blur;  // m to what is sharp; 1/64 px of blur, of what is infinitely far; 0: all is sharp
   bool oriented;   // sprites are squares, turned by `up`
+  bool posed;      // sprites stand in space: the records are PosedRecords
+  bool along_velocity;  // their fronts look there, else where `orientation` says
+  const float* orientation[4];
+  float orientation_of_all[4];
+  float camera_turn[4];  // a quaternion: from the world's axes to the camera's
+  float breadth;  // of a sprite whose size is 1: 1, but for meshes
+  float diagonal;  // of a square of side 1; of a ball, its diameter
   RecordForm form; // of the records
   int columns;     // of tiles
   int bits;        // of their positions

@@ -9,6 +9,7 @@
 #include "base/memory.h"
 #include "image/camera.h"
 #include "image/footprint.h"
+#include "image/mesh_corners.h"
 
 namespace motes::image {
 namespace {
@@ -106,6 +107,34 @@ ProjectTask fixed_task(const Drawn& particles, const Sprite& sprite, const View&
   return t;
 }
 
+// The quaternion of the rotation from the world's axes to those of a camera: right, up and back.
+void set_turn(const Lens& lens, float (&turn)[4]) {
+  const Vector rows[3] = {lens.right, lens.up, lens.forward * -1.0};
+  // The greatest of the four squares, so that none of the divisions is by nearly 0 (Shepperd).
+  const double x = rows[0][0], y = rows[1][1], z = rows[2][2];
+  const double squares[4] = {1 + x - y - z, 1 - x + y - z, 1 - x - y + z, 1 + x + y + z};
+  const auto greatest = static_cast<std::size_t>(std::max_element(squares, squares + 4) - squares);
+  const double xy = rows[0][1] + rows[1][0], xz = rows[0][2] + rows[2][0], yz = rows[1][2] + rows[2][1];
+  const double xw = rows[2][1] - rows[1][2], yw = rows[0][2] - rows[2][0], zw = rows[1][0] - rows[0][1];
+  const double products[4][4] = {
+      {squares[0], xy, xz, xw}, {xy, squares[1], yz, yw}, {xz, yz, squares[2], zw}, {xw, yw, zw, squares[3]}};
+  const double scale = 0.5 / std::sqrt(squares[greatest]);
+  for (std::size_t c = 0; c < 4; ++c) turn[c] = static_cast<float>(products[greatest][c] * scale);
+}
+
+void set_pose(const Drawn& particles, const Sprite& sprite, const View& view, WideTask& t) {
+  t.posed = is_posed(sprite);
+  t.breadth = 1;
+  if (!t.posed) return;
+  t.along_velocity = sprite.facing == Sprite::Facing::velocity;
+  std::copy_n(particles.orientation.begin(), 4, t.orientation);
+  std::copy_n(particles.orientation_of_all.begin(), 4, t.orientation_of_all);
+  set_turn(lens(view), t.camera_turn);
+  const bool mesh = sprite.kind == Sprite::Kind::mesh;
+  t.breadth = mesh ? 2 * reach_of_mesh(sprite.picture) : 1;
+  t.diagonal = mesh ? 1.0f : 1.4143f;
+}
+
 WideTask wide_task(const Drawn& particles, const Sprite& sprite, const View& view, double dt) {
   auto t = task_of<WideTask>(particles, sprite, view, 1 << kWideBits);
   t.size = particles.size;
@@ -125,9 +154,10 @@ WideTask wide_task(const Drawn& particles, const Sprite& sprite, const View& vie
   }
   t.oriented = sprite.kind == Sprite::Kind::image;
   // Half the image and the largest sprite, turned.
-  constexpr int kReach = kMaxDiameter * 182 / 256 + 2;
-  t.limit_x = static_cast<float>(((view.width + 1) / 2 + kReach) << kWideBits);
-  t.limit_y = static_cast<float>(((view.height + 1) / 2 + kReach) << kWideBits);
+  set_pose(particles, sprite, view, t);
+  const int reach = t.posed ? static_cast<int>(kMostPosedReach) + 2 : kMaxDiameter * 182 / 256 + 2;
+  t.limit_x = static_cast<float>(((view.width + 1) / 2 + reach) << kWideBits);
+  t.limit_y = static_cast<float>(((view.height + 1) / 2 + reach) << kWideBits);
   return t;
 }
 

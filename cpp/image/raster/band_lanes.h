@@ -2,8 +2,8 @@
 // with each other.
 #pragma once
 
-#include "image/raster/depth_bands.h"
 #include "image/raster/point_lanes.h"
+#include "image/raster/splat_lanes.h"
 #include "simd/squeeze.h"
 
 namespace motes::MOTES_ISA {
@@ -16,7 +16,7 @@ MOTES_INLINE void read_sized_places(const image::BandSearch& s, const unsigned c
     const int halves = static_cast<std::int32_t>(at) >> (image::kWideBits - 1);
     return static_cast<std::uint32_t>(halves < -32768 ? -32768 : halves > 32767 ? 32767 : halves) & 0xffffu;
   };
-  const bool wide = s.layout == image::Layout::wide;
+  const bool wide = image::is_wide(s.layout);
   for (std::size_t i = 0; i < count; ++i, records += s.record_bytes) {
     positions[i] = word_at(records);
     if (wide) positions[i] = half_pixels(positions[i]) | half_pixels(word_at(records + 4)) << 16;

@@ -73,7 +73,7 @@ std::size_t Behind::find_in_bands(const Piece& piece) {
   const bool fixed = of_fixed_size(brush.layout());
   const float radius = fixed ? 0.5f * static_cast<float>(brush.footprint_pixels()) : kOftenRadius;
   if (radius > radius_) measure_bands(radius);
-  const int bits = fixed ? grid.sub_bits() : brush.layout() == Layout::wide ? 1 : grid.far_bits();
+  const int bits = fixed ? grid.sub_bits() : is_wide(brush.layout()) ? 1 : grid.far_bits();
   const auto first = [&](int pixels, int from) { return (pixels << bits) - (from << (bits + 1)) + (fixed ? 1 : 0); };
   found_.resize(piece.count + kVectorRoom);
   const BandSearch search{bands_.data(),
@@ -141,7 +141,7 @@ Behind::Center Behind::center_of(const Piece& piece, const std::byte* record) co
   constexpr float kPixel = 1.0f / (1 << kWideBits);
   center.x += static_cast<float>(r.x) * kPixel;
   center.y += static_cast<float>(r.y) * kPixel;
-  center.blur = 1.0f / static_cast<float>(1 << (brush.layout() == Layout::wide ? kWideBits : grid.far_bits()));
+  center.blur = 1.0f / static_cast<float>(1 << (is_wide(brush.layout()) ? kWideBits : grid.far_bits()));
   center.radius = 0.5f / (1 << kSizeBits) * static_cast<float>(r.size);
   return center;
 }

@@ -7,7 +7,6 @@
 
 #include "image/buffer.h"
 #include "image/grid.h"
-#include "image/raster/depth_bands.h"
 #include "image/raster/pieces.h"
 #include "image/raster/splat_lanes.h"
 #include "image/raycast/scenery.h"

@@ -11,6 +11,7 @@
 #include "image/camera.h"
 #include "image/daylight.h"
 #include "image/footprint.h"
+#include "image/mesh_corners.h"
 
 namespace motes::image {
 namespace {
@@ -200,7 +201,7 @@ void Brush::set_wide(const View& view) {
     wide_.gain[2] = gain_at(Sprite::Kind::point, 1);
     wide_.key_shift = 1;
   }
-  if (sprite_.kind == Sprite::Kind::sphere) {
+  if (sprite_.kind == Sprite::Kind::sphere || sprite_.kind == Sprite::Kind::mesh) {
     const Daylight daylight(view);
     for (std::size_t i = 0; i < 3; ++i) {
       wide_.toward_sun[i] = static_cast<float>(daylight.toward_sun()[i]);
@@ -211,12 +212,24 @@ void Brush::set_wide(const View& view) {
     wide_.high = static_cast<float>(daylight.high());
     wide_.mean_shade = static_cast<float>(daylight.mean_shade());
   }
-  if (sprite_.kind == Sprite::Kind::image) {
+  wide_.focal = static_cast<float>(lens(view).focal_px);
+  wide_.near = static_cast<float>(view.camera.near);
+  if (sprite_.kind == Sprite::Kind::mesh) set_mesh();
+  if (sprite_.kind == Sprite::Kind::image || sprite_.kind == Sprite::Kind::card) {
     const ImageLevels& picture = image_levels(sprite_.picture);
     wide_.levels = picture.levels().data();
     wide_.level_count = static_cast<int>(picture.levels().size());
     wide_.image_cover = static_cast<float>(picture.cover());
   }
+}
+
+void Brush::set_mesh() {
+  const MeshCorners& mesh = mesh_corners(sprite_.picture);
+  wide_.corners = mesh.planes.data();
+  wide_.triangles = mesh.triangles;
+  wide_.room = mesh.room;
+  wide_.closed = mesh.closed;
+  wide_.mesh_reach = reach_of_mesh(sprite_.picture);
 }
 
 WideSplat Brush::wide_at(const Area& area) const {

@@ -56,6 +56,7 @@ class Brush {
  private:
   void set_splat(const View& view);
   void set_wide(const View& view);
+  void set_mesh();
   const Footprint& footprint_in_use() const;
 
   Sprite sprite_;

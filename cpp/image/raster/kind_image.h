@@ -70,8 +70,10 @@ struct Image {
   }
 
   /// Covers the pixels where the picture is at least half opaque, taking the most opaque sample along the streak.
-  MOTES_INLINE Front front(Floats x, Floats y) const {
-    const Texels t = moves ? most_opaque(x, y) : texels(x, y);
+  MOTES_INLINE Front front(Floats x, Floats y) const { return front_of(moves ? most_opaque(x, y) : texels(x, y)); }
+
+ protected:
+  MOTES_INLINE Front front_of(const Texels& t) const {
     Front front;
     const Floats opacity = to_floats(t.channel[3]), alpha = max(opacity, all(least));
     front.color = Uints{};
@@ -85,7 +87,6 @@ struct Image {
     return front;
   }
 
- private:
   static constexpr int kMostSteps = 64;
   static constexpr int kPartBits = 7;  // of a texel, in places between texels
 
@@ -100,9 +101,10 @@ struct Image {
   struct Stretch {
     Floats first, step;
   };
-  MOTES_INLINE Stretch stretch(Floats x, Floats y) const {
+  MOTES_INLINE Stretch stretch(Floats x, Floats y) const { return stretch(x, y, reach()); }
+  MOTES_INLINE Stretch stretch(Floats x, Floats y, float far) const {
     const Floats along = x * s.along_x + y * s.along_y;
-    const Floats begin = clamp(along - reach(), -s.half, s.half), end = clamp(along + reach(), -s.half, s.half);
+    const Floats begin = clamp(along - far, -s.half, s.half), end = clamp(along + far, -s.half, s.half);
     const Floats step = (end - begin) * (1 / static_cast<float>(steps));
     return {begin + step * 0.5f, step};
   }

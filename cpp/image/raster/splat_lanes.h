@@ -5,12 +5,30 @@
 #include <cstdint>
 
 #include "image/layout.h"
-#include "image/raster/depth_bands.h"
 #include "image/tile_planes.h"
 #include "image/tone.h"
 #include "simd/declare_builds.h"
 
 namespace motes::image {
+
+// The bands: depths around the surfaces of a tile at which it is not clear at once whether a surface hides a particle.
+
+/// One pixel's: a record whose centre is nearest to this pixel is in front of the surface if its depth is below `low`,
+/// and deep enough to be hidden from `high` on, m.
+struct DepthBand {
+  float low, high;
+};
+
+/// How records find their bands. A centre's column is (2 * position + first_column) >> shift, within 0..last_column.
+struct BandSearch {
+  const DepthBand* bands;  // kTile rows of kTile
+  Layout layout;
+  RecordForm form;
+  int record_bytes;
+  int shift, first_column, first_row;
+  int last_column, last_row;
+  int most_size;  // a larger record (see WideRecord::size) has no band: it is always found
+};
 
 /// Returns the pixels per row in tables of opaque sprites of this size.
 constexpr int surface_row(int size) { return size <= 8 ? 8 : 16; }

@@ -277,7 +277,8 @@ void TilePainter::set_brush(const Brush& brush) {
 }
 
 void TilePainter::draw_opaque(const Piece& given, const TilePlanes& planes) {
-  const Piece piece = behind_.settled(given);
+  // Cards and meshes have depths of their own at each pixel.
+  const Piece piece = is_posed(given.brush->sprite()) ? given : behind_.settled(given);
   take_up(piece);
   if (!of_fixed_size(piece.brush->layout())) {
     kernels(*piece.brush).opaque(planes, wide_splat_, raw(piece.records), piece.count);

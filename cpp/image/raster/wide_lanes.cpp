@@ -47,6 +47,7 @@ MOTES_OUTLINE WideSprite sprite_from(const WideSplat& task, const unsigned char*
   s.light = static_cast<float>(r.light) * (1.0f / image::kAllLight);
   __builtin_memcpy(&s.color, r.color, sizeof s.color);
   s.depth = r.depth;
+  s.record = bytes;
   return s;
 }
 
@@ -328,6 +329,19 @@ MOTES_INLINE bool is_hidden(const TilePlanes& tile, const WideSprite& s, float e
   return front > farthest;
 }
 
+// Draws the triangles of opaque meshes.
+void opaque_meshes(const TilePlanes& tile, const WideSplat& task, const unsigned char* records, std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i, records += task.record_bytes) {
+    const Mesh kind(task, sprite_from(task, records));
+    const WideSprite& s = kind.s;
+    const Outline o = outline_of(s, kind.reach(), kind.box_x(), kind.box_y());
+    const int first = o.first > 0 ? o.first : 0, last = o.last < task.rows - 1 ? o.last : task.rows - 1;
+    if (first > last || beside(task, s, kind.box_x())) continue;
+    const float extent_x = kind.box_x() + s.half * size_of(s.along_x);
+    if (!is_hidden(tile, s, extent_x, first, last, kind.front_depth())) kind.draw(tile);
+  }
+}
+
 template <class Kind>
 void opaque_wide(const TilePlanes& tile, const WideSplat& task, const unsigned char* records, std::size_t count) {
   PatchPart part;
@@ -354,10 +368,15 @@ void opaque_wide(const TilePlanes& tile, const WideSplat& task, const unsigned c
   }
 }
 
+template <class Kind>
+constexpr image::WideKernel* kOpaque = opaque_wide<Kind>;
+template <>
+constexpr image::WideKernel* kOpaque<Mesh> = opaque_meshes;
+
 }  // namespace
 
 extern const image::WideLanes wide_lanes = {{
-#define MOTES_SPRITE_KIND(kind, Name) {add_wide<Name>, over_wide<Name>, opaque_wide<Name>},
+#define MOTES_SPRITE_KIND(kind, Name) {add_wide<Name>, over_wide<Name>, kOpaque<Name>},
 #include "image/raster/kinds.inc"
                                             },
                                             show_cover};

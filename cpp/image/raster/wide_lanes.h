@@ -43,6 +43,12 @@ struct WideSplat {
   const ImageLevel* levels;  // images
   int level_count;
   float image_cover;  // mean alpha of the square around the picture
+
+  float focal, near;  // cards and meshes: the camera's focal length, px, and what is nearer is not drawn, m
+  const float* corners;  // meshes: see MeshCorners
+  int triangles, room;
+  bool closed;
+  float mesh_reach;  // from its origin, m
 };
 
 /// Draws `count` wide records.

@@ -4,6 +4,7 @@
 #include "image/layout.h"
 #include "image/raster/patch_lanes.h"
 #include "image/raster/wide_lanes.h"
+#include "simd/floats3.h"
 
 namespace motes::MOTES_ISA {
 
@@ -16,6 +17,7 @@ struct WideSprite {
   float up_x, up_y;    // direction of the particle's `up`, a unit vector
   float light;         // factor on its alpha, 0..1
   std::uint32_t color, depth;
+  const unsigned char* record;
 };
 
 /// How a sprite looks at a vector of pixels, 0..1: the covered part of each pixel, and that part times its light.
@@ -113,5 +115,35 @@ MOTES_INLINE void weigh_pixels(const Kind& kind, Patch<2>& p) {
     store_narrow(p.light + at, weight_of(glow.light));
   });
 }
+
+/// How a card or a mesh stands before the camera, unpacked from its record.
+///
+/// Directions and places as the camera sees them: x to the right, y up, z towards the camera. The particle is `depth`
+/// metres ahead, and (middle_x, middle_y) px right of and below the picture's middle.
+struct Pose {
+  Float3 right, up, front;  // the particle's own x, y and z axis, unit vectors
+  float middle_x, middle_y;
+  float depth, scale;  // m; m per unit of length of what is drawn
+
+  MOTES_INLINE Pose(const image::WideSplat& task, const WideSprite& s) {
+    image::PosedRecord r;
+    __builtin_memcpy(&r, s.record, sizeof r);
+    float q[4], square = 0;
+    for (int c = 0; c < 4; ++c) {
+      q[c] = static_cast<float>(r.turn[c]);
+      square += q[c] * q[c];
+    }
+    const float part = square > 0 ? 1.0f / __builtin_sqrtf(square) : 0;
+    const float x = q[0] * part, y = q[1] * part, z = q[2] * part, w = q[3] * part;
+    right = {1 - 2 * (y * y + z * z), 2 * (x * y + z * w), 2 * (x * z - y * w)};
+    up = {2 * (x * y - z * w), 1 - 2 * (x * x + z * z), 2 * (y * z + x * w)};
+    front = {2 * (x * z + y * w), 2 * (y * z - x * w), 1 - 2 * (x * x + y * y)};
+    constexpr float kUnit = 1.0f / (1 << image::kWideBits);
+    middle_x = s.x + static_cast<float>(task.origin_x) * kUnit;
+    middle_y = s.y + static_cast<float>(task.origin_y) * kUnit;
+    __builtin_memcpy(&depth, &s.depth, sizeof depth);
+    scale = r.scale;
+  }
+};
 
 }  // namespace motes::MOTES_ISA

@@ -128,7 +128,7 @@ class Renderer(Settings):
     background: Triple | Gradient | Panorama
     """What is infinitely far: a colour, a `motes.Gradient`, or an equirectangular picture (a path, .exr or
     what Pillow reads, or an array (height, width, 3), sRGB uint8 or linear floats), its middle towards -z.
-    A gradient or picture also lights solids and lit sprites from all sides."""
+    A gradient or picture also lights solids and lit sprites from all sides, half as strong as it looks."""
     fog: tuple[Triple, float] | None
     """A colour and metres: of light from this far 1/e comes through, and the fog's colour fills in. It hides
     solids and particles, not the sky. None: solids fade into the background far away."""
@@ -146,7 +146,7 @@ class Renderer(Settings):
     tile by tile, and the tiles' owners merge them, where the blends allow that. "auto" chooses for each
     frame."""
     shutter: float
-    """The part of the frame's time that the shutter is open, 0..1: particles that move become streaks."""
+    """For how many frames' time the shutter is open, 0..4: particles that move become streaks."""
     bloom: float
     """The part of the light that spreads around what is bright, 0..1."""
     smooth: bool
@@ -167,7 +167,7 @@ class Renderer(Settings):
         "sun": arguments.place,
         "lights": lambda name, given: _lights(name, given),
         "path": partial(arguments.choice, allowed=("auto", "gather", "tiles", "composite")),
-        "shutter": partial(arguments.number, low=0, high=1),
+        "shutter": partial(arguments.number, low=0, high=4),
         "bloom": partial(arguments.number, low=0, high=1),
         "smooth": arguments.flag,
         "layers": lambda name, given: _layers(name, given),

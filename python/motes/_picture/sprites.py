@@ -9,15 +9,19 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
+from .._io.images import read_picture
 from .._values import arguments
 from .._values.values import Value, shown, value
 from ..errors import ArgumentError
-from .images import read_picture
+from ..shapes._mesh import Mesh
 
 __all__ = ["Sprite", "native_of"]
 
-KINDS = ("point", "disc", "sphere", "image")
+KINDS = ("point", "disc", "sphere", "image", "mesh")
+FACINGS = ("camera", "velocity", "orientation")
+MOST_TRIANGLES = 10_000
 BLENDS = ("add", "alpha", "opaque")
+DEFAULT_PIXELS = 5
 MOST_PIXELS = 512
 MOST_IMAGE_PIXELS = 8192
 """The longest side of an image."""
@@ -32,9 +36,9 @@ class Sprite(Value):
     All blends of all systems are in one picture, in the right depth.
     """
 
-    kind: Literal["point", "disc", "sphere", "image"] = "disc"
+    kind: Literal["point", "disc", "sphere", "image", "mesh"] = "disc"
     """"point", as small as a pixel; "disc", soft at its edge; "sphere", lit by the sun and round in depth;
-    "image", a picture that faces the camera and is turned by the particle's `up`."""
+    "image", a picture; "mesh", an instance of a mesh, scaled by `size[0]`, lit by the sun and the sky."""
     pixels: int | None = 5
     """The diameter, 1..512; None: as wide as the particle's `size[0]` in metres, up to 512 pixels. Points
     have none. With `height` it says nothing."""
@@ -59,10 +63,19 @@ class Sprite(Value):
     """The diameter as a part of the picture's height, above 0 and up to 1, in place of `pixels`: it looks the
     same at any resolution. Only one of the two gives the size: with `height`, leave `pixels` out (its default
     5 counts as left out; any other value, and None, is an error)."""
+    facing: Literal["camera", "velocity", "orientation"] = "camera"
+    """What an image faces. "camera": it is turned by the particle's `up`. Otherwise it is a card in space,
+    seen from both sides, whose longer side is `size[0]` metres if `pixels` is left out: "velocity", its front
+    looks along the velocity and its top towards `up`; "orientation", the particle's `orientation` turns it,
+    which without a turn has its front along z and its top along y. Meshes are turned in the same way;
+    "camera" says for them what "orientation" does."""
+    mesh: Mesh | None = None
+    """For the kind "mesh": up to 10,000 triangles, wherever `Mesh.at` has put it. With a closed surface only
+    its outside is seen; blended ones show the triangles that face the camera."""
 
     def __init__(
         self,
-        kind: Literal["point", "disc", "sphere", "image"] = "disc",
+        kind: Literal["point", "disc", "sphere", "image", "mesh"] = "disc",
         pixels: int | None = 5,
         blend: Literal["add", "alpha", "opaque"] = "add",
         softness: float = 0,
@@ -71,6 +84,8 @@ class Sprite(Value):
         height: float | None = None,
         lit: bool = False,
         shadow: float = 0,
+        facing: Literal["camera", "velocity", "orientation"] = "camera",
+        mesh: Mesh | None = None,
     ) -> None:
         """Take the attributes."""
         state = self.__dict__
@@ -82,16 +97,22 @@ class Sprite(Value):
         state["height"] = None if height is None else _height(height)
         state["lit"] = arguments.flag("lit", lit)
         state["shadow"] = arguments.number("shadow", shadow, low=0, high=1)
+        state["facing"] = _facing(kind, facing)
+        state["mesh"] = _mesh(self, mesh)
+        posed = self.kind == "mesh" or self.facing != "camera"
         state["_picture"] = 0 if self.image is None else _core.keep_picture(self.image)
+        if self.mesh is not None:
+            state["_picture"] = _core.keep_mesh(self.mesh.vertices, self.mesh.triangles)
         state["_core"] = _core.Sprite(
-            kind=self.kind,
-            pixels=self.pixels or 0,
+            kind="card" if posed and self.kind == "image" else self.kind,
+            pixels=0 if posed and self.pixels == DEFAULT_PIXELS else self.pixels or 0,
             blend=self.blend,
             of_height=self.height or 0,
             softness=self.softness,
             picture=state["_picture"],
             lit=self.lit,
             shadow=self.shadow,
+            facing="velocity" if self.facing == "velocity" else "orientation",
         )
 
     @property
@@ -112,6 +133,7 @@ class Sprite(Value):
             shown_by_name["image"] = f"<{width}x{height} pixels>"
         defaults = {"kind": "'disc'", "pixels": "5", "blend": "'add'", "softness": "0.0"}
         defaults |= {"lit": "False", "shadow": "0.0"}
+        defaults["facing"] = "'camera'"
         given = [f"{n}={one}" for n, one in shown_by_name.items() if one != defaults.get(n, "None")]
         return f"Sprite({', '.join(given)})"
 
@@ -127,9 +149,34 @@ def _pixels(pixels: Any, height: Any) -> int | None:
             raise ArgumentError("height", height, "given with `pixels` left out: it says the same")
         return None
     checked = arguments.integer("pixels", pixels, low=1, high=MOST_PIXELS)
-    if height is not None and checked != 5:
+    if height is not None and checked != DEFAULT_PIXELS:
         raise ArgumentError("height", height, "given with `pixels` left out: it says the same")
     return checked
+
+
+def _facing(kind: str, facing: Any) -> str:
+    checked: str = arguments.choice("facing", facing, FACINGS)
+    if checked != "camera" and kind not in ("image", "mesh"):
+        raise ArgumentError("facing", facing, "'camera' for all kinds but image and mesh")
+    return checked
+
+
+def _mesh(sprite: Sprite, mesh: Any) -> Mesh | None:
+    if (sprite.kind == "mesh") != (mesh is not None):
+        raise ArgumentError("mesh", mesh, "given for kind='mesh', and for no other kind")
+    if mesh is None:
+        return None
+    if not isinstance(mesh, Mesh):
+        raise ArgumentError("mesh", mesh, "a motes.shapes.Mesh")
+    if len(mesh.triangles) > MOST_TRIANGLES:
+        raise ArgumentError(
+            "mesh", f"{len(mesh.triangles)} triangles", f"of at most {MOST_TRIANGLES} triangles"
+        )
+    if sprite.pixels not in (None, DEFAULT_PIXELS):
+        raise ArgumentError("pixels", sprite.pixels, "left out for a mesh: `size` scales it")
+    if sprite.height is not None:
+        raise ArgumentError("height", sprite.height, "left out for a mesh: `size` scales it")
+    return mesh
 
 
 def _height(height: Any) -> float:

@@ -130,7 +130,7 @@ def balancer(value: Any, axes: str) -> Balancer:
     if not isinstance(value, Balancer):
         raise ArgumentError("balancer", value, "None or a balancer of motes.balance", known=BALANCERS)
     if value.slabs_only and len(axes) != 1:
-        allowed = "Static, PrefixCuts, Proportional or a balancer of your own that returns Targets"
+        allowed = "Static, PrefixCuts, Proportional, Bisection, CostAware or your own with Targets"
         raise ArgumentError("balancer", value, f"{allowed} where axis={None if axes == BY_ID else axes!r}")
     return value
 

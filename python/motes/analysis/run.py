@@ -351,6 +351,44 @@ class Run:
 
         return write_trace(self, path)
 
+    def to_lbaf(self, directory: str | os.PathLike[str]) -> list[Path]:
+        """Write load data that LBAF reads, the Load Balancing Analysis Framework.
+
+        A frame is a phase. Sixteenths of each calculator's particles are tasks that may move, its other work
+        is one that may not, migrants are messages to the neighbours.
+
+        Args:
+            directory: for motes.0.json, motes.1.json, ...; made if it does not exist.
+
+        Returns:
+            The files, one per rank.
+
+        Raises:
+            LogError: if the log has no frame, or the files cannot be written.
+        """
+        from .lbaf import write_lbaf
+
+        return write_lbaf(self, directory)
+
+    def to_otf2(self, directory: str | os.PathLike[str]) -> Path:
+        """Write an OTF2 archive, which Vampir and Scalasca's tools open.
+
+        Phases of all ranks with `World(spans=True)`, with waits and messages; else put together from
+        durations. Needs the extra `[otf2]`.
+
+        Args:
+            directory: of the archive; new or empty.
+
+        Returns:
+            Its anchor file, traces.otf2.
+
+        Raises:
+            LogError: if the log has no frame, or the archive cannot be written.
+        """
+        from .otf2_trace import write_otf2
+
+        return write_otf2(self, directory)
+
     def replay(
         self,
         balancer: Balancer,

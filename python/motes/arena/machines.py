@@ -55,6 +55,11 @@ class Machine:
         for cost in ("leave_s", "arrive_s", "byte_s", "message_s"):
             arguments.number(cost, getattr(self, cost), low=0)
 
+    @property
+    def move_cost(self) -> float:
+        """What giving or taking a particle costs, in frames of its actions: the mean of both ends."""
+        return ((self.leave_s + self.arrive_s) / 2 + BYTES * self.byte_s) / self.particle_s
+
     @staticmethod
     def of(
         name: str, cluster: Cluster, costs: str | None = None, actions: Sequence[str] = ACTIONS

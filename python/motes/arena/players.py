@@ -19,13 +19,14 @@ FIELD = ("Static", "Pairwise", "Pairwise(threshold=0.05)", *balance.BALANCERS[2:
 """Who plays if nobody is named."""
 
 
-def player(text: str, powers: Sequence[float]) -> Balancer:
+def player(text: str, powers: Sequence[float], move_cost: float | None = None) -> Balancer:
     """Make a balancer.
 
     Args:
         text: a balancer of `motes.balance`, with or without options as Python writes them, or `file.py:Name`,
             where the name is a class that is made without arguments, or a balancer.
-        powers: of the machines, for those that need some.
+        powers: of the machines, for `Proportional` unless it is given some.
+        move_cost: of a particle, in frames of its actions, for `CostAware` likewise; None: its default.
 
     Raises:
         ArgumentError: if it is none.
@@ -41,6 +42,8 @@ def player(text: str, powers: Sequence[float]) -> Balancer:
         raise ArgumentError("balancer", text, f"{', '.join(kinds)} or file.py:Name", known=kinds)
     if kind == "Proportional":
         options.setdefault("powers", list(powers))
+    if kind == "CostAware" and move_cost is not None:
+        options.setdefault("move_cost", move_cost)
     made: Balancer = kinds[kind](**options)
     return made
 

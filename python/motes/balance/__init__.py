@@ -19,7 +19,7 @@ from abc import abstractmethod
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import KW_ONLY, dataclass
 from inspect import Parameter, Signature, getdoc
-from typing import Any, ClassVar, Literal, NamedTuple, Self, dataclass_transform
+from typing import Any, ClassVar, Literal, Self, dataclass_transform
 
 import numpy as np
 import numpy.typing as npt
@@ -28,10 +28,14 @@ from .. import _core
 from .._values import arguments
 from ..errors import ArgumentError, NotAssignableError, missing, near
 from ._load_table import LoadTable, table_of
+from ._options import MOST, Option
 
 __all__ = [
     "Balancer",
+    "Bisection",
+    "CostAware",
     "Diffusive",
+    "Greedy",
     "LoadTable",
     "Orders",
     "Pairwise",
@@ -40,8 +44,6 @@ __all__ = [
     "Static",
     "Targets",
 ]
-
-MOST = 2**64 - 1
 
 
 @dataclass(frozen=True)
@@ -144,35 +146,12 @@ DEFAULT: Any = None
 """Stands for the default of an option of a balancer of the core, which the core knows, as what is allowed."""
 
 
-class _Option(NamedTuple):
-    """An option as the core describes it, beside the policy that has it (`cpp/balance/policy_*.h`)."""
-
-    kind: str
-    default: Any
-    most: float
-
-    def checked(self, name: str, given: Any) -> Any:
-        """Return the value that an option is given, if it is allowed."""
-        match self.kind:
-            case "number":
-                return arguments.number(name, given, low=0, high=self.most)
-            case "count":
-                return arguments.integer(name, given, high=MOST)
-            case "flag":
-                return arguments.flag(name, given)
-            case "over":
-                return arguments.choice(name, given, ("system", "all"))
-            case "shares":
-                return _powers(given, above=False)
-        return None if given is None else _powers(given, above=True)
-
-
 @dataclass_transform(kw_only_default=False)
 class _Native(Balancer):
     """A balancer whose policy is implemented in the core: its annotations name the options."""
 
     _kind: ClassVar[str] = ""
-    _known: ClassVar[dict[str, _Option]] = {}
+    _known: ClassVar[dict[str, Option]] = {}
 
     def __init_subclass__(cls, **keywords: Any) -> None:
         """Take defaults and what is allowed from the core, and make the constructor."""
@@ -181,8 +160,7 @@ class _Native(Balancer):
             return
         cls._kind = cls.__name__
         described = {
-            name: _Option(kind, default, most)
-            for name, kind, default, most in _core.policy_options(cls._kind)
+            name: Option(kind, default, most) for name, kind, default, most in _core.policy_options(cls._kind)
         }
         declared = [name for name in cls.__annotations__ if name != "_"]
         assert set(declared) == set(described), f"{cls._kind}: options are {', '.join(described)}"
@@ -379,6 +357,62 @@ class Proportional(_Native):
     over: Literal["system", "all"] = DEFAULT
 
 
+class Bisection(_Native):
+    """Compares the halves of all domains, then those of each half, and so on; balanced halves keep their cut.
+
+    Where two halves differ, the cut between them and all cuts below it move at once.
+
+    Args:
+        threshold: smallest difference between two halves that counts, as a fraction of the longer time.
+        min_particles: fewer are not worth a message.
+        smoothing: see `Balancer`.
+        over: see `Balancer`.
+    """
+
+    threshold: float = DEFAULT
+    _: KW_ONLY
+    min_particles: int = DEFAULT
+    smoothing: float = DEFAULT
+    over: Literal["system", "all"] = DEFAULT
+
+
+class CostAware(_Native):
+    """Moves all cuts at once, as `PrefixCuts`, but only if moving costs less than it saves.
+
+    Args:
+        move_cost: of giving or taking a particle, in frames of its actions.
+        horizon: frames that a balance is expected to last.
+        min_particles: cuts stay while no calculator is this many particles off its share.
+        smoothing: see `Balancer`.
+        over: see `Balancer`.
+    """
+
+    move_cost: float = DEFAULT
+    _: KW_ONLY
+    horizon: float = DEFAULT
+    min_particles: int = DEFAULT
+    smoothing: float = DEFAULT
+    over: Literal["system", "all"] = DEFAULT
+
+
+class Greedy(_Native):
+    """Again and again the slowest calculator gives to its faster neighbour. Domains must be slabs.
+
+    Args:
+        threshold: smallest difference in time that counts, as a fraction of the longer time.
+        min_particles: fewer are not worth a message.
+        smoothing: see `Balancer`.
+        over: see `Balancer`.
+    """
+
+    slabs_only = True
+    threshold: float = DEFAULT
+    _: KW_ONLY
+    min_particles: int = DEFAULT
+    smoothing: float = DEFAULT
+    over: Literal["system", "all"] = DEFAULT
+
+
 BALANCERS = tuple(_core.policy_names())
 """The balancers of the core."""
 
@@ -412,17 +446,6 @@ def __dir__() -> list[str]:
 def policy_of(balancer: Balancer) -> _core.Policy:
     """Return what the engine takes for a balancer, for the rest of the package."""
     return balancer._policy
-
-
-def _powers(powers: Any, *, above: bool) -> list[float]:
-    allowed = f"a list of finite numbers {'>' if above else '>='} 0, one per calculator"
-    values = arguments.floats("powers", powers, np.float64, allowed)
-    good = values.ndim == 1 and values.size > 0 and bool(np.isfinite(values).all())
-    if not good or bool((values < 0).any()) or (above and bool((values == 0).any())):
-        raise ArgumentError("powers", powers, allowed)
-    if not values.any():
-        raise ArgumentError("powers", powers, f"{allowed}, not all 0")
-    return [float(value) for value in values]
 
 
 def _shares(where: str, targets: Targets) -> list[float]:

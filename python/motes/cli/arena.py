@@ -102,7 +102,8 @@ def _on_machine(args: argparse.Namespace, name: str, where: Machine) -> list[Sco
         particles=(args.particles or EACH) * ranks,
     )
     track = Track(game, where)
-    return [track.play(players.player(text, where.speeds), text) for text in args.balancer or players.FIELD]
+    named = args.balancer or players.FIELD
+    return [track.play(players.player(text, where.speeds, where.move_cost), text) for text in named]
 
 
 def _on_ranks(args: argparse.Namespace, name: str) -> list[Score]:

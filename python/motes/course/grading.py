@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import ArgumentError, MotesError
+from . import cutting, policies, reading
 from ._secret import PRACTICE
 from .asking import Asked, SubmissionError
-from .evenings import cutting, policies, reading
 from .grades import Grade, Part
 
 __all__ = ["TASKS", "Task", "grade", "task"]

@@ -9,8 +9,8 @@ import numpy as np
 from .._values import arguments
 from ..errors import ArgumentError
 from ._secret import PRACTICE
-from .evenings.policies import GAMES, practice
 from .grading import task
+from .policies import GAMES, practice
 
 if TYPE_CHECKING:
     from .._system.system import System

@@ -12,8 +12,8 @@ from typing import Any
 from ..errors import ArgumentError, MotesError
 from ._logs import write_log
 from ._secret import PRACTICE
-from .evenings.policies import practice
 from .grading import TASKS
+from .policies import practice
 
 __all__ = ["cells", "notebook", "solution", "write"]
 
@@ -68,6 +68,9 @@ def notebook(evening: int, *, key: str = PRACTICE, solutions: bool = False) -> d
         evening: 1 to 6.
         key: of the hidden tests.
         solutions: with solutions and hidden tests.
+
+    Returns:
+        Its cells and metadata.
     """
     made = []
     for number, cell in enumerate(cells(evening, key if solutions else "")):
@@ -80,7 +83,14 @@ def notebook(evening: int, *, key: str = PRACTICE, solutions: bool = False) -> d
 
 
 def solution(evening: int) -> str:
-    """Return an evening's solution: the file that its notebook writes."""
+    """Read an evening's solution.
+
+    Args:
+        evening: 1 to 6.
+
+    Returns:
+        The file that its notebook writes.
+    """
     (cell,) = (one for one in cells(evening) if one["metadata"].get("nbgrader", {}).get("solution"))
     lines = cell["source"].splitlines()
     return "\n".join(line for line in lines if "SOLUTION" not in line and "%%" not in line) + "\n"
@@ -92,6 +102,9 @@ def cells(evening: int, key: str = "") -> Iterator[Cell]:
     Args:
         evening: 1 to 6.
         key: of hidden tests; "": none.
+
+    Yields:
+        Their types, metadata and sources.
     """
     text = (TEXTS / f"evening_{evening}.md").read_text(encoding="utf-8")
     at = 0

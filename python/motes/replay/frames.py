@@ -37,7 +37,8 @@ class SystemStep:
         moved: particles that the new cuts gave to another calculator in this frame.
         sent: particles to other calculators.
         received: particles from other calculators.
-        changing: particles that swap sides of a cut, in addition to those that `sent` and `received` count.
+        changing: particles exchanged in addition to those that `sent` and `received` count: they swap sides
+            of a cut, or others die in their place. Below 0 where fewer are exchanged.
         density: where particles are.
         killed: particles removed.
         plan: what the balancer decided; None: it was not asked.
@@ -130,8 +131,7 @@ class _System:
         source, to, n = moment.density.overlaps(self.cuts_before, self.cuts)
         moved = round(float(n[source != to].sum()))
         sent, received = moment.density.exchange(processed, n_end)
-        around = moment.density.around(moment.cuts)
-        share = moment.density.around(self.cuts) / around if around > 0 else 0.0
+        changing = self._changing(moment, moved, float(sent.sum()))
         self.density, self.n_end, self.cuts_before = moment.density, n_end, self.cuts
         return SystemStep(
             self.cuts,
@@ -145,11 +145,20 @@ class _System:
             moved,
             sent,
             received,
-            moment.changing * share,
+            changing,
             moment.density,
             moment.killed,
             next_cuts=self.cuts,
         )
+
+    def _changing(self, moment: Moment, moved: int, least: float) -> float:
+        """Particles exchanged beyond the least necessary."""
+        near, around = moment.density.around(self.cuts), moment.density.around(moment.cuts)
+        share = near / around if around > 0 else 0.0
+        if moment.crossing is None:
+            return moment.changing * share
+        crossing = moment.crossing * near + moment.changing * min(share, 1.0)
+        return max(crossing + moved, 0.0) - least
 
 
 def simulate(history: History, balancer: Balancer, powers: Floats | None = None) -> Iterator[Step]:
@@ -172,7 +181,7 @@ def simulate(history: History, balancer: Balancer, powers: Floats | None = None)
     """
     for name, axes in zip(history.systems, history.axes, strict=True):
         if balancer.slabs_only and len(axes) != 1:
-            allowed = "Static, PrefixCuts, Proportional or a balancer of your own that returns Targets"
+            allowed = "Static, PrefixCuts, Proportional, Bisection, CostAware or your own with Targets"
             raise ArgumentError("balancer", balancer, f"{allowed}: domains of {name!r} are no slabs ({axes})")
     policy = policy_of(copy.deepcopy(balancer))  # one that remembers starts anew in each replay
     policy.check(len(history.ranks))

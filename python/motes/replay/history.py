@@ -21,6 +21,11 @@ __all__ = ["FrameCosts", "History", "Moment", "Particles", "Recorded", "Tables"]
 
 Floats = npt.NDArray[np.float64]
 Cuts = npt.NDArray[np.float32]
+_DEATHS = 0.5
+"""Where so many die for each particle that is sent, what is missing on one side of a cut says little about
+who crossed it: it died there, and others were born elsewhere."""
+_SMOOTH = 8
+"""Frames on each side over which crossings are averaged: few particles cross a cut in one frame."""
 LEAST_PARTICLES, LEAST_SECONDS = 1000, 5e-5  # as in the engine: smaller samples say nothing about a machine
 
 
@@ -64,7 +69,10 @@ class Moment:
     overhead_s: Floats
     """Fixed extra time of a calculator with any particles, (calculators,)."""
     changing: float = 0.0
-    """Particles that swapped sides of a cut: those exchanged beyond the least necessary."""
+    """Particles that swapped sides of a cut: those exchanged beyond the least necessary; where `crossing` is
+    known, those by which this frame differs from its neighbours."""
+    crossing: float | None = None
+    """Particles that cross a cut in a frame, for each particle near it (`around`); None: not known."""
 
 
 @dataclass(frozen=True)
@@ -282,6 +290,12 @@ class Recorded:
         births: Particles
         cuts: Cuts | Tree
         density, births, cuts = self._places(grid, k) if "axes" not in grid else self._bricks(grid, k)
+        crossing = None
+        if "axes" in grid or np.nansum(grid["killed"]) < _DEATHS * np.nansum(grid["sent"]):
+            least = density.exchange(grid["n_start"][k] + created, n)[0].sum()
+            changing = max(float(grid["sent"][k].sum() - least), 0.0)
+        else:
+            crossing, changing = (float(values[k]) for values in self._crossing(system))
         return Moment(
             density=density,
             births=births,
@@ -289,17 +303,38 @@ class Recorded:
             cuts=cuts,
             speeds=grid["speeds"][k],
             overhead_s=grid["overhead"][k],
-            changing=max(
-                float(grid["sent"][k].sum() - density.exchange(grid["n_start"][k] + created, n)[0].sum()), 0
-            ),
+            changing=changing,
+            crossing=crossing,
         )
+
+    def _crossing(self, system: int) -> tuple[Floats, Floats]:
+        """Return how many particles crossed per particle near a cut, and by how many more in each frame.
+
+        The first is smoothed over frames. What moving cuts gave to other calculators is left out. Births and
+        deaths do not count: only who crosses a cut is sent.
+        """
+        grid = self._grids[system]
+        if "crossing" not in grid:
+            crossed, near = np.zeros((2, len(self.frames)))
+            before: Cuts | None = None
+            for k in range(len(self.frames)):
+                density, _, cuts = self._places(grid, k)
+                source, to, n = density.overlaps(cuts if before is None else before, cuts)
+                crossed[k] = float(np.nansum(grid["sent"][k])) - float(n[source != to].sum())
+                near[k], before = density.around(cuts), cuts
+            window = np.ones(min(2 * _SMOOTH + 1, len(crossed)))
+            steady, around = (np.convolve(one, window, "same") for one in (crossed, near))
+            rate = np.where(around > 0, np.maximum(steady, 0.0) / np.where(around > 0, around, 1.0), 0.0)
+            grid["crossing"] = rate, crossed - rate * near
+        found: tuple[Floats, Floats] = grid["crossing"]
+        return found
 
     @staticmethod
     def _places(grid: dict[str, Any], k: int) -> tuple[Density, Density, Cuts]:
         """Particles and births along an axis, and the cuts."""
         x = grid["x"][k]
         cuts = grid["domain_hi"][k, :-1].astype(np.float32)
-        births = Density.of_quantiles(_somewhere(x, cuts), grid["created"][k])
+        births = Density.of_quantiles(_somewhere(_born(grid, k, cuts), cuts), grid["created"][k])
         return Density.of_quantiles(x, grid["n"][k]), births, cuts
 
     @staticmethod
@@ -360,6 +395,22 @@ class Recorded:
             return 0.0
         slopes = (y[pairs[0]] - y[pairs[1]])[far] / (x[pairs[0]] - x[pairs[1]])[far]
         return max(float(np.median(slopes)), 0.0)
+
+
+def _born(grid: dict[str, Any], k: int, cuts: Cuts) -> Floats:
+    """Return quantiles of where each calculator's particles are born, inside its domain.
+
+    The log does not tell; but in a frame in which most of a calculator's particles were born, they are still
+    near. Sources seldom move far; where there was no such frame, all of its particles stand for the newborn.
+    """
+    if "fresh" not in grid:
+        rows = np.arange(len(grid["n"]))[:, None]
+        fresh = (grid["created"] > 0.5 * grid["n"]) & ~np.isnan(grid["x"]).any(axis=-1)
+        grid["fresh"] = np.maximum.accumulate(np.where(fresh, rows, -1), axis=0)
+    last = grid["fresh"][k]
+    x: Floats = np.where(last[:, None] < 0, grid["x"][k], grid["x"][last, np.arange(len(last))])
+    low, high = np.concatenate([[-np.inf], cuts]), np.concatenate([cuts, [np.inf]])
+    return np.clip(x, low[:, None], np.nextafter(high, -np.inf)[:, None])
 
 
 def _somewhere(x: Floats, cuts: Cuts) -> Floats:

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from ..balance import Balancer, _powers
+from ..balance import Balancer
+from ..balance._options import checked_powers
 from ..errors import ArgumentError
 from .bricks import Cloud, Tree
 from .density import Density
@@ -31,10 +32,11 @@ def predict(
     Where particles were in each frame comes from the log (density.jsonl); it does not depend on who held
     them.
 
-    `sent` and `received` are the least that brings the particles to their calculators; particles that swap
-    sides of a cut come on top in `exchanged` of `frames`, estimated from the recorded run by the particles
-    near the cuts. A frame takes what the slowest calculator needs for its particles and its part of the
-    picture, what its migrants cost, and the rest of the recorded frame.
+    `sent` and `received` are the least that brings the particles to their calculators. In `exchanged` of
+    `frames` those that swap sides of a cut come on top, as many of the particles near it as in the recorded
+    run. Where many die, it is what crosses the cuts instead, and what moving cuts give. A frame takes what
+    the slowest calculator needs for its particles and its part of the picture, what its migrants cost, and
+    the rest of the recorded frame.
 
     The log tells where each calculator's particles are along every axis that is cut, but not how the axes
     depend on each other. So inside one brick they count as independent. Where particles are dealt out by id,
@@ -62,7 +64,7 @@ def predict(
     history = Recorded(tables, migrant_s)
     known = None
     if powers is not None:
-        known = np.array(_powers(powers, above=True))
+        known = np.array(checked_powers(powers, above=True))
         if len(known) != len(history.ranks):
             raise ArgumentError("powers", powers, f"{len(history.ranks)} numbers, one per calculator")
     recorded = tables.frames.set_index("frame")

@@ -124,6 +124,12 @@ class Pic(Workload):
         return 2 * self.k + 1, 2 * self.k + 1
 
     @property
+    def world(self) -> dict[str, Any]:
+        """What `World` is to be given: a periodic square."""
+        ends = (0.0, float(self.cells))
+        return {**super().world, "periodic": {"x": ends, "y": ends}}
+
+    @property
     def charge(self) -> float:
         """What takes a particle one cell further from rest in an even column, in units of a fixed charge."""
         r2, cosine = 0.5, 0.5**0.5  # of all four corners
@@ -149,8 +155,6 @@ class Pic(Workload):
         half = column("velocity") + 0.5 * column("up")
         system.set(velocity=half)
         system.move()
-        at = column("position")
-        system.set(position=at - self.cells * floor(at * PLANE / self.cells))
         system.set(velocity=half)
 
     def verify(self, particles: Particles, steps: int) -> bool:

@@ -17,6 +17,9 @@ TEST(balance_named_comes_back) {
            "Diffusive(threshold=0.02, rate=0.4, min_particles=3, manager=False, smoothing=0.125, over=\"all\")",
            "PrefixCuts(threshold=2.5, min_particles=64, smoothing=0.5, over=\"all\")",
            "PrefixCuts(threshold=0.1, powers=[1, 0.55, 2e-05], min_particles=1, smoothing=0.75)",
+           "Bisection(threshold=0.05, min_particles=8, smoothing=0.5, over=\"all\")",
+           "CostAware(move_cost=0.3, horizon=50, min_particles=64, smoothing=0.5)",
+           "Greedy(threshold=0.2, min_particles=1, smoothing=0.25)",
            "Proportional(powers=[1, 0, 3], threshold=0.05, min_particles=64, over=\"all\")",
        }) {
     CHECK(policy_named(text)->name() == text);

@@ -428,4 +428,41 @@ TEST(orders_are_for_slabs) {
   CHECK(legal(plan, table, "Own()").shares.size() == 2);
 }
 
+TEST(bisection_moves_nothing_where_halves_are_balanced) {
+  const auto policy = policy_made("Bisection");
+  const Plan plan = policy->plan(table_of(loads_of({3000, 1000, 2000, 2000})));
+  CHECK(plan.shares == std::vector<double>({2000, 2000, 2000, 2000}));  // the halves have 4000 each
+  CHECK(policy->plan(table_of(loads_of({2000, 2010, 2000, 1990}))).empty());
+  const Plan all = policy->plan(table_of(loads_of({6000, 2000, 1000, 1000})));
+  CHECK(all.shares == std::vector<double>({2500, 2500, 2500, 2500}));
+  const Plan right = policy->plan(table_of(loads_of({2100, 1900, 1000, 3000})));
+  CHECK(right.shares == std::vector<double>({2000, 2000, 2000, 2000}));  // a tenth apart: both pairs are off
+  const Plan one = policy->plan(table_of(loads_of({2010, 1990, 1000, 3000})));
+  CHECK(one.shares == std::vector<double>({2010, 1990, 2000, 2000}));
+}
+
+TEST(cost_aware_moves_only_what_pays) {
+  const auto made = [](double cost, double horizon) {
+    return policy_made("CostAware", {{"move_cost", cost}, {"horizon", horizon}});
+  };
+  // Balance saves 500 particles' time per frame, and 500 particles are given or taken at each end.
+  const Table table = table_of(loads_of({1500, 500}));
+  CHECK(made(10, 20)->plan(table).shares == std::vector<double>({1e6, 1e6}));
+  CHECK(made(10, 9)->plan(table).empty());
+  CHECK(made(0, 1)->plan(table_of(loads_of({1000, 1000}))).empty());
+  // All of the particles in the middle change hands twice as far as one domain goes: slabs keep their order.
+  const Table chain = table_of(loads_of({3000, 1500, 1500, 0}));
+  CHECK(!made(1, 20)->plan(chain).empty() && made(20, 1)->plan(chain).empty());
+}
+
+TEST(greedy_takes_from_the_slowest_until_neighbours_agree) {
+  const auto policy = policy_made("Greedy");
+  CHECK(policy->plan(table_of(loads_of({1000, 2000}))).orders == std::vector<Order>({{1, 0, 500}}));
+  CHECK(policy->plan(table_of(loads_of({1000, 1010}))).orders.empty());
+  CHECK(policy->plan(table_of(loads_of({100}))).empty());
+  std::vector<Load> crowd = loads_of({0, 0, 16000, 0, 0, 0, 0, 0});
+  CHECK(after(*policy, crowd, 40) < 1.2);
+  CHECK(after(*policy, half_fast(8, 10000), 40) < 1.2);
+}
+
 }  // namespace motes::test_balance_policies

@@ -1,5 +1,5 @@
 // Records outside the bands around a tile's surfaces are not looked at: that must not show.
-#include "image/raster/depth_bands.h"
+#include "image/raster/splat_lanes.h"
 
 #include <cstring>
 #include <numeric>

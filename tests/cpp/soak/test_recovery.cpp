@@ -106,6 +106,8 @@ TEST(those_that_are_left_keep_their_roles) {
   CHECK((roles::cast_left(paper, {2, 4}) == Cast{0, 0, {0, 1}}));
   CHECK((roles::cast_left(paper, {0, 1}) == Cast{1, 0, {0, 1}}));
   CHECK((roles::cast_left(roles::cast_shared(3), {1, 2}) == Cast{0, 0, {0, 1}}));
+  CHECK((roles::cast_managing(4) == Cast{1, 0, {1, 2, 3}}));
+  CHECK(roles::cast_managing(2) == roles::cast_auto(2));
 }
 
 TEST(behind_a_loss_there_are_new_copies_at_once) {

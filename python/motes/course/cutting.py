@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from ...replay.history import Floats
-from .._secret import Secret
-from ..asking import Asked
-from ..grades import Part
+from ..replay.history import Floats
+from ._secret import Secret
+from .asking import Asked
+from .grades import Part
 
 __all__ = ["Case", "cases", "graded"]
 

@@ -6,11 +6,11 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from ...replay.history import Floats
-from .._games import Game, Hidden, Result, Seen, machine
-from .._secret import Secret
-from ..asking import Asked
-from ..grades import Part
+from ..replay.history import Floats
+from ._games import Game, Hidden, Result, Seen, machine
+from ._secret import Secret
+from .asking import Asked
+from .grades import Part
 
 __all__ = ["GAMES", "graded", "practice"]
 

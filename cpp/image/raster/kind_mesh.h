@@ -1,0 +1,260 @@
+// mesh: an instance of a mesh, lit by the sun and the sky.
+#pragma once
+
+#include "image/raster/wide_sprite.h"
+
+namespace motes::MOTES_ISA {
+
+/// A triangle on the screen. Places are in 1/256 px right of and below the centre of the tile's first pixel; corners
+/// are in such an order that its area is positive.
+struct Facet {
+  std::int64_t x[3], y[3];
+  /// 1/depth at the first corner, how it changes per px, and between which numbers it stays, 1/m.
+  float inverse, right, down, least, most;
+  float shade;
+};
+
+/// Calls put(column, row) for each sample of a grid within a triangle moved by (dx, dy): kSamples x kSamples of them
+/// per pixel, in `columns` x `rows` pixels. A sample on an edge belongs to one of the two triangles that share it.
+template <int kSamples, class Put>
+MOTES_INLINE void for_each_sample(const Facet& f, std::int64_t dx, std::int64_t dy, int columns, int rows,
+                                  const Put& put) {
+  constexpr std::int64_t kStep = (1 << image::kWideBits) / kSamples;
+  constexpr std::int64_t kFirst = -(kSamples - 1) * kStep / 2;
+  const auto least = [](const std::int64_t* v) {
+    const std::int64_t a = v[0] < v[1] ? v[0] : v[1];
+    return a < v[2] ? a : v[2];
+  };
+  const auto most = [](const std::int64_t* v) {
+    const std::int64_t a = v[0] > v[1] ? v[0] : v[1];
+    return a > v[2] ? a : v[2];
+  };
+  // Steps are powers of two: shifts round down.
+  const auto from = [&](std::int64_t low) {
+    const std::int64_t at = (low - kFirst + kStep - 1) >> __builtin_ctzll(kStep);
+    return at > 0 ? at : 0;
+  };
+  const auto to = [&](std::int64_t high, std::int64_t count) {
+    const std::int64_t at = (high - kFirst) >> __builtin_ctzll(kStep);
+    return at < count - 1 ? at : count - 1;
+  };
+  const std::int64_t left = from(least(f.x) + dx), right = to(most(f.x) + dx, std::int64_t{columns} * kSamples);
+  const std::int64_t first = from(least(f.y) + dy), last = to(most(f.y) + dy, std::int64_t{rows} * kSamples);
+  if (left > right || first > last) return;
+  std::int64_t edge[3], across[3], below[3];
+  for (int k = 0; k < 3; ++k) {
+    const int next = k == 2 ? 0 : k + 1;
+    const std::int64_t way_x = f.x[next] - f.x[k], way_y = f.y[next] - f.y[k];
+    const std::int64_t x = left * kStep + kFirst - f.x[k] - dx, y = first * kStep + kFirst - f.y[k] - dy;
+    const bool own = way_y > 0 || (way_y == 0 && way_x < 0);
+    edge[k] = way_x * y - way_y * x - (own ? 0 : 1);
+    across[k] = -way_y * kStep;
+    below[k] = way_x * kStep;
+  }
+  for (std::int64_t row = first; row <= last; ++row) {
+    std::int64_t a = edge[0], b = edge[1], c = edge[2];
+    for (std::int64_t column = left; column <= right; ++column) {
+      if ((a | b | c) >= 0) put(static_cast<int>(column), static_cast<int>(row));
+      a += across[0];
+      b += across[1];
+      c += across[2];
+    }
+    for (int k = 0; k < 3; ++k) edge[k] += below[k];
+  }
+}
+
+struct Mesh {
+  static constexpr int kPlanes = 2;
+  static constexpr float kNarrow = 0;
+
+  WideSprite s;
+  const image::WideSplat& task;
+  Pose pose;
+  float extent;  // of a ball around it, m
+  float box;     // half of the square that holds it on the screen, px
+  int steps = 1;  // places along the streak; a power of two
+
+  MOTES_INLINE Mesh(const image::WideSplat& t, const WideSprite& sprite) : s(sprite), task(t), pose(t, sprite) {
+    extent = pose.scale * task.mesh_reach;
+    const float left = pose.depth - extent;
+    box =
+        extent * (task.focal + size_of(pose.middle_x) + size_of(pose.middle_y)) / (left > task.near ? left : task.near);
+    box = (box < image::kMostPosedReach ? box : image::kMostPosedReach) + 1;
+    while (steps < kMostSteps && static_cast<float>(steps) < s.half) steps *= 2;
+    s.radius = box;
+  }
+  MOTES_INLINE float reach() const { return box; }
+  MOTES_INLINE float box_x() const { return box; }
+  MOTES_INLINE float box_y() const { return box; }
+  MOTES_INLINE float total() const { return s.light; }
+  static MOTES_INLINE float greatest() { return kPixelWeight; }
+  static MOTES_INLINE float usual_sum() { return kPixelWeight; }
+  static MOTES_INLINE const std::uint16_t* measured(const Patch<2>& p) { return p.light; }
+  /// The least depth of any part of it, m.
+  MOTES_INLINE float front_depth() const { return pose.depth - extent; }
+
+  /// Covers by samples: 4 x 4 per pixel, fewer at each of many places along a streak. Of several triangles that face
+  /// the camera over one sample, each counts, up to a full pixel.
+  MOTES_OUTLINE void weigh(Patch<2>& p) const {
+    const std::size_t bytes = sizeof p.cover[0] * static_cast<std::size_t>(kStrip * p.strips * p.stride);
+    __builtin_memset(p.cover, 0, bytes);
+    __builtin_memset(p.light, 0, bytes);
+    steps < kMany ? weigh_samples<4>(p) : weigh_samples<2>(p);
+  }
+
+  /// Keeps the nearest surface at the centres of the tile's pixels.
+  MOTES_OUTLINE void draw(const image::TilePlanes& tile) const {
+    const image::Nearest color = s.color & 0xffffffu;
+    for_each_facet([&](const Facet& f) {
+      const auto shade = static_cast<std::uint32_t>(clamped(f.shade * 255.0f, 1, 255) + 0.5f);
+      const image::Nearest surface = color | image::Nearest{shade} << 24;
+      for_each_step([&](std::int64_t dx, std::int64_t dy) {
+        const float x = static_cast<float>(f.x[0] + dx) * kPixel, y = static_cast<float>(f.y[0] + dy) * kPixel;
+        for_each_sample<1>(f, dx, dy, task.columns, task.rows, [&](int column, int row) {
+          const float inverse =
+              f.inverse + f.right * (static_cast<float>(column) - x) + f.down * (static_cast<float>(row) - y);
+          const float depth = 1 / clamped(inverse, f.least, f.most);
+          std::uint32_t bits;
+          __builtin_memcpy(&bits, &depth, sizeof bits);
+          image::Nearest& there = tile.surfaces[static_cast<std::ptrdiff_t>(row) * image::kPixelStride + column];
+          const image::Nearest here = image::Nearest{bits} << 32 | surface;
+          there = here < there ? here : there;
+        });
+      });
+    });
+  }
+
+ private:
+  static constexpr int kMostSteps = 32, kMany = 8;
+  static constexpr float kPixel = 1.0f / (1 << image::kWideBits);
+  static constexpr float kFarthest = 32768;  // px from the tile, of corners
+
+  static MOTES_INLINE float clamped(float v, float low, float high) { return v < low ? low : v > high ? high : v; }
+
+  template <int kSamples>
+  MOTES_INLINE void weigh_samples(Patch<2>& p) const {
+    const int weight = static_cast<int>(kPixelWeight) / (kSamples * kSamples * steps);
+    for_each_facet([&](const Facet& f) {
+      const auto light = static_cast<std::uint16_t>(f.shade * static_cast<float>(weight) + 0.5f);
+      for_each_step([&](std::int64_t dx, std::int64_t dy) {
+        for_each_sample<kSamples>(f, dx, dy, task.columns, task.rows, [&](int column, int row) {
+          const int down = row / kSamples - p.first;
+          if (static_cast<unsigned>(down) >= static_cast<unsigned>(p.rows)) return;
+          const int right = column / kSamples - p.start[down];
+          if (static_cast<unsigned>(right) >= static_cast<unsigned>(kStrip * p.strips)) return;
+          const int at = kStrip * (right / kStrip * p.stride + down) + right % kStrip;
+          if (p.cover[at] + weight > static_cast<int>(kPixelWeight)) return;
+          p.cover[at] = static_cast<std::uint16_t>(p.cover[at] + weight);
+          p.light[at] = static_cast<std::uint16_t>(p.light[at] + light);
+        });
+      });
+    });
+  }
+
+  /// Calls use(dx, dy) for each place along the streak, 1/256 px from its middle.
+  template <class Use>
+  MOTES_INLINE void for_each_step(const Use& use) const {
+    image::PosedRecord r;
+    __builtin_memcpy(&r, s.record, sizeof r);
+    for (int i = 0; i < steps; ++i) {
+      const std::int64_t part = 2 * i + 1 - steps;
+      use(part * r.dx / (2 * steps), part * r.dy / (2 * steps));
+    }
+  }
+
+  /// A corner of a vector of triangles.
+  struct Corner {
+    Floats x, y;     // px from the centre of the tile's first pixel
+    Floats inverse;  // 1/depth
+    Mask in_front;
+  };
+  MOTES_INLINE Floats3 turned(int row, std::size_t i) const {
+    const float* const from = task.corners + static_cast<std::size_t>(3 * row * task.room) + i;
+    const Floats x = load(from), y = load(from + task.room), z = load(from + 2 * task.room);
+    return all3(pose.right) * x + all3(pose.up) * y + all3(pose.front) * z;
+  }
+  MOTES_INLINE Corner corner(int row, std::size_t i) const {
+    const Floats3 at = turned(row, i) * pose.scale;
+    const Floats depth = pose.depth - at.z;
+    const float per = pose.depth / task.focal;
+    Corner c;
+    c.in_front = depth >= task.near;
+    c.inverse = 1.0f / select(c.in_front, depth, all(1.0f));
+    const Floats scale = c.inverse * task.focal;
+    c.x = (at.x + pose.middle_x * per) * scale - (pose.middle_x - s.x);
+    c.y = (pose.middle_y * per - at.y) * scale - (pose.middle_y - s.y);
+    return c;
+  }
+
+  /// Of unit vectors, as spheres are lit.
+  MOTES_INLINE Floats shade(Floats3 normal) const {
+    const Floats facing = dot(normal, all3(task.toward_sun)), up = dot(normal, all3(task.upward));
+    const Floats sky = task.low + (task.high - task.low) * (0.5f + 0.5f * up);
+    return min(sky + task.sun * max(facing, Floats{}), all(1.0f));
+  }
+
+  /// Calls use(facet) for the triangles that may be seen in the tile.
+  template <class Use>
+  MOTES_INLINE void for_each_facet(const Use& use) const {
+    const float more_x = s.half * size_of(s.along_x) + 1, more_y = s.half * size_of(s.along_y) + 1;
+    const float end_x = static_cast<float>(task.columns) + more_x, end_y = static_cast<float>(task.rows) + more_y;
+    for (int i = 0; i < task.triangles; i += kLanes) {
+      const Corner c[3] = {corner(0, static_cast<std::size_t>(i)), corner(1, static_cast<std::size_t>(i)),
+                           corner(2, static_cast<std::size_t>(i))};
+      const Floats right = max(max(c[0].x, c[1].x), c[2].x), left = min(min(c[0].x, c[1].x), c[2].x);
+      const Floats below = max(max(c[0].y, c[1].y), c[2].y), above = min(min(c[0].y, c[1].y), c[2].y);
+      Mask seen = c[0].in_front & c[1].in_front & c[2].in_front;
+      seen &= (right >= -more_x) & (left <= end_x) & (below >= -more_y) & (above <= end_y);
+      seen &= (left > -kFarthest) & (right < kFarthest) & (above > -kFarthest) & (below < kFarthest);
+      const Floats area = (c[1].x - c[0].x) * (c[2].y - c[0].y) - (c[2].x - c[0].x) * (c[1].y - c[0].y);
+      if (task.closed) seen &= area < 0.0f;  // y points down: turned the other way than seen from the front
+      unsigned lanes = bits_of(seen & first_lanes(static_cast<std::size_t>(task.triangles - i)));
+      if (lanes == 0) continue;
+      const Floats3 normal = turned(3, static_cast<std::size_t>(i));
+      const Floats side = select(area > 0.0f, all(-1.0f), all(1.0f));
+      const Floats shades = shade({normal.x * side, normal.y * side, normal.z * side});
+      for (; lanes != 0; lanes &= lanes - 1) {
+        Facet f;
+        if (facet(c, static_cast<std::size_t>(__builtin_ctz(lanes)), f)) {
+          f.shade = shades[static_cast<std::size_t>(__builtin_ctz(lanes))];
+          use(f);
+        }
+      }
+    }
+  }
+
+  /// Returns false where a triangle has no area.
+  static MOTES_INLINE bool facet(const Corner (&c)[3], std::size_t lane, Facet& f) {
+    const auto place = [](float v) { return static_cast<std::int64_t>(floor_of(v * (1 << image::kWideBits) + 0.5f)); };
+    float inverse[3];
+    for (int k = 0; k < 3; ++k) {
+      f.x[k] = place(c[k].x[lane]);
+      f.y[k] = place(c[k].y[lane]);
+      inverse[k] = c[k].inverse[lane];
+    }
+    std::int64_t area = (f.x[1] - f.x[0]) * (f.y[2] - f.y[0]) - (f.x[2] - f.x[0]) * (f.y[1] - f.y[0]);
+    if (area == 0) return false;
+    if (area < 0) {
+      const std::int64_t x = f.x[1], y = f.y[1];
+      const float of = inverse[1];
+      f.x[1] = f.x[2], f.y[1] = f.y[2], inverse[1] = inverse[2];
+      f.x[2] = x, f.y[2] = y, inverse[2] = of;
+      area = -area;
+    }
+    const float per = 1 / (static_cast<float>(area) * kPixel);  // of differences in 1/256 px
+    const auto x = [&](int k) { return static_cast<float>(f.x[k] - f.x[0]); };
+    const auto y = [&](int k) { return static_cast<float>(f.y[k] - f.y[0]); };
+    const float one = inverse[1] - inverse[0], two = inverse[2] - inverse[0];
+    f.inverse = inverse[0];
+    f.right = (one * y(2) - two * y(1)) * per;
+    f.down = (two * x(1) - one * x(2)) * per;
+    f.least = f.most = inverse[0];
+    for (int k = 1; k < 3; ++k) {
+      f.least = f.least < inverse[k] ? f.least : inverse[k];
+      f.most = f.most > inverse[k] ? f.most : inverse[k];
+    }
+    return true;
+  }
+};
+
+}  // namespace motes::MOTES_ISA

@@ -1,0 +1,110 @@
+"""A run as load data that LBAF reads, the Load Balancing Analysis Framework of the DARMA project.
+
+One JSON file per rank, NAME.RANK.json, in the format "LBDatafile" that vt writes (docs/md/node-lb-data.md
+there). A frame is a phase. The movable tasks of a calculator are sixteenths of its particles of a system, as
+density.jsonl has them along the axis; each takes the same part of its seconds. All else that a rank works is
+a task that cannot move. Migrants are messages between the sixteenths on both sides of a cut.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from .._io import files
+from ..errors import LogError
+from .efficiencies import work_by_rank
+
+if TYPE_CHECKING:
+    from .run import Run
+
+__all__ = ["PARTS", "write_lbaf"]
+
+Task = dict[str, Any]
+PARTS = 16
+"""Movable tasks of each system on each calculator."""
+
+
+def write_lbaf(run: Run, directory: str | os.PathLike[str], name: str = "motes") -> list[Path]:
+    """Write the files; returns their paths in the order of ranks."""
+    if run.frames.empty or run.load.empty:
+        raise LogError(f"{run.name}: no frame in the log yet")
+    folder = Path(directory)
+    load = _by_frame_and_rank(run)
+    work = {} if run.times.empty else work_by_rank(run.times).fillna(0.0).to_dict("index")
+    paths = []
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for rank in range(run.ranks):
+            phases = []
+            for frame in map(int, run.frames["frame"]):
+                rows = load.get((frame, rank), [])
+                phases.append(_phase(run, frame, rank, rows, float(work.get(frame, {}).get(rank, 0.0))))
+            about: dict[str, Any] = {"type": "LBDatafile"}
+            data = {**about, "metadata": {**about, "rank": rank}, "phases": phases}
+            paths.append(folder / f"{name}.{rank}.json")
+            files.write_whole(paths[-1], json.dumps(data).encode())
+    except OSError as error:
+        raise LogError(f"{folder}: cannot write load data: {error.strerror or error}") from error
+    return paths
+
+
+def _by_frame_and_rank(run: Run) -> dict[tuple[int, int], list[Task]]:
+    found: dict[tuple[int, int], list[Task]] = {}
+    columns = ["frame", "rank", "system", "t_compute_s", "bytes_sent"]
+    row: Any
+    for row in run.load[columns].fillna(0.0).to_dict("records"):
+        found.setdefault((int(row["frame"]), int(row["rank"])), []).append({**row})
+    return found
+
+
+def _phase(run: Run, frame: int, rank: int, rows: list[Task], work_s: float) -> dict[str, Any]:
+    acted = sum(float(row["t_compute_s"]) for row in rows)
+    tasks = [_task(_rest(run, rank), rank, max(work_s - acted, 0.0), "all other work")]
+    tasks[0]["entity"]["migratable"] = False
+    sent = []
+    for row in rows:
+        system = run.systems.index(row["system"])
+        first = _id(run, system, rank)
+        each = float(row["t_compute_s"]) / PARTS
+        tasks += [_task(first + part, rank, each, str(row["system"])) for part in range(PARTS)]
+        sent += list(_messages(run, system, rank, float(row["bytes_sent"])))
+    return {"id": frame, "tasks": tasks, "communications": sent}
+
+
+def _id(run: Run, system: int, rank: int) -> int:
+    return (system * run.ranks + rank) * PARTS
+
+
+def _rest(run: Run, rank: int) -> int:
+    return _id(run, len(run.systems), 0) + rank
+
+
+def _entity(number: int, rank: int) -> Task:
+    return {"home": rank, "id": number, "migratable": True, "type": "object"}
+
+
+def _task(number: int, rank: int, seconds: float, name: str) -> Task:
+    made = {"entity": _entity(number, rank), "node": rank, "resource": "cpu", "time": seconds}
+    return {**made, "user_defined": {"name": name}}
+
+
+def _messages(run: Run, system: int, rank: int, sent: float) -> Iterator[Task]:
+    """Send what a calculator sent to its neighbours along the axis, the same to each."""
+    order = run.calculators
+    if sent <= 0 or run.axis(run.systems[system]) not in ("x", "y", "z"):
+        return
+    at = order.index(rank)
+    sides = [(at - 1, 0, PARTS - 1), (at + 1, PARTS - 1, 0)]
+    there = [(order[to], own, other) for to, own, other in sides if 0 <= to < len(order)]
+    for to, own, other in there:
+        yield {
+            "type": "SendRecv",
+            "from": _entity(_id(run, system, rank) + own, rank),
+            "to": _entity(_id(run, system, to) + other, to),
+            "messages": 1,
+            "bytes": sent / len(there),
+        }

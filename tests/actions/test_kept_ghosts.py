@@ -15,7 +15,8 @@ rng = np.random.default_rng(5)
 places = np.stack(np.meshgrid(*[np.arange(7)] * 3, indexing="ij"), -1).reshape(-1, 3) * 0.1 - 0.3
 box = motes.shapes.Box((-0.4, -0.4, -0.4), (0.4, 0.6, 0.4))
 with motes.World(
-    seed=1, dt=0.02, substeps=30, progress="off", roles="shared", space=(-0.4, 0.4), balancer=motes.balance.PrefixCuts()
+    seed=1, dt=0.02, substeps=30, progress="off", roles="shared", space=(-0.4, 0.4),
+    balancer=motes.balance.PrefixCuts(),
 ) as world:
     grains = world.system("grains", axis=axes)
     grains.emit(

@@ -102,9 +102,7 @@ class Sprite(Value):
         posed = self.kind == "mesh" or self.facing != "camera"
         state["_picture"] = 0 if self.image is None else _core.keep_picture(self.image)
         if self.mesh is not None:
-            state["_picture"] = _core.keep_mesh(
-                self.mesh.vertices, self.mesh.triangles, np.zeros((0, 3))
-            )
+            state["_picture"] = _core.keep_mesh(self.mesh.vertices, self.mesh.triangles, np.zeros((0, 3)))
         state["_core"] = _core.Sprite(
             kind="card" if posed and self.kind == "image" else self.kind,
             pixels=0 if posed and self.pixels == DEFAULT_PIXELS else self.pixels or 0,

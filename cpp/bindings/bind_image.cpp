@@ -11,8 +11,7 @@ namespace motes::bindings {
 namespace {
 
 image::Sprite make_sprite(const std::string& kind, int pixels, const std::string& blend, float of_height,
-                          float softness, meshes::AssetKey picture, bool lit, float shadow,
-                          const std::string& facing) {
+                          float softness, meshes::AssetKey picture, bool lit, float shadow, const std::string& facing) {
   image::Sprite sprite;
   sprite.kind = base::enumerator<image::Sprite::Kind>("kind", kind);
   sprite.pixels = pixels;
@@ -131,7 +130,8 @@ void bind_assets(py::module_& m) {
 void bind_image(py::module_& m) {
   py::class_<image::Sprite>(m, "Sprite")
       .def(py::init(&make_sprite), py::arg("kind"), py::arg("pixels"), py::arg("blend"), py::arg("of_height"),
-           py::arg("softness"), py::arg("picture"), py::arg("lit"), py::arg("shadow"), py::arg("facing") = "orientation");
+           py::arg("softness"), py::arg("picture"), py::arg("lit"), py::arg("shadow"),
+           py::arg("facing") = "orientation");
   bind_assets(m);
   bind_view(m);
   m.def(

@@ -1,5 +1,6 @@
 #include "meshes/assets.h"
 
+#include <algorithm>
 #include <span>
 #include <string>
 #include <utility>
@@ -18,7 +19,13 @@ void check_side(const char* argument, std::int32_t pixels) {
 }
 
 // Scripts may keep the keys of pictures and meshes beyond a run, so they stay what they were: of SHA-256.
+// The last field, which came later, is no part of the key where it is empty: eight bytes that say so.
 AssetKey lasting(const char* kind, std::span<const std::byte> bytes) {
+  constexpr std::size_t kEmpty = sizeof(std::uint64_t);
+  const auto is_zero = [](std::byte one) { return one == std::byte{}; };
+  if (bytes.size() > kEmpty && std::all_of(bytes.end() - kEmpty, bytes.end(), is_zero)) {
+    bytes = bytes.first(bytes.size() - kEmpty);
+  }
   base::Sha256 hash;
   hash.add(kind);
   hash.add(bytes);

@@ -117,7 +117,7 @@ def test_a_text_that_is_nearly_allowed_is_answered_by_it(option: tuple[str, str]
 def test_no_option_is_any_text():
     """Texts without a type of their own are names, paths and sentences."""
     names = "attribute argument axes column extra field name names need package system text"
-    sentences = "action allowed description hint line missing role size space url"
+    sentences = "about action allowed description hint key line missing printed problem role size space url"
     plain = {*names.split(), *sentences.split(), "host"}
     taken = {
         f"{name}({parameter.name})"

@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from .. import _core, _extras
 from .._io import exr
-from .._io.images import read_picture
 from .._values import arguments, colors
 from .._values.arguments import Triple
+from .._values.images import read_picture
 from .._values.values import Value, value
 from ..errors import ArgumentError
 

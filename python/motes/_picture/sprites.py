@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
-from .._io.images import read_picture
 from .._values import arguments
+from .._values.images import read_picture
 from .._values.values import Value, shown, value
 from ..errors import ArgumentError
 from ..shapes._mesh import Mesh

@@ -29,7 +29,7 @@ def check_action(action: Action, periods: tuple[Period, ...]) -> None:
         case actions.Gravitate() | actions.MatchVelocity() | actions.MatchRotationalVelocity():
             check_reach("max_radius", action.max_radius, periods)
         case actions.Collide(radius=own, other_radius=theirs) if own is not None:
-            meets = theirs if action.other is not None else own
+            meets: Any = theirs if action.other is not None else own
             check_reach("radius", own, periods, parts=2 if meets is None else 1 + meets / own)
         case actions.Contact(radius=own) if own is not None:
             check_reach("radius", own, periods, parts=2)

@@ -45,7 +45,9 @@ class Curve(Value, Moving):
     interpolation: Interpolation = "linear"
     """What happens between two keys: "linear", "smooth", "hold" or "spline"."""
 
-    def __init__(self, keys: Any, interpolation: Interpolation = "linear") -> None:
+    def __init__(
+        self, keys: Any, interpolation: Literal["linear", "smooth", "hold", "spline"] = "linear"
+    ) -> None:
         """Take the key frames and what happens between them."""
         kept: list[tuple[float, Key]] = []
         for time, given in _pairs(keys):

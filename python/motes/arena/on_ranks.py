@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import json
 import sys
 from collections.abc import Callable, Sequence
@@ -45,8 +44,8 @@ def play(
         MotesError: with the job's errors, if it fails.
     """
     sizes = {"frames": frames, "cells": cells, "particles": particles}
-    options = [name, *(f"--{key}={value}" for key, value in sizes.items()), "--", *balancers]
-    figures = figures_of(__name__, ranks, options)
+    played = {"workload": name, "sizes": sizes, "balancers": list(balancers)}
+    figures = figures_of(__name__, ranks, [json.dumps(played)])
     game = workload(name, **sizes)
     processed = np.sum([row["processed"] for row in figures["rows"]], axis=0)
     act_s = np.sum([row["act_s"] for row in figures["rows"]], axis=0).sum(axis=0)
@@ -65,16 +64,11 @@ def play(
     ]
 
 
-def main(argv: Sequence[str] | None = None) -> None:
-    """Play all balancers, on each rank; rank 0 prints the figures."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("workload")
-    for size in ("frames", "cells", "particles"):
-        parser.add_argument(f"--{size}", type=int, required=True)
-    parser.add_argument("balancer", nargs="+")
-    args = parser.parse_args(argv)
-    game = workload(args.workload, frames=args.frames, cells=args.cells, particles=args.particles)
-    rows = [_played(game, text) for text in args.balancer]
+def main(played: str) -> None:
+    """Play all balancers, on each rank; rank 0 prints the figures. `played`: what `play` has put together."""
+    given = json.loads(played)
+    game = workload(given["workload"], **given["sizes"])
+    rows = [_played(game, text) for text in given["balancers"]]
     if rows[0] is not None:
         print(json.dumps({"rows": rows}), flush=True)
 
@@ -147,4 +141,4 @@ def _moves(game: Workload, cuts: Sequence[Any], ranks: int) -> tuple[int, list[i
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    main(sys.argv[1])

@@ -25,7 +25,7 @@ def places(given: Any, vertices: int) -> NDArray[np.float32]:
 def of_vertices(given: Any, uv: NDArray[np.float32] | None, vertices: int) -> NDArray[np.float32]:
     """Return the linear RGB of each vertex."""
     if isinstance(given, (str, os.PathLike)):
-        from .._io.images import read_picture
+        from .._values.images import read_picture
 
         given = read_picture("colors", given, most=MOST_SIDE)
     if getattr(given, "ndim", 2) != 3:

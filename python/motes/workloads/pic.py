@@ -42,7 +42,7 @@ class Pic(Workload):
 
     def __init__(
         self,
-        distribution: Distribution = "geometric",
+        distribution: Literal["geometric", "sinusoidal", "linear", "patch"] = "geometric",
         ratio: float = 0.99,
         k: int = 1,
         m: int = 2,

@@ -353,7 +353,7 @@ TEST(image_views_and_sprites_are_checked) {
   refused([](View& v) { v.background[2] = -0.1f; });
   refused([](View& v) { v.objects.push_back({}); });  // a point is not drawn
   refused([](View& v) { v.sun[1] = INFINITY; });
-  refused([](View& v) { v.shutter = 1.1f; });
+  refused([](View& v) { v.shutter = 4.1f; });
   refused([](View& v) { v.shutter = NAN; });
   refused([](View& v) { v.bloom = -0.1f; });
   refused([](View& v) { v.layers = 8; });

@@ -242,7 +242,7 @@ def test_doctor_prints_the_environment_and_what_is_not_allowed_there(capsys, mon
         ("--space=a,b", "must be infinite, fit, or LOW,HIGH"),
         ("--frames=1.5", "argument --frames: must be a whole number, 0 or more, got '1.5'"),
         ("--frames=-1", "must be a whole number, 0 or more"),
-        ("--balancer=best", "must be static, pairwise, diffusive, prefixcuts, got 'best'"),
+        ("--balancer=best", "pairwise, diffusive, prefixcuts, bisection, costaware, greedy, got 'best'"),
     ],
 )
 def test_options_of_scripts_say_what_they_take(capsys, option, message):

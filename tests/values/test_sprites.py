@@ -180,7 +180,7 @@ def test_a_path_needs_pillow(monkeypatch):
         ({"kind": "image", "image": np.zeros((4, 0, 4), np.uint8)}, "image"),
         ({"kind": "image", "image": np.zeros((4, 4), np.uint8)}, "image"),
         ({"kind": "image", "image": np.zeros((4, 4, 2), np.uint8)}, "image"),
-        ({"kind": "image", "image": np.zeros((4, 4, 4), np.float32)}, "image"),
+        ({"kind": "image", "image": np.full((4, 4, 4), 1.5, np.float32)}, "image"),
         ({"kind": "image", "image": np.zeros((1, 9000, 4), np.uint8)}, "image"),
         ({"kind": "image", "image": [[1, 2], [3]]}, "image"),
         ({"kind": "image", "image": 7}, "image"),

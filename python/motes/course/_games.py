@@ -96,6 +96,10 @@ class Seen(Balancer):
         """
         self._ask, self._raw, self._noise, self.smoothing = ask, raw, noise, smoothing
 
+    def __deepcopy__(self, _: object) -> Seen:
+        """Return itself: it plays one game, and what it remembers is in the submission's process."""
+        return self
+
     @staticmethod
     def by(balancer: Balancer, *, raw: bool, noise: Floats | None) -> Seen:
         """Let a balancer of this process see what a submission would see."""

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from ._particles.particles import Particles
     from ._picture.frame import Frame
     from ._picture.rendering import Camera, Renderer
+    from ._picture.skies import Gradient
     from ._picture.solids import Light, Solid
     from ._picture.sprites import Sprite
     from ._player.notebook import launch, show

@@ -219,7 +219,10 @@ def test_what_is_wrong_is_said_once(
         ((SAYINGS,), "is not a recorded scene"),
         ((tmp_path,), "it is not a regular file"),
         ((recorded["snow"].scene, "--frames", "two"), "--frames must be a whole number, got 'two'"),
-        ((recorded["snow"].scene, "--roles", "all"), "--roles must be one of auto, shared, got 'all'"),
+        (
+            (recorded["snow"].scene, "--roles", "all"),
+            "--roles must be one of auto, shared, managing, got 'all'",
+        ),
         ((recorded["snow"].scene, "--balancer", "Own()"), "balancer must be one of Static, Pairwise"),
         ((recorded["snow"].scene, "--spans"), "--spans needs --log"),
         ((recorded["snow"].scene, "--fast"), "unknown option --fast"),

@@ -15,7 +15,8 @@ from .._values import arguments
 from .._values.values import value
 from ..errors import ArgumentError
 from . import Shape
-from . import _surface_colors as surface_colors
+from ._surface_colors import key as key_of_uv
+from ._surface_colors import of_vertices, places
 
 __all__ = ["Mesh"]
 
@@ -84,14 +85,14 @@ class Mesh(Shape):
         """
         points = _vertices(vertices)
         corners = _triangles(triangles, len(points))
-        places = None if uv is None else surface_colors.places(uv, len(points))
-        tints = None if colors is None else surface_colors.of_vertices(colors, places, len(points))
+        at = None if uv is None else places(uv, len(points))
+        tints = None if colors is None else of_vertices(colors, at, len(points))
         self.__dict__.update(
             vertices=points,
             triangles=corners,
             **_options(solid, resolution),
             colors=tints,
-            uv=places,
+            uv=at,
         )
         self.__dict__["_name"] = _core.keep_mesh(
             points, corners, np.zeros((0, 3)) if tints is None else tints
@@ -214,7 +215,7 @@ class Mesh(Shape):
         self.__dict__["_native"] = _core.Shape.mesh(self._content, [*numbers, self.solid, self.resolution])
 
     def _key(self) -> tuple[Any, ...]:
-        return (self._content, self.solid, self.resolution, self._numbers, surface_colors.key(self.uv))
+        return (self._content, self.solid, self.resolution, self._numbers, key_of_uv(self.uv))
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle by the arrays, the options and the places."""

@@ -221,7 +221,7 @@ def test_what_is_wrong_is_said_once(
         ((recorded["snow"].scene, "--frames", "two"), "--frames must be a whole number, got 'two'"),
         (
             (recorded["snow"].scene, "--roles", "all"),
-            "--roles must be one of auto, shared, managing, got 'all'",
+            "must be one of auto, shared, managing, got 'all'",
         ),
         ((recorded["snow"].scene, "--balancer", "Own()"), "balancer must be one of Static, Pairwise"),
         ((recorded["snow"].scene, "--spans"), "--spans needs --log"),

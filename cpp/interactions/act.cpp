@@ -14,7 +14,6 @@ namespace motes::interactions {
 namespace {
 
 using actions::Action;
-using particles::Store;
 
 // Where a particle will be at the end of the step; at most `farthest` away from where it is. A ghost of it gets the
 // same bits.

@@ -91,7 +91,7 @@ MOTES_INLINE void keep_states(const interactions::ScriptedTask& task, const Pair
       float* state = state_of(task.pairs, batch.pair[k], number);
       const float before = known ? *state : 0.0f;
       const float next = task.states[number] >= 0 ? task.plane[task.states[number]][k] : before;
-      *state = next - next == 0.0f ? next : before;  // infinities and NaN give NaN
+      *state = __builtin_fabsf(next) <= __FLT_MAX__ ? next : before;
     }
     for (std::uint32_t part = 0; part < task.pairs.parts; ++part) {
       task.pairs.state[static_cast<std::size_t>(batch.pair[k]) * task.pairs.parts + part].step = task.now;

@@ -17,7 +17,7 @@ inline std::uint32_t find_walls(const interactions::WallTask& task, interactions
   std::uint32_t next = task.last;  // of a shape without a surface
   visit_feet(*task.wall, task.start, [&](const auto& feet) __attribute__((always_inline)) {
     std::uint32_t i = task.first;
-    for (; i < task.last && found.count + kMostFaces * kLanes <= found.kMost; i += kLanes) {
+    for (; i < task.last && found.count + kMostFaces * kLanes <= interactions::WallTouches::kMost; i += kLanes) {
       const Floats radius = load(task.column[interactions::radius] + i);
       const Mask here = first_lanes(task.last - i);
       feet.each(load_column(task.column, interactions::at_x, i),

@@ -14,6 +14,7 @@ struct Rotations {
 /// Scales quaternions to length 1. Those that are 0 or beyond float32's range become no rotation.
 MOTES_INLINE Rotations unit(Rotations q) {
   const Floats most = max(max(abs(q.x), abs(q.y)), max(abs(q.z), abs(q.w)));
+  // NOLINTNEXTLINE(misc-redundant-expression): NaN differs from itself
   const Mask usable = (most > 1e-30f) & (most < 1e30f) & (q.x == q.x) & (q.y == q.y) & (q.z == q.z) & (q.w == q.w);
   const Floats scale = 1.0f / select(usable, most, all(1.0f));  // the squares below neither vanish nor overflow
   const Rotations s = {only(usable, q.x * scale), only(usable, q.y * scale), only(usable, q.z * scale),

@@ -64,7 +64,7 @@ class Meeting {
       kept_ = exchange_.has_lists() && exchange_.holds();
       if (!kept_) exchange_.find_migrants();
       for (std::size_t side = 0; side < in_.interaction.count; ++side) {
-        Population& here = in_.population(side);
+        const Population& here = in_.population(side);
         if (interactions::uses_cells(*in_.interaction.action)) bounds_ = interactions::bounds_of(here.store);
         if (bonds_ != nullptr) prepare_ties(here.store);
         const Extent extent =

@@ -19,15 +19,16 @@ struct ShadowPart {
   std::size_t first, last;
 };
 
-std::vector<ShadowPart> shadow_parts(const Script& script, const Calculator& calculator, const ShadowGrids& grids) {
+std::vector<ShadowPart> shadow_parts(const Script& script, const image::View& view, const Calculator& calculator,
+                                     const ShadowGrids& grids) {
   std::vector<ShadowPart> parts;
   for (std::size_t i = 0; i < calculator.populations.size(); ++i) {
     const image::Sprite& sprite = script.record.sprites[i];
     if (!(sprite.shadow > 0)) continue;
     const image::Drawn all = drawn(calculator.populations[i]->store);
     for (std::size_t first = 0; first < all.count; first += kParticles) {
-      parts.push_back({image::ParticleShadows(sprite, *script.record.view, grids, all), first,
-                       std::min(first + kParticles, all.count)});
+      parts.push_back(
+          {image::ParticleShadows(sprite, view, grids, all), first, std::min(first + kParticles, all.count)});
     }
   }
   return parts;
@@ -113,8 +114,9 @@ void tell_drawers(Rank& rank, const Painter& painter, Maxima& word, std::vector<
 }  // namespace
 
 void gather_shadows(Rank& rank, const Script& script, const Calculator& calculator, Painter& painter) {
-  const image::View& view = *script.record.view;
   painter.shadows.reset();
+  if (!script.record.view) return;
+  const image::View& view = *script.record.view;
   if (!ShadowGrids::wanted(view, script.record.sprites)) return;
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::project, "shadows");
   auto grids = std::make_unique<ShadowGrids>();
@@ -127,7 +129,7 @@ void gather_shadows(Rank& rank, const Script& script, const Calculator& calculat
   std::vector<ShadowPart> parts;
   if (session.calculates()) {
     session.work("render", [&] {
-      parts = shadow_parts(script, calculator, *grids);
+      parts = shadow_parts(script, view, calculator, *grids);
       extents = extents_of(*rank.pool, parts, grids->lights());
     });
   }

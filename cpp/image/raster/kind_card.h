@@ -20,6 +20,7 @@ struct Card : Image {
 
   MOTES_INLINE Card(const image::WideSplat& task, const WideSprite& sprite) : Card(task, sprite, Pose(task, sprite)) {}
 
+  // NOLINTBEGIN(bugprone-derived-method-shadowing-base-method): painters call them on the kind itself
   MOTES_INLINE float reach() const { return farthest; }
   MOTES_INLINE float box_x() const { return half_x; }
   MOTES_INLINE float box_y() const { return half_y; }
@@ -41,6 +42,7 @@ struct Card : Image {
     front.nearer = clamp(focal * (1.0f - 1.0f / above_horizon(x, y)), -s.radius, s.radius);
     return front;
   }
+  // NOLINTEND(bugprone-derived-method-shadowing-base-method)
 
  private:
   float focal;

@@ -460,7 +460,7 @@ TEST(greedy_takes_from_the_slowest_until_neighbours_agree) {
   CHECK(policy->plan(table_of(loads_of({1000, 2000}))).orders == std::vector<Order>({{1, 0, 500}}));
   CHECK(policy->plan(table_of(loads_of({1000, 1010}))).orders.empty());
   CHECK(policy->plan(table_of(loads_of({100}))).empty());
-  std::vector<Load> crowd = loads_of({0, 0, 16000, 0, 0, 0, 0, 0});
+  const std::vector<Load> crowd = loads_of({0, 0, 16000, 0, 0, 0, 0, 0});
   CHECK(after(*policy, crowd, 40) < 1.2);
   CHECK(after(*policy, half_fast(8, 10000), 40) < 1.2);
 }

@@ -207,7 +207,8 @@ struct MeshFeet {
   }
 };
 
-/// Calls use(feet) with the feet of a shape that has a surface and is no union. `part`: of the frame, for what moves.
+/// Calls use(feet) with the feet of a shape that has a surface; unions go part by part. `part`: of the frame, for what
+/// moves.
 template <class Use>
 MOTES_INLINE void visit_feet(const shapes::Shape& shape, float part, const Use& use) {
   switch (shape.kind) {
@@ -224,7 +225,10 @@ MOTES_INLINE void visit_feet(const shapes::Shape& shape, float part, const Use& 
       if (mesh.has_inside()) use(MeshFeet{mesh, pose_at(shape.number, part)});
       return;
     }
-    default: return;  // without a surface
+    case shapes::Kind::point:
+    case shapes::Kind::line:
+    case shapes::Kind::blob:
+    case shapes::Kind::united: return;
   }
 }
 

@@ -50,7 +50,7 @@ def table(name: str, one: Table) -> str:
     """Describe one table."""
     when = "" if one.required else "; where there was something to write"
     call = "()" if name == "waits" else ""
-    lines = [f"### `run.{name}{call}`: {one.file}", "", f"One row per {one.row}{when}.", ""]
+    lines = [f"## `run.{name}{call}`: {one.file}", "", f"One row per {one.row}{when}.", ""]
     for column in one.columns:
         if column.name == "frame":
             continue  # the page says it once

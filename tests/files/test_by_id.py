@@ -62,7 +62,7 @@ def test_rows_of_other_sizes_and_rows_with_gaps_are_refused():
     gaps = np.zeros((2, 6), np.float32)[:, ::2]
     with pytest.raises(ValueError, match="C order"):
         _core.take_rows(gaps, np.array([1, 0]), np.zeros((2, 3), np.float32))
-    with pytest.raises(ValueError, match="4, 8 or 12 bytes"):
+    with pytest.raises(ValueError, match="4, 8, 12 or 16 bytes"):
         _core.take_rows(np.zeros(2, np.int16), np.array([1, 0]), np.zeros(2, np.int16))
 
 

@@ -251,6 +251,7 @@ KINDS: dict[str, type[actions.Action]] = {
 def field(kind: str, name: str, annotation: str) -> st.SearchStrategy[Any]:
     """Draw what a field of an action takes."""
     annotation = annotation.replace("Vector", "ArrayLike").replace("Number", "float")
+    annotation = annotation.replace("'", '"')  # as some versions of Python write them
     if kind in actions.between.__all__ and name in BETWEEN:
         return BETWEEN[name]
     if name == "ramp":

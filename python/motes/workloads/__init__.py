@@ -1,5 +1,7 @@
 """Loads whose answer is known, for comparing balancers: where all particles are, and the best cuts.
 
+A script plays one::
+
     pic = motes.workloads.Pic("geometric", cells=64, particles=10_000)
     world = motes.World(**pic.world)
     system = world.system("particles")

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include "snapshots/writer.h"
 #include "support/check.h"
@@ -38,7 +39,7 @@ bool holds(const std::string& path, const std::vector<std::byte>& head, const st
 }
 
 std::string fresh(const std::string& folder) {
-  const std::string directory = folder + "/motes-part-writer";
+  const std::string directory = folder + "/motes-part-writer-" + std::to_string(getpid());
   std::filesystem::remove_all(directory);
   std::filesystem::create_directories(directory);
   return directory;

@@ -236,6 +236,13 @@ TYPED: dict[str, st.SearchStrategy[Any]] = {
     "bool": st.booleans(),
     "ArrayLike": triples(-2, 2),
     "float | None": numbers(0, 3),
+    "Sequence[Shape]": st.sampled_from(
+        [
+            "()",
+            "(Plane((0, -1, 0), (0, 1, 0)),)",
+            "(Box((-2, -2, -2), (2, 2, 2)), Sphere((0, -3, 0), 2))",
+        ]
+    ),
     'Literal["velocity"] | ArrayLike': st.just("'velocity'") | directions(),
 }
 KINDS: dict[str, type[actions.Action]] = {

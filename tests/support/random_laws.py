@@ -54,7 +54,7 @@ def law(
     arguments.append(f"set={{{values}}}")
     for name in ("acceleration", "velocity", *(["spin"] if pairs else [])):
         if draw(st.booleans()):
-            arguments.append(f"{name}=ex.normalize({draw(vector)})")
+            arguments.append(f"{name}=ex.normalize({draw(st.sampled_from(vectors))})")
     return f"{kind}({', '.join(arguments)})"
 
 

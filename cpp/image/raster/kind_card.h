@@ -9,7 +9,7 @@ namespace motes::MOTES_ISA {
 /// card, of which a metre has as many px as one at the particle's depth that faces the camera:
 ///
 ///   u = (right_x x + right_y y) / (1 + tilt_x x + tilt_y y), v = (below_x x + below_y y) / (the same)
-struct Card : Image {
+struct Card : Picture<Card> {
   static constexpr float kNarrow = 12;
 
   float right_x, right_y, below_x, below_y, tilt_x, tilt_y;
@@ -20,35 +20,25 @@ struct Card : Image {
 
   MOTES_INLINE Card(const image::WideSplat& task, const WideSprite& sprite) : Card(task, sprite, Pose(task, sprite)) {}
 
-  // NOLINTBEGIN(bugprone-derived-method-shadowing-base-method): painters call them on the kind itself
   MOTES_INLINE float reach() const { return farthest; }
   MOTES_INLINE float box_x() const { return half_x; }
   MOTES_INLINE float box_y() const { return half_y; }
   MOTES_INLINE float total() const { return 4 * side * side * shrink * cover * s.light; }
   MOTES_INLINE float usual_sum() const { return 4 * side * side * shrink * cover * kPixelWeight * finer + 1e-3f; }
 
-  MOTES_OUTLINE void weigh(Patch<4>& p) const {
-    const Card own = *this;  // no store to the patch can change it
-    for_each_vector(p, [&](Floats x, Floats y, const InPart& in_part) {
-      const Texels t = own.mean(x - own.s.x, y - own.s.y);
-      const int at = in_part.number(p);
-      store_narrow(p.cover + at, t.channel[3]);
-      store_thirds(p.light + 3 * at, t.channel[0], t.channel[1], t.channel[2]);
-    });
-  }
-
   MOTES_INLINE Front front(Floats x, Floats y) const {
     Front front = front_of(moves ? most_opaque(x, y) : texels(x, y));
     front.nearer = clamp(focal * (1.0f - 1.0f / above_horizon(x, y)), -s.radius, s.radius);
     return front;
   }
-  // NOLINTEND(bugprone-derived-method-shadowing-base-method)
 
  private:
+  friend struct Picture<Card>;
+
   float focal;
 
   MOTES_INLINE Card(const image::WideSplat& task, const WideSprite& sprite, const Pose& p)
-      : Image(task, facing(task, sprite, p)), side(s.radius), focal(task.focal) {
+      : Picture(task, facing(task, sprite, p)), side(s.radius), focal(task.focal) {
     const float from_x = p.middle_x / focal, from_y = -p.middle_y / focal;  // to the particle: (from_x, from_y, -1)
     const float ahead = p.front.x * from_x + p.front.y * from_y - p.front.z;
     const bool seen = ahead > kEdge || ahead < -kEdge;
@@ -65,15 +55,13 @@ struct Card : Image {
     shrink = seen && area > 0 ? 1 / area : 0;
     finer_x = 1 / __builtin_sqrtf(right_x * right_x + right_y * right_y + 1e-12f);
     finer_y = 1 / __builtin_sqrtf(below_x * below_x + below_y * below_y + 1e-12f);
-    choose_level(task, shrink > 0 ? __builtin_sqrtf(area) : 1);
+    const float opaque = choose_level(task, side, shrink > 0 ? __builtin_sqrtf(area) : 1);
+    const float wide = width * finer_x, high = height * finer_y;
+    least = 0.5f * kPixelWeight * opaque * (wide < 1 ? wide : 1) * (high < 1 ? high : 1);
     measure(p);
     // Nothing of the card is nearer than its middle by more than this: half the diagonal of a square.
     s.radius *= 1.4143f;
-    if (moves) {
-      const float longest = s.half < reach() ? s.half : reach();
-      steps = 2 * longest < 64 ? 1 + static_cast<int>(2 * longest) : 64;
-      finer = s.half / longest;
-    }
+    choose_steps();
   }
 
   static constexpr float kEdge = 1e-3f;  // the cosine below which a card is seen from its edge
@@ -82,23 +70,6 @@ struct Card : Image {
     WideSprite s = sprite;
     s.radius = 0.5f * p.scale * task.focal / p.depth;
     return s;
-  }
-
-  /// `squeezed`: px on the card per px on the screen.
-  MOTES_INLINE void choose_level(const image::WideSplat& task, float squeezed) {
-    const image::ImageLevel& first = task.levels[0];
-    const int longer = first.width > first.height ? first.width : first.height;
-    float scale = static_cast<float>(longer) / (2 * side);
-    int number = 0;
-    for (; scale * squeezed > 1.5f && number + 1 < task.level_count; ++number) scale *= 0.5f;
-    level = task.levels[number];
-    across = scale * level.across;
-    down = scale * level.down;
-    width = static_cast<float>(level.width) / across;
-    height = static_cast<float>(level.height) / down;
-    const float opaque = static_cast<float>(level.most_alpha) / static_cast<float>(first.most_alpha);
-    const float wide = width * finer_x, high = height * finer_y;
-    least = 0.5f * kPixelWeight * opaque * (wide < 1 ? wide : 1) * (high < 1 ? high : 1);
   }
 
   MOTES_INLINE void measure(const Pose& p) {
@@ -130,41 +101,11 @@ struct Card : Image {
     const Floats horizon = x * tilt_x + y * tilt_y + 1.0f;
     const Floats part = 1.0f / max(horizon, all(kBehind));
     const Floats to_right = (x * right_x + y * right_y) * part, to_below = (x * below_x + y * below_y) * part;
-    const auto columns = static_cast<float>(level.width), rows = static_cast<float>(level.height);
-    Texels t = between(clamp(to_right * across + (0.5f * columns + 0.5f), 1, columns),
-                       clamp(to_below * down + (0.5f * rows + 0.5f), 1, rows));
+    Texels t = texels_near(to_right, to_below);
     const Floats inside = covered(to_right * finer_x, width * finer_x) * covered(to_below * finer_y, height * finer_y);
     const Ints drawn = to_ints(only((horizon > kBehind) & (all(shrink) > 0.0f), inside) * 32768.0f + 0.5f);
     for (Ints& channel : t.channel) channel = channel * drawn >> 15;
     return t;
-  }
-  MOTES_INLINE Texels texels_at(Floats x, Floats y, const Stretch& at, int i) const {
-    const Floats along = at.first + at.step * static_cast<float>(i);
-    return texels(x - along * s.along_x, y - along * s.along_y);
-  }
-
-  MOTES_INLINE Texels mean(Floats x, Floats y) const {
-    if (!moves) return texels(x, y);
-    const Stretch at = stretch(x, y, reach());
-    Texels sum{};
-    for (int i = 0; i < steps; ++i) {
-      const Texels t = texels_at(x, y, at, i);
-      for (int c = 0; c < 4; ++c) sum.channel[c] += t.channel[c];
-    }
-    const Floats part = at.step * (0.5f / s.half * finer);
-    for (Ints& channel : sum.channel) channel = to_ints(to_floats(channel) * part + 0.5f);
-    return sum;
-  }
-
-  MOTES_INLINE Texels most_opaque(Floats x, Floats y) const {
-    const Stretch at = stretch(x, y, reach());
-    Texels most{};
-    for (int i = 0; i < steps; ++i) {
-      const Texels t = texels_at(x, y, at, i);
-      const Mask more = (Mask)(t.channel[3] > most.channel[3]);
-      for (int c = 0; c < 4; ++c) most.channel[c] = select(more, t.channel[c], most.channel[c]);
-    }
-    return most;
   }
 };
 

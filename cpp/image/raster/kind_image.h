@@ -11,9 +11,11 @@ struct Texels {
   Ints channel[4];
 };
 
-struct Image {
+/// A picture on a wide sprite, and the streak along which it moves. `Kind` says where its middle lies: `reach` and
+/// `texels`, which it lets this call.
+template <class Kind>
+struct Picture {
   static constexpr int kPlanes = 4;
-  static constexpr float kNarrow = 8;
 
   WideSprite s;
   image::ImageLevel level;
@@ -25,42 +27,11 @@ struct Image {
   int steps = 1;    // samples along the streak per pixel
   float finer = 1;  // scales weights up on long streaks, which would otherwise be rounded away
 
-  MOTES_INLINE Image(const image::WideSplat& task, const WideSprite& sprite) : s(sprite) {
-    const image::ImageLevel& first = task.levels[0];
-    const int longer = first.width > first.height ? first.width : first.height;
-    float scale = static_cast<float>(longer) / (2 * s.radius);
-    cover = task.image_cover;
-    int number = 0;  // the largest level with at most about one texel per pixel
-    for (; scale > 1.5f && number + 1 < task.level_count; ++number) scale *= 0.5f;
-    level = task.levels[number];
-    across = scale * level.across;
-    down = scale * level.down;
-    width = static_cast<float>(level.width) / across;
-    height = static_cast<float>(level.height) / down;
-    // Smaller levels, and sides below a pixel, are less opaque than the picture: lower the threshold so that they do
-    // not vanish.
-    const float opaque = static_cast<float>(level.most_alpha) / static_cast<float>(first.most_alpha);
-    least = 0.5f * kPixelWeight * opaque * (width < 1 ? width : 1) * (height < 1 ? height : 1);
-    moves = s.half >= 0.5f;
-    if (moves) {
-      const float longest = s.half < reach() ? s.half : reach();
-      steps = 2 * longest < kMostSteps ? 1 + static_cast<int>(2 * longest) : kMostSteps;
-      finer = s.half / longest;
-    }
-  }
-  /// Returns half the diagonal of a square around the picture, half a pixel larger on each side, px.
-  MOTES_INLINE float reach() const { return 1.4143f * ((width > height ? width : height) * 0.5f + 0.5f); }
-  MOTES_INLINE float box_x() const { return box(size_of(s.up_y), size_of(s.up_x)); }
-  MOTES_INLINE float box_y() const { return box(size_of(s.up_x), size_of(s.up_y)); }
-
-  MOTES_INLINE float total() const { return 4 * s.radius * s.radius * cover * s.light; }
   static MOTES_INLINE float greatest() { return kPixelWeight; }
-  /// Returns the expected sum of the weights.
-  MOTES_INLINE float usual_sum() const { return 4 * s.radius * s.radius * cover * kPixelWeight * finer; }
   static MOTES_INLINE const std::uint16_t* measured(const Patch<4>& p) { return p.cover; }
 
   MOTES_OUTLINE void weigh(Patch<4>& p) const {
-    const Image own = *this;  // no store to the patch can change it
+    const Kind own = self();  // no store to the patch can change it
     for_each_vector(p, [&](Floats x, Floats y, const InPart& in_part) {
       const Texels t = own.mean(x - own.s.x, y - own.s.y);
       const int at = in_part.number(p);
@@ -69,10 +40,35 @@ struct Image {
     });
   }
 
-  /// Covers the pixels where the picture is at least half opaque, taking the most opaque sample along the streak.
-  MOTES_INLINE Front front(Floats x, Floats y) const { return front_of(moves ? most_opaque(x, y) : texels(x, y)); }
-
  protected:
+  static constexpr int kMostSteps = 64;
+  static constexpr int kPartBits = 7;  // of a texel, in places between texels
+
+  MOTES_INLINE const Kind& self() const { return static_cast<const Kind&>(*this); }
+
+  /// Takes the largest level with at most about one texel per pixel. `half`: of the longer side, px; `squeezed`: px
+  /// there per px on the screen. Returns how opaque the level is, as a part of the picture's own.
+  MOTES_INLINE float choose_level(const image::WideSplat& task, float half, float squeezed) {
+    const image::ImageLevel& first = task.levels[0];
+    const int longer = first.width > first.height ? first.width : first.height;
+    float scale = static_cast<float>(longer) / (2 * half);
+    int number = 0;
+    for (; scale * squeezed > 1.5f && number + 1 < task.level_count; ++number) scale *= 0.5f;
+    level = task.levels[number];
+    across = scale * level.across;
+    down = scale * level.down;
+    width = static_cast<float>(level.width) / across;
+    height = static_cast<float>(level.height) / down;
+    return static_cast<float>(level.most_alpha) / static_cast<float>(first.most_alpha);
+  }
+
+  MOTES_INLINE void choose_steps() {
+    if (!moves) return;
+    const float longest = s.half < self().reach() ? s.half : self().reach();
+    steps = 2 * longest < kMostSteps ? 1 + static_cast<int>(2 * longest) : kMostSteps;
+    finer = s.half / longest;
+  }
+
   MOTES_INLINE Front front_of(const Texels& t) const {
     Front front;
     const Floats opacity = to_floats(t.channel[3]), alpha = max(opacity, all(least));
@@ -87,22 +83,13 @@ struct Image {
     return front;
   }
 
-  static constexpr int kMostSteps = 64;
-  static constexpr int kPartBits = 7;  // of a texel, in places between texels
-
-  /// Returns half the extent of the rotated picture along one axis; of_width, of_height: components of its sides'
-  /// directions along it.
-  MOTES_INLINE float box(float of_width, float of_height) const {
-    return of_width * (0.5f * width + 0.5f) + of_height * (0.5f * height + 0.5f);
-  }
-
   /// The part of the streak where the picture may reach a pixel: position of the first sample and the step between
   /// samples, px.
   struct Stretch {
     Floats first, step;
   };
-  MOTES_INLINE Stretch stretch(Floats x, Floats y) const { return stretch(x, y, reach()); }
-  MOTES_INLINE Stretch stretch(Floats x, Floats y, float far) const {
+  MOTES_INLINE Stretch stretch(Floats x, Floats y) const {
+    const float far = self().reach();
     const Floats along = x * s.along_x + y * s.along_y;
     const Floats begin = clamp(along - far, -s.half, s.half), end = clamp(along + far, -s.half, s.half);
     const Floats step = (end - begin) * (1 / static_cast<float>(steps));
@@ -110,12 +97,12 @@ struct Image {
   }
   MOTES_INLINE Texels texels_at(Floats x, Floats y, const Stretch& at, int i) const {
     const Floats along = at.first + at.step * static_cast<float>(i);
-    return texels(x - along * s.along_x, y - along * s.along_y);
+    return self().texels(x - along * s.along_x, y - along * s.along_y);
   }
 
   /// Returns the mean over the streak.
   MOTES_INLINE Texels mean(Floats x, Floats y) const {
-    if (!moves) return texels(x, y);
+    if (!moves) return self().texels(x, y);
     const Stretch at = stretch(x, y);
     Texels sum{};
     for (int i = 0; i < steps; ++i) {
@@ -138,25 +125,25 @@ struct Image {
     return most;
   }
 
-  /// Returns the picture at pixels (x, y) relative to its middle. Edges are one pixel wide however large the texels;
-  /// thin pictures keep their light at any sub-pixel position.
-  MOTES_INLINE Texels texels(Floats x, Floats y) const {
-    // The picture's x is a quarter turn to the right of `up`.
-    const Floats to_right = y * s.up_x - x * s.up_y, to_below = -(x * s.up_x + y * s.up_y);
-    const auto columns = static_cast<float>(level.width), rows = static_cast<float>(level.height);
-    // Columns and rows count from the centre of the frame's first texel.
-    Texels t = between(clamp(to_right * across + (0.5f * columns + 0.5f), 1, columns),
-                       clamp(to_below * down + (0.5f * rows + 0.5f), 1, rows));
-    const Ints part = to_ints(covered(to_right, width) * covered(to_below, height) * 32768.0f + 0.5f);
-    for (Ints& channel : t.channel) channel = channel * part >> 15;
-    return t;
-  }
-
   /// Returns the part of a pixel that lies between two edges `apart` px from each other; from_middle: distance of the
   /// pixel from the middle between them.
   static MOTES_INLINE Floats covered(Floats from_middle, float apart) {
     return clamp(0.5f * apart + 0.5f - max(from_middle, -from_middle), 0, apart < 1 ? apart : 1);
   }
+
+  /// Returns the texels at a place relative to the middle, px.
+  MOTES_INLINE Texels texels_near(Floats to_right, Floats to_below) const {
+    const auto columns = static_cast<float>(level.width), rows = static_cast<float>(level.height);
+    // Columns and rows count from the centre of the frame's first texel.
+    return between(clamp(to_right * across + (0.5f * columns + 0.5f), 1, columns),
+                   clamp(to_below * down + (0.5f * rows + 0.5f), 1, rows));
+  }
+
+ private:
+  friend Kind;
+
+  MOTES_INLINE Picture(const image::WideSplat& task, const WideSprite& sprite)
+      : s(sprite), cover(task.image_cover), moves(s.half >= 0.5f) {}
 
   /// Interpolates bilinearly between four texels; weights have the scale of Patch.
   MOTES_INLINE Texels between(Floats at_column, Floats at_row) const {
@@ -182,6 +169,49 @@ struct Image {
                                    Ints weights) {
     const FourWords pairs = load_pairs([&](std::size_t lane) { return texels + index[lane]; });
     for (int c = 0; c < 4; ++c) sum.channel[c] += pair_products((Ints)pairs.word[c], weights);
+  }
+};
+
+struct Image : Picture<Image> {
+  static constexpr float kNarrow = 8;
+
+  MOTES_INLINE Image(const image::WideSplat& task, const WideSprite& sprite) : Picture(task, sprite) {
+    // Smaller levels, and sides below a pixel, are less opaque than the picture: lower the threshold so that they do
+    // not vanish.
+    const float opaque = choose_level(task, s.radius, 1);
+    least = 0.5f * kPixelWeight * opaque * (width < 1 ? width : 1) * (height < 1 ? height : 1);
+    choose_steps();
+  }
+  /// Returns half the diagonal of a square around the picture, half a pixel larger on each side, px.
+  MOTES_INLINE float reach() const { return 1.4143f * ((width > height ? width : height) * 0.5f + 0.5f); }
+  MOTES_INLINE float box_x() const { return box(size_of(s.up_y), size_of(s.up_x)); }
+  MOTES_INLINE float box_y() const { return box(size_of(s.up_x), size_of(s.up_y)); }
+
+  MOTES_INLINE float total() const { return 4 * s.radius * s.radius * cover * s.light; }
+  /// Returns the expected sum of the weights.
+  MOTES_INLINE float usual_sum() const { return 4 * s.radius * s.radius * cover * kPixelWeight * finer; }
+
+  /// Covers the pixels where the picture is at least half opaque, taking the most opaque sample along the streak.
+  MOTES_INLINE Front front(Floats x, Floats y) const { return front_of(moves ? most_opaque(x, y) : texels(x, y)); }
+
+ private:
+  friend struct Picture<Image>;
+
+  /// Returns half the extent of the rotated picture along one axis; of_width, of_height: components of its sides'
+  /// directions along it.
+  MOTES_INLINE float box(float of_width, float of_height) const {
+    return of_width * (0.5f * width + 0.5f) + of_height * (0.5f * height + 0.5f);
+  }
+
+  /// Returns the picture at pixels (x, y) relative to its middle. Edges are one pixel wide however large the texels;
+  /// thin pictures keep their light at any sub-pixel position.
+  MOTES_INLINE Texels texels(Floats x, Floats y) const {
+    // The picture's x is a quarter turn to the right of `up`.
+    const Floats to_right = y * s.up_x - x * s.up_y, to_below = -(x * s.up_x + y * s.up_y);
+    Texels t = texels_near(to_right, to_below);
+    const Ints part = to_ints(covered(to_right, width) * covered(to_below, height) * 32768.0f + 0.5f);
+    for (Ints& channel : t.channel) channel = channel * part >> 15;
+    return t;
   }
 };
 

@@ -193,7 +193,7 @@ std::unique_ptr<Communicator> Communicator::shrink(std::vector<int>& survivors) 
   });
   auto made = std::make_unique<Communicator>(std::move(among), renumbered(watch_, survivors));
   made->ledger_ = std::move(ledger_);
-  made->ledger_.on_wait({});  // whoever heard of them belongs to the old connections
+  made->ledger_.on_wait({});  // those that were told of waits belong to the old connections
   made->bytes_sent_ += bytes_sent_;
   return made;
 }

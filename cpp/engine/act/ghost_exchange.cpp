@@ -93,6 +93,31 @@ bool GhostExchange::concerns(int from, int to) const {
   return false;
 }
 
+void GhostExchange::await(const std::vector<int>& from) const {
+  for (const int source : from) in_.rank.session.comm().await(in_.rank.session.rank_of(source), Phase::interaction);
+}
+
+// Messages of a rank whose compute failed are empty.
+void GhostExchange::send(std::map<int, Message>& messages) {
+  const bool failed = in_.rank.session.failed();
+  for (auto& [target, message] : messages) {
+    if (failed) message = Message();
+    in_.population(0).interaction.bytes += message.payload().size();
+    in_.rank.session.comm().post(in_.rank.session.rank_of(target), Phase::interaction,
+                                 in_.rank.session.stamp(in_.round), std::move(message), failed ? 0 : sent_[target],
+                                 failed);
+  }
+}
+
+template <class Unpack>
+void GhostExchange::hear(const std::vector<int>& from, const Unpack& unpack) {
+  for (const int source : from) {
+    const Message message = in_.rank.session.comm().expect(in_.rank.session.rank_of(source), Phase::interaction,
+                                                           in_.rank.session.stamp(in_.round));
+    if (message.header().failed == 0) in_.compute([&] { unpack(source, message); });
+  }
+}
+
 void GhostExchange::exchange(double farthest, double range) {
   farthest_ = farthest;
   range_ = range;
@@ -108,28 +133,17 @@ void GhostExchange::exchange(double farthest, double range) {
   }
   std::uint16_t& hops = in_.population(0).interaction.hops;
   hops = std::max(hops, static_cast<std::uint16_t>(std::min<std::size_t>(to.size(), UINT16_MAX)));
-  for (const int source : from) in_.rank.session.comm().await(in_.rank.session.rank_of(source), Phase::interaction);
+  await(from);
   std::map<int, Message> messages;
   for (const int target : to) messages[target];
   in_.compute([&] {
     for (std::size_t side = 0; side < in_.interaction.count; ++side) pack(side, messages);
   });
-  for (auto& [target, message] : messages) {
-    if (in_.rank.session.failed()) message = Message();
-    const std::uint64_t count = in_.rank.session.failed() ? 0 : sent_[target];
-    in_.population(0).interaction.bytes += message.payload().size();
-    in_.rank.session.comm().post(in_.rank.session.rank_of(target), Phase::interaction,
-                                 in_.rank.session.stamp(in_.round), std::move(message), count,
-                                 in_.rank.session.failed());
-  }
+  send(messages);
   in_.compute([&] {
     for (std::size_t side = 0; side < in_.interaction.count; ++side) remove_migrants(side);
   });
-  for (const int source : from) {
-    const Message message = in_.rank.session.comm().expect(in_.rank.session.rank_of(source), Phase::interaction,
-                                                           in_.rank.session.stamp(in_.round));
-    if (message.header().failed == 0) in_.compute([&] { unpack(message); });
-  }
+  hear(from, [&](int, const Message& message) { unpack(message); });
   if (lists_) in_.compute([&] { keep_ghosts(to); });
   if (!images_.any()) return;
   in_.compute([&] {
@@ -167,31 +181,20 @@ void GhostExchange::keep_ghosts(const std::vector<int>& others) {
 void GhostExchange::refresh() {
   if (images_.any()) in_.compute([&] { refresh_own_images(); });
   std::map<int, Message> messages;
-  std::map<int, std::uint64_t> counts;
-  std::set<int> from;
+  std::set<int> sources;
   for (std::size_t side = 0; side < in_.interaction.count; ++side) {
-    for (const auto& [source, places] : kept(side).received) from.insert(source);
+    for (const auto& [source, places] : kept(side).received) sources.insert(source);
     for (const auto& [target, particles] : kept(side).sent) messages[target];
   }
-  from.erase(in_.rank.session.calculator());
+  sources.erase(in_.rank.session.calculator());
   messages.erase(in_.rank.session.calculator());
-  for (const int source : from) in_.rank.session.comm().await(in_.rank.session.rank_of(source), Phase::interaction);
+  const std::vector<int> from(sources.begin(), sources.end());
+  await(from);
   in_.compute([&] {
-    for (auto& [target, message] : messages) counts[target] = pack_changes(target, message.bytes());
+    for (auto& [target, message] : messages) sent_[target] = pack_changes(target, message.bytes());
   });
-  for (auto& [target, message] : messages) {
-    const bool failed = in_.rank.session.failed();
-    if (failed) message = Message();
-    in_.population(0).interaction.bytes += message.payload().size();
-    in_.rank.session.comm().post(in_.rank.session.rank_of(target), Phase::interaction,
-                                 in_.rank.session.stamp(in_.round), std::move(message), failed ? 0 : counts[target],
-                                 failed);
-  }
-  for (const int source : from) {
-    const Message message = in_.rank.session.comm().expect(in_.rank.session.rank_of(source), Phase::interaction,
-                                                           in_.rank.session.stamp(in_.round));
-    if (message.header().failed == 0) in_.compute([&] { unpack_changes(source, message); });
-  }
+  send(messages);
+  hear(from, [&](int source, const Message& message) { unpack_changes(source, message); });
 }
 
 void GhostExchange::refresh_own_images() {

@@ -39,7 +39,7 @@ class GhostExchange {
   /// Returns how far outside their domain particles may be, m.
   double farthest() const { return std::max(migrants_[0].farthest, migrants_[1].farthest); }
 
-  /// Calculators, collective: migrants go to their owners, ghosts to whoever may see them. What all agreed on: how far
+  /// Calculators, collective: migrants go to their owners, ghosts to all that may see them. What all agreed on: how far
   /// outside any migrant is, and how far the action sees with the skin, m.
   void exchange(double farthest, double range);
   /// Calculators, collective: sends and hears what has changed of kept ghosts.
@@ -53,6 +53,10 @@ class GhostExchange {
   }
   KeptGhosts& kept(std::size_t side) const { return in_.calculator.ghosts[key(side)]; }
   bool concerns(int from, int to) const;
+  void await(const std::vector<int>& from) const;
+  void send(std::map<int, comm::Message>& messages);
+  template <class Unpack>
+  void hear(const std::vector<int>& from, const Unpack& unpack);
   void forget_ghosts();
   void keep_ghosts(const std::vector<int>& others);
   std::uint64_t pack_changes(int target, base::Bytes& bytes);

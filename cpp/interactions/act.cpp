@@ -249,7 +249,7 @@ class Interaction {
       return;
     }
     arrange(s, radius, widths);
-    for (std::size_t i = 0; i < crowd.size(); ++i) values[i] = values[i] > 0 ? 0.5f * values[i] : 0.0f;
+    for (std::size_t i = 0; i < crowd.size(); ++i) values[i] = radius_of_size(values[i]);
   }
 
   // A particle whose mass is 0 or NaN is pushed away by the other alone, or touches nobody.

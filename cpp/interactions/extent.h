@@ -75,6 +75,9 @@ constexpr float step_limit(float reach) { return reach; }
 /// Spheres that are not heavier, in kilograms, are pushed away by others alone, or touch nobody.
 inline constexpr float kLeastMass = 1e-12f;
 
+/// Returns the radius, m, of a sphere of this size, m: 0 where that is no positive number.
+inline float radius_of_size(float size) { return size > 0 ? 0.5f * size : 0.0f; }
+
 /// Relative margin by which cells and halos exceed the reach.
 inline constexpr double kMargin = 1e-6;
 

@@ -32,9 +32,7 @@ struct Radii {
 
   float of(std::size_t i) const {
     if (skips_massless && !(mass.of(i, SIZE_MAX) > kLeastMass)) return 0;
-    if (given > 0) return given;
-    const float radius = 0.5f * size.of(i, SIZE_MAX);
-    return radius > 0 ? radius : 0.0f;
+    return given > 0 ? given : radius_of_size(size.of(i, SIZE_MAX));
   }
 };
 

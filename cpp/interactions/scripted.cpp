@@ -36,10 +36,14 @@ class Scripted {
   Seen act() {
     gather();
     list();
+    Seen seen;
+    if (crowd_.own == 0) {
+      list_.view(own_.now);  // met nobody, but in this sub-step
+      return seen;
+    }
     for (std::size_t c = 3; c < read_.size(); ++c) arrange(c, sources_[c]);
     for (const Leaf& leaf : action_.leaves) leaves_.push_back(source_of(leaf));
     find_results();
-    Seen seen;
     run(seen);
     apply();
     if (own_.last && states() > 0) list_.write_down(*own_.store, own_.law, own_.now);
@@ -232,7 +236,8 @@ class Scripted {
 
 Seen act_by_script(const Action& action, double time, float dt, const Side (&sides)[2], Scratch& scratch,
                    threads::Pool& pool) {
-  if (!(reach_of(action, {}) > 0) || sides[0].store->size() == 0) return {};
+  const bool listed = sides[1].store == nullptr;  // also where there is nobody: see NeighbourList::holds
+  if (!(reach_of(action, {}) > 0) || (!listed && sides[0].store->size() == 0)) return {};
   const simd::FloatMode mode;
   return Scripted(action, time, dt, sides, scratch, pool).act();
 }

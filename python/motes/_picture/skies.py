@@ -9,10 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _core, _extras
-from .._io import exr
-from .._values import arguments, colors
+from .._values import arguments
 from .._values.arguments import Triple
-from .._values.images import read_picture
 from .._values.values import Value, value
 from ..errors import ArgumentError
 
@@ -103,6 +101,8 @@ def light_of(argument: str, given: Any) -> NDArray[np.float32]:
         if path.suffix.lower() == ".exr":
             given = _read_exr(argument, path)
         else:
+            from .._values.images import read_picture
+
             given = read_picture(argument, path, most=MOST_SIDE)[:, :, :3]
     try:
         array: NDArray[Any] = np.asarray(given)
@@ -114,7 +114,9 @@ def light_of(argument: str, given: Any) -> NDArray[np.float32]:
     if array.dtype.kind == "u":
         if array.dtype != np.uint8:
             raise ArgumentError(argument, f"{array.dtype} {array.shape}", PICTURE)
-        array = np.array(colors.LINEAR)[array[:, :, :3]]
+        from .._values.colors import LINEAR
+
+        array = np.array(LINEAR)[array[:, :, :3]]
     light = np.array(array[:, :, :3], np.float32, order="C")
     if not ((light >= 0) & (light <= BRIGHTEST)).all():
         raise ArgumentError(argument, f"{array.dtype} {array.shape}", f"{PICTURE}, finite and not negative")
@@ -136,6 +138,8 @@ def _is_path(text: str) -> bool:
 
 
 def _read_exr(argument: str, path: Any) -> NDArray[np.float32]:
+    from .._io import exr
+
     try:
         return exr.read(_extras.openexr(), path)
     except (OSError, RuntimeError, ValueError, KeyError) as error:

@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
 from .._values import arguments
-from .._values.images import read_picture
 from .._values.values import Value, shown, value
 from ..errors import ArgumentError
 from ..shapes._mesh import Mesh
@@ -192,6 +191,8 @@ def _image(kind: str, given: Any) -> NDArray[np.uint8] | None:
     if given is None:
         return None
     if isinstance(given, (str, os.PathLike)):
+        from .._values.images import read_picture
+
         given = read_picture("image", given, most=MOST_IMAGE_PIXELS)
     try:
         array: NDArray[Any] = np.asarray(given)

@@ -18,7 +18,6 @@ from ..actions.base import Where
 from ..errors import ArgumentError
 from ..expressions._conditions import condition_of
 from .pairs import Pairs, changes_of
-from .reach import check_reach
 from .recorded import Recorded
 
 __all__ = ["Callbacks"]
@@ -51,7 +50,10 @@ class Callbacks:
         shapes: list[_core.Shape] = []
         condition = condition_of(where, self._recorded.columns, shapes)
         reach, number = arguments.number("radius", radius, low=0), len(self._recorded.functions)
-        check_reach("radius", reach, self._recorded.session.settings.periodic)
+        if self._recorded.session.settings.periodic:
+            from .reach import check_reach
+
+            check_reach("radius", reach, self._recorded.session.settings.periodic)
         numbers = {"radius": reach, "number": number, "name": zlib.crc32(_name_of(function).encode())}
         action = _core.Action("pairs", numbers, shapes, condition)
         self._record("pairs", function, partial(_core.Engine.record_action, action=action))

@@ -8,7 +8,6 @@ from .._run import script_lines
 from .._values.values import at, moves
 from ..actions.base import Action, compiled
 from ..errors import ArgumentError
-from .reach import check_action
 from .recorded import Recorded
 
 __all__ = ["Listing"]
@@ -28,7 +27,10 @@ class Listing:
         session = system.session
         if moves(action):
             action = at(action, session.time)
-        check_action(action, session.settings.periodic)
+        if session.settings.periodic:
+            from .reach import check_action
+
+            check_action(action, session.settings.periodic)
         engine = session.begin(type(action).__name__)
         try:
             line = script_lines.running_line(depth)

@@ -19,8 +19,6 @@ def check_action(action: Action, periods: tuple[Period, ...]) -> None:
     A particle would meet both another one and that one's image. Radii that particles have of their own are
     known to the engine alone, which checks them when they meet.
     """
-    if not periods:
-        return
     match action:
         case actions.Tie():
             raise ArgumentError("ties", action.ties, "in a world without periodic axes")
@@ -39,7 +37,7 @@ def check_action(action: Action, periods: tuple[Period, ...]) -> None:
 
 def check_reach(argument: str, radius: Any, periods: tuple[Period, ...], *, parts: float = 1) -> None:
     """Raise ArgumentError where `parts` times the radius is above half of the shortest period."""
-    if not periods or radius * parts <= half_period(periods):
+    if radius * parts <= half_period(periods):
         return
     most = half_period(periods) / parts
     whose = "half of the shortest period" if parts == 1 else "so that two reach half of the shortest period"

@@ -25,7 +25,6 @@ from .callbacks import Callbacks
 from .children import Children
 from .distributions import Drawn, State
 from .fabrics import cloth, rope
-from .gathering import gathered
 from .listing import Listing
 from .pairs import Pairs
 from .recorded import Recorded
@@ -335,6 +334,8 @@ class System(Recorder):
         Returns:
             The particles; elsewhere the result is falsy and empty.
         """
+        from .gathering import gathered
+
         return gathered(self._recorded, to, unwrapped)
 
     @says_near_names

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from ..errors import ArgumentError
-from . import colors
 
 __all__ = [
     "FARTHEST",
@@ -133,10 +132,17 @@ def place(argument: str, value: Any) -> Triple:
     return triple(argument, value, low=-FARTHEST, high=FARTHEST)
 
 
+def named_color(argument: str, text: str) -> Triple:
+    """Return the colour that a text names, linear RGB; names are loaded with the first one."""
+    from . import colors
+
+    return colors.named(argument, text)
+
+
 def color(argument: str, value: Any, *, low: float = -math.inf, high: float = math.inf) -> Triple:
-    """Return `value`, a colour, as a tuple of floats: 3 finite numbers, or a text for `colors.named`."""
+    """Return `value`, a colour, as a tuple of floats: 3 finite numbers, or a text for `named_color`."""
     if isinstance(value, str):
-        return colors.named(argument, value)
+        return named_color(argument, value)
     return triple(argument, value, low=low, high=high, pair=False)
 
 
@@ -216,9 +222,9 @@ def rows(attribute: str, values: Any, width: int, count: int | None) -> NDArray[
     shape = f"(n, {width})" if width > 1 else "(n,)"
     allowed = f"finite numbers of shape {shape}"
     if attribute == "color" and isinstance(values, str):
-        values = np.tile(colors.named(attribute, values), (1 if count is None else count, 1))
+        values = np.tile(named_color(attribute, values), (1 if count is None else count, 1))
     elif attribute == "color" and _of_texts(values):
-        values = [colors.named(attribute, text) for text in values]
+        values = [named_color(attribute, text) for text in values]
     array = floats(attribute, values, np.float32, allowed)
     if pair and array.ndim == 2 and array.shape[1] == 2:
         array = with_z(array)

@@ -15,8 +15,6 @@ from .._values import arguments
 from .._values.values import value
 from ..errors import ArgumentError
 from . import Shape
-from ._surface_colors import key as key_of_uv
-from ._surface_colors import of_vertices, places
 
 __all__ = ["Mesh"]
 
@@ -85,8 +83,12 @@ class Mesh(Shape):
         """
         points = _vertices(vertices)
         corners = _triangles(triangles, len(points))
-        at = None if uv is None else places(uv, len(points))
-        tints = None if colors is None else of_vertices(colors, at, len(points))
+        at, tints = None, None
+        if uv is not None or colors is not None:
+            from ._surface_colors import of_vertices, places
+
+            at = None if uv is None else places(uv, len(points))
+            tints = None if colors is None else of_vertices(colors, at, len(points))
         self.__dict__.update(
             vertices=points,
             triangles=corners,
@@ -215,7 +217,8 @@ class Mesh(Shape):
         self.__dict__["_native"] = _core.Shape.mesh(self._content, [*numbers, self.solid, self.resolution])
 
     def _key(self) -> tuple[Any, ...]:
-        return (self._content, self.solid, self.resolution, self._numbers, key_of_uv(self.uv))
+        places = None if self.uv is None else self.uv.tobytes()
+        return (self._content, self.solid, self.resolution, self._numbers, places)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle by the arrays, the options and the places."""

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from .._values import arguments, colors
 from ..errors import ArgumentError
 
-__all__ = ["key", "of_vertices", "places"]
+__all__ = ["of_vertices", "places"]
 
 BRIGHTEST = 1e6
 MOST_SIDE = 8192
@@ -39,11 +39,6 @@ def of_vertices(given: Any, uv: NDArray[np.float32] | None, vertices: int) -> ND
     if uv is None:
         raise ArgumentError("uv", None, "given with a picture as colors: where each vertex is on it")
     return _frozen(_read(given, uv))
-
-
-def key(uv: NDArray[np.float32] | None) -> bytes | None:
-    """Return what places are compared by."""
-    return None if uv is None else uv.tobytes()
 
 
 def _read(picture: NDArray[np.uint8], uv: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -74,8 +74,6 @@ class Interaction {
   }
 
  private:
-  static std::size_t padded(std::size_t count) { return count + 2 * particles::kPadding; }
-
   void gather(std::size_t s) {
     const std::vector<Column> columns = columns_of(action_, sides_[s]);
     Scratch::Party& party = scratch_.party[s];

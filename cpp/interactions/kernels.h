@@ -14,8 +14,10 @@
 
 namespace motes::interactions {
 
-/// The particles of one system as a kernel sees them: columns in the order of the cells, readable up to the next
-/// multiple of particles::kPadding.
+/// The length of a kernel's column: a vector may begin at any place and be read beyond the last one.
+constexpr std::size_t padded(std::size_t count) { return count + 2 * particles::kPadding; }
+
+/// The particles of one system as a kernel sees them: padded columns in the order of the cells.
 struct Party {
   CellsView cells;
   const float* const* column = nullptr;

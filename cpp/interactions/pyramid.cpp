@@ -246,7 +246,7 @@ Seen act_by_cells(const actions::Action& action, const Cube& cube, const Moments
   party.cells.sort(crowd, cube.leaf, pool);
   const float* column[3];
   for (std::size_t c = 0; c < 3; ++c) {
-    party.column[c].resize(crowd.size() + 2 * particles::kPadding);
+    party.column[c].resize(padded(crowd.size()));
     party.cells.arrange(crowd, crowd.at[c], party.column[c].data(), pool);
     column[c] = party.column[c].data();
   }

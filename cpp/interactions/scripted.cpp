@@ -93,7 +93,7 @@ class Scripted {
   // A pair is within reach where spheres of half of it touch.
   void list() {
     list_.set_kind(list_kind(action_));
-    scratch_.radius.assign(crowd_.size(), 0.5f * reach_);
+    scratch_.radius.assign(padded(crowd_.size()), 0.5f * reach_);
     scratch_.column.resize(std::max(scratch_.column.size(), read_.size()));
     if (!own_.kept) list_.sort(crowd_, reach_, own_.skin, pool_);
     for (std::size_t c = 0; c < 3; ++c) arrange(c, crowd_.at[c]);
@@ -105,7 +105,7 @@ class Scripted {
   const float* column(std::size_t number) const { return scratch_.column[number].data(); }
 
   void arrange(std::size_t number, const Column& from) {
-    scratch_.column[number].resize(crowd_.size());
+    scratch_.column[number].resize(padded(crowd_.size()));
     list_.cells().arrange(crowd_, from, scratch_.column[number].data(), pool_);
   }
 
@@ -149,7 +149,7 @@ class Scripted {
       }
     }
     scratch_.out.resize(std::max(scratch_.out.size(), sums_.size()));
-    for (std::size_t s = 0; s < sums_.size(); ++s) scratch_.out[s].resize(crowd_.size());
+    for (std::size_t s = 0; s < sums_.size(); ++s) scratch_.out[s].resize(padded(crowd_.size()));
   }
 
   void run(Seen& seen) {

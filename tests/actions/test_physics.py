@@ -296,6 +296,7 @@ def test_a_heap_at_rest_changes_no_bit(grains: int, seconds: int):
     assert np.linalg.norm(at(after)[:, [0, 2]], axis=1).max() < 3, "nothing has been thrown"
 
 
+@pytest.mark.slow
 def test_the_page_of_heaps_tells_what_is_measured():
     script = Path(__file__).parents[2] / "docs" / "scripts" / "make_heaps.py"
     if not script.is_file():

@@ -176,8 +176,8 @@ def test_many_ranks_talk_along_trees_and_rings(simulated_replay: Path, tmp_path:
     many = ["--births", "calculators", "--fan-out", "3"]
     for nodes, shared, more in (
         ([Node("n", count=3)], True, []),
-        ([Node("n", count=40)], True, many),
-        ([Node("n", count=20), Node("m", count=20)], False, many),
+        ([Node("n", count=14)], True, many),
+        ([Node("n", count=7), Node("m", count=7)], False, many),
     ):
         cluster = Cluster(nodes, Network("wire", 1e9, 1e-6, overhead_s=1e-7, shared=shared))
         log = tmp_path / f"log-{len(frames)}"

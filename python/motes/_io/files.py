@@ -45,6 +45,8 @@ def whole_path(path: str | os.PathLike[str], *, remove_abandoned: bool = False) 
     killed processes have left of the same `path`; this lists the directory.
     """
     path = Path(path)
+    if path.is_dir():  # before minutes go into what cannot be kept
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
     path.parent.mkdir(parents=True, exist_ok=True)
     if remove_abandoned:
         sweep(path)

@@ -37,9 +37,8 @@ def write_report(run: Run, path: str | os.PathLike[str]) -> Path:
     if run.frames.empty or run.load.empty:
         raise LogError(f"{run.name}: no frame in the log yet")
     target = Path(path)
-    page = _page(run).encode(errors="backslashreplace")
     try:
-        files.write_whole(target, page)
+        files.write_whole(target, lambda file: file.write(_page(run).encode(errors="backslashreplace")))
     except OSError as error:
         raise LogError(f"{target}: cannot write the report: {error.strerror or error}") from error
     return target

@@ -67,6 +67,7 @@ add_library(motes_pure STATIC
   image/tone.cpp
   interactions/act.cpp
   interactions/cell_list.cpp
+  interactions/clumps.cpp
   interactions/extent.cpp
   interactions/kernels.cpp
   interactions/neighbour_list.cpp

@@ -131,7 +131,7 @@ void check_surface(const Facts& facts, const shapes::Shape& shape) {
 
 // The walls of contact are its first shapes.
 void check_walls(const Facts& facts, const Action& action) {
-  const auto walls = static_cast<std::size_t>(numbers_of<numbers::contact>(action).walls);
+  const auto walls = static_cast<std::size_t>(contact_of(action).walls);
   if (action.shapes.size() < walls) refuse(facts, "walls", "be as many as it says", std::to_string(walls));
   for (std::size_t i = 0; i < walls; ++i) {
     const shapes::Shape* wrong = without_surface(action.shapes[i]);
@@ -143,6 +143,16 @@ void check_table(const Facts& facts, TableKey key) {
   if ((facts.table != 0) != (key != 0)) refuse(facts, "table", facts.table != 0 ? "be given" : "be none");
   if (key != 0 && actions::table(key)->width != facts.table) {
     refuse(facts, "each entry of its table", "have " + std::to_string(facts.table) + " numbers");
+  }
+}
+
+// Spheres of a clump: at least one, and no more than their numbers have bits for.
+void check_clump(const Facts& facts, const Table& spheres) {
+  const std::size_t count = spheres.values.size() / 4;
+  if (count == 0 || count > kMostSpheres)
+    refuse(facts, "template", "have 1.." + std::to_string(kMostSpheres) + " spheres", std::to_string(count));
+  for (std::size_t i = 0; i < count; ++i) {
+    if (!(spheres.values[4 * i + 3] > 0)) refuse(facts, "template", "have radii above 0");
   }
 }
 
@@ -161,6 +171,10 @@ Kind kind_of(const std::string& name) {
     if (name == table()[static_cast<std::size_t>(i)].name) return static_cast<Kind>(i);
   }
   throw std::invalid_argument("no action is called '" + name + "'");
+}
+
+numbers::contact<double> contact_of(const Action& action) {
+  return read_numbers<numbers::contact, double>(action.numbers.data());
 }
 
 int states_of(const Action& action) {
@@ -306,7 +320,8 @@ void check(const Action& action) {
   }
   check_table(known, action.table);
   if (known.needs_surface) check_surface(known, action.shapes[0]);
-  if (action.kind == Kind::contact) check_walls(known, action);
+  if (is_contact(action)) check_walls(known, action);
+  if (action.kind == Kind::contact_clumps) check_clump(known, *actions::table(action.table));
 }
 
 }  // namespace motes::actions

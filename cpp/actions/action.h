@@ -99,6 +99,16 @@ constexpr void fields(Visitor& visit, Action& action) {
         action.second, action.ties, action.table, action.leaves, action.results);
 }
 
+/// The most spheres of a clump.
+inline constexpr std::size_t kMostSpheres = 64;
+
+/// Tells whether particles meet as grains: spheres, or clumps of them.
+inline bool is_contact(const Action& action) {
+  return action.kind == Kind::contact || action.kind == Kind::contact_clumps;
+}
+/// What both have: their first numbers are the same.
+numbers::contact<double> contact_of(const Action& action);
+
 /// What the recorder, the checks and the compiler of programs need to know about a kind. Attributes are bit masks of
 /// particles::Builtin indices.
 struct Facts {

@@ -12,6 +12,7 @@ void define(Engine& engine, const recording::Record& list) {
       throw std::runtime_error("system '" + list.systems[i].name + "' is not the one of the frames before");
     }
     system.sprite = list.sprites[i];
+    system.clumps = list.clumps[i];
   }
 }
 

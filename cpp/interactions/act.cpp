@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "interactions/clumps.h"
 #include "interactions/overlap.h"
 #include "interactions/walls.h"
 #include "particles/blocks.h"
@@ -52,7 +53,8 @@ class Interaction {
       seen.most_in_a_cell = std::max(seen.most_in_a_cell, cells(s).most_in_a_cell());
     }
     if (law_.remembers) touch_walls(action_, sides_[0], dt_, walls_view(), pool_);
-    if (sides_[0].last && has_radius(action_)) seen.overlap_99 = overlap_99(spheres(0), spheres(count_ - 1));
+    if (sides_[0].last && has_radius(action_) && !sides_[0].of_clumps)
+      seen.overlap_99 = overlap_99(spheres(0), spheres(count_ - 1));
     for (std::size_t s = 0; s < count_; ++s) apply(s);
     if (sides_[0].last && law_.remembers) list_of(0).write_down(*sides_[0].store, sides_[0].law, sides_[0].now);
     return seen;
@@ -92,7 +94,7 @@ class Interaction {
       return arrange_all(s, columns);
     }
     NeighbourList& list = list_of(s);
-    list.set_kind({});
+    list.set_kind(list_kind(action_, sides_[s]));
     if (!sides_[s].kept) list.sort(crowd, reach_, sides_[s].skin, pool_);
     arrange_all(s, columns);
     if (!sides_[s].kept) list.build(crowd, placed(s), *sides_[s].store, sides_[s].law, sides_[s].now, pool_);
@@ -297,6 +299,7 @@ class Interaction {
     task.out = out;
     task.pairs = pairs;
     task.chosen = chosen;
+    task.sums_alone = sides_[0].of_clumps;
     pool_.run(sights.size(), [&](std::size_t part, std::size_t) {
       const simd::FloatMode mode;
       Task rows = task;
@@ -359,13 +362,14 @@ std::vector<Column> columns_of(const Action& action, const Side& side, bool seco
   return columns;
 }
 
-NeighbourList::Kind list_kind(const Action& action) {
-  if (action.kind != actions::Kind::interact) return {};
+NeighbourList::Kind list_kind(const Action& action, const Side& side) {
+  if (action.kind != actions::Kind::interact) return {.of_clumps = side.of_clumps};
   const auto parts = static_cast<std::uint32_t>((actions::states_of(action) + kStateNumbers - 1) / kStateNumbers);
   return {parts, 1, action.other >= 0};
 }
 
 bool list_holds(const Action& action, const Side& side, threads::Pool& pool) {
+  if (action.kind == actions::Kind::contact_clumps) return clumps_hold(action, side, pool);
   Crowd own;
   own.own = side.store->size();
   own.own_ids = side.store->ids();
@@ -379,7 +383,7 @@ bool list_holds(const Action& action, const Side& side, threads::Pool& pool) {
     if (read[c].attribute == particles::size) radii.size = columns[c];
     if (read[c].attribute == particles::mass) radii.mass = columns[c];
   }
-  side.list->set_kind(list_kind(action));
+  side.list->set_kind(list_kind(action, side));
   return side.list->holds(own, radii, side.now, pool);
 }
 
@@ -394,6 +398,7 @@ Seen act_on_pairs(const Action& action, const Side& side, const PairProcedure& p
 
 Seen act(const Action& action, const Extent& extent, float dt, const Side (&sides)[2], Scratch& scratch,
          threads::Pool& pool) {
+  if (action.kind == actions::Kind::contact_clumps) return act_on_clumps(action, extent, dt, sides[0], scratch, pool);
   if (!(reach_of(action, extent) > 0)) return {};
   return Interaction(action, extent, dt, sides, scratch, pool).act();
 }

@@ -36,6 +36,7 @@ struct Side {
   float skin = 0;                                     // contact: else, of the next list, metres
   std::uint32_t now = 0;                              // contact: the number of the sub-step, from 1 on
   float start = 0, end = 1;                           // contact: which part of the frame it is, for walls that move
+  bool of_clumps = false;  // contact: they are spheres of clumps, and get sums of pushes: see clumps.h
   bool last = false;  // last sub-step of the frame: measure overlaps, write touches to the store
 };
 
@@ -44,7 +45,7 @@ struct Side {
 std::vector<Column> columns_of(const actions::Action& action, const Side& side, bool second = false);
 
 /// What the list of an action is for.
-NeighbourList::Kind list_kind(const actions::Action& action);
+NeighbourList::Kind list_kind(const actions::Action& action, const Side& side);
 
 /// Tells whether a side's kept list holds as far as this rank's own particles go: see NeighbourList::holds.
 bool list_holds(const actions::Action& action, const Side& side, threads::Pool& pool);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "interactions/clumps.h"
 #include "simd/float_mode.h"
 
 namespace motes::interactions {
@@ -125,6 +126,8 @@ Extent extent_of(const Action& action, const Store& store, float dt, bool second
     const float given = given_radius(action, second);
     (second ? extent.other_radius : extent.radius) = given > 0 ? given : radius_of(store, pool);
   }
+  if (action.kind == Kind::contact_clumps)
+    extent.radius *= 2 * bounding_radius(spheres_of(action.table));  // half of the size so far
   if (law_of(action).looks_ahead) extent.displacement = displacement_of(store, dt, pool);
   if (law_of(action).inverse_masses) extent.masses = lightness_of(store, pool);
   return extent;
@@ -138,9 +141,11 @@ float reach_of(const Action& action, const Extent& extent) {
 }
 
 float substeps(const Action& action, const Extent& extent, double frame_s) {
-  if (action.kind != Kind::contact) return 0;
-  const double stiffness = actions::numbers_of<actions::numbers::contact>(action).stiffness;
-  const double lightness = extent.masses > 0 ? static_cast<double>(extent.masses) : 1;
+  if (!actions::is_contact(action)) return 0;
+  const double stiffness = actions::contact_of(action).stiffness;
+  double lightness = extent.masses > 0 ? static_cast<double>(extent.masses) : 1;
+  if (action.kind == Kind::contact_clumps)
+    lightness *= actions::numbers_of<actions::numbers::contact_clumps>(action).lightness;
   return static_cast<float>(std::ceil(frame_s * std::sqrt(2 * lightness * (stiffness / double{kMostStiff}))));
 }
 

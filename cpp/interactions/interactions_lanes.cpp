@@ -1,5 +1,6 @@
 // Compiled once for each instruction set: the laws between particles.
 #include "interactions/all_laws.h"  // all law_*.h of this folder; written by CMake, so a new law needs no line here
+#include "interactions/clump_lanes.h"
 #include "interactions/list_pairs.h"
 #include "interactions/pull.h"
 #include "interactions/wall_lanes.h"
@@ -29,6 +30,8 @@ const interactions::Kernels interaction_kernels = {
     pull,
     find_walls,
     push_walls,
+    place_spheres,
+    turn_clumps,
 };
 
 }  // namespace motes::MOTES_ISA

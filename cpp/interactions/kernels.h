@@ -85,6 +85,7 @@ struct Task {
   int side = 0;  // 0: targets are among the sources; 1, 2: they are of the first or second of two systems
   std::uint32_t now = 0;  // the number of the sub-step, from 1 on
   bool radii = false, masses = false;  // whether particles have radii and masses of their own: Law::uniform
+  bool sums_alone = false;  // contact: without what the particles had
   float* const* out = nullptr;  // planes by place: what the law says
   PairsView pairs = {};  // of this rank's own particles: Law::remembers
   const std::uint8_t* chosen = nullptr;  // who of them is changed, by index; null: all
@@ -127,6 +128,46 @@ struct WallTouches {
   float distance[kRoom], towards[3][kRoom];   // metres, and a unit vector from the centre to the wall
   float slid[3][kRoom], rolled[3][kRoom];     // see particles::Touch
   float change[6][kRoom];                     // of velocity and rotational velocity
+};
+
+/// Columns of clumps: what contact_clumps reads, in its order.
+enum ClumpAt : int {
+  clump_x,
+  clump_velocity = clump_x + 3,
+  clump_size = clump_velocity + 3,
+  clump_mass,
+  clump_orientation,
+  clump_spin = clump_orientation + 4,
+  clump_columns = clump_spin + 3
+};
+/// Columns of their spheres: what contact reads, in its order.
+enum SphereAt : int {
+  sphere_x,
+  sphere_velocity = sphere_x + 3,
+  sphere_spin = sphere_velocity + 3,
+  sphere_size = sphere_spin + 3,
+  sphere_mass,
+  sphere_columns
+};
+
+/// A sphere of a clump of size 1: where its centre is in the clump's axes, and its radius, in metres.
+struct ClumpSphere {
+  float at[3], radius;
+};
+
+/// Some clumps of one template. Sphere k of clump i stands at k * stride + i in its columns.
+struct ClumpTask {
+  const float* const* column = nullptr;  // ClumpAt, by clump
+  const ClumpSphere* spheres = nullptr;
+  std::size_t count = 0;  // spheres of a clump
+  std::size_t stride = 0;
+  float* const* placed = nullptr;      // SphereAt: place_spheres() writes it
+  const float* const* sums = nullptr;  // of each sphere: changes of velocity and spin, and others that it touches
+  float inertia[6] = {}, inverse[6] = {};  // xx, yy, zz, xy, xz, yz of the tensor and its inverse: m^2 and 1/m^2, of
+                                           // 1 kg and size 1
+  float dt = 0;                        // seconds
+  float* const* out = nullptr;  // by clump: velocity, spin and number of touches: turn_clumps() writes it
+  std::size_t first = 0, last = 0;  // clumps
 };
 
 /// Where a column of a scripted law's formula comes from.
@@ -189,6 +230,9 @@ struct Kernels {
   /// See wall_lanes.h.
   std::uint32_t (*find_walls)(const WallTask&, WallTouches&);
   void (*push_walls)(const WallTask&, WallTouches&);
+  /// See clump_lanes.h.
+  void (*place_spheres)(const ClumpTask&);
+  void (*turn_clumps)(const ClumpTask&);
 };
 
 const Kernels& kernels();

@@ -201,6 +201,7 @@ inline void contact(const Task& task) {
     }
   }
   apply_touches(law, task, batch);
+  if (task.sums_alone) return;
   for (int c = 0; c < 3; ++c) {
     const float* velocity = task.targets.column[interactions::velocity_x + c];
     const float* spin = task.targets.column[interactions::spin_x + c];
@@ -215,6 +216,13 @@ namespace laws {
 inline constexpr interactions::Law contact = {
     .act = MOTES_ISA::contact,
     .radius = [](const double* recorded, bool) { return actions::read_numbers<numbers::contact>(recorded).radius; },
+    .inverse_masses = true,
+    .skips_massless = true,
+    .remembers = true,
+};
+/// Acts on the spheres of clumps: see clumps.h. Its radius is half of the size of what bounds a clump.
+inline constexpr interactions::Law contact_clumps = {
+    .radius = [](const double*, bool) { return 0.0f; },
     .inverse_masses = true,
     .skips_massless = true,
     .remembers = true,

@@ -128,6 +128,7 @@ void NeighbourList::build(const Crowd& crowd, const PlacedSpheres& spheres, cons
     radius_[i] = spheres.radius[k];
   }
   find_pairs(crowd, spheres, pool);
+  if (kind_.of_clumps) drop_own_spheres();
   state_.assign((pairs() + kRoom) * kind_.parts, PairState{});
   const std::vector<Known> known = now_ + 1 == now ? before.touching(now_, kind_.parts) : std::vector<Known>{};
   threads::over_ranges(pool, order.size(), kRange, [&](std::size_t first, std::size_t last) {
@@ -177,6 +178,20 @@ void NeighbourList::find_pairs(const Crowd& crowd, const PlacedSpheres& spheres,
   run();
 }
 
+// Spheres of one clump do not push each other.
+void NeighbourList::drop_own_spheres() {
+  std::uint32_t kept = 0, first = 0;
+  for (std::size_t k = 0; k < ids_.size(); ++k) {
+    const std::uint32_t end = begin_[k + 1];
+    begin_[k] = kept;
+    for (; first < end; ++first) {
+      if (clump_of(ids_[second_[first]]) != clump_of(ids_[k])) second_[kept++] = second_[first];
+    }
+  }
+  begin_.back() = kept;
+  second_.resize(kept + kRoom);
+}
+
 // By id: the order in which what they say is summed.
 void NeighbourList::sort_pairs(std::size_t place) {
   std::sort(second_.begin() + begin_[place], second_.begin() + begin_[place + 1],
@@ -224,7 +239,7 @@ std::vector<NeighbourList::Known> NeighbourList::Remembered::touching(std::uint3
   return known;
 }
 
-// A list knows ghosts, too: what these remember is their owner's to say.
+// A list knows ghosts, too: what these remember is their owner's to say. A clump's spheres have places of their own.
 void write_down_touches(const NeighbourLists& lists, std::size_t system, const std::map<std::uint32_t, int>& migrants,
                         particles::Store& store) {
   std::unordered_map<std::uint64_t, std::uint32_t> index_of;
@@ -232,13 +247,20 @@ void write_down_touches(const NeighbourLists& lists, std::size_t system, const s
   for (const auto& [key, list] : lists) {
     if (key.first != system || !list.pending() || migrants.empty()) continue;
     for (std::size_t place = 0; place < list.ids().size(); ++place) {
-      const auto found = index_of.find(list.ids()[place]);
+      const bool sphere = list.of_clumps();
+      const auto found = index_of.find(sphere ? clump_of(list.ids()[place]) : list.ids()[place]);
       if (found == index_of.end() || !list.owns(place)) continue;
+      const std::uint32_t number = sphere ? number_of(list.ids()[place]) : 0;
       std::vector<particles::Touch> touches;
       for (const particles::Touch& touch : store.touches(found->second)) {
-        if (!particles::is_of_pair(touch, key.second)) touches.push_back(touch);
+        const bool replaced =
+            particles::is_of_pair(touch, key.second) && (!sphere || particles::part_of(touch) == number);
+        if (!replaced) touches.push_back(touch);
       }
+      const std::size_t kept = touches.size();
       list.recall(place, key.second, touches);
+      for (std::size_t n = kept; sphere && n < touches.size(); ++n)
+        touches[n].law = particles::law_part(key.second, number);
       store.set_touches(found->second, touches);
     }
   }

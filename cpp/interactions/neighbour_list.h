@@ -23,6 +23,15 @@ struct PlacedSpheres {
   const float* radius;  // metres
 };
 
+/// The id of a clump's sphere: the clump's, and the sphere's number.
+constexpr std::uint64_t sphere_id(std::uint64_t clump, std::size_t sphere) {
+  return clump * actions::kMostSpheres + sphere;
+}
+constexpr std::uint64_t clump_of(std::uint64_t sphere_id) { return sphere_id / actions::kMostSpheres; }
+constexpr std::uint32_t number_of(std::uint64_t sphere_id) {
+  return static_cast<std::uint32_t>(sphere_id % actions::kMostSpheres);
+}
+
 /// The radii of a system's own particles, in the order in memory. Points that see each other within a reach are spheres
 /// of half of it.
 struct Radii {
@@ -72,15 +81,18 @@ class NeighbourList {
     pending_ = kind_.parts > 0;
     return {begin_.data(), second_.data(), ids_.data(), state_.data(), kind_.parts};
   }
-  /// What a list is for: how many PairStates a pair has, from which part of a touch's state on, and whether seconds are
-  /// ghosts alone. What another kind of law has left here is forgotten.
+  /// What a list is for: how many PairStates a pair has, from which part of a touch's state on, whether seconds are
+  /// ghosts alone, and whether it is of spheres of clumps: those of one clump are no pair, and a touch's part is the
+  /// sphere. What another kind of law has left here is forgotten.
   struct Kind {
     std::uint32_t parts = 1, first_part = 0;
     bool ghosts_alone = false;
+    bool of_clumps = false;
 
     bool operator==(const Kind&) const = default;
   };
   void set_kind(const Kind& kind);
+  bool of_clumps() const { return kind_.of_clumps; }
 
   /// Writes to the store what particles remember of this law's pairs, and keeps what laws before it have written in
   /// sub-step `now`, and those behind it in the last one.
@@ -114,6 +126,7 @@ class NeighbourList {
   };
   bool lists(const Crowd& own, std::uint32_t now) const;
   void find_pairs(const Crowd& crowd, const PlacedSpheres& spheres, threads::Pool& pool);
+  void drop_own_spheres();
   void sort_pairs(std::size_t place);
   void put_state(std::size_t place, std::uint64_t id, std::uint32_t part, const PairState& remembered);
   void carry(const Remembered& before, std::uint32_t from, std::uint32_t step, std::size_t to);

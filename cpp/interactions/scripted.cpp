@@ -92,7 +92,7 @@ class Scripted {
 
   // A pair is within reach where spheres of half of it touch.
   void list() {
-    list_.set_kind(list_kind(action_));
+    list_.set_kind(list_kind(action_, {}));
     scratch_.radius.assign(padded(crowd_.size()), 0.5f * reach_);
     scratch_.column.resize(std::max(scratch_.column.size(), read_.size()));
     if (!own_.kept) list_.sort(crowd_, reach_, own_.skin, pool_);

@@ -79,6 +79,7 @@ std::string first_difference(const Record& ours, const Record& theirs) {
     if (!found.empty()) return found;
   }
   if (ours.sprites != theirs.sprites) return "a different sprite";
+  if (ours.clumps != theirs.clumps) return "a different template of clumps";
   if (ours.view != theirs.view) return "a different camera or renderer";
   if (ours.argument != theirs.argument)
     return "different arguments: " + ours.argument + " here, " + theirs.argument + " there";

@@ -120,6 +120,7 @@ struct Record {
   std::vector<SystemDefinition> systems;  // all systems of the world so far
   std::vector<std::vector<Item>> lists;  // one per system
   std::vector<image::Sprite> sprites;  // one per system
+  std::vector<actions::TableKey> clumps;  // one per system: the template of its clumps; 0: its particles are none
   std::optional<image::View> view;  // verb render
   std::string
       argument;  // what a verb is asked for: of gather, the system and the destination; of a frame, the controls
@@ -130,7 +131,7 @@ struct Record {
 template <class Visitor>
 constexpr void fields(Visitor& visit, Record& record) {
   visit(record.verb, record.frame, record.seed, record.dt, record.substeps, record.systems, record.lists,
-        record.sprites, record.view, record.argument);
+        record.sprites, record.clumps, record.view, record.argument);
 }
 
 void write(const Record& record, base::Bytes& out);

@@ -54,6 +54,7 @@ Record sample() {
   record.systems = {system};
   record.lists = {{birth, action, Read{}, spawn, Callback{"f", 0, step, {both}}, KeepCopies{}}};
   record.sprites = {{}};
+  record.clumps = {{}};
   record.view.emplace();
   record.view->objects = {{both, {}}};
   record.view->lights = {{}};
@@ -153,6 +154,7 @@ void check(const Record& record) {
   require(record.substeps >= 1 && record.substeps <= kMostSubsteps, "substeps must be 1..10000");
   require(record.lists.size() == record.systems.size(), "there must be one list per system");
   require(record.sprites.size() == record.systems.size(), "there must be one sprite per system");
+  require(record.clumps.size() == record.systems.size(), "there must be one template per system");
   for (const SystemDefinition& system : record.systems) {
     require(system.axes.bits < 8, "axes must be of x, y and z");
     require(follows_an_earlier(record, system), "domains_of must be an earlier system that has domains of its own");
@@ -225,6 +227,17 @@ std::set<std::uint64_t> named_by(const std::vector<std::span<const std::byte>>& 
   return keys;
 }
 
+// The templates of clumps.
+std::set<std::uint64_t> clumps_of(const std::vector<std::span<const std::byte>>& frames) {
+  std::set<std::uint64_t> keys;
+  for (const std::span<const std::byte> frame : frames) {
+    Reader in(frame);
+    for (const actions::TableKey clump : read(in).clumps) keys.insert(clump);
+  }
+  keys.erase(0);
+  return keys;
+}
+
 }  // namespace
 
 const char* version() { return MOTES_VERSION; }
@@ -250,7 +263,9 @@ void write(const Scene& scene, Bytes& out) {
   }
   meshes::write_assets(assets_of(scene.frames), out);
   interactions::write_ties(named_by(scene.frames, &actions::Action::ties), out);
-  actions::write_tables(named_by(scene.frames, &actions::Action::table), out);
+  std::set<std::uint64_t> tables = named_by(scene.frames, &actions::Action::table);
+  tables.merge(clumps_of(scene.frames));
+  actions::write_tables(tables, out);
   Head head;
   head.bytes = out.size() - start;
   head.content = base::hash(out.view().subspan(start + sizeof(Head)));

@@ -26,6 +26,7 @@ MASS = DENSITY * math.pi / 6 * DIAMETER**3
 LAW: dict[str, Any] = {"stiffness": 1000.0, "restitution": 0.5, "friction": 0.5}
 STEP = 1.25e-4  # s: a 20th of a touch
 SUBSTEPS = 40  # per frame of 5 ms
+CHUTE_S = 6.0  # 190 sqrt(d / g)
 
 Walls = Callable[[int], list[Shape]]
 
@@ -243,11 +244,78 @@ def _surface(place: NDArray[np.float64], radius: float) -> float:
     return float(np.degrees(np.arctan(abs(np.polyfit(middle * DIAMETER, high, 1)[0]))))
 
 
+def chute(size: float) -> dict[str, Any]:
+    """Bagnold: how fast a layer flows down a rough slope without end, and its profile, by the angle."""
+    wide, deep, layers = round(10 * size), round(6 * size), 13
+    periodic = {"x": (0, wide * DIAMETER), "z": (0, deep * DIAMETER)}
+    dice = np.random.default_rng(2)
+    x, y, z = (g.ravel() for g in np.mgrid[0:wide, 0 : layers + 1, 0:deep])
+    place = np.stack([x, y * 1.05, z], axis=1) + dice.uniform(-0.12, 0.12, (len(x), 3)) * (y > 0)[:, None]
+    place[y == 0, 1] += dice.uniform(-0.35, 0.35, (y == 0).sum())
+    moves = motes.column("still") == 0
+    found: dict[str, Any] = {
+        "angles_deg": [19.0, 22.0, 24.0, 26.0],
+        "speeds": [],
+        "drifts": [],
+        "misfits": [],
+    }
+    for angle in np.radians(found["angles_deg"]):
+        world = motes.World(seed=1, dt=STEP * SUBSTEPS, substeps=SUBSTEPS, periodic=periodic, progress="off")
+        grains = world.system("grains", attributes={"still": 1})
+        speeds, states = [], []
+        with world:
+            for frame in world.frames(round(CHUTE_S / (STEP * SUBSTEPS))):
+                if frame == 0:
+                    grains.configure(size=DIAMETER, mass=MASS)
+                    grains.emit(position=(place + (0.5, 0, 0.5)) * DIAMETER, still=(y == 0))
+                grains.gravity((9.81 * np.sin(angle), -9.81 * np.cos(angle), 0), where=moves)
+                grains.contact(**LAW, where=moves)
+                grains.move()
+                world.step()
+                if frame % 10 == 0:
+                    p = grains.gather()
+                    speeds.append(float(p.velocity[p.still == 0, 0].mean()))
+                    if frame * STEP * SUBSTEPS > 0.7 * CHUTE_S:
+                        states.append(np.stack([p.position[p.still == 0, 1], p.velocity[p.still == 0, 0]], 1))
+        part = len(speeds) * 3 // 20
+        last, before = float(np.mean(speeds[-part:])), float(np.mean(speeds[-2 * part : -part]))
+        found["speeds"].append(last / math.sqrt(9.81 * DIAMETER))
+        found["drifts"].append(last / max(before, 1e-9) - 1)
+        height, profile = _profile(np.concatenate(states))
+        found["misfits"].append(_bagnold(height, profile))
+        if round(math.degrees(angle)) == 24:
+            found["height_diameters"], found["profile"] = height.tolist(), profile.tolist()
+        print(
+            math.degrees(angle),
+            {name: found[name][-1] for name in ("speeds", "drifts", "misfits")},
+            flush=True,
+        )
+    return found
+
+
+def _profile(seen: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return heights in diameters, and mean velocities per sqrt(g d) of slices a diameter thick."""
+    slices = np.round(seen[:, 0] / DIAMETER).astype(int)
+    full = np.bincount(slices[slices >= 0])
+    numbers = np.flatnonzero(full > 0.5 * np.median(full[full > 0]))
+    means = [seen[slices == n, 1].mean() / math.sqrt(9.81 * DIAMETER) for n in numbers]
+    return numbers.astype(float), np.array(means)
+
+
+def _bagnold(height: NDArray[np.float64], speed: NDArray[np.float64]) -> float:
+    """Fit a + b (1 - (1 - y / top)^1.5); return the root mean square of what is left, per range of speeds."""
+    top = height.max() + 0.5
+    rows = np.stack([np.ones_like(height), 1 - (1 - height / top) ** 1.5], axis=1)
+    left = rows @ np.linalg.lstsq(rows, speed, rcond=None)[0] - speed
+    return float(np.sqrt((left**2).mean()) / max(np.ptp(speed), 1e-9))
+
+
 CASES: dict[str, Callable[[float], dict[str, Any]]] = {
     "silo": silo,
     "hopper": hopper,
     "heap": heap,
     "drum": drum,
+    "chute": chute,
 }
 
 

@@ -1,15 +1,41 @@
 // What a system contributes to a picture.
 #pragma once
 
+#include <deque>
+#include <vector>
+
+#include "engine/state/population.h"
 #include "engine/state/script.h"
 #include "image/project/projector.h"
 #include "image/scene.h"
 #include "particles/store.h"
+#include "threads/pool.h"
 
 namespace motes::engine {
 
 /// The columns that a picture shows. They point into the store.
 image::Drawn drawn(const particles::Store& store);
+
+/// What a picture shows of a system: its particles, or the spheres of its clumps (but where each clump is a mesh),
+/// whose columns live as long as this.
+class DrawnSystem {
+ public:
+  /// `clumps`: their template; 0: particles.
+  DrawnSystem(const particles::Store& store, const image::Sprite& sprite, actions::TableKey clumps,
+              threads::Pool& pool);
+  DrawnSystem(DrawnSystem&&) = default;
+  const image::Drawn& columns() const { return drawn_; }
+
+ private:
+  void expand(const particles::Store& store, actions::TableKey clumps, threads::Pool& pool);
+  const float* repeat(const float* plane, std::size_t clumps);
+
+  image::Drawn drawn_;
+  std::deque<std::vector<float>> planes_;
+};
+
+/// What pictures show of all systems.
+std::deque<DrawnSystem> drawn_systems(const Script& script, const Calculator& calculator, threads::Pool& pool);
 
 /// `count` of them, from the first one on.
 image::Drawn part_of(const image::Drawn& all, std::size_t first, std::size_t count);

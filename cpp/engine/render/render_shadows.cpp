@@ -19,13 +19,13 @@ struct ShadowPart {
   std::size_t first, last;
 };
 
-std::vector<ShadowPart> shadow_parts(const Script& script, const image::View& view, const Calculator& calculator,
-                                     const ShadowGrids& grids) {
+std::vector<ShadowPart> shadow_parts(const Script& script, const image::View& view,
+                                     const std::deque<DrawnSystem>& systems, const ShadowGrids& grids) {
   std::vector<ShadowPart> parts;
-  for (std::size_t i = 0; i < calculator.populations.size(); ++i) {
+  for (std::size_t i = 0; i < systems.size(); ++i) {
     const image::Sprite& sprite = script.record.sprites[i];
     if (!(sprite.shadow > 0)) continue;
-    const image::Drawn all = drawn(calculator.populations[i]->store);
+    const image::Drawn& all = systems[i].columns();
     for (std::size_t first = 0; first < all.count; first += kParticles) {
       parts.push_back(
           {image::ParticleShadows(sprite, view, grids, all), first, std::min(first + kParticles, all.count)});
@@ -127,9 +127,11 @@ void gather_shadows(Rank& rank, const Script& script, const Calculator& calculat
   std::vector<ShadowExtent> extents(grids->lights());
   std::vector<std::int64_t> sums(grids->lights() * ShadowGrids::numbers());
   std::vector<ShadowPart> parts;
+  std::deque<DrawnSystem> systems;
   if (session.calculates()) {
     session.work("render", [&] {
-      parts = shadow_parts(script, view, calculator, *grids);
+      systems = drawn_systems(script, calculator, *rank.pool);
+      parts = shadow_parts(script, view, systems, *grids);
       extents = extents_of(*rank.pool, parts, grids->lights());
     });
   }

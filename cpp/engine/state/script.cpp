@@ -62,6 +62,7 @@ void write_record(Script& script, const Settings& settings, std::uint64_t frame,
   for (const auto& system : script.systems) {  // lent: moved back below
     record.systems.push_back(std::move(system->definition));
     record.lists.push_back(std::move(system->list));
+    record.clumps.push_back(system->clumps);
     record.sprites.push_back(record.view ? image::as_seen(system->sprite, *record.view) : system->sprite);
   }
   script.bytes.clear();

@@ -97,6 +97,7 @@ class System {
   particles::Schema schema;
   particles::Key key;
   image::Sprite sprite;
+  actions::TableKey clumps = 0;  // the template, where particles are clumps
   domains::Domains domains;
   bool waits_for_fit = false;  // space "fit", and no birth yet
   bool keeps_copies = false;  // the *_b attributes are in use: newborns get copies of what they are at birth

@@ -101,6 +101,7 @@ class Course:
             for system in self._systems:
                 system.forget()
                 system.newborn.restore(kept["configured"][system.name])
+                system.tell_clump(self._engine)
             self._steering.restore(kept.get("steering", {}))
             name, known = kept.get("balancer") or ("", None)
         except Exception as error:  # any: it may hold anything

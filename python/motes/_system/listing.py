@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from .. import _core
 from .._run import script_lines
 from .._values.values import at, moves
 from ..actions.base import Action, compiled
+from ..actions.between import Contact, compiled_for_clumps
 from ..errors import ArgumentError
 from .recorded import Recorded
 
@@ -36,7 +38,7 @@ class Listing:
             line = script_lines.running_line(depth)
             given = getattr(action, "other", None)
             if given is None:
-                engine.record_action(system.index, compiled(action, system.columns))
+                engine.record_action(system.index, self._compiled(action))
             else:
                 other = self._recorded_of(given)
                 if other is None or other.session is not session or other is system:
@@ -47,3 +49,11 @@ class Listing:
             system.add(action, line)
         finally:
             session.end()
+
+    def _compiled(self, action: Action) -> _core.Action:
+        clump = self._recorded.newborn.clump
+        if clump is None or not isinstance(action, Contact):
+            return compiled(action, self._recorded.columns)
+        if any(isinstance(entry, Contact) for entry in self._recorded.entries):
+            raise ArgumentError("contact", action, "recorded once per frame for clumps")
+        return compiled_for_clumps(action, clump, self._recorded.columns)

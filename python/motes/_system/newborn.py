@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
 from .. import _core
+from .._values.clump import Clump
 from .._values.curves import moving_part
 from .._values.values import Moving, Value, at
 from ..errors import ArgumentError
@@ -24,6 +27,8 @@ class Newborn:
         self._given: dict[int, _core.Distribution] = {}
         self._state: list[tuple[int, _core.Distribution]] = []
         self._moving: dict[str, Moving | Value] = {}
+        self.clump: Clump | None = None
+        """The template of particles that are clumps."""
 
     def configure(self, state: Mapping[str, Any]) -> None:
         """Set what newborn particles get from here on; what was set before remains."""
@@ -55,13 +60,16 @@ class Newborn:
             self._sort()
         return self._state
 
-    def kept(self) -> tuple[dict[int, bytes], dict[str, Any]]:
+    def kept(self) -> tuple[dict[int, bytes], dict[str, Any], list[list[float]]]:
         """Return what was set so far, to be pickled."""
-        return {index: given.to_bytes() for index, given in self._given.items()}, dict(self._moving)
+        given = {index: one.to_bytes() for index, one in self._given.items()}
+        spheres = [] if self.clump is None else np.asarray(self.clump.spheres).tolist()
+        return given, dict(self._moving), spheres
 
-    def restore(self, kept: tuple[Mapping[int, bytes], Mapping[str, Any]]) -> None:
+    def restore(self, kept: Sequence[Any]) -> None:
         """Go on with what an earlier run had set; ({}, {}) forgets all."""
-        given, moving = kept
+        given, moving, *clump = kept
+        self.clump = Clump(clump[0]) if clump and clump[0] else None
         self._given = {index: _core.Distribution.from_bytes(text) for index, text in given.items()}
         self._moving = dict(moving)
         self._sort()

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from .. import _core
 from .._picture.sprites import Sprite, native_of
 from .._run import script_lines
+from .._values.clump import law_of
 from ..expressions._conditions import columns_of
 from .first_frame import FirstFrame
 from .newborn import Newborn
@@ -57,6 +58,12 @@ class Recorded:
     def define(self, engine: _core.Engine) -> None:
         """Tell the engine of the system."""
         engine.add_system(name=self.name, **dict(self.definition, sprite=native_of(self.sprite)))
+        self.tell_clump(engine)
+
+    def tell_clump(self, engine: _core.Engine) -> None:
+        """Tell the engine the template of particles that are clumps."""
+        clump = self.newborn.clump
+        engine.set_clumps(self.index, 0 if clump is None else law_of(clump)[1])
 
     def add(self, entry: Any, line: script_lines.Line) -> None:
         """Note what was recorded, and where."""

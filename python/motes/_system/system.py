@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from typing import TYPE_CHECKING, Any, Literal, NoReturn, Unpack, overload
@@ -14,21 +14,19 @@ from .._particles.particles import LocalParticles, Particles, close_views, keep_
 from .._picture.sprites import Sprite, native_of
 from .._run.scenefile import Recording
 from .._values.curves import Curve
-from .._values.ties import Ties
 from .._values.values import at, says_near_names
 from ..actions.base import Where
 from ..errors import ArgumentError, MotesError, NotAssignableError, missing, near
 from ..expressions import Expression
 from ..shapes import Shape
 from .births import Births
+from .bodies import Bodies
 from .callbacks import Callbacks
 from .children import Children
 from .distributions import Drawn, State
-from .fabrics import cloth, rope
 from .listing import Listing
 from .pairs import Pairs
 from .recorded import Recorded
-from .recorder import Recorder
 from .sums import Sums
 
 if TYPE_CHECKING:
@@ -39,7 +37,7 @@ __all__ = ["System", "recorded_of"]
 CUT = np.dtype([("axis", "U1"), ("at", np.float32)])
 
 
-class System(Recorder):
+class System(Bodies):
     """A particle system, created by `World.system`. Calls are recorded, and run when the frame ends.
 
     Every rank makes the same calls in the same order; each does the part of its roles. None of the recording
@@ -149,46 +147,6 @@ class System(Recorder):
             **columns: other attributes by name, shape (n, 3) or (n,).
         """
         self._births.emit(particles, position, columns)
-
-    @says_near_names
-    def cloth(
-        self,
-        rows: int,
-        columns: int,
-        origin: ArrayLike,
-        along: ArrayLike,
-        across: ArrayLike,
-        pinned: Iterable[tuple[int, int]] = (),
-    ) -> Ties:
-        """Emit rows x columns particles, tied to a cloth; ids in the order of rows.
-
-        Args:
-            rows: at least 2.
-            columns: at least 2.
-            origin: where row 0, column 0 is, m.
-            along: from there to the last row, m.
-            across: from there to the last column, m.
-            pinned: places (row, column) of particles that only the script moves.
-
-        Returns:
-            The ties, for `tie`.
-        """
-        return cloth(self._births, rows, columns, origin, along, across, pinned)
-
-    @says_near_names
-    def rope(self, start: ArrayLike, end: ArrayLike, count: int, pinned: Iterable[int] = ()) -> Ties:
-        """Emit particles in a straight line, tied to a rope.
-
-        Args:
-            start: where the first one is, m.
-            end: where the last one is, m.
-            count: at least 2.
-            pinned: places, 0..count - 1, of particles that only the script moves.
-
-        Returns:
-            The ties, for `tie`.
-        """
-        return rope(self._births, start, end, count, pinned)
 
     @says_near_names
     def spawn(

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from .. import _core
 from .._values import arguments
+from .._values.clump import Clump, law_of
 from .._values.curves import Number
 from .._values.ties import Ties
 from .._values.values import value
@@ -219,7 +220,9 @@ class Contact(Action):
     contact of a list remembers its own touches (40 bytes each). Particles without a positive mass touch
     nobody. Walls are like flat grains that nothing moves: each
     holds a particle on the side where its centre is, whichever way a plane's normal points. Bodies are
-    touched at one point from outside, at each face from inside.
+    touched at one point from outside, at each face from inside. Of a system of clumps
+    (`System.clumps`), each sphere is a grain with its clump's mass: pushes add up to the clump's velocity and
+    `spin`, and `contacts` counts touches of spheres.
 
     Formula: force_i = -n (stiffness overlap - damper n.v_ij) + drag, torque_i = arm n x drag - r n x brake,
     with n the direction to particle j, v_ij its velocity seen from here, damper = 2 zeta sqrt(stiffness m),
@@ -357,6 +360,17 @@ class Tie(Action):
         shapes = list(own)
         where = condition_of(self.where, columns, shapes)
         return _core.Action(name, numbers, shapes, where, ties=self.ties.__dict__["_name"])
+
+
+def compiled_for_clumps(action: Contact, clump: Clump, columns: Columns) -> _core.Action:
+    """Return the engine's value of a contact for a system of clumps with these columns."""
+    if action.radius is not None:
+        raise ArgumentError("radius", action.radius, "None for clumps, whose spheres have their own")
+    _, numbers, own = action.__dict__["_call"]
+    shapes = list(own)
+    where = condition_of(action.where, columns, shapes)
+    of_clump, table = law_of(clump)
+    return _core.Action("contact_clumps", numbers | of_clump, shapes, where, table=table)
 
 
 def _radius(argument: str, given: Any) -> float:

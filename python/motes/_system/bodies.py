@@ -1,0 +1,121 @@
+"""Bodies: particles that are born tied to each other, and clumps: particles that are groups of spheres."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from numpy.typing import ArrayLike
+
+from .._values import arguments
+from .._values.clump import Clump, as_clump
+from .._values.ties import Ties
+from .._values.values import says_near_names
+from ..errors import ArgumentError
+from .births import Births
+from .fabrics import cloth, rope
+from .recorded import Recorded
+from .recorder import Recorder
+
+__all__ = ["Bodies"]
+
+LEAST_MASS = 1e-12  # kg: lighter ones touch nobody
+
+
+class Bodies(Recorder):
+    """What makes bodies of the particles of a system."""
+
+    _recorded: Recorded
+    _births: Births
+
+    @says_near_names
+    def cloth(
+        self,
+        rows: int,
+        columns: int,
+        origin: ArrayLike,
+        along: ArrayLike,
+        across: ArrayLike,
+        pinned: Iterable[tuple[int, int]] = (),
+    ) -> Ties:
+        """Emit rows x columns particles, tied to a cloth; ids in the order of rows.
+
+        Args:
+            rows: at least 2.
+            columns: at least 2.
+            origin: where row 0, column 0 is, m.
+            along: from there to the last row, m.
+            across: from there to the last column, m.
+            pinned: places (row, column) of particles that only the script moves.
+
+        Returns:
+            The ties, for `tie`.
+        """
+        return cloth(self._births, rows, columns, origin, along, across, pinned)
+
+    @says_near_names
+    def rope(self, start: ArrayLike, end: ArrayLike, count: int, pinned: Iterable[int] = ()) -> Ties:
+        """Emit particles in a straight line, tied to a rope.
+
+        Args:
+            start: where the first one is, m.
+            end: where the last one is, m.
+            count: at least 2.
+            pinned: places, 0..count - 1, of particles that only the script moves.
+
+        Returns:
+            The ties, for `tie`.
+        """
+        return rope(self._births, start, end, count, pinned)
+
+    @says_near_names
+    def clumps(
+        self,
+        template: ArrayLike | Clump,
+        *,
+        density: float | None = None,
+        position: ArrayLike | None = None,
+        **columns: ArrayLike,
+    ) -> Clump:
+        """Make each particle of this system a clump: a rigid group of spheres, which `contact` lets meet.
+
+        A clump is one particle: `position` is its centre of mass, `orientation` turns the template, `spin`
+        (rad/s) is how fast, `mass` that of the whole, and `size[0]` scales the template (default 1). Record
+        `contact` in each frame, once; `move` turns clumps. Sprites show each sphere; a mesh, each clump.
+
+        Args:
+            template: the spheres: x, y, z and radius of each, m, shape (n, 4), 1 to 64, which may overlap.
+                One per system, given before its first particles are born.
+            density: kg/m^3: configures the `mass` of newborn clumps of size 1. None: leaves it.
+            position: emits clumps here at once, m, shape (n, 3); None: none.
+            **columns: of these clumps, as for `emit`.
+
+        Returns:
+            The template: `volume`, `inertia`, `radius`, `center`.
+        """
+        clump = as_clump(template)
+        mass = None if density is None else _mass(density, clump)
+        if position is None and columns:
+            raise ArgumentError("position", position, "given with columns of clumps")
+        recorded = self._recorded
+        with recorded.session.usage.during("clumps()"):
+            known = recorded.newborn.clump
+            if known != clump and (known is not None or recorded.has_births):
+                allowed = f"the only one of '{recorded.name}', given before its first births"
+                raise ArgumentError("template", template, allowed)
+            recorded.newborn.clump = clump
+            if recorded.session.engine is not None:
+                recorded.tell_clump(recorded.session.engine)
+        if mass is not None:
+            recorded.newborn.configure({"mass": mass})
+        if position is not None:
+            self._births.emit(None, position, columns)
+        return clump
+
+
+def _mass(density: float, clump: Clump) -> float:
+    mass = arguments.number("density", density, low=0) * clump.volume
+    if not LEAST_MASS < mass < arguments.FARTHEST:
+        raise ArgumentError(
+            "density", density, f"such that a clump's mass, {mass:.3g} kg, is 1e-12 to 1e15 kg"
+        )
+    return mass

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "particles/trace.h"
+
 namespace motes::engine {
 
 image::Drawn drawn(const particles::Store& store) {
@@ -27,6 +29,29 @@ image::Drawn drawn(const particles::Store& store) {
   return d;
 }
 
+image::Drawn drawn(const Script& script, std::size_t system, const particles::Store& store) {
+  image::Drawn d = drawn(store);
+  const image::Sprite& sprite = script.record.sprites[system];
+  const int count = store.schema().find(particles::kTraceCount);
+  if (sprite.kind != image::Sprite::Kind::ribbon) return d;
+  d.size = nullptr;
+  d.size_of_all = sprite.width;
+  if (count < 0) return d;
+  d.past_count = store.plane(count, 0);
+  // After a frame the next one is already being recorded.
+  const std::uint64_t frame = script.record.frame - (script.record.verb == recording::Verb::redraw ? 1 : 0);
+  const auto times = particles::TraceTimes::over(sprite.length, script.record.dt, frame);
+  static_assert(image::kMostPast == particles::kTraced);
+  for (int back = 0; back < particles::kTraced; ++back) {
+    image::Past& past = d.past[static_cast<std::size_t>(back)];
+    past.age = static_cast<float>(static_cast<double>(times.age(back)) * script.record.dt);
+    for (int c = 0; c < 3; ++c) {
+      past.position[static_cast<std::size_t>(c)] = store.plane(count + 1 + times.slot(back), c);
+    }
+  }
+  return d;
+}
+
 image::Drawn part_of(const image::Drawn& all, std::size_t first, std::size_t count) {
   image::Drawn part = all;
   part.count = count;
@@ -39,6 +64,10 @@ image::Drawn part_of(const image::Drawn& all, std::size_t first, std::size_t cou
   for (const float*& plane : part.orientation) from(plane);
   from(part.alpha);
   from(part.size);
+  from(part.past_count);
+  for (image::Past& past : part.past) {
+    for (const float*& plane : past.position) from(plane);
+  }
   return part;
 }
 

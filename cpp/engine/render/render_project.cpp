@@ -41,10 +41,10 @@ std::size_t size_of_part(const threads::Pool& pool, std::size_t count) {
 }
 
 // With one thread a system is one part: each part has a message of its own.
-std::vector<PartOfSystem> parts_of(const threads::Pool& pool, const Calculator& calculator) {
+std::vector<PartOfSystem> parts_of(const threads::Pool& pool, const Script& script, const Calculator& calculator) {
   std::vector<PartOfSystem> parts;
   for (std::size_t i = 0; i < calculator.populations.size(); ++i) {
-    const image::Drawn all = drawn(calculator.populations[i]->store);
+    const image::Drawn all = drawn(script, i, calculator.populations[i]->store);
     const std::size_t size = size_of_part(pool, all.count);
     std::size_t first = 0;
     do {  // a system without particles has an empty message
@@ -87,7 +87,7 @@ void project(Rank& rank, const Script& script, const Calculator& calculator, Pai
   const double start = rank.machine.compute_seconds();
   rank.session.work("render", [&] {
     const image::View& view = *script.record.view;
-    const std::vector<PartOfSystem> parts = parts_of(*rank.pool, calculator);
+    const std::vector<PartOfSystem> parts = parts_of(*rank.pool, script, calculator);
     painter.records.resize(parts.size());
     while (painter.projectors.size() < static_cast<std::size_t>(rank.pool->threads()))
       painter.projectors.emplace_back();

@@ -45,6 +45,7 @@ add_library(motes_pure STATIC
   image/post/layers.cpp
   image/post/picture_light.cpp
   image/post/tile_layers.cpp
+  image/project/project_ribbons.cpp
   image/project/projector.cpp
   image/project/records.cpp
   image/project/sort_fixed.cpp
@@ -92,6 +93,7 @@ add_library(motes_pure STATIC
   particles/store.cpp
   particles/streams.cpp
   particles/touches.cpp
+  particles/trace.cpp
   particles/wrap.cpp
   program/bins.cpp
   program/events.cpp

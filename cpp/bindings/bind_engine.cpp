@@ -6,6 +6,7 @@
 #include "comm/stop_signals.h"
 #include "engine/births/share.h"
 #include "engine/engine.h"
+#include "particles/trace.h"
 #include "recording/scene.h"
 
 namespace motes::bindings {
@@ -349,6 +350,7 @@ void bind_facts(py::module_& m) {
     for (const particles::Attribute& a : schema.attributes()) names.emplace_back(a.name, a.width);
     return names;
   });
+  m.def("trace_attributes", &particles::trace_attributes, py::arg("periodic"));
   m.def("cast", [](const std::string& kind, int size) {
     const roles::Cast cast = kind == "shared" ? roles::cast_shared(size) : roles::cast_auto(size);
     return std::make_tuple(cast.manager, cast.image_generator, cast.calculators);

@@ -181,6 +181,12 @@ void check_mesh(const Sprite& sprite) {
   }
 }
 
+void check_ribbon(const Sprite& sprite) {
+  check_number("sprite.width", sprite.width, 1e-9, base::kFarthest);
+  check_number("sprite.length", sprite.length, 1e-9, base::kFarthest);
+  if (sprite.picture != 0) base::refuse("sprite.picture", "0 for kind ribbon", std::to_string(sprite.picture));
+}
+
 }  // namespace
 
 void check(const Sprite& sprite) {
@@ -197,6 +203,7 @@ void check(const Sprite& sprite) {
   if (counted_in_pixels && (sprite.pixels < 0 || sprite.pixels > kMaxDiameter)) {
     base::refuse("sprite.pixels", "0.." + std::to_string(kMaxDiameter), std::to_string(sprite.pixels));
   }
+  if (sprite.kind == Sprite::Kind::ribbon) return check_ribbon(sprite);
   const bool shows = sprite.kind == Sprite::Kind::image || is_posed(sprite);
   if (shows != (sprite.picture != 0)) {
     base::refuse("sprite.picture", "given for kinds image, card and mesh, and for no other",

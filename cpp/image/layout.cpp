@@ -15,7 +15,7 @@ bool has_fixed_footprint(const Sprite& sprite, int height) {
 
 }  // namespace
 
-bool is_posed(const Sprite& sprite) { return sprite.kind == Sprite::Kind::card || sprite.kind == Sprite::Kind::mesh; }
+bool is_posed(const Sprite& sprite) { return sprite.kind >= Sprite::Kind::card; }
 
 bool drawn_as_point(const Sprite& sprite) {
   if (sprite.kind == Sprite::Kind::point) return true;
@@ -52,7 +52,7 @@ bool anything_hides(const View& view, std::span<const Sprite> sprites) {
 Layout layout(const Sprite& sprite, const View& view, bool any_depth) {
   const bool deep = any_depth || !view.objects.empty() || sprite.blend != Sprite::Blend::add ||
                     (sprite.kind == Sprite::Kind::sphere && !drawn_as_point(sprite));
-  if (is_posed(sprite)) return Layout::posed;
+  if (is_posed(sprite)) return sprite.kind == Sprite::Kind::ribbon ? Layout::ribbon : Layout::posed;
   const bool still = !(view.shutter > 0);
   const bool sharp = !(view.camera.aperture > 0);
   if (still && sharp && has_fixed_footprint(sprite, view.height)) return deep ? Layout::deep : Layout::plain;

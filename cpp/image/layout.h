@@ -17,7 +17,8 @@ namespace motes::image {
 /// deep, deep_sized, deep_moving: the same with a depth, for any blend, and for spheres.
 /// wide: images, and sizes and streaks in very large pictures (see Grid::far_bits); always with a depth.
 /// posed: cards and meshes: wide, and how they are turned.
-enum class Layout : std::uint8_t { plain, deep, sized, deep_sized, moving, deep_moving, wide, posed };
+/// ribbon: wide, and where the ribbon passes.
+enum class Layout : std::uint8_t { plain, deep, sized, deep_sized, moving, deep_moving, wide, posed, ribbon };
 
 struct PlainRecord {
   std::int16_t x, y;  // see Grid::sub_bits
@@ -48,8 +49,24 @@ struct PosedRecord : WideRecord {
   float scale;           // m per unit of length: of a card, its longer side
 };
 
+/// A place that a ribbon passes through.
+struct RibbonPoint {
+  float x, y;    // px right of and below the centre of the image
+  float depth;   // m
+  float along;   // part of the ribbon's length that lies before it; above 1: beyond its end
+  std::int16_t then_x, then_y;  // from here to where it was when the shutter opened, 1/16 px
+  std::uint8_t tint[4];  // parts of the record's colour that are seen here, 1/255
+};
+
+/// Its `depth` is that of the nearest of its points; points beyond `count` are all 0.
+struct RibbonRecord : WideRecord {
+  float width;  // m
+  std::uint32_t count;
+  RibbonPoint point[kMostPast + 1];  // from the particle backwards
+};
+
 static_assert(sizeof(PlainRecord) == 8 && sizeof(DeepRecord) == 12 && sizeof(WideRecord) == 32);
-static_assert(sizeof(PosedRecord) == 44);
+static_assert(sizeof(PosedRecord) == 44 && sizeof(RibbonRecord) == 40 + 24 * (kMostPast + 1));
 
 /// How far, px, a card or a mesh may reach from its middle; what is beyond is not drawn.
 inline constexpr float kMostPosedReach = 2048;
@@ -74,11 +91,12 @@ constexpr RecordForm form(Layout layout, bool colored = true) {
     case Layout::deep_moving: return {16 + c, c, 4 + c, 8 + c, 12 + c};
     case Layout::wide: break;
     case Layout::posed: return {sizeof(PosedRecord), 8, 12, 16, 24};
+    case Layout::ribbon: return {sizeof(RibbonRecord), 8, 12, 16, 24};
   }
   return {sizeof(WideRecord), 8, 12, 16, 24};
 }
 /// Whether records begin with a WideRecord. These have colours: they are large anyway.
-constexpr bool is_wide(Layout layout) { return layout == Layout::wide || layout == Layout::posed; }
+constexpr bool is_wide(Layout layout) { return layout >= Layout::wide; }
 constexpr bool may_lack_color(Layout layout) { return !is_wide(layout); }
 constexpr bool has_depth(Layout layout) { return form(layout).depth != 0; }
 constexpr bool of_fixed_size(Layout layout) { return layout == Layout::plain || layout == Layout::deep; }
@@ -97,7 +115,7 @@ bool in_order_of_depth(std::span<const Sprite> sprites);
 /// Whether anything in a picture hides what is behind it: objects, or a system that is opaque or blends by alpha.
 bool anything_hides(const View& view, std::span<const Sprite> sprites);
 
-/// Cards and meshes: they stand in space.
+/// Cards, meshes and ribbons: they stand in space.
 bool is_posed(const Sprite& sprite);
 
 /// Points, and discs and spheres of one pixel.

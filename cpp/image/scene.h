@@ -138,8 +138,9 @@ constexpr void fields(Visitor& visit, View& view) {
 
 /// How the particles of one system are drawn.
 struct Sprite {
-  /// card: a picture on a plane in space. mesh: an instance of a mesh.
-  enum class Kind : std::uint8_t { point, disc, sphere, image, card, mesh };
+  /// card: a picture on a plane in space. mesh: an instance of a mesh. ribbon: a band along a particle's last
+  /// positions.
+  enum class Kind : std::uint8_t { point, disc, sphere, image, card, mesh, ribbon };
   enum class Blend : std::uint8_t { add, alpha, opaque };
   /// Where a card's front looks, and a mesh's: along the particle's velocity, or as its orientation says.
   enum class Facing : std::uint8_t { velocity, orientation };
@@ -153,6 +154,8 @@ struct Sprite {
   bool lit = false;  // by the sun, lights and sky
   float shadow = 0;  // part of the light that one particle keeps from what lies behind it, 0..1
   Facing facing = Facing::orientation;  // kinds card, mesh
+  float width = 0;  // m, of a ribbon at its head
+  float length = 0;  // s that a ribbon reaches back
 
   bool operator==(const Sprite&) const = default;
 };
@@ -160,8 +163,17 @@ struct Sprite {
 template <class Visitor>
 constexpr void fields(Visitor& visit, Sprite& sprite) {
   visit(sprite.kind, sprite.pixels, sprite.blend, sprite.of_height, sprite.softness, sprite.picture, sprite.lit,
-        sprite.shadow, sprite.facing);
+        sprite.shadow, sprite.facing, sprite.width, sprite.length);
 }
+
+/// Positions of a particle that a ribbon may pass through, at most.
+inline constexpr std::size_t kMostPast = 16;
+
+/// Where particles were some time ago.
+struct Past {
+  std::array<const float*, 3> position{};
+  float age = 0;  // s
+};
 
 /// The columns that drawing needs, as planes of `count` floats. A null plane means that all particles have the value
 /// next to it. Planes may be read up to the next multiple of 16 particles.
@@ -180,6 +192,8 @@ struct Drawn {
   std::array<float, 4> orientation_of_all{0, 0, 0, 1};
   std::array<const float*, 3> velocity{};  // m/s
   std::array<float, 3> velocity_of_all{};
+  std::array<Past, kMostPast> past{};  // of ribbons, the latest first
+  const float* past_count = nullptr;  // how many of them a particle has; null: none
 };
 
 }  // namespace motes::image

@@ -78,6 +78,7 @@ __all__: list[str] = [
     "sum_of_tables",
     "take_rows",
     "tone_16_bits",
+    "trace_attributes",
     "tree_cuts",
 ]
 
@@ -209,6 +210,8 @@ class Sprite:
         lit: bool,
         shadow: float,
         facing: str = "orientation",
+        width: float = 0,
+        length: float = 0,
     ) -> None: ...
 
 class View:
@@ -548,6 +551,7 @@ def stop_signal() -> int: ...
 def sum_of_tables(systems: collections.abc.Sequence[BalanceTable]) -> BalanceTable: ...
 def take_rows(rows: numpy.ndarray, order: numpy.typing.ArrayLike, into: numpy.ndarray) -> None: ...
 def tone_16_bits(light: numpy.typing.ArrayLike, exposure: float) -> numpy.typing.NDArray[numpy.uint16]: ...
+def trace_attributes(periodic: bool) -> list[tuple[str, int]]: ...
 def tree_cuts(
     cells: collections.abc.Sequence[
         tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLike, numpy.typing.ArrayLike]

@@ -8,7 +8,7 @@ from random_lists import FRAMES, numbers, triples
 __all__ = ["HEADER", "picture_script"]
 
 Text = st.SearchStrategy[str]
-KINDS = ("point", "disc", "sphere", "image", "mesh")
+KINDS = ("point", "disc", "sphere", "image", "mesh", "ribbon")
 FACINGS = ("camera", "velocity", "orientation")
 BLENDS = ("add", "alpha", "opaque")
 PATHS = ("auto", "gather", "tiles", "composite")
@@ -49,19 +49,21 @@ def sprite(draw: st.DrawFn) -> str:
     kind = draw(st.sampled_from(KINDS))
     facts = [f"{kind!r}", f"blend={draw(st.sampled_from(BLENDS))!r}"]
     width = draw(st.sampled_from(["", "pixels=None", "pixels=#", "pixels=#", "height=0.#"]))
-    if width and kind != "mesh":
+    if width and kind not in ("mesh", "ribbon"):
         facts.append(width.replace("#", str(draw(st.integers(1, 40)))))
     if kind == "image":
         facts.append("image=LEAF")
     if kind == "mesh":
         facts.append(f"mesh={draw(st.sampled_from(['WEDGE', 'FLAP']))}")
+    if kind == "ribbon":
+        facts.append(f"width={draw(numbers(0.01, 1))}, length={draw(numbers(0.01, 3))}")
     if kind in ("image", "mesh"):
         facts.append(f"facing={draw(st.sampled_from(FACINGS))!r}")
     if draw(st.booleans()):
         facts.append(f"softness={draw(numbers(0, 1))}")
     if draw(st.booleans()):
         facts.append("lit=True")
-    if draw(st.booleans()):
+    if kind != "ribbon" and draw(st.booleans()):
         facts.append(f"shadow={draw(numbers(0, 1))}")
     return f"motes.Sprite({', '.join(facts)})"
 

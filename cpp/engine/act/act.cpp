@@ -8,6 +8,7 @@
 #include "engine/act/run_list.h"
 #include "engine/births/spawn.h"
 #include "engine/session/item_failure.h"
+#include "particles/trace.h"
 #include "particles/wrap.h"
 #include "program/select.h"
 
@@ -34,6 +35,10 @@ std::uint64_t lowest_id(const Store& store) {
 
 // The list has run: what happened to whom.
 void end_list(const Rank& rank, const System& system, Population& here) {
+  if (system.sprite.kind == image::Sprite::Kind::ribbon) {
+    const auto times = particles::TraceTimes::over(system.sprite.length, rank.settings.dt, rank.session.frame);
+    particles::keep_trace(here.store, times, *rank.pool);
+  }
   if (here.moved && here.outcome.left.empty())
     find_migrants(rank, system, here);  // a list without actions does not look
   here.tally.killed += here.outcome.dead.size();

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "interactions/clumps.h"
+#include "particles/trace.h"
 
 namespace motes::engine {
 
@@ -29,10 +30,40 @@ image::Drawn drawn(const particles::Store& store) {
   return d;
 }
 
-DrawnSystem::DrawnSystem(const particles::Store& store, const image::Sprite& sprite, actions::TableKey clumps,
-                         threads::Pool& pool)
-    : drawn_(drawn(store)) {
-  if (clumps != 0 && sprite.kind != image::Sprite::Kind::mesh && drawn_.count > 0) expand(store, clumps, pool);
+namespace {
+
+// Adds the past positions of a system whose sprite asks for them.
+image::Drawn drawn(const Script& script, std::size_t system, const particles::Store& store) {
+  image::Drawn d = drawn(store);
+  const image::Sprite& sprite = script.record.sprites[system];
+  const int count = store.schema().find(particles::kTraceCount);
+  if (sprite.kind != image::Sprite::Kind::ribbon) return d;
+  d.size = nullptr;
+  d.size_of_all = sprite.width;
+  if (count < 0) return d;
+  d.past_count = store.plane(count, 0);
+  // After a frame the next one is already being recorded.
+  const std::uint64_t frame = script.record.frame - (script.record.verb == recording::Verb::redraw ? 1 : 0);
+  const auto times = particles::TraceTimes::over(sprite.length, script.record.dt, frame);
+  static_assert(image::kMostPast == particles::kTraced);
+  for (int back = 0; back < particles::kTraced; ++back) {
+    image::Past& past = d.past[static_cast<std::size_t>(back)];
+    past.age = static_cast<float>(static_cast<double>(times.age(back)) * script.record.dt);
+    for (int c = 0; c < 3; ++c) {
+      past.position[static_cast<std::size_t>(c)] = store.plane(count + 1 + times.slot(back), c);
+    }
+  }
+  return d;
+}
+
+}  // namespace
+
+DrawnSystem::DrawnSystem(const Script& script, std::size_t system, const particles::Store& store, threads::Pool& pool)
+    : drawn_(drawn(script, system, store)) {
+  using Kind = image::Sprite::Kind;
+  const actions::TableKey clumps = script.record.clumps[system];
+  const Kind kind = script.record.sprites[system].kind;
+  if (clumps != 0 && kind != Kind::mesh && kind != Kind::ribbon && drawn_.count > 0) expand(store, clumps, pool);
 }
 
 // Sphere k of the i-th of n clumps stands at k * n + i.
@@ -66,7 +97,7 @@ const float* DrawnSystem::repeat(const float* plane, std::size_t clumps) {
 std::deque<DrawnSystem> drawn_systems(const Script& script, const Calculator& calculator, threads::Pool& pool) {
   std::deque<DrawnSystem> systems;
   for (std::size_t i = 0; i < calculator.populations.size(); ++i)
-    systems.emplace_back(calculator.populations[i]->store, script.record.sprites[i], script.record.clumps[i], pool);
+    systems.emplace_back(script, i, calculator.populations[i]->store, pool);
   return systems;
 }
 
@@ -82,6 +113,10 @@ image::Drawn part_of(const image::Drawn& all, std::size_t first, std::size_t cou
   for (const float*& plane : part.orientation) from(plane);
   from(part.alpha);
   from(part.size);
+  from(part.past_count);
+  for (image::Past& past : part.past) {
+    for (const float*& plane : past.position) from(plane);
+  }
   return part;
 }
 

@@ -16,13 +16,11 @@ namespace motes::engine {
 /// The columns that a picture shows. They point into the store.
 image::Drawn drawn(const particles::Store& store);
 
-/// What a picture shows of a system: its particles, or the spheres of its clumps (but where each clump is a mesh),
-/// whose columns live as long as this.
+/// What a picture shows of a system: its particles, or the spheres of its clumps (but where each clump is a mesh or a
+/// ribbon), whose columns live as long as this.
 class DrawnSystem {
  public:
-  /// `clumps`: their template; 0: particles.
-  DrawnSystem(const particles::Store& store, const image::Sprite& sprite, actions::TableKey clumps,
-              threads::Pool& pool);
+  DrawnSystem(const Script& script, std::size_t system, const particles::Store& store, threads::Pool& pool);
   DrawnSystem(DrawnSystem&&) = default;
   const image::Drawn& columns() const { return drawn_; }
 

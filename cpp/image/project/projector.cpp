@@ -222,7 +222,9 @@ void Projector::project(const Drawn& particles, const Sprite& sprite, const View
   records.head_ = head_of(sprite, view, projection);
   records.head_.most_alpha = most_alpha(particles, sprite);
   records.buffer_.resize(sizeof records.head_);
-  if (!of_fixed_size(static_cast<Layout>(records.head_.layout))) {
+  if (sprite.kind == Sprite::Kind::ribbon) {
+    project_ribbons(particles, projection, view, records);
+  } else if (!of_fixed_size(static_cast<Layout>(records.head_.layout))) {
     project_wide(particles, projection, view, records);
   } else {
     project_fixed(particles, projection, view, records);
@@ -301,6 +303,50 @@ void Projector::project_wide(const Drawn& particles, const Projection& projectio
     std::byte* to = open_batch(tiles, record_bytes, number.visible, records);
     if (task.one_color()) say_color(number.color, records.head_);
     scatter_wide(batch, number.visible, words, cursor_.data(), further_.all(), to);
+  }
+}
+
+// Colours of particles first .. last - 1 at all places of their ribbons.
+RibbonLight Projector::ribbon_light(const Drawn& particles, const Projection& projection, std::size_t first,
+                                    std::size_t last) {
+  if (projection.light == nullptr) return {};
+  const std::size_t stride = last - first + kSlack;
+  lit_.resize(3 * (kMostPast + 1) * stride);
+  projection.light->light(particles, first, last, lit_.data(), stride);
+  Drawn before = particles;
+  for (std::size_t k = 0; k < kMostPast; ++k) {
+    before.position = particles.past[k].position;
+    if (before.position[0] == nullptr) continue;
+    projection.light->light(before, first, last, lit_.data() + 3 * (k + 1) * stride, stride);
+  }
+  return {lit_.data(), stride};
+}
+
+void Projector::project_ribbons(const Drawn& particles, const Projection& projection, const View& view,
+                                Records& records) {
+  constexpr std::size_t kTogether = 4096;
+  const auto tiles = static_cast<std::size_t>(Grid{view.width, view.height}.tiles());
+  const std::size_t record_bytes = bytes_of(records.head_);
+  const bool with_velocity = records.head_.with_velocity != 0;
+  const std::size_t step = std::max(kTogether, tiles / 16 * 16);
+  for (std::size_t first = 0; first < particles.count; first += step) {
+    const std::size_t last = std::min(first + step, particles.count);
+    const RibbonLight light = ribbon_light(particles, projection, first, last);
+    image::project_ribbons(particles, sprite_, view, light, first, last, ribbons_);
+    if (ribbons_.records.empty()) continue;
+    cursor_.assign(tiles, 0);
+    for (const FurtherTile& one : ribbons_.tiles) ++cursor_[one.tile];
+    std::byte* const to = open_batch(tiles, record_bytes, ribbons_.tiles.size(), records);
+    for (const FurtherTile& one : ribbons_.tiles) {
+      std::byte* const record = to + cursor_[one.tile]++ * record_bytes;
+      std::memcpy(record, &ribbons_.records[one.particle], sizeof(RibbonRecord));
+      for (std::size_t c = 0; with_velocity && c < 3; ++c) {
+        const float* plane = particles.velocity[c];
+        const float v = plane != nullptr ? plane[ribbons_.particles[one.particle]] : particles.velocity_of_all[c];
+        const float finite = std::isfinite(v) ? v : 0;
+        std::memcpy(record + sizeof(RibbonRecord) + 4 * c, &finite, sizeof finite);
+      }
+    }
   }
 }
 

@@ -8,6 +8,7 @@
 #include "image/buffer.h"
 #include "image/light/particle_light.h"
 #include "image/project/project_lanes.h"
+#include "image/project/project_ribbons.h"
 #include "image/project/project_wide_lanes.h"
 #include "image/project/records.h"
 #include "image/project/sort_tiles.h"
@@ -43,6 +44,8 @@ class Projector {
   void project_fixed(const Drawn& particles, const Projection& projection, const View& view, Records& records);
   void light(const Drawn& particles, const Projection& projection, std::size_t first, std::size_t last, SeenTask& task);
   void project_wide(const Drawn& particles, const Projection& projection, const View& view, Records& records);
+  void project_ribbons(const Drawn& particles, const Projection& projection, const View& view, Records& records);
+  RibbonLight ribbon_light(const Drawn& particles, const Projection& projection, std::size_t first, std::size_t last);
   void count(const Touched& touched, std::size_t tiles, std::size_t record_bytes, Records& records);
   std::byte* open_batch(std::size_t tiles, std::size_t record_bytes, std::size_t asked, Records& records);
 
@@ -50,6 +53,7 @@ class Projector {
   const ProjectLanes* lanes_;
   const ProjectWideLanes* wide_lanes_;
   Buffer projected_;
+  RibbonBatch ribbons_;
   FurtherTiles further_;
   std::vector<std::uint32_t> cursor_;   // by tile: its number of records, then where the next one goes
   std::vector<std::uint32_t> offsets_;  // by slot

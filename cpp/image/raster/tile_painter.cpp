@@ -277,7 +277,7 @@ void TilePainter::set_brush(const Brush& brush) {
 }
 
 void TilePainter::draw_opaque(const Piece& given, const TilePlanes& planes) {
-  // Cards and meshes have depths of their own at each pixel.
+  // Cards, meshes and ribbons have depths of their own at each pixel.
   const Piece piece = is_posed(given.brush->sprite()) ? given : behind_.settled(given);
   take_up(piece);
   if (!of_fixed_size(piece.brush->layout())) {
@@ -288,7 +288,7 @@ void TilePainter::draw_opaque(const Piece& given, const TilePlanes& planes) {
 }
 
 void TilePainter::blend(const Piece& given) {
-  const Piece piece = behind_.settled(given);
+  const Piece piece = given.brush->layout() == Layout::ribbon ? given : behind_.settled(given);
   const Brush& brush = *piece.brush;
   take_up(piece);
   const bool over = brush.blends(Sprite::Blend::alpha);

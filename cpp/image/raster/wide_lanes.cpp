@@ -1,6 +1,8 @@
 // Compiled once for each instruction set: see simd/simd.h for the rules.
 #include "image/raster/wide_lanes.h"
 
+#include <type_traits>
+
 #include "image/all_kinds.h"
 #include "image/grid.h"
 #include "image/raster/depth_blocks.h"
@@ -220,7 +222,9 @@ template <class Kind>
 __attribute__((noinline)) void draw_one(const TilePlanes& tile, const WideSplat& task, const WideSprite& sprite,
                                         const Channels& channel, const Blend& blend, Patch<Kind::kPlanes>& patch) {
   if (tile.hides && sprite.depth > tile.farthest) return;
-  const Kind kind(task, sprite);
+  constexpr bool kTestsItself = std::is_same_v<Kind, Ribbon>;
+  Kind kind(task, sprite);
+  if constexpr (kTestsItself) kind.walls = tile.hides ? tile.depth : nullptr;
   const WideSprite& s = kind.s;
   const Outline o = outline_of(s, kind.reach(), kind.box_x(), kind.box_y());
   const int first = o.first > 0 ? o.first : 0, last = o.last < task.rows - 1 ? o.last : task.rows - 1;
@@ -228,7 +232,7 @@ __attribute__((noinline)) void draw_one(const TilePlanes& tile, const WideSplat&
   const float unit = weigh(kind, o, first, last, task.columns, patch);
   Tint tint;
   if (!tint_of(channel, s.color, unit, tint)) return;
-  const bool test = tile.hides && (task.fade > 0 || s.depth > tile.nearest);
+  const bool test = !kTestsItself && tile.hides && (task.fade > 0 || s.depth > tile.nearest);
   blend.patch<Kind::kPlanes>(test)(tile, patch, tint, first, last, task.columns, s.depth, task.fade);
 }
 
@@ -329,10 +333,11 @@ MOTES_INLINE bool is_hidden(const TilePlanes& tile, const WideSprite& s, float e
   return front > farthest;
 }
 
-// Draws the triangles of opaque meshes.
-void opaque_meshes(const TilePlanes& tile, const WideSplat& task, const unsigned char* records, std::size_t count) {
+// Draws opaque sprites that know their depth at each pixel.
+template <class Kind>
+void opaque_in_depth(const TilePlanes& tile, const WideSplat& task, const unsigned char* records, std::size_t count) {
   for (std::size_t i = 0; i < count; ++i, records += task.record_bytes) {
-    const Mesh kind(task, sprite_from(task, records));
+    const Kind kind(task, sprite_from(task, records));
     const WideSprite& s = kind.s;
     const Outline o = outline_of(s, kind.reach(), kind.box_x(), kind.box_y());
     const int first = o.first > 0 ? o.first : 0, last = o.last < task.rows - 1 ? o.last : task.rows - 1;
@@ -371,7 +376,9 @@ void opaque_wide(const TilePlanes& tile, const WideSplat& task, const unsigned c
 template <class Kind>
 constexpr image::WideKernel* kOpaque = opaque_wide<Kind>;
 template <>
-constexpr image::WideKernel* kOpaque<Mesh> = opaque_meshes;
+constexpr image::WideKernel* kOpaque<Mesh> = opaque_in_depth<Mesh>;
+template <>
+constexpr image::WideKernel* kOpaque<Ribbon> = opaque_in_depth<Ribbon>;
 
 }  // namespace
 

@@ -14,9 +14,9 @@ from .._values.values import Value, shown, value
 from ..errors import ArgumentError
 from ..shapes._mesh import Mesh
 
-__all__ = ["Sprite", "native_of"]
+__all__ = ["Sprite", "check_change", "native_of"]
 
-KINDS = ("point", "disc", "sphere", "image", "mesh")
+KINDS = ("point", "disc", "sphere", "image", "mesh", "ribbon")
 FACINGS = ("camera", "velocity", "orientation")
 MOST_TRIANGLES = 10_000
 BLENDS = ("add", "alpha", "opaque")
@@ -35,9 +35,10 @@ class Sprite(Value):
     All blends of all systems are in one picture, in the right depth.
     """
 
-    kind: Literal["point", "disc", "sphere", "image", "mesh"] = "disc"
+    kind: Literal["point", "disc", "sphere", "image", "mesh", "ribbon"] = "disc"
     """"point", as small as a pixel; "disc", soft at its edge; "sphere", lit by the sun and round in depth;
-    "image", a picture; "mesh", an instance of a mesh, scaled by `size[0]`, lit by the sun and the sky."""
+    "image", a picture; "mesh", an instance of a mesh, scaled by `size[0]`, lit by the sun and the sky;
+    "ribbon", a smooth band along the particle's last positions, which fades and tapers towards its end."""
     pixels: int | None = 5
     """The diameter, 1..512; None: as wide as the particle's `size[0]` in metres, up to 512 pixels. Points
     have none. With `height` it says nothing."""
@@ -72,9 +73,16 @@ class Sprite(Value):
     """For the kind "mesh": up to 10,000 triangles, wherever `Mesh.at` has put it. With a closed surface only
     its outside is seen; blended ones show the triangles that face the camera."""
 
+    width: float | None = None
+    """For the kind "ribbon": metres across at the particle, above 0. Its flat side faces the camera."""
+    length: float | None = None
+    """For the kind "ribbon": the seconds that it reaches back, above 0; a younger particle's ribbon begins
+    where it was born. The band passes through up to 16 earlier positions, which each particle keeps; a system
+    made with a ribbon keeps to ribbons of this length."""
+
     def __init__(
         self,
-        kind: Literal["point", "disc", "sphere", "image", "mesh"] = "disc",
+        kind: Literal["point", "disc", "sphere", "image", "mesh", "ribbon"] = "disc",
         pixels: int | None = 5,
         blend: Literal["add", "alpha", "opaque"] = "add",
         softness: float = 0,
@@ -85,6 +93,8 @@ class Sprite(Value):
         shadow: float = 0,
         facing: Literal["camera", "velocity", "orientation"] = "camera",
         mesh: Mesh | None = None,
+        width: float | None = None,
+        length: float | None = None,
     ) -> None:
         """Take the attributes."""
         state = self.__dict__
@@ -98,7 +108,10 @@ class Sprite(Value):
         state["shadow"] = arguments.number("shadow", shadow, low=0, high=1)
         state["facing"] = _facing(kind, facing)
         state["mesh"] = _mesh(self, mesh)
-        posed = self.kind == "mesh" or self.facing != "camera"
+        state["width"] = _of_ribbon(self, "width", width)
+        state["length"] = _of_ribbon(self, "length", length)
+        _check_ribbon(self)
+        posed = self.kind in ("mesh", "ribbon") or self.facing != "camera"
         state["_picture"] = 0 if self.image is None else _core.keep_picture(self.image)
         if self.mesh is not None:
             state["_picture"] = _core.keep_mesh(self.mesh.vertices, self.mesh.triangles, np.zeros((0, 3)))
@@ -112,6 +125,8 @@ class Sprite(Value):
             lit=self.lit,
             shadow=self.shadow,
             facing="velocity" if self.facing == "velocity" else "orientation",
+            width=self.width or 0,
+            length=self.length or 0,
         )
 
     @property
@@ -140,6 +155,17 @@ class Sprite(Value):
 def native_of(sprite: Sprite) -> _core.Sprite:
     """Return what the engine takes for a sprite, for the rest of the package."""
     return sprite._native
+
+
+def check_change(before: Sprite, after: Any) -> None:
+    """Raise ArgumentError where a system's particles cannot be drawn like `after` from now on."""
+    if not isinstance(after, Sprite):
+        raise ArgumentError("sprite", after, "a motes.Sprite")
+    if after.length != before.length:
+        kept = "no ribbon" if before.length is None else f"a ribbon of {before.length} s"
+        raise ArgumentError(
+            "sprite", after, f"{kept}, as where the system was made: it keeps positions for that"
+        )
 
 
 def _pixels(pixels: Any, height: Any) -> int | None:
@@ -176,6 +202,28 @@ def _mesh(sprite: Sprite, mesh: Any) -> Mesh | None:
     if sprite.height is not None:
         raise ArgumentError("height", sprite.height, "left out for a mesh: `size` scales it")
     return mesh
+
+
+def _of_ribbon(sprite: Sprite, name: str, value: Any) -> float | None:
+    if (sprite.kind == "ribbon") != (value is not None):
+        raise ArgumentError(name, value, "given for kind='ribbon', and for no other kind")
+    if value is None:
+        return None
+    number = arguments.number(name, value, low=0, high=1e6)
+    if number < 1e-9:
+        raise ArgumentError(name, value, "above 0, 1e-9 or more")
+    return number
+
+
+def _check_ribbon(sprite: Sprite) -> None:
+    if sprite.kind != "ribbon":
+        return
+    if sprite.pixels not in (None, DEFAULT_PIXELS):
+        raise ArgumentError("pixels", sprite.pixels, "left out for a ribbon: `width` is its size")
+    if sprite.height is not None:
+        raise ArgumentError("height", sprite.height, "left out for a ribbon: `width` is its size")
+    if sprite.shadow > 0:
+        raise ArgumentError("shadow", sprite.shadow, "0 for a ribbon: it throws no shadow")
 
 
 def _height(height: Any) -> float:

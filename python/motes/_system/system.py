@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._particles.particles import LocalParticles, Particles, close_views, keep_preview
-from .._picture.sprites import Sprite, native_of
+from .._picture.sprites import Sprite, check_change, native_of
 from .._run.scenefile import Recording
 from .._values.curves import Curve
 from .._values.values import at, says_near_names
 from ..actions.base import Where
-from ..errors import ArgumentError, MotesError, NotAssignableError, missing, near
+from ..errors import MotesError, NotAssignableError, missing, near
 from ..expressions import Expression
 from ..shapes import Shape
 from .births import Births
@@ -375,8 +375,7 @@ class System(Bodies):
 
     @sprite.setter
     def sprite(self, value: Sprite) -> None:
-        if not isinstance(value, Sprite):
-            raise ArgumentError("sprite", value, "a motes.Sprite")
+        check_change(self._recorded.sprite, value)
         with self._session.usage.during("setting the sprite"):
             self._recorded.sprite = value
             if self._session.engine is not None:

@@ -217,12 +217,14 @@ def interval(space: Any) -> tuple[float, float] | str | None:
 
 
 def user_attributes(
-    attributes: Mapping[str, Any], periods: Sequence[Period]
+    attributes: Mapping[str, Any], periods: Sequence[Period], sprite: Sprite
 ) -> list[tuple[str, int, tuple[float, float, float]]]:
-    """Return name, width and initial value of each attribute, and of those that a periodic world adds."""
+    """Return name, width and initial value of each attribute, and of those that periods and ribbons add."""
     if not isinstance(attributes, Mapping):
         raise ArgumentError("attributes", attributes, "a dict of names and initial values")
     added = [(CROSSINGS, 3, (0.0, 0.0, 0.0))] if periods else []
+    if sprite.kind == "ribbon":
+        added += [(name, width, (0.0, 0.0, 0.0)) for name, width in _core.trace_attributes(bool(periods))]
     taken = {"id", *(name for name, _ in _core.builtin_attributes()), *(name for name, _, _ in added)}
     made = []
     for name, value in attributes.items():

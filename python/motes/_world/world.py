@@ -193,13 +193,16 @@ class World(Settings):
         if leader is not None:
             axes, cuts = leader.axes, leader.definition["space"]
         checks.balancer(settings.balancer, axes)
+        shown = checks.sprite(sprite)
         definition = {
             "capacity": capacity,
             "axes": checks.axes_bits(axes),
             "domains_of": -1 if leader is None else leader.index,
             "space": cuts,
-            "sprite": checks.sprite(sprite),
-            "attributes": checks.user_attributes({} if attributes is None else attributes, settings.periodic),
+            "sprite": shown,
+            "attributes": checks.user_attributes(
+                {} if attributes is None else attributes, settings.periodic, shown
+            ),
             "periods": settings.periodic,
         }
         recorded = Recorded(session, len(self._systems), name, axes, definition)

@@ -1,0 +1,35 @@
+// Ribbons to records, and the tiles that they touch.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "image/camera.h"
+#include "image/layout.h"
+#include "image/project/sort_tiles.h"
+#include "image/scene.h"
+
+namespace motes::image {
+
+/// Colours of particles first .. last - 1 at the places that a ribbon passes through: at the particle, then at each of
+/// its past positions. Planes as ParticleLight writes them; empty: particles have the same colour everywhere.
+struct RibbonLight {
+  const float* planes = nullptr;
+  std::size_t stride = 0;
+  float at(std::size_t place, std::size_t channel, std::size_t i) const {
+    return planes[(3 * place + channel) * stride + i];
+  }
+};
+
+struct RibbonBatch {
+  std::vector<RibbonRecord> records;
+  std::vector<std::size_t> particles;  // whose they are
+  std::vector<FurtherTile> tiles;      // of each record
+};
+
+/// Replaces the content of `batch` by the ribbons of particles first .. last - 1 that are seen.
+void project_ribbons(const Drawn& particles, const Sprite& sprite, const View& view, const RibbonLight& light,
+                     std::size_t first, std::size_t last, RibbonBatch& batch);
+
+}  // namespace motes::image

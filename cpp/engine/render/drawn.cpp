@@ -33,7 +33,7 @@ image::Drawn drawn(const particles::Store& store) {
 namespace {
 
 // Adds the past positions of a system whose sprite asks for them.
-image::Drawn drawn(const Script& script, std::size_t system, const particles::Store& store) {
+image::Drawn traced(const Script& script, std::size_t system, const particles::Store& store) {
   image::Drawn d = drawn(store);
   const image::Sprite& sprite = script.record.sprites[system];
   const int count = store.schema().find(particles::kTraceCount);
@@ -59,7 +59,7 @@ image::Drawn drawn(const Script& script, std::size_t system, const particles::St
 }  // namespace
 
 DrawnSystem::DrawnSystem(const Script& script, std::size_t system, const particles::Store& store, threads::Pool& pool)
-    : drawn_(drawn(script, system, store)) {
+    : drawn_(traced(script, system, store)) {
   using Kind = image::Sprite::Kind;
   const actions::TableKey clumps = script.record.clumps[system];
   const Kind kind = script.record.sprites[system].kind;

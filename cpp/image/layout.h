@@ -17,7 +17,19 @@ namespace motes::image {
 /// deep, deep_sized, deep_moving: the same with a depth, for any blend, and for spheres.
 /// wide: images, and sizes and streaks in very large pictures (see Grid::far_bits); always with a depth.
 /// posed: cards and meshes: wide, and how they are turned.
-enum class Layout : std::uint8_t { plain, deep, sized, deep_sized, moving, deep_moving, wide, posed };
+/// tiled, posed_tiled: images and cards, and which tile of their picture they show.
+enum class Layout : std::uint8_t {
+  plain,
+  deep,
+  sized,
+  deep_sized,
+  moving,
+  deep_moving,
+  wide,
+  posed,
+  tiled,
+  posed_tiled
+};
 
 struct PlainRecord {
   std::int16_t x, y;  // see Grid::sub_bits
@@ -51,6 +63,9 @@ struct PosedRecord : WideRecord {
 static_assert(sizeof(PlainRecord) == 8 && sizeof(DeepRecord) == 12 && sizeof(WideRecord) == 32);
 static_assert(sizeof(PosedRecord) == 44);
 
+/// Tiled records end with the number of a tile, 1/256: the low 8 bits say how much of the next tile is mixed in.
+inline constexpr int kTileNumberBits = 8;
+
 /// How far, px, a card or a mesh may reach from its middle; what is beyond is not drawn.
 inline constexpr float kMostPosedReach = 2048;
 
@@ -62,6 +77,7 @@ inline constexpr float kMostPosedReach = 2048;
 struct RecordForm {
   int bytes;
   int color, depth, size, way; // 0: there is none
+  int tile = 0;  // number of a tile
 };
 constexpr RecordForm form(Layout layout, bool colored = true) {
   const int c = colored ? 4 : 0;
@@ -74,11 +90,13 @@ constexpr RecordForm form(Layout layout, bool colored = true) {
     case Layout::deep_moving: return {16 + c, c, 4 + c, 8 + c, 12 + c};
     case Layout::wide: break;
     case Layout::posed: return {sizeof(PosedRecord), 8, 12, 16, 24};
+    case Layout::tiled: return {sizeof(WideRecord) + 4, 8, 12, 16, 24, sizeof(WideRecord)};
+    case Layout::posed_tiled: return {sizeof(PosedRecord) + 4, 8, 12, 16, 24, sizeof(PosedRecord)};
   }
   return {sizeof(WideRecord), 8, 12, 16, 24};
 }
 /// Whether records begin with a WideRecord. These have colours: they are large anyway.
-constexpr bool is_wide(Layout layout) { return layout == Layout::wide || layout == Layout::posed; }
+constexpr bool is_wide(Layout layout) { return layout >= Layout::wide; }
 constexpr bool may_lack_color(Layout layout) { return !is_wide(layout); }
 constexpr bool has_depth(Layout layout) { return form(layout).depth != 0; }
 constexpr bool of_fixed_size(Layout layout) { return layout == Layout::plain || layout == Layout::deep; }

@@ -8,7 +8,9 @@
 #include <vector>
 
 #include "base/vectors.h"
+#include "expressions/expression.h"
 #include "meshes/assets.h"
+#include "particles/ids.h"
 #include "shapes/shape.h"
 
 namespace motes::image {
@@ -136,6 +138,37 @@ constexpr void fields(Visitor& visit, View& view) {
         view.sun, view.lights, view.path, view.shutter, view.bloom, view.smooth, view.linear, view.layers, view.before);
 }
 
+/// How a sprite's picture is cut into pictures of one size, numbered row by row from the top: the first `count` count.
+struct Tiles {
+  std::uint16_t columns = 1, rows = 1;
+  std::uint32_t count = 1;
+
+  bool cut() const { return count > 1; }
+  auto operator<=>(const Tiles&) const = default;
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Tiles& tiles) {
+  visit(tiles.columns, tiles.rows, tiles.count);
+}
+
+/// Most of Tiles::columns and Tiles::rows.
+inline constexpr int kMostTiles = 256;
+
+/// Which tile a particle shows: a number per particle, from 0 on, beyond the last one from the first again. Between
+/// two whole numbers it shows a mixture of the two.
+struct Pick {
+  expressions::Expression number;  // empty: a whole number at random
+  std::vector<shapes::Shape> shapes;  // those that it tests
+
+  bool operator==(const Pick&) const = default;
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Pick& pick) {
+  visit(pick.number, pick.shapes);
+}
+
 /// How the particles of one system are drawn.
 struct Sprite {
   /// card: a picture on a plane in space. mesh: an instance of a mesh.
@@ -153,6 +186,8 @@ struct Sprite {
   bool lit = false;  // by the sun, lights and sky
   float shadow = 0;  // part of the light that one particle keeps from what lies behind it, 0..1
   Facing facing = Facing::orientation;  // kinds card, mesh
+  Tiles tiles{};  // of `picture`; kinds image, card
+  Pick pick{};
 
   bool operator==(const Sprite&) const = default;
 };
@@ -160,7 +195,7 @@ struct Sprite {
 template <class Visitor>
 constexpr void fields(Visitor& visit, Sprite& sprite) {
   visit(sprite.kind, sprite.pixels, sprite.blend, sprite.of_height, sprite.softness, sprite.picture, sprite.lit,
-        sprite.shadow, sprite.facing);
+        sprite.shadow, sprite.facing, sprite.tiles, sprite.pick);
 }
 
 /// The columns that drawing needs, as planes of `count` floats. A null plane means that all particles have the value
@@ -180,6 +215,8 @@ struct Drawn {
   std::array<float, 4> orientation_of_all{0, 0, 0, 1};
   std::array<const float*, 3> velocity{};  // m/s
   std::array<float, 3> velocity_of_all{};
+  const float* tile = nullptr;  // numbers of tiles, as Pick says
+  particles::Ids ids;  // these choose tiles at random
 };
 
 }  // namespace motes::image

@@ -1,6 +1,11 @@
 #include "engine/render/drawn.h"
 
 #include <algorithm>
+#include <cstring>
+
+#include "actions/action.h"
+#include "actions/kernels.h"
+#include "program/planes.h"
 
 namespace motes::engine {
 
@@ -13,6 +18,7 @@ image::Drawn drawn(const particles::Store& store) {
   };
   std::array<float, 3> nowhere{};
   d.count = store.size();
+  d.ids = store.ids();
   three(particles::position, d.position, nowhere);
   three(particles::color, d.color, d.color_of_all);
   three(particles::up, d.up, d.up_of_all);
@@ -39,7 +45,26 @@ image::Drawn part_of(const image::Drawn& all, std::size_t first, std::size_t cou
   for (const float*& plane : part.orientation) from(plane);
   from(part.alpha);
   from(part.size);
+  from(part.tile);
+  if (part.ids.lower != nullptr) part.ids = part.ids.from(first);
   return part;
+}
+
+const float* tile_numbers(const image::Pick& pick, particles::Store& store, std::size_t first, std::size_t count,
+                          double time, std::vector<float>& memory) {
+  if (pick.number.empty()) return nullptr;
+  memory.resize(actions::kScratch + count + 2 * particles::kPadding);
+  float* const stack = memory.data();
+  float* const numbers = stack + actions::kScratch;
+  program::Planes planes(store, actions::columns_of(pick.number, store.schema()));
+  for (std::size_t done = 0; done < count; done += particles::kBlock) {
+    const std::size_t length = std::min(particles::kBlock, count - done);
+    const actions::Block block{length, planes.at(first + done), store.ids().from(first + done), nullptr};
+    actions::kernels().evaluate(pick.number.data(), pick.number.size(), pick.shapes.data(), block,
+                                static_cast<float>(time), stack);
+    std::memcpy(numbers + done, stack, length * sizeof(float));
+  }
+  return numbers;
 }
 
 image::Projection projection(const Script& script, std::size_t system) {
@@ -49,6 +74,8 @@ image::Projection projection(const Script& script, std::size_t system) {
   p.any_depth = view && image::anything_hides(*view, script.record.sprites);
   p.in_order = image::in_order_of_depth(script.record.sprites);
   p.dt = script.record.dt;
+  const particles::Key key = particles::system_key(script.record.seed, static_cast<std::uint32_t>(system));
+  p.pick = particles::draw_key(key, 0, particles::sprite_tile, 0);
   return p;
 }
 

@@ -29,6 +29,7 @@ void add_up(const std::vector<std::vector<std::uint32_t>>& by_thread, Painter& p
 struct PartOfSystem {
   std::size_t system;
   image::Drawn particles;
+  std::size_t first;  // of all
   double place = 0;
 };
 
@@ -48,7 +49,7 @@ std::vector<PartOfSystem> parts_of(const threads::Pool& pool, const Calculator& 
     const std::size_t size = size_of_part(pool, all.count);
     std::size_t first = 0;
     do {  // a system without particles has an empty message
-      parts.push_back({i, part_of(all, first, std::min(size, all.count - first)),
+      parts.push_back({i, part_of(all, first, std::min(size, all.count - first)), first,
                        static_cast<double>(first) / static_cast<double>(std::max(all.count, std::size_t{1}))});
       first += size;
     } while (first < all.count);
@@ -87,7 +88,7 @@ void project(Rank& rank, const Script& script, const Calculator& calculator, Pai
   const double start = rank.machine.compute_seconds();
   rank.session.work("render", [&] {
     const image::View& view = *script.record.view;
-    const std::vector<PartOfSystem> parts = parts_of(*rank.pool, calculator);
+    std::vector<PartOfSystem> parts = parts_of(*rank.pool, calculator);
     painter.records.resize(parts.size());
     while (painter.projectors.size() < static_cast<std::size_t>(rank.pool->threads()))
       painter.projectors.emplace_back();
@@ -99,13 +100,19 @@ void project(Rank& rank, const Script& script, const Calculator& calculator, Pai
     for (const image::Sprite& sprite : script.record.sprites) {
       lights.push_back(image::ParticleLight::of(sprite, view, painter.shadows.get()));
     }
+    // A redraw shows the frame before the one whose list is being recorded.
+    const std::uint64_t frames = script.record.frame + (script.record.verb == recording::Verb::redraw ? 0 : 1);
+    const double time = static_cast<double>(frames) * script.record.dt;
+    std::vector<std::vector<float>> numbers(painter.projectors.size());
     rank.pool->run(parts.size(), [&](std::size_t p, std::size_t worker) {
-      const PartOfSystem& part = parts[p];
+      PartOfSystem& part = parts[p];
       image::Projection how = projection(script, part.system);
       how.light = lights[part.system].get();
       how.slots = &painter.slots;
-      painter.projectors[worker].project(part.particles, script.record.sprites[part.system], view, painter.records[p],
-                                         how);
+      const image::Sprite& sprite = script.record.sprites[part.system];
+      part.particles.tile = tile_numbers(sprite.pick, calculator.populations[part.system]->store, part.first,
+                                         part.particles.count, time, numbers[worker]);
+      painter.projectors[worker].project(part.particles, sprite, view, painter.records[p], how);
       const image::RecordsView records(painter.records[p].bytes());
       records.add_counts(counts[worker]);
       bytes[p] = records.count() * records.record_bytes();

@@ -419,10 +419,11 @@ class System(Recorder):
     def sprite(self, value: Sprite) -> None:
         if not isinstance(value, Sprite):
             raise ArgumentError("sprite", value, "a motes.Sprite")
+        native = native_of(value, self._recorded.columns)
         with self._session.usage.during("setting the sprite"):
             self._recorded.sprite = value
             if self._session.engine is not None:
-                self._session.engine.set_sprite(self._recorded.index, native_of(value))
+                self._session.engine.set_sprite(self._recorded.index, native)
 
     @property
     def axis(self) -> str | None:

@@ -389,7 +389,7 @@ void bind_engine(py::module_& m) {
       .def("record_interaction", &Engine::record_interaction, py::arg("first"), py::arg("second"), py::arg("action"))
       .def("next_birth", &Engine::next_birth, py::arg("system"), Release())
       .def("record_birth", [](Engine& e, int system, const recording::Birth& birth) { e.record(system, birth); })
-      .def("set_sprite", [](Engine& e, int system, const image::Sprite& sprite) { e.system(system).sprite = sprite; })
+      .def("set_sprite", &Engine::set_sprite, py::arg("system"), py::arg("sprite"))
       .def("set_clumps", [](Engine& e, int system, actions::TableKey spheres) { e.system(system).clumps = spheres; })
       .def("start", &Engine::start, Release())
       .def("finish", &Engine::finish, Release())

@@ -12,7 +12,7 @@ namespace {
 
 image::Sprite make_sprite(const std::string& kind, int pixels, const std::string& blend, float of_height,
                           float softness, meshes::AssetKey picture, bool lit, float shadow, const std::string& facing,
-                          float width, float length) {
+                          float width, float length, std::array<int, 3> tiles) {
   image::Sprite sprite;
   sprite.kind = base::enumerator<image::Sprite::Kind>("kind", kind);
   sprite.pixels = pixels;
@@ -25,6 +25,8 @@ image::Sprite make_sprite(const std::string& kind, int pixels, const std::string
   sprite.facing = base::enumerator<image::Sprite::Facing>("facing", facing);
   sprite.width = width;
   sprite.length = length;
+  sprite.tiles = {static_cast<std::uint16_t>(tiles[0]), static_cast<std::uint16_t>(tiles[1]),
+                  static_cast<std::uint32_t>(tiles[2])};
   image::check(sprite);
   return sprite;
 }
@@ -134,7 +136,15 @@ void bind_image(py::module_& m) {
   py::class_<image::Sprite>(m, "Sprite")
       .def(py::init(&make_sprite), py::arg("kind"), py::arg("pixels"), py::arg("blend"), py::arg("of_height"),
            py::arg("softness"), py::arg("picture"), py::arg("lit"), py::arg("shadow"),
-           py::arg("facing") = "orientation", py::arg("width") = 0, py::arg("length") = 0);
+           py::arg("facing") = "orientation", py::arg("width") = 0, py::arg("length") = 0,
+           py::arg("tiles") = std::array<int, 3>{1, 1, 1})
+      .def(
+          "picked",
+          [](image::Sprite sprite, const Steps& number, const std::vector<shapes::Shape>& shapes) {
+            sprite.pick = {expression(number), shapes};
+            return sprite;
+          },
+          py::arg("number"), py::arg("shapes"));
   bind_assets(m);
   bind_view(m);
   m.def(

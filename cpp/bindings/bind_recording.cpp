@@ -102,16 +102,6 @@ Birth emit(std::uint64_t count, const std::vector<std::pair<int, FloatArray>>& c
   return birth;
 }
 
-using Steps = std::vector<std::tuple<std::string, int, double>>;
-
-actions::Expression expression(const Steps& steps) {
-  actions::Expression made;
-  for (const auto& [name, index, value] : steps) {
-    made.push_back({base::enumerator<actions::Op>("operation", name), index, static_cast<float>(value)});
-  }
-  return made;
-}
-
 // Numbers by name, in their recorded order; a ramp's as they are.
 std::vector<double> numbers_of(const actions::Facts& facts, const py::dict& given) {
   const auto of = [&](const char* name) {
@@ -222,6 +212,14 @@ void bind_ties(py::module_& m) {
 }
 
 }  // namespace
+
+expressions::Expression expression(const Steps& steps) {
+  expressions::Expression made;
+  for (const auto& [name, index, value] : steps) {
+    made.push_back({base::enumerator<expressions::Op>("operation", name), index, static_cast<float>(value)});
+  }
+  return made;
+}
 
 void bind_recording(py::module_& m) {
   bind_ties(m);

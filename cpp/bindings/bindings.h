@@ -7,10 +7,13 @@
 #include <pybind11/stl.h>
 
 #include <memory>
+#include <string>
+#include <tuple>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
+#include "expressions/expression.h"
 #include "particles/store.h"
 
 namespace motes::engine {
@@ -22,6 +25,10 @@ namespace motes::bindings {
 namespace py = pybind11;
 
 using FloatArray = py::array_t<float, py::array::c_style | py::array::forcecast>;
+
+/// Instructions: operation, index, value.
+using Steps = std::vector<std::tuple<std::string, int, double>>;
+expressions::Expression expression(const Steps& steps);
 
 void bind_errors(py::module_& m);
 void bind_shapes(py::module_& m);

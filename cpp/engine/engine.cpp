@@ -32,6 +32,7 @@ int Engine::add_system(recording::SystemDefinition definition) {
   const auto index = static_cast<std::uint32_t>(parts_->script.systems.size());
   const int calculators = static_cast<int>(parts_->rank.session.calculators());
   auto system = std::make_unique<System>(std::move(definition), parts_->rank.settings.seed, index, calculators);
+  recording::check(system->sprite, system->schema);
   if (const std::int32_t leader = system->definition.domains_of; leader >= 0) {
     const System& followed = *parts_->script.systems.at(static_cast<std::size_t>(leader));
     system->domains = followed.domains;
@@ -47,6 +48,11 @@ int Engine::add_system(recording::SystemDefinition definition) {
   parts_->calculator.populations.push_back(std::move(here));
   parts_->manager.systems.emplace_back();
   return static_cast<int>(index);
+}
+
+void Engine::set_sprite(int index, const image::Sprite& sprite) {
+  recording::check(sprite, system(index).schema);
+  system(index).sprite = sprite;
 }
 
 void Engine::record(int index, recording::Item item) {

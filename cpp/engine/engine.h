@@ -40,6 +40,8 @@ class Engine {
   /// Defines a system; its index is the same on all ranks that make the same calls.
   int add_system(recording::SystemDefinition definition);
   System& system(int index) { return *parts_->script.systems[static_cast<std::size_t>(index)]; }
+  /// Throws std::invalid_argument where the system's particles cannot be drawn so.
+  void set_sprite(int index, const image::Sprite& sprite);
   int system_count() const { return static_cast<int>(parts_->script.systems.size()); }
 
   /// Adds to this frame's list. Throws std::invalid_argument for what the system cannot take.

@@ -189,6 +189,12 @@ void check_ribbon(const Sprite& sprite) {
 
 }  // namespace
 
+bool valid(const Tiles& tiles) {
+  if (!tiles.cut()) return tiles == Tiles{};
+  const bool within = tiles.columns >= 1 && tiles.columns <= kMostTiles && tiles.rows >= 1 && tiles.rows <= kMostTiles;
+  return within && tiles.count <= std::uint32_t{tiles.columns} * tiles.rows;
+}
+
 void check(const Sprite& sprite) {
   if (static_cast<int>(sprite.kind) >= base::enumerators<Sprite::Kind>()) {
     base::refuse("sprite.kind", base::names_of<Sprite::Kind>(), std::to_string(static_cast<int>(sprite.kind)));
@@ -210,6 +216,13 @@ void check(const Sprite& sprite) {
                  std::to_string(sprite.picture));
   }
   if (sprite.kind == Sprite::Kind::mesh) check_mesh(sprite);
+  const Tiles& tiles = sprite.tiles;
+  const bool pictures = sprite.kind == Sprite::Kind::image || sprite.kind == Sprite::Kind::card;
+  if (!valid(tiles) || (tiles.cut() && !pictures)) {
+    base::refuse("sprite.tiles", "1..256 columns and rows of a picture",
+                 std::to_string(tiles.columns) + " x " + std::to_string(tiles.rows));
+  }
+  for (const shapes::Shape& shape : sprite.pick.shapes) shapes::check_region(shape);
 }
 
 }  // namespace motes::image

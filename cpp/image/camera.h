@@ -27,4 +27,7 @@ View::Path path_named(const std::string& name);
 void check(const View& view);
 void check(const Sprite& sprite);
 
+/// Tells whether there are as many columns and rows as may be, and a tile for each number; where there is one, no more.
+bool valid(const Tiles& tiles);
+
 }  // namespace motes::image

@@ -52,7 +52,9 @@ bool anything_hides(const View& view, std::span<const Sprite> sprites) {
 Layout layout(const Sprite& sprite, const View& view, bool any_depth) {
   const bool deep = any_depth || !view.objects.empty() || sprite.blend != Sprite::Blend::add ||
                     (sprite.kind == Sprite::Kind::sphere && !drawn_as_point(sprite));
-  if (is_posed(sprite)) return sprite.kind == Sprite::Kind::ribbon ? Layout::ribbon : Layout::posed;
+  if (sprite.kind == Sprite::Kind::ribbon) return Layout::ribbon;
+  if (is_posed(sprite)) return sprite.tiles.cut() ? Layout::posed_tiled : Layout::posed;
+  if (sprite.tiles.cut()) return Layout::tiled;
   const bool still = !(view.shutter > 0);
   const bool sharp = !(view.camera.aperture > 0);
   if (still && sharp && has_fixed_footprint(sprite, view.height)) return deep ? Layout::deep : Layout::plain;

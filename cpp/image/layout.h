@@ -18,7 +18,20 @@ namespace motes::image {
 /// wide: images, and sizes and streaks in very large pictures (see Grid::far_bits); always with a depth.
 /// posed: cards and meshes: wide, and how they are turned.
 /// ribbon: wide, and where the ribbon passes.
-enum class Layout : std::uint8_t { plain, deep, sized, deep_sized, moving, deep_moving, wide, posed, ribbon };
+/// tiled, posed_tiled: images and cards, and which tile of their picture they show.
+enum class Layout : std::uint8_t {
+  plain,
+  deep,
+  sized,
+  deep_sized,
+  moving,
+  deep_moving,
+  wide,
+  posed,
+  tiled,
+  posed_tiled,
+  ribbon
+};
 
 struct PlainRecord {
   std::int16_t x, y;  // see Grid::sub_bits
@@ -68,6 +81,9 @@ struct RibbonRecord : WideRecord {
 static_assert(sizeof(PlainRecord) == 8 && sizeof(DeepRecord) == 12 && sizeof(WideRecord) == 32);
 static_assert(sizeof(PosedRecord) == 44 && sizeof(RibbonRecord) == 40 + 24 * (kMostPast + 1));
 
+/// Tiled records end with the number of a tile, 1/256: the low 8 bits say how much of the next tile is mixed in.
+inline constexpr int kTileNumberBits = 8;
+
 /// How far, px, a card or a mesh may reach from its middle; what is beyond is not drawn.
 inline constexpr float kMostPosedReach = 2048;
 
@@ -79,6 +95,7 @@ inline constexpr float kMostPosedReach = 2048;
 struct RecordForm {
   int bytes;
   int color, depth, size, way; // 0: there is none
+  int tile = 0;  // number of a tile
 };
 constexpr RecordForm form(Layout layout, bool colored = true) {
   const int c = colored ? 4 : 0;
@@ -92,6 +109,8 @@ constexpr RecordForm form(Layout layout, bool colored = true) {
     case Layout::wide: break;
     case Layout::posed: return {sizeof(PosedRecord), 8, 12, 16, 24};
     case Layout::ribbon: return {sizeof(RibbonRecord), 8, 12, 16, 24};
+    case Layout::tiled: return {sizeof(WideRecord) + 4, 8, 12, 16, 24, sizeof(WideRecord)};
+    case Layout::posed_tiled: return {sizeof(PosedRecord) + 4, 8, 12, 16, 24, sizeof(PosedRecord)};
   }
   return {sizeof(WideRecord), 8, 12, 16, 24};
 }

@@ -8,7 +8,9 @@
 #include <vector>
 
 #include "base/vectors.h"
+#include "expressions/expression.h"
 #include "meshes/assets.h"
+#include "particles/ids.h"
 #include "shapes/shape.h"
 
 namespace motes::image {
@@ -136,6 +138,37 @@ constexpr void fields(Visitor& visit, View& view) {
         view.sun, view.lights, view.path, view.shutter, view.bloom, view.smooth, view.linear, view.layers, view.before);
 }
 
+/// How a sprite's picture is cut into pictures of one size, numbered row by row from the top: the first `count` count.
+struct Tiles {
+  std::uint16_t columns = 1, rows = 1;
+  std::uint32_t count = 1;
+
+  bool cut() const { return count > 1; }
+  auto operator<=>(const Tiles&) const = default;
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Tiles& tiles) {
+  visit(tiles.columns, tiles.rows, tiles.count);
+}
+
+/// Most of Tiles::columns and Tiles::rows.
+inline constexpr int kMostTiles = 256;
+
+/// Which tile a particle shows: a number per particle, from 0 on, beyond the last one from the first again. Between
+/// two whole numbers it shows a mixture of the two.
+struct Pick {
+  expressions::Expression number;  // empty: a whole number at random
+  std::vector<shapes::Shape> shapes;  // those that it tests
+
+  bool operator==(const Pick&) const = default;
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Pick& pick) {
+  visit(pick.number, pick.shapes);
+}
+
 /// How the particles of one system are drawn.
 struct Sprite {
   /// card: a picture on a plane in space. mesh: an instance of a mesh. ribbon: a band along a particle's last
@@ -156,6 +189,8 @@ struct Sprite {
   Facing facing = Facing::orientation;  // kinds card, mesh
   float width = 0;  // m, of a ribbon at its head
   float length = 0;  // s that a ribbon reaches back
+  Tiles tiles{};  // of `picture`; kinds image, card
+  Pick pick{};
 
   bool operator==(const Sprite&) const = default;
 };
@@ -163,7 +198,7 @@ struct Sprite {
 template <class Visitor>
 constexpr void fields(Visitor& visit, Sprite& sprite) {
   visit(sprite.kind, sprite.pixels, sprite.blend, sprite.of_height, sprite.softness, sprite.picture, sprite.lit,
-        sprite.shadow, sprite.facing, sprite.width, sprite.length);
+        sprite.shadow, sprite.facing, sprite.width, sprite.length, sprite.tiles, sprite.pick);
 }
 
 /// Positions of a particle that a ribbon may pass through, at most.
@@ -194,6 +229,8 @@ struct Drawn {
   std::array<float, 3> velocity_of_all{};
   std::array<Past, kMostPast> past{};  // of ribbons, the latest first
   const float* past_count = nullptr;  // how many of them a particle has; null: none
+  const float* tile = nullptr;  // numbers of tiles, as Pick says
+  particles::Ids ids;  // these choose tiles at random
 };
 
 }  // namespace motes::image

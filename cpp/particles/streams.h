@@ -27,6 +27,9 @@ inline constexpr std::uint32_t action = 0x10000;
 /// Shape.sample(): independent of every run.
 inline constexpr std::uint32_t user_sample = 3;
 
+/// Which tile of a sheet a particle shows; step is 0.
+inline constexpr std::uint32_t sprite_tile = 4;
+
 /// Draws of one stream: at most 16, numbered from 0.
 inline constexpr int draw_bits = 4;
 

@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <cstring>
 
+#include "actions/action.h"
 #include "base/fields.h"
+#include "base/invalid_argument.h"
+#include "image/camera.h"
 
 namespace motes::recording {
 namespace {
@@ -57,6 +60,17 @@ Record read(base::Reader& in) {
   Record record;
   base::read_fields(in, record);
   return record;
+}
+
+void check(const image::Sprite& sprite, const particles::Schema& schema) {
+  image::check(sprite);
+  const expressions::Expression& number = sprite.pick.number;
+  if (number.empty()) return;
+  const auto shapes = static_cast<int>(sprite.pick.shapes.size());
+  if (expressions::check(number, schema.components(), shapes) != expressions::Type::number) {
+    throw base::InvalidArgument("pick", "be a number per particle");
+  }
+  if (actions::uses_copies(number, schema)) throw base::InvalidArgument("pick", "read no *_b attribute");
 }
 
 std::string first_difference(const Record& ours, const Record& theirs) {

@@ -138,6 +138,9 @@ void write(const Record& record, base::Bytes& out);
 /// Throws std::runtime_error where the bytes are not a record.
 Record read(base::Reader& in);
 
+/// Throws std::invalid_argument where a sprite is invalid, or its pick for particles of a schema.
+void check(const image::Sprite& sprite, const particles::Schema& schema);
+
 /// One sentence about the first thing in which two records differ.
 std::string first_difference(const Record& ours, const Record& theirs);
 

@@ -18,7 +18,7 @@ using base::Reader;
 
 // Like PNG's: a non-text byte, then a line end that a transfer in text mode would change.
 constexpr std::array<char, 8> kMagic = {'\x89', 'm', 'o', 't', 'e', 's', '\r', '\n'};
-constexpr std::uint32_t kSchema = 2;
+constexpr std::uint32_t kSchema = 3;
 
 struct Head {
   std::array<char, 8> magic = kMagic;
@@ -123,6 +123,7 @@ std::vector<particles::Schema> schemas_of(const Record& record) {
 void check_items(const Record& record) {
   const std::vector<particles::Schema> schemas = schemas_of(record);
   for (std::size_t i = 0; i < record.lists.size(); ++i) {
+    check(record.sprites[i], schemas[i]);
     for (const Item& item : record.lists[i]) {
       if (const auto* birth = std::get_if<Birth>(&item)) check(*birth, schemas[i]);
       if (const auto* action = std::get_if<actions::Action>(&item)) {
@@ -163,7 +164,6 @@ void check(const Record& record) {
             "all systems must be in the same periodic space");
     require(!finite || system.space.low < system.space.high, "the low end of space must be below its high end");
   }
-  for (const image::Sprite& sprite : record.sprites) image::check(sprite);
   if (record.view) image::check(*record.view);
   check_items(record);
 }
@@ -199,7 +199,10 @@ std::set<meshes::AssetKey> assets_of(const std::vector<std::span<const std::byte
   for (const std::span<const std::byte> frame : frames) {
     Reader in(frame);
     const Record record = read(in);
-    for (const image::Sprite& sprite : record.sprites) keys.insert(sprite.picture);
+    for (const image::Sprite& sprite : record.sprites) {
+      keys.insert(sprite.picture);
+      add_meshes(sprite.pick.shapes, keys);
+    }
     for (const std::vector<Item>& list : record.lists) {
       for (const Item& item : list) add_meshes(item, keys);
     }

@@ -43,6 +43,9 @@ MADE: dict[tuple[str, str], Callable[[str], object]] = {
     ("motes.Sprite", "facing"): lambda text: motes.Sprite(
         "image", image=np.zeros((1, 1, 4), np.uint8), facing=text
     ),
+    ("motes.Sprite", "pick"): lambda text: motes.Sprite(
+        "image", image=np.zeros((1, 2, 4), np.uint8), tiles=(2, 1), pick=text
+    ),
     ("motes.Renderer", "path"): lambda text: motes.Renderer(8, 8, camera=CAMERA, path=text),
     ("motes.Renderer", "layers"): lambda text: motes.Renderer(8, 8, camera=CAMERA, layers=(text,)),
     ("motes.Curve", "interpolation"): lambda text: motes.Curve([(0, 1)], text),

@@ -20,6 +20,14 @@ SOLIDS = (
     "motes.Mesh([(-1, -1, 0), (1, -1, 0.5), (0, 1, 0)], [(0, 1, 2)])",
 )
 SKIES = ("motes.Gradient('#89a', 'navy')", "motes.Gradient('orange', 'teal', 'black')", "LEAF[:, :, :3]")
+IMAGES = (
+    "LEAF",
+    "LEAF",
+    "[LEAF, LEAF[::-1], LEAF[:, ::-1]]",
+    "LEAF, tiles=(1, 3)",
+    "[LEAF, LEAF[::-1]], tiles=(7, 1)",
+)
+PICKS = ("'random'", "'age'", "motes.column('position')[0] * 3 + motes.time()", "1.625")
 COLORS = ("Uniform((0, 0, 0), (1, 1, 1))", "Uniform((0, 0, 0), (9, 2, 1))", "(1, 0.5, 0.25)", "(9, 1.6, 0.2)")
 HEADER = """\
 import hashlib
@@ -52,7 +60,9 @@ def sprite(draw: st.DrawFn) -> str:
     if width and kind not in ("mesh", "ribbon"):
         facts.append(width.replace("#", str(draw(st.integers(1, 40)))))
     if kind == "image":
-        facts.append("image=LEAF")
+        facts.append(f"image={draw(st.sampled_from(IMAGES))}")
+        if facts[-1] != "image=LEAF":
+            facts.append(f"pick={draw(st.sampled_from(PICKS))}")
     if kind == "mesh":
         facts.append(f"mesh={draw(st.sampled_from(['WEDGE', 'FLAP']))}")
     if kind == "ribbon":
@@ -114,6 +124,7 @@ def picture_script(draw: st.DrawFn) -> str:
             "spin": "Normal((0, 0, 0), (9, 9, 9))",
             "size": size,
             "color": draw(st.sampled_from(COLORS)),
+            "lifetime": draw(st.sampled_from(["1e9", "0.2"])),
             "alpha": draw(st.sampled_from(["Uniform(0, 1)", "0.1", "1"])),
         }
         body.append(f"{name}.configure({', '.join(f'{key}={value}' for key, value in states.items())})")

@@ -1,9 +1,13 @@
 #include "engine/render/drawn.h"
 
 #include <algorithm>
+#include <cstring>
 
+#include "actions/action.h"
+#include "actions/kernels.h"
 #include "interactions/clumps.h"
 #include "particles/trace.h"
+#include "program/planes.h"
 
 namespace motes::engine {
 
@@ -16,6 +20,7 @@ image::Drawn drawn(const particles::Store& store) {
   };
   std::array<float, 3> nowhere{};
   d.count = store.size();
+  d.ids = store.ids();
   three(particles::position, d.position, nowhere);
   three(particles::color, d.color, d.color_of_all);
   three(particles::up, d.up, d.up_of_all);
@@ -56,14 +61,39 @@ image::Drawn traced(const Script& script, std::size_t system, const particles::S
   return d;
 }
 
+// Computes the numbers of tiles of all particles at a time of the animation, s.
+void number_tiles(const image::Pick& pick, particles::Store& store, double time, float* numbers, threads::Pool& pool) {
+  constexpr std::size_t kRange = std::size_t{1} << 15;
+  const std::uint64_t read = actions::columns_of(pick.number, store.schema());
+  threads::over_ranges(pool, store.size(), kRange, [&](std::size_t first, std::size_t last) {
+    std::vector<float> stack(actions::kScratch);
+    program::Planes planes(store, read);
+    for (std::size_t i = first; i < last; i += particles::kBlock) {
+      const std::size_t length = std::min(particles::kBlock, last - i);
+      const actions::Block block{length, planes.at(i), store.ids().from(i), nullptr};
+      actions::kernels().evaluate(pick.number.data(), pick.number.size(), pick.shapes.data(), block,
+                                  static_cast<float>(time), stack.data());
+      std::memcpy(numbers + i, stack.data(), length * sizeof(float));
+    }
+  });
+}
+
 }  // namespace
 
-DrawnSystem::DrawnSystem(const Script& script, std::size_t system, const particles::Store& store, threads::Pool& pool)
+DrawnSystem::DrawnSystem(const Script& script, std::size_t system, particles::Store& store, threads::Pool& pool)
     : drawn_(traced(script, system, store)) {
   using Kind = image::Sprite::Kind;
+  const image::Sprite& sprite = script.record.sprites[system];
+  if (!sprite.pick.number.empty() && drawn_.count > 0) {
+    // A redraw shows the frame before the one whose list is being recorded.
+    const std::uint64_t frames = script.record.frame + (script.record.verb == recording::Verb::redraw ? 0 : 1);
+    std::vector<float>& numbers = planes_.emplace_back(drawn_.count + 2 * particles::kPadding);
+    number_tiles(sprite.pick, store, static_cast<double>(frames) * script.record.dt, numbers.data(), pool);
+    drawn_.tile = numbers.data();
+  }
   const actions::TableKey clumps = script.record.clumps[system];
-  const Kind kind = script.record.sprites[system].kind;
-  if (clumps != 0 && kind != Kind::mesh && kind != Kind::ribbon && drawn_.count > 0) expand(store, clumps, pool);
+  const bool whole = sprite.kind == Kind::mesh || sprite.kind == Kind::ribbon;
+  if (clumps != 0 && !whole && drawn_.count > 0) expand(store, clumps, pool);
 }
 
 // Sphere k of the i-th of n clumps stands at k * n + i.
@@ -82,6 +112,11 @@ void DrawnSystem::expand(const particles::Store& store, actions::TableKey clumps
   }
   for (const float*& plane : drawn_.orientation) plane = repeat(plane, count);
   drawn_.alpha = repeat(drawn_.alpha, count);
+  drawn_.tile = repeat(drawn_.tile, count);
+  std::vector<std::uint64_t> ids(drawn_.count);
+  for (std::size_t n = 0; n < drawn_.count; n += count) particles::join(drawn_.ids, count, ids.data() + n);
+  ids_ = particles::IdList(ids);
+  drawn_.ids = ids_;
   drawn_.size = placed[interactions::sphere_size];
 }
 
@@ -117,6 +152,8 @@ image::Drawn part_of(const image::Drawn& all, std::size_t first, std::size_t cou
   for (image::Past& past : part.past) {
     for (const float*& plane : past.position) from(plane);
   }
+  from(part.tile);
+  if (part.ids.lower != nullptr) part.ids = part.ids.from(first);
   return part;
 }
 
@@ -127,6 +164,8 @@ image::Projection projection(const Script& script, std::size_t system) {
   p.any_depth = view && image::anything_hides(*view, script.record.sprites);
   p.in_order = image::in_order_of_depth(script.record.sprites);
   p.dt = script.record.dt;
+  const particles::Key key = particles::system_key(script.record.seed, static_cast<std::uint32_t>(system));
+  p.pick = particles::draw_key(key, 0, particles::sprite_tile, 0);
   return p;
 }
 

@@ -1,6 +1,7 @@
 // What a system contributes to a picture.
 #pragma once
 
+#include <cstddef>
 #include <deque>
 #include <vector>
 
@@ -20,7 +21,7 @@ image::Drawn drawn(const particles::Store& store);
 /// ribbon), whose columns live as long as this.
 class DrawnSystem {
  public:
-  DrawnSystem(const Script& script, std::size_t system, const particles::Store& store, threads::Pool& pool);
+  DrawnSystem(const Script& script, std::size_t system, particles::Store& store, threads::Pool& pool);
   DrawnSystem(DrawnSystem&&) = default;
   const image::Drawn& columns() const { return drawn_; }
 
@@ -30,6 +31,7 @@ class DrawnSystem {
 
   image::Drawn drawn_;
   std::deque<std::vector<float>> planes_;
+  particles::IdList ids_;  // of spheres
 };
 
 /// What pictures show of all systems.

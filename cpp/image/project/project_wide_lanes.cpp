@@ -4,6 +4,7 @@
 #include "image/grid.h"
 #include "image/layout.h"
 #include "image/project/screen_lanes.h"
+#include "particles/random.h"
 #include "simd/floats3.h"
 #include "simd/rotations.h"
 #include "simd/simd.h"
@@ -201,7 +202,7 @@ MOTES_INLINE Uints tile_of(const image::WideTask& t, Ints column, Ints row) {
 MOTES_INLINE Ints half_of(Ints v) { return (max_ints(v, -v) + 1) >> 1; }
 
 // Whole fours: see WideBatch.
-constexpr std::size_t kMostWords = image::kFour * image::fours_of(sizeof(image::PosedRecord) / 4);
+constexpr std::size_t kMostWords = image::kFour * image::fours_of(image::form(image::Layout::posed_tiled).bytes / 4);
 
 struct Columns {
   Mask visible;
@@ -210,6 +211,21 @@ struct Columns {
   Mask many;              // touches more than 2x2 tiles
   TileSpan across, down;
 };
+
+// The number of a tile, as records have it.
+MOTES_INLINE Uints tile_number(const image::WideTask& t, std::size_t i) {
+  const auto count = static_cast<float>(t.tiles);
+  if (t.tile == nullptr) {
+    const Floats part = unit(random_bits(t.pick, t.ids, i).a);
+    return (Uints)min_ints(floor_to_ints(part * count), all_ints(t.tiles - 1)) << image::kTileNumberBits;
+  }
+  constexpr float kOne = 1 << image::kTileNumberBits;
+  Floats number = load(t.tile + i);
+  number = only(abs(number) <= 1e9f, number);  // others show the first one
+  number -= to_floats(floor_to_ints(number * (1 / count))) * count;
+  const Ints at = to_ints(max(number, Floats{}) * kOne + 0.5f), end = all_ints(t.tiles << image::kTileNumberBits);
+  return (Uints)select(at >= end, Ints{}, at);
+}
 
 MOTES_INLINE Uints pair_of(Ints x, Ints y) { return ((Uints)x & 0xffffu) | ((Uints)y << 16); }
 // To the nearest multiple of 2^bits.
@@ -262,6 +278,7 @@ MOTES_INLINE Columns project_vector(const image::WideTask& t, std::size_t i, Uin
       c.word[10] = (Uints)stance.scale;
       c.word[11] = Uints{};
     }
+    if (t.tiles > 1) c.word[t.form.tile / 4] = tile_number(t, i);
   } else {
     const int less = image::kWideBits - t.bits;
     // What a record does not have goes where its position is, which is written last.
@@ -317,6 +334,7 @@ image::WideCount project(const image::WideTask& task, std::size_t first, std::si
   if (!(t.diameter > 0)) ahead.add(t.size);
   if (t.oriented || (t.posed && t.along_velocity)) ahead.add(t.up);
   if (t.posed && t.along_velocity && !t.streaks && out.velocity == nullptr) ahead.add(t.velocity);
+  if (t.tiles > 1 && t.tile != nullptr) ahead.add(t.tile);
   if (t.posed && !t.along_velocity) {
     for (const float* plane : t.orientation) ahead.add(plane);
   }

@@ -7,6 +7,8 @@
 
 #include "image/layout.h"
 #include "image/project/project_lanes.h"
+#include "particles/ids.h"
+#include "particles/streams.h"
 #include "simd/declare_builds.h"
 
 namespace motes::image {
@@ -32,6 +34,10 @@ struct WideTask : SeenTask {
   float camera_turn[4];  // a quaternion: from the world's axes to the camera's
   float breadth;  // of a sprite whose size is 1: 1, but for meshes
   float diagonal;  // of a square of side 1; of a ball, its diameter
+  int tiles;       // of the picture; 1: it is not cut
+  const float* tile;      // their numbers; null: at random
+  particles::Ids ids;     // from these,
+  particles::DrawKey pick;  // by this key
   RecordForm form; // of the records
   int columns;     // of tiles
   int bits;        // of their positions

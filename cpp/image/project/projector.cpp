@@ -153,6 +153,9 @@ WideTask wide_task(const Drawn& particles, const Sprite& sprite, const View& vie
              static_cast<float>(1 << kSizeBits);
   }
   t.oriented = sprite.kind == Sprite::Kind::image;
+  t.tiles = static_cast<int>(sprite.tiles.count);
+  t.tile = particles.tile;
+  t.ids = particles.ids;
   // Half the image and the largest sprite, turned.
   set_pose(particles, sprite, view, t);
   const int reach = t.posed ? static_cast<int>(kMostPosedReach) + 2 : kMaxDiameter * 182 / 256 + 2;
@@ -193,6 +196,7 @@ RecordsHead head_of(const Sprite& sprite, const View& view, const Projection& pr
   head.of_height = blurred ? 0 : sprite.of_height;
   head.softness = sprite.softness;
   head.picture = sprite.picture;
+  head.tiles = sprite.tiles;
   head.width = view.width;
   head.height = view.height;
   head.slots = static_cast<std::uint32_t>(grid.tiles());
@@ -213,6 +217,9 @@ void Projector::project(const Drawn& particles, const Sprite& sprite, const View
   check(sprite);
   for (const float* plane : particles.position) {
     if (plane == nullptr && particles.count != 0) throw base::InvalidArgument("position", "have three planes");
+  }
+  if (sprite.tiles.cut() && particles.count != 0 && particles.tile == nullptr && particles.ids.lower == nullptr) {
+    throw base::InvalidArgument("ids", "be given for tiles at random");
   }
   slots_ = projection.slots;
   if (slots_ != nullptr && !slots_->fits(Grid{view.width, view.height}.tiles())) {
@@ -281,6 +288,7 @@ void Projector::project_wide(const Drawn& particles, const Projection& projectio
   task.form = form_of(records.head_);
   task.columns = grid.columns();
   task.bits = grid.far_bits();
+  task.pick = projection.pick;
   const auto words = static_cast<std::size_t>(task.form.bytes) / 4;
   const std::size_t step = batch_size(4 * words + 2 + record_bytes, grid.tiles());
   for (std::size_t first = 0; first < particles.count; first += step) {

@@ -14,6 +14,7 @@
 #include "image/project/sort_tiles.h"
 #include "image/scene.h"
 #include "image/slots.h"
+#include "particles/streams.h"
 
 namespace motes::image {
 
@@ -24,6 +25,7 @@ struct Projection {
   bool in_order = false;         // see in_order_of_depth()
   double dt = 0;                 // s per frame: how far a particle moves while the shutter is open
   const Slots* slots = nullptr;  // null: tiles in their order
+  particles::DrawKey pick{};     // of tiles at random
   const ParticleLight* light = nullptr;  // null: particles have their own colours
 };
 

@@ -33,6 +33,7 @@ RecordsView::RecordsView(std::span<const std::byte> bytes) {
   sprite_.of_height = head_.of_height;
   sprite_.softness = head_.softness;
   sprite_.picture = head_.picture;
+  sprite_.tiles = head_.tiles;
   grid_ = {head_.width, head_.height};
   const auto tiles = static_cast<std::uint32_t>(grid_.tiles());
   if (head_.first_slot > tiles || head_.slots > tiles - head_.first_slot) refuse("impossible range of slots");
@@ -56,6 +57,7 @@ void RecordsView::check_head() const {
   if (head_.layout >= base::enumerators<Layout>() || head_.with_velocity > 1 || head_.most_alpha > 255) {
     refuse("unknown layout");
   }
+  if (!valid(head_.tiles) || (form(layout()).tile != 0) != head_.tiles.cut()) refuse("impossible tiles");
   const bool blends_alpha = head_.blend == static_cast<std::uint8_t>(Sprite::Blend::alpha);
   if (head_.colored > 1 || (head_.colored == 0 && (blends_alpha || !may_lack_color(layout())))) {
     refuse("colours are missing");

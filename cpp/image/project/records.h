@@ -22,7 +22,7 @@ namespace motes::image {
 /// A record appears in every tile that its footprint touches. Batches keep the sorting inside the second-level cache;
 /// their order, and the order of records within a slot, has no meaning.
 struct RecordsHead {
-  static constexpr std::uint32_t kMagic = 0x3453544d;  // "MTS4"
+  static constexpr std::uint32_t kMagic = 0x3553544d;  // "MTS5"
 
   std::uint32_t magic = kMagic;
   std::uint32_t system = 0;
@@ -43,8 +43,9 @@ struct RecordsHead {
   std::uint32_t colored = 1;       // 0: records have no colour, but all the same one
   std::uint32_t color = 0;         // r | g << 8 | b << 16 | alpha << 24
   std::uint64_t records = 0;
+  Tiles tiles;
 };
-static_assert(sizeof(RecordsHead) == 72);
+static_assert(sizeof(RecordsHead) == 80);
 
 /// A message that a Projector fills. Slots are tiles in the order that was given to it.
 class Records {

@@ -54,7 +54,7 @@ __attribute__((always_inline)) inline void copy_words(const WideBatch& b, std::s
 }
 
 WideRecord record_at(const WideBatch& b, std::size_t i, const RecordForm& form, const Grid& grid) {
-  std::byte bytes[sizeof(PosedRecord)];
+  std::byte bytes[image::form(Layout::posed_tiled).bytes];
   copy_words(b, static_cast<std::size_t>(form.bytes) / 4, i, bytes);
   return wide_record(form, grid.far_bits(), bytes);
 }
@@ -69,7 +69,8 @@ void for_each_other(const WideBatch& b, const ManyTiles& many, const RecordForm&
   };
   const auto columns = static_cast<std::size_t>(grid.columns());
   const WideRecord record = record_at(b, many.particle, form, grid);
-  const bool posed = form.bytes == sizeof(PosedRecord);  // which may reach farther than their size says
+  const bool posed =
+      form.bytes >= static_cast<int>(sizeof(PosedRecord));  // which may reach farther than their size says
   if (posed || form.way == 0 || record.dx == 0 || record.dy == 0) {
     return for_each_tile(many.first, many.last, columns, others, [](auto, auto) { return true; });
   }
@@ -101,7 +102,9 @@ void scatter_words(std::size_t words, const Arguments&... arguments) {
     case 3: return scatter<3, kVelocity>(arguments...);
     case 4: return scatter<4, kVelocity>(arguments...);
     case 5: return scatter<5, kVelocity>(arguments...);
+    case 9: return scatter<9, kVelocity>(arguments...);
     case 11: return scatter<11, kVelocity>(arguments...);
+    case 12: return scatter<12, kVelocity>(arguments...);
     default: return scatter<8, kVelocity>(arguments...);
   }
 }

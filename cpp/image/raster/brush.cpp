@@ -134,7 +134,7 @@ float gain_at(Sprite::Kind kind, int pixels) {
 
 auto key(const Sprite& s, Layout layout, bool colored) {
   return std::tuple(s.kind, s.blend, layout, colored, s.pixels, std::bit_cast<std::uint32_t>(s.of_height),
-                    std::bit_cast<std::uint32_t>(s.softness), s.picture);
+                    std::bit_cast<std::uint32_t>(s.softness), s.picture, s.tiles);
 }
 
 }  // namespace
@@ -216,10 +216,11 @@ void Brush::set_wide(const View& view) {
   wide_.near = static_cast<float>(view.camera.near);
   if (sprite_.kind == Sprite::Kind::mesh) set_mesh();
   if (sprite_.kind == Sprite::Kind::image || sprite_.kind == Sprite::Kind::card) {
-    const ImageLevels& picture = image_levels(sprite_.picture);
+    const ImageLevels& picture = image_levels(sprite_.picture, sprite_.tiles);
     wide_.levels = picture.levels().data();
-    wide_.level_count = static_cast<int>(picture.levels().size());
-    wide_.image_cover = static_cast<float>(picture.cover());
+    wide_.level_count = picture.number();
+    wide_.image_cover = picture.cover().data();
+    wide_.tiles = static_cast<int>(sprite_.tiles.count);
   }
 }
 

@@ -5,6 +5,9 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <utility>
+
+#include "base/invalid_argument.h"
 
 namespace motes::image {
 namespace {
@@ -113,34 +116,51 @@ std::vector<std::uint16_t> smaller(const std::vector<std::uint16_t>& from, const
   return to;
 }
 
+// Copies one of the pictures into which a picture is cut.
+meshes::Picture tile_of(const meshes::Picture& picture, const Tiles& tiles, std::uint32_t number) {
+  meshes::Picture tile{picture.width / tiles.columns, picture.height / tiles.rows, {}};
+  const std::size_t row = 4 * static_cast<std::size_t>(tile.width), step = 4 * static_cast<std::size_t>(picture.width);
+  const auto first_row = static_cast<std::size_t>(tile.height) * (number / tiles.columns);
+  const std::uint8_t* from = picture.rgba.data() + first_row * step + row * (number % tiles.columns);
+  for (int y = 0; y < tile.height; ++y, from += step) tile.rgba.insert(tile.rgba.end(), from, from + row);
+  return tile;
+}
+
 }  // namespace
 
-ImageLevels::ImageLevels(const meshes::Picture& picture) {
+ImageLevels::ImageLevels(const meshes::Picture& picture, const Tiles& tiles) {
+  if (picture.width % tiles.columns != 0 || picture.height % tiles.rows != 0) {
+    throw base::InvalidArgument("sprite.tiles", "divide the picture's sides");
+  }
+  for (std::uint32_t number = 0; number < tiles.count; ++number) add(tile_of(picture, tiles, number));
+}
+
+void ImageLevels::add(const meshes::Picture& picture) {
   Side sides[] = {{picture.width, double(picture.width)}, {picture.height, double(picture.height)}};
-  const auto add = [&](std::vector<std::uint16_t> texels) {
+  const auto add_level = [&](std::vector<std::uint16_t> texels) {
     texels_.push_back(std::move(texels));
     levels_.push_back({texels_.back().data(), sides[0].pixels, sides[1].pixels, sides[0].scale(), sides[1].scale(),
                        most_alpha(texels_.back())});
   };
-  add(first_level(picture));
+  add_level(first_level(picture));
   std::uint64_t alpha = 0;
   for (std::size_t i = 3; i < picture.rgba.size(); i += 4) alpha += picture.rgba[i];
   const double longer = std::max(picture.width, picture.height);
-  cover_ = static_cast<double>(alpha) / (255 * longer * longer);
+  cover_.push_back(static_cast<float>(static_cast<double>(alpha) / (255 * longer * longer)));
   while (sides[0].pixels > 1 || sides[1].pixels > 1) {
     const Side halves[] = {sides[0].half(), sides[1].half()};
     std::vector<std::uint16_t> texels = smaller(texels_.back(), sides, halves);
     std::copy_n(halves, 2, sides);
-    add(std::move(texels));
+    add_level(std::move(texels));
   }
 }
 
-const ImageLevels& image_levels(meshes::AssetKey key) {
+const ImageLevels& image_levels(meshes::AssetKey key, const Tiles& tiles) {
   static std::mutex mutex;
-  static std::map<meshes::AssetKey, std::unique_ptr<const ImageLevels>> all;
+  static std::map<std::pair<meshes::AssetKey, Tiles>, std::unique_ptr<const ImageLevels>> all;
   const std::scoped_lock lock(mutex);
-  auto& levels = all[key];
-  if (levels == nullptr) levels = std::make_unique<const ImageLevels>(*meshes::picture(key));
+  auto& levels = all[{key, tiles}];
+  if (levels == nullptr) levels = std::make_unique<const ImageLevels>(*meshes::picture(key), tiles);
   return *levels;
 }
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "image/scene.h"
 #include "meshes/assets.h"
 
 namespace motes::image {
@@ -18,23 +19,27 @@ struct ImageLevel {
   std::uint16_t most_alpha;  // greatest alpha of its pixels, at least 1
 };
 
-/// The picture and smaller levels, each about half the size of the one before, down to one pixel. Each covers the
-/// picture exactly, so none is displaced.
+/// A picture's tiles, each with smaller levels, about half the size of the one before, down to one pixel. Each covers
+/// its tile exactly, so none is displaced, and no tile shines into its neighbours.
 class ImageLevels {
  public:
-  explicit ImageLevels(const meshes::Picture& picture);
+  ImageLevels(const meshes::Picture& picture, const Tiles& tiles);
+  /// Of the first tile, then of the next: number() of each.
   const std::vector<ImageLevel>& levels() const { return levels_; }
-  /// Returns the mean alpha over a square as wide as the picture's longer side.
-  double cover() const { return cover_; }
+  int number() const { return static_cast<int>(levels_.size() / cover_.size()); }
+  /// Returns each tile's mean alpha over a square as wide as its longer side.
+  const std::vector<float>& cover() const { return cover_; }
 
  private:
+  void add(const meshes::Picture& tile);
+
   std::vector<std::vector<std::uint16_t>> texels_;
   std::vector<ImageLevel> levels_;
-  double cover_ = 0;
+  std::vector<float> cover_;
 };
 
-/// Returns the levels of a picture, computed at first use and kept until the process ends. Thread-safe. Throws
-/// std::invalid_argument if this process has no such picture.
-const ImageLevels& image_levels(meshes::AssetKey key);
+/// Returns the levels of a picture's tiles, computed at first use and kept until the process ends. Thread-safe. Throws
+/// std::invalid_argument if this process has no such picture, or the tiles do not divide it.
+const ImageLevels& image_levels(meshes::AssetKey key, const Tiles& tiles);
 
 }  // namespace motes::image

@@ -19,6 +19,8 @@ struct Picture {
 
   WideSprite s;
   image::ImageLevel level;
+  const std::uint16_t* next = nullptr;  // this level of the next tile, of which a part is mixed in
+  int part = 0;                         // 1/256
   float across, down;   // texels per pixel along width and height
   float width, height;  // px
   float cover;
@@ -49,17 +51,22 @@ struct Picture {
   /// Takes the largest level with at most about one texel per pixel. `half`: of the longer side, px; `squeezed`: px
   /// there per px on the screen. Returns how opaque the level is, as a part of the picture's own.
   MOTES_INLINE float choose_level(const image::WideSplat& task, float half, float squeezed) {
-    const image::ImageLevel& first = task.levels[0];
+    const image::ImageLevel& first = tile_levels[0];
     const int longer = first.width > first.height ? first.width : first.height;
     float scale = static_cast<float>(longer) / (2 * half);
     int number = 0;
     for (; scale * squeezed > 1.5f && number + 1 < task.level_count; ++number) scale *= 0.5f;
-    level = task.levels[number];
+    level = tile_levels[number];
     across = scale * level.across;
     down = scale * level.down;
     width = static_cast<float>(level.width) / across;
     height = static_cast<float>(level.height) / down;
-    return static_cast<float>(level.most_alpha) / static_cast<float>(first.most_alpha);
+    const float opaque = static_cast<float>(level.most_alpha) / static_cast<float>(first.most_alpha);
+    if (part == 0) return opaque;
+    next = next_levels[number].texels;
+    const float other =
+        static_cast<float>(next_levels[number].most_alpha) / static_cast<float>(next_levels->most_alpha);
+    return opaque + (other - opaque) * (static_cast<float>(part) * kPart);
   }
 
   MOTES_INLINE void choose_steps() {
@@ -135,18 +142,43 @@ struct Picture {
   MOTES_INLINE Texels texels_near(Floats to_right, Floats to_below) const {
     const auto columns = static_cast<float>(level.width), rows = static_cast<float>(level.height);
     // Columns and rows count from the centre of the frame's first texel.
-    return between(clamp(to_right * across + (0.5f * columns + 0.5f), 1, columns),
-                   clamp(to_below * down + (0.5f * rows + 0.5f), 1, rows));
+    const Floats column = clamp(to_right * across + (0.5f * columns + 0.5f), 1, columns);
+    const Floats row = clamp(to_below * down + (0.5f * rows + 0.5f), 1, rows);
+    Texels t = between(level.texels, column, row);
+    if (part == 0) return t;
+    const Texels other = between(next, column, row);
+    for (int c = 0; c < 4; ++c) t.channel[c] += ((other.channel[c] - t.channel[c]) * part + 128) >> 8;
+    return t;
   }
 
  private:
   friend Kind;
 
+  static constexpr float kPart = 1.0f / (1 << image::kTileNumberBits);
+
+  const image::ImageLevel *tile_levels, *next_levels = nullptr;
+
   MOTES_INLINE Picture(const image::WideSplat& task, const WideSprite& sprite)
-      : s(sprite), cover(task.image_cover), moves(s.half >= 0.5f) {}
+      : s(sprite), moves(s.half >= 0.5f), tile_levels(task.levels) {
+    cover = task.image_cover[0];
+    if (task.tiles > 1) choose_tile(task);
+  }
+
+  MOTES_INLINE void choose_tile(const image::WideSplat& task) {
+    const std::uint32_t number = s.tile;
+    const auto count = static_cast<std::uint32_t>(task.tiles);
+    std::uint32_t tile = number >> image::kTileNumberBits;
+    if (tile >= count) tile = 0;
+    const std::uint32_t after = tile + 1 < count ? tile + 1 : 0;
+    part = static_cast<int>(number & ((1u << image::kTileNumberBits) - 1));
+    tile_levels = task.levels + tile * static_cast<std::uint32_t>(task.level_count);
+    next_levels = task.levels + after * static_cast<std::uint32_t>(task.level_count);
+    cover = task.image_cover[tile];
+    if (part != 0) cover += (task.image_cover[after] - cover) * (static_cast<float>(part) * kPart);
+  }
 
   /// Interpolates bilinearly between four texels; weights have the scale of Patch.
-  MOTES_INLINE Texels between(Floats at_column, Floats at_row) const {
+  MOTES_INLINE Texels between(const std::uint16_t* texels, Floats at_column, Floats at_row) const {
     constexpr int kOne = 1 << kPartBits;
     const Ints column = to_ints(at_column * float{kOne}), row = to_ints(at_row * float{kOne});
     const Ints first_column = min_ints(column >> kPartBits, all_ints(level.width));
@@ -158,8 +190,8 @@ struct Picture {
     std::int32_t index[kLanes];
     store_mask(index, first_row * stride + first_column * 4);
     Texels sum{};
-    add_row(sum, level.texels, index, pair * (kOne - below));
-    add_row(sum, level.texels + stride, index, pair * below);
+    add_row(sum, texels, index, pair * (kOne - below));
+    add_row(sum, texels + stride, index, pair * below);
     for (Ints& channel : sum.channel) channel >>= 15;
     return sum;
   }
@@ -188,6 +220,7 @@ struct Image : Picture<Image> {
   MOTES_INLINE float box_y() const { return box(size_of(s.up_x), size_of(s.up_y)); }
 
   MOTES_INLINE float total() const { return 4 * s.radius * s.radius * cover * s.light; }
+  MOTES_INLINE const image::ImageLevel* levels() const { return tile_levels; }
   /// Returns the expected sum of the weights.
   MOTES_INLINE float usual_sum() const { return 4 * s.radius * s.radius * cover * kPixelWeight * finer; }
 
@@ -212,6 +245,67 @@ struct Image : Picture<Image> {
     const Ints part = to_ints(covered(to_right, width) * covered(to_below, height) * 32768.0f + 0.5f);
     for (Ints& channel : t.channel) channel = channel * part >> 15;
     return t;
+  }
+};
+
+/// What the stamp of a small image depends on, its picture apart.
+struct SmallImage {
+  int size, phase_x, phase_y, direction;  // 1/8 px; quarters of a pixel; see direction_of()
+  std::uint32_t tile;                     // parts in 1/16
+  int column, row;                        // pixel of its middle
+
+  static constexpr int kQuarter = 64;  // directions from one axis to the next
+
+  MOTES_INLINE SmallImage(const WideSprite& s) {
+    size = static_cast<int>(2 * s.radius * 8 + 0.5f);
+    column = floor_of(s.x);
+    row = floor_of(s.y);
+    phase_x = static_cast<int>((s.x - static_cast<float>(column)) * 4);
+    phase_y = static_cast<int>((s.y - static_cast<float>(row)) * 4);
+    direction = direction_of(s.up_x, s.up_y);
+    constexpr std::uint32_t kStep = 1u << (image::kTileNumberBits - 4);
+    tile = (s.tile + kStep / 2) & ~(kStep - 1);
+  }
+  MOTES_INLINE std::uint32_t key() const {
+    return static_cast<std::uint32_t>(size << 12 | direction << 4 | phase_y << 2 | phase_x);
+  }
+  MOTES_INLINE std::uint32_t place() const {
+    return ((key() & 0xfffu) + static_cast<std::uint32_t>(size) * 0x610u + tile * 0x3d1u) & (image::kImageStamps - 1);
+  }
+  MOTES_INLINE int part() const { return static_cast<int>(tile & ((1u << image::kTileNumberBits) - 1)); }
+  MOTES_INLINE const image::ImageLevel* levels(const image::WideSplat& task) const {
+    const std::uint32_t number = tile >> image::kTileNumberBits;
+    return task.levels + (number < static_cast<std::uint32_t>(task.tiles) ? number : 0) *
+                             static_cast<std::uint32_t>(task.level_count);
+  }
+  /// The sprite that the stamp shows, in the first pixel.
+  MOTES_INLINE WideSprite stamped(const WideSprite& sprite) const {
+    WideSprite s = sprite;
+    s.x = (static_cast<float>(phase_x) + 0.5f) * 0.25f;
+    s.y = (static_cast<float>(phase_y) + 0.5f) * 0.25f;
+    s.radius = static_cast<float>(size) * (1.0f / 16);
+    s.half = 0;
+    s.light = 1;
+    s.tile = tile;
+    float x = static_cast<float>(kQuarter - (direction & (kQuarter - 1))), y = static_cast<float>(kQuarter) - x;
+    const float scale = 1 / __builtin_sqrtf(x * x + y * y);
+    for (int turns = direction / kQuarter; turns > 0; --turns) {
+      const float before = x;
+      x = -y;
+      y = before;
+    }
+    s.up_x = x * scale;
+    s.up_y = y * scale;
+    return s;
+  }
+
+ private:
+  /// Returns the nearest of the directions: from each axis to the next in equal steps along the square |x| + |y| = 1.
+  static MOTES_INLINE int direction_of(float x, float y) {
+    const float part = size_of(y) / (size_of(x) + size_of(y));
+    const int along = static_cast<int>(part * kQuarter + 0.5f);
+    const int from_right = x >= 0 ? along : 2 * kQuarter - along;
+    return (y >= 0 ? from_right : 4 * kQuarter - from_right) & (4 * kQuarter - 1);
   }
 };
 

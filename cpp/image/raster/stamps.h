@@ -35,6 +35,33 @@ struct alignas(64) Stamp {
   bool usable() const { return strips != 0; }
 };
 
+struct ImageLevel;
+
+/// Holds the weights of one small image: of one tile or a mixture of two, in one size and direction, at one of 16
+/// sub-pixel positions. They follow from `levels` and the key alone.
+///
+/// A strip has 8 pixels of each row: cover has one number for each, light three:
+///
+///   strip 0: row 0 (8 pixels), row 1, ... row kRows-1; strip 1: ...
+struct alignas(64) ImageStamp {
+  static constexpr int kRows = 16, kStrips = 2, kStrip = 8;
+  static constexpr int kPixels = kRows * kStrips * kStrip;
+
+  const ImageLevel* levels = nullptr;  // of the tile; null: no stamp
+  std::uint32_t key = 0;
+  int part = 0;  // of the next tile, 1/256
+  std::int8_t first = 0, left = 0;      // first row and column, relative to the pixel of the image's middle
+  std::uint8_t rows = 0, strips = 0;    // 0: nothing to be seen
+  float share = 0;                      // light of a weight of 1, of an image of one square pixel
+  float most = 0;                       // most light of a weight of 1
+  std::uint16_t cover[kPixels], light[3 * kPixels];
+};
+
+/// Widest images, px, that are drawn from stamps: in sizes of 1/8 px, and 256 directions.
+inline constexpr float kStampedImage = 8;
+inline constexpr int kImageStampBits = 12;
+inline constexpr int kImageStamps = 1 << kImageStampBits;
+
 /// Scales weights by 2^kStampShift before a partly hidden streak is multiplied by its visible part; the tint is scaled
 /// down to match.
 inline constexpr int kStampShift = 6;

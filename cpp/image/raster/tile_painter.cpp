@@ -274,6 +274,11 @@ void TilePainter::set_brush(const Brush& brush) {
     std::uninitialized_fill_n(stamps_.data(), kStamps, Stamp{});
   }
   wide_splat_.stamps = stamps_.data();
+  if (brush.sprite().kind == Sprite::Kind::image && image_stamps_.size() == 0) {
+    image_stamps_.resize(kImageStamps);
+    for (std::size_t i = 0; i < image_stamps_.size(); ++i) image_stamps_.data()[i].levels = nullptr;
+  }
+  wide_splat_.image_stamps = image_stamps_.data();
 }
 
 void TilePainter::draw_opaque(const Piece& given, const TilePlanes& planes) {

@@ -106,6 +106,7 @@ class TilePainter {
   BufferOf<Nearest> nearest_;
   TilePlanes planes_{};
   DepthBlocks blocks_, fronts_;  // ranges of the tile's depths; ranges of surfaces while they are drawn
+  BufferOf<ImageStamp> image_stamps_;
   BufferOf<Stamp> stamps_;  // several megabytes, which a std::vector would put in small pages
 
   // Accumulates streaks of the brush covering_, if any.

@@ -50,6 +50,8 @@ MOTES_OUTLINE WideSprite sprite_from(const WideSplat& task, const unsigned char*
   __builtin_memcpy(&s.color, r.color, sizeof s.color);
   s.depth = r.depth;
   s.record = bytes;
+  s.tile = 0;
+  if (task.form.tile != 0) __builtin_memcpy(&s.tile, bytes + task.form.tile, sizeof s.tile);
   return s;
 }
 
@@ -192,6 +194,33 @@ template <int kPlanes>
 using PatchKernel = void(const TilePlanes& tile, const Patch<kPlanes>& patch, const Tint& tint, int first, int last,
                          int columns, std::uint32_t depth, float fade);
 
+// Draws a small image from its stamp, as draw_patch(); (column, row): the pixel of its middle.
+template <bool kOver, bool kSaturating, bool kTest>
+void draw_stamp(const TilePlanes& tile, const WideSplat& task, const image::ImageStamp& stamp, const Tint& tint,
+                int column, int row, std::uint32_t depth) {
+  const int top = row + stamp.first, left = column + stamp.left;
+  const int begin = top < 0 ? -top : 0, end = top + stamp.rows < task.rows ? stamp.rows : task.rows - top;
+  for (int strip = 0; strip < stamp.strips; ++strip) {
+    const int at_column = left + strip * kStrip;
+    if (static_cast<unsigned>(at_column + kStrip - 1) >= static_cast<unsigned>(task.columns + kStrip - 1)) continue;
+    for (int r = begin; r < end; ++r) {
+      const int at = kStrip * (strip * image::ImageStamp::kRows + r);
+      Eight cover = load_eight(stamp.cover + at), seen{};
+      if (kTest) {
+        const std::ptrdiff_t pixel = static_cast<std::ptrdiff_t>(top + r) * image::kPixelStride + at_column;
+        seen = seen_of(tile.depth + pixel, depth, task.fade);
+        cover = cover * seen >> 12;
+      }
+      const Eight opacity = kOver ? opacity_of(tint, cover) : Eight{};
+      std::uint32_t* to = tile.light + static_cast<std::ptrdiff_t>(top + r) * image::kLightStride + 3 * at_column;
+      draw_row<4, kOver, kSaturating, kTest>(tint, to, opacity, cover, stamp.light + 3 * at, seen);
+    }
+  }
+}
+
+using StampKernel = void(const TilePlanes& tile, const WideSplat& task, const image::ImageStamp& stamp,
+                         const Tint& tint, int column, int row, std::uint32_t depth);
+
 // The inner loops of one blend, shared by all kinds of sprites.
 struct Blend {
   int (*discs)(const TilePlanes& tile, const WideSplat& task, const DiscGroup& g, int i, int count);
@@ -200,6 +229,7 @@ struct Blend {
   PatchKernel<1>* shining[2];
   PatchKernel<2>* shaded[2];
   PatchKernel<4>* colored[2];
+  StampKernel* stamp[2];
 
   template <int kPlanes>
   MOTES_INLINE PatchKernel<kPlanes>* patch(bool test) const {
@@ -216,6 +246,7 @@ constexpr Blend kBlend = {
     {draw_patch<1, kOver, kSaturating, false>, draw_patch<1, kOver, kSaturating, true>},
     {draw_patch<2, kOver, kSaturating, false>, draw_patch<2, kOver, kSaturating, true>},
     {draw_patch<4, kOver, kSaturating, false>, draw_patch<4, kOver, kSaturating, true>},
+    {draw_stamp<kOver, kSaturating, false>, draw_stamp<kOver, kSaturating, true>},
 };
 
 template <class Kind>
@@ -278,6 +309,49 @@ void draw_groups(const TilePlanes& tile, const WideSplat& task, const unsigned c
   }
 }
 
+// Computes a stamp.
+__attribute__((noinline)) void fill(const WideSplat& task, const WideSprite& sprite, const SmallImage& small,
+                                    Patch<4>& patch, image::ImageStamp& stamp) {
+  const Image kind(task, small.stamped(sprite));
+  const Outline o = outline_of(kind.s, kind.reach(), kind.box_x(), kind.box_y());
+  place_rows(patch, kind.s, o, o.first, o.last, 0, o.strips);
+  kind.weigh(patch);
+  Weighed all;
+  count(patch, patch.cover, all);
+  stamp.levels = kind.levels();
+  stamp.key = small.key();
+  stamp.rows = static_cast<std::uint8_t>(all.sum > 0 ? patch.rows : 0);
+  stamp.strips = static_cast<std::uint8_t>(patch.strips);
+  stamp.first = static_cast<std::int8_t>(patch.first);
+  stamp.left = static_cast<std::int8_t>(patch.start[0]);
+  stamp.share = all.sum > 0 ? kind.cover / static_cast<float>(all.sum) : 0;
+  stamp.most = image::kMostLight / static_cast<float>(all.most);
+  stamp.part = kind.part;
+  for (int strip = 0; strip < patch.strips; ++strip) {
+    const int from = kStrip * strip * patch.stride, to = kStrip * strip * image::ImageStamp::kRows;
+    __builtin_memcpy(stamp.cover + to, patch.cover + from, sizeof(std::uint16_t) * kStrip * patch.rows);
+    __builtin_memcpy(stamp.light + 3 * to, patch.light + 3 * from, 3 * sizeof(std::uint16_t) * kStrip * patch.rows);
+  }
+}
+
+// Draws a small image that does not move from its stamp; returns whether it is one.
+MOTES_INLINE bool draw_small(const TilePlanes& tile, const WideSplat& task, const WideSprite& s,
+                             const Channels& channel, const Blend& blend, Patch<4>& patch) {
+  if (task.image_stamps == nullptr || s.half >= 0.5f || 2 * s.radius > image::kStampedImage) return false;
+  if (tile.hides && s.depth > tile.farthest) return true;
+  const SmallImage small(s);
+  image::ImageStamp& stamp = task.image_stamps[small.place()];
+  if (stamp.levels != small.levels(task) || stamp.key != small.key() || stamp.part != small.part()) {
+    fill(task, s, small, patch, stamp);
+  }
+  const float unit = 4 * s.radius * s.radius * s.light * stamp.share;
+  Tint tint;
+  if (!tint_of(channel, s.color, unit < stamp.most ? unit : stamp.most, tint)) return true;
+  const bool test = tile.hides && (task.fade > 0 || s.depth > tile.nearest);
+  blend.stamp[test](tile, task, stamp, tint, small.column, small.row, s.depth);
+  return true;
+}
+
 template <class Kind>
 void draw_all(const TilePlanes& tile, const WideSplat& task, const unsigned char* records, std::size_t count,
               const Blend& blend) {
@@ -287,7 +361,11 @@ void draw_all(const TilePlanes& tile, const WideSplat& task, const unsigned char
     const Channels channel = channels();
     Patch<Kind::kPlanes> patch;
     for (std::size_t i = 0; i < count; ++i, records += task.record_bytes) {
-      draw_one<Kind>(tile, task, sprite_from(task, records), channel, blend, patch);
+      const WideSprite s = sprite_from(task, records);
+      if constexpr (std::is_same_v<Kind, Image>) {
+        if (draw_small(tile, task, s, channel, blend, patch)) continue;
+      }
+      draw_one<Kind>(tile, task, s, channel, blend, patch);
     }
   }
 }

@@ -40,9 +40,10 @@ struct WideSplat {
   Stamp* stamps;  // kStamps entries, filled by the kernels
   Cover* cover;  // accumulates weights of streaks of its colour; null: none
 
-  const ImageLevel* levels;  // images
-  int level_count;
-  float image_cover;  // mean alpha of the square around the picture
+  const ImageLevel* levels;  // images: `level_count` of each tile
+  int level_count, tiles;
+  ImageStamp* image_stamps;  // kImageStamps entries, filled by the kernels; null: there are none
+  const float* image_cover;  // by tile: mean alpha of the square around it
 
   float focal, near;  // cards and meshes: the camera's focal length, px, and what is nearer is not drawn, m
   const float* corners;  // meshes: see MeshCorners

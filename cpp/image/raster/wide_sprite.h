@@ -17,6 +17,7 @@ struct WideSprite {
   float up_x, up_y;    // direction of the particle's `up`, a unit vector
   float light;         // factor on its alpha, 0..1
   std::uint32_t color, depth;
+  std::uint32_t tile;  // number of a tile, as in the record
   const unsigned char* record;
 };
 

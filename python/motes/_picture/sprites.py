@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from typing import Any, Literal
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,6 +14,11 @@ from .._values import arguments
 from .._values.values import Value, shown, value
 from ..errors import ArgumentError
 from ..shapes._mesh import Mesh
+from . import sheets
+
+if TYPE_CHECKING:
+    from ..expressions import Expression
+    from ..expressions._conditions import Columns
 
 __all__ = ["Sprite", "check_change", "native_of"]
 
@@ -22,10 +28,6 @@ MOST_TRIANGLES = 10_000
 BLENDS = ("add", "alpha", "opaque")
 DEFAULT_PIXELS = 5
 MOST_PIXELS = 512
-MOST_IMAGE_PIXELS = 8192
-"""The longest side of an image."""
-SIDES = f"1..{MOST_IMAGE_PIXELS} pixels each way"
-IMAGE = f"a path, or uint8 or floats 0..1 (height, width, 4) or (height, width, 3), {SIDES}"
 
 
 @value(init=False)
@@ -51,7 +53,8 @@ class Sprite(Value):
     """For the kind "image": a path (PNG, JPEG, WebP, TIFF, BMP, GIF, TGA, PPM; read by Pillow, the extra
     `[image]`), or an array, uint8 (height, width, 4): sRGB and straight alpha; without the fourth it is
     opaque. A particle's colour multiplies it. Files are turned upright as their EXIF says; one channel of 16
-    bits is scaled by its range, one of floats from 0..1."""
+    bits is scaled by its range, one of floats from 0..1. A list of pictures of one size: each particle shows
+    the one that `pick` says; kept as an array (number, height, width, 4)."""
     lit: bool = False
     """Whether the sun, lights and the sky light its particles, as small spheres: their colour is the part of
     the light that they reflect. Spheres, which the sun lights anyway, get lights and shadows."""
@@ -72,6 +75,13 @@ class Sprite(Value):
     mesh: Mesh | None = None
     """For the kind "mesh": up to 10,000 triangles, wherever `Mesh.at` has put it. With a closed surface only
     its outside is seen; blended ones show the triangles that face the camera."""
+    tiles: tuple[int, int] | None = None
+    """Columns and rows, 1..256 each, into which an image, or each of a list, is cut: pictures numbered from 0
+    row by row from the top. Smaller levels are made for each tile, so none shines into its neighbours."""
+    pick: Literal["random", "age"] | Expression | None = None
+    """Which of several pictures a particle shows. "random", or None: by its id, the same for all its life;
+    "age": from the first to the last one over its lifetime; or an expression, or a number. Between two whole
+    numbers it shows a mixture of the two; after the last one comes the first again."""
 
     width: float | None = None
     """For the kind "ribbon": metres across at the particle, above 0. Its flat side faces the camera."""
@@ -86,13 +96,19 @@ class Sprite(Value):
         pixels: int | None = 5,
         blend: Literal["add", "alpha", "opaque"] = "add",
         softness: float = 0,
-        image: str | os.PathLike[str] | ArrayLike | None = None,
+        image: str
+        | os.PathLike[str]
+        | ArrayLike
+        | Sequence[str | os.PathLike[str] | ArrayLike]
+        | None = None,
         *,
         height: float | None = None,
         lit: bool = False,
         shadow: float = 0,
         facing: Literal["camera", "velocity", "orientation"] = "camera",
         mesh: Mesh | None = None,
+        tiles: tuple[int, int] | None = None,
+        pick: Literal["random", "age"] | Expression | float | None = None,
         width: float | None = None,
         length: float | None = None,
     ) -> None:
@@ -102,7 +118,7 @@ class Sprite(Value):
         state["pixels"] = _pixels(pixels, height)
         state["blend"] = arguments.choice("blend", blend, BLENDS)
         state["softness"] = arguments.number("softness", softness, low=0, high=1e6)
-        state["image"] = _image(kind, image)
+        state["image"] = sheets.pictures_of(self.kind, image)
         state["height"] = None if height is None else _height(height)
         state["lit"] = arguments.flag("lit", lit)
         state["shadow"] = arguments.number("shadow", shadow, low=0, high=1)
@@ -111,8 +127,12 @@ class Sprite(Value):
         state["width"] = _of_ribbon(self, "width", width)
         state["length"] = _of_ribbon(self, "length", length)
         _check_ribbon(self)
+        state["tiles"] = sheets.tiles_of(self.image, tiles)
+        state["pick"] = sheets.pick_of(self.image, tiles, pick)
         posed = self.kind in ("mesh", "ribbon") or self.facing != "camera"
-        state["_picture"] = 0 if self.image is None else _core.keep_picture(self.image)
+        sheet = None if self.image is None else sheets.sheet_of(self.image, self.tiles)
+        state["_tiles"] = (1, 1, 1) if sheet is None else sheet[1:]
+        state["_picture"] = 0 if sheet is None else _core.keep_picture(sheet.pixels)
         if self.mesh is not None:
             state["_picture"] = _core.keep_mesh(self.mesh.vertices, self.mesh.triangles, np.zeros((0, 3)))
         state["_core"] = _core.Sprite(
@@ -127,13 +147,8 @@ class Sprite(Value):
             facing="velocity" if self.facing == "velocity" else "orientation",
             width=self.width or 0,
             length=self.length or 0,
+            tiles=state["_tiles"],
         )
-
-    @property
-    def _native(self) -> _core.Sprite:
-        """The engine's value; for the package itself."""
-        made: _core.Sprite = self.__dict__["_core"]
-        return made
 
     def _key(self) -> tuple[Any, ...]:
         """Compare an image by the fingerprint of its content."""
@@ -143,8 +158,7 @@ class Sprite(Value):
         """Show the call that makes an equal sprite, but for the content of an image."""
         shown_by_name = {name: shown(one) for name, one in self._items().items()}
         if self.image is not None:
-            height, width, _ = self.image.shape
-            shown_by_name["image"] = f"<{width}x{height} pixels>"
+            shown_by_name["image"] = sheets.text_of_pictures(self.image)
         defaults = {"kind": "'disc'", "pixels": "5", "blend": "'add'", "softness": "0.0"}
         defaults |= {"lit": "False", "shadow": "0.0"}
         defaults["facing"] = "'camera'"
@@ -152,9 +166,17 @@ class Sprite(Value):
         return f"Sprite({', '.join(given)})"
 
 
-def native_of(sprite: Sprite) -> _core.Sprite:
-    """Return what the engine takes for a sprite, for the rest of the package."""
-    return sprite._native
+def native_of(sprite: Sprite, columns: Columns) -> _core.Sprite:
+    """Return what the engine takes for a sprite of particles that have these columns.
+
+    Raises ArgumentError where its pick names others.
+    """
+    made: _core.Sprite = sprite.__dict__["_core"]
+    pick, count = sprite.pick, sprite.__dict__["_tiles"][2]
+    if pick is None or (isinstance(pick, str) and pick == "random"):
+        return made
+    program, shapes = sheets.program_of_pick(pick, count, columns)
+    return made if count == 1 else made.picked(program, shapes)
 
 
 def check_change(before: Sprite, after: Any) -> None:
@@ -231,28 +253,3 @@ def _height(height: Any) -> float:
     if number < 1e-9:  # far below any pixel, and no number of the core's
         raise ArgumentError("height", height, "a part of the picture's height, 1e-9 or more")
     return number
-
-
-def _image(kind: str, given: Any) -> NDArray[np.uint8] | None:
-    if (kind == "image") != (given is not None):
-        raise ArgumentError("image", given, "given for kind='image', and for no other kind")
-    if given is None:
-        return None
-    if isinstance(given, (str, os.PathLike)):
-        from .._values.images import read_picture
-
-        given = read_picture("image", given, most=MOST_IMAGE_PIXELS)
-    try:
-        array: NDArray[Any] = np.asarray(given)
-    except Exception:  # any: this runs methods of users' classes
-        raise ArgumentError("image", given, IMAGE) from None
-    if array.dtype.kind == "f" and array.size and (array >= 0).all() and (array <= 1).all():
-        array = np.rint(array * 255).astype(np.uint8)
-    if array.dtype != np.uint8 or array.ndim != 3 or array.shape[2] not in (3, 4):
-        raise ArgumentError("image", f"{array.dtype} {array.shape}", IMAGE)
-    if not 0 < min(array.shape) <= max(array.shape) <= MOST_IMAGE_PIXELS:
-        raise ArgumentError("image", f"{array.dtype} {array.shape}", IMAGE)
-    whole = np.full((*array.shape[:2], 4), 255, np.uint8)
-    whole[:, :, : array.shape[2]] = array
-    whole.flags.writeable = False
-    return whole

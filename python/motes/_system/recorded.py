@@ -39,6 +39,7 @@ class Recorded:
         self.sprite: Sprite = definition["sprite"]
         self.attributes = {attribute: (i, width) for i, (attribute, width) in enumerate(names)}
         self.columns = columns_of(names)
+        native_of(self.sprite, self.columns)  # says at the call what its pick cannot name
         self.newborn = Newborn(name, self.attributes)
         self.entries: list[Any] = []
         """This frame's list so far."""
@@ -57,7 +58,9 @@ class Recorded:
 
     def define(self, engine: _core.Engine) -> None:
         """Tell the engine of the system."""
-        engine.add_system(name=self.name, **dict(self.definition, sprite=native_of(self.sprite)))
+        engine.add_system(
+            name=self.name, **dict(self.definition, sprite=native_of(self.sprite, self.columns))
+        )
         self.tell_clump(engine)
 
     def tell_clump(self, engine: _core.Engine) -> None:

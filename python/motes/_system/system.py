@@ -376,10 +376,11 @@ class System(Bodies):
     @sprite.setter
     def sprite(self, value: Sprite) -> None:
         check_change(self._recorded.sprite, value)
+        native = native_of(value, self._recorded.columns)
         with self._session.usage.during("setting the sprite"):
             self._recorded.sprite = value
             if self._session.engine is not None:
-                self._session.engine.set_sprite(self._recorded.index, native_of(value))
+                self._session.engine.set_sprite(self._recorded.index, native)
 
     @property
     def axis(self) -> str | None:

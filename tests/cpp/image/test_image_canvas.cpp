@@ -38,8 +38,8 @@ TEST(image_pixels_do_not_depend_on_order_grouping_or_isa) {
   View solid = small_view(130, 100);
   solid.objects = {sphere_at_origin(2)};
   for (const View& view : {small_view(), solid}) {
-    for (const Sprite sprite : {Sprite{Sprite::Kind::point, 1}, Sprite{Sprite::Kind::disc, 2},
-                                Sprite{Sprite::Kind::disc, 5}, Sprite{Sprite::Kind::disc, 15}}) {
+    for (const Sprite& sprite : {Sprite{Sprite::Kind::point, 1}, Sprite{Sprite::Kind::disc, 2},
+                                 Sprite{Sprite::Kind::disc, 5}, Sprite{Sprite::Kind::disc, 15}}) {
       const auto reference = picture(view, {message(cloud, sprite, view)});
       for (const std::size_t ranks : {2u, 3u, 7u}) {
         std::vector<std::vector<std::byte>> messages;

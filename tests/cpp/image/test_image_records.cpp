@@ -135,7 +135,7 @@ TEST(image_records_of_the_largest_picture_find_their_tiles) {
 
 TEST(image_records_stand_in_every_tile_they_touch_and_only_once) {
   const View view = small_view(200, 150);
-  for (const auto sprite :
+  for (const auto& sprite :
        {Sprite{Sprite::Kind::point, 1}, Sprite{Sprite::Kind::disc, 6}, Sprite{Sprite::Kind::disc, 15}}) {
     const int size = footprint_size(sprite, view.height);
     const Cloud cloud = random_cloud(500, 11, false);
@@ -304,8 +304,8 @@ TEST(image_malformed_records_are_refused) {
   auto longer = good;
   longer.push_back(std::byte{0});
   CHECK_THROWS(RecordsView(longer), std::runtime_error);
-  for (const std::size_t at :
-       {0u, 8u, 9u, 10u, 11u, 12u, 19u, 23u, 35u, 39u, 43u, 47u, 48u, 55u, 56u, 64u, 72u, 75u, 80u, 91u, 120u}) {
+  for (const std::size_t at : {0u,  8u,  9u,  10u, 11u, 12u, 19u, 23u, 35u, 39u, 43u, 47u,
+                               48u, 55u, 56u, 64u, 72u, 75u, 76u, 80u, 83u, 88u, 99u, 128u}) {
     auto bad = good;
     bad[at] = std::byte{0xee};
     CHECK_THROWS(RecordsView(bad), std::runtime_error);

@@ -17,6 +17,7 @@
 #include "comm/environment.h"
 #include "comm/last_words.h"
 #include "comm/mpi_transport.h"
+#include "driver/asked.h"
 #include "driver/files.h"
 #include "driver/options.h"
 #include "driver/run_file.h"
@@ -110,12 +111,19 @@ class Player {
  private:
   static roles::Cast cast(const std::string& name, int size) {
     if (name == "managing") return roles::cast_managing(size);
+    if (name == "all") {
+      roles::Cast cast = roles::cast_auto(size);
+      cast.calculators = roles::cast_shared(size).calculators;
+      std::rotate(cast.calculators.begin(), cast.calculators.begin() + 1, cast.calculators.end());
+      return cast;
+    }
     return name == "shared" ? roles::cast_shared(size) : roles::cast_auto(size);
   }
 
   // The scene stores its balancer as one of its facts; a balancer defined by the script itself is not in the scene.
   balance::PolicyPtr policy() const {
     const std::string own = opened_.scene.fact("balancer");
+    if (!options_.ask.empty()) return asked(options_.ask);
     if (!options_.balancer.empty()) return balance::policy_named(options_.balancer);
     try {
       return balance::policy_named(own.empty() ? "Static" : own);

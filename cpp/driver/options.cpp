@@ -75,7 +75,7 @@ Options read_options(std::span<char* const> arguments) {
     } else if (argument == "--frames") {
       options.frames = number(argument, value());
     } else if (argument == "--roles") {
-      options.roles = chosen(argument, value(), {"auto", "shared", "managing"});
+      options.roles = chosen(argument, value(), {"auto", "shared", "managing", "all"});
     } else if (argument == "--path") {
       options.path = chosen(argument, value(), {"auto", "gather", "tiles", "composite"});
     } else if (argument == "--combine") {
@@ -83,6 +83,8 @@ Options read_options(std::span<char* const> arguments) {
     } else if (argument == "--balancer") {
       options.balancer = value();
       balance::policy_named(options.balancer);
+    } else if (argument == "--ask") {
+      options.ask = value();
     } else if (argument == "--births") {
       options.births = chosen(argument, value(), {"auto", "manager", "calculators"});
     } else if (argument == "--fan-out") {
@@ -107,6 +109,8 @@ Options read_options(std::span<char* const> arguments) {
   }
   if (options.spans && options.log.empty())
     throw std::invalid_argument("--spans needs --log, the directory that timelines are written to");
+  if (!options.ask.empty() && !options.balancer.empty())
+    throw std::invalid_argument("--ask names a balancer, and so does --balancer: one is needed");
   if (options.scene.empty() && !options.help) {
     throw std::invalid_argument("no scene given: run motes_replay scene.motes, or see --help");
   }
@@ -146,10 +150,11 @@ Replays a scene that `python -m motes record` wrote, without Python, on any numb
   --out DIR             write the pictures there: frame-00000.ppm, ...
   --log DIR             write the run's log there
   --roles WHO           auto: ranks 0 and 1 draw and manage, the others calculate; managing: so does the one that
-                        manages; shared: all calculate
+                        manages; all: so does the one that draws, too; shared: all calculate, rank 0 does the rest
   --path WAY            who draws, instead of the scene's way: auto, gather, tiles or composite
   --spans               with --log: write a timeline of each rank too
   --balancer TEXT       instead of the scene's, such as "Pairwise(threshold=0.1)", "PrefixCuts" or "Static"
+  --ask DIR             a balancer in another program, which answers over pipes in this directory (cpp/driver/asked.h)
   --combine WAY         instead of the scene's: one_by_one, together or overlapped
   --births WHO          who creates particles: manager (and sends them to their owners), calculators (each a part), or
                         auto: the quicker of both in each frame

@@ -15,9 +15,10 @@ struct Options {
   bool images = true;
   std::string out;               // directory for the pictures, or empty
   std::string log;               // directory for the log, or empty
-  std::string roles = "auto";    // auto | shared
+  std::string roles = "auto";    // auto | shared | managing | all
   std::string path;              // auto | gather | tiles | composite, or empty: as the scene's views say
   std::string balancer;          // empty: the scene's own
+  std::string ask;               // directory of a balancer in another program, or empty
   std::string combine;           // one_by_one | together | overlapped, or empty: the scene's own
   std::string births = "auto";  // auto | manager | calculators
   int fan_out = 8;               // each rank relays the manager's messages to at most this many

@@ -32,6 +32,22 @@ CalculatorLoad own_load(const Population& here) {
   return load;
 }
 
+// By how much births and pictures make this rank slower than its actions alone, where ranks that calculate also manage
+// or draw: as in the last frame. One that draws cannot act while it waits for what it draws, either.
+double slowed_by_other_work(const Rank& rank) {
+  const roles::Cast& cast = rank.session.cast();
+  if (cast.calculator_of(cast.manager) < 0 && cast.calculator_of(cast.image_generator) < 0) return 1;
+  const comm::Spent& spent = rank.watch.spent();
+  const auto of = [&](comm::Activity activity) { return spent.activities[static_cast<std::size_t>(activity)]; };
+  const double act_s = of(comm::Activity::act);
+  if (act_s < rank.settings.policy->speeds.min_seconds) return 1;
+  double other_s = of(comm::Activity::births) + of(comm::Activity::picture);
+  for (const comm::Waited& wait : spent.waits) {
+    if (wait.phase == static_cast<std::int32_t>(Phase::records)) other_s += wait.seconds;
+  }
+  return 1 + other_s / act_s;
+}
+
 void report_system(const Rank& rank, const Script& script, Population& here, std::uint32_t number, Round& round) {
   const Strain strain{here.interaction.most_in_a_cell, here.interaction.overlap_99, here.interaction.substeps};
   SystemReport system{here.seen() + here.tally.sent, strain, here.digest, here.oldest, {}};
@@ -42,7 +58,7 @@ void report_system(const Rank& rank, const Script& script, Population& here, std
   if (script.in_frame()) system.events = here.events;
   if (balances(rank, script)) {
     const std::uint64_t processed = here.tally.at_start + here.tally.created;
-    here.speeds.add(0, processed, here.tally.compute_s, here.tally.created);
+    here.speeds.add(0, processed, here.tally.compute_s * slowed_by_other_work(rank), here.tally.created);
     const std::uint64_t expected =
         expected_of(script, round.first + number, rank.session.calculator(), system.particles);
     here.expected = {expected, balance::rescaled(here.tally.compute_s, processed, expected), here.speeds.of(0),

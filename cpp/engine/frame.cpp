@@ -149,6 +149,16 @@ std::string shared_settings(const Settings& run) {
   return shared.append(", fan-out ").append(std::to_string(run.fan_out));
 }
 
+// The next frame begins when all ranks have answered the plan: the one that draws does not let them wait for its
+// picture. It must get the plan from the manager itself, have nobody below it, and no neighbours to talk to first,
+// since those may wait for what it projects.
+bool answers_before_drawing(const Rank& rank) {
+  const roles::Tree& tree = rank.session.relay().tree();
+  const balance::Policy* policy = rank.settings.policy.get();
+  const bool apart = policy != nullptr && !policy->decentralised() && tree.depth() == 1 && tree.leaf();
+  return apart && rank.session.draws() && !rank.session.manages();
+}
+
 // Tells whether only the script itself can run this list.
 bool needs_script(const Script& script) {
   return std::any_of(script.systems.begin(), script.systems.end(), [](const auto& system) {
@@ -172,9 +182,11 @@ void Engine::run_frame_now(const std::optional<image::View>& view, const std::st
     if (p.rank.session.manages()) plan(p.rank, p.script, p.manager);  // while the others go on
     spawn(p.rank, p.script, p.calculator);  // calculators, each by itself
     sort_all(p.rank, p.script, p.calculator);  // the same
+    const bool answers_first = answers_before_drawing(p.rank);
+    if (answers_first) balance(p.rank, p.script, p.calculator, p.manager);
     render(p.rank, p.script, p.calculator, p.painter);  // calculators -> image generator
     if (p.rank.session.manages()) keep_account(p.rank, p.script, p.manager);
-    balance(p.rank, p.script, p.calculator, p.manager);  // the manager's plan -> calculators -> manager
+    if (!answers_first) balance(p.rank, p.script, p.calculator, p.manager);  // manager's plan -> calculators -> manager
     if (view) p.rank.session.rethrow();  // a frame that could not be drawn must not reach the script
   } else if (p.rank.settings.stop_signal) {
     p.rank.session.stop = p.rank.settings.stop_signal();

@@ -12,6 +12,8 @@ from pathlib import Path
 import pytest
 from launching import command
 
+from motes.arena.players import player
+from motes.balance import PrefixCuts, Static
 from motes.cli import main
 from motes.cluster import Cluster, FastEthernet, Modern, Myrinet, Network, Node, growth, simulate
 from motes.cluster import build as build_module
@@ -223,6 +225,65 @@ def test_slow_ranks_draw_fewer_tiles(simulated_replay: Path, tmp_path: Path, mon
     assert took.loc[7:].max(axis=1).max() < 1.35 * took.loc[7:].min(axis=1).min()
 
 
+def test_who_also_draws_gets_less_to_calculate(simulated_replay: Path, tmp_path: Path, monkeypatch):
+    monkeypatch.setenv("MOTES_SMPI_REPLAY", str(simulated_replay))
+    scene = tmp_path / "snow.motes"
+    sizes = ["--systems=1", "--particles=3000", "--frames=14", "--space=-8,8", "--width=16"]
+    record(scene, growth.FOLDER / "paper" / "snow.py", [*sizes, "--size=160x90", "--distance=8"])
+    costs = tmp_path / "costs"
+    costs.write_text("action = 200\nbirth = 300\nrecord = 50\ncollect = 10\ndraw = 60\n")
+    cluster = Cluster([Node("n", count=4)], growth.network())
+    runs = []
+    for policy in ("Static", "PrefixCuts(threshold=0.03,min_particles=8)"):
+        options = ["--roles", "all", "--path", "gather", "--births", "manager", "--balancer", policy]
+        log = tmp_path / policy[:6]
+        runs.append(simulate(scene, cluster, log=log, scale=400, costs=costs, options=options))
+    even, fair = (run.by_rank("n_end").loc[11:].mean() for run in runs)
+    assert even[0] == pytest.approx(even.mean(), rel=0.1)
+    assert fair[0] < 0.85 * fair[2:].mean(), "rank 0 draws"
+    slow, quick = (run.frames["t_frame_s"].loc[8:].mean() for run in runs)
+    assert quick < 0.9 * slow
+    waits = runs[1].waits()
+    answers = waits["seconds"][waits["phase"] == "proposals"]
+    assert len(answers) and answers.max() < 0.02, "the picture takes 0.08 s, and nobody waits for it"
+
+
+OWN = """
+import motes
+
+class Mine(motes.balance.PrefixCuts):
+    seen = 0
+
+    def decide(self, load):
+        self.seen += 1
+        assert load.frame < 3 and self.seen == load.evaluation + 1, f"no frame {load.frame}"
+        return super().decide(load)
+"""
+
+
+def test_a_balancer_of_one_s_own_decides_on_the_virtual_cluster(
+    simulated_replay: Path, tmp_path: Path, monkeypatch, capsys
+):
+    monkeypatch.setenv("MOTES_SMPI_REPLAY", str(simulated_replay))
+    (tmp_path / "mine.py").write_text(OWN)
+    scene, mine = tmp_path / "snow.motes", player(f"{tmp_path}/mine.py:Mine")
+    record(scene, SNOW, [*SMALL, "--systems", "1", "--frames", "3", "--out", tmp_path])
+    cluster = Cluster([Node("fast", count=3), Node("slow", 0.25, count=2)], FastEthernet())
+    logs = []
+    for balancer in (mine, mine, PrefixCuts(), Static()):
+        options = ["--roles", "all"]
+        log = tmp_path / f"log-{len(logs)}"
+        run = simulate(scene, cluster, log=log, balancer=balancer, scale=1000, options=options)
+        logs.append(run.load[["n_end", "sent", "domain_hi"]].fillna(0).to_numpy().tolist())
+    assert logs[0] == logs[1] == logs[2] != logs[3], "as the same policy in the core, also the second time"
+    five = tmp_path / "cluster.py"
+    five.write_text("from motes.cluster import *\ncluster = Cluster([Node('n', count=5)])\n")
+    record(scene, SNOW, [*SMALL, "--systems", "1", "--out", tmp_path])
+    assert main(["cluster", "run", "--balancer", f"{tmp_path}/mine.py:Mine", str(five), str(scene)]) == 2
+    said = capsys.readouterr().err
+    assert "AssertionError: no frame 3 in the balancer Mine" in said and said.count("\n") == 1
+
+
 def test_a_virtual_run_is_an_ordinary_run_and_repeats_to_the_byte(simulated_replay: Path, tmp_path: Path):
     (tmp_path / "cluster.py").write_text(
         "from motes.cluster import *\n"
@@ -370,6 +431,17 @@ def test_a_whole_table_of_the_paper(simulated_replay: Path, tmp_path: Path, tabl
     assert len(facts["rows"]) == len(cells(table))
     assert facts["near"] >= 0.75 * len(facts["rows"]), "see docs/notes/paper.md"
     assert (tmp_path / "table.png").stat().st_size > 10_000
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("table", "experiment_name"), [(1, "snow"), (3, "fountain")])
+def test_all_processes_calculating_come_close_to_the_bound(
+    simulated_replay: Path, monkeypatch, table: int, experiment_name: str
+):
+    monkeypatch.setenv("MOTES_SMPI_REPLAY", str(simulated_replay))
+    (cell,) = (one for one in cells(table) if (one.nodes, one.variant) == ("8*B /16 P.", "FS-DLB"))
+    (row,) = experiment.measure([cell])
+    assert cell.experiment == experiment_name and 13.0 < row.best < 13.9, "see docs/notes/paper.md"
 
 
 @pytest.mark.slow

@@ -301,7 +301,9 @@ def test_not_a_terminal_gets_lines(log):
 def test_once_prints_the_whole_view_anywhere(log, tmp_path):
     out = io.StringIO()
     assert watch(log, once=True, out=out) == 0
-    assert out.getvalue().count("rank ") == 4
+    assert len(re.findall("^rank ", out.getvalue(), re.MULTILINE)) == 4
+    assert re.search("^parallel efficiency .* = load balance .* x tra", out.getvalue(), re.MULTILINE)
+    assert re.search("^longest wait: rank . for rank .,", out.getvalue(), re.MULTILINE)
     assert "\x1b" not in out.getvalue()
     assert watch(unfinished(tmp_path / "run"), once=True, out=out) == 0, "it does not wait for an end"
 
@@ -312,6 +314,8 @@ def test_the_view_as_json(log, capsys):
     last = motes.open_run(log).load.query("frame == 7")
     assert (told["frame"], told["particles"], told["ended"]) == (7, 40_000, True)
     assert [row["particles"] for row in told["ranks"]] == last["n_end"].tolist()
+    factors = motes.open_run(log).efficiencies().loc[6]  # whether frame 7 is whole, a view cannot know
+    assert told["efficiency"] == pytest.approx(factors.to_dict())
     assert [row["t_compute_s"] for row in told["ranks"]] == pytest.approx(last["t_compute_s"].tolist())
 
 

@@ -23,7 +23,7 @@ from .. import _extras
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-__all__ = ["COLUMNS", "efficiencies", "frame_seconds", "wall_by_rank", "work_by_rank"]
+__all__ = ["COLUMNS", "efficiencies", "factors", "frame_seconds", "wall_by_rank", "work_by_rank"]
 
 COLUMNS = ("parallel", "load_balance", "communication", "serialisation", "transfer")
 
@@ -57,18 +57,18 @@ def efficiencies(times: DataFrame) -> DataFrame:
     longer = chain.diff()
     longer = longer.where(longer > 0, chain)  # the first frame, or the first behind a restart
     rows = [
-        _factors(work.loc[frame].to_numpy(), float(wall.loc[frame].max()), float(longer[frame]))
+        factors(work.loc[frame].to_numpy(), float(wall.loc[frame].max()), float(longer[frame]))
         for frame in work.index
     ]
     ideal = float(longer.iloc[1:].sum() + min(longer.iloc[0], wall.iloc[0].max()))
-    rows.append(_factors(work.sum().to_numpy(), float(wall.sum().max()), ideal))
+    rows.append(factors(work.sum().to_numpy(), float(wall.sum().max()), ideal))
     index = pd.Index([*map(int, work.index), "all"], name="frame", dtype=object)
     found: DataFrame = pd.DataFrame(rows, columns=list(COLUMNS), index=index)
     return found
 
 
-def _factors(work: Any, seconds: float, ideal_s: float) -> tuple[float, ...]:
-    """Divide the efficiency of ranks that worked so long in so many seconds."""
+def factors(work: Any, seconds: float, ideal_s: float) -> tuple[float, ...]:
+    """Divide the efficiency of ranks that worked so long, (ranks,), in so many seconds, as in COLUMNS."""
     known = work[~np.isnan(work)]
     most = float(known.max()) if len(known) else 0.0
     if not (seconds > 0 and most > 0):

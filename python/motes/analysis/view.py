@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
+import math
 import socket
 import time
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from .._io.text import printable
 from .._run import progress
-from ._tables.schema import EVENTS, FRAMES, LOAD
+from ._tables.schema import EVENTS, FRAMES, LOAD, TIMES, WAITS
 from ._tables.stretches import latest
 from ._tables.tables import Follower
+from .efficiencies import COLUMNS, factors
 
 __all__ = ["SPARKS", "View"]
 
+Row = dict[str, Any]
 SPARKS = "▁▂▃▄▅▆▇█"
 
 
@@ -27,8 +32,8 @@ class View:
         """Take the log's directory and the run's facts."""
         self.path = path
         self.facts = latest(facts)
-        self._frames, self._load, self._events = (
-            Follower(path / table.file, table.columns) for table in (FRAMES, LOAD, EVENTS)
+        self._frames, self._load, self._events, self._times, self._waits = (
+            Follower(path / table.file, table.columns) for table in (FRAMES, LOAD, EVENTS, TIMES, WAITS)
         )
         self._forget()
 
@@ -36,6 +41,9 @@ class View:
         self.ended = False
         self.frame: dict[str, Any] | None = None
         self.load: dict[tuple[str, int], dict[str, Any]] = {}
+        self.efficiency: dict[str, float] = {}
+        self.wait: dict[str, Any] | None = None
+        self._latest = _Latest(), _Latest()
         self.imbalances: deque[float] = deque(maxlen=240)
         self._seconds: deque[float] = deque(maxlen=1000)
         self._last_news = time.monotonic()
@@ -61,9 +69,26 @@ class View:
         if load:  # ranks of an earlier start may be gone; of the last frame not all rows may be there yet
             recent = max(row["frame"] for row in load) - 1
             self.load = {key: row for key, row in self.load.items() if row["frame"] >= recent}
+        self._note_times()
         if frames or load or events:
             self._last_news = time.monotonic()
         return bool(frames)
+
+    def _note_times(self) -> None:
+        """Note POP's factors of the last frame that is whole, and its longest wait for another rank."""
+        times, waits = self._latest
+        for before, now in times.ended(self._times.new_rows()):
+            seconds = [float(row.get("wall_s") or 0.0) for row in now]
+            idle = [float(row.get("wait_s") or 0.0) + float(row.get("messages_s") or 0.0) for row in now]
+            work = np.maximum(np.array(seconds) - idle, 0.0)
+            start, end = (
+                max((float(row.get("chain_s") or 0.0) for row in rows), default=0.0) for rows in (before, now)
+            )
+            chain = end - start if end > start else end
+            self.efficiency = dict(zip(COLUMNS, factors(work, max(seconds), chain), strict=True))
+        for _, now in waits.ended(self._waits.new_rows()):
+            told = [row for row in now if (row.get("waited_for") or 0) >= 0]
+            self.wait = max(told, key=lambda row: float(row.get("seconds") or 0.0), default=None)
 
     @property
     def silent_s(self) -> float:
@@ -111,6 +136,7 @@ class View:
             "ended": self.ended,
             **told,
             "frames_per_s": self.fps,
+            "efficiency": self.efficiency,
             "ranks": by_rank,
         }
 
@@ -133,11 +159,27 @@ class View:
             return [head[:width], "no frame yet"]
         made = [head[:width], self.line()[:width]]
         made += ["imbalance " + _sparks(self.imbalances, width - 22, plain), ""]
+        made += self._pop(width)
         made += self._bars(width, plain)
         for system in dict.fromkeys(name for name, _ in self.load):
             made += self._domains(system, width, plain)
         made += [text[:width] for text in self.events]
         return made
+
+    def _pop(self, width: int) -> list[str]:
+        """Return the line of POP's factors, and that of the longest wait."""
+        made = []
+        if self.efficiency and not math.isnan(self.efficiency["parallel"]):
+            shown = {name: f"{value:.0%}" for name, value in self.efficiency.items()}
+            made.append(
+                "parallel efficiency {parallel} = load balance {load_balance} x serialisation {serialisation}"
+                " x transfer {transfer}".format(**shown)
+            )
+        if self.wait is not None:
+            wait = {**self.wait, "ms": 1e3 * float(self.wait.get("seconds") or 0.0)}
+            text = "longest wait: rank {rank} for rank {waited_for}, {phase}, {ms:.3g} ms"
+            made.append(text.format(**wait))
+        return [line[:width] for line in made] + [""] * bool(made)
 
     def _bars(self, width: int, plain: bool) -> list[str]:
         rows = self.figures()["ranks"]
@@ -180,6 +222,22 @@ class View:
         ends = f"{low:.4g}", f"{high:.4g} m"
         label = f"{ends[0]}  domains of {system}"
         return ["", "".join(strip).rstrip(), (label + ends[1].rjust(max(room - len(label), 1)))[:width]]
+
+
+class _Latest:
+    """The rows of the last frames of a table that grows."""
+
+    def __init__(self) -> None:
+        self._before: list[Row] = []
+        self._now: list[Row] = []
+
+    def ended(self, rows: list[Row]) -> Iterator[tuple[list[Row], list[Row]]]:
+        """Take new rows; yield the rows of each frame that is whole, behind those of the frame before."""
+        for row in rows:
+            if self._now and row["frame"] != self._now[-1]["frame"]:
+                yield self._before, self._now
+                self._before, self._now = self._now, []
+            self._now.append(row)
 
 
 def _extent(cuts: list[float], space: Any) -> tuple[float, float]:

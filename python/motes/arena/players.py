@@ -19,13 +19,14 @@ FIELD = ("Static", "Pairwise", "Pairwise(threshold=0.05)", *balance.BALANCERS[2:
 """Who plays if nobody is named."""
 
 
-def player(text: str, powers: Sequence[float], move_cost: float | None = None) -> Balancer:
+def player(text: str, powers: Sequence[float] = (), move_cost: float | None = None) -> Balancer:
     """Make a balancer.
 
     Args:
-        text: a balancer of `motes.balance`, with or without options as Python writes them, or `file.py:Name`,
-            where the name is a class that is made without arguments, or a balancer.
-        powers: of the machines, for `Proportional` unless it is given some.
+        text: a balancer of `motes.balance`, with or without options as Python writes them; the beginning of
+            its name in lower case, as scripts take it; or `file.py:Name`, where the name is a class that is
+            made without arguments, or a balancer.
+        powers: of the machines, for `Proportional` unless it is given some; empty: not known.
         move_cost: of a particle, in frames of its actions, for `CostAware` likewise; None: its default.
 
     Raises:
@@ -35,12 +36,13 @@ def player(text: str, powers: Sequence[float], move_cost: float | None = None) -
     path, _, name = text.rpartition(":")
     if path.endswith(".py"):
         return _of_file(Path(path), name)
-    call = _call(text)
+    if text.isalpha() and text.islower():
+        return balance.by_name(text)
     kinds = {name: getattr(balance, name) for name in balance.BALANCERS}
-    kind, options = call
+    kind, options = _call(text)
     if kind not in kinds:
         raise ArgumentError("balancer", text, f"{', '.join(kinds)} or file.py:Name", known=kinds)
-    if kind == "Proportional":
+    if kind == "Proportional" and len(powers):
         options.setdefault("powers", list(powers))
     if kind == "CostAware" and move_cost is not None:
         options.setdefault("move_cost", move_cost)

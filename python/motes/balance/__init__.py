@@ -191,12 +191,15 @@ class _Native(Balancer):
         Returns:
             `Targets`, shares for all calculators, or `Orders`, particles to move between neighbours.
         """
-        plan = self._policy.plan(table_of(load))
+        plan = self._core_policy().plan(table_of(load))
         return Targets(plan.shares) if len(plan.shares) else Orders(plan.orders)
 
     @property
     def _policy(self) -> _core.Policy:
-        """This balancer as the engine takes it."""
+        """This balancer as the engine takes it: a subclass that decides by itself is asked."""
+        return super()._policy if type(self).decide is not _Native.decide else self._core_policy()
+
+    def _core_policy(self) -> _core.Policy:
         self._check()
         given = {name: getattr(self, name) for name in self._known}
         return _core.make_policy(
@@ -210,7 +213,7 @@ class _Native(Balancer):
 
     def __repr__(self) -> str:
         """Show the call."""
-        return self._policy.name
+        return self._core_policy().name
 
 
 def _constructor(cls: type[_Native], names: list[str], required: list[str]) -> Callable[..., None]:
@@ -441,6 +444,11 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return [*__all__]
+
+
+def is_native(balancer: Balancer) -> bool:
+    """Return whether the core knows a balancer by what it shows, for the rest of the package."""
+    return type(balancer).__module__ == __name__
 
 
 def policy_of(balancer: Balancer) -> _core.Policy:

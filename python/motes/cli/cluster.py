@@ -1,7 +1,7 @@
 """Run on a simulated cluster, reproduce the paper's tables, or show how the engine grows with the ranks.
 
   python -m motes cluster paper --table 1
-  python -m motes cluster run cluster.py snow.motes
+  python -m motes cluster run cluster.py snow.motes --balancer mine.py:Mine
 
 Needs SimGrid (apt-get install libsimgrid-dev) and `motes_replay` built for it: `cluster build`, once.
 """
@@ -15,6 +15,7 @@ from typing import Any
 
 from .. import _extras
 from ..analysis.run import Run
+from ..arena.players import player
 from ..cluster import growth
 from ..cluster.build import build
 from ..cluster.machines import Cluster, described
@@ -25,7 +26,7 @@ from .parser import add_commands, add_json, print_figures
 __all__ = ["configure", "run"]
 
 PLOTS = (".png", ".svg", ".pdf")
-REPLAY = ("balancer", "combine", "roles", "frames")
+REPLAY = ("combine", "roles", "frames")
 """Options that go to motes_replay as they are."""
 
 
@@ -104,6 +105,11 @@ def _configure_run(parser: argparse.ArgumentParser) -> None:
         "--scale", type=float, default=1.0, metavar="R", help="particles that each particle stands for (1)"
     )
     parser.add_argument("--blocking", action="store_true", help="calculators wait for the image generator")
+    parser.add_argument(
+        "--balancer",
+        metavar="B",
+        help="instead of the scene's: one with or without options, or your own, file.py:Class",
+    )
     for name in REPLAY:
         parser.add_argument(f"--{name}", help="as motes_replay takes it")
     add_json(parser)
@@ -112,6 +118,7 @@ def _configure_run(parser: argparse.ArgumentParser) -> None:
 def _run(args: argparse.Namespace) -> int:
     _extras.pandas()  # before minutes of work
     cluster = described(Path(args.cluster))
+    balancer = None if args.balancer is None else player(args.balancer)
     options = ["--blocking"] if args.blocking else []
     for name in REPLAY:
         if getattr(args, name) is not None:
@@ -126,7 +133,8 @@ def _run(args: argparse.Namespace) -> int:
         elif not scene.is_file():
             raise MotesError(f"scene {scene} does not exist")
         log = Path(args.log) if args.log else Path(folder) / "log"
-        found = simulate(scene, cluster, log=log, costs=args.costs, scale=args.scale, options=options)
+        sizes = {"costs": args.costs, "scale": args.scale}
+        found = simulate(scene, cluster, log=log, balancer=balancer, options=options, **sizes)
         facts = {**_facts(found, cluster), "costs": args.costs or "measured on one core of a Xeon"}
     text = (
         "{ranks} ranks on {hosts} machines: {frames} frames in {simulated_s:.3f} simulated seconds, "

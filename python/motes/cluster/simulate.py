@@ -12,8 +12,10 @@ from pathlib import Path
 
 from .._values import arguments
 from ..analysis.run import Run, open_run
+from ..balance import Balancer, is_native
 from ..errors import MotesError
 from .build import find_replay, find_smpirun
+from .deciding import deciding
 from .machines import Cluster, Network
 from .platform import hosts, platform
 
@@ -51,6 +53,7 @@ def simulate(
     log: str | os.PathLike[str],
     costs: str | os.PathLike[str] | None = None,
     scale: float = 1.0,
+    balancer: Balancer | None = None,
     options: Sequence[str] = (),
 ) -> Run:
     """Replay a recorded scene on a virtual cluster.
@@ -63,6 +66,8 @@ def simulate(
             `measured.costs` of this package: one core of a Xeon with AVX-512.
         scale: how many particles each particle of the scene stands for: work on particles, and messages that
             hold some, cost that many times more.
+        balancer: also one of your own, asked in this process; what it thinks takes no simulated time. None:
+            the scene's, or that of the options.
         options: of `motes_replay`.
 
     Returns:
@@ -80,13 +85,22 @@ def simulate(
         (folder / "costs").write_text(_costs(costs, cluster.networks[0]))
         (folder / "scene.motes").symlink_to(Path(scene).absolute())
         argv = [*_launcher(smpirun, cluster), str(replay), *_replay_options(scale, options)]
-        made = subprocess.run(argv, cwd=folder, capture_output=True, text=True, check=False)
-        if made.returncode == 0:
-            shutil.copytree(folder / "log", log, dirs_exist_ok=True)
+        if balancer is None:
+            _run(argv, folder)
+        elif is_native(balancer):
+            _run([*argv, "--balancer", "".join(repr(balancer).split())], folder)
+        else:
+            with deciding(balancer, folder / "balancer"):
+                _run([*argv, "--ask", "balancer"], folder)
+        shutil.copytree(folder / "log", log, dirs_exist_ok=True)
+    return open_run(log)
+
+
+def _run(argv: Sequence[str], folder: Path) -> None:
+    made = subprocess.run(argv, cwd=folder, capture_output=True, text=True, check=False)
     if made.returncode != 0:
         said = [line for line in made.stderr.splitlines() if line.startswith("motes_replay:")]
         raise MotesError("the simulated run failed: " + ("\n".join(said) or made.stderr[-3000:]).rstrip())
-    return open_run(log)
 
 
 def _launcher(smpirun: str, cluster: Cluster) -> list[str]:

@@ -115,7 +115,7 @@ TEST(behind_a_loss_there_are_new_copies_at_once) {
   int survived = 0;
   for (std::uint64_t order = 0; order < 12; ++order) {
     soak::Film film;
-    const Played run = played(way_of(5, roles::cast_auto(5)), {{2, 210}, {3, 260}}, film, order);
+    const Played run = played(way_of(5, roles::cast_auto(5)), {{2, 210}, {3, 275}}, film, order);
     CHECK(run.broken.empty() && run.end.empty());
     if (run.losses == 2) ++survived;
     CHECK(film.particles == model.particles && film.pictures == model.pictures);

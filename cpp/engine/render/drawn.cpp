@@ -63,8 +63,8 @@ const float* DrawnSystem::repeat(const float* plane, std::size_t clumps) {
   return values.data();
 }
 
-std::deque<DrawnSystem> drawn_systems(const Script& script, const Calculator& calculator, threads::Pool& pool) {
-  std::deque<DrawnSystem> systems;
+std::vector<DrawnSystem> drawn_systems(const Script& script, const Calculator& calculator, threads::Pool& pool) {
+  std::vector<DrawnSystem> systems;
   for (std::size_t i = 0; i < calculator.populations.size(); ++i)
     systems.emplace_back(calculator.populations[i]->store, script.record.sprites[i], script.record.clumps[i], pool);
   return systems;

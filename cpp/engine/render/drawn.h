@@ -1,7 +1,6 @@
 // What a system contributes to a picture.
 #pragma once
 
-#include <deque>
 #include <vector>
 
 #include "engine/state/population.h"
@@ -23,7 +22,7 @@ class DrawnSystem {
   /// `clumps`: their template; 0: particles.
   DrawnSystem(const particles::Store& store, const image::Sprite& sprite, actions::TableKey clumps,
               threads::Pool& pool);
-  DrawnSystem(DrawnSystem&&) = default;
+  DrawnSystem(DrawnSystem&&) noexcept = default;
   const image::Drawn& columns() const { return drawn_; }
 
  private:
@@ -31,11 +30,11 @@ class DrawnSystem {
   const float* repeat(const float* plane, std::size_t clumps);
 
   image::Drawn drawn_;
-  std::deque<std::vector<float>> planes_;
+  std::vector<std::vector<float>> planes_;
 };
 
 /// What pictures show of all systems.
-std::deque<DrawnSystem> drawn_systems(const Script& script, const Calculator& calculator, threads::Pool& pool);
+std::vector<DrawnSystem> drawn_systems(const Script& script, const Calculator& calculator, threads::Pool& pool);
 
 /// `count` of them, from the first one on.
 image::Drawn part_of(const image::Drawn& all, std::size_t first, std::size_t count);

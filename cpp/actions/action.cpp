@@ -147,7 +147,11 @@ void check_table(const Facts& facts, TableKey key) {
 }
 
 // Spheres of a clump: at least one, and no more than their numbers have bits for.
-void check_clump(const Facts& facts, const Table& spheres) {
+void check_clump(const Facts& facts, const Action& action) {
+  const Table& spheres = *actions::table(action.table);
+  for (const double moment : numbers_of<numbers::contact_clumps>(action).moments) {
+    if (!(moment > 0)) refuse(facts, "moments", "be above 0", text(moment));
+  }
   const std::size_t count = spheres.values.size() / 4;
   if (count == 0 || count > kMostSpheres)
     refuse(facts, "template", "have 1.." + std::to_string(kMostSpheres) + " spheres", std::to_string(count));
@@ -321,7 +325,7 @@ void check(const Action& action) {
   check_table(known, action.table);
   if (known.needs_surface) check_surface(known, action.shapes[0]);
   if (is_contact(action)) check_walls(known, action);
-  if (action.kind == Kind::contact_clumps) check_clump(known, *actions::table(action.table));
+  if (action.kind == Kind::contact_clumps) check_clump(known, action);
 }
 
 }  // namespace motes::actions

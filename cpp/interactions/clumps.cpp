@@ -171,7 +171,7 @@ class Expansion {
 
 // Writes to the store what the spheres remember: of walls, and in a frame's last sub-step of each other. Until then
 // that is in the list.
-void take_touches(const Side& side, particles::Store& spheres, std::size_t parts) {
+void take_touches(const Side& side, const particles::Store& spheres, std::size_t parts) {
   particles::Store& store = *side.store;
   if (!spheres.remembers() && !store.remembers()) return;
   std::vector<Touch> touches;
@@ -237,7 +237,7 @@ class Summing {
   }
 
  private:
-  void put(int attribute, int component, const std::vector<float>& values, bool adds) {
+  void put(int attribute, int component, const std::vector<float>& values, bool adds) const {
     float* to = side_.store->writable_plane(attribute, component);
     for (std::size_t i = 0; i < values.size(); ++i) {
       if (side_.chosen != nullptr && (*side_.chosen)[i] == 0) continue;

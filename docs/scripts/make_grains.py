@@ -129,41 +129,60 @@ def _saturation(poured: NDArray[np.float64], carried: NDArray[np.float64]) -> fl
 
 def hopper(size: float) -> dict[str, Any]:
     """Beverloo: how fast a silo with a flat ground runs out, by the width of its hole."""
-    radius = 8 * DIAMETER * size
-    tube = Cylinder((0, -0.001, 0), (0, 9, 0), radius, radius)
-    holes = [4.5, 5.5, 6.5, 8.0]
-    closed, open_at = Disc((0, 0, 0), (0, 1, 0), radius), 0.6
+    narrow, wide = [4.5, 5.5, 6.5, 8.0], [12.0, 16.0]
+    flows = _flows(8 * size, round(4500 * size**3), narrow, 1.0)
+    flows += _flows(20 * size, round(28000 * size**3), wide, 0.7)
+    return _beverloo(narrow + wide, flows)
+
+
+def _flows(radius: float, count: int, holes: list[float], seconds: float) -> list[float]:
+    """Return kg/s through each hole of a silo this wide, in diameters, after 0.3 s."""
+    tube = Cylinder((0, -0.001, 0), (0, 9, 0), radius * DIAMETER, radius * DIAMETER)
+    with (box := Box([tube, Disc((0, 0, 0), (0, 1, 0), radius * DIAMETER)])).world:
+        box.emit(rain(radius * DIAMETER, DIAMETER, count))
+        for _ in box.frames(0.55):
+            pass
+        filled = box.state()
     flows = []
     for hole in holes:
-        ring = Disc((0, 0, 0), (0, 1, 0), radius, 0.5 * hole * DIAMETER)
+        ring = Disc((0, 0, 0), (0, 1, 0), radius * DIAMETER, 0.5 * hole * DIAMETER)
         out, times = [], []
-        count = round(4500 * size**3)
-        with (box := Box(_then([tube, closed], open_at, [tube, ring]))).world:
-            box.emit(rain(radius, DIAMETER, count))
-            for frame in box.frames(open_at + 1.0):
+        with (box := Box([tube, ring])).world:
+            box.grains.emit(
+                position=filled.position,
+                velocity=filled.velocity,
+                rotational_velocity=filled.rotational_velocity,
+                size=filled.size,
+                mass=filled.mass,
+            )
+            for frame in box.frames(seconds):
                 if frame % 4 == 0:
-                    y = box.state().position[:, 1]
-                    out.append(int((y < -DIAMETER).sum()))
+                    out.append(int((box.state().position[:, 1] < -DIAMETER).sum()))
                     times.append(frame * SUBSTEPS * STEP)
         time, gone = np.array(times), np.array(out)
-        steady = (time > open_at + 0.3) & (gone < 0.6 * count)
+        steady = (time > 0.3) & (gone < 0.6 * count)
         flows.append(float(np.polyfit(time[steady], gone[steady] * MASS, 1)[0]))
         print(hole, flows[-1], flush=True)
-    return _beverloo(holes, flows)
+    return flows
 
 
 def _beverloo(holes: list[float], flows: list[float]) -> dict[str, Any]:
     """Fit flow = factor bulk sqrt(g) (hole - k grain)^2.5 by a line through flow^0.4, and exponents."""
     slope, start = np.polyfit(holes, np.array(flows) ** 0.4, 1)
     k = -start / slope
-    exponents = [float(np.polyfit(np.log(np.array(holes) - one), np.log(flows), 1)[0]) for one in (1.4, k)]
+    wide = np.array(holes) > 7
+
+    def exponent(k: float, chosen: NDArray[np.bool_]) -> float:
+        return float(np.polyfit(np.log(np.array(holes)[chosen] - k), np.log(flows)[chosen], 1)[0])
+
     return {
         "holes_diameters": holes,
         "flows_kg_s": flows,
         "k": float(k),
         "factor": float((slope / DIAMETER) ** 2.5 / (0.6 * DENSITY * math.sqrt(9.81))),
-        "exponent": exponents[0],
-        "exponent_with_k": exponents[1],
+        "exponent": exponent(1.4, wide | True),
+        "exponent_of_wide_holes": exponent(1.4, wide),
+        "exponent_with_k": exponent(float(k), wide | True),
     }
 
 
@@ -326,7 +345,7 @@ def plot(figures: dict[str, Any]) -> None:
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
 
-    shown, axes = plt.subplots(1, 4, figsize=(15, 3.6), layout="constrained")
+    shown, axes = plt.subplots(1, 5, figsize=(18, 3.6), layout="constrained")
     if "silo" in figures:
         of = figures["silo"]
         line = np.linspace(0, max(of["poured_kg"]), 100)
@@ -351,6 +370,14 @@ def plot(figures: dict[str, Any]) -> None:
         of = figures["drum"]
         axes[3].semilogx(of["froude"], of["slopes_deg"], "o-", label="measured")
         axes[3].set(title="Drum", xlabel="omega^2 R / g", ylabel="slope (degrees)", ylim=(0, 50))
+    if "chute" in figures:
+        of = figures["chute"]
+        high, speed = np.array(of["height_diameters"]), np.array(of["profile"])
+        axes[4].plot(speed, high, "o", label="measured, 24 degrees")
+        top = high.max() + 0.5
+        rows = np.stack([np.ones_like(high), 1 - (1 - high / top) ** 1.5], axis=1)
+        axes[4].plot(rows @ np.linalg.lstsq(rows, speed, rcond=None)[0], high, label="Bagnold")
+        axes[4].set(title="Chute", xlabel="speed / sqrt(g d)", ylabel="height / diameter")
     for one in (one for one in axes if one.get_legend_handles_labels()[0]):
         one.legend(fontsize=8)
         one.grid(alpha=0.3)

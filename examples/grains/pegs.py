@@ -42,7 +42,7 @@ with world, motes.Movie(f"{args.out}/pegs.mp4") as movie:
             pegs.emit(position=place.round(5), color=tones[dice.integers(0, 4, len(place))])
         pegs.gravity((0, -9.81, 0))
         pegs.contact(4000, restitution=0.3, friction=0.5, walls=[plate])
-        pegs.sink(Plane((0, -0.05, 0), (0, 1, 0)), inside=False)
+        pegs.sink(Plane((0, -0.04, 0), (0, 1, 0)))
         pegs.move()
         motes.script.end_frame(world, movie, args)
     high = pegs.total(1, where=column("position").y > 3 * width)

@@ -107,6 +107,7 @@ def test_a_clump_that_nothing_touches_keeps_energy_and_angular_momentum():
             np.testing.assert_allclose(turning, first, atol=1e-4 * np.linalg.norm(first))
             assert energy == pytest.approx(worth, rel=1e-4)
     assert min(turned) < -0.9
+    assert p.contacts[0] == 0  # its spheres overlap, and do not touch each other
 
 
 def test_clumps_that_meet_keep_momentum_and_angular_momentum():

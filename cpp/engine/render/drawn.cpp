@@ -129,8 +129,8 @@ const float* DrawnSystem::repeat(const float* plane, std::size_t clumps) {
   return values.data();
 }
 
-std::deque<DrawnSystem> drawn_systems(const Script& script, const Calculator& calculator, threads::Pool& pool) {
-  std::deque<DrawnSystem> systems;
+std::vector<DrawnSystem> drawn_systems(const Script& script, const Calculator& calculator, threads::Pool& pool) {
+  std::vector<DrawnSystem> systems;
   for (std::size_t i = 0; i < calculator.populations.size(); ++i)
     systems.emplace_back(script, i, calculator.populations[i]->store, pool);
   return systems;

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <deque>
 #include <vector>
 
 #include "engine/state/population.h"
@@ -22,7 +21,7 @@ image::Drawn drawn(const particles::Store& store);
 class DrawnSystem {
  public:
   DrawnSystem(const Script& script, std::size_t system, particles::Store& store, threads::Pool& pool);
-  DrawnSystem(DrawnSystem&&) = default;
+  DrawnSystem(DrawnSystem&&) noexcept = default;
   const image::Drawn& columns() const { return drawn_; }
 
  private:
@@ -30,12 +29,12 @@ class DrawnSystem {
   const float* repeat(const float* plane, std::size_t clumps);
 
   image::Drawn drawn_;
-  std::deque<std::vector<float>> planes_;
+  std::vector<std::vector<float>> planes_;
   particles::IdList ids_;  // of spheres
 };
 
 /// What pictures show of all systems.
-std::deque<DrawnSystem> drawn_systems(const Script& script, const Calculator& calculator, threads::Pool& pool);
+std::vector<DrawnSystem> drawn_systems(const Script& script, const Calculator& calculator, threads::Pool& pool);
 
 /// `count` of them, from the first one on.
 image::Drawn part_of(const image::Drawn& all, std::size_t first, std::size_t count);

@@ -41,7 +41,7 @@ std::size_t size_of_part(const threads::Pool& pool, std::size_t count) {
 }
 
 // With one thread a system is one part: each part has a message of its own.
-std::vector<PartOfSystem> parts_of(const threads::Pool& pool, const std::deque<DrawnSystem>& systems) {
+std::vector<PartOfSystem> parts_of(const threads::Pool& pool, const std::vector<DrawnSystem>& systems) {
   std::vector<PartOfSystem> parts;
   for (std::size_t i = 0; i < systems.size(); ++i) {
     const image::Drawn& all = systems[i].columns();
@@ -87,7 +87,7 @@ void project(Rank& rank, const Script& script, const Calculator& calculator, Pai
   const double start = rank.machine.compute_seconds();
   rank.session.work("render", [&] {
     const image::View& view = *script.record.view;
-    const std::deque<DrawnSystem> systems = drawn_systems(script, calculator, *rank.pool);
+    const std::vector<DrawnSystem> systems = drawn_systems(script, calculator, *rank.pool);
     const std::vector<PartOfSystem> parts = parts_of(*rank.pool, systems);
     painter.records.resize(parts.size());
     while (painter.projectors.size() < static_cast<std::size_t>(rank.pool->threads()))

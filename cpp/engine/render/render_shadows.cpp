@@ -20,7 +20,7 @@ struct ShadowPart {
 };
 
 std::vector<ShadowPart> shadow_parts(const Script& script, const image::View& view,
-                                     const std::deque<DrawnSystem>& systems, const ShadowGrids& grids) {
+                                     const std::vector<DrawnSystem>& systems, const ShadowGrids& grids) {
   std::vector<ShadowPart> parts;
   for (std::size_t i = 0; i < systems.size(); ++i) {
     const image::Sprite& sprite = script.record.sprites[i];
@@ -127,7 +127,7 @@ void gather_shadows(Rank& rank, const Script& script, const Calculator& calculat
   std::vector<ShadowExtent> extents(grids->lights());
   std::vector<std::int64_t> sums(grids->lights() * ShadowGrids::numbers());
   std::vector<ShadowPart> parts;
-  std::deque<DrawnSystem> systems;
+  std::vector<DrawnSystem> systems;
   if (session.calculates()) {
     session.work("render", [&] {
       systems = drawn_systems(script, calculator, *rank.pool);

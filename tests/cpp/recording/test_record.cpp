@@ -55,6 +55,7 @@ Record rich_record() {
   const actions::Action move = actions::make(actions::numbers::move<>{.rotational = 1});
   r.lists = {{source, gravity, Read{}, bounce, move}, {emit, move}};
   r.sprites = {snow.sprite, rain.sprite};
+  r.clumps = {0, 0};
   image::View view;
   view.width = 64;
   view.height = 48;
@@ -107,6 +108,7 @@ std::vector<std::function<void(Record&)>> changes() {
       [=](Record& r) { action(r, 3).shapes[0].number[0] = 9; },
       [=](Record& r) { action(r, 4).kind = actions::Kind::kill_expired; },
       [](Record& r) { r.sprites[0].pixels = 3; },
+      [](Record& r) { r.clumps[1] = 7; },
       [](Record& r) { r.view.reset(); },
       [](Record& r) { r.view->camera.position[2] = 2; },
       [](Record& r) { r.view->camera.near = 0.2; },

@@ -39,6 +39,7 @@ Record frame(std::uint64_t number) {
   spawn.state = {{particles::velocity, {}}};
   r.lists = {{emit, gravity, Read{}, spawn, actions::make(actions::numbers::move<>{.rotational = 1})}};
   r.sprites = {snow.sprite};
+  r.clumps = {0};
   if (r.verb == Verb::render) {
     r.view.emplace();
     r.view->width = 64;
@@ -249,6 +250,7 @@ TEST(scene_frame_holds_what_scripts_may_say) {
   CHECK(refused([](Record& r) { r.systems[0].space = {domains::Space::Kind::finite, 1, 1}; }));
   CHECK(refused([](Record& r) { r.lists.clear(); }));
   CHECK(refused([](Record& r) { r.sprites.clear(); }));
+  CHECK(refused([](Record& r) { r.clumps.clear(); }));
   CHECK(refused([](Record& r) { r.sprites[0].pixels = 513; }));
   CHECK(refused([](Record& r) { r.view->width = 0; }));
   const auto emit = [](Record& r) -> Birth& { return std::get<Birth>(r.lists[0][0]); };

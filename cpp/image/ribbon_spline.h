@@ -54,8 +54,12 @@ MOTES_ALWAYS RibbonSpan ribbon_span(const RibbonRecord& r, int i) {
 }
 
 /// Half of a ribbon's width, px, at a place whose depth is 1 / `inverse` m. `scale`: its width in metres times the
-/// focal length. Negative beyond its end.
-MOTES_ALWAYS float ribbon_half(float scale, float inverse, float along) { return 0.5f * scale * inverse * (1 - along); }
+/// focal length. Negative beyond its end; at most what posed sprites reach.
+MOTES_ALWAYS float ribbon_half(float scale, float inverse, float along) {
+  const float half = 0.5f * scale * inverse * (1 - along);
+  if (half < -kMostPosedReach) return -kMostPosedReach;
+  return half < kMostPosedReach ? half : kMostPosedReach;
+}
 
 }  // namespace motes::image
 

@@ -29,7 +29,7 @@ with world, motes.Movie(f"{args.out}/ribbons.mp4") as movie:
             silk.configure(color=(0.9, 0.85, 1))
             silk.burst(Sphere((0, 0, 0), 1), count=2)
         for system, push in ((glow, 7.5), (silk, 5)):
-            # Around the middle, and back to it; the noise is the same for neighbours, which flow beside each other.
+            # Around the middle, and back to it; neighbours have the same noise and flow side by side.
             place = column("position")
             around = cross((0, 3.2, 0), place) - place * (2.4, 5, 2.4)
             system.set(velocity=column("velocity") + around * world.dt)

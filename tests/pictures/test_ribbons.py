@@ -111,6 +111,18 @@ def test_ribbons_stay_whole_where_particles_wrap() -> None:
     assert np.array_equal(boxed.linear, free.linear)
 
 
+def test_a_picture_drawn_again_has_the_same_ribbons() -> None:
+    renderer = motes.Renderer(80, 60, camera=FRONT)
+    world = motes.World(seed=1, dt=1 / 16, renderer=renderer, progress="off")
+    system = world.system("all", sprite=motes.Sprite("ribbon", width=0.5, length=3))
+    with world:
+        for frame in world.frames(7):
+            if frame == 0:
+                system.emit(position=[(-1, 0, 0)], velocity=[(4, 1, 0)])
+            system.move()
+            assert world.render().digest() == world.redraw().digest()
+
+
 def test_solids_hide_the_part_behind_them() -> None:
     """The particle flies in front of a ball, turns, and ends behind it."""
     ball = shapes.Sphere((0, 0, 0), 0.5)

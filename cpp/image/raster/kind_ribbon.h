@@ -86,7 +86,7 @@ struct Ribbon {
   static constexpr int kMostPoints = static_cast<int>(image::kMostPast) + 1, kMostPieces = 8, kMostSteps = 16;
   static constexpr int kMostJoints = kMostPieces * (kMostPoints - 1) + 2;
   static constexpr int kRowNumbers = image::kTile + kWidth;
-  static constexpr float kApart = 1e9f;
+  static constexpr float kApart = 1e9f, kFarOut = 1e6f;
 
   // Ends of pieces, from the particle backwards.
   int joints = 0, steps = 1;
@@ -114,6 +114,8 @@ struct Ribbon {
     float half, half_more, left, left_more, inverse, inverse_more, path, path_more;
   };
 
+  // A curve may swing far out.
+  static MOTES_INLINE float within(float v) { return v > -kFarOut ? (v < kFarOut ? v : kFarOut) : -kFarOut; }
   static MOTES_INLINE float between(float from, float to, float part) { return from + (to - from) * part; }
 
   static MOTES_INLINE int pieces_of(const image::RibbonSpan& span) {
@@ -126,8 +128,8 @@ struct Ribbon {
                         const image::OnScreen& at) {
     const int j = joints++;
     constexpr float kUnit = 1.0f / (1 << image::kWideBits), kSixteenth = 1.0f / 16;
-    x[j] = at.x - static_cast<float>(task.origin_x) * kUnit;
-    y[j] = at.y - static_cast<float>(task.origin_y) * kUnit;
+    x[j] = within(at.x) - static_cast<float>(task.origin_x) * kUnit;
+    y[j] = within(at.y) - static_cast<float>(task.origin_y) * kUnit;
     move_x[j] = between(a.then_x, b.then_x, part) * kSixteenth;
     move_y[j] = between(a.then_y, b.then_y, part) * kSixteenth;
     inverse[j] = between(1 / a.depth, 1 / b.depth, part);
@@ -145,7 +147,7 @@ struct Ribbon {
     joints = 2;
     x[1] = x[0], y[1] = y[0], move_x[1] = move_x[0], move_y[1] = move_y[0];
     half[1] = half[0], inverse[1] = inverse[0], left[1] = left[0], path[1] = path[0];
-    for (int c = 0; c < 3; ++c) tint[c][1] = tint[c][0];
+    for (float (&channel)[kMostJoints] : tint) channel[1] = channel[0];
   }
 
   // Finds the box around it, whose middle becomes that of the sprite, and the steps of its motion.

@@ -5,6 +5,7 @@
 #include "image/light/shadow_lanes.h"
 #include "simd/elementary.h"
 #include "simd/floats3.h"
+#include "simd/rotations.h"
 #include "simd/simd.h"
 
 namespace motes::MOTES_ISA {
@@ -56,25 +57,54 @@ MOTES_INLINE Floats3 ambient_at(const image::Ambient& a, Floats up) {
   return all3(a.low) * (1.0f - up) + all3(a.high) * up;
 }
 
-// The light that a white particle shows to the eye.
-MOTES_INLINE Floats3 light_arriving(const image::LightTask& t, Floats3 place, Floats3 to_eye, Floats diameter) {
+// What of a particle is lit: the side of a card that the eye sees, or a ball.
+struct LitSide {
+  bool flat;
+  Floats3 normal;  // of a ball: to the eye
+
+  MOTES_INLINE Floats from(Floats cosine) const { return flat ? max(cosine, Floats{}) : of_sphere(cosine); }
   // Over the picture of a sphere the mean normal is two thirds of the way to the eye.
-  Floats3 light = ambient_at(t.ambient, 0.5f + to_eye.y * 0.33333333f);
+  MOTES_INLINE Floats up() const { return 0.5f + normal.y * (flat ? 0.5f : 0.33333333f); }
+};
+
+MOTES_INLINE LitSide lit_side(const image::LightTask& t, std::size_t i, Floats3 to_eye) {
+  if (!t.flat) return {false, to_eye};
+  const image::CardPlanes& c = t.cards;
+  Floats3 normal;
+  if (c.along_velocity) {
+    const Floats3 way{value_or(c.velocity[0], i, c.velocity_of_all[0]),
+                      value_or(c.velocity[1], i, c.velocity_of_all[1]),
+                      value_or(c.velocity[2], i, c.velocity_of_all[2])};
+    const Floats speed = sqrt(dot(way, way));
+    const Mask moves = (speed > 1e-15f) & (speed < 1e15f);
+    normal = select(moves, way * (1.0f / select(moves, speed, all(1.0f))), to_eye);
+  } else {
+    normal = turned_z(unit(Rotations{value_or(c.orientation[0], i, c.orientation_of_all[0]),
+                                     value_or(c.orientation[1], i, c.orientation_of_all[1]),
+                                     value_or(c.orientation[2], i, c.orientation_of_all[2]),
+                                     value_or(c.orientation[3], i, c.orientation_of_all[3])}));
+  }
+  return {true, normal * select(dot(normal, to_eye) < 0.0f, all(-1.0f), all(1.0f))};
+}
+
+// The light that a white particle shows to the eye.
+MOTES_INLINE Floats3 light_arriving(const image::LightTask& t, Floats3 place, const LitSide& side, Floats diameter) {
+  Floats3 light = ambient_at(t.ambient, side.up());
   Floats sunlight{};
   if (t.sunny) {
-    sunlight = of_sphere(dot(to_eye, all3(t.sun))) * kSunOnParticles;
+    sunlight = side.from(dot(side.normal, all3(t.sun))) * kSunOnParticles;
     const Floats sun = sunlight * light_left(t, t.sun_shadow, place, diameter);
     light = light + Floats3{sun, sun, sun};
   }
-  const Floats3 plain = ambient_at(t.ambient, 0.5f + to_eye.y * 0.33333333f) + Floats3{sunlight, sunlight, sunlight};
+  const Floats3 plain = ambient_at(t.ambient, side.up()) + Floats3{sunlight, sunlight, sunlight};
   for (std::size_t k = 0; k < t.light_count; ++k) {
     const image::LightOnParticles& lamp = t.lights[k];
     const Floats3 along = all3(lamp.position) - place;
     const Floats square = max(dot(along, along), all(1e-6f));
-    const Floats facing = of_sphere(dot(along, to_eye) / sqrt(square));
+    const Floats facing = side.from(dot(along, side.normal) / sqrt(square));
     light = light + all3(lamp.color) * (facing * light_left(t, lamp.shadow, place, diameter) / square);
   }
-  if (!t.sphere) return light;
+  if (!t.shaded) return light;
   const auto part = [](Floats a, Floats b) { return a / max(b, all(1e-6f)); };
   return {part(light.x, plain.x), part(light.y, plain.y), part(light.z, plain.z)};
 }
@@ -88,7 +118,8 @@ void light_particles(const image::LightTask& t, std::size_t first, std::size_t l
     const Floats3 offset = all3(t.width.eye) - place;
     const Floats distance = length_of_way(offset);
     if (t.lit) {
-      const Floats3 light = light_arriving(t, place, offset * (1.0f / distance), diameter_at(t.width, p, place, i));
+      const LitSide side = lit_side(t, i, offset * (1.0f / distance));
+      const Floats3 light = light_arriving(t, place, side, diameter_at(t.width, p, place, i));
       color = {color.x * light.x, color.y * light.y, color.z * light.z};
     }
     if (t.fog_density > 0) {

@@ -29,6 +29,15 @@ struct ParticleWidth {
   float eye[3];
 };
 
+/// Where cards look: along their velocity, or as their orientation says. Planes as in ParticlePlanes.
+struct CardPlanes {
+  bool along_velocity;
+  const float* velocity[3];  // m/s
+  float velocity_of_all[3];
+  const float* orientation[4];
+  float orientation_of_all[4];
+};
+
 struct LightOnParticles {
   float position[3];
   float color[3];  // on a surface that faces it at 1 m
@@ -39,7 +48,10 @@ struct LightOnParticles {
 struct LightTask {
   ParticlePlanes particles;
   ParticleWidth width;
-  bool lit = false, sphere = false;  // sphere: shaded by its kind, so that only what differs from that counts
+  bool lit = false;
+  bool shaded = false;  // by their kind, as the sun and the sky do alone: only what differs from that counts
+  bool flat = false;    // cards
+  CardPlanes cards{};
   bool sunny = false;
   float sun[3];
   const ShadowMap* sun_shadow = nullptr;

@@ -23,6 +23,13 @@ ParticlePlanes particle_planes(const Drawn& d) {
   return p;
 }
 
+void put_facing(const Drawn& d, CardPlanes& cards) {
+  std::copy(d.velocity.begin(), d.velocity.end(), cards.velocity);
+  std::copy(d.velocity_of_all.begin(), d.velocity_of_all.end(), cards.velocity_of_all);
+  std::copy(d.orientation.begin(), d.orientation.end(), cards.orientation);
+  std::copy(d.orientation_of_all.begin(), d.orientation_of_all.end(), cards.orientation_of_all);
+}
+
 void put_floats(const Vector& v, float* to) {
   for (std::size_t i = 0; i < 3; ++i) to[i] = static_cast<float>(v[i]);
 }
@@ -46,7 +53,9 @@ std::unique_ptr<const ParticleLight> ParticleLight::of(const Sprite& sprite, con
   LightTask& t = made->task_;
   t.width = particle_width(sprite, view);
   t.lit = sprite.lit;
-  t.sphere = sprite.kind == Sprite::Kind::sphere && !drawn_as_point(sprite);
+  t.shaded = sprite.kind == Sprite::Kind::mesh || (sprite.kind == Sprite::Kind::sphere && !drawn_as_point(sprite));
+  t.flat = sprite.kind == Sprite::Kind::card;
+  t.cards.along_velocity = sprite.facing == Sprite::Facing::velocity;
   t.sunny = length(view.sun) > 0;
   put_floats(t.sunny ? unit(view.sun) : Vector{0, 1, 0}, t.sun);
   t.sun_shadow = shadows == nullptr ? nullptr : shadows->of_sun();
@@ -71,6 +80,7 @@ void ParticleLight::light(const Drawn& particles, std::size_t first, std::size_t
                           std::size_t stride) const {
   LightTask task = task_;
   task.particles = particle_planes(particles);
+  put_facing(particles, task.cards);
   float* const planes[3] = {to, to + stride, to + 2 * stride};
   light_lanes().light(task, first, last, planes);
 }

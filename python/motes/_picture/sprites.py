@@ -57,7 +57,8 @@ class Sprite(Value):
     the one that `pick` says; kept as an array (number, height, width, 4)."""
     lit: bool = False
     """Whether the sun, lights and the sky light its particles, as small spheres: their colour is the part of
-    the light that they reflect. Spheres, which the sun lights anyway, get lights and shadows."""
+    the light that they reflect. Cards are lit by the side that they show. Spheres and meshes, which sun and
+    sky light anyway, get lights and shadows."""
     shadow: float = 0
     """The part of the light of the sun and of lights that one particle keeps from what lies behind it, times
     its `alpha`, 0..1: on solids, and on lit particles, of its own system too. Shadows are as sharp as a grid

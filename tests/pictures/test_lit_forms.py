@@ -1,0 +1,68 @@
+"""Lamps and shadows on cards and on instances of meshes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import motes
+from motes import shapes
+
+WHITE = np.full((4, 4, 3), 255, np.uint8)
+POINTS = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) / 2
+SIDES = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+CUBE = motes.Mesh(POINTS, [t for a, b, c, d in SIDES for t in ((a, b, c), (a, c, d))])
+
+
+def light(
+    sprite: motes.Sprite, *, smoke: float = 0, facts: dict[str, Any] | None = None, **state: Any
+) -> float:
+    """The light in the middle of a picture of one particle, from which the camera is 5 m away along z."""
+    camera = motes.Camera((0, 0, 5), (0, 0, 0))
+    renderer = motes.Renderer(48, 48, camera=camera, linear=True, **(facts or {}))
+    world = motes.World(seed=1, renderer=renderer, progress="off")
+    system = world.system("one", sprite=sprite)
+    clouds = world.system("smoke", sprite=motes.Sprite("disc", None, shadow=1))
+    with world:
+        system.emit(position=[(0, 0, 0)], color=[(0.5, 0.5, 0.5)], **state)
+        if smoke > 0:  # black, and above: it is in no picture
+            clouds.configure(color=(0, 0, 0), size=0.3, alpha=smoke)
+            clouds.burst(shapes.Box((-2, 2.5, -2), (2, 3, 2)), count=2000)
+        return float(world.render().linear[24, 24].mean())
+
+
+def turned(angle_deg: float) -> list[tuple[float, ...]]:
+    """About the x axis: a front along z comes to look down, or up."""
+    half = np.radians(angle_deg) / 2
+    return [(float(np.sin(half)), 0.0, 0.0, float(np.cos(half)))]
+
+
+def test_a_card_is_lit_by_the_side_that_it_shows() -> None:
+    card = motes.Sprite("image", image=WHITE, blend="opaque", facing="orientation", lit=True)
+    flying = motes.Sprite("image", image=WHITE, blend="opaque", facing="velocity", lit=True)
+    lamp = {"sun": (0, 0, 0), "lights": [motes.Light((0, 0, 4), (1, 1, 1), 8)]}
+    alone = {"sun": (0, 0, 0)}
+    for angle in (0.0, 40.0, -60.0, 180.0):
+        at = {"orientation": turned(angle)}
+        added = light(card, facts=lamp, **at) - light(card, facts=alone, **at)
+        assert added == pytest.approx(0.5 * 8 / 16 * abs(np.cos(np.radians(angle))), abs=0.004)
+    way = {"velocity": [(0, -np.sin(np.radians(40)), np.cos(np.radians(40)))]}
+    added = light(flying, facts=lamp, **way) - light(flying, facts=alone, **way)
+    assert added == pytest.approx(0.25 * np.cos(np.radians(40)), abs=0.004)
+    up, down = (light(card, facts=alone, orientation=turned(angle)) for angle in (-60, 60))
+    assert up > 1.2 * down > 0, "the sky is brighter than the ground"
+
+
+@pytest.mark.parametrize("blend", ["add", "alpha", "opaque"])
+def test_lamps_and_shadows_fall_on_meshes(blend: Any) -> None:
+    unlit, lit = (motes.Sprite("mesh", mesh=CUBE, blend=blend, lit=on) for on in (False, True))
+    sun = {"sun": (0, 1, 0.8)}
+    plain = light(unlit, facts=sun)
+    assert light(lit, facts=sun) == pytest.approx(plain, rel=0.02), "the sun and the sky alone"
+    lamp = sun | {"lights": [motes.Light((0, 0, 3), (1, 1, 1), 2)]}
+    assert light(unlit, facts=lamp) == pytest.approx(plain, rel=0.01)
+    assert light(lit, facts=lamp) > 1.1 * plain
+    assert light(lit, facts={"sun": (0, 1, 0)}, smoke=0.9) < 0.95 * light(lit, facts={"sun": (0, 1, 0)})
+    assert light(lit, facts={"sun": (0, 1, 0.01)}, smoke=0.9) > 0.2 * light(lit, facts={"sun": (0, 1, 0.01)})

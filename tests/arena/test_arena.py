@@ -94,6 +94,7 @@ def test_players_are_named_as_python_writes_them(tmp_path: Path) -> None:
     assert player("PrefixCuts(threshold=0.2)", [1.0]).threshold == 0.2  # type: ignore[attr-defined]
     for text, cost in (("CostAware", 7.0), ("CostAware(move_cost=2)", 2.0)):
         assert player(text, [1.0], 7.0).move_cost == cost  # type: ignore[attr-defined]
+    assert isinstance(player("static"), Static) and isinstance(player("prefix"), PrefixCuts)
     powers = player("Proportional", [2.0, 1.0])
     assert isinstance(powers, Proportional) and name_of(powers) == "Proportional"
     assert name_of(PrefixCuts(threshold=0.2)) == "PrefixCuts(threshold=0.2)" and set(BALANCERS) <= {

@@ -15,7 +15,17 @@ from launching import command
 from motes.arena.players import player
 from motes.balance import PrefixCuts, Static
 from motes.cli import main
-from motes.cluster import Cluster, FastEthernet, Modern, Myrinet, Network, Node, growth, simulate
+from motes.cluster import (
+    Cluster,
+    FastEthernet,
+    Modern,
+    Myrinet,
+    Network,
+    Node,
+    growth,
+    migrant_s,
+    simulate,
+)
 from motes.cluster import build as build_module
 from motes.cluster.paper import experiment, in_text, model, show
 from motes.cluster.paper.experiment import Row
@@ -77,6 +87,14 @@ def test_ranks_go_to_machines_in_their_order():
     assert TWO_NETWORKS.ranks == 6
     crowded = Node("x", 2.0, cores=2, ranks=4, sharing=0.5)
     assert crowded.rank_speed == 0.5, "half of it shared, and two ranks a core"
+
+
+def test_a_migrant_costs_work_at_both_ends_and_its_bytes(tmp_path: Path):
+    (tmp_path / "costs").write_text("leave = 300\narrive = 100\n")
+    wire = Network("wire", 1e6, 0.0)
+    cluster = Cluster([Node("fast", 2.0), Node("slow", 0.5)], wire)
+    assert migrant_s(cluster, tmp_path / "costs", size=40) == pytest.approx(200e-9 * (0.5 + 2) / 2 + 40e-6)
+    assert migrant_s(cluster, scale=3) == pytest.approx(3 * migrant_s(cluster))
 
 
 def test_what_is_no_cluster_is_refused():

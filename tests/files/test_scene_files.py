@@ -220,10 +220,11 @@ def test_what_is_wrong_is_said_once(
         ((tmp_path,), "it is not a regular file"),
         ((recorded["snow"].scene, "--frames", "two"), "--frames must be a whole number, got 'two'"),
         (
-            (recorded["snow"].scene, "--roles", "all"),
-            "must be one of auto, shared, managing, got 'all'",
+            (recorded["snow"].scene, "--roles", "any"),
+            "must be one of auto, shared, managing, all, got 'any'",
         ),
         ((recorded["snow"].scene, "--balancer", "Own()"), "balancer must be one of Static, Pairwise"),
+        ((recorded["snow"].scene, "--balancer", "Static", "--ask", "x"), "so does --balancer"),
         ((recorded["snow"].scene, "--spans"), "--spans needs --log"),
         ((recorded["snow"].scene, "--fast"), "unknown option --fast"),
         ((recorded["snow"].scene, "--out"), "--out must be followed by a value"),

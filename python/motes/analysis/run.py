@@ -410,7 +410,7 @@ class Run:
             powers: each machine's power, one per calculator on any scale, where they are known; None:
                 measured speeds belong to the machines. `motes.replay.predict` explains both.
             migrant_s: seconds of a frame per migrant of the calculator that sends and receives most;
-                None: as in this run.
+                `motes.cluster.migrant_s(cluster)` says it of a known one. None: as in this run.
 
         Returns:
             A run with the same tables and plots.

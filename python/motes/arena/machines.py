@@ -12,7 +12,7 @@ from ..cluster import Cluster, Modern, Node
 from ..cluster.machines import described
 from ..cluster.paper import model
 from ..cluster.paper.tables import IN_TEXT, Cell
-from ..cluster.simulate import MEASURED_COSTS
+from ..cluster.simulate import MEASURED_COSTS, costs_of
 from ..errors import ArgumentError
 
 __all__ = ["MACHINES", "Machine", "costs_of", "machine"]
@@ -84,12 +84,6 @@ class Machine:
             1 / network.bandwidth,
             network.latency_s + 2 * network.overhead_s,
         )
-
-
-def costs_of(text: str) -> dict[str, float]:
-    """Read costs of work: lines `name = nanoseconds`; returns seconds by name."""
-    lines = (line.partition("#")[0].partition("=") for line in text.splitlines())
-    return {name.strip().strip('"'): 1e-9 * float(value) for name, equals, value in lines if equals}
 
 
 def _paper() -> Machine:

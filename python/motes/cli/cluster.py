@@ -15,7 +15,6 @@ from typing import Any
 
 from .. import _extras
 from ..analysis.run import Run
-from ..arena.players import player
 from ..cluster import growth
 from ..cluster.build import build
 from ..cluster.machines import Cluster, described
@@ -65,7 +64,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="WHO,...",
         help=f"who creates births: {', '.join(growth.WAYS)}",
     )
-    many.add_argument("--pictures", action="store_true", help="draw them too: one image generator for all")
+    many.add_argument(
+        "--pictures", action="store_true", help="draw them too; where ranks are many, all draw tiles"
+    )
     for command in (paper, many):
         add_json(command)
         command.add_argument(
@@ -118,7 +119,11 @@ def _configure_run(parser: argparse.ArgumentParser) -> None:
 def _run(args: argparse.Namespace) -> int:
     _extras.pandas()  # before minutes of work
     cluster = described(Path(args.cluster))
-    balancer = None if args.balancer is None else player(args.balancer)
+    balancer = None
+    if args.balancer is not None:
+        from ..arena.players import player  # needs the compiled core
+
+        balancer = player(args.balancer)
     options = ["--blocking"] if args.blocking else []
     for name in REPLAY:
         if getattr(args, name) is not None:

@@ -1,9 +1,9 @@
 """Virtual clusters: machines and networks that this one does not have, simulated by SimGrid."""
 
 from .machines import Cluster, FastEthernet, Modern, Myrinet, Network, Node
-from .simulate import simulate
+from .simulate import migrant_s, simulate
 
-__all__ = ["Cluster", "FastEthernet", "Modern", "Myrinet", "Network", "Node", "simulate"]
+__all__ = ["Cluster", "FastEthernet", "Modern", "Myrinet", "Network", "Node", "migrant_s", "simulate"]
 
 
 def __dir__() -> list[str]:

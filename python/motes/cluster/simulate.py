@@ -9,17 +9,19 @@ import sys
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from .._values import arguments
 from ..analysis.run import Run, open_run
-from ..balance import Balancer, is_native
 from ..errors import MotesError
 from .build import find_replay, find_smpirun
-from .deciding import deciding
 from .machines import Cluster, Network
 from .platform import hosts, platform
 
-__all__ = ["MEASURED_COSTS", "record", "simulate"]
+if TYPE_CHECKING:
+    from ..balance import Balancer
+
+__all__ = ["MEASURED_COSTS", "costs_of", "migrant_s", "record", "simulate"]
 
 FLAGS = {
     "smpi/simulate-computation": "no",  # work takes what its costs say
@@ -87,13 +89,21 @@ def simulate(
         argv = [*_launcher(smpirun, cluster), str(replay), *_replay_options(scale, options)]
         if balancer is None:
             _run(argv, folder)
-        elif is_native(balancer):
-            _run([*argv, "--balancer", "".join(repr(balancer).split())], folder)
         else:
-            with deciding(balancer, folder / "balancer"):
-                _run([*argv, "--ask", "balancer"], folder)
+            _run_under(balancer, argv, folder)
         shutil.copytree(folder / "log", log, dirs_exist_ok=True)
     return open_run(log)
+
+
+def _run_under(balancer: Balancer, argv: Sequence[str], folder: Path) -> None:
+    from ..balance import is_native  # needs the compiled core, unlike all else here
+    from .deciding import deciding
+
+    if is_native(balancer):
+        _run([*argv, "--balancer", "".join(repr(balancer).split())], folder)
+        return
+    with deciding(balancer, folder / "balancer"):
+        _run([*argv, "--ask", "balancer"], folder)
 
 
 def _run(argv: Sequence[str], folder: Path) -> None:
@@ -127,3 +137,31 @@ def _costs(path: str | os.PathLike[str] | None, network: Network) -> str:
     text = Path(MEASURED_COSTS if path is None else path).read_text()
     byte_s = 0.0 if network.shared else 1 / network.bandwidth
     return f"{text}\nmessage = {1e9 * network.overhead_s!r}\nbyte = {1e9 * byte_s!r}\n"
+
+
+def costs_of(text: str) -> dict[str, float]:
+    """Read costs of work: lines `name = nanoseconds`; returns seconds by name."""
+    lines = (line.partition("#")[0].partition("=") for line in text.splitlines())
+    return {name.strip().strip('"'): 1e-9 * float(value) for name, equals, value in lines if equals}
+
+
+def migrant_s(
+    cluster: Cluster, costs: str | os.PathLike[str] | None = None, *, scale: float = 1.0, size: float = 36.0
+) -> float:
+    """Return what a particle that changes its calculator costs each of the two, for `Run.replay(migrant_s=)`.
+
+    A log cannot tell it if little was exchanged, or the same number in each frame.
+
+    Args:
+        cluster: the machines and networks, of which the first counts; on average over its ranks.
+        costs: as `simulate` takes it.
+        scale: likewise.
+        size: bytes of a particle in a message; 36 for one with position, velocity, age and id.
+
+    Returns:
+        Seconds: packing or unpacking, and its bytes on the link.
+    """
+    found = costs_of(Path(MEASURED_COSTS if costs is None else costs).read_text())
+    slowness = [node.started / node.rank_speed for node in cluster.nodes for _ in range(node.count)]
+    each = (found.get("leave", 0.0) + found.get("arrive", 0.0)) / 2 * sum(slowness) / cluster.ranks
+    return scale * (each + size / cluster.networks[0].bandwidth)

@@ -1,0 +1,47 @@
+"""A load for make_replay_table.py: its argument is step, wave, drift or jet."""
+
+from __future__ import annotations
+
+import sys
+
+import motes
+from motes.shapes import Box
+from motes.workloads import workload
+
+FRAMES = 50
+NAME = sys.argv[1]
+
+
+def play(name: str) -> None:
+    """Run one of the arena's workloads."""
+    game = workload(name, frames=FRAMES, cells=400, particles=12_000)
+    world = motes.World(**game.world, progress="off")
+    system = world.system("particles")
+    with world:
+        for frame in world.frames(FRAMES):
+            game.step(system, frame)
+            for _ in range(4):
+                system.gravity((0, 0, 0))  # work, and nothing else
+            world.step()
+
+
+def stream(speed: float, life: float) -> None:
+    """Let particles be born on the left, drift, and die."""
+    world = motes.World(seed=3, space=(-10, 10), progress="off")
+    system = world.system("particles")
+    system.configure(velocity=motes.Normal((speed, 0, 0), (1.0, 1.0, 0)), lifetime=life)
+    with world:
+        for _ in world.frames(FRAMES):
+            system.source(Box((-9, -1, -1), (-5, 1, 1)), rate=9000)
+            system.gravity((0.5, 0, 0))
+            system.kill_expired()
+            system.move()
+            world.step()
+
+
+if NAME == "drift":
+    stream(4.0, 60.0)
+elif NAME == "jet":
+    stream(12.0, 0.8)
+else:
+    play(NAME)

@@ -248,6 +248,13 @@ struct Image : Picture<Image> {
   }
 };
 
+/// The direction of a record's `up`; at first that of the unknown one, which points upwards.
+struct Directed {
+  static constexpr int kUpwards = 192;
+
+  int up_x = 0, up_y = 0, direction = kUpwards;
+};
+
 /// What the stamp of a small image depends on, its picture apart.
 struct SmallImage {
   int size, phase_x, phase_y, direction;  // 1/8 px; quarters of a pixel; see direction_of()
@@ -256,15 +263,24 @@ struct SmallImage {
 
   static constexpr int kQuarter = 64;  // directions from one axis to the next
 
-  MOTES_INLINE SmallImage(const WideSprite& s) {
-    size = static_cast<int>(2 * s.radius * 8 + 0.5f);
-    column = floor_of(s.x);
-    row = floor_of(s.y);
-    phase_x = static_cast<int>((s.x - static_cast<float>(column)) * 4);
-    phase_y = static_cast<int>((s.y - static_cast<float>(row)) * 4);
-    direction = direction_of(s.up_x, s.up_y);
+  /// `directed`: the direction of the record before, kept from one to the next: most particles of a system have the
+  /// same.
+  MOTES_INLINE SmallImage(const image::WideSplat& task, const image::WideRecord& r, const unsigned char* bytes,
+                          Directed& directed) {
+    size = (r.size + 4) >> (image::kSizeBits - 3);
+    const int x = r.x - task.origin_x, y = r.y - task.origin_y;
+    column = x >> image::kWideBits;
+    row = y >> image::kWideBits;
+    phase_x = x >> (image::kWideBits - 2) & 3;
+    phase_y = y >> (image::kWideBits - 2) & 3;
+    if (r.up_x != directed.up_x || r.up_y != directed.up_y)
+      directed = Directed{r.up_x, r.up_y, direction_of(r.up_x, r.up_y)};
+    direction = directed.direction;
+    tile = 0;
+    if (task.form.tile == 0) return;
+    __builtin_memcpy(&tile, bytes + task.form.tile, sizeof tile);
     constexpr std::uint32_t kStep = 1u << (image::kTileNumberBits - 4);
-    tile = (s.tile + kStep / 2) & ~(kStep - 1);
+    tile = (tile + kStep / 2) & ~(kStep - 1);
   }
   MOTES_INLINE std::uint32_t key() const {
     return static_cast<std::uint32_t>(size << 12 | direction << 4 | phase_y << 2 | phase_x);
@@ -301,7 +317,9 @@ struct SmallImage {
 
  private:
   /// Returns the nearest of the directions: from each axis to the next in equal steps along the square |x| + |y| = 1.
-  static MOTES_INLINE int direction_of(float x, float y) {
+  static MOTES_INLINE int direction_of(int up_x, int up_y) {
+    if (up_x == 0 && up_y == 0) return Directed::kUpwards;
+    const auto x = static_cast<float>(up_x), y = static_cast<float>(up_y);
     const float part = size_of(y) / (size_of(x) + size_of(y));
     const int along = static_cast<int>(part * kQuarter + 0.5f);
     const int from_right = x >= 0 ? along : 2 * kQuarter - along;

@@ -335,20 +335,26 @@ __attribute__((noinline)) void fill(const WideSplat& task, const WideSprite& spr
 }
 
 // Draws a small image that does not move from its stamp; returns whether it is one.
-MOTES_INLINE bool draw_small(const TilePlanes& tile, const WideSplat& task, const WideSprite& s,
-                             const Channels& channel, const Blend& blend, Patch<4>& patch) {
-  if (task.image_stamps == nullptr || s.half >= 0.5f || 2 * s.radius > image::kStampedImage) return false;
-  if (tile.hides && s.depth > tile.farthest) return true;
-  const SmallImage small(s);
+MOTES_INLINE bool draw_small(const TilePlanes& tile, const WideSplat& task, const unsigned char* bytes,
+                             const Channels& channel, const Blend& blend, Patch<4>& patch, Directed& directed) {
+  const image::WideRecord r = record_of(task, bytes);
+  constexpr int kWidest = static_cast<int>(image::kStampedImage) << image::kSizeBits, kMoves = 1 << image::kWideBits;
+  if (task.image_stamps == nullptr || r.size > kWidest) return false;
+  if (std::int64_t{r.dx} * r.dx + std::int64_t{r.dy} * r.dy >= kMoves * kMoves) return false;
+  if (tile.hides && r.depth > tile.farthest) return true;
+  const SmallImage small(task, r, bytes, directed);
   image::ImageStamp& stamp = task.image_stamps[small.place()];
   if (stamp.levels != small.levels(task) || stamp.key != small.key() || stamp.part != small.part()) {
-    fill(task, s, small, patch, stamp);
+    fill(task, sprite_from(task, bytes), small, patch, stamp);
   }
-  const float unit = 4 * s.radius * s.radius * s.light * stamp.share;
+  const float width = static_cast<float>(r.size) * (1.0f / (1 << image::kSizeBits));
+  const float unit = width * width * (static_cast<float>(r.light) * (1.0f / image::kAllLight)) * stamp.share;
+  std::uint32_t color;
+  __builtin_memcpy(&color, r.color, sizeof color);
   Tint tint;
-  if (!tint_of(channel, s.color, unit < stamp.most ? unit : stamp.most, tint)) return true;
-  const bool test = tile.hides && (task.fade > 0 || s.depth > tile.nearest);
-  blend.stamp[test](tile, task, stamp, tint, small.column, small.row, s.depth);
+  if (!tint_of(channel, color, unit < stamp.most ? unit : stamp.most, tint)) return true;
+  const bool test = tile.hides && (task.fade > 0 || r.depth > tile.nearest);
+  blend.stamp[test](tile, task, stamp, tint, small.column, small.row, r.depth);
   return true;
 }
 
@@ -360,12 +366,12 @@ void draw_all(const TilePlanes& tile, const WideSplat& task, const unsigned char
   } else {
     const Channels channel = channels();
     Patch<Kind::kPlanes> patch;
+    [[maybe_unused]] Directed directed;
     for (std::size_t i = 0; i < count; ++i, records += task.record_bytes) {
-      const WideSprite s = sprite_from(task, records);
       if constexpr (std::is_same_v<Kind, Image>) {
-        if (draw_small(tile, task, s, channel, blend, patch)) continue;
+        if (draw_small(tile, task, records, channel, blend, patch, directed)) continue;
       }
-      draw_one<Kind>(tile, task, s, channel, blend, patch);
+      draw_one<Kind>(tile, task, sprite_from(task, records), channel, blend, patch);
     }
   }
 }

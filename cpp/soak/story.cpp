@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "balance/named.h"
+#include "particles/trace.h"
 
 namespace motes::soak {
 namespace {
@@ -114,6 +115,11 @@ void define(engine::Engine& engine, const Way& way) {
   engine.add_system(definition);
   definition.name = "children";
   definition.capacity = 90;
+  definition.sprite.kind = image::Sprite::Kind::ribbon;  // children keep where they have been
+  definition.sprite.width = 0.1f;
+  definition.sprite.length = 0.3f;
+  for (const auto& [name, width] : particles::trace_attributes(false))
+    definition.attributes.push_back({name, width, {}});
   engine.add_system(definition);
 }
 

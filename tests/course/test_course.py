@@ -85,7 +85,9 @@ def test_logs_tell_no_speed(written: Path) -> None:
 
 
 @pytest.mark.timeout(900)
-@pytest.mark.parametrize("evening", EVENINGS)
+@pytest.mark.parametrize(
+    "evening", [pytest.param(n, marks=pytest.mark.slow) if n > 1 else n for n in EVENINGS]
+)
 def test_notebooks_run_with_their_solutions(evening: int, tmp_path: Path) -> None:
     nbformat = pytest.importorskip("nbformat")
     nbclient = pytest.importorskip("nbclient")

@@ -147,13 +147,13 @@ FUZZ = {
 }
 
 
-@settings(max_examples=80, **FUZZ)
+@settings(max_examples=30, **FUZZ)
 @given(data=st.data())
 def test_a_damaged_log_is_read_or_refused(whole, data):
     check(whole, data.draw, plots=False)
 
 
-@settings(max_examples=4, **FUZZ)
+@settings(max_examples=2, **FUZZ)
 @given(data=st.data())
 def test_a_damaged_log_is_drawn_or_refused(whole, data):
     check(whole, data.draw, plots=True)

@@ -92,6 +92,7 @@ TEST(tiles_that_travel_in_several_messages_make_the_same_picture) {
       const std::vector<std::string> alone = seen_of({1, Path::gather, bloom, linear}, ++seed).pictures;
       CHECK(alone.size() == (linear ? 6u : 3u) && alone[0] != alone[1] && alone[1] != alone[2]);
       for (const int ranks : {2, 3}) {
+        if (ranks == 2 && linear != (bloom > 0)) continue;
         for (const Path path : {Path::tiles, Path::composite}) {
           CHECK(seen_of({ranks, path, bloom, linear}, ++seed).pictures == alone);
         }

@@ -67,8 +67,9 @@ TEST(image_a_streak_across_all_of_a_large_picture_keeps_its_light) {
       if (kind == Kind::point && diameter > 2) continue;
       const double still = still_light(wide_view(64, 64), sprite, diameter);
       for (const double length : {1000.0, 1100.0, 3000.0}) {
-        for (const double aside : {0.0, 0.3, 1.0, -2.6, 7.0, 11.7, -13.0, 45.0}) {
+        for (const double aside : {0.0, 0.3, -2.6, 11.7, 45.0}) {
           for (const double shift : {0.0, 0.5}) {
+            if (shift > 0 && diameter != 3.3) continue;
             const bool coarse = kind == Kind::image && diameter < 3 && length > 1024;  // texels are far apart
             WideRecord r = wide_record(shift, shift, diameter);
             r.dx = static_cast<std::int32_t>(length * 256);

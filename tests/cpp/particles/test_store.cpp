@@ -94,7 +94,7 @@ void write_one(Store& store, Model& model, test::Dice& dice) {
 
 TEST(store_follows_a_simple_model) {
   const Schema schema = schema_of_test();
-  for (std::uint64_t seed = 0; seed < 60; ++seed) {
+  for (std::uint64_t seed = 0; seed < 25; ++seed) {
     test::Dice dice(seed);
     Store store(schema), other(schema);
     Model model, other_model;

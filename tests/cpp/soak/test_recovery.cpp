@@ -45,7 +45,7 @@ soak::Film undisturbed() {
 
 TEST(no_disaster_breaks_a_promise) {
   int losses = 0, restarts = 0, told = 0;
-  for (std::uint64_t seed = 0; seed < 150; ++seed) {
+  for (std::uint64_t seed = 0; seed < 60; ++seed) {
     const Disaster disaster = soak::disaster(seed);
     if (!disaster.broken.empty())
       check::fail(__FILE__, __LINE__, "seed " + std::to_string(seed) + ": " + disaster.broken);
@@ -53,11 +53,11 @@ TEST(no_disaster_breaks_a_promise) {
     if (disaster.kind == Disaster::Kind::restarts && disaster.survived > 0) ++restarts;
     if (disaster.told) ++told;
   }
-  CHECK(losses > 40 && restarts > 20 && told < 25);
+  CHECK(losses > 15 && restarts > 7 && told < 12);
 }
 
 TEST(a_disaster_is_the_same_each_time) {
-  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+  for (std::uint64_t seed = 0; seed < 6; ++seed) {
     const Disaster first = soak::disaster(seed), second = soak::disaster(seed);
     CHECK(first.kind == second.kind && first.died == second.died && first.survived == second.survived);
     CHECK(first.told == second.told);

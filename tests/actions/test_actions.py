@@ -350,7 +350,7 @@ def test_every_action_has_a_method_that_records_it():
         kind for kind in vars(actions).values() if isinstance(kind, type) and issubclass(kind, actions.Action)
     ]
     names = ["".join("_" + c.lower() if c.isupper() else c for c in kind.__name__)[1:] for kind in kinds]
-    assert sorted({*names, "pairs"} - {"action"}) == sorted(motes._core.action_names())
+    assert sorted({*names, "pairs", "contact_clumps"} - {"action"}) == sorted(motes._core.action_names())
     assert all(callable(getattr(system, name)) for name in names if name != "action")
     with world:
         system.jet(BALL, acceleration=(0, 1, 0))

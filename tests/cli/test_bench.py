@@ -24,6 +24,7 @@ MEETINGS = {
     "match_rotational_velocity",
     "collide",
     "contact",
+    "contact_clumps",
     "fluid",
     "tie",
     "pairs",

@@ -128,7 +128,7 @@ def test_report_fails_whole(log, tmp_path, monkeypatch):
         raise OSError("disk full")
 
     monkeypatch.setattr(report.summary, "image", broken)
-    with pytest.raises(OSError, match="disk full"):
+    with pytest.raises(motes.LogError, match="disk full"):
         report.write_report(motes.open_run(log), tmp_path / "page.html")
     assert list(tmp_path.iterdir()) == []
 

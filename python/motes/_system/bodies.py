@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
 from .._values import arguments
-from .._values.clump import Clump, as_clump
 from .._values.ties import Ties
 from .._values.values import says_near_names
 from ..errors import ArgumentError
 from .births import Births
-from .fabrics import cloth, rope
 from .recorded import Recorded
 from .recorder import Recorder
+
+if TYPE_CHECKING:
+    from .._values.clump import Clump
 
 __all__ = ["Bodies"]
 
@@ -50,6 +52,8 @@ class Bodies(Recorder):
         Returns:
             The ties, for `tie`.
         """
+        from .fabrics import cloth
+
         return cloth(self._births, rows, columns, origin, along, across, pinned)
 
     @says_near_names
@@ -65,6 +69,8 @@ class Bodies(Recorder):
         Returns:
             The ties, for `tie`.
         """
+        from .fabrics import rope
+
         return rope(self._births, start, end, count, pinned)
 
     @says_near_names
@@ -92,6 +98,8 @@ class Bodies(Recorder):
         Returns:
             The template: `volume`, `inertia`, `radius`, `center`.
         """
+        from .._values.clump import as_clump
+
         clump = as_clump(template)
         mass = None if density is None else _mass(density, clump)
         if position is None and columns:

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .. import _core
-from .._values.clump import Clump
 from .._values.curves import moving_part
 from .._values.values import Moving, Value, at
 from ..errors import ArgumentError
 from .distributions import distribution
+
+if TYPE_CHECKING:
+    from .._values.clump import Clump
 
 __all__ = ["Newborn"]
 
@@ -68,8 +70,12 @@ class Newborn:
 
     def restore(self, kept: Sequence[Any]) -> None:
         """Go on with what an earlier run had set; ({}, {}) forgets all."""
-        given, moving, *clump = kept
-        self.clump = Clump(clump[0]) if clump and clump[0] else None
+        given, moving, *spheres = kept
+        self.clump = None
+        if spheres and spheres[0]:
+            from .._values.clump import as_clump
+
+            self.clump = as_clump(spheres[0])
         self._given = {index: _core.Distribution.from_bytes(text) for index, text in given.items()}
         self._moving = dict(moving)
         self._sort()

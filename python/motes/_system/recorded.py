@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from .. import _core
 from .._picture.sprites import Sprite, native_of
 from .._run import script_lines
-from .._values.clump import law_of
 from ..expressions._conditions import columns_of
 from .first_frame import FirstFrame
 from .newborn import Newborn
@@ -66,7 +65,12 @@ class Recorded:
     def tell_clump(self, engine: _core.Engine) -> None:
         """Tell the engine the template of particles that are clumps."""
         clump = self.newborn.clump
-        engine.set_clumps(self.index, 0 if clump is None else law_of(clump)[1])
+        template = 0
+        if clump is not None:
+            from .._values.clump import law_of
+
+            _, template = law_of(clump)
+        engine.set_clumps(self.index, template)
 
     def add(self, entry: Any, line: script_lines.Line) -> None:
         """Note what was recorded, and where."""

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from .. import _core
 from .._values import arguments
-from .._values.clump import Clump, law_of
 from .._values.curves import Number
 from .._values.ties import Ties
 from .._values.values import value
@@ -23,6 +22,7 @@ from .base import Action, at_least_0
 
 if TYPE_CHECKING:
     from .._system.system import System
+    from .._values.clump import Clump
 
 __all__ = [
     "Collide",
@@ -369,6 +369,8 @@ def compiled_for_clumps(action: Contact, clump: Clump, columns: Columns) -> _cor
     _, numbers, own = action.__dict__["_call"]
     shapes = list(own)
     where = condition_of(action.where, columns, shapes)
+    from .._values.clump import law_of
+
     of_clump, table = law_of(clump)
     return _core.Action("contact_clumps", numbers | of_clump, shapes, where, table=table)
 

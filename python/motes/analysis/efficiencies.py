@@ -1,16 +1,4 @@
-"""POP's measures of parallel efficiency, from where each rank's time went.
-
-The POP Centre of Excellence (https://pop-coe.eu/node/69) divides parallel efficiency into factors:
-
-    parallel      = load_balance x communication
-    communication = serialisation x transfer
-
-With work = time that a rank neither waits nor sends nor receives, and T the time of the slowest rank:
-parallel = mean work / T, load_balance = mean work / largest work, serialisation = largest work / T_ideal and
-transfer = T_ideal / T. T_ideal is what the run would take on a network where messages take no time. POP
-gets it by replaying a trace (Dimemas). Here each message carries the length of the longest chain of work that
-led to it, so T_ideal is known while the run goes on, on any machine and on virtual clusters.
-"""
+"""POP's measures of parallel efficiency as a table, from where each rank's time went (see factors.py)."""
 
 from __future__ import annotations
 
@@ -19,13 +7,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import _extras
+from .factors import COLUMNS, factors
 
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-__all__ = ["COLUMNS", "efficiencies", "factors", "frame_seconds", "wall_by_rank", "work_by_rank"]
-
-COLUMNS = ("parallel", "load_balance", "communication", "serialisation", "transfer")
+__all__ = ["efficiencies", "frame_seconds", "wall_by_rank", "work_by_rank"]
 
 
 def work_by_rank(times: DataFrame) -> DataFrame:
@@ -57,24 +44,11 @@ def efficiencies(times: DataFrame) -> DataFrame:
     longer = chain.diff()
     longer = longer.where(longer > 0, chain)  # the first frame, or the first behind a restart
     rows = [
-        factors(work.loc[frame].to_numpy(), float(wall.loc[frame].max()), float(longer[frame]))
+        factors(work.loc[frame].tolist(), float(wall.loc[frame].max()), float(longer[frame]))
         for frame in work.index
     ]
     ideal = float(longer.iloc[1:].sum() + min(longer.iloc[0], wall.iloc[0].max()))
-    rows.append(factors(work.sum().to_numpy(), float(wall.sum().max()), ideal))
+    rows.append(factors(work.sum().tolist(), float(wall.sum().max()), ideal))
     index = pd.Index([*map(int, work.index), "all"], name="frame", dtype=object)
     found: DataFrame = pd.DataFrame(rows, columns=list(COLUMNS), index=index)
     return found
-
-
-def factors(work: Any, seconds: float, ideal_s: float) -> tuple[float, ...]:
-    """Divide the efficiency of ranks that worked so long, (ranks,), in so many seconds, as in COLUMNS."""
-    known = work[~np.isnan(work)]
-    most = float(known.max()) if len(known) else 0.0
-    if not (seconds > 0 and most > 0):
-        return (np.nan,) * len(COLUMNS)
-    seconds = max(seconds, most)
-    ideal_s = min(max(ideal_s, most), seconds)
-    balance, serialisation, transfer = float(known.mean()) / most, most / ideal_s, ideal_s / seconds
-    communication = serialisation * transfer
-    return balance * communication, balance, communication, serialisation, transfer

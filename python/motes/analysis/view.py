@@ -10,14 +10,12 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from .._io.text import printable
 from .._run import progress
 from ._tables.schema import EVENTS, FRAMES, LOAD, TIMES, WAITS
 from ._tables.stretches import latest
 from ._tables.tables import Follower
-from .efficiencies import COLUMNS, factors
+from .factors import COLUMNS, factors
 
 __all__ = ["SPARKS", "View"]
 
@@ -80,7 +78,7 @@ class View:
         for before, now in times.ended(self._times.new_rows()):
             seconds = [float(row.get("wall_s") or 0.0) for row in now]
             idle = [float(row.get("wait_s") or 0.0) + float(row.get("messages_s") or 0.0) for row in now]
-            work = np.maximum(np.array(seconds) - idle, 0.0)
+            work = [max(one - lost, 0.0) for one, lost in zip(seconds, idle, strict=True)]
             start, end = (
                 max((float(row.get("chain_s") or 0.0) for row in rows), default=0.0) for rows in (before, now)
             )

@@ -1,0 +1,35 @@
+"""POP's measures of parallel efficiency, from where each rank's time went.
+
+The POP Centre of Excellence (https://pop-coe.eu/node/69) divides parallel efficiency into factors:
+
+    parallel      = load_balance x communication
+    communication = serialisation x transfer
+
+With work = time that a rank neither waits nor sends nor receives, and T the time of the slowest rank:
+parallel = mean work / T, load_balance = mean work / largest work, serialisation = largest work / T_ideal and
+transfer = T_ideal / T. T_ideal is what the run would take on a network where messages take no time. POP
+gets it by replaying a trace (Dimemas). Here each message carries the length of the longest chain of work that
+led to it, so T_ideal is known while the run goes on, on any machine and on virtual clusters.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+__all__ = ["COLUMNS", "factors"]
+
+COLUMNS = ("parallel", "load_balance", "communication", "serialisation", "transfer")
+
+
+def factors(work: Sequence[float], seconds: float, ideal_s: float) -> tuple[float, ...]:
+    """Divide the efficiency of ranks that worked so long in so many seconds (NaN: unknown), as in COLUMNS."""
+    known = [one for one in work if not math.isnan(one)]
+    most = max(known, default=0.0)
+    if not (seconds > 0 and most > 0):
+        return (math.nan,) * len(COLUMNS)
+    seconds = max(seconds, most)
+    ideal_s = min(max(ideal_s, most), seconds)
+    balance, serialisation, transfer = sum(known) / len(known) / most, most / ideal_s, ideal_s / seconds
+    communication = serialisation * transfer
+    return balance * communication, balance, communication, serialisation, transfer

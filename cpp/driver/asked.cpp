@@ -55,20 +55,20 @@ class Pipes {
   std::string ask(const std::string& line) const {
     for (std::size_t sent = 0; sent < line.size();) {
       const ssize_t written = write(tables_, line.data() + sent, line.size() - sent);
-      if (written < 0 && errno != EINTR) throw std::runtime_error(gone());
+      if (written < 0 && errno != EINTR) throw std::runtime_error(kGone);
       if (written > 0) sent += static_cast<std::size_t>(written);
     }
     std::string answer;
     for (char c = 0; c != '\n';) {
       const ssize_t got = read(plans_, &c, 1);
-      if (got == 0 || (got < 0 && errno != EINTR)) throw std::runtime_error(gone());
+      if (got == 0 || (got < 0 && errno != EINTR)) throw std::runtime_error(kGone);
       if (got == 1 && c != '\n') answer += c;
     }
     return answer;
   }
 
  private:
-  static std::string gone() { return "the balancer's program has ended"; }
+  static constexpr const char* kGone = "the balancer's program has ended";
 
   int tables_ = -1;
   int plans_ = -1;

@@ -363,14 +363,18 @@ void draw_all(const TilePlanes& tile, const WideSplat& task, const unsigned char
               const Blend& blend) {
   if constexpr (Kind::kPlanes == 1) {
     task.one_size ? draw_stamped(tile, task, records, count, blend) : draw_groups(tile, task, records, count, blend);
+  } else if constexpr (std::is_same_v<Kind, Image>) {
+    const Channels channel = channels();
+    Patch<Kind::kPlanes> patch;
+    Directed directed;
+    for (std::size_t i = 0; i < count; ++i, records += task.record_bytes) {
+      if (draw_small(tile, task, records, channel, blend, patch, directed)) continue;
+      draw_one<Kind>(tile, task, sprite_from(task, records), channel, blend, patch);
+    }
   } else {
     const Channels channel = channels();
     Patch<Kind::kPlanes> patch;
-    [[maybe_unused]] Directed directed;
     for (std::size_t i = 0; i < count; ++i, records += task.record_bytes) {
-      if constexpr (std::is_same_v<Kind, Image>) {
-        if (draw_small(tile, task, records, channel, blend, patch, directed)) continue;
-      }
       draw_one<Kind>(tile, task, sprite_from(task, records), channel, blend, patch);
     }
   }

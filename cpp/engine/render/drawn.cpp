@@ -37,6 +37,11 @@ image::Drawn drawn(const particles::Store& store) {
 
 namespace {
 
+// The number of the frame that is drawn: after a frame the next one is already being recorded.
+std::uint64_t drawn_frame(const Script& script) {
+  return script.record.frame - (script.record.verb == recording::Verb::redraw ? 1 : 0);
+}
+
 // Adds the past positions of a system whose sprite asks for them.
 image::Drawn traced(const Script& script, std::size_t system, const particles::Store& store) {
   image::Drawn d = drawn(store);
@@ -47,9 +52,7 @@ image::Drawn traced(const Script& script, std::size_t system, const particles::S
   d.size_of_all = sprite.width;
   if (count < 0) return d;
   d.past_count = store.plane(count, 0);
-  // After a frame the next one is already being recorded.
-  const std::uint64_t frame = script.record.frame - (script.record.verb == recording::Verb::redraw ? 1 : 0);
-  const auto times = particles::TraceTimes::over(sprite.length, script.record.dt, frame);
+  const auto times = particles::TraceTimes::over(sprite.length, script.record.dt, drawn_frame(script));
   static_assert(image::kMostPast == particles::kTraced);
   for (int back = 0; back < particles::kTraced; ++back) {
     image::Past& past = d.past[static_cast<std::size_t>(back)];
@@ -81,14 +84,13 @@ void number_tiles(const image::Pick& pick, particles::Store& store, double time,
 }  // namespace
 
 DrawnSystem::DrawnSystem(const Script& script, std::size_t system, particles::Store& store, threads::Pool& pool)
-    : drawn_(traced(script, system, store)) {
+    : number_(system), drawn_(traced(script, system, store)) {
   using Kind = image::Sprite::Kind;
   const image::Sprite& sprite = script.record.sprites[system];
   if (!sprite.pick.number.empty() && drawn_.count > 0) {
-    // A redraw shows the frame before the one whose list is being recorded.
-    const std::uint64_t frames = script.record.frame + (script.record.verb == recording::Verb::redraw ? 0 : 1);
+    const double time = static_cast<double>(drawn_frame(script) + 1) * script.record.dt;
     std::vector<float>& numbers = planes_.emplace_back(drawn_.count + 2 * particles::kPadding);
-    number_tiles(sprite.pick, store, static_cast<double>(frames) * script.record.dt, numbers.data(), pool);
+    number_tiles(sprite.pick, store, time, numbers.data(), pool);
     drawn_.tile = numbers.data();
   }
   const actions::TableKey clumps = script.record.clumps[system];

@@ -22,12 +22,15 @@ class DrawnSystem {
  public:
   DrawnSystem(const Script& script, std::size_t system, particles::Store& store, threads::Pool& pool);
   DrawnSystem(DrawnSystem&&) noexcept = default;
+  /// Which system it is.
+  std::size_t number() const { return number_; }
   const image::Drawn& columns() const { return drawn_; }
 
  private:
   void expand(const particles::Store& store, actions::TableKey clumps, threads::Pool& pool);
   const float* repeat(const float* plane, std::size_t clumps);
 
+  std::size_t number_;
   image::Drawn drawn_;
   std::vector<std::vector<float>> planes_;
   particles::IdList ids_;  // of spheres

@@ -19,13 +19,21 @@ struct ShadowPart {
   std::size_t first, last;
 };
 
+// The systems that throw shadows.
+std::vector<DrawnSystem> shadowing(const Script& script, const Calculator& calculator, threads::Pool& pool) {
+  std::vector<DrawnSystem> systems;
+  for (std::size_t i = 0; i < calculator.populations.size(); ++i) {
+    if (script.record.sprites[i].shadow > 0) systems.emplace_back(script, i, calculator.populations[i]->store, pool);
+  }
+  return systems;
+}
+
 std::vector<ShadowPart> shadow_parts(const Script& script, const image::View& view,
                                      const std::vector<DrawnSystem>& systems, const ShadowGrids& grids) {
   std::vector<ShadowPart> parts;
-  for (std::size_t i = 0; i < systems.size(); ++i) {
-    const image::Sprite& sprite = script.record.sprites[i];
-    if (!(sprite.shadow > 0)) continue;
-    const image::Drawn& all = systems[i].columns();
+  for (const DrawnSystem& system : systems) {
+    const image::Sprite& sprite = script.record.sprites[system.number()];
+    const image::Drawn& all = system.columns();
     for (std::size_t first = 0; first < all.count; first += kParticles) {
       parts.push_back(
           {image::ParticleShadows(sprite, view, grids, all), first, std::min(first + kParticles, all.count)});
@@ -130,7 +138,7 @@ void gather_shadows(Rank& rank, const Script& script, const Calculator& calculat
   std::vector<DrawnSystem> systems;
   if (session.calculates()) {
     session.work("render", [&] {
-      systems = drawn_systems(script, calculator, *rank.pool);
+      systems = shadowing(script, calculator, *rank.pool);
       parts = shadow_parts(script, view, systems, *grids);
       extents = extents_of(*rank.pool, parts, grids->lights());
     });

@@ -38,6 +38,17 @@ void invert(const double (&t)[6], double (&to)[6]) {
   for (int i = 0; i < 6; ++i) to[i] = inverse[i] * part;
 }
 
+// Runs a kernel over ranges of `count` clumps.
+void over_clumps(const ClumpTask& task, std::size_t count, void (*kernel)(const ClumpTask&), threads::Pool& pool) {
+  threads::over_ranges(pool, count, kRange, [&](std::size_t first, std::size_t last) {
+    const simd::FloatMode mode;
+    ClumpTask range = task;
+    range.first = first;
+    range.last = last;
+    kernel(range);
+  });
+}
+
 // The columns of a side's clumps: own ones, then ghosts, readable to the end of the last vector.
 class ClumpColumns {
  public:
@@ -65,13 +76,7 @@ class ClumpColumns {
     task.count = spheres.size();
     task.stride = count;
     task.placed = placed;
-    threads::over_ranges(pool, count, kRange, [&](std::size_t begin, std::size_t end) {
-      const simd::FloatMode mode;
-      ClumpTask range = task;
-      range.first = begin;
-      range.last = end;
-      kernels().place_spheres(range);
-    });
+    over_clumps(task, count, kernels().place_spheres, pool);
   }
 
  private:
@@ -222,13 +227,7 @@ class Summing {
     }
     task_.sums = sums;
     task_.out = out;
-    threads::over_ranges(pool_, count, kRange, [&](std::size_t first, std::size_t last) {
-      const simd::FloatMode mode;
-      ClumpTask range = task_;
-      range.first = first;
-      range.last = last;
-      kernels().turn_clumps(range);
-    });
+    over_clumps(task_, count, kernels().turn_clumps, pool_);
     for (int c = 0; c < 3; ++c) {
       put(particles::velocity, c, out_[c], false);
       put(particles::spin, c, out_[3 + c], false);

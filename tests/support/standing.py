@@ -25,7 +25,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from launching import POLL_S, Hang, Result, kill_session, launches, mpirun, take_trailer
+from launching import POLL_S, Hang, Result, kill_session, launches, mpirun, python, take_trailer
 
 __all__ = ["COMMAND_LINE", "alike", "end", "on_ranks"]
 
@@ -69,6 +69,17 @@ def on_ranks(
             if not job.usable:
                 _jobs.pop(size).kill()
     return result
+
+
+def assert_goes_on(script: str, place: Path) -> None:
+    """Check that two ranks print the digests of one, behind the checkpoint of one that died in frame 5.
+
+    The script keeps its checkpoints in its first argument, and dies with code 9 in frame KILL.
+    """
+    whole = on_ranks(1, script, place / "whole").lines
+    assert python(script, place / "killed", env={"KILL": "5"}).code == 9
+    rest = on_ranks(2, script, place / "killed").lines
+    assert [line for line in rest if line.startswith("digest")] == whole
 
 
 def alike(script: str | Path, *arguments: object, ranks: Sequence[int] = (1, 2, 3)) -> list[str]:

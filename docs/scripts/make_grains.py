@@ -301,7 +301,8 @@ def chute(size: float) -> dict[str, Any]:
         found["speeds"].append(last / math.sqrt(9.81 * DIAMETER))
         found["drifts"].append(last / max(before, 1e-9) - 1)
         height, profile = _profile(np.concatenate(states))
-        found["misfits"].append(_bagnold(height, profile))
+        left = _bagnold(height, profile) - profile
+        found["misfits"].append(float(np.sqrt((left**2).mean()) / max(np.ptp(profile), 1e-9)))
         if round(math.degrees(angle)) == 24:
             found["height_diameters"], found["profile"] = height.tolist(), profile.tolist()
         print(
@@ -321,12 +322,12 @@ def _profile(seen: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np
     return numbers.astype(float), np.array(means)
 
 
-def _bagnold(height: NDArray[np.float64], speed: NDArray[np.float64]) -> float:
-    """Fit a + b (1 - (1 - y / top)^1.5); return the root mean square of what is left, per range of speeds."""
+def _bagnold(height: NDArray[np.float64], speed: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Fit speeds a + b (1 - (1 - y / top)^1.5), and return them."""
     top = height.max() + 0.5
     rows = np.stack([np.ones_like(height), 1 - (1 - height / top) ** 1.5], axis=1)
-    left = rows @ np.linalg.lstsq(rows, speed, rcond=None)[0] - speed
-    return float(np.sqrt((left**2).mean()) / max(np.ptp(speed), 1e-9))
+    fitted: NDArray[np.float64] = rows @ np.linalg.lstsq(rows, speed, rcond=None)[0]
+    return fitted
 
 
 CASES: dict[str, Callable[[float], dict[str, Any]]] = {
@@ -374,9 +375,7 @@ def plot(figures: dict[str, Any]) -> None:
         of = figures["chute"]
         high, speed = np.array(of["height_diameters"]), np.array(of["profile"])
         axes[4].plot(speed, high, "o", label="measured, 24 degrees")
-        top = high.max() + 0.5
-        rows = np.stack([np.ones_like(high), 1 - (1 - high / top) ** 1.5], axis=1)
-        axes[4].plot(rows @ np.linalg.lstsq(rows, speed, rcond=None)[0], high, label="Bagnold")
+        axes[4].plot(_bagnold(high, speed), high, label="Bagnold")
         axes[4].set(title="Chute", xlabel="speed / sqrt(g d)", ylabel="height / diameter")
     for one in (one for one in axes if one.get_legend_handles_labels()[0]):
         one.legend(fontsize=8)

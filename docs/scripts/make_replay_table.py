@@ -1,4 +1,4 @@
-"""Compare what replays foresee with what happens, for six policies and four loads, on a virtual cluster.
+"""Compare what replays foresee with what happens, for seven policies and four loads, on a virtual cluster.
 
 `python docs/scripts/make_replay_table.py` prints the tables of docs/notes/balancing.md, the same in each
 repeat. One run of each load is recorded, under static cuts; its log is replayed under each policy, with the
@@ -45,13 +45,13 @@ def main() -> None:
     rows: dict[str, dict[str, tuple[float, float]]] = {}
     with tempfile.TemporaryDirectory() as text:
         folder = Path(text)
-        (folder / "costs").write_text(COSTS)
+        costs = folder / "costs"
+        costs.write_text(COSTS)
+        sizes: dict[str, Any] = {"scale": SCALE, "costs": costs, "options": ["--births", "manager"]}
         for load in LOADS:
             scene = folder / f"{load}.motes"
             record(scene, HERE / "replay_loads.py", [load])
-            costs = folder / "costs"
-            sizes: dict[str, Any] = {"scale": SCALE, "costs": costs, "options": ["--births", "manager"]}
-            each = migrant_s(CLUSTER, folder / "costs", scale=SCALE, size=SIZES[load])
+            each = migrant_s(CLUSTER, costs, scale=SCALE, size=SIZES[load])
             log = simulate(scene, CLUSTER, log=folder / f"{load}-recorded", balancer=Static(), **sizes)
             for policy in policies():
                 name = type(policy).__name__

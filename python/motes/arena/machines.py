@@ -15,7 +15,7 @@ from ..cluster.paper.tables import IN_TEXT, Cell
 from ..cluster.simulate import MEASURED_COSTS, costs_of
 from ..errors import ArgumentError
 
-__all__ = ["MACHINES", "Machine", "costs_of", "machine"]
+__all__ = ["MACHINES", "Machine", "machine"]
 
 ACTIONS = ("gravity", "random_acceleration", "bounce", "kill_old", "move")
 """What each particle of the paper's snow goes through in a frame."""

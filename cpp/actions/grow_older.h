@@ -1,6 +1,8 @@
 // Ages grow by a step (ageing.h): in double precision, half a vector at a time.
 #pragma once
 
+#include <limits>
+
 #include "actions/ageing.h"
 #include "actions/lanes.h"
 #include "simd/doubles.h"
@@ -28,36 +30,40 @@ MOTES_INLINE Doubles by_frames(Doubles age, const actions::Ageing& g) {
 }
 
 /// Ages of any size, of which some are too large to be counted in sub-steps, or no numbers.
-MOTES_OUTLINE void grow_older_at_any_age(float* ages, std::size_t count, const actions::Ageing& g) {
+MOTES_OUTLINE Floats older_at_any_age(Floats age, const actions::Ageing& g) {
   const double step = g.length + g.rest;
-  for (std::size_t i = 0; i < count; i += kLanes) {
-    const Floats age = load(ages + i);
-    const Doubles low = low_half(age), high = high_half(age);
-    const Floats in_substeps = join(by_substeps<true>(low, g), by_substeps<true>(high, g));
-    const Floats in_frames = join(by_frames(low, g), by_frames(high, g));
-    const Floats beyond = join(low + step, high + step);
-    const Floats size = abs(age);
-    store(ages + i, select(size <= g.in_substeps, in_substeps, select(size <= g.in_frames, in_frames, beyond)));
-  }
+  const Doubles low = low_half(age), high = high_half(age);
+  const Floats in_substeps = join(by_substeps<true>(low, g), by_substeps<true>(high, g));
+  const Floats in_frames = join(by_frames(low, g), by_frames(high, g));
+  const Floats beyond = join(low + step, high + step);
+  const Floats size = abs(age);
+  return select(size <= g.in_substeps, in_substeps, select(size <= g.in_frames, in_frames, beyond));
 }
 
 template <bool has_rest>
-MOTES_INLINE void grow_older(float* ages, std::size_t count, const actions::Ageing& g) {
-  for (std::size_t i = 0; i < count; i += kHalf) {
-    store_floats(ages + i, by_substeps<has_rest>(load_doubles(ages + i), g));
-  }
+MOTES_INLINE Floats older(Floats age, const actions::Ageing& g) {
+  if (any(~(abs(age) <= g.in_substeps))) [[unlikely]]
+    return older_at_any_age(age, g);
+  return join(by_substeps<has_rest>(low_half(age), g), by_substeps<has_rest>(high_half(age), g));
 }
 
-/// Whether all ages of a block are below what is counted in sub-steps: as integers, for which NaN is large, too.
-MOTES_INLINE bool all_counted(const float* ages, std::size_t count, const actions::Ageing& g) {
-  Ints most{};
-  for (std::size_t i = 0; i < count; i += kLanes) most = max_ints(most, (Ints)abs(load(ages + i)));
-  return all_at_most((Floats)most, g.in_substeps);
+/// Particles born together lie side by side: a vector of one age costs a comparison where the one before it had the
+/// same.
+template <bool has_rest>
+MOTES_INLINE void grow_older(float* ages, std::size_t count, const actions::Ageing& g) {
+  Floats before = all(std::numeric_limits<float>::quiet_NaN()), after = before;
+  for (std::size_t i = 0; i < count; i += kLanes) {
+    const Floats age = load(ages + i);
+    if (any(age != before)) {
+      before = age;
+      after = older<has_rest>(age, g);
+    }
+    store(ages + i, after);
+  }
 }
 
 inline void grow_older(float* ages, std::size_t count, const actions::Ageing& step) {
   const actions::Ageing g = step;  // stores cannot change a copy
-  if (!all_counted(ages, count, g)) return grow_older_at_any_age(ages, count, g);
   if (g.rest != 0) return grow_older<true>(ages, count, g);
   grow_older<false>(ages, count, g);
 }

@@ -39,28 +39,6 @@ MOTES_INLINE Doubles high_half(Floats v) {
 #endif
 }
 
-MOTES_INLINE Doubles load_doubles(const float* from) {
-#if MOTES_WIDTH == 512
-  return (Doubles)_mm512_cvtps_pd(_mm256_loadu_ps(from));
-#elif MOTES_WIDTH == 256
-  return (Doubles)_mm256_cvtps_pd(_mm_loadu_ps(from));
-#else
-  Doubles d;
-  for (std::size_t i = 0; i < kHalf; ++i) d[i] = from[i];
-  return d;
-#endif
-}
-/// Rounds to nearest.
-MOTES_INLINE void store_floats(float* to, Doubles v) {
-#if MOTES_WIDTH == 512
-  _mm256_storeu_ps(to, _mm512_cvtpd_ps((__m512d)v));
-#elif MOTES_WIDTH == 256
-  _mm_storeu_ps(to, _mm256_cvtpd_ps((__m256d)v));
-#else
-  for (std::size_t i = 0; i < kHalf; ++i) to[i] = static_cast<float>(v[i]);
-#endif
-}
-
 /// Rounded to nearest.
 MOTES_INLINE Floats join(Doubles low, Doubles high) {
 #if MOTES_WIDTH == 512

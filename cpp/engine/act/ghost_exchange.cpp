@@ -122,7 +122,8 @@ void GhostExchange::exchange(double farthest, double range) {
   farthest_ = farthest;
   range_ = range;
   forget_ghosts();
-  if (in_.rank.session.calculators() == 1 && !images_.any()) return;
+  const bool sees_images = images_.any() && bonds_ == nullptr;
+  if (in_.rank.session.calculators() == 1 && !sees_images) return;
   const int self = in_.rank.session.calculator();
   const int count = static_cast<int>(in_.rank.session.calculators());
   std::vector<int> to;
@@ -235,19 +236,21 @@ void GhostExchange::unpack_changes(int source, const Message& message) {
     throw std::runtime_error("kept ghosts differ from what their owner sends");
 }
 
-// Adds the places, from number `first` on, at which particles in a box may see one of this calculator's.
+// Adds the places, from number `first` on, at which particles in a box may see one of this calculator's. Ties find the
+// nearest image themselves: they get each particle once, where it is.
 void GhostExchange::choose(std::size_t side, const domains::Box& seer, std::uint32_t p, std::uint8_t first,
                            Chosen& chosen) const {
   const Store& store = in_.population(side).store;
   float x[3];
   position_of(store, p, x);
   const bool tied = bonds_ == nullptr || bonds_->row_of(store.ids()[p]) != interactions::Bonds::kNone;
-  if (!tied || std::isnan(x[0] + x[1] + x[2])) return;
+  if (!tied || std::isnan(x[0] + x[1] + x[2]) || (bonds_ != nullptr && first > 0)) return;
   for (std::uint8_t number = first; number < images_.count(); ++number) {
     const float at[3] = {images_.at(number, 0, x[0]), images_.at(number, 1, x[1]), images_.at(number, 2, x[2])};
     if (!(outside(seer, at) <= range_)) continue;
     chosen.particles.push_back(p);
-    if (images_.any()) chosen.images.push_back(number);
+    if (images_.any()) chosen.images.push_back(bonds_ == nullptr ? number : 0);
+    if (bonds_ != nullptr) return;
   }
 }
 

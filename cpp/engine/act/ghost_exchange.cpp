@@ -63,7 +63,8 @@ bool GhostExchange::holds() {
   for (std::size_t side = 0; side < in_.interaction.count; ++side) {
     const interactions::Side here{
         .store = &in_.population(side).store, .list = &list_of(side), .now = in_.interaction.substep};
-    const bool holds = interactions::list_holds(*in_.interaction.action, here, *in_.rank.pool);
+    const bool holds =
+        interactions::list_holds(*in_.interaction.action, here, side == 1, in_.calculator.scratch, *in_.rank.pool);
     all = all && holds && kept(side).domains == in_.system(side).domains;
     wear_.step = std::max(wear_.step, list_of(side).wear().step);
     wear_.age = std::max(wear_.age, list_of(side).wear().age);
@@ -204,7 +205,7 @@ void GhostExchange::refresh_own_images() {
     KeptGhosts& ghosts_here = kept(side);
     if (!ghosts_here.sent.contains(self)) continue;
     base::Bytes bytes;
-    put_changes(*in_.interaction.action, in_.population(side).store, self, ghosts_here, bytes);
+    put_changes(*in_.interaction.action, side == 1, in_.population(side).store, self, ghosts_here, bytes);
     base::Reader in(bytes.view());
     take_changes(in, self, images_, ghosts_here);
   }
@@ -216,7 +217,7 @@ std::uint64_t GhostExchange::pack_changes(int target, base::Bytes& bytes) {
     KeptGhosts& ghosts_here = kept(side);
     if (!ghosts_here.sent.contains(target)) continue;
     const std::uint64_t told =
-        put_changes(*in_.interaction.action, in_.population(side).store, target, ghosts_here, bytes);
+        put_changes(*in_.interaction.action, side == 1, in_.population(side).store, target, ghosts_here, bytes);
     in_.population(side).interaction.ghosts += told;
     in_.rank.machine.charge(in_.rank.machine.costs().copy * static_cast<double>(told));
     count += told;
@@ -256,6 +257,7 @@ void GhostExchange::choose(std::size_t side, const domains::Box& seer, std::uint
 
 // The particles that somebody else may see, or that leave.
 std::vector<std::uint32_t> GhostExchange::near_the_border(std::size_t side) const {
+  if (!seen(side)) return {};
   const System& sees = in_.system(in_.seer(side));
   const Store& store = in_.population(side).store;
   const domains::Box own = box(side, in_.rank.session.calculator());
@@ -315,7 +317,9 @@ void GhostExchange::pack(std::size_t side, std::map<int, Message>& messages) {
   base::Bytes kept;  // migrants and images that this calculator sees, packed
   const domains::Box own = box(in_.seer(side), self);
   Chosen copied;
-  for (const auto& [p, owner] : owners) choose(side, own, p, 0, copied);
+  for (const auto& [p, owner] : owners) {
+    if (seen(side)) choose(side, own, p, 0, copied);
+  }
   for (const std::uint32_t p : near) {
     if (images_.any() && owner_of(p) == self) choose(side, own, p, 1, copied);
   }

@@ -362,20 +362,25 @@ std::vector<Column> columns_of(const Action& action, const Side& side, bool seco
   return columns;
 }
 
-NeighbourList::Kind list_kind(const Action& action, const Side& side) {
+NeighbourList::Kind list_kind(const Action& action, const Side& side, bool second) {
+  if (second) return {.parts = 0};
   if (action.kind != actions::Kind::interact) return {.of_clumps = side.of_clumps};
   const auto parts = static_cast<std::uint32_t>((actions::states_of(action) + kStateNumbers - 1) / kStateNumbers);
   return {parts, 1, action.other >= 0};
 }
 
-bool list_holds(const Action& action, const Side& side, threads::Pool& pool) {
-  if (action.kind == actions::Kind::contact_clumps) return clumps_hold(action, side, pool);
+bool list_holds(const Action& action, const Side& side, bool second, Scratch& scratch, threads::Pool& pool) {
+  if (action.kind == actions::Kind::contact_clumps) return clumps_hold(action, side, scratch, pool);
   Crowd own;
   own.own = side.store->size();
   own.own_ids = side.store->ids();
   const std::vector<Component> read = read_by(action);
   const std::vector<Column> columns = columns_of(action, side);
-  for (std::size_t c = 0; c < 3; ++c) own.at[c] = columns[c];
+  const auto& position = side.store->uniform_value(particles::position);
+  for (int c = 0; c < 3; ++c) {
+    const auto number = static_cast<std::size_t>(c);
+    own.at[number] = {side.store->plane(particles::position, c), nullptr, position[number]};
+  }
   Radii radii;
   radii.given = has_radius(action) ? given_radius(action, false) : 0.5f * reach_of(action, {});
   radii.skips_massless = law_of(action).skips_massless;
@@ -383,7 +388,7 @@ bool list_holds(const Action& action, const Side& side, threads::Pool& pool) {
     if (read[c].attribute == particles::size) radii.size = columns[c];
     if (read[c].attribute == particles::mass) radii.mass = columns[c];
   }
-  side.list->set_kind(list_kind(action, side));
+  side.list->set_kind(list_kind(action, side, second));
   return side.list->holds(own, radii, side.now, pool);
 }
 

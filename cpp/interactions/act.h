@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <vector>
 
 #include "actions/action.h"
@@ -44,11 +45,8 @@ struct Side {
 /// second of two systems.
 std::vector<Column> columns_of(const actions::Action& action, const Side& side, bool second = false);
 
-/// What the list of an action is for.
-NeighbourList::Kind list_kind(const actions::Action& action, const Side& side);
-
-/// Tells whether a side's kept list holds as far as this rank's own particles go: see NeighbourList::holds.
-bool list_holds(const actions::Action& action, const Side& side, threads::Pool& pool);
+/// What the list of an action is for. `second`: of the second of two systems, which only notes where these are.
+NeighbourList::Kind list_kind(const actions::Action& action, const Side& side, bool second = false);
 
 /// Statistics of an interaction.
 struct Seen {
@@ -61,6 +59,8 @@ struct Seen {
 /// A script's function of pairs: returns the change of velocity of each pair's own particle, three numbers each, or
 /// nothing.
 using PairProcedure = std::function<std::vector<float>(const PairList& pairs)>;
+
+class ExpandedClumps;
 
 /// Working memory, reused from interaction to interaction.
 struct Scratch {
@@ -85,7 +85,12 @@ struct Scratch {
   };
   std::vector<Compiled> formulas;
   ScriptedMemory scripted;
+
+  std::shared_ptr<ExpandedClumps> clumps;  // between clumps_hold() and act_on_clumps(): see clumps.h
 };
+
+/// Tells whether a side's kept list holds as far as this rank's own particles go: see NeighbourList::holds.
+bool list_holds(const actions::Action& action, const Side& side, bool second, Scratch& scratch, threads::Pool& pool);
 
 /// Calls the procedure with all pairs of this rank and adds up its changes in the order of the pairs.
 Seen act_on_pairs(const actions::Action& action, const Side& side, const PairProcedure& procedure, Scratch& scratch,

@@ -49,130 +49,136 @@ void over_clumps(const ClumpTask& task, std::size_t count, void (*kernel)(const 
   });
 }
 
-// The columns of a side's clumps: own ones, then ghosts, readable to the end of the last vector.
+// Returns the ids of all spheres: that of sphere k of clump i stands at k * count + i.
+template <class CopiedIds>
+std::vector<std::uint64_t> ids_of_spheres(const CopiedIds& clumps, std::size_t count, std::size_t parts) {
+  std::vector<std::uint64_t> ids;
+  ids.reserve(count * parts);
+  for (std::size_t k = 0; k < parts; ++k) {
+    for (std::size_t i = 0; i < count; ++i) ids.push_back(sphere_id(clumps[i], k));
+  }
+  return ids;
+}
+
+}  // namespace
+
+// Columns of clumps, readable to the end of the last vector.
 class ClumpColumns {
  public:
-  ClumpColumns(const Action& action, const Side& side) {
-    const std::size_t own = side.store->size(), ghosts = side.ghosts != nullptr ? side.ghosts->ids.size() : 0;
+  // Those of a side's own clumps, or of the ghosts there.
+  ClumpColumns(const Action& action, const Side& side, bool ghosts)
+      : count_(!ghosts                  ? side.store->size()
+               : side.ghosts != nullptr ? side.ghosts->ids.size()
+                                        : 0) {
     const std::vector<Column> columns = columns_of(action, side);
     for (std::size_t c = 0; c < clump_columns; ++c) {
-      values_[c].assign(own + ghosts + 2 * particles::kPadding, columns[c].value);
-      if (columns[c].own != nullptr) std::copy_n(columns[c].own, own, values_[c].begin());
-      if (ghosts > 0) std::copy_n(columns[c].ghosts, ghosts, values_[c].begin() + static_cast<std::ptrdiff_t>(own));
+      values_[c].assign(count_ + particles::kPadding, columns[c].value);
+      const float* const from = ghosts ? columns[c].ghosts : columns[c].own;
+      if (from != nullptr) std::copy_n(from, count_, values_[c].begin());
       columns_[c] = values_[c].data();
     }
   }
+  ClumpColumns(const ClumpColumns&) = delete;
+  ClumpColumns& operator=(const ClumpColumns&) = delete;
 
-  const float* const* data() const { return columns_; }
+  std::size_t count() const { return count_; }
 
-  // Writes where the spheres of the clumps from `first` on are, of which there are `count`.
-  void place(const std::vector<ClumpSphere>& spheres, std::size_t first, std::size_t count, float* const* placed,
-             threads::Pool& pool) const {
-    const float* from[clump_columns];
-    for (std::size_t c = 0; c < clump_columns; ++c) from[c] = columns_[c] + first;
+  ClumpTask task(const std::vector<ClumpSphere>& spheres) const {
     ClumpTask task;
-    task.column = from;
+    task.column = columns_;
     task.spheres = spheres.data();
     task.count = spheres.size();
-    task.stride = count;
+    task.stride = count_;
+    return task;
+  }
+
+  // Writes where the spheres are.
+  void place(const std::vector<ClumpSphere>& spheres, float* const* placed, threads::Pool& pool) const {
+    ClumpTask task = this->task(spheres);
     task.placed = placed;
-    over_clumps(task, count, kernels().place_spheres, pool);
+    over_clumps(task, count_, kernels().place_spheres, pool);
   }
 
  private:
+  std::size_t count_;
   std::vector<float> values_[clump_columns];
   const float* columns_[clump_columns] = {};
 };
 
 // The spheres of all clumps that a rank knows, as particles. Sphere k of the i-th of n stands at k * n + i.
-class Expansion {
+class ExpandedClumps {
  public:
-  Expansion(const Action& action, const Side& side, threads::Pool& pool)
-      : side_(side), law_(contact_of_spheres(action)), template_(spheres_of(action.table)), own_(side.store->size()),
-        ghosts_(side.ghosts != nullptr ? side.ghosts->ids.size() : 0), pool_(pool), columns_(action, side) {
-    place_own();
-    place_ghosts();
-    if (side.chosen == nullptr) return;
-    for (std::size_t k = 0; k < template_.size(); ++k)
-      chosen_.insert(chosen_.end(), side.chosen->begin(), side.chosen->end());
+  // Expands a side's own clumps.
+  ExpandedClumps(const Action& action, const Side& side, threads::Pool& pool)
+      : law_(contact_of_spheres(action)), template_(spheres_of(action.table)), columns_(action, side, false) {
+    const std::size_t count = columns_.count() * template_.size();
+    store_.grow(count);
+    store_.set_ids(0, ids_of_spheres(side.store->ids(), columns_.count(), template_.size()));
+    const std::vector<Component> read = read_by(law_);
+    float* placed[sphere_columns];
+    for (std::size_t c = 0; c < sphere_columns; ++c)
+      placed[c] = store_.writable_plane(read[c].attribute, read[c].component);
+    columns_.place(template_, placed, pool);
   }
 
   const Action& law() const { return law_; }
   const std::vector<ClumpSphere>& spheres() const { return template_; }
   particles::Store& store() { return store_; }
+  ClumpTask task() const { return columns_.task(template_); }
 
-  /// The spheres as a side of contact.
-  Side side() {
-    Side spheres = side_;
+  // Adds the spheres of ghosts.
+  void expand_ghosts(const Action& action, const Side& side, threads::Pool& pool) {
+    const ClumpColumns columns(action, side, true);
+    if (columns.count() > 0) ghosts_.ids = ids_of_spheres(side.ghosts->ids, columns.count(), template_.size());
+    ghosts_.columns.assign(sphere_columns, std::vector<float>(ghosts_.ids.size()));
+    float* placed[sphere_columns];
+    for (std::size_t c = 0; c < sphere_columns; ++c) placed[c] = ghosts_.columns[c].data();
+    columns.place(template_, placed, pool);
+  }
+
+  // Returns the spheres as a side of contact.
+  Side side(const Side& clumps) {
+    Side spheres = clumps;
     spheres.store = &store_;
-    spheres.ghosts = &copies_;
-    spheres.chosen = side_.chosen != nullptr ? &chosen_ : nullptr;
+    spheres.ghosts = &ghosts_;
     spheres.of_clumps = true;
+    if (clumps.chosen == nullptr) return spheres;
+    for (std::size_t k = 0; k < template_.size(); ++k)
+      chosen_.insert(chosen_.end(), clumps.chosen->begin(), clumps.chosen->end());
+    spheres.chosen = &chosen_;
     return spheres;
   }
 
-  /// Gives each sphere what its clump remembers for it. What pairs remember that stay listed is in their list.
-  void remember() {
+  // Gives each sphere what its clump remembers for it. What pairs remember that stay listed is in their list.
+  void remember(const Side& clumps) {
     std::vector<Touch> touches;
-    for (std::size_t i = 0; i < own_ && side_.store->remembers(); ++i) {
-      const std::span<const Touch> all = side_.store->touches(i);
+    const std::size_t own = columns_.count();
+    for (std::size_t i = 0; i < own && clumps.store->remembers(); ++i) {
+      const std::span<const Touch> all = clumps.store->touches(i);
       for (std::size_t k = 0; k < template_.size() && !all.empty(); ++k) {
         touches.clear();
         for (const Touch& touch : all) {
           const bool wall = (touch.law & particles::kWall) != 0;
-          if (particles::law_of(touch) != side_.law || particles::part_of(touch) != k || (side_.kept && !wall))
+          if (particles::law_of(touch) != clumps.law || particles::part_of(touch) != k || (clumps.kept && !wall))
             continue;
           touches.push_back(touch);
-          touches.back().law = side_.law | (wall ? particles::kWall : 0);
+          touches.back().law = clumps.law | (wall ? particles::kWall : 0);
         }
-        if (!touches.empty()) store_.set_touches(k * own_ + i, touches);
+        if (!touches.empty()) store_.set_touches(k * own + i, touches);
       }
     }
   }
 
-  ClumpTask task() const {
-    ClumpTask task;
-    task.column = columns_.data();
-    task.spheres = template_.data();
-    task.count = template_.size();
-    return task;
-  }
-
  private:
-  void place_own() {
-    const std::size_t count = own_ * template_.size();
-    store_.grow(count);
-    std::vector<std::uint64_t> ids(count);
-    for (std::size_t n = 0; n < count; ++n) ids[n] = sphere_id(side_.store->ids()[n % own_], n / own_);
-    store_.set_ids(0, ids);
-    const std::vector<Component> read = read_by(law_);
-    float* placed[sphere_columns];
-    for (std::size_t c = 0; c < sphere_columns; ++c) {
-      placed[c] = store_.writable_plane(read[c].attribute, read[c].component);
-    }
-    columns_.place(template_, 0, own_, placed, pool_);
-  }
-
-  void place_ghosts() {
-    const std::size_t count = ghosts_ * template_.size();
-    copies_.ids.resize(count);
-    for (std::size_t n = 0; n < count; ++n) copies_.ids[n] = sphere_id(side_.ghosts->ids[n % ghosts_], n / ghosts_);
-    copies_.columns.assign(sphere_columns, std::vector<float>(count));
-    float* placed[sphere_columns];
-    for (std::size_t c = 0; c < sphere_columns; ++c) placed[c] = copies_.columns[c].data();
-    columns_.place(template_, own_, ghosts_, placed, pool_);
-  }
-
-  const Side& side_;
   Action law_;
   std::vector<ClumpSphere> template_;
-  std::size_t own_, ghosts_;
-  threads::Pool& pool_;
   ClumpColumns columns_;
   particles::Store store_{schema_of_spheres()};
-  Ghosts copies_;
+  Ghosts ghosts_;
   std::vector<std::uint8_t> chosen_;
 };
+
+namespace {
 
 // Writes to the store what the spheres remember: of walls, and in a frame's last sub-step of each other. Until then
 // that is in the list.
@@ -200,10 +206,9 @@ void take_touches(const Side& side, const particles::Store& spheres, std::size_t
 // Sums what pushes the spheres onto their clumps.
 class Summing {
  public:
-  Summing(const Action& action, float dt, const Side& side, Expansion& spheres, threads::Pool& pool)
+  Summing(const Action& action, float dt, const Side& side, const ExpandedClumps& spheres, threads::Pool& pool)
       : side_(side), task_(spheres.task()), pool_(pool) {
     task_.dt = dt;
-    task_.stride = side.store->size();
     const auto given = actions::numbers_of<actions::numbers::contact_clumps>(action);
     double tensor[6], inverse[6];
     for (int c = 0; c < 3; ++c) {
@@ -268,7 +273,7 @@ void place_spheres(const particles::Store& store, const std::vector<ClumpSphere>
   action.kind = actions::Kind::contact_clumps;
   Side side;
   side.store = const_cast<particles::Store*>(&store);  // NOLINT(cppcoreguidelines-pro-type-const-cast): read alone
-  ClumpColumns(action, side).place(spheres, 0, store.size(), placed, pool);
+  ClumpColumns(action, side, false).place(spheres, placed, pool);
 }
 
 float bounding_radius(const std::vector<ClumpSphere>& spheres) {
@@ -284,13 +289,16 @@ float bounding_radius(const std::vector<ClumpSphere>& spheres) {
 Seen act_on_clumps(const Action& action, const Extent& extent, float dt, const Side& side, Scratch& scratch,
                    threads::Pool& pool) {
   const simd::FloatMode mode;
-  Expansion spheres(action, side, pool);
-  spheres.remember();
+  if (!side.kept || scratch.clumps == nullptr) scratch.clumps = std::make_shared<ExpandedClumps>(action, side, pool);
+  const std::shared_ptr<ExpandedClumps> expanded = std::move(scratch.clumps);
+  ExpandedClumps& spheres = *expanded;
+  spheres.expand_ghosts(action, side, pool);
+  spheres.remember(side);
   float largest = 0;
   for (const ClumpSphere& sphere : spheres.spheres()) largest = std::max(largest, sphere.radius);
   Extent of_spheres = extent;
   of_spheres.radius = extent.radius * (largest / bounding_radius(spheres.spheres())) * 1.00001f;
-  const Side sides[2] = {spheres.side(), {}};
+  const Side sides[2] = {spheres.side(side), {}};
   particles::Store& store = spheres.store();
   if (!(of_spheres.radius > 0)) {  // nobody has a size: nobody is pushed
     for (int c = 0; c < 3; ++c) {
@@ -310,9 +318,9 @@ Seen act_on_clumps(const Action& action, const Extent& extent, float dt, const S
   return seen;
 }
 
-bool clumps_hold(const Action& action, const Side& side, threads::Pool& pool) {
-  Expansion spheres(action, side, pool);
-  return list_holds(spheres.law(), spheres.side(), pool);
+bool clumps_hold(const Action& action, const Side& side, Scratch& scratch, threads::Pool& pool) {
+  scratch.clumps = std::make_shared<ExpandedClumps>(action, side, pool);
+  return list_holds(scratch.clumps->law(), scratch.clumps->side(side), false, scratch, pool);
 }
 
 }  // namespace motes::interactions

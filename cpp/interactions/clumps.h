@@ -18,7 +18,7 @@ float bounding_radius(const std::vector<ClumpSphere>& spheres);
 /// Acts on the clumps of one system. Does not communicate.
 Seen act_on_clumps(const actions::Action& action, const Extent& extent, float dt, const Side& side, Scratch& scratch,
                    threads::Pool& pool);
-/// See list_holds().
-bool clumps_hold(const actions::Action& action, const Side& side, threads::Pool& pool);
+/// See list_holds(). Leaves the spheres in the scratch: as long as their lists hold, act_on_clumps() takes them.
+bool clumps_hold(const actions::Action& action, const Side& side, Scratch& scratch, threads::Pool& pool);
 
 }  // namespace motes::interactions

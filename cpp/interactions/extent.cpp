@@ -97,8 +97,6 @@ const Law& law_of(const Action& action) { return kernels().law[static_cast<std::
 
 bool remembers(const Action& action) { return law_of(action).remembers || action.kind == Kind::interact; }
 
-bool keeps_list(const Action& action) { return remembers(action) && action.other < 0; }
-
 bool has_radius(const Action& action) { return law_of(action).radius != nullptr; }
 
 float given_radius(const Action& action, bool second) { return law_of(action).radius(action.numbers.data(), second); }

@@ -59,10 +59,9 @@ double range_of(const actions::Action& action, const Extent& extent);
 /// the lightest two that may touch. 0 for other actions.
 float substeps(const actions::Action& action, const Extent& extent, double frame_s);
 
-/// Tells whether the action has a neighbour list, by which pairs may remember.
+/// Tells whether the action has a neighbour list, by which pairs may remember. It is kept for several sub-steps, and
+/// ghosts with it.
 bool remembers(const actions::Action& action);
-/// Tells whether the list may be kept for several sub-steps, and ghosts with it: not between two systems.
-bool keeps_list(const actions::Action& action);
 /// Tells whether the reach is the sum of two radii.
 bool has_radius(const actions::Action& action);
 /// The radius of the particles of one side that the script gave, in metres; 0: half of their size.

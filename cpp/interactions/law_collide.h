@@ -28,13 +28,14 @@ struct Collision {
 
   struct Sums {
     Floats3 at, velocity, sum{};
-    Floats busy, own_radius, own_inverse;
+    Floats part, own_radius, own_inverse, own_share{};
+    float other_inverse = __builtin_nanf("");  // for which own_share is known, 1/kg
     Ints touching{}, zeros{};
 
     MOTES_INLINE Sums(const Collision&, const Task& task, std::uint32_t i, std::uint32_t)
         : at(load_column(task.targets.column, interactions::at_x, i)),
           velocity(load_column(task.targets.column, interactions::velocity_x, i)),
-          busy(load(task.targets.column[interactions::contacts] + i)) {
+          part(2.0f / max(load(task.targets.column[interactions::contacts] + i), all(2.0f))) {
       if (kRadii) own_radius = load(task.targets.column[interactions::radius] + i);
       if (kMasses) own_inverse = load(task.targets.column[interactions::inverse_mass] + i);
     }
@@ -57,12 +58,16 @@ struct Collision {
     }
 
     /// Returns the target's part of a push: by mass, divided by half the contacts of the busier particle.
-    MOTES_INLINE Floats share(const float* const* column, std::uint32_t j) const {
-      const Floats contacts = max(busy, all(column[interactions::contacts][j]));
-      const Floats part = min(all(1.0f), 2.0f / max(contacts, all(1.0f)));
-      if (!kMasses) return part * 0.5f;
-      const Floats both = own_inverse + column[interactions::inverse_mass][j];
-      return part * (own_inverse / max(both, all(1e-30f)));
+    MOTES_INLINE Floats share(const float* const* column, std::uint32_t j) {
+      const float contacts = column[interactions::contacts][j];
+      const Floats least = min(part, all(2.0f / (contacts > 2 ? contacts : 2.0f)));
+      if (!kMasses) return least * 0.5f;
+      const float inverse = column[interactions::inverse_mass][j];
+      if (inverse != other_inverse) {  // divides once where all masses are equal
+        other_inverse = inverse;
+        own_share = own_inverse / max(own_inverse + inverse, all(1e-30f));
+      }
+      return least * own_share;
     }
 
     MOTES_INLINE void finish(const Collision& law, const Task& task, const Around& around, std::uint32_t i,

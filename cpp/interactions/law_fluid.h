@@ -43,20 +43,19 @@ struct Neighbour {
     const Floats r2 = dot(r, r);
     q2 = r2 * (spread.per_radius * spread.per_radius);
     seen = q2 < 1.0f;
-    other = seen;
+    other = seen & (Mask)(lane_numbers() + first != all_uints(j));
     if (!any(seen)) return;
     const Floats d = sqrt(r2);
     q = d * spread.per_radius;
     normal = r * (1.0f / d);
-    const Mask here = seen & (r2 <= 0.0f);
+    const Mask here = other & (r2 <= 0.0f);
     if (any(here)) part(task, here, first, j);
   }
 
-  // Handles sources at the same position: the target itself is excluded, others get a direction from their ids.
+  // Gives sources at the same position a direction from their ids.
   __attribute__((noinline)) void part(const Task& task, Mask here, std::uint32_t first, std::uint32_t j) {
     for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
       if (here[lane] == 0 || first + lane >= count_of(task.targets)) continue;
-      if (first + lane == j) other[lane] = 0;
       set_lane(normal, lane, parting(id_of(task.targets, first + lane), id_of(task.sources, j), 0));
     }
   }
@@ -107,11 +106,13 @@ struct Pressure {
 struct Fluid {
   Spread spread;
   Floats step, per_density, viscosity10, cohesion;
+  bool coheres;
 
   struct Sums {
     std::uint32_t first;
     Floats3 at, velocity, push{}, drag{};
-    Floats mass, pressure;
+    Floats mass, pressure, own_part{};
+    float other_mass = __builtin_nanf("");  // for which own_part is known, kg
     Ints pairs{};
 
     MOTES_INLINE Sums(const Fluid&, const Task& task, std::uint32_t i, std::uint32_t)
@@ -126,11 +127,16 @@ struct Fluid {
       const float* const* column = task.sources.column;
       const float of = column[interactions::mass][j];
       const Floats steep = law.spread.slope(n.q);
-      const Floats both = pressure * (of / max(mass, all(1e-30f))) + column[interactions::pressure][j];
+      if (of != other_mass) {  // divides once where all masses are equal
+        other_mass = of;
+        own_part = pressure * (of / max(mass, all(1e-30f)));
+      }
+      const Floats both = own_part + column[interactions::pressure][j];
       push = push - only(n.other, n.normal * (steep * both));
       const Floats rubs = law.viscosity10 * dot(velocity_seen_from(velocity, column, j), n.normal) * steep *
                           law.spread.per_radius / (n.q + 0.1f);
-      drag = drag + only(n.other, n.normal * ((rubs + law.cohesion * pull(law, n.q)) * of));
+      const Floats drawn = law.coheres ? rubs + law.cohesion * pull(law, n.q) : rubs;
+      drag = drag + only(n.other, n.normal * (drawn * of));
       pairs -= n.other;
     }
 
@@ -164,7 +170,8 @@ inline void fluid(const Task& task) {
   // swings.
   const float all_at_once = task.reach * task.reach / task.dt;
   const float viscosity10 = 10 * __builtin_fminf(n.viscosity + all_at_once / 4000, all_at_once / 24);
-  sweep(task, Fluid{Spread(task.reach), all(task.dt), all(1 / n.rest_density), all(viscosity10), all(n.cohesion)});
+  sweep(task, Fluid{Spread(task.reach), all(task.dt), all(1 / n.rest_density), all(viscosity10), all(n.cohesion),
+                    n.cohesion != 0});
 }
 
 namespace laws {

@@ -105,6 +105,20 @@ float skin_of(const Wear& wear, float reach) {
   return std::clamp(best, 0.01f * reach, 0.5f * reach);
 }
 
+void NeighbourList::note(const Crowd& own, float radius, float skin) {
+  skin_ = skin;
+  wear_.age = 0;
+  own_ = own.own;
+  begin_.assign(1, 0);
+  listed_.clear();
+  for (std::size_t i = 0; i < own_; ++i) listed_.push_back(own.own_ids[i]);
+  for (std::size_t c = 0; c < 3; ++c) {
+    at_[c].resize(own_);
+    for (std::size_t i = 0; i < own_; ++i) at_[c][i] = own.at[c].of(i, own_);
+  }
+  radius_.assign(own_, radius);
+}
+
 void NeighbourList::sort(const Crowd& crowd, float reach, float skin, threads::Pool& pool) {
   skin_ = skin;
   wear_.age = 0;

@@ -67,6 +67,10 @@ class NeighbourList {
   const Wear& wear() const { return wear_; }
   float skin() const { return skin_; }
 
+  /// Notes particles that are seen in another system's list, for holds() to tell of them, too. `radius`: what they
+  /// count as, m.
+  void note(const Crowd& own, float radius, float skin);
+
   /// Puts the particles in order, for columns to be put in order; then build() lists pairs.
   void sort(const Crowd& crowd, float reach, float skin, threads::Pool& pool);
 

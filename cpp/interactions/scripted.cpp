@@ -98,6 +98,17 @@ class Scripted {
     if (!own_.kept) list_.sort(crowd_, reach_, own_.skin, pool_);
     for (std::size_t c = 0; c < 3; ++c) arrange(c, crowd_.at[c]);
     if (!own_.kept) list_.build(crowd_, placed(), *own_.store, own_.law, own_.now, pool_);
+    if (between() && other_.list != nullptr) note_others();
+  }
+
+  void note_others() {
+    other_.list->set_kind(list_kind(action_, other_, true));
+    Crowd others;
+    others.own = other_.store->size();
+    others.own_ids = other_.store->ids();
+    for (std::size_t c = 0; c < 3; ++c) others.at[c] = {sources_[c].ghosts, nullptr, 0};
+    if (!own_.kept) other_.list->note(others, 0.5f * reach_, own_.skin);
+    other_.list->view(own_.now);
   }
 
   PlacedSpheres placed() const { return {{column(0), column(1), column(2)}, scratch_.radius.data()}; }
@@ -236,8 +247,7 @@ class Scripted {
 
 Seen act_by_script(const Action& action, double time, float dt, const Side (&sides)[2], Scratch& scratch,
                    threads::Pool& pool) {
-  const bool listed = sides[1].store == nullptr;  // also where there is nobody: see NeighbourList::holds
-  if (!(reach_of(action, {}) > 0) || (!listed && sides[0].store->size() == 0)) return {};
+  if (!(reach_of(action, {}) > 0)) return {};
   const simd::FloatMode mode;
   return Scripted(action, time, dt, sides, scratch, pool).act();
 }

@@ -69,18 +69,22 @@ struct Spread {
 
 float length(const std::array<float, 3>& v) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
 
-float distance2(const float (&a)[3], const float (&b)[3]) {
+// Returns the squared distance of two positions, or of one and the nearest image of the other, m2.
+float distance2(const float (&a)[3], const float (&b)[3], const particles::Periods& periods) {
   float sum = 0;
-  for (std::size_t c = 0; c < 3; ++c) sum += (a[c] - b[c]) * (a[c] - b[c]);
+  for (int c = 0; c < 3; ++c) {
+    const float way = periods.shortest(c, a[c] - b[c]);
+    sum += way * way;
+  }
   return sum;
 }
 
 class Tying {
  public:
-  Tying(const actions::Action& action, const Bonds& bonds, float dt, const Side& side, const std::vector<float>& pins,
-        Knots& knots, threads::Pool& pool)
-      : bonds_(bonds), terms_(terms_of(action, dt)), side_(side), pins_(pins), knots_(knots), pool_(pool),
-        columns_(columns_of(action, side)), own_(side.store->size()),
+  Tying(const actions::Action& action, const Bonds& bonds, float dt, const particles::Periods& periods,
+        const Side& side, const std::vector<float>& pins, Knots& knots, threads::Pool& pool)
+      : bonds_(bonds), terms_(terms_of(action, dt)), periods_(periods), side_(side), pins_(pins), knots_(knots),
+        pool_(pool), columns_(columns_of(action, side)), own_(side.store->size()),
         count_(own_ + (side.ghosts == nullptr ? 0 : side.ghosts->ids.size())) {}
 
   std::uint64_t run() {
@@ -164,9 +168,9 @@ class Tying {
       const Knots::Knot& other = knots_.knots[bond.partner];
       const bool may_tear = b - first < kTearing;
       if (other.seen != knots_.meeting) continue;  // the partner is dead, or not yet born
-      held.longest2 = std::max(held.longest2, distance2(own.place, other.place));
+      held.longest2 = std::max(held.longest2, distance2(own.place, other.place, periods_));
       if (may_tear && (own.torn >> (b - first) & 1u) != 0) continue;
-      const std::array<float, 3> d = {own.at[0] - other.at[0], own.at[1] - other.at[1], own.at[2] - other.at[2]};
+      const std::array<float, 3> d = from_partner(own, other);
       const float r = length(d);
       if (may_tear && r > terms_.break_at * bond.length) {
         tears |= 1u << (b - first);
@@ -199,11 +203,37 @@ class Tying {
     return now;
   }
 
-  // Limits the distance from pinned particles to the length of each tether.
+  // Returns the predicted way from a partner, or from the image of it that is nearest now. The other end finds the
+  // opposite way, with the same bits.
+  std::array<float, 3> from_partner(const Knots::Knot& own, const Knots::Knot& other) const {
+    std::array<float, 3> d = {own.at[0] - other.at[0], own.at[1] - other.at[1], own.at[2] - other.at[2]};
+    for (int axis = 0; periods_.any() && axis < 3; ++axis) {
+      const auto c = static_cast<std::size_t>(axis);
+      const double shift = periods_.shift(axis, own.place[c] - other.place[c]);
+      if (shift != 0)
+        d[c] = static_cast<float>(static_cast<double>(own.at[c]) - static_cast<double>(other.at[c]) + shift);
+    }
+    return d;
+  }
+
+  // Returns where a pinned particle is, or its image that is nearest to another one.
+  std::array<float, 3> pin_near(const Knots::Knot& own, std::uint32_t number) const {
+    const float* const pin = &pins_[3 * static_cast<std::size_t>(number)];
+    std::array<float, 3> at = {pin[0], pin[1], pin[2]};
+    for (int axis = 0; periods_.any() && axis < 3; ++axis) {
+      const auto c = static_cast<std::size_t>(axis);
+      at[c] = static_cast<float>(static_cast<double>(at[c]) - periods_.shift(axis, own.place[c] - at[c]));
+    }
+    return at;
+  }
+
+  // Limits the distance from pinned particles to the length of each tether. Where a tether is longer than half of a
+  // period, it is unknown which image it leads to.
   void hold(std::uint32_t row, std::array<float, 3>& at) const {
     for (std::size_t t = bonds_.first_tether(row); t < bonds_.first_tether(row + 1); ++t) {
       const Tether& tether = bonds_.tether(t);
-      const float* pin = &pins_[3 * static_cast<std::size_t>(tether.pin)];
+      if (tether.length > longest_tether_) continue;
+      const std::array<float, 3> pin = pin_near(knots_.knots[row], tether.pin);
       const std::array<float, 3> d = {at[0] - pin[0], at[1] - pin[1], at[2] - pin[2]};
       const float r = length(d);
       if (!(r > tether.length) || !(r < kInf)) continue;
@@ -215,6 +245,8 @@ class Tying {
 
   const Bonds& bonds_;
   Terms terms_;
+  const particles::Periods& periods_;
+  const float longest_tether_ = periods_.half();  // m
   const Side& side_;
   const std::vector<float>& pins_;
   Knots& knots_;
@@ -256,7 +288,7 @@ std::vector<float> pins_of(const Bonds& bonds, const Store& store) {
   return pins;
 }
 
-Stretch stretch_of(const Bonds& bonds, const Knots& knots, const Store& store) {
+Stretch stretch_of(const Bonds& bonds, const Knots& knots, const Store& store, const particles::Periods& periods) {
   Stretch stretch{knots.longest, 0};
   float farthest2 = 0;
   for (std::size_t i = 0; i < store.size(); ++i) {
@@ -266,7 +298,7 @@ Stretch stretch_of(const Bonds& bonds, const Knots& knots, const Store& store) {
     for (int c = 0; c < 3; ++c) now[c] = store.value(particles::position, c, i);
     if (std::isnan(now[0] + now[1] + now[2])) continue;  // a particle at NaN has no effect
     const bool met = row < knots.knots.size() && knots.meeting > 0 && knots.knots[row].seen == knots.meeting;
-    const float way2 = met ? distance2(now, knots.knots[row].place) : kInf;
+    const float way2 = met ? distance2(now, knots.knots[row].place, periods) : kInf;
     farthest2 = way2 <= farthest2 ? farthest2
                 : way2 < kInf     ? way2
                                   : kInf;  // NaN: its last position was NaN, so the way is infinite
@@ -275,9 +307,9 @@ Stretch stretch_of(const Bonds& bonds, const Knots& knots, const Store& store) {
   return stretch;
 }
 
-std::uint64_t tie(const actions::Action& action, const Bonds& bonds, float dt, const Side& side,
-                  const std::vector<float>& pins, Knots& knots, threads::Pool& pool) {
-  return Tying(action, bonds, dt, side, pins, knots, pool).run();
+std::uint64_t tie(const actions::Action& action, const Bonds& bonds, float dt, const particles::Periods& periods,
+                  const Side& side, const std::vector<float>& pins, Knots& knots, threads::Pool& pool) {
+  return Tying(action, bonds, dt, periods, side, pins, knots, pool).run();
 }
 
 }  // namespace motes::interactions

@@ -8,6 +8,7 @@
 #include "actions/action.h"
 #include "interactions/act.h"
 #include "interactions/ties.h"
+#include "particles/periods.h"
 
 namespace motes::interactions {
 
@@ -26,12 +27,13 @@ struct Knots {
   float longest = 0;  // longest tie of this rank's particles at the last interaction, m
 };
 
-/// Bounds on the present distance of tied particles.
+/// Bounds on the present distance of tied particles, or of their nearest images.
 struct Stretch {
   float longest = 0;  // longest tie at the last interaction, m
   float way = 0;      // largest distance travelled since, m; infinite if unknown
 };
-Stretch stretch_of(const Bonds& bonds, const Knots& knots, const particles::Store& store);
+Stretch stretch_of(const Bonds& bonds, const Knots& knots, const particles::Store& store,
+                   const particles::Periods& periods);
 
 /// Most bonds per particle that can tear: a float holds that many bits.
 inline constexpr std::size_t kTearing = 24;
@@ -46,9 +48,9 @@ void check_together(const actions::Action& one, const actions::Action& other);
 /// Returns positions (x, y, z) of all pinned particles; -infinity for those of other ranks.
 std::vector<float> pins_of(const Bonds& bonds, const particles::Store& store);
 
-/// Acts on this rank's particles. `pins`: positions of all pinned particles. Returns the number of ties that held,
-/// counted at both ends.
-std::uint64_t tie(const actions::Action& action, const Bonds& bonds, float dt, const Side& side,
-                  const std::vector<float>& pins, Knots& knots, threads::Pool& pool);
+/// Acts on this rank's particles. `pins`: positions of all pinned particles. In periodic space a tie goes to the
+/// nearest image, so ghosts are where their particles are. Returns the number of ties that held, counted at both ends.
+std::uint64_t tie(const actions::Action& action, const Bonds& bonds, float dt, const particles::Periods& periods,
+                  const Side& side, const std::vector<float>& pins, Knots& knots, threads::Pool& pool);
 
 }  // namespace motes::interactions

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 
 namespace motes::particles {
 
@@ -44,12 +45,18 @@ struct Period {
     return {at, static_cast<float>(std::clamp(crossed, -kMostCrossings, kMostCrossings))};
   }
 
+  /// Returns what makes a way from one position in the interval to another one lead to the nearest image of that, m: 0,
+  /// or a period.
+  double shift(float way) const {
+    const double along = length();
+    if (static_cast<double>(way) > along / 2) return -along;
+    return static_cast<double>(way) < -along / 2 ? along : 0;
+  }
+
   /// Returns the shortest of the ways from one position in the interval to another one, and to its images.
   float shortest(float way) const {
-    const double along = length();
-    if (static_cast<double>(way) > along / 2) return static_cast<float>(static_cast<double>(way) - along);
-    if (static_cast<double>(way) < -along / 2) return static_cast<float>(static_cast<double>(way) + along);
-    return way;
+    const double by = shift(way);
+    return by == 0 ? way : static_cast<float>(static_cast<double>(way) + by);  // keeps -0
   }
 
   bool operator==(const Period&) const = default;
@@ -64,6 +71,16 @@ struct Periods {
   bool has(int axis) const { return (bits >> axis & 1) != 0; }
   const Period& operator[](int axis) const { return along[static_cast<std::size_t>(axis)]; }
   float shortest(int axis, float way) const { return has(axis) ? (*this)[axis].shortest(way) : way; }
+  double shift(int axis, float way) const { return has(axis) ? (*this)[axis].shift(way) : 0; }
+
+  /// Returns half of the shortest period, m; infinite where none is.
+  float half() const {
+    double least = std::numeric_limits<double>::infinity();
+    for (int axis = 0; axis < 3; ++axis) {
+      if (has(axis)) least = std::min(least, (*this)[axis].length() / 2);
+    }
+    return static_cast<float>(least);
+  }
 
   bool operator==(const Periods&) const = default;
 };

@@ -28,6 +28,8 @@ LAWS: dict[str, Acts] = {
     "pairs": lambda s: s.pairs(lambda p: p.position - p.other_position, 1),
     "interact": lambda s: s.interact(1, acceleration=motes.normal * (1 - motes.r) * 40),
     "follow": lambda s: s.follow(2, 0.1),
+    "tie": lambda s: s.tie(motes.Ties([(0, 1)], 0.3)),
+    "tie to what is pinned": lambda s: s.tie(motes.Ties([(0, 1)], 0.3, pinned=[0]), stretch=0.1),
 }
 
 
@@ -108,6 +110,31 @@ def test_a_lattice_that_fills_space_is_at_rest():
         lambda s: s.fluid(0.5, rest_density=10),
     ):
         assert np.abs(moved(act, grid, ends)[:, 3:6]).max() < 1e-4
+
+
+def test_a_ring_of_ties_goes_around_space():
+    """It has no end, so it pulls alike everywhere, and does the same wherever it begins."""
+    count = 8
+    start = np.stack([np.arange(count) + 0.5, np.zeros(count), np.zeros(count)], axis=1)
+    ring = motes.Ties([(i, (i + 1) % count) for i in range(count)], 0.75)
+    ends = {"x": (0, count)}
+    assert np.abs(moved(lambda s: s.tie(ring), start, ends)[:, 3:6]).max() < 1e-5
+    start[3, 1] = 0.5
+    plucked, begun_elsewhere = (
+        moved(lambda s: s.tie(ring), start + (shift, 0, 0), ends, frames=6) for shift in (0, 4.25)
+    )
+    begun_elsewhere[:, 0] -= 4.25
+    assert np.abs(plucked[[2, 4], 4]).min() > 0.1, "the wave has left"
+    assert np.abs(plucked - begun_elsewhere).max() < 1e-4
+
+
+def test_tethers_hold_across_an_end_unless_they_are_too_long_to_tell_the_end():
+    """The first of a rope is held at the length of its tether; the second's is longer than half a period."""
+    rope = motes.Ties([(0, 1), (1, 2)], 1.25, pinned=[0])
+    start = np.array([(3, 0, 0), (0.5, 0, 0), (0.9, 1.9, 0)])
+    found = moved(lambda s: s.tie(rope, stretch=1e9), start, {"x": (0, 4), "y": (0, 4)})
+    start[1, 0] = 0.25
+    assert np.abs(found[:, :3] - start).max() < 1e-5
 
 
 TWO_SYSTEMS = """

@@ -296,6 +296,46 @@ def test_a_heap_at_rest_changes_no_bit(grains: int, seconds: int):
     assert np.linalg.norm(at(after)[:, [0, 2]], axis=1).max() < 3, "nothing has been thrown"
 
 
+def flown_down(angle_deg: float, seconds: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the mean speed of a layer on a slope of held grains in time, and its profile at the end."""
+    wide, deep, layers, width, step = 5, 4, 6, 0.01, 1.25e-4
+    dice = np.random.default_rng(2)
+    x, y, z = (g.ravel() for g in np.mgrid[0:wide, 0 : layers + 1, 0:deep])
+    place = np.stack([x, y * 1.05, z], axis=1) + dice.uniform(-0.12, 0.12, (len(x), 3)) * (y > 0)[:, None]
+    place[y == 0, 1] += dice.uniform(-0.35, 0.35, (y == 0).sum())
+    ends = {"x": (0, wide * width), "z": (0, deep * width)}
+    world = motes.World(seed=1, dt=160 * step, substeps=160, periodic=ends, progress="off")
+    grains = world.system("grains", attributes={"still": 1})
+    moves = motes.column("still") == 0
+    slope = np.radians(angle_deg)
+    speeds, profile = [], np.zeros(layers)
+    with world:
+        for frame in world.frames(round(seconds / world.dt)):
+            if frame == 0:
+                grains.configure(size=width, mass=2500 * np.pi / 6 * width**3)
+                grains.emit(position=(place + (0.5, 0, 0.5)) * width, still=y == 0)
+            grains.gravity((9.81 * np.sin(slope), -9.81 * np.cos(slope), 0), where=moves)
+            grains.contact(1000, restitution=0.5, friction=0.5, where=moves)
+            grains.move()
+            world.step()
+            p = grains.gather()
+            height, speed = p.position[p.still == 0, 1], p.velocity[p.still == 0, 0] / np.sqrt(9.81 * width)
+            speeds.append(speed.mean())
+            if frame * world.dt > 0.7 * seconds:
+                profile += [part.mean() for part in np.array_split(speed[np.argsort(height)], layers)]
+    return np.array(speeds), profile / profile.max()
+
+
+def test_a_layer_of_grains_rests_on_a_slope_or_flows_steadily_down():
+    """Speeds grow with height (Silbert et al. 2001, as in docs/notes/grains.md)."""
+    still, _ = flown_down(16, 0.6)
+    assert abs(still[-10:]).max() < 0.01
+    speeds, profile = flown_down(27, 2)
+    before, last = speeds[33:66].mean(), speeds[66:].mean()
+    assert last > 0.5 and last == pytest.approx(before, rel=0.3)
+    assert (np.diff(profile) > 0).all()
+
+
 @pytest.mark.slow
 def test_the_page_of_heaps_tells_what_is_measured():
     script = Path(__file__).parents[2] / "docs" / "scripts" / "make_heaps.py"

@@ -13,6 +13,7 @@ pytest.importorskip("av")
 
 from films import packets  # noqa: E402
 from launching import Result, command, said  # noqa: E402
+from standing import on_ranks  # noqa: E402
 
 import motes  # noqa: E402
 from motes import _core  # noqa: E402, F401  (MPI starts, before it is asked without a start what it can do)
@@ -175,6 +176,65 @@ def test_a_crash_while_others_are_lost_counts_as_a_loss(tmp_path):
     assert re.search(told, result.err), result.text
     assert said(result.err, "motes run: starts again; 0 more starts are allowed")
     check_same(out, model)
+
+
+MEETING = """
+import os, signal, sys
+import numpy as np
+import motes
+from mpi4py import MPI
+from motes.shapes import Box, Plane
+
+deaths = [tuple(map(int, pair.split("@"))) for pair in sys.argv[1:]]
+me = MPI.COMM_WORLD.rank
+world = motes.World(
+    seed=3, dt=0.02, substeps=6, roles="shared", axis="xz", periodic={"x": (-1, 1), "z": (-1, 1)},
+    balancer=motes.balance.PrefixCuts(threshold=0.01, min_particles=1), on_loss="recover", progress="off",
+)
+clumps, grains, net = (world.system(name) for name in ("clumps", "grains", "net"))
+clumps.clumps([(0, 0, 0, 0.06), (0.08, 0, 0, 0.05)], density=1000)
+slope = Plane((0, 0, 0), (0.2, 1, 0.1))
+ids = np.arange(20)
+ring = motes.Ties(np.stack([ids, np.roll(ids, -1)], -1), 0.08)
+turned = motes.a.state.turned
+with world:
+    for frame in world.frames(10):
+        if (me, frame) in deaths:
+            os.kill(os.getpid(), signal.SIGKILL)
+        clumps.configure(velocity=(2, -1, 1))
+        grains.configure(velocity=motes.shapes.Sphere((-3, -1, 2), 1))
+        if frame == 0:
+            places = np.stack([0.1 * ids - 1, 0.5 + 0.05 * (ids % 2), 0.95 + 0 * ids], -1)
+            net.emit(position=places, velocity=np.full((20, 3), (3, 0, 2)))
+        for system in (clumps, grains):
+            system.source(Box((-1, 0.3, -1), (1, 1, 1)), rate=1000 if frame < 4 else 0)
+            system.gravity((0, -9.81, 0))
+        clumps.contact(2000, friction=0.6, rolling_friction=0.05, walls=[slope])
+        grains.contact(500, radius=0.06, walls=[slope])
+        law = 30 * motes.normal * (0.1 - motes.r) + (motes.normal - turned)
+        grains.interact(0.2, acceleration=law, state={"turned": 3}, set={"turned": motes.normal})
+        net.tie(ring, damping=1)
+        for system in world.systems:
+            system.move()
+        world.step()
+    counts = [system.count for system in world.systems]
+    touching = clumps.total(motes.column("contacts")) > 0 and grains.total(motes.column("contacts")) > 0
+    digest = world.digest()
+    print(digest, counts, touching) if "manager" in world.role else None
+"""
+
+
+@survives
+@pytest.mark.parametrize("deaths", [["1@6"], pytest.param(["0@3", "2@8"], marks=pytest.mark.slow)])
+def test_particles_that_meet_go_on_as_if_nobody_were_lost(tmp_path, deaths):
+    """Across the ends of space, at walls, as clumps, tied, by laws with a state."""
+    script = tmp_path / "script.py"
+    script.write_text(MEETING)
+    wanted = on_ranks(1, MEETING).lines
+    assert wanted[0].endswith("[80, 80, 20] True"), wanted
+    lost = command([sys.executable, "-m", "motes", "run", "--survive", "-n", 4, script, *deaths], timeout=90)
+    assert lost.lines == wanted
+    assert len(said(lost.err, "motes: lost rank ")) == len(deaths), lost.text
 
 
 LATER_WORLDS = """

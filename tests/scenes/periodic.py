@@ -63,6 +63,21 @@ def liquid(s: motes.System, frame: int) -> None:
     s.move()
 
 
+PLACES = np.stack(np.meshgrid(np.arange(9), np.arange(12), indexing="ij"), -1).reshape(-1, 2)
+STEPS = np.abs(PLACES[:, None] - PLACES).sum(-1)
+TIES = motes.Ties(np.argwhere(np.triu(STEPS == 1)), 0.1, pinned=[0, 107])
+
+
+def flag(s: motes.System, frame: int) -> None:
+    """A net that is born across a corner, hangs from pins, flies through the ends, and tears."""
+    if frame == 0:
+        s.emit(position=np.insert(0.1 * PLACES, 1, 0, axis=1) + (2.6, 0.8, 1.7))
+    s.gravity((9, -9.8, -6))
+    s.tie(TIES, break_at=1.2, damping=0.5)
+    s.move()
+    s.kill_old(0.25, where=shapes.Box((-1, -9, 0), (-0.7, 9, 2)))
+
+
 def push(p: motes.LocalParticles) -> None:
     """Throw some far beyond the ends."""
     p.position[p.id % 7 == 0] += np.float32(11.5)
@@ -88,7 +103,7 @@ def run(number: int, variant: dict[str, Any]) -> None:
         progress="off",
     )
     first, second, third = (world.system(name) for name in ("grains", "gas", "liquid"))
-    sparks = world.system("sparks", capacity=300)
+    sparks, sheet = world.system("sparks", capacity=300), world.system("sheet")
     with world:
         for frame in world.frames(FRAMES):
             if frame == variant.get("dies"):
@@ -97,6 +112,7 @@ def run(number: int, variant: dict[str, Any]) -> None:
             gas(second, first, frame)
             liquid(third, frame)
             sparks.move()
+            flag(sheet, frame)
             world.step()
             with sparks.local() as p:
                 p.position[p.id % 5 == 0] += np.float32(3.25)

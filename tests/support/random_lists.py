@@ -12,10 +12,11 @@ from typing import Any
 
 import numpy as np
 from hypothesis import strategies as st
+from random_clumps import templates, with_clumps
 from random_laws import BETWEEN_KINDS, law, readable
-from random_spaces import PERIODS, allowed
+from random_worlds import PERIODS, allowed, balancers
 
-from motes import actions, balance
+from motes import actions
 
 __all__ = ["FRAMES", "HEADER", "KINDS", "script"]
 
@@ -437,30 +438,6 @@ def called(line: str, name: str) -> str:
     return line.replace("@", name).replace("$", "b" if name == "a" else "a")
 
 
-COMBINE = ("together", "one_by_one", "overlapped")
-
-
-@cache
-def balancers(*, rows: bool) -> list[str]:
-    """Name every balancer that needs no argument, with options that make it balance as often as possible.
-
-    `rows`: whether domains stand in rows, as some balancers need them.
-    """
-    calls = ["None"]
-    eager = {"threshold": 0.001, "min_particles": 1}
-    for name in balance.__all__:
-        kind = getattr(balance, name)
-        if not inspect.isclass(kind) or not issubclass(kind, balance.Balancer) or kind is balance.Balancer:
-            continue
-        if kind.slabs_only and not rows:
-            continue
-        takes = inspect.signature(kind).parameters
-        if all(parameter.default is not parameter.empty for parameter in takes.values()):
-            arguments = ", ".join(f"{name}={value}" for name, value in eager.items() if name in takes)
-            calls.append(f"motes.balance.{name}({arguments})")
-    return calls
-
-
 @st.composite
 def script(draw: st.DrawFn) -> str:
     """Draw a script of two systems, with a list for even and one for odd frames.
@@ -471,7 +448,8 @@ def script(draw: st.DrawFn) -> str:
     space = st.sampled_from(["None", "(-2, 2)", "'fit'", "(0.5, 0.75)"])
     facts = f"seed={draw(st.integers(0, 2**64 - 1))}, substeps={draw(st.integers(1, 3))}, space={draw(space)}"
     facts += (periods := draw(PERIODS))
-    roles, combine = draw(st.sampled_from(["auto", "shared"])), draw(st.sampled_from(COMBINE))
+    roles = draw(st.sampled_from(["auto", "shared"]))
+    combine = draw(st.sampled_from(["together", "one_by_one", "overlapped"]))
     cut = [draw(axes), draw(axes)]
     shared = draw(st.integers(0, 3)) == 0  # the second system shares the first one's domains
     cut = [cut[0], cut[0]] if shared else cut
@@ -481,10 +459,13 @@ def script(draw: st.DrawFn) -> str:
         f"world = motes.World({facts}, progress='off')",
         "world.renderer = motes.Renderer(32, 24, camera=motes.Camera((0, 1, 9), (0, 0, 0)))",
     ]
+    clumps = draw(templates())
     for name, axis in zip("ab", cut, strict=True):
-        options = f"capacity={draw(st.sampled_from([3000, 700, 40]))}, "
+        capacity = draw(st.sampled_from([300, 40] if name in clumps else [3000, 700, 40]))
+        options = f"capacity={capacity}, "
         options += "domains_of=a" if shared and name == "b" else f"axis={axis!r}, space={draw(space)}"
         lines.append(f"{name} = world.system({name!r}, {options}, attributes=dict(heat=0.5, wind=(0, 1, 0)))")
+    lines += [f"{name}.clumps({template})" for name, template in clumps.items()]
     lines += ["with world:", f"    for frame in world.frames({FRAMES}):"]
     start = [line.replace("@", draw(st.sampled_from("ab"))) for line in draw(st.lists(births(), max_size=2))]
     start.append("a.source(Box((-2, -2, -2), (2, 2, 2)), rate=1500, jitter=True)")
@@ -492,6 +473,7 @@ def script(draw: st.DrawFn) -> str:
     meets = draw(st.integers(0, 2)) > 0
     for test in ("frame % 2 == 0", "frame % 2 == 1"):
         drawn = allowed(periods, draw(calls(meets)))
+        drawn = readable(draw(with_clumps(drawn, clumps if meets else {}, bool(periods))))
         lines += [f"        if {test}:", *(f"            {line}" for line in drawn)]
     if meets:
         lines += ["        picture = world.render()", "        note(world.digest(), picture)"]

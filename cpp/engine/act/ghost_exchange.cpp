@@ -63,7 +63,8 @@ bool GhostExchange::holds() {
   for (std::size_t side = 0; side < in_.interaction.count; ++side) {
     const interactions::Side here{
         .store = &in_.population(side).store, .list = &list_of(side), .now = in_.interaction.substep};
-    const bool holds = interactions::list_holds(*in_.interaction.action, here, *in_.rank.pool);
+    const bool holds =
+        interactions::list_holds(*in_.interaction.action, here, side == 1, in_.calculator.scratch, *in_.rank.pool);
     all = all && holds && kept(side).domains == in_.system(side).domains;
     wear_.step = std::max(wear_.step, list_of(side).wear().step);
     wear_.age = std::max(wear_.age, list_of(side).wear().age);
@@ -122,7 +123,8 @@ void GhostExchange::exchange(double farthest, double range) {
   farthest_ = farthest;
   range_ = range;
   forget_ghosts();
-  if (in_.rank.session.calculators() == 1 && !images_.any()) return;
+  const bool sees_images = images_.any() && bonds_ == nullptr;
+  if (in_.rank.session.calculators() == 1 && !sees_images) return;
   const int self = in_.rank.session.calculator();
   const int count = static_cast<int>(in_.rank.session.calculators());
   std::vector<int> to;
@@ -203,7 +205,7 @@ void GhostExchange::refresh_own_images() {
     KeptGhosts& ghosts_here = kept(side);
     if (!ghosts_here.sent.contains(self)) continue;
     base::Bytes bytes;
-    put_changes(*in_.interaction.action, in_.population(side).store, self, ghosts_here, bytes);
+    put_changes(*in_.interaction.action, side == 1, in_.population(side).store, self, ghosts_here, bytes);
     base::Reader in(bytes.view());
     take_changes(in, self, images_, ghosts_here);
   }
@@ -215,7 +217,7 @@ std::uint64_t GhostExchange::pack_changes(int target, base::Bytes& bytes) {
     KeptGhosts& ghosts_here = kept(side);
     if (!ghosts_here.sent.contains(target)) continue;
     const std::uint64_t told =
-        put_changes(*in_.interaction.action, in_.population(side).store, target, ghosts_here, bytes);
+        put_changes(*in_.interaction.action, side == 1, in_.population(side).store, target, ghosts_here, bytes);
     in_.population(side).interaction.ghosts += told;
     in_.rank.machine.charge(in_.rank.machine.costs().copy * static_cast<double>(told));
     count += told;
@@ -235,24 +237,27 @@ void GhostExchange::unpack_changes(int source, const Message& message) {
     throw std::runtime_error("kept ghosts differ from what their owner sends");
 }
 
-// Adds the places, from number `first` on, at which particles in a box may see one of this calculator's.
+// Adds the places, from number `first` on, at which particles in a box may see one of this calculator's. Ties find the
+// nearest image themselves: they get each particle once, where it is.
 void GhostExchange::choose(std::size_t side, const domains::Box& seer, std::uint32_t p, std::uint8_t first,
                            Chosen& chosen) const {
   const Store& store = in_.population(side).store;
   float x[3];
   position_of(store, p, x);
   const bool tied = bonds_ == nullptr || bonds_->row_of(store.ids()[p]) != interactions::Bonds::kNone;
-  if (!tied || std::isnan(x[0] + x[1] + x[2])) return;
+  if (!tied || std::isnan(x[0] + x[1] + x[2]) || (bonds_ != nullptr && first > 0)) return;
   for (std::uint8_t number = first; number < images_.count(); ++number) {
     const float at[3] = {images_.at(number, 0, x[0]), images_.at(number, 1, x[1]), images_.at(number, 2, x[2])};
     if (!(outside(seer, at) <= range_)) continue;
     chosen.particles.push_back(p);
-    if (images_.any()) chosen.images.push_back(number);
+    if (images_.any()) chosen.images.push_back(bonds_ == nullptr ? number : 0);
+    if (bonds_ != nullptr) return;
   }
 }
 
 // The particles that somebody else may see, or that leave.
 std::vector<std::uint32_t> GhostExchange::near_the_border(std::size_t side) const {
+  if (!seen(side)) return {};
   const System& sees = in_.system(in_.seer(side));
   const Store& store = in_.population(side).store;
   const domains::Box own = box(side, in_.rank.session.calculator());
@@ -312,7 +317,9 @@ void GhostExchange::pack(std::size_t side, std::map<int, Message>& messages) {
   base::Bytes kept;  // migrants and images that this calculator sees, packed
   const domains::Box own = box(in_.seer(side), self);
   Chosen copied;
-  for (const auto& [p, owner] : owners) choose(side, own, p, 0, copied);
+  for (const auto& [p, owner] : owners) {
+    if (seen(side)) choose(side, own, p, 0, copied);
+  }
   for (const std::uint32_t p : near) {
     if (images_.any() && owner_of(p) == self) choose(side, own, p, 1, copied);
   }

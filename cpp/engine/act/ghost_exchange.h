@@ -48,9 +48,14 @@ class GhostExchange {
   interactions::Ghosts& ghosts(std::size_t side) { return lists_ ? kept(side).ghosts : ghosts_[side]; }
 
  private:
+  // Laws are numbered by the system that they act on: what one sees of another system has a key of its own.
   std::pair<std::size_t, std::uint32_t> key(std::size_t side) const {
-    return {in_.interaction.systems[side], in_.interaction.law};
+    const std::size_t system = in_.interaction.systems[side];
+    const std::size_t seen_by = side == 0 ? 0 : in_.script.systems.size() * (1 + in_.interaction.systems[0]);
+    return {seen_by + system, in_.interaction.law};
   }
+  // Tells whether anybody sees the particles of a side.
+  bool seen(std::size_t side) const { return !interactions::read_by(*in_.interaction.action, side == 1).empty(); }
   KeptGhosts& kept(std::size_t side) const { return in_.calculator.ghosts[key(side)]; }
   bool concerns(int from, int to) const;
   void await(const std::vector<int>& from) const;
@@ -72,7 +77,7 @@ class GhostExchange {
   const Parties& in_;
   const interactions::Bonds* bonds_;
   const Images& images_;
-  const bool lists_ = interactions::keeps_list(*in_.interaction.action);
+  const bool lists_ = interactions::remembers(*in_.interaction.action);
   interactions::Wear wear_;
   Migrants migrants_[2];
   double farthest_ = 0;

@@ -69,10 +69,10 @@ void place_ghosts(const Images& images, interactions::Ghosts& ghosts) {
   }
 }
 
-std::uint64_t put_changes(const actions::Action& action, const Store& store, int target, KeptGhosts& kept,
+std::uint64_t put_changes(const actions::Action& action, bool second, const Store& store, int target, KeptGhosts& kept,
                           base::Bytes& out) {
   const std::vector<std::uint32_t>& sent = kept.sent.at(target);
-  const std::vector<interactions::Component> read = interactions::read_by(action);
+  const std::vector<interactions::Component> read = interactions::read_by(action, second);
   std::vector<float>& told = kept.told[target];
   const bool first = told.size() != sent.size() * read.size();
   told.resize(sent.size() * read.size());

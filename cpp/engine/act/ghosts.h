@@ -43,8 +43,8 @@ void place_ghosts(const Images& images, interactions::Ghosts& ghosts);
 ///     float per ghost
 ///
 /// Returns the number of ghosts.
-std::uint64_t put_changes(const actions::Action& action, const particles::Store& store, int target, KeptGhosts& kept,
-                          base::Bytes& out);
+std::uint64_t put_changes(const actions::Action& action, bool second, const particles::Store& store, int target,
+                          KeptGhosts& kept, base::Bytes& out);
 /// Reads what put_changes has written on another calculator; returns the number of ghosts.
 std::uint64_t take_changes(base::Reader& in, int source, const Images& images, KeptGhosts& kept);
 

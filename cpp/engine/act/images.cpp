@@ -68,9 +68,9 @@ double Images::outside(const domains::Box& box, const float (&x)[3]) const {
 }
 
 void Images::check(const actions::Action& action, float reach) const {
-  if (!any()) return;
+  if (!any() || action.kind == actions::Kind::tie) return;  // a tie goes to the nearest image, however far that is
   const std::string name = actions::facts(action.kind).name;
-  if (action.kind == actions::Kind::tie || interactions::uses_cells(action)) {
+  if (interactions::uses_cells(action)) {
     throw std::invalid_argument(name + " does not see across the ends of periodic space");
   }
   for (int axis = 0; axis < 3; ++axis) {

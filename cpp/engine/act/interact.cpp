@@ -80,7 +80,8 @@ class Meeting {
   void prepare_ties(const Store& store) {
     pins_ = interactions::pins_of(*bonds_, store);
     if (in_.rank.session.calculators() == 1) return;  // sees all that there is
-    const interactions::Stretch stretch = interactions::stretch_of(*bonds_, knots(), store);
+    const interactions::Stretch stretch =
+        interactions::stretch_of(*bonds_, knots(), store, in_.system(0).definition.periods);
     extent_.radius = stretch.longest;
     extent_.displacement = stretch.way;
   }
@@ -158,7 +159,9 @@ class Meeting {
   interactions::Seen look(const interactions::Side (&sides)[2]) {
     const actions::Action& action = *in_.interaction.action;
     if (bonds_ != nullptr) {
-      return {interactions::tie(action, *bonds_, dt(), sides[0], pins_, knots(), *in_.rank.pool), 0};
+      return {interactions::tie(action, *bonds_, dt(), in_.system(0).definition.periods, sides[0], pins_, knots(),
+                                *in_.rank.pool),
+              0};
     }
     if (interactions::uses_cells(action)) {
       return interactions::act_by_cells(action, cube_, moments_, dt(), sides[0], in_.calculator.scratch,

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+
 from .. import actions
 from .._values.periodic import Period, half_period
 from ..actions.base import Action
@@ -16,12 +18,13 @@ __all__ = ["check_action", "check_reach"]
 def check_action(action: Action, periods: tuple[Period, ...]) -> None:
     """Raise ArgumentError for an action between particles that reaches farther than half a period.
 
-    A particle would meet both another one and that one's image. Radii that particles have of their own are
+    A particle would meet both another one and that one's image, and a tie would not know which of them it
+    leads to. Radii that particles have of their own are
     known to the engine alone, which checks them when they meet.
     """
     match action:
         case actions.Tie():
-            raise ArgumentError("ties", action.ties, "in a world without periodic axes")
+            check_reach("ties", float(np.max(action.ties.lengths, initial=0)), periods)
         case actions.Gravitate(far="cells"):
             raise ArgumentError("far", action.far, "'exact' in a periodic world")
         case actions.Gravitate() | actions.MatchVelocity() | actions.MatchRotationalVelocity():

@@ -314,7 +314,8 @@ class Tie(Action):
     Stiffness comes from sub-steps: 40 keep a cloth that falls over a ball within a few percent of its size.
     Ties to dead particles do not pull. Pinned particles stand still unless the script moves them. Each bit of
     `torn` stands for one of a particle's ties, in the order of its partners' ids. Ties that can tear must not
-    share particles with other ties of the list, and a script that replaces ties sets `torn` to 0.
+    share particles with other ties of the list, and a script that replaces ties sets `torn` to 0. In periodic
+    space ties go to the nearest image; tethers longer than half a period do nothing.
 
     Formula: at x + v dt, correction_ij = -w_i (r - length) / (w_i + w_j + compliance / dt^2) along the tie,
     with w = 1 / mass; x_i moves by 1.8 times the mean of its corrections, less where

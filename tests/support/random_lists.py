@@ -16,6 +16,7 @@ from random_laws import BETWEEN_KINDS, law, readable
 from random_spaces import PERIODS, allowed
 
 from motes import actions, balance
+from motes._values.axes import CURVES, in_a_row
 
 __all__ = ["FRAMES", "HEADER", "KINDS", "script"]
 
@@ -467,15 +468,16 @@ def script(draw: st.DrawFn) -> str:
 
     `note` takes what identifies the frame: the particles' digest and the picture.
     """
-    axes = st.sampled_from(["x", "y", "z", "xy", "zx", "yz", "xyz", None])
-    space = st.sampled_from(["None", "(-2, 2)", "'fit'", "(0.5, 0.75)"])
+    axes = st.sampled_from(["x", "y", "z", "xy", "zx", "yz", "xyz", None, "hilbert", "morton"])
+    rooms = ["(-2, 2)", "(0.5, 0.75)"]
+    space = st.sampled_from(["None", *rooms, "'fit'"])
     facts = f"seed={draw(st.integers(0, 2**64 - 1))}, substeps={draw(st.integers(1, 3))}, space={draw(space)}"
     facts += (periods := draw(PERIODS))
     roles, combine = draw(st.sampled_from(["auto", "shared"])), draw(st.sampled_from(COMBINE))
     cut = [draw(axes), draw(axes)]
     shared = draw(st.integers(0, 3)) == 0  # the second system shares the first one's domains
     cut = [cut[0], cut[0]] if shared else cut
-    rows = all(axis is not None and len(axis) == 1 for axis in cut)
+    rows = all(in_a_row(axis or "id") for axis in cut)
     facts += f", roles={roles!r}, combine={combine!r}, balancer={draw(st.sampled_from(balancers(rows=rows)))}"
     lines = [
         f"world = motes.World({facts}, progress='off')",
@@ -483,7 +485,8 @@ def script(draw: st.DrawFn) -> str:
     ]
     for name, axis in zip("ab", cut, strict=True):
         options = f"capacity={draw(st.sampled_from([3000, 700, 40]))}, "
-        options += "domains_of=a" if shared and name == "b" else f"axis={axis!r}, space={draw(space)}"
+        room = draw(st.sampled_from(rooms) if axis in CURVES else space)
+        options += "domains_of=a" if shared and name == "b" else f"axis={axis!r}, space={room}"
         lines.append(f"{name} = world.system({name!r}, {options}, attributes=dict(heat=0.5, wind=(0, 1, 0)))")
     lines += ["with world:", f"    for frame in world.frames({FRAMES}):"]
     start = [line.replace("@", draw(st.sampled_from("ab"))) for line in draw(st.lists(births(), max_size=2))]

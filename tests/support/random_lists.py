@@ -469,14 +469,12 @@ def script(draw: st.DrawFn) -> str:
     `note` takes what identifies the frame: the particles' digest and the picture.
     """
     axes = st.sampled_from(["x", "y", "z", "xy", "zx", "yz", "xyz", None, "hilbert", "morton"])
-    rooms = ["(-2, 2)", "(0.5, 0.75)"]
-    space = st.sampled_from(["None", *rooms, "'fit'"])
+    space = st.sampled_from(["None", "'fit'", *(rooms := ["(-2, 2)", "(0.5, 0.75)"])])
     facts = f"seed={draw(st.integers(0, 2**64 - 1))}, substeps={draw(st.integers(1, 3))}, space={draw(space)}"
     facts += (periods := draw(PERIODS))
     roles, combine = draw(st.sampled_from(["auto", "shared"])), draw(st.sampled_from(COMBINE))
-    cut = [draw(axes), draw(axes)]
     shared = draw(st.integers(0, 3)) == 0  # the second system shares the first one's domains
-    cut = [cut[0], cut[0]] if shared else cut
+    cut = [draw(axes)] * 2 if shared else [draw(axes), draw(axes)]
     rows = all(in_a_row(axis or "id") for axis in cut)
     facts += f", roles={roles!r}, combine={combine!r}, balancer={draw(st.sampled_from(balancers(rows=rows)))}"
     lines = [
@@ -485,8 +483,8 @@ def script(draw: st.DrawFn) -> str:
     ]
     for name, axis in zip("ab", cut, strict=True):
         options = f"capacity={draw(st.sampled_from([3000, 700, 40]))}, "
-        room = draw(st.sampled_from(rooms) if axis in CURVES else space)
-        options += "domains_of=a" if shared and name == "b" else f"axis={axis!r}, space={room}"
+        own = f"axis={axis!r}, space={draw(st.sampled_from(rooms) if axis in CURVES else space)}"
+        options += "domains_of=a" if shared and name == "b" else own
         lines.append(f"{name} = world.system({name!r}, {options}, attributes=dict(heat=0.5, wind=(0, 1, 0)))")
     lines += ["with world:", f"    for frame in world.frames({FRAMES}):"]
     start = [line.replace("@", draw(st.sampled_from("ab"))) for line in draw(st.lists(births(), max_size=2))]
@@ -497,7 +495,6 @@ def script(draw: st.DrawFn) -> str:
         drawn = allowed(periods, draw(calls(meets)))
         lines += [f"        if {test}:", *(f"            {line}" for line in drawn)]
     if meets:
-        lines += ["        picture = world.render()", "        note(world.digest(), picture)"]
-    else:
-        lines.append("        note(world.digest(), world.render())")
+        lines += ["        picture = world.render()"]
+    lines.append(f"        note(world.digest(), {'picture' if meets else 'world.render()'})")
     return "\n".join(lines) + "\n"

@@ -24,6 +24,7 @@ add_library(motes_pure STATIC
   bench/bench_program.cpp
   bench/bench_scene.cpp
   bench/bench_scenery.cpp
+  domains/curve.cpp
   domains/divide.cpp
   domains/domains.cpp
   expressions/expression.cpp

@@ -110,7 +110,7 @@ Plan legal(Plan plan, const Table& table, const std::string& policy) {
   if (!plan.shares.empty() && !plan.orders.empty()) {
     refuse(policy, table, "a plan", "orders or shares", "both");
   }
-  if (!plan.orders.empty() && !table.axes.slabs()) {
+  if (!plan.orders.empty() && !table.axes.row()) {
     refuse(policy, table, "a plan", "shares where domains are no slabs", "orders (axis " + name_of(table.axes) + ")");
   }
   if (!plan.shares.empty()) check_numbers(plan.shares, "shares", table, policy);

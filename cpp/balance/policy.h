@@ -20,7 +20,7 @@ struct Table {
   std::string system;  // its name, or "all" for the sum over systems
   std::vector<Load> loads;  // one per calculator, in the order of the domains
   std::vector<float> cuts;  // loads.size() - 1, in the order of the domains
-  domains::Axes axes{};  // that domains cut; orders are for slabs
+  domains::Axes axes{};  // that domains cut; orders are for domains in a row
 };
 
 /// Particles to move from one domain to its left or right neighbour.

@@ -39,7 +39,7 @@ inline double CostAware::moving_s(const Table& table, const std::vector<double>&
   for (std::size_t c = 0; c < wants.size(); ++c) {
     const auto held = static_cast<double>(table.loads[c].particles);
     double kept = std::min(held, wants[c]);
-    if (table.axes.slabs()) {  // particles keep their order along the axis
+    if (table.axes.row()) {  // particles keep their order along the axis
       const double end = std::min(held_before + held, wanted_before + wants[c]);
       kept = std::max(0.0, end - std::max(held_before, wanted_before));
     }

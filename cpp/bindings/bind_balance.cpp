@@ -91,10 +91,7 @@ Table make_table(std::uint64_t frame, std::uint64_t evaluation, const std::strin
                                 std::to_string(n.size()) + " particles, " + std::to_string(c.size()) + " cuts");
   }
   Table table{frame, evaluation, system, {}, {c.begin(), c.end()}};
-  table.axes.bits = 0;
-  for (int axis = 0; axis < 3 && axes != "id"; ++axis) {
-    if (axes.find("xyz"[axis]) != std::string::npos) table.axes.bits |= static_cast<std::uint8_t>(1 << axis);
-  }
+  table.axes = domains::axes_of(axes);
   for (std::size_t i = 0; i < n.size(); ++i) table.loads.push_back({n[i], s[i], v[i], e.empty() ? 0 : e[i]});
   return table;
 }
@@ -196,7 +193,7 @@ void bind_values(py::module_& m) {
         Table sum = systems.front();
         for (const Table& table : systems) {
           loads.push_back(table.loads);
-          if (!table.axes.slabs()) sum.axes = table.axes;  // orders must be possible in all of them
+          if (!table.axes.row()) sum.axes = table.axes;  // orders must be possible in all of them
         }
         sum.system = "all";
         sum.loads = sum_of(loads);

@@ -1,4 +1,4 @@
-// Which axes of space are cut.
+// What is cut: axes of space, a curve through its cells, or the ids.
 #pragma once
 
 #include <bit>
@@ -7,16 +7,23 @@
 
 namespace motes::domains {
 
-/// Stands for an axis where ids decide.
+/// What stands for an axis where ids decide, or the place along a curve.
 inline constexpr int kById = 3;
+inline constexpr int kMorton = 4;
+inline constexpr int kHilbert = 5;
 
-/// One axis: slabs. Two or three: bricks. None: particles are dealt out by id, wherever they are.
+/// One axis: slabs. Two or three: bricks. A curve: stretches of it. None: particles are dealt out by id, wherever they
+/// are.
 struct Axes {
-  std::uint8_t bits = 1;  // 1: x, 2: y, 4: z
+  std::uint8_t bits = 1;  // 1: x, 2: y, 4: z; 16, 32: a curve
 
-  constexpr bool slabs() const { return std::popcount(bits) == 1; }
+  /// Whether domains lie in a row, so that neighbours can give each other what is at their common end.
+  constexpr bool row() const { return std::popcount(bits) == 1; }
   constexpr bool bricks() const { return std::popcount(bits) > 1; }
+  constexpr bool curve() const { return bits == 1u << kMorton || bits == 1u << kHilbert; }
   constexpr bool by_id() const { return bits == 0; }
+  constexpr bool valid() const { return bits < 8 || curve(); }
+  /// Whether domains end along an axis of space, 0..2.
   constexpr bool has(int axis) const { return (bits >> axis & 1) != 0; }
   /// The lowest; kById where there is none.
   constexpr int first() const { return bits == 0 ? kById : std::countr_zero(bits); }
@@ -29,13 +36,31 @@ constexpr void fields(Visitor& visit, Axes& axes) {
   visit(axes.bits);
 }
 
-/// "x", "xz", "xyz"; "id" where ids decide.
+/// "x", "y", "z"; "id", "morton", "hilbert".
+constexpr const char* name_of(int axis) {
+  constexpr const char* kNames[] = {"x", "y", "z", "id", "morton", "hilbert"};
+  return kNames[axis];
+}
+
+/// "x", "xz", "xyz"; "morton", "hilbert"; "id" where ids decide.
 inline std::string name_of(Axes axes) {
+  if (axes.curve()) return name_of(axes.first());
   std::string name;
   for (int axis = 0; axis < 3; ++axis) {
     if (axes.has(axis)) name += "xyz"[axis];
   }
   return name.empty() ? "id" : name;
+}
+
+/// The axes of such a name.
+inline Axes axes_of(const std::string& name) {
+  if (name == name_of(kMorton)) return {1u << kMorton};
+  if (name == name_of(kHilbert)) return {1u << kHilbert};
+  Axes axes{0};
+  for (int axis = 0; axis < 3 && name != "id"; ++axis) {
+    if (name.find("xyz"[axis]) != std::string::npos) axes.bits |= static_cast<std::uint8_t>(1u << axis);
+  }
+  return axes;
 }
 
 }  // namespace motes::domains

@@ -119,10 +119,17 @@ Room room_of(const Space& space, const particles::Periods& periods) {
   return room;
 }
 
+bool has_ends(const Space& space, const particles::Periods& periods) {
+  return space.kind == Space::Kind::finite || (periods.has(0) && periods.has(1) && periods.has(2));
+}
+
 Domains equal_parts(Axes axes, const Room& room, int count) {
   if (axes.by_id()) return equal_slices(0, 1, count, kById);
+  if (axes.curve()) {
+    return {equal_slices(0, 1, count).cuts(), std::make_shared<const Curve>(axes.first(), room)};
+  }
   const auto first = static_cast<std::size_t>(axes.first());
-  if (axes.slabs()) return equal_slices(room.low[first], room.high[first], count, axes.first());
+  if (axes.row()) return equal_slices(room.low[first], room.high[first], count, axes.first());
   return bricks(axes, room, {}, count, Across::farthest);
 }
 
@@ -146,9 +153,16 @@ Domains quantiles(std::span<const float> coordinates, int count, int axis) {
   return Domains(std::move(cuts), axis);
 }
 
+Domains quantiles(std::shared_ptr<const Curve> curve, const Places& places, int count) {
+  std::vector<float> along(places.count);
+  curve->places_of(places, 0, places.count, along.data());
+  std::vector<float> cuts = quantiles(along, count).cuts();
+  return {std::move(cuts), std::move(curve)};
+}
+
 Domains quantiles(Axes axes, const Places& places, int count, Across across) {
   if (axes.by_id()) return equal_parts(axes, 0, 1, count);
-  if (axes.slabs()) {
+  if (axes.row()) {
     const float* x = places.position[static_cast<std::size_t>(axes.first())];
     return quantiles({x, places.count}, count, axes.first());
   }

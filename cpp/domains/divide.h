@@ -1,7 +1,7 @@
 // Domains from scratch: equal parts of space, or of particles.
 #pragma once
 
-#include <array>
+#include <memory>
 #include <span>
 
 #include "domains/domains.h"
@@ -12,24 +12,23 @@ namespace motes::domains {
 /// n equal slices of [low, high].
 Domains equal_slices(double low, double high, int count, int axis = 0);
 
-/// A part of space with an end on every side, metres.
-struct Room {
-  std::array<double, 3> low, high;
-
-  double side(int axis) const { return high[static_cast<std::size_t>(axis)] - low[static_cast<std::size_t>(axis)]; }
-};
-
 /// Returns what domains divide at the start: a period along each periodic axis, along others the space's interval.
 Room room_of(const Space& space, const particles::Periods& periods);
 
+/// Tells whether that room has ends of its own on all sides, as a curve needs them.
+bool has_ends(const Space& space, const particles::Periods& periods);
+
 /// Equal parts of a room along each of the axes: slices; bricks, each halved across its longest side, in proportion to
-/// the domains on both sides of the cut; or parts of the ids, whatever the room.
+/// the domains on both sides of the cut; stretches of a curve through the room; or parts of the ids, whatever the room.
 Domains equal_parts(Axes axes, const Room& room, int count);
 /// Equal parts of the same interval along each of the axes.
 Domains equal_parts(Axes axes, double low, double high, int count);
 
 /// The cuts that put equally many of these coordinates (in any order) into each of n domains.
 Domains quantiles(std::span<const float> coordinates, int count, int axis = 0);
+
+/// The same along a curve.
+Domains quantiles(std::shared_ptr<const Curve> curve, const Places& places, int count);
 
 /// Across which axis a brick is halved: that along which its particles reach farthest, so that bricks are compact; or
 /// each axis in turn, so that all are resolved alike, however far they reach.

@@ -16,6 +16,29 @@ void check_axis(int axis, int most) {
   if (axis < 0 || axis > most) throw base::InvalidArgument("a cut", "have an axis of space, or be among the ids");
 }
 
+void check_order(const std::vector<float>& cuts) {
+  for (std::size_t i = 0; i < cuts.size(); ++i) {
+    const bool ascends = i == 0 || cuts[i - 1] <= cuts[i];
+    if (std::isnan(cuts[i]) || !ascends) throw base::InvalidArgument("cuts", "be in ascending order, without NaN");
+  }
+}
+
+// Blocks that no single domain owns.
+constexpr std::uint32_t kDivided = UINT32_MAX;
+
+// Returns the owner of each block of a curve.
+std::vector<std::uint32_t> owners_of_blocks(const std::vector<float>& cuts) {
+  std::vector<std::uint32_t> owners(Curve::kBlocks);
+  std::size_t owner = 0;
+  for (std::uint32_t block = 0; block < Curve::kBlocks; ++block) {
+    const std::uint32_t begin = block * Curve::kInBlock;
+    while (owner < cuts.size() && Curve::first_behind(cuts[owner]) <= begin) ++owner;
+    const bool divided = owner < cuts.size() && Curve::first_behind(cuts[owner]) < begin + Curve::kInBlock;
+    owners[block] = divided ? kDivided : static_cast<std::uint32_t>(owner);
+  }
+  return owners;
+}
+
 // Each cut must lie within the part of space that it halves.
 void check_inside(const std::vector<Cut>& tree, int first, int last, const Box& box) {
   if (last - first < 2) return;
@@ -35,17 +58,28 @@ void check_inside(const std::vector<Cut>& tree, int first, int last, const Box& 
 
 Domains::Domains(std::vector<float> cuts, int axis) : cuts_(std::move(cuts)), axis_(axis) {
   check_axis(axis, kById);
-  for (std::size_t i = 0; i < cuts_.size(); ++i) {
-    const bool ascends = i == 0 || cuts_[i - 1] <= cuts_[i];
-    if (std::isnan(cuts_[i]) || !ascends) throw base::InvalidArgument("cuts", "be in ascending order, without NaN");
-  }
+  check_order(cuts_);
 }
 
-Domains Domains::of(const std::vector<Cut>& tree) {
+Domains::Domains(std::vector<float> cuts, std::shared_ptr<const Curve> curve)
+    : cuts_(std::move(cuts)), axis_(curve->axis()), curve_(std::move(curve)) {
+  check_order(cuts_);
+  of_blocks_ = owners_of_blocks(cuts_);
+}
+
+Domains Domains::with(std::vector<float> cuts) const {
+  return curve_ ? Domains(std::move(cuts), curve_) : Domains(std::move(cuts), axis_);
+}
+
+Domains Domains::of(const std::vector<Cut>& tree, std::shared_ptr<const Curve> curve) {
   const auto differs = [&](const Cut& cut) { return cut.axis != tree[0].axis; };
   std::vector<float> cuts;
   for (const Cut& cut : tree) cuts.push_back(cut.at);
-  if (std::none_of(tree.begin(), tree.end(), differs)) {
+  const bool alike = std::none_of(tree.begin(), tree.end(), differs);
+  if (curve && alike && (tree.empty() || tree[0].axis == curve->axis())) {
+    return Domains(std::move(cuts), std::move(curve));
+  }
+  if (alike) {
     return Domains(std::move(cuts), tree.empty() ? 0 : tree[0].axis);
   }
   for (const Cut& cut : tree) check_axis(cut.axis, 2);
@@ -98,11 +132,29 @@ void Domains::walk(const Places& places, std::size_t first, std::size_t count, s
   }
 }
 
-void Domains::owners_of(const Places& places, std::uint32_t* owners) const {
+// Most blocks of a curve have one owner, so that most particles need no more than their block.
+void Domains::look_up(const Places& places, std::size_t first, std::size_t count, std::uint32_t* owners) const {
+  const auto& [x, y, z] = places.position;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t p = first + i;
+    const bool nowhere = std::isnan(x[p]) || std::isnan(y[p]) || std::isnan(z[p]);
+    owners[i] = nowhere ? kDivided : of_blocks_[curve_->block_of(curve_->cell_of(x[p], y[p], z[p]))];
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    if (owners[i] != kDivided) continue;
+    float along = 0;
+    curve_->places_of(places, first + i, first + i + 1, &along);
+    search({&along, 1}, owners + i);
+  }
+}
+
+void Domains::owners_of(const Places& places, std::size_t begin, std::size_t end, std::uint32_t* owners) const {
   float x[kAbreast];
-  for (std::size_t first = 0; first < places.count; first += kAbreast) {
-    const std::size_t count = std::min(kAbreast, places.count - first);
-    if (axis_ < 0) {
+  for (std::size_t first = begin; first < end; first += kAbreast) {
+    const std::size_t count = std::min(kAbreast, end - first);
+    if (curve_) {
+      look_up(places, first, count, owners + first);
+    } else if (axis_ < 0) {
       walk(places, first, count, owners + first);
     } else if (axis_ == kById) {
       for (std::size_t i = 0; i < count; ++i) x[i] = scattered(places.ids[first + i]);
@@ -115,7 +167,7 @@ void Domains::owners_of(const Places& places, std::uint32_t* owners) const {
 
 Box Domains::box(int domain) const {
   Box box;
-  if (axis_ == kById) return box;
+  if (axis_ >= kById) return box;
   if (axis_ >= 0) {
     const auto axis = static_cast<std::size_t>(axis_);
     box.low[axis] = low(domain);
@@ -129,6 +181,26 @@ Box Domains::box(int domain) const {
     (domain < middle ? last : first) = middle;
   }
   return box;
+}
+
+Cover Domains::cover(int domain) const {
+  if (curve_) {
+    return curve_->cover(domain == 0 ? 0 : Curve::first_behind(low(domain)), Curve::first_behind(high(domain)));
+  }
+  const Box own = box(domain);
+  const bool whole = axis_ != kById || count() == 1;
+  return {{own}, whole ? std::size_t{1} : 0, own};
+}
+
+float Domains::farthest_face() const {
+  float most = curve_ ? curve_->farthest_end() : 0;
+  for (const float cut : cuts_) most = std::max(most, std::abs(cut));
+  return most;
+}
+
+bool Domains::operator==(const Domains& other) const {
+  const bool same_curve = curve_ == other.curve_ || (curve_ && other.curve_ && *curve_ == *other.curve_);
+  return same_curve && axis_ == other.axis_ && cuts_ == other.cuts_ && nodes_ == other.nodes_;
 }
 
 float Domains::low(int domain) const {

@@ -1,53 +1,20 @@
 // Where a particle belongs: which calculator owns it, for one system (paper 3.1.4). Domains are slabs along one axis,
-// bricks made by halving space along two or three, or the particles are dealt out by id.
+// bricks made by halving space along two or three, or stretches of a curve; or the particles are dealt out by id.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "domains/axes.h"
+#include "domains/curve.h"
+#include "domains/space.h"
 #include "particles/ids.h"
 
 namespace motes::domains {
-
-/// Half the width of the paper's infinite space, in metres.
-inline constexpr float kInfinite = 1048576.0f;  // 2^20
-
-/// How a system's space is divided at the start (API: World.space).
-struct Space {
-  enum class Kind : unsigned char { finite, infinite, fit };
-  Kind kind = Kind::infinite;
-  double low = 0;   // metres, kind finite; the same interval along each axis that is cut
-  double high = 0;
-
-  bool operator==(const Space&) const = default;
-};
-
-template <class Visitor>
-constexpr void fields(Visitor& visit, Space& space) {
-  visit(space.kind, space.low, space.high);
-}
-
-/// A part of space, half-open: low <= x < high along each axis. Outer faces are at infinity.
-struct Box {
-  static constexpr float kInf = std::numeric_limits<float>::infinity();
-  std::array<float, 3> low{-kInf, -kInf, -kInf};
-  std::array<float, 3> high{kInf, kInf, kInf};
-
-  bool operator==(const Box&) const = default;
-};
-
-/// Where particles are, and who they are: planes of coordinates and ids. Only what the domains look at must be there:
-/// the planes of the axes that are cut, or the ids.
-struct Places {
-  std::array<const float*, 3> position{};  // x, y, z
-  particles::Ids ids;
-  std::size_t count = 0;
-};
 
 /// The coordinate, 0 <= s < 1, that takes the place of x where particles are dealt out by id: multiples of the golden
 /// ratio, modulo 1. Any run of consecutive ids fills the interval evenly.
@@ -55,7 +22,7 @@ inline float scattered(std::uint64_t id) { return static_cast<float>((id * 0x9E3
 
 /// A cut: what is at x < at lies on its left, everything else on its right, NaN too.
 struct Cut {
-  std::int32_t axis = 0;  // 0..2: x, y, z; kById
+  std::int32_t axis = 0;  // 0..2: x, y, z; kById, kMorton, kHilbert
   float at = 0;           // metres
 
   bool operator==(const Cut&) const = default;
@@ -81,9 +48,13 @@ class Domains {
   /// Slabs along an axis (0..2), or parts of the ids (kById). Throws std::invalid_argument where the cuts do not ascend
   /// or one of them is NaN.
   explicit Domains(std::vector<float> cuts, int axis = 0);
-  /// Any tree, its cuts in the order of the domains that they stand between. Throws std::invalid_argument where a cut
-  /// lies outside the part of space that it halves, is NaN, or has no such axis.
-  static Domains of(const std::vector<Cut>& tree);
+  /// Stretches of a curve, cut at these places along it, 0..1. Throws as above.
+  Domains(std::vector<float> cuts, std::shared_ptr<const Curve> curve);
+  /// Any tree, its cuts in the order of the domains that they stand between; the curve, where that is cut. Throws
+  /// std::invalid_argument where a cut lies outside the part of space that it halves, is NaN, or has no such axis.
+  static Domains of(const std::vector<Cut>& tree, std::shared_ptr<const Curve> curve = nullptr);
+  /// The same with other cuts along the one axis, or curve. Throws as the constructors.
+  Domains with(std::vector<float> cuts) const;
 
   int count() const { return static_cast<int>(cuts_.size()) + 1; }
   /// Positions of the cuts, in the order of the domains: ascending for slabs.
@@ -94,6 +65,10 @@ class Domains {
   int halved() const { return axis_ >= 0 ? axis_ : nodes_[static_cast<std::size_t>(left_part(count()))].axis; }
   /// All cuts with their axes.
   std::vector<Cut> tree() const;
+  /// The curve that is cut; null where axes or ids are.
+  const std::shared_ptr<const Curve>& curve() const { return curve_; }
+  /// The largest distance of a face between two domains from the origin, along the axis that it cuts, m.
+  float farthest_face() const;
 
   /// The single rule of ownership: births, exchange, reads and donation all use it.
   int owner_of(const std::array<float, 3>& position, std::uint64_t id) const {
@@ -102,26 +77,32 @@ class Domains {
     owners_of({{position.data(), &position[1], &position[2]}, {&lower, &upper}, 1}, &owner);
     return static_cast<int>(owner);
   }
-  /// The same for many particles.
-  void owners_of(const Places& places, std::uint32_t* owners) const;
+  /// The same for many particles, or for those from number `first` to `last` - 1, whose owners stand there too.
+  void owners_of(const Places& places, std::uint32_t* owners) const { owners_of(places, 0, places.count, owners); }
+  void owners_of(const Places& places, std::size_t first, std::size_t last, std::uint32_t* owners) const;
 
-  /// The part of space that belongs to a domain: owner_of gives p to it exactly where p lies in the box. All of space
-  /// where ids decide.
+  /// The part of space that belongs to a slab or brick: owner_of gives p to it exactly where p lies in the box. All of
+  /// space where ids decide, or a curve.
   Box box(int domain) const;
+  /// Boxes around all that belongs to a domain.
+  Cover cover(int domain) const;
 
-  // The ends of a domain along the one axis of its cuts, or among the ids.
+  // The ends of a domain along the one axis of its cuts, among the ids, or along the curve.
   float low(int domain) const;   // -infinity for the first
   float high(int domain) const;  // infinity for the last
 
-  bool operator==(const Domains&) const = default;
+  bool operator==(const Domains& other) const;
 
  private:
   void search(std::span<const float> x, std::uint32_t* owners) const;
+  void look_up(const Places& places, std::size_t first, std::size_t count, std::uint32_t* owners) const;
   void walk(const Places& places, std::size_t first, std::size_t count, std::uint32_t* owners) const;
 
   std::vector<float> cuts_;
   std::vector<Cut> nodes_;  // where axes differ: node i is cut i - 1; node 0 is a stopgap
   int axis_ = 0;
+  std::shared_ptr<const Curve> curve_;
+  std::vector<std::uint32_t> of_blocks_;  // owners of the curve's blocks
 };
 
 }  // namespace motes::domains

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "base/hash.h"
+#include "domains/divide.h"
 #include "image/camera.h"
 #include "interactions/ties.h"
 #include "meshes/assets.h"
@@ -157,7 +158,9 @@ void check(const Record& record) {
   require(record.sprites.size() == record.systems.size(), "there must be one sprite per system");
   require(record.clumps.size() == record.systems.size(), "there must be one template per system");
   for (const SystemDefinition& system : record.systems) {
-    require(system.axes.bits < 8, "axes must be of x, y and z");
+    require(system.axes.valid(), "axes must be of x, y and z, or a curve");
+    require(!system.axes.curve() || domains::has_ends(system.space, system.periods),
+            "space must have ends for a curve");
     require(follows_an_earlier(record, system), "domains_of must be an earlier system that has domains of its own");
     const bool finite = system.space.kind == domains::Space::Kind::finite;
     require(system.periods.bits < 8 && system.periods == record.systems[0].periods,

@@ -79,16 +79,16 @@ Story random_story(Random& random) {
 Way random_way(Random& random) {
   Way way;
   constexpr int kRanks[] = {1, 2, 3, 4, 5, 5, 8, 13};
-  constexpr std::uint8_t kAxes[] = {1, 1, 2, 3, 7, 0};
+  constexpr std::uint8_t kAxes[] = {1, 1, 2, 3, 7, 0, 16, 32};
   way.ranks = kRanks[random.below(8)];
   way.cast = random_cast(random, way.ranks);
-  way.axes = kAxes[random.below(6)];
+  way.axes = kAxes[random.below(8)];
   way.combine = static_cast<engine::Combine>(random.below(3));
   way.births = random.below(2) == 0 ? engine::Births::manager : engine::Births::calculators;
   way.threads = 1 + static_cast<int>(random.below(8) == 0);
   way.fan_out = random.below(2) == 0 ? 8 : 2;
-  const bool slabs = way.axes == 1 || way.axes == 2;
-  way.balancer = slabs ? static_cast<int>(random.below(4)) : 3 * static_cast<int>(random.below(2));
+  way.balancer =
+      domains::Axes{way.axes}.row() ? static_cast<int>(random.below(4)) : 3 * static_cast<int>(random.below(2));
   way.path = static_cast<image::View::Path>(random.below(4));
   return way;
 }

@@ -37,7 +37,7 @@ def options(
     """Read a script's command line; the arguments are its defaults.
 
     There are also `--seed`, `--out` and `--log` (directories), `--digest`, `--no-images`, and `--axis` x, xz,
-    ... or none.
+    ..., hilbert, morton or none.
 
     Args:
         description: what `--help` says: the script's `__doc__`.
@@ -62,7 +62,9 @@ def options(
     parser.add_argument(
         "--size", type=_size, default=_size(size), metavar="WxH", help="of a frame, in pixels"
     )
-    parser.add_argument("--axis", type=_axis, default="x", help="that domains cut: x, xz, ...; none: by id")
+    parser.add_argument(
+        "--axis", type=_axis, default="x", help="that domains cut: x, xz, ..., hilbert; none: by id"
+    )
     parser.add_argument("--space", type=_space, default=_space(space), help="LO,HI (metres), infinite or fit")
     parser.add_argument(
         "--balancer", type=_balancer, default=_balancer(balancer), metavar="NAME", help=BALANCERS

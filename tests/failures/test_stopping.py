@@ -24,8 +24,14 @@ INT, TERM, USR1 = signal.SIGINT, signal.SIGTERM, signal.SIGUSR1
 CODES = {INT: 130, TERM: 143, USR1: 143}
 
 
+def job_of(launcher: int) -> list[int]:
+    """Return a process and all that it has started, as a scheduler that ends a job signals them."""
+    children = Path(f"/proc/{launcher}/task/{launcher}/children").read_text().split()
+    return [launcher, *(pid for child in children for pid in job_of(int(child)))]
+
+
 class Sender:
-    """Sends signals once `ranks` of the run's ranks may get them: to "run", to "all", or to a rank."""
+    """Sends signals once `ranks` ranks may get them: to "run", "all" ranks, the whole "job", or a rank."""
 
     def __init__(self, folder: Path, to: object, numbers: list[int], *, ranks: int, every_s: float = 1.2):
         self.folder, self.to, self.numbers, self.ranks = folder, to, numbers, ranks
@@ -39,7 +45,8 @@ class Sender:
             self.at = time.monotonic() + 0.2
             return
         pids = {int(file.stem): int(file.read_text()) for file in files}
-        targets = [launcher] if self.to == "run" else pids.values() if self.to == "all" else [pids[self.to]]
+        several = {"run": [launcher], "all": pids.values(), "job": job_of(launcher)}
+        targets = several[self.to] if isinstance(self.to, str) else [pids[self.to]]
         for pid in targets:
             os.kill(pid, self.numbers[self.sent])
         self.sent += 1
@@ -99,6 +106,7 @@ def test_all_ranks_stop_after_the_same_frame(tmp_path, ranks, to, number):
         ("callback", 3, 2, 3),  # the frame that is under way is the last
         # rank 0 has reported on its frame before
         pytest.param("wait", 3, 0, 4, marks=pytest.mark.slow),
+        ("wait", 3, "job", 4),  # as `scancel` does; the frame takes longer than mpirun leaves ranks
         ("gather", 3, 0, 3),
         pytest.param("gather", 1, "run", 8, marks=pytest.mark.slow),
     ],

@@ -210,5 +210,5 @@ def test_the_launcher_does_not_outlive_an_error_of_ours(monkeypatch):
     monkeypatch.setattr(supervisor, "Relay", broken)
     with pytest.raises(RuntimeError, match="of ours"):
         supervisor.supervise(["sleep", "60"])
-    assert started[0].poll() == -signal.SIGTERM
+    assert started[0].poll() == -signal.SIGHUP
     assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL

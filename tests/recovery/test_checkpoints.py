@@ -113,11 +113,17 @@ def copied(killed):
     return Path(shutil.copytree(killed.with_name("saved"), killed))
 
 
+HILBERT = {"axis": "hilbert", "space": (-4, 4)}
 CASES = [
     (1, dict(kill_at=13), 3, {}),
     pytest.param(2, dict(kill_at=11, rank=0), 1, {}, marks=pytest.mark.slow),
-    (3, dict(kill_at=9, rank=1, roles="shared"), 2, dict(axis="yz", births="calculators")),
-    (5, dict(kill_at=14, rank=2, balancer="pairwise"), 3, dict(roles="shared", balancer="pairwise")),
+    (3, dict(kill_at=9, rank=1, roles="shared", **HILBERT), 2, dict(axis="yz", births="calculators")),
+    (
+        5,
+        dict(kill_at=14, rank=2, balancer="pairwise"),
+        3,
+        dict(roles="shared", balancer="pairwise", **HILBERT),
+    ),
     pytest.param(
         *(3, dict(kill_at=18, roles="shared", axis=None), 3, dict(roles="shared", axis=None)),
         marks=pytest.mark.slow,

@@ -14,7 +14,7 @@ told = json.loads(os.environ.get("OPTIONS", "{}"))
 balancers = {"pairwise": motes.balance.Pairwise(min_particles=10), "none": None}
 world = motes.World(
     seed=told.get("seed", 5),
-    space="fit",
+    space=told.get("space", "fit"),
     substeps=2,
     log=f"{folder}/log",
     digest=True,

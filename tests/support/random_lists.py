@@ -17,6 +17,7 @@ from random_laws import BETWEEN_KINDS, law, readable
 from random_worlds import PERIODS, allowed, balancers
 
 from motes import actions
+from motes._values.axes import CURVES, in_a_row
 
 __all__ = ["FRAMES", "HEADER", "KINDS", "script"]
 
@@ -444,16 +445,15 @@ def script(draw: st.DrawFn) -> str:
 
     `note` takes what identifies the frame: the particles' digest and the picture.
     """
-    axes = st.sampled_from(["x", "y", "z", "xy", "zx", "yz", "xyz", None])
-    space = st.sampled_from(["None", "(-2, 2)", "'fit'", "(0.5, 0.75)"])
+    axes = st.sampled_from(["x", "y", "z", "xy", "zx", "yz", "xyz", None, "hilbert", "morton"])
+    space = st.sampled_from(["None", "'fit'", *(rooms := ["(-2, 2)", "(0.5, 0.75)"])])
     facts = f"seed={draw(st.integers(0, 2**64 - 1))}, substeps={draw(st.integers(1, 3))}, space={draw(space)}"
     facts += (periods := draw(PERIODS))
     roles = draw(st.sampled_from(["auto", "shared"]))
     combine = draw(st.sampled_from(["together", "one_by_one", "overlapped"]))
-    cut = [draw(axes), draw(axes)]
     shared = draw(st.integers(0, 3)) == 0  # the second system shares the first one's domains
-    cut = [cut[0], cut[0]] if shared else cut
-    rows = all(axis is not None and len(axis) == 1 for axis in cut)
+    cut = [draw(axes)] * 2 if shared else [draw(axes), draw(axes)]
+    rows = all(in_a_row(axis or "id") for axis in cut)
     facts += f", roles={roles!r}, combine={combine!r}, balancer={draw(st.sampled_from(balancers(rows=rows)))}"
     lines = [
         f"world = motes.World({facts}, progress='off')",
@@ -463,7 +463,8 @@ def script(draw: st.DrawFn) -> str:
     for name, axis in zip("ab", cut, strict=True):
         capacity = draw(st.sampled_from([300, 40] if name in clumps else [3000, 700, 40]))
         options = f"capacity={capacity}, "
-        options += "domains_of=a" if shared and name == "b" else f"axis={axis!r}, space={draw(space)}"
+        own = f"axis={axis!r}, space={draw(st.sampled_from(rooms) if axis in CURVES else space)}"
+        options += "domains_of=a" if shared and name == "b" else own
         lines.append(f"{name} = world.system({name!r}, {options}, attributes=dict(heat=0.5, wind=(0, 1, 0)))")
     lines += [f"{name}.clumps({template})" for name, template in clumps.items()]
     lines += ["with world:", f"    for frame in world.frames({FRAMES}):"]
@@ -476,7 +477,6 @@ def script(draw: st.DrawFn) -> str:
         drawn = readable(draw(with_clumps(drawn, clumps if meets else {}, bool(periods))))
         lines += [f"        if {test}:", *(f"            {line}" for line in drawn)]
     if meets:
-        lines += ["        picture = world.render()", "        note(world.digest(), picture)"]
-    else:
-        lines.append("        note(world.digest(), world.render())")
+        lines += ["        picture = world.render()"]
+    lines.append(f"        note(world.digest(), {'picture' if meets else 'world.render()'})")
     return "\n".join(lines) + "\n"

@@ -16,6 +16,27 @@ using particles::Store;
 
 namespace {
 
+// Marks the particles that lie in a box, farther than `range` from each of its faces. Returns false where positions
+// have no plane.
+bool mark_deep(const Store& store, const domains::Box& box, double range, std::vector<std::uint8_t>& deep) {
+  const float* x[3];
+  double low[3], high[3];
+  for (int c = 0; c < 3; ++c) {
+    const auto a = static_cast<std::size_t>(c);
+    x[c] = store.plane(particles::position, c);
+    if (x[c] == nullptr) return false;
+    low[c] = static_cast<double>(box.low[a]) + range;
+    high[c] = static_cast<double>(box.high[a]) - range;
+  }
+  for (std::size_t i = 0; i < store.size(); ++i) {
+    bool inside = true;
+    for (int c = 0; c < 3; ++c)
+      inside &= static_cast<double>(x[c][i]) > low[c] && static_cast<double>(x[c][i]) < high[c];
+    deep[i] = deep[i] | static_cast<std::uint8_t>(inside);
+  }
+  return true;
+}
+
 void position_of(const Store& store, std::size_t i, float (&x)[3]) {
   for (int c = 0; c < 3; ++c) x[c] = store.value(particles::position, c, i);
 }
@@ -25,12 +46,12 @@ GhostExchange::Migrants migrants_of(const Rank& rank, const System& system, cons
   find_migrants(rank, system, here);
   migrants.to = migrants_by_owner(rank, system, here);
   here.outcome.left.clear();
-  const domains::Box box = images.ends(system.domains.box(rank.session.calculator()));
+  const domains::Cover own = images.ends(system.domains.cover(rank.session.calculator()));
   for (const auto& [owner, particles] : migrants.to) {
     for (const std::uint32_t p : particles) {
       float x[3];
       position_of(here.store, p, x);
-      migrants.farthest = std::max(migrants.farthest, images.outside(box, x));
+      migrants.farthest = std::max(migrants.farthest, images.outside(own, x));
     }
   }
   return migrants;
@@ -80,16 +101,18 @@ void GhostExchange::find_migrants() {
 }
 
 // Returns the part of a domain that particles can be in.
-domains::Box GhostExchange::box(std::size_t side, int calculator) const {
-  return images_.ends(in_.system(side).domains.box(calculator));
+const domains::Cover& GhostExchange::cover(std::size_t side, int calculator) const {
+  const auto [found, is_new] = covers_[side].try_emplace(calculator);
+  if (is_new) found->second = images_.ends(in_.system(side).domains.cover(calculator));
+  return found->second;
 }
 
 // Tells whether one calculator may have migrants or ghosts for another.
 bool GhostExchange::concerns(int from, int to) const {
   for (std::size_t a = 0; a < in_.interaction.count; ++a) {
-    const domains::Box own = box(a, from);
-    if (images_.gap(own, box(a, to)) <= farthest_) return true;
-    if (images_.gap(own, box(in_.seer(a), to)) <= farthest_ + range_) return true;
+    const domains::Cover& own = cover(a, from);
+    if (images_.within(own, cover(a, to), farthest_)) return true;
+    if (images_.within(own, cover(in_.seer(a), to), farthest_ + range_)) return true;
   }
   return false;
 }
@@ -169,7 +192,7 @@ void GhostExchange::keep_ghosts(const std::vector<int>& others) {
     std::vector<int> targets = others;
     if (images_.any()) targets.push_back(self);
     for (const int target : targets) {
-      const domains::Box seer = box(in_.seer(side), target);
+      const domains::Cover& seer = cover(in_.seer(side), target);
       Chosen seen;
       for (const std::uint32_t p : near) choose(side, seer, p, target == self ? 1 : 0, seen);
       if (seen.size() == 0) continue;
@@ -239,7 +262,7 @@ void GhostExchange::unpack_changes(int source, const Message& message) {
 
 // Adds the places, from number `first` on, at which particles in a box may see one of this calculator's. Ties find the
 // nearest image themselves: they get each particle once, where it is.
-void GhostExchange::choose(std::size_t side, const domains::Box& seer, std::uint32_t p, std::uint8_t first,
+void GhostExchange::choose(std::size_t side, const domains::Cover& seer, std::uint32_t p, std::uint8_t first,
                            Chosen& chosen) const {
   const Store& store = in_.population(side).store;
   float x[3];
@@ -248,37 +271,29 @@ void GhostExchange::choose(std::size_t side, const domains::Box& seer, std::uint
   if (!tied || std::isnan(x[0] + x[1] + x[2]) || (bonds_ != nullptr && first > 0)) return;
   for (std::uint8_t number = first; number < images_.count(); ++number) {
     const float at[3] = {images_.at(number, 0, x[0]), images_.at(number, 1, x[1]), images_.at(number, 2, x[2])};
-    if (!(outside(seer, at) <= range_)) continue;
+    if (!within(seer, at, range_)) continue;
     chosen.particles.push_back(p);
     if (images_.any()) chosen.images.push_back(bonds_ == nullptr ? number : 0);
     if (bonds_ != nullptr) return;
   }
 }
 
-// The particles that somebody else may see, or that leave.
+// The particles that somebody else may see, or that leave: all but those that stand deep in a part of space that
+// belongs to this calculator.
 std::vector<std::uint32_t> GhostExchange::near_the_border(std::size_t side) const {
   if (!seen(side)) return {};
   const System& sees = in_.system(in_.seer(side));
   const Store& store = in_.population(side).store;
-  const domains::Box own = box(side, in_.rank.session.calculator());
-  const bool by_id = in_.system(side).definition.axes.by_id() && in_.rank.session.calculators() > 1;
-  if (sees.domains != in_.system(side).domains || by_id || own == domains::Box{}) return first_indices(store.size());
-  std::vector<std::uint8_t> near(store.size(), 0);
-  for (int c = 0; c < 3; ++c) {
-    const auto a = static_cast<std::size_t>(c);
-    if (std::isinf(own.low[a]) && std::isinf(own.high[a])) continue;
-    const double low = static_cast<double>(own.low[a]) + range_;
-    const double high = static_cast<double>(own.high[a]) - range_;
-    const float* plane = store.plane(particles::position, c);
-    if (plane == nullptr) return first_indices(store.size());
-    for (std::size_t i = 0; i < store.size(); ++i) {
-      const double x = static_cast<double>(plane[i]);
-      near[i] = near[i] | static_cast<std::uint8_t>(!(x > low && x < high));
-    }
+  const domains::Cover& own = cover(side, in_.rank.session.calculator());
+  const bool nothing_deep = sees.domains != in_.system(side).domains || own.whole == 0 || own.around == domains::Box{};
+  if (nothing_deep) return first_indices(store.size());
+  std::vector<std::uint8_t> deep(store.size(), 0);
+  for (std::size_t i = 0; i < own.whole; ++i) {
+    if (!mark_deep(store, own.boxes[i], range_, deep)) return first_indices(store.size());
   }
   std::vector<std::uint32_t> found;
-  for (std::size_t i = 0; i < near.size(); ++i) {
-    if (near[i] != 0) found.push_back(static_cast<std::uint32_t>(i));
+  for (std::size_t i = 0; i < deep.size(); ++i) {
+    if (deep[i] == 0) found.push_back(static_cast<std::uint32_t>(i));
   }
   return found;
 }
@@ -306,7 +321,7 @@ void GhostExchange::pack(std::size_t side, std::map<int, Message>& messages) {
     put_noted(here, here.bounced, gone, bytes);
     put_noted(here, here.collided, gone, bytes);
     // A particle is a ghost everywhere but at its owner, where only its images are.
-    const domains::Box seer = box(in_.seer(side), target);
+    const domains::Cover& seer = cover(in_.seer(side), target);
     Chosen copied;
     for (const std::uint32_t p : near) choose(side, seer, p, owner_of(p) == target ? 1 : 0, copied);
     put_ghosts(*in_.interaction.action, side == 1, here.store, copied, bytes);
@@ -315,7 +330,7 @@ void GhostExchange::pack(std::size_t side, std::map<int, Message>& messages) {
     in_.rank.machine.charge(in_.rank.machine.costs().copy * static_cast<double>(copied.size()));
   }
   base::Bytes kept;  // migrants and images that this calculator sees, packed
-  const domains::Box own = box(in_.seer(side), self);
+  const domains::Cover& own = cover(in_.seer(side), self);
   Chosen copied;
   for (const auto& [p, owner] : owners) {
     if (seen(side)) choose(side, own, p, 0, copied);

@@ -36,6 +36,12 @@ double outside(const domains::Box& box, const float (&x)[3]) {
   return most;
 }
 
+bool within(const domains::Cover& cover, const float (&x)[3], double range) {
+  if (!(outside(cover.around, x) <= range)) return false;
+  const auto near = [&](const domains::Box& box) { return outside(box, x) <= range; };
+  return std::any_of(cover.boxes.begin(), cover.boxes.end(), near);
+}
+
 void put_ghosts(const actions::Action& action, bool second, const Store& store, const Chosen& chosen,
                 base::Bytes& out) {
   out.put(static_cast<std::uint64_t>(chosen.size()));

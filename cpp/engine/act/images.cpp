@@ -43,26 +43,36 @@ float Images::farthest_end() const {
   return most;
 }
 
-domains::Box Images::ends(domains::Box box) const {
-  for (std::size_t c = 0; c < 3; ++c) {
-    if (!periods_.has(static_cast<int>(c))) continue;
-    box.low[c] = std::max(box.low[c], periods_.along[c].low);
-    box.high[c] = std::min(box.high[c], periods_.along[c].high);
+domains::Cover Images::ends(domains::Cover cover) const {
+  const auto limit = [&](domains::Box& box) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      if (!periods_.has(static_cast<int>(c))) continue;
+      box.low[c] = std::max(box.low[c], periods_.along[c].low);
+      box.high[c] = std::min(box.high[c], periods_.along[c].high);
+    }
+  };
+  std::for_each(cover.boxes.begin(), cover.boxes.end(), limit);
+  limit(cover.around);
+  return cover;
+}
+
+bool Images::within(const domains::Cover& a, const domains::Cover& b, double range) const {
+  for (const std::array<double, 3>& shift : shifts_) {
+    if (!(gap(shifted(a.around, shift), b.around) <= range)) continue;
+    for (const domains::Box& own : a.boxes) {
+      const domains::Box box = shifted(own, shift);
+      const auto near = [&](const domains::Box& other) { return gap(box, other) <= range; };
+      if (std::any_of(b.boxes.begin(), b.boxes.end(), near)) return true;
+    }
   }
-  return box;
+  return false;
 }
 
-double Images::gap(const domains::Box& a, const domains::Box& b) const {
-  double least = std::numeric_limits<double>::infinity();
-  for (const std::array<double, 3>& shift : shifts_) least = std::min(least, engine::gap(shifted(a, shift), b));
-  return least;
-}
-
-double Images::outside(const domains::Box& box, const float (&x)[3]) const {
+double Images::outside(const domains::Cover& cover, const float (&x)[3]) const {
   double least = std::numeric_limits<double>::infinity();
   for (std::uint8_t number = 0; number < count(); ++number) {
     const float place[3] = {at(number, 0, x[0]), at(number, 1, x[1]), at(number, 2, x[2])};
-    least = std::min(least, engine::outside(box, place));
+    for (const domains::Box& box : cover.boxes) least = std::min(least, engine::outside(box, place));
   }
   return least;
 }

@@ -31,11 +31,12 @@ class Images {
   float farthest_end() const;
 
   /// Returns the part of a domain that particles can be in: along periodic axes it ends where space does.
-  domains::Box ends(domains::Box box) const;
+  domains::Cover ends(domains::Cover cover) const;
 
-  /// Returns the distance of two parts of space, m, or of a point from one: of any of its places.
-  double gap(const domains::Box& a, const domains::Box& b) const;
-  double outside(const domains::Box& box, const float (&x)[3]) const;
+  /// Tells whether two parts of space are at most so far from each other, m, at any of their places.
+  bool within(const domains::Cover& a, const domains::Cover& b, double range) const;
+  /// Returns the distance of a point from a part of space, m: of any of its places.
+  double outside(const domains::Cover& cover, const float (&x)[3]) const;
 
   /// Throws std::invalid_argument for an action that a particle would see another one's image with, besides itself, or
   /// that knows no images. `reach`: how far it sees, m.

@@ -103,7 +103,7 @@ class Meeting {
     word.insert(word.end(), bounds_.begin(), bounds_.end());
     const Maxima heard = all_reduce_max(in_.rank, in_.round, std::move(word));
     if (heard[0] != 0) return false;
-    extent_ = {heard[2], heard[3], heard[4], interactions::rounding_at(farthest_cut()), heard[5]};
+    extent_ = {heard[2], heard[3], heard[4], interactions::rounding_at(farthest_face()), heard[5]};
     std::copy_n(heard.begin() + static_cast<std::ptrdiff_t>(fixed), pins_.size(), pins_.begin());
     std::copy_n(heard.begin() + static_cast<std::ptrdiff_t>(fixed + pins_.size()), bounds_.size(), bounds_.begin());
     farthest_ = heard[1];
@@ -121,10 +121,10 @@ class Meeting {
     return true;
   }
 
-  float farthest_cut() const {
+  float farthest_face() const {
     float most = 2 * images_.farthest_end();  // images are beyond it
     for (std::size_t side = 0; side < in_.interaction.count; ++side) {
-      for (const float cut : in_.system(side).domains.cuts()) most = std::max(most, std::abs(cut));
+      most = std::max(most, in_.system(side).domains.farthest_face());
     }
     return most;
   }

@@ -11,10 +11,15 @@ namespace {
 
 using program::Outcome;
 
-// Particles that another calculator owns.
-void find_beyond_new_cuts(const Rank& rank, const System& system, Population& here) {
+constexpr std::size_t kRange = std::size_t{1} << 14;  // particles, whose owners one thread looks up in one go
+
+// Finds the particles that another calculator owns, by the owner of each.
+void find_others(const Rank& rank, const System& system, Population& here) {
   std::vector<std::uint32_t> owners(here.store.size());
-  system.domains.owners_of(places_of(here.store), owners.data());
+  const domains::Places places = places_of(here.store);
+  threads::over_ranges(*rank.pool, owners.size(), kRange, [&](std::size_t first, std::size_t last) {
+    system.domains.owners_of(places, first, last, owners.data());
+  });
   const auto self = static_cast<std::uint32_t>(rank.session.calculator());
   for (std::uint32_t p = 0; p < owners.size(); ++p) {
     if (owners[p] != self) here.outcome.left.push_back(p);
@@ -69,8 +74,11 @@ program::Region region_of(const Rank& rank, const System& system) {
 
 void find_migrants(const Rank& rank, const System& system, Population& here) {
   here.outcome.left.clear();
-  if (system.definition.axes.by_id()) {
-    if (here.moved) find_beyond_new_cuts(rank, system, here);  // ids stay the same: only new cuts make migrants
+  const domains::Axes axes = system.definition.axes;
+  if (axes.curve()) {
+    if (rank.session.calculators() > 1) find_others(rank, system, here);
+  } else if (axes.by_id()) {
+    if (here.moved) find_others(rank, system, here);  // ids stay the same: only new cuts make migrants
   } else {
     program::Program::find_migrants(here.store, 0, region_of(rank, system), here.outcome, *rank.pool);
   }
@@ -101,7 +109,7 @@ void run_list(const Rank& rank, const System& system, Population& here, const Ap
     here.tally.created += here.store.size() - begin;
     run_segments(rank, system, here, segments, call_back, begin, &group);
   }
-  if (calls_back(segments)) {
+  if (calls_back(segments) || system.definition.axes.curve()) {
     find_migrants(rank, system, here);
   } else if (again) {
     tidy(here.outcome);

@@ -23,7 +23,7 @@ using CallBack = std::function<void(const recording::Callback&, double time, std
 void run_list(const Rank& rank, const System& system, Population& here, const Append& append, const CallBack& call_back,
               bool keep_hits);
 
-/// The part of space that belongs to this calculator; everything where ids decide.
+/// The part of space that belongs to this calculator; everything where ids or a curve decide.
 program::Region region_of(const Rank& rank, const System& system);
 
 /// Looks through all particles for those outside the domain.

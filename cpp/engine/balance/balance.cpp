@@ -122,15 +122,14 @@ void move_cuts(const Rank& rank, const Script& script, Manager& manager, const s
     if (!balancing.cells.empty()) {
       after = balance::tree_cuts(balancing.cells, balancing.plan.costs, balancing.plan.shares, before);
     } else if (!balancing.histograms.empty()) {
-      after = domains::Domains(
-          balance::prefix_cuts(balancing.histograms, balancing.plan.costs, balancing.plan.shares, before.cuts()),
-          before.axis());
+      after = before.with(
+          balance::prefix_cuts(balancing.histograms, balancing.plan.costs, balancing.plan.shares, before.cuts()));
     } else {
       std::vector<float> cuts = before.cuts();
       for (auto row = manager.rows.lower_bound({i, 0}); row != manager.rows.end() && row->first.first == i; ++row) {
         cuts[static_cast<std::size_t>(row->first.second)] = row->second.cut_after;
       }
-      if (before.axis() >= 0) after = domains::Domains(std::move(cuts), before.axis());
+      if (before.axis() >= 0) after = before.with(std::move(cuts));
     }
     for (std::size_t c = 0; !balancing.plan.shares.empty() && c < after.cuts().size(); ++c) {
       row_of(rank, script, manager, i, static_cast<std::int32_t>(c)).cut_after = after.cuts()[c];
@@ -168,9 +167,9 @@ void make_plan(const Rank& rank, const Script& script, Manager& manager, const R
     sum = balance::sum_of(loads);
     const std::size_t first = systems.front();
     // Orders must be possible in all of them.
-    const auto of_no_slabs = std::find_if(systems.begin(), systems.end(),
-                                          [&](std::size_t i) { return !script.systems[i]->definition.axes.slabs(); });
-    const domains::Axes axes = script.systems[of_no_slabs == systems.end() ? first : *of_no_slabs]->definition.axes;
+    const auto of_no_row = std::find_if(systems.begin(), systems.end(),
+                                        [&](std::size_t i) { return !script.systems[i]->definition.axes.row(); });
+    const domains::Axes axes = script.systems[of_no_row == systems.end() ? first : *of_no_row]->definition.axes;
     const balance::Table table{rank.session.frame,
                                manager.systems[first].evaluations++,
                                "all",

@@ -6,15 +6,20 @@
 
 #include "balance/cells.h"
 #include "balance/cuts.h"
+#include "engine/state/places.h"
 
 namespace motes::engine {
 namespace {
 
-// Along an axis, or what stands for it where ids decide.
-std::span<const float> coordinates(const Population& here, int axis, std::vector<float>& room) {
-  if (axis != domains::kById) return {here.store.plane(particles::position, axis), here.store.size()};
-  room.clear();
-  for (std::size_t p = 0; p < here.store.size(); ++p) room.push_back(domains::scattered(here.store.ids()[p]));
+// Returns coordinates along an axis, or what stands for them where a curve or ids decide.
+std::span<const float> coordinates(const System& system, const Population& here, int axis, std::vector<float>& room) {
+  if (axis < domains::kById) return {here.store.plane(particles::position, axis), here.store.size()};
+  room.resize(here.store.size());
+  if (const auto& curve = system.domains.curve()) {
+    curve->places_of(places_of(here.store), 0, room.size(), room.data());
+    return room;
+  }
+  for (std::size_t p = 0; p < room.size(); ++p) room[p] = domains::scattered(here.store.ids()[p]);
   return room;
 }
 
@@ -22,10 +27,10 @@ std::span<const float> coordinates(const Population& here, int axis, std::vector
 std::span<const float> coordinates(const Script& script, const Calculator& calculator, std::size_t system, int axis,
                                    std::vector<float>& room) {
   const std::vector<std::size_t> sharing = script.sharing(system);
-  if (sharing.size() == 1) return coordinates(*calculator.populations[system], axis, room);
+  if (sharing.size() == 1) return coordinates(*script.systems[system], *calculator.populations[system], axis, room);
   std::vector<float> of_one;
   for (const std::size_t i : sharing) {
-    const std::span<const float> more = coordinates(*calculator.populations[i], axis, of_one);
+    const std::span<const float> more = coordinates(*script.systems[i], *calculator.populations[i], axis, of_one);
     room.insert(room.end(), more.begin(), more.end());
   }
   return room;
@@ -82,7 +87,7 @@ std::vector<Density> densities(const Script& script, const Calculator& calculato
     float* to = density.quantiles;
     for (int axis = axes.first(); axis < 3 || axis == axes.first(); ++axis) {
       if (axis < 3 && !axes.has(axis)) continue;
-      const std::vector<float> q = balance::quantiles(coordinates(here, axis, room), kQuantiles);
+      const std::vector<float> q = balance::quantiles(coordinates(*script.systems[i], here, axis, room), kQuantiles);
       if (q.empty()) density.particles = 0;
       to = std::copy(q.begin(), q.end(), to);
     }

@@ -123,7 +123,7 @@ Decision decide(const Rank& rank, const Script& script, const Calculator& calcul
 void check_slabs(const Rank& rank, const Script& script, const std::vector<std::size_t>& systems) {
   for (const std::size_t i : systems) {
     const recording::SystemDefinition& definition = script.systems[i]->definition;
-    if (definition.axes.slabs()) continue;
+    if (definition.axes.row()) continue;
     throw base::InvalidArgument("domains", "be slabs",
                                 "those of '" + definition.name + "', axis " + domains::name_of(definition.axes),
                                 rank.settings.policy->name());
@@ -189,7 +189,7 @@ void take_new_cuts(Rank& rank, Script& script, const Calculator& calculator) {
       of_system->second.at(cut.cut) = cut.at;
     }
     for (auto& [system, after] : cuts) {
-      script.divide(system, domains::Domains(std::move(after), script.systems[system]->domains.axis()));
+      script.divide(system, script.systems[system]->domains.with(std::move(after)));
       // Particles may be outside now: the next exchange takes them to their owners.
       for (const std::size_t i : script.sharing(system)) calculator.populations[i]->moved = true;
     }

@@ -36,7 +36,7 @@ void take_cuts(Script& script, Calculator& calculator, std::size_t index, base::
   std::vector<domains::Cut> cuts(in.get<std::uint32_t>());
   const auto bytes = in.take(cuts.size() * sizeof(domains::Cut));
   if (!cuts.empty()) std::memcpy(cuts.data(), bytes.data(), bytes.size());
-  script.divide(index, domains::Domains::of(cuts));
+  script.divide(index, domains::Domains::of(cuts, script.systems[index]->domains.curve()));
   // Particles may be outside now: the next exchange takes them to their owners.
   for (const std::size_t i : script.sharing(index)) calculator.populations[i]->moved = true;
 }

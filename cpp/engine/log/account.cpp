@@ -68,7 +68,7 @@ void Account::note_loads(const System& system, const Loads& loads, std::size_t n
     load.rescaled_s = balance::rescaled(from.compute_s, processed, load.n_end);
     load.speed = from.compute_s > 0 ? static_cast<double>(processed) / from.compute_s : 0;
     load.domain = system.domains.box(static_cast<int>(c));
-    if (system.definition.axes.by_id()) {
+    if (system.definition.axes.first() >= domains::kById) {
       load.domain.low[0] = system.domains.low(static_cast<int>(c));
       load.domain.high[0] = system.domains.high(static_cast<int>(c));
     }

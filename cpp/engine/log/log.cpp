@@ -29,11 +29,11 @@ jsonl::Row row_of(const FrameRow& frame) {
   return row;
 }
 
-// Along the first axis that is cut; bricks have columns of their own for the others.
+// Along the first axis that is cut, by id or along a curve; bricks have columns of their own for the others.
 void put_domain(const LoadRow& load, jsonl::Row& row) {
   static const char* const kNames[3][2] = {
       {"domain_x_lo", "domain_x_hi"}, {"domain_y_lo", "domain_y_hi"}, {"domain_z_lo", "domain_z_hi"}};
-  const int first = load.axes.by_id() ? 0 : load.axes.first();
+  const int first = load.axes.first() < 3 ? load.axes.first() : 0;
   const auto at = static_cast<std::size_t>(first);
   row.field("domain_lo", load.domain.low[at]).field("domain_hi", load.domain.high[at]);
   for (std::size_t axis = at + 1; axis < 3; ++axis) {
@@ -66,12 +66,13 @@ jsonl::Row row_of(const FrameRow& frame, const LoadRow& load, const std::string&
   return row;
 }
 
-// Along the first axis that is cut, or by id, the names say x; bricks have columns of their own for the others.
+// Along the first axis that is cut, by id or along a curve, the names say x; bricks have columns of their own for the
+// others.
 jsonl::Row density_of(const FrameRow& frame, const LoadRow& load) {
   jsonl::Row row;
   row.field("frame", frame.frame).field("system", load.system).field("rank", load.rank);
   row.field("n", load.density.particles);
-  const int first = load.axes.by_id() ? 0 : load.axes.first();
+  const int first = load.axes.first() < 3 ? load.axes.first() : 0;
   const float* q = load.density.quantiles;
   for (int axis = first; axis < 3; ++axis) {
     if (axis > first && !load.axes.has(axis)) continue;
@@ -126,8 +127,7 @@ jsonl::Row row_of(const BalanceRow& balance) {
       row.null(name);
     }
   }
-  static const char* const kAxes[] = {"x", "y", "z", "id"};
-  row.field("axis", kAxes[balance.axis]);
+  row.field("axis", domains::name_of(balance.axis));
   row.field("cut_before", balance.cut_before).field("cut_after", balance.cut_after);
   row.field("policy", balance.policy);
   return row;

@@ -38,12 +38,15 @@ void check(const Settings& run, const Script& script, const SharedState& state) 
 // Returns the same domains if their number and axes are unchanged, otherwise domains that divide the sample equally.
 Domains domains_for(const System& system, const SharedSystem& then, const Sample& sample, int calculators) {
   const domains::Axes axes = system.definition.axes;
-  if (then.axes == axes && then.cuts.size() + 1 == static_cast<std::size_t>(calculators)) return Domains::of(then.cuts);
+  const std::shared_ptr<const domains::Curve>& curve = system.domains.curve();
+  if (then.axes == axes && then.cuts.size() + 1 == static_cast<std::size_t>(calculators)) {
+    return Domains::of(then.cuts, curve);
+  }
   domains::Places places;
   places.count = sample[0].size();
   for (std::size_t axis = 0; axis < sample.size(); ++axis) places.position[axis] = sample[axis].data();
   if (places.count == 0) return system.domains;
-  return domains::quantiles(axes, places, calculators);
+  return curve ? domains::quantiles(curve, places, calculators) : domains::quantiles(axes, places, calculators);
 }
 
 const snapshots::SavedPlane* plane_of_position(const snapshots::Description& description, std::size_t system,

@@ -4,6 +4,7 @@
 #include <numeric>
 #include <utility>
 
+#include "base/invalid_argument.h"
 #include "domains/divide.h"
 
 namespace motes::engine {
@@ -15,8 +16,11 @@ System::System(recording::SystemDefinition given, std::uint64_t seed, std::uint3
     : definition(std::move(given)), schema(recording::schema_of(definition)), key(particles::system_key(seed, index)),
       sprite(definition.sprite) {
   const domains::Space& space = definition.space;
+  if (definition.axes.curve() && !domains::has_ends(space, definition.periods)) {
+    throw base::InvalidArgument("space", "have ends on all sides where a curve goes through it", "", definition.name);
+  }
   domains = domains::equal_parts(definition.axes, domains::room_of(space, definition.periods), calculators);
-  waits_for_fit = space.kind == domains::Space::Kind::fit && !definition.axes.by_id();
+  waits_for_fit = space.kind == domains::Space::Kind::fit && !definition.axes.by_id() && !definition.axes.curve();
 }
 
 void System::count_births(double dt, int substeps) {

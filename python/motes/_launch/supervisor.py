@@ -16,7 +16,7 @@ import subprocess
 import sys
 import tempfile
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from types import FrameType
 from typing import NamedTuple, Self
 
@@ -29,6 +29,10 @@ __all__ = ["Ended", "Relay", "start_of_child", "supervise"]
 
 _HANDED_ON = ("SIGTERM", "SIGHUP", "SIGINT", "SIGQUIT", "SIGUSR1", "SIGUSR2")
 _ASKING = (signal.SIGTERM, signal.SIGINT, signal.SIGUSR1)  # the run to stop at the end of a frame
+_BLOCKED = (signal.SIGINT, signal.SIGTERM)
+"""What the launcher does not get: it would kill its ranks in the middle of a frame."""
+_ENDING = signal.SIGHUP
+"""What ends it instead."""
 _GRACE_S = 5.0  # for a launcher to end its ranks before it is killed itself
 _IDLE_S = 0.2  # how long a line that may open a message of the launcher is held back
 _DRAIN_S = 1.0  # how long output may still arrive when the launcher has ended
@@ -56,13 +60,13 @@ def supervise(argv: Sequence[str], variables: Mapping[str, str] | None = None) -
     with tempfile.TemporaryDirectory(prefix="motes-run-") as folder, _Signals(folder) as signals:
         environment = {**(variables or {}), **os.environ, open_worlds.FOLDER: folder}
         process = subprocess.Popen(
-            argv, env=environment, stderr=subprocess.PIPE, preexec_fn=start_of_child(), bufsize=0
+            argv, env=environment, stderr=subprocess.PIPE, preexec_fn=_start_of_launcher(), bufsize=0
         )
         assert process.stderr is not None
         reader = None
         try:
             signals.go_to(process)
-            relay = Relay(lambda data: write_all(2, data), process.terminate)
+            relay = Relay(lambda data: write_all(2, data), lambda: process.send_signal(_ENDING))
             reader = threading.Thread(target=relay.run, args=(process.stderr.fileno(),), daemon=True)
             reader.start()
             code = process.wait()
@@ -79,6 +83,7 @@ def supervise(argv: Sequence[str], variables: Mapping[str, str] | None = None) -
             "as where mpirun loses a host; its log tells how far it came"
         )
         return Ended(1, lost=True)
+    code = 128 + signals.passed_on if code == -_ENDING and signals.passed_on else code
     code = code if code >= 0 else 128 - code
     if relay.code is not None:  # a rank ended the job, by way of this process
         code = relay.code
@@ -98,6 +103,8 @@ class _Signals:
     def __init__(self, folder: str) -> None:
         self.insisted = 0
         """The second signal, which ends the job at once; 0: there was none."""
+        self.passed_on = 0
+        """The last signal that ended the launcher in another's name; 0: none did."""
         self._folder = folder
         self._asked = False  # ranks were, by SIGINT or SIGTERM
         self._process: subprocess.Popen[bytes] | None = None
@@ -133,8 +140,9 @@ class _Signals:
 
     def _pass_on(self, number: int) -> None:
         assert self._process is not None
-        # The launcher blocks SIGINT (`start_of_child`); it does the same with SIGTERM.
-        self._process.send_signal(signal.SIGTERM if number == signal.SIGINT else number)
+        if number in _BLOCKED:
+            self.passed_on, number = number, _ENDING
+        self._process.send_signal(number)
 
     def __enter__(self) -> Self:
         for name in _HANDED_ON:
@@ -148,23 +156,33 @@ class _Signals:
             signal.signal(number, signal.SIG_DFL if handler is None else handler)
 
 
-def start_of_child() -> Callable[[], None]:
+def _start_of_launcher() -> Callable[[], None]:
+    """Return what a launcher calls between fork and exec.
+
+    Neither a terminal's Ctrl-C nor a scheduler's SIGTERM to all processes may end it: it would kill its
+    ranks, which stop by themselves when their frame is done.
+    """
+    return start_of_child(_BLOCKED, _ENDING)
+
+
+def start_of_child(
+    blocked: Iterable[int] = (signal.SIGINT,), at_death: int = signal.SIGTERM
+) -> Callable[[], None]:
     """Return what a child calls between fork and exec.
 
-    A terminal's Ctrl-C must not reach the launcher, which would kill its ranks: it starts with SIGINT
-    blocked.
-    On Linux it gets a signal when this process dies.
+    It starts with some signals blocked, such as that of a terminal's Ctrl-C. On Linux it gets the signal
+    `at_death` when this process dies.
     """
     parent, prctl = os.getpid(), ctypes.CDLL(None).prctl if sys.platform == "linux" else None
 
     def start() -> None:
-        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        signal.pthread_sigmask(signal.SIG_BLOCK, blocked)
         if prctl is None:
             return
         # When this process is gone, so is the reader of the launcher's messages: writing them while it ends
         # its ranks must not end it before.
         signal.signal(signal.SIGPIPE, signal.SIG_IGN)
-        prctl(_PR_SET_PDEATHSIG, int(signal.SIGTERM), 0, 0, 0)
+        prctl(_PR_SET_PDEATHSIG, int(at_death), 0, 0, 0)
         if os.getppid() != parent:  # it was gone before
             os._exit(1)
 
@@ -174,7 +192,7 @@ def start_of_child() -> Callable[[], None]:
 def _end(process: subprocess.Popen[bytes]) -> None:
     if process.poll() is not None:
         return
-    process.terminate()
+    process.send_signal(_ENDING)
     try:
         process.wait(_GRACE_S)
     except subprocess.TimeoutExpired:

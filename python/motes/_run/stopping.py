@@ -31,8 +31,8 @@ def arm() -> None:
         number = getattr(signal, name)
         if signal.getsignal(number) in (signal.SIG_DFL, signal.default_int_handler):
             taken.append(number)
-    if environment.is_set(FOLDER) and signal.SIGINT in taken:
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})  # `motes run` keeps it from mpirun
+    if environment.is_set(FOLDER):  # `motes run` keeps them from mpirun
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT, signal.SIGTERM}.intersection(taken))
     alone = process.size == 1
     _core.note_stop_signals(taken, 0.0 if alone else SAME_S, alone and not interactive())
 

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from .._particles.particles import LocalParticles, Particles, close_views, keep_preview
 from .._picture.sprites import Sprite, check_change, native_of
 from .._run.scenefile import Recording
+from .._values.axes import are_bricks
 from .._values.curves import Curve
 from .._values.values import at, says_near_names
 from ..actions.base import Where
@@ -384,7 +385,7 @@ class System(Bodies):
 
     @property
     def axis(self) -> str | None:
-        """What its domains cut: one axis (slabs), several (bricks), or None (particles dealt out by id)."""
+        """What its domains cut: one axis (slabs), several (bricks), a curve, or None (dealt out by id)."""
         return None if self._recorded.axes == "id" else self._recorded.axes
 
     @property
@@ -406,16 +407,17 @@ class System(Bodies):
     def cuts(self) -> NDArray[Any]:
         """The cuts between domains, as last agreed; one fewer than calculators.
 
-        Slabs: their positions (m), ascending, float32. By id (`axis=None`): the same, on the interval 0..1.
+        Slabs: their positions (m), ascending, float32. By id (`axis=None`) or along a curve: the same, on the
+        interval 0..1.
         Bricks: records with the fields `axis` ("x", "y" or "z") and `at` (m), in the order of the domains
         between which they stand: of n domains the first n // 2 lie below cut n // 2 - 1, and so on.
         """
         if self._session.engine is None:
             raise MotesError("cuts exist inside `with world:` only")
         tree = self._session.engine.cuts(self._recorded.index)
-        if self.axis is None or len(self.axis) == 1:
-            return np.array([at for _, at in tree], np.float32)
-        return np.array([("xyz"[axis], at) for axis, at in tree], CUT)
+        if are_bricks(self._recorded.axes):
+            return np.array([("xyz"[axis], at) for axis, at in tree], CUT)
+        return np.array([at for _, at in tree], np.float32)
 
     def __setattr__(self, name: str, value: Any) -> None:
         """Refuse what is not an attribute of the system, and say how to set a particle's attribute."""

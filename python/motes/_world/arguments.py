@@ -19,6 +19,7 @@ from .._run.settings import RunSettings
 from .._system.recorded import Recorded
 from .._system.system import recorded_of
 from .._values import arguments, environment
+from .._values.axes import AXES, BY_ID, CURVES, in_a_row
 from .._values.checkpoint import checked as checkpoint_of
 from .._values.live import checked as live_of
 from .._values.periodic import CROSSINGS, Period, periods_of
@@ -30,9 +31,9 @@ if TYPE_CHECKING:
 
 
 __all__ = [
-    "axes_bits",
     "axis",
     "balancer",
+    "check_room",
     "directory",
     "interval",
     "leader",
@@ -45,9 +46,7 @@ __all__ = [
     "user_attributes",
 ]
 
-AXES = ("x", "y", "z", "xy", "xz", "yz", "xyz")
-ALLOWED_AXES = f"{', '.join(map(repr, AXES))} or None"
-BY_ID = "id"  # the name of axis=None in logs and in the core
+ALLOWED_AXES = f"{', '.join(map(repr, (*AXES, *CURVES)))} or None"
 
 
 def settings(
@@ -88,7 +87,7 @@ def settings(
 
 
 def axis(value: Any, world: str | None = None) -> str:
-    """Return the axes that domains cut, in the order x, y, z: "x", "xz", ...; `BY_ID` for None.
+    """Return the axes that domains cut, in the order x, y, z: "x", "xz", ...; a curve; `BY_ID` for None.
 
     `world`: what "world" stands for, if anything.
     """
@@ -96,14 +95,19 @@ def axis(value: Any, world: str | None = None) -> str:
         return world
     if value is None:
         return BY_ID
+    if isinstance(value, str) and value in CURVES:
+        return value
     if not isinstance(value, str) or not value or len(set(value)) != len(value) or set(value) - set("xyz"):
-        raise ArgumentError("axis", value, ALLOWED_AXES, known=AXES if world is None else ("world", *AXES))
+        known = (*AXES, *CURVES) if world is None else ("world", *AXES, *CURVES)
+        raise ArgumentError("axis", value, ALLOWED_AXES, known=known)
     return "".join(sorted(value))
 
 
-def axes_bits(name: str) -> int:
-    """Return the axes as the core takes them."""
-    return sum(1 << "xyz".index(letter) for letter in name if name != BY_ID)
+def check_room(axes: str, space: Any, periods: Sequence[Period]) -> None:
+    """Check that space has ends on all sides where domains are stretches of a curve through its cells."""
+    if axes in CURVES and len(periods) < 3 and not isinstance(space, tuple):
+        allowed = f"(low, high), m, where axis={axes!r}: a curve goes through all cells of a finite space"
+        raise ArgumentError("space", space, allowed)
 
 
 def leader(systems: Sequence[Recorded], domains_of: Any, axes: str | None, space: Any) -> Recorded:
@@ -129,7 +133,7 @@ def balancer(value: Any, axes: str) -> Balancer:
         return Static()
     if not isinstance(value, Balancer):
         raise ArgumentError("balancer", value, "None or a balancer of motes.balance", known=BALANCERS)
-    if value.slabs_only and len(axes) != 1:
+    if value.slabs_only and not in_a_row(axes):
         allowed = "Static, PrefixCuts, Proportional, Bisection, CostAware or your own with Targets"
         raise ArgumentError("balancer", value, f"{allowed} where axis={None if axes == BY_ID else axes!r}")
     return value

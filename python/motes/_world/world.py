@@ -19,6 +19,7 @@ from .._system.session import Session
 from .._system.system import System
 from .._values import arguments
 from .._values import roles as _roles
+from .._values.axes import bits_of
 from .._values.checkpoint import Checkpoint
 from .._values.live import Live
 from .._values.values import Settings, says_near_names
@@ -62,7 +63,7 @@ class World(Settings):
         seed: int | None = None,
         dt: float = 1 / 24,
         substeps: int = 1,
-        axis: Literal["x", "y", "z", "xy", "xz", "yz", "xyz"] | None = "x",
+        axis: Literal["x", "y", "z", "xy", "xz", "yz", "xyz", "hilbert", "morton"] | None = "x",
         space: tuple[float, float] | Literal["fit"] | None = None,
         periodic: Mapping[str, tuple[float, float]] | None = None,
         roles: Literal["auto", "shared"] | _roles.Roles = "auto",
@@ -90,7 +91,8 @@ class World(Settings):
             dt: seconds per frame.
             substeps: how many times per frame the recorded list runs, each time for dt / substeps.
             axis: what domains cut. One axis makes slabs, two or three ("xy", "xyz") make bricks by recursive
-                bisection; None deals particles out by id, wherever they are.
+                bisection; "hilbert" and "morton" cut that curve through 256^3 cells of `space`, or of its
+                periods; None deals particles out by id, wherever they are.
             space: the interval in metres that domains divide at the start, the same along each axis: (lo,
                 hi); None: the paper's infinite space; "fit": quantiles of the first births.
             periodic: axes along which space repeats, with its ends in metres, as in {"x": (0, 10)}: positions
@@ -158,7 +160,7 @@ class World(Settings):
         *,
         capacity: int | None = None,
         sprite: Sprite | None = None,
-        axis: Literal["world", "x", "y", "z", "xy", "xz", "yz", "xyz"] | None = "world",
+        axis: Literal["world", "x", "y", "z", "xy", "xz", "yz", "xyz", "hilbert", "morton"] | None = "world",
         space: tuple[float, float] | Literal["fit"] | None = None,
         domains_of: System | None = None,
         attributes: Mapping[str, Any] | None = None,
@@ -192,11 +194,12 @@ class World(Settings):
         leader = None if domains_of is None else checks.leader(session.systems, domains_of, axis, space)
         if leader is not None:
             axes, cuts = leader.axes, leader.definition["space"]
+        checks.check_room(axes, cuts, settings.periodic)
         checks.balancer(settings.balancer, axes)
         shown = checks.sprite(sprite)
         definition = {
             "capacity": capacity,
-            "axes": checks.axes_bits(axes),
+            "axes": bits_of(axes),
             "domains_of": -1 if leader is None else leader.index,
             "space": cuts,
             "sprite": shown,

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .._values import arguments
+from .._values.axes import in_a_row
 from ._tables import measures, stretches
 from ._tables.schema import TABLES
 from ._tables.tables import frame_of, read_facts, read_table
@@ -183,7 +184,7 @@ class Run:
             system: its name.
 
         Returns:
-            "x", "xz", ...; "id" where particles are dealt out by id.
+            "x", "xz", ...; "hilbert", "morton"; "id" where particles are dealt out by id.
         """
         axes = dict(zip(self.systems, self.facts.get("axes") or [], strict=False))
         return str(axes.get(system, self.facts.get("axis", "x")))
@@ -320,10 +321,10 @@ class Run:
         }
 
     def _moved(self) -> int:
-        """Particles that balancing moved; of domains that are no slabs only what donors counted."""
-        slabs = [system for system in self.systems if self.axis(system) in ("x", "y", "z")]
+        """Particles that balancing moved; of bricks, and by id, only what donors counted."""
+        rows = [system for system in self.systems if in_a_row(self.axis(system))]
         balance = self.balance
-        asked = balance[balance["given"].notna() | balance["system"].isin(slabs)]
+        asked = balance[balance["given"].notna() | balance["system"].isin(rows)]
         return measures.moved_by_cuts(asked, self.density)
 
     def warnings(self) -> list[str]:

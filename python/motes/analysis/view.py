@@ -12,6 +12,7 @@ from typing import Any
 
 from .._io.text import printable
 from .._run import progress
+from .._values.axes import CURVES, in_a_row
 from ._tables.schema import EVENTS, FRAMES, LOAD, TIMES, WAITS
 from ._tables.stretches import latest
 from ._tables.tables import Follower
@@ -199,13 +200,13 @@ class View:
 
     def _domains(self, system: str, width: int, plain: bool) -> list[str]:
         axes = dict(zip(self.facts.get("systems") or [], self.facts.get("axes") or [], strict=False))
-        if axes.get(system, "x") not in ("x", "y", "z"):
-            return []  # a strip shows slabs
+        if not in_a_row(along := axes.get(system, "x")):
+            return []  # a strip shows a row
         rows = [self.load[system, rank] for rank in self._ranks() if (system, rank) in self.load]
         cuts = [float(row["domain_hi"]) for row in rows[:-1] if row.get("domain_hi") is not None]
         if not cuts or len(cuts) < len(rows) - 1:
             return []
-        low, high = _extent(cuts, self.facts.get("space"))
+        low, high = _extent(cuts, [0.0, 1.0] if along in CURVES else self.facts.get("space"))
         room = max(width - 2, 10)
         places = [round((room - 1) * (cut - low) / (high - low)) for cut in cuts]
         strip = [" "] * room
@@ -217,7 +218,7 @@ class View:
                 strip[middle : middle + len(name)] = name
         for place in places:
             strip[min(max(place, 0), room - 1)] = "|" if plain else "│"
-        ends = f"{low:.4g}", f"{high:.4g} m"
+        ends = f"{low:.4g}", f"{high:.4g}" + ("" if along in CURVES else " m")
         label = f"{ends[0]}  domains of {system}"
         return ["", "".join(strip).rstrip(), (label + ends[1].rjust(max(room - len(label), 1)))[:width]]
 

@@ -82,7 +82,7 @@ class Balancer:
             trusts only the last frame. While samples differ only by noise, the known speed has a larger
             weight.
         over: "system" balances each particle system by itself, "all" the sum over systems.
-        slabs_only: whether it needs domains in a row, that is, slabs along one axis.
+        slabs_only: whether it needs domains in a row: slabs along one axis, or stretches of a curve.
     """
 
     smoothing: float = 0.5
@@ -265,7 +265,7 @@ class Pairwise(_Native):
     A pair whose times differ by more than the threshold divides its particles by processing power, and the
     next pair is skipped: each calculator either gives or takes, and with one neighbour only. Times are
     particles over measured speed; a difference that the noise of the measurement can explain does not count.
-    Domains must be slabs: in bricks no neighbour is the next one.
+    Domains must lie in a row: in bricks no neighbour is the next one.
 
     Args:
         threshold: smallest difference in time that counts, as a fraction of the longer time.
@@ -292,7 +292,7 @@ class Diffusive(_Native):
     Neighbours whose times differ tell each other their loads, and part of the difference flows over the cut
     between them: first-order diffusion (G. Cybenko, 1989). The flow fades with the difference, so it needs no
     wide threshold and does not stall on a gradient as `Pairwise` can; but an imbalance between distant
-    calculators takes many frames. Domains must be slabs.
+    calculators takes many frames. Domains must lie in a row.
 
     With a manager, that one sees which neighbours differ, brings them together, and collects the new cuts.
     With `manager=False` it plans nothing and is asked nothing: all neighbours compare their loads in each
@@ -399,7 +399,7 @@ class CostAware(_Native):
 
 
 class Greedy(_Native):
-    """Again and again the slowest calculator gives to its faster neighbour. Domains must be slabs.
+    """Again and again the slowest calculator gives to its faster neighbour. Domains must lie in a row.
 
     Args:
         threshold: smallest difference in time that counts, as a fraction of the longer time.

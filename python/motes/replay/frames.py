@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
+from .._values.axes import in_a_row
 from ..balance import Balancer, policy_of
 from ..errors import ArgumentError
 from .bricks import Tree
@@ -180,7 +181,7 @@ def simulate(history: History, balancer: Balancer, powers: Floats | None = None)
         ArgumentError: for a balancer that the history's domains do not suit.
     """
     for name, axes in zip(history.systems, history.axes, strict=True):
-        if balancer.slabs_only and len(axes) != 1:
+        if balancer.slabs_only and not in_a_row(axes):
             allowed = "Static, PrefixCuts, Proportional, Bisection, CostAware or your own with Targets"
             raise ArgumentError("balancer", balancer, f"{allowed}: domains of {name!r} are no slabs ({axes})")
     policy = policy_of(copy.deepcopy(balancer))  # one that remembers starts anew in each replay

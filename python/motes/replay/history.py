@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from .._values.axes import are_bricks
 from ..errors import LogError
 from .bricks import Cloud, Tree
 from .density import Density
@@ -111,7 +112,7 @@ class Tables(Protocol):
             system: its name.
 
         Returns:
-            "x", "xz", ...; "id" where ids decide.
+            "x", "xz", ...; "hilbert", "morton"; "id" where ids decide.
         """
 
     @property
@@ -209,7 +210,7 @@ class Recorded:
         grid["n"] = self._grid(density, "n")
         names = [name for name in density.columns if name.startswith("x_q")]
         grid["x"] = np.stack([self._grid(density, name) for name in names], axis=-1)
-        if len(set(axes := run.axis(system)) & set("xyz")) > 1:
+        if are_bricks(axes := run.axis(system)):
             self._add_bricks(run.name, axes, load, density, grid)
         processed = grid["n_start"] + grid["created"]
         grid["speeds"] = self._speeds(grid, processed)

@@ -414,11 +414,14 @@ TEST(pairwise_with_given_powers_compares_measured_times) {
   policy.check(2);
 }
 
-TEST(orders_are_for_slabs) {
+TEST(orders_are_for_domains_in_a_row) {
   Table table = table_of(loads_of({1000, 0}));
   Plan plan;
   plan.orders = {{0, 1, 10}};
-  CHECK(legal(plan, table, "Own()").orders.size() == 1);
+  for (const std::uint8_t bits : {1, 4, 16, 32}) {
+    table.axes = {bits};
+    CHECK(legal(plan, table, "Own()").orders.size() == 1);
+  }
   for (const std::uint8_t bits : {0, 3, 5, 6, 7}) {
     table.axes = {bits};
     CHECK_THROWS(legal(plan, table, "Own()"), std::invalid_argument);

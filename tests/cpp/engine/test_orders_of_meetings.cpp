@@ -121,7 +121,7 @@ engine::Settings settings(const Way& way) {
   settings.combine = way.combine;
   settings.threads = way.threads;
   settings.grain = 16;
-  if (way.prefix || !way.axes.slabs()) {
+  if (way.prefix || !way.axes.row()) {
     settings.policy = balance::policy_named("PrefixCuts(threshold=0.01, min_particles=1)");
   } else {
     const auto policy = balance::policy_named("Pairwise(threshold=0.01, min_particles=1)");
@@ -179,7 +179,8 @@ Way way_of(std::uint64_t seed) {
   Way way;
   way.ranks = seed % 25 == 24 ? 13 : kRanks[seed % 4];
   way.shared = seed / 4 % 2 == 0;
-  way.axes.bits = static_cast<std::uint8_t>(seed * 5 % 8);
+  constexpr std::uint8_t kAxes[] = {0, 1, 2, 3, 16, 4, 5, 6, 7, 32};
+  way.axes.bits = kAxes[seed * 7 % 10];
   way.own_domains = seed % 3 != 0;
   way.prefix = seed % 5 < 2;
   way.births = seed % 7 < 3 ? engine::Births::calculators : engine::Births::manager;

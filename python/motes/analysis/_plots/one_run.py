@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..._values.axes import BY_ID, CURVES, are_bricks
 from ...errors import ArgumentError, LogError
 from .._tables import measures
 from .._tables.stretches import latest
@@ -178,7 +179,7 @@ class Plots:
         )
         title = "Domains" if len(self._run.systems) == 1 else f"Domains of {name}"
         axes = self._run.axis(name)
-        if len(axes) > 1 and axes != "id":
+        if are_bricks(axes):
             rows = measures.of_system(load, name)
             at = int(rows["frame"].max()) if frame is None else frame
             rows = rows[rows["frame"] == at]
@@ -189,8 +190,10 @@ class Plots:
             title = self._title(f"{title} in frame {at}")
             return finish(ax, title=title, x=f"{axes[0]} (m)", y=f"{axes[1]} (m)", grid="")
         ax = drawing.axes(ax, (7.0, 3.8))
-        draw_domains(ax, measures.of_system(load, name), self._run.calculators, density, self._run.space)
-        unit = "part of the ids" if axes == "id" else f"{axes} (m)"
+        space = (0.0, 1.0) if axes in CURVES else self._run.space
+        draw_domains(ax, measures.of_system(load, name), self._run.calculators, density, space)
+        curves = {curve: f"place along the {curve.title()} curve" for curve in CURVES}
+        unit = {BY_ID: "part of the ids", **curves}.get(axes, f"{axes} (m)")
         return finish(ax, title=self._title(title), y=unit, grid="")
 
     def shares(self, column: str = "n_end", *, system: str | None = None, ax: Axes | None = None) -> Axes:

@@ -109,7 +109,7 @@ LOAD = Table(
         t_wait_s float s waiting for messages in all phases; per rank
         t_image_s float s its part of the picture; per rank
         domain_lo float m lower end of the domain along the first axis that is cut; null: reaches to infinity
-        domain_hi float m upper end; for particles dealt out by id both are parts of the ids, 0..1
+        domain_hi float m upper end; by id both are parts of the ids, 0..1, along a curve places on it
         domain_y_lo float m lower end along y, of bricks that y also cuts
         domain_y_hi float m upper end
         domain_z_lo float m lower end along z, of bricks that z also cuts
@@ -146,7 +146,7 @@ BALANCE = Table(
         speed_right float particles/s on the right
         ordered int - particles ordered to move: + left to right, - right to left; null: cut by shares
         given int - particles given, same sign; fewer than ordered where several share a coordinate
-        axis str - axis of the cut; id: a cut between ids
+        axis str - axis of the cut; hilbert, morton: of that curve; id: a cut between ids
         cut_before float m the cut
         cut_after float m the cut from the next frame on
         policy str - who decided; Diffusive with manager=False: neighbours, before the exchange

@@ -1,0 +1,15 @@
+// The Morton curve, or z-order: bits of x, y and z in turn. It jumps, and never turns.
+#pragma once
+
+#include "domains/turns.h"
+
+namespace motes::domains {
+
+/// The only state of the curve.
+inline constexpr std::array<Turns, 1> kMortonTurns = [] {
+  std::array<Turns, 1> states{};
+  for (std::uint8_t part = 0; part < 8; ++part) states[0][part] = {part, 0};
+  return states;
+}();
+
+}  // namespace motes::domains

@@ -63,6 +63,7 @@ add_library(motes_pure STATIC
   image/raycast/cast_scene.cpp
   image/raycast/prepared_scene.cpp
   image/raycast/scenery.cpp
+  image/raycast/solid_shadows.cpp
   image/raycast/tile_caster.cpp
   image/slots.cpp
   image/solids.cpp

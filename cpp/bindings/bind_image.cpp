@@ -66,11 +66,19 @@ void bind_view(py::module_& m) {
         v.objects.push_back({mesh, color, mesh.mesh, light, image, scale});
       },
       py::arg("mesh"), py::arg("color"), py::arg("light"), py::arg("image"), py::arg("scale"));
-  view.def("set_sun", [](View& v, Vector direction) { v.sun = direction; }, py::arg("direction"));
+  view.def(
+      "set_sun",
+      [](View& v, Vector direction, float size_deg) {
+        v.sun = direction;
+        v.sun_size = size_deg;
+      },
+      py::arg("direction"), py::arg("size_deg"));
   view.def(
       "add_light",
-      [](View& v, Vector position, image::Color color, float power) { v.lights.push_back({position, color, power}); },
-      py::arg("position"), py::arg("color"), py::arg("power"));
+      [](View& v, Vector position, image::Color color, float power, float radius) {
+        v.lights.push_back({position, color, power, radius});
+      },
+      py::arg("position"), py::arg("color"), py::arg("power"), py::arg("radius"));
   view.def("set_background", [](View& v, image::Color color) { v.background = color; }, py::arg("color"));
   view.def(
       "set_gradient",

@@ -115,6 +115,10 @@ View::Path path_named(const std::string& name) {
 
 Lens lens(const View& view) { return lens_of(view.camera, view.height); }
 
+double blur_of(const View& view) {
+  return view.camera.aperture > 0 ? view.camera.aperture * lens(view).focal_px / view.camera.focus : 0;
+}
+
 Lens lens_at_opening(const View& view) {
   if (!view.before) return lens(view);
   const double back = view.shutter;
@@ -139,6 +143,7 @@ void check(const View& view) {
   check_number("fog", view.fog.metres, 0, base::kFarthest);
   check_number("exposure", view.exposure, 0, base::kFarthest);
   check_vector("sun", view.sun);
+  check_number("sun_size", view.sun_size, 0, kMostSunSize);
   check_number("shutter", view.shutter, 0, kMostShutter);
   check_number("bloom", view.bloom, 0, 1);
   if (static_cast<int>(view.path) >= base::enumerators<View::Path>()) {
@@ -165,6 +170,7 @@ void check(const View& view) {
     check_vector((argument + ".position").c_str(), view.lights[i].position);
     check_color(argument + ".color", view.lights[i].color);
     check_number(argument + ".power", view.lights[i].power, 0, base::kFarthest);
+    check_number(argument + ".radius", view.lights[i].radius, 0, base::kFarthest);
   }
 }
 

@@ -16,6 +16,9 @@ struct Lens {
 
 Lens lens(const View& view);
 
+/// How wide a lens makes a point that is infinitely far, px; 0: it is sharp.
+double blur_of(const View& view);
+
 /// The camera when the shutter opened: on its way from `before` to where it is now. Where there was no last frame, or
 /// the way between passes through an impossible camera, the camera did not move.
 Lens lens_at_opening(const View& view);

@@ -30,8 +30,9 @@ float diameter_of(const Sprite& sprite, int height) {
 }
 
 Sprite as_seen(Sprite sprite, const View& view) {
-  const bool blurred = view.camera.aperture > 0 && sprite.blend == Sprite::Blend::opaque && !is_posed(sprite);
-  if (blurred) sprite.blend = Sprite::Blend::alpha;
+  if (!(view.camera.aperture > 0) || sprite.blend != Sprite::Blend::opaque) return sprite;
+  sprite.blend = Sprite::Blend::alpha;
+  sprite.unfaded = sprite.kind == Sprite::Kind::ribbon;
   return sprite;
 }
 

@@ -56,7 +56,8 @@ struct WideRecord {
   std::int32_t dx, dy;  // from the start of the streak to its end, 1/256 px
 };
 
-/// Its `size` says only how far its middle may be from what hides it.
+/// Its `size` says only how far its middle may be from what hides it; up_x and up_y are one number, its turn about the
+/// camera's axes while the shutter is open: see unpack_turn() in image/moments.h.
 struct PosedRecord : WideRecord {
   std::int16_t turn[4];  // a quaternion * 32767, from its own axes to the camera's: right, up, back
   float scale;           // m per unit of length: of a card, its longer side
@@ -71,12 +72,15 @@ struct RibbonPoint {
   std::uint8_t tint[4];  // parts of the record's colour that are seen here, 1/255
 };
 
-/// Its `depth` is that of the nearest of its points; points beyond `count` are all 0.
+/// Its `depth` is that of the nearest of its points; points beyond `count` are all 0. `up_x` is 1 where it does not
+/// fade; `up_y` is the part of its length that its head ran while the shutter was open, in units of kRunUnit.
 struct RibbonRecord : WideRecord {
   float width;  // m
   std::uint32_t count;
   RibbonPoint point[kMostPast + 1];  // from the particle backwards
 };
+
+inline constexpr float kRunUnit = 1.0f / 4096, kMostRun = 0.98f;
 
 static_assert(sizeof(PlainRecord) == 8 && sizeof(DeepRecord) == 12 && sizeof(WideRecord) == 32);
 static_assert(sizeof(PosedRecord) == 44 && sizeof(RibbonRecord) == 40 + 24 * (kMostPast + 1));

@@ -57,13 +57,14 @@ struct Light {
   Vector position{};
   Color color{1, 1, 1};
   float power = 1;
+  float radius = 0;  // m: shadows of solids have soft edges
 
   bool operator==(const Light&) const = default;
 };
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, Light& light) {
-  visit(light.position, light.color, light.power);
+  visit(light.position, light.color, light.power, light.radius);
 }
 
 /// Bits of View::layers: pictures that are kept beside the frame.
@@ -105,6 +106,9 @@ constexpr void fields(Visitor& visit, Fog& fog) {
 /// Most of View::shutter.
 inline constexpr double kMostShutter = 4;
 
+/// Most of View::sun_size.
+inline constexpr double kMostSunSize = 90;
+
 struct View {
   /// Who makes the picture of particles; the pixels are the same in all of them. automatic: chosen for each frame.
   /// gather: the image generator alone (the paper). tiles: each rank draws a part of the picture. composite: each
@@ -120,6 +124,7 @@ struct View {
   float exposure = 1;
   std::vector<Solid> objects;
   Vector sun{-0.45, 0.75, 0.55};  // the direction to the sun, of any length; all 0: no sun shines
+  float sun_size = 0;  // degrees across: shadows of solids have soft edges
   std::vector<Light> lights;
   Path path = Path::automatic;  // who draws; changes no pixel
   float shutter = 0;  // for how many frames' time it is open, 0..kMostShutter: particles are drawn as streaks
@@ -135,7 +140,8 @@ struct View {
 template <class Visitor>
 constexpr void fields(Visitor& visit, View& view) {
   visit(view.width, view.height, view.camera, view.background, view.sky, view.fog, view.exposure, view.objects,
-        view.sun, view.lights, view.path, view.shutter, view.bloom, view.smooth, view.linear, view.layers, view.before);
+        view.sun, view.sun_size, view.lights, view.path, view.shutter, view.bloom, view.smooth, view.linear,
+        view.layers, view.before);
 }
 
 /// How a sprite's picture is cut into pictures of one size, numbered row by row from the top: the first `count` count.
@@ -189,6 +195,7 @@ struct Sprite {
   Facing facing = Facing::orientation;  // kinds card, mesh
   float width = 0;  // m, of a ribbon at its head
   float length = 0;  // s that a ribbon reaches back
+  bool unfaded = false;  // a ribbon is as opaque at its end as at its head
   Tiles tiles{};  // of `picture`; kinds image, card
   Pick pick{};
 
@@ -198,7 +205,7 @@ struct Sprite {
 template <class Visitor>
 constexpr void fields(Visitor& visit, Sprite& sprite) {
   visit(sprite.kind, sprite.pixels, sprite.blend, sprite.of_height, sprite.softness, sprite.picture, sprite.lit,
-        sprite.shadow, sprite.facing, sprite.width, sprite.length, sprite.tiles, sprite.pick);
+        sprite.shadow, sprite.facing, sprite.width, sprite.length, sprite.unfaded, sprite.tiles, sprite.pick);
 }
 
 /// Positions of a particle that a ribbon may pass through, at most.
@@ -225,6 +232,8 @@ struct Drawn {
   std::array<float, 3> up_of_all{0, 1, 0};
   std::array<const float*, 4> orientation{};
   std::array<float, 4> orientation_of_all{0, 0, 0, 1};
+  std::array<const float*, 3> spin{};  // rad/s about the world's axes
+  std::array<float, 3> spin_of_all{};
   std::array<const float*, 3> velocity{};  // m/s
   std::array<float, 3> velocity_of_all{};
   std::array<Past, kMostPast> past{};  // of ribbons, the latest first

@@ -185,6 +185,7 @@ def test_wrong_light_is_refused(wrong):
 
 SCRIPT = """
 import sys
+import numpy as np
 import motes
 from motes.shapes import Box, Plane, Sphere
 
@@ -195,17 +196,29 @@ world = motes.World(
     seed=3, space=(-3, 3), roles=roles, threads=int(threads), progress="off",
     renderer=motes.Renderer(200, 140, camera=camera, path=path, objects=solids, fog=("silver", 30),
         background=motes.Gradient("white", "steelblue", "#443"),
-        lights=[motes.Light((2, 3, 2), "orange", 9)]),
+        lights=[motes.Light((2, 3, 2), "orange", 9, radius=0.4)], sun_size=5, shutter=0.6),
 )
 smoke = world.system("smoke", sprite=motes.Sprite("disc", None, "alpha", lit=True, shadow=0.4))
 sparks = world.system("sparks", sprite=motes.Sprite("sphere", 7, "opaque", lit=True, shadow=1))
+flap = motes.Mesh([(-1, -1, -1), (1, -1, -0.5), (0, 1, -1), (0, 0, 1.5)], [(0, 1, 2), (1, 3, 2)])
+leaf = [[(200, 90, 30, 255), (90, 120, 30, 180)], [(120, 40, 20, 255), (0, 0, 0, 0)]]
+sprites = [
+    motes.Sprite("mesh", mesh=flap, blend="opaque", lit=True),
+    motes.Sprite("image", image=np.array(leaf, np.uint8), blend="alpha", facing="orientation", lit=True),
+    motes.Sprite("ribbon", width=0.1, length=0.5, blend="opaque"),
+]
+forms = [world.system(f"form {i}", sprite=sprite) for i, sprite in enumerate(sprites)]
 with world:
     for frame in world.frames(3):
         smoke.configure(size=motes.Uniform(0.02, 0.6), alpha=0.3, velocity=motes.shapes.Sphere((0, 2, 0), 1))
         smoke.burst(Box((-2, 0, -1), (2, 2, 1)), count=3000)
         sparks.configure(velocity=motes.shapes.Sphere((0, 0, 0), 9))
         sparks.burst(Sphere((0, 1, 0), 2), count=200)
-        for s in (smoke, sparks):
+        for s in forms:
+            s.configure(velocity=motes.shapes.Sphere((0, 0, 0), 4), size=motes.Uniform(0.05, 0.5))
+            s.configure(orientation="random", spin=motes.Uniform((-40, -40, -40), (40, 40, 40)))
+            s.burst(Box((-2, 0, -6), (2, 2, 4)), count=60)
+        for s in (smoke, sparks, *forms):
             s.gravity((0, -1, 0))
             s.move()
         picture = world.render()

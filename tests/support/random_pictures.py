@@ -96,7 +96,9 @@ def renderer(draw: st.DrawFn) -> list[str]:
         "objects": st.lists(st.sampled_from(SOLIDS), min_size=1, unique=True).map(
             lambda s: f"[{', '.join(s)}]"
         ),
-        "lights": triples(-3, 3).map(lambda p: f"[motes.Light({p}, (1, 0.6, 0.2), 2)]"),
+        "lights": triples(-3, 3).map(lambda p: f"[motes.Light({p}, (1, 0.6, 0.2), 2)]")
+        | triples(-3, 3).map(lambda p: f"[motes.Light({p}, 'orange', 2, radius=0.5)]"),
+        "sun_size": numbers(0.5, 40).map(str),
     }
     facts += [f"{name}={draw(value)}" for name, value in optional.items() if draw(st.booleans())]
     camera = "motes.Camera((0, 0.5, 6), (0, 0, 0))"

@@ -25,6 +25,7 @@ image::Drawn drawn(const particles::Store& store) {
   three(particles::color, d.color, d.color_of_all);
   three(particles::up, d.up, d.up_of_all);
   three(particles::velocity, d.velocity, d.velocity_of_all);
+  three(particles::spin, d.spin, d.spin_of_all);
   for (int c = 0; c < 4; ++c) d.orientation[static_cast<std::size_t>(c)] = store.plane(particles::orientation, c);
   d.orientation_of_all = store.uniform_value(particles::orientation);
   d.alpha = store.plane(particles::alpha, 0);
@@ -111,6 +112,7 @@ void DrawnSystem::expand(const particles::Store& store, actions::TableKey clumps
     drawn_.velocity[c] = placed[interactions::sphere_velocity + c];
     drawn_.color[c] = repeat(drawn_.color[c], count);
     drawn_.up[c] = repeat(drawn_.up[c], count);
+    drawn_.spin[c] = repeat(drawn_.spin[c], count);
   }
   for (const float*& plane : drawn_.orientation) plane = repeat(plane, count);
   drawn_.alpha = repeat(drawn_.alpha, count);
@@ -144,7 +146,7 @@ image::Drawn part_of(const image::Drawn& all, std::size_t first, std::size_t cou
   const auto from = [first](const float*& plane) {
     if (plane != nullptr) plane += first;
   };
-  for (auto* planes : {&part.position, &part.color, &part.up, &part.velocity}) {
+  for (auto* planes : {&part.position, &part.color, &part.up, &part.velocity, &part.spin}) {
     for (const float*& plane : *planes) from(plane);
   }
   for (const float*& plane : part.orientation) from(plane);

@@ -8,6 +8,7 @@
 #include "engine/render/drawn.h"
 #include "engine/render/in_picture.h"
 #include "engine/render/render_composite.h"
+#include "image/raycast/solid_shadows.h"
 
 namespace motes::engine {
 namespace {
@@ -97,8 +98,9 @@ void project(Rank& rank, const Script& script, const Calculator& calculator, Pai
     std::vector<std::vector<std::uint32_t>> counts(painter.projectors.size(), painter.counts);
     std::vector<std::uint64_t> bytes(parts.size());
     std::vector<std::unique_ptr<const image::ParticleLight>> lights;
+    const image::InSight in_sight = image::in_sight(view);
     for (const image::Sprite& sprite : script.record.sprites) {
-      lights.push_back(image::ParticleLight::of(sprite, view, painter.shadows.get()));
+      lights.push_back(image::ParticleLight::of(sprite, view, painter.shadows.get(), in_sight));
     }
     rank.pool->run(parts.size(), [&](std::size_t p, std::size_t worker) {
       const PartOfSystem& part = parts[p];

@@ -2,6 +2,7 @@
 #include "image/light/light_lanes.h"
 
 #include "image/daylight_parts.h"
+#include "image/light/particle_lanes.h"
 #include "image/light/shadow_lanes.h"
 #include "simd/elementary.h"
 #include "simd/floats3.h"
@@ -14,20 +15,6 @@ namespace {
 constexpr auto kSunOnParticles = static_cast<float>(image::kSun);
 constexpr float kHalfTurnRadians = 3.14159265359f;
 constexpr float kMostFloat = 3.402823466e38f;
-
-MOTES_INLINE Floats value_or(const float* plane, std::size_t i, float of_all) {
-  return plane != nullptr ? load(plane + i) : all(of_all);
-}
-MOTES_INLINE Floats3 particle_place(const image::ParticlePlanes& p, std::size_t i) {
-  return {load(p.position[0] + i), load(p.position[1] + i), load(p.position[2] + i)};
-}
-MOTES_INLINE Floats length_of_way(Floats3 v) { return sqrt(max(dot(v, v), all(1e-30f))); }
-
-MOTES_INLINE Floats diameter_at(const image::ParticleWidth& w, const image::ParticlePlanes& p, Floats3 place,
-                                std::size_t i) {
-  if (w.own) return max(value_or(p.size, i, p.size_of_all), Floats{});
-  return length_of_way(place - all3(w.eye)) * w.per_metre;
-}
 
 // The mean over a sphere as it is seen, of the light that falls on it from a direction `cosine` away from the eye's:
 // 2 / (3 pi) (sin a + (pi - a) cos a) (J. H. Lambert).
@@ -87,13 +74,14 @@ MOTES_INLINE LitSide lit_side(const image::LightTask& t, std::size_t i, Floats3 
   return {true, normal * select(dot(normal, to_eye) < 0.0f, all(-1.0f), all(1.0f))};
 }
 
-// The light that a white particle shows to the eye.
-MOTES_INLINE Floats3 light_arriving(const image::LightTask& t, Floats3 place, const LitSide& side, Floats diameter) {
+// The light that a white particle shows to the eye. `at`: its number in the planes of what solids leave.
+MOTES_INLINE Floats3 light_arriving(const image::LightTask& t, Floats3 place, const LitSide& side, Floats diameter,
+                                    std::size_t at) {
   Floats3 light = ambient_at(t.ambient, side.up());
   Floats sunlight{};
   if (t.sunny) {
     sunlight = side.from(dot(side.normal, all3(t.sun))) * kSunOnParticles;
-    const Floats sun = sunlight * light_left(t, t.sun_shadow, place, diameter);
+    const Floats sun = sunlight * light_left(t, t.sun_shadow, place, diameter) * value_or(t.sun_in_sight, at, 1);
     light = light + Floats3{sun, sun, sun};
   }
   const Floats3 plain = ambient_at(t.ambient, side.up()) + Floats3{sunlight, sunlight, sunlight};
@@ -102,7 +90,8 @@ MOTES_INLINE Floats3 light_arriving(const image::LightTask& t, Floats3 place, co
     const Floats3 along = all3(lamp.position) - place;
     const Floats square = max(dot(along, along), all(1e-6f));
     const Floats facing = side.from(dot(along, side.normal) / sqrt(square));
-    light = light + all3(lamp.color) * (facing * light_left(t, lamp.shadow, place, diameter) / square);
+    const Floats part = light_left(t, lamp.shadow, place, diameter) * value_or(lamp.in_sight, at, 1);
+    light = light + all3(lamp.color) * (facing * part / square);
   }
   if (!t.shaded) return light;
   const auto part = [](Floats a, Floats b) { return a / max(b, all(1e-6f)); };
@@ -119,7 +108,7 @@ void light_particles(const image::LightTask& t, std::size_t first, std::size_t l
     const Floats distance = length_of_way(offset);
     if (t.lit) {
       const LitSide side = lit_side(t, i, offset * (1.0f / distance));
-      const Floats3 light = light_arriving(t, place, side, diameter_at(t.width, p, place, i));
+      const Floats3 light = light_arriving(t, place, side, diameter_at(t.width, p, place, i), i - first);
       color = {color.x * light.x, color.y * light.y, color.z * light.z};
     }
     if (t.fog_density > 0) {

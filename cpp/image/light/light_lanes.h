@@ -42,6 +42,7 @@ struct LightOnParticles {
   float position[3];
   float color[3];  // on a surface that faces it at 1 m
   const ShadowMap* shadow;  // null: particles throw none
+  const float* in_sight = nullptr;  // the part that solids leave, from the first particle on; null: all
 };
 
 /// What changes the colours of a system's particles before they are drawn.
@@ -55,6 +56,7 @@ struct LightTask {
   bool sunny = false;
   float sun[3];
   const ShadowMap* sun_shadow = nullptr;
+  const float* sun_in_sight = nullptr;  // as LightOnParticles::in_sight
   const LightOnParticles* lights = nullptr;
   std::size_t light_count = 0;
   Ambient ambient;

@@ -1,6 +1,7 @@
 #include "image/light/particle_light.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "base/vectors.h"
 #include "image/camera.h"
@@ -47,12 +48,13 @@ ParticleWidth particle_width(const Sprite& sprite, const View& view) {
 }  // namespace
 
 std::unique_ptr<const ParticleLight> ParticleLight::of(const Sprite& sprite, const View& view,
-                                                       const ShadowGrids* shadows) {
+                                                       const ShadowGrids* shadows, InSight in_sight) {
   if (!sprite.lit && !(view.fog.metres > 0)) return nullptr;
   auto made = std::make_unique<ParticleLight>();
   LightTask& t = made->task_;
   t.width = particle_width(sprite, view);
   t.lit = sprite.lit;
+  if (t.lit) made->in_sight_ = std::move(in_sight);
   t.shaded = sprite.kind == Sprite::Kind::mesh || (sprite.kind == Sprite::Kind::sphere && !drawn_as_point(sprite));
   t.flat = sprite.kind == Sprite::Kind::card;
   t.cards.along_velocity = sprite.facing == Sprite::Facing::velocity;
@@ -81,6 +83,16 @@ void ParticleLight::light(const Drawn& particles, std::size_t first, std::size_t
   LightTask task = task_;
   task.particles = particle_planes(particles);
   put_facing(particles, task.cards);
+  std::vector<float> parts;
+  std::vector<LightOnParticles> lights;
+  if (in_sight_) {
+    parts.resize((1 + lights_.size()) * stride);
+    in_sight_(task.particles, task.width, first, last, parts.data(), stride);
+    task.sun_in_sight = parts.data();
+    lights = lights_;
+    for (std::size_t k = 0; k < lights.size(); ++k) lights[k].in_sight = parts.data() + (k + 1) * stride;
+    task.lights = lights.data();
+  }
   float* const planes[3] = {to, to + stride, to + 2 * stride};
   light_lanes().light(task, first, last, planes);
 }

@@ -7,6 +7,7 @@
 
 #include "base/vectors.h"
 #include "image/grid.h"
+#include "image/moments.h"
 #include "image/ribbon_spline.h"
 
 namespace motes::image {
@@ -37,10 +38,11 @@ PlaceInView place_in_view(const Lens& lens, const Vector& place, double near) {
 // Makes the records of one system's ribbons.
 class RibbonMaker {
  public:
-  RibbonMaker(const Drawn& particles, const Sprite& sprite, const View& view, const RibbonLight& light,
+  RibbonMaker(const Drawn& particles, const Sprite& sprite, const View& view, double open, const RibbonLight& light,
               std::size_t first)
       : d_(particles), sprite_(sprite), view_(view), light_(light), first_(first), grid_{view.width, view.height},
-        now_(lens(view)), then_(lens_at_opening(view)) {}
+        now_(lens(view)), then_(lens_at_opening(view)), open_(static_cast<float>(open)),
+        blur_(static_cast<float>(0.5 * blur_of(view))) {}
 
   // Returns false where nothing of the ribbon is seen.
   bool make(std::size_t i, RibbonRecord& r) {
@@ -82,6 +84,9 @@ class RibbonMaker {
   void add_points(std::size_t i, RibbonRecord& r) {
     const std::size_t kept = kept_of(i);
     const float oldest = kept > 0 ? d_.past[kept - 1].age : 0, reach = std::min(sprite_.length, oldest);
+    r.up_x = sprite_.unfaded ? 1 : 0;
+    const float run = reach > 0 ? std::min(open_ / reach, kMostRun) : 0;
+    r.up_y = static_cast<std::int16_t>(run * (1 / kRunUnit) + 0.5f);
     if (!add_point(i, 0, d_.position, 0, r)) return finish(r);
     for (std::size_t k = 0; k < kept; ++k) {
       const Past& past = d_.past[k];
@@ -174,8 +179,10 @@ class RibbonMaker {
 
   // Pixels around the line that a point's part of the ribbon may touch.
   float reach(const RibbonRecord& r, const RibbonPoint& p) const {
-    const float half = ribbon_half(r.width * static_cast<float>(now_.focal_px), 1 / p.depth, std::min(p.along, 1.0f));
-    return half + 2;
+    const float along = std::min(p.along, 1.0f) - static_cast<float>(r.up_y) * kRunUnit;
+    const float half = ribbon_half(r.width * static_cast<float>(now_.focal_px), 1 / p.depth, along);
+    const float spread = spread_at(blur_, static_cast<float>(view_.camera.focus), 1 / p.depth);
+    return half + 2 + 1.25f * std::min(std::abs(spread), kMostPosedReach) + (blur_ > 0 ? 2.0f : 0.0f);
   }
 
   // The part of the screen around some places, px from the picture's middle.
@@ -215,18 +222,20 @@ class RibbonMaker {
   std::size_t first_;
   Grid grid_;
   Lens now_, then_;
+  float open_;  // s
+  float blur_;  // px around what is infinitely far
   std::array<std::size_t, kMostPast + 1> places_{};  // of the record's points
   std::vector<std::uint32_t> tiles_;
 };
 
 }  // namespace
 
-void project_ribbons(const Drawn& particles, const Sprite& sprite, const View& view, const RibbonLight& light,
-                     std::size_t first, std::size_t last, RibbonBatch& batch) {
+void project_ribbons(const Drawn& particles, const Sprite& sprite, const View& view, double open,
+                     const RibbonLight& light, std::size_t first, std::size_t last, RibbonBatch& batch) {
   batch.records.clear();
   batch.particles.clear();
   batch.tiles.clear();
-  RibbonMaker maker(particles, sprite, view, light, first);
+  RibbonMaker maker(particles, sprite, view, open, light, first);
   RibbonRecord record;
   for (std::size_t i = first; i < last; ++i) {
     if (!maker.make(i, record)) continue;

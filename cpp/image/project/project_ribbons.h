@@ -29,7 +29,8 @@ struct RibbonBatch {
 };
 
 /// Replaces the content of `batch` by the ribbons of particles first .. last - 1 that are seen.
-void project_ribbons(const Drawn& particles, const Sprite& sprite, const View& view, const RibbonLight& light,
-                     std::size_t first, std::size_t last, RibbonBatch& batch);
+/// `open`: for how long the shutter is open, s.
+void project_ribbons(const Drawn& particles, const Sprite& sprite, const View& view, double open,
+                     const RibbonLight& light, std::size_t first, std::size_t last, RibbonBatch& batch);
 
 }  // namespace motes::image

@@ -3,6 +3,7 @@
 
 #include "image/grid.h"
 #include "image/layout.h"
+#include "image/moments.h"
 #include "image/project/screen_lanes.h"
 #include "particles/random.h"
 #include "simd/floats3.h"
@@ -153,9 +154,31 @@ MOTES_INLINE Rotations along_velocity(const image::WideTask& t, std::size_t i, M
 // How a sprite stands before the camera, and how far it reaches.
 struct Stance {
   Uints turn[2];  // as in PosedRecord
+  Uints turning;  // see PosedRecord
   Floats scale;   // m per unit of length
   Ints reach;     // 1/256 px
 };
+// The turn while the shutter is open, about the camera's axes, as image::unpack_turn reads it.
+MOTES_INLINE Uints turning(const image::WideTask& t, std::size_t i, Rotations camera) {
+  const Floats3 spin = vector_at(t.spin, t.spin_of_all, i) * t.open;
+  const Floats3 x = turned_x(camera), y = turned_y(camera), z = turned_z(camera);
+  const Floats3 by{x.x * spin.x + y.x * spin.y + z.x * spin.z, x.y * spin.x + y.y * spin.y + z.y * spin.z,
+                   x.z * spin.x + y.z * spin.y + z.z * spin.z};
+  constexpr float kLeast = 1.0f / 4096, kMost = 64;
+  const Floats most = max(max(abs(by.x), abs(by.y)), abs(by.z));
+  const Mask turns = (most > kLeast) & (abs(by.x) + abs(by.y) + abs(by.z) <= all(kLargest));
+  const Floats shorter = min(kMost / select(turns, most, all(1.0f)), all(1.0f));
+  const Uints exponent = (Uints)(select(turns, most * shorter, all(1.0f))) >> 23;  // 127 more
+  const Floats per = (Floats)((254u + 7u - exponent) << 23);  // 2^7 / 2^exponent: the greatest gets 7 bits and its sign
+  Uints word = (exponent + (image::kTurnExponent - 7u - 127u)) << 27;
+  const Floats number[3] = {by.x, by.y, by.z};
+  for (int c = 0; c < 3; ++c) {
+    const Ints part = floor_to_ints(within(only(turns, number[c] * shorter) * per, 255.0f) + 0.5f);
+    word |= ((Uints)part & ((1u << image::kTurnBits) - 1)) << (image::kTurnBits * c);
+  }
+  return (Uints)turns & word;
+}
+
 MOTES_INLINE Stance stance_vector(const image::WideTask& t, std::size_t i, ViewPosition now, const Size& size,
                                   Mask visible) {
   const Rotations camera = {all(t.camera_turn[0]), all(t.camera_turn[1]), all(t.camera_turn[2]), all(t.camera_turn[3])};
@@ -181,7 +204,13 @@ MOTES_INLINE Stance stance_vector(const image::WideTask& t, std::size_t i, ViewP
   const Floats across = abs(now.across) + abs(now.upward);
   const Floats nearest = max(now.depth - radius, all(t.near));
   const Floats reach = radius * focal * (1.0f + across / now.depth) / nearest;
-  p.reach = to_ints(only(visible, min(reach, all(image::kMostPosedReach * kUnit))));
+  Floats spread{};
+  if (t.lens_blur > 0) {  // and what the painter adds
+    const Floats near = abs(1.0f - t.lens_focus / nearest), far = abs(1.0f - t.lens_focus / (now.depth + radius));
+    spread = max(near, far) * (1.25f * t.lens_blur) + 3.0f * kUnit;
+  }
+  p.reach = to_ints(only(visible, min(reach + spread, all(image::kMostPosedReach * kUnit))));
+  p.turning = t.streaks && !t.along_velocity ? turning(t, i, camera) : Uints{};
   return p;
 }
 
@@ -206,9 +235,9 @@ constexpr std::size_t kMostWords = image::kFour * image::fours_of(image::form(im
 
 struct Columns {
   Mask visible;
-  Uints word[kMostWords]; // of a record
-  Uints tile, flags;      // as in WideBatch
-  Mask many;              // touches more than 2x2 tiles
+  Uints word[kMostWords];  // of a record
+  Uints tile, flags;  // as in WideBatch
+  Mask many;  // touches more than 2x2 tiles
   TileSpan across, down;
 };
 
@@ -269,7 +298,7 @@ MOTES_INLINE Columns project_vector(const image::WideTask& t, std::size_t i, Uin
     c.word[2] = color;
     c.word[3] = (Uints)now.depth;
     c.word[4] = size;
-    c.word[5] = t.oriented ? up_vector(t, i, now) : Uints{};
+    c.word[5] = t.oriented ? up_vector(t, i, now) : t.posed ? stance.turning : Uints{};
     c.word[6] = (Uints)dx;
     c.word[7] = (Uints)dy;
     if (t.posed) {
@@ -337,6 +366,7 @@ image::WideCount project(const image::WideTask& task, std::size_t first, std::si
   if (t.tiles > 1 && t.tile != nullptr) ahead.add(t.tile);
   if (t.posed && !t.along_velocity) {
     for (const float* plane : t.orientation) ahead.add(plane);
+    if (t.streaks) ahead.add(t.spin);
   }
   const auto words = static_cast<std::size_t>(t.form.bytes) / 4;
   const std::size_t in_fours = image::kFour * image::fours_of(words);

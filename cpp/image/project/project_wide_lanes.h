@@ -31,6 +31,9 @@ struct WideTask : SeenTask {
   bool along_velocity;  // their fronts look there, else where `orientation` says
   const float* orientation[4];
   float orientation_of_all[4];
+  const float* spin[3];  // rad/s about the world's axes
+  float spin_of_all[3];
+  float lens_focus, lens_blur;  // m to what is sharp; 1/256 px around what is infinitely far; 0: all is sharp
   float camera_turn[4];  // a quaternion: from the world's axes to the camera's
   float breadth;  // of a sprite whose size is 1: 1, but for meshes
   float diagonal;  // of a square of side 1; of a ball, its diameter

@@ -129,6 +129,10 @@ void set_pose(const Drawn& particles, const Sprite& sprite, const View& view, Wi
   t.along_velocity = sprite.facing == Sprite::Facing::velocity;
   std::copy_n(particles.orientation.begin(), 4, t.orientation);
   std::copy_n(particles.orientation_of_all.begin(), 4, t.orientation_of_all);
+  std::copy_n(particles.spin.begin(), 3, t.spin);
+  std::copy_n(particles.spin_of_all.begin(), 3, t.spin_of_all);
+  t.lens_focus = static_cast<float>(view.camera.focus);
+  t.lens_blur = static_cast<float>(0.5 * blur_of(view)) * static_cast<float>(1 << kWideBits);
   set_turn(lens(view), t.camera_turn);
   const bool mesh = sprite.kind == Sprite::Kind::mesh;
   t.breadth = mesh ? 2 * reach_of_mesh(sprite.picture) : 1;
@@ -147,10 +151,9 @@ WideTask wide_task(const Drawn& particles, const Sprite& sprite, const View& vie
   t.streaks = view.shutter > 0;
   t.open = static_cast<float>(view.shutter * dt);
   t.diameter = diameter_of(sprite, view.height);
-  if (view.camera.aperture > 0 && !is_posed(sprite)) {  // what stands in space stays sharp
+  if (!is_posed(sprite)) {  // what stands in space is spread by the painter
     t.focus = static_cast<float>(view.camera.focus);
-    t.blur = static_cast<float>(view.camera.aperture * lens(view).focal_px / view.camera.focus) *
-             static_cast<float>(1 << kSizeBits);
+    t.blur = static_cast<float>(blur_of(view)) * static_cast<float>(1 << kSizeBits);
   }
   t.oriented = sprite.kind == Sprite::Kind::image;
   t.tiles = static_cast<int>(sprite.tiles.count);
@@ -340,7 +343,7 @@ void Projector::project_ribbons(const Drawn& particles, const Projection& projec
   for (std::size_t first = 0; first < particles.count; first += step) {
     const std::size_t last = std::min(first + step, particles.count);
     const RibbonLight light = ribbon_light(particles, projection, first, last);
-    image::project_ribbons(particles, sprite_, view, light, first, last, ribbons_);
+    image::project_ribbons(particles, sprite_, view, view.shutter * projection.dt, light, first, last, ribbons_);
     if (ribbons_.records.empty()) continue;
     cursor_.assign(tiles, 0);
     for (const FurtherTile& one : ribbons_.tiles) ++cursor_[one.tile];

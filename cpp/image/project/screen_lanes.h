@@ -93,7 +93,7 @@ class Ahead {
   }
 
  private:
-  static constexpr std::size_t kMost = 16, kParticles = 512;
+  static constexpr std::size_t kMost = 20, kParticles = 512;
 
   const float* planes_[kMost];
   std::size_t count_ = 0;

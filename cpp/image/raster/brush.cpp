@@ -214,6 +214,8 @@ void Brush::set_wide(const View& view) {
   }
   wide_.focal = static_cast<float>(lens(view).focal_px);
   wide_.near = static_cast<float>(view.camera.near);
+  wide_.focus = static_cast<float>(view.camera.focus);
+  wide_.blur = static_cast<float>(0.5 * blur_of(view));
   if (sprite_.kind == Sprite::Kind::mesh) set_mesh();
   if (sprite_.kind == Sprite::Kind::image || sprite_.kind == Sprite::Kind::card) {
     const ImageLevels& picture = image_levels(sprite_.picture, sprite_.tiles);

@@ -41,6 +41,9 @@ class Brush {
   /// Returns a footprint's side, px; 0: each record has its own size.
   int footprint_pixels() const { return of_fixed_size(layout_) ? splat_.size : 0; }
 
+  /// Tells whether its sprites test at each pixel what hides them: ribbons, and what a lens spreads in space.
+  bool tests_pixels() const { return layout_ == Layout::ribbon || (is_posed(sprite_) && wide_.blur > 0); }
+
   /// Tells whether streaks are drawn from stamps.
   bool has_stamps() const { return wide_.one_size; }
 

@@ -5,43 +5,22 @@
 
 namespace motes::MOTES_ISA {
 
-/// Pixels (x, y) from the particle, y down, lie (u, v) px to the right and below the picture's middle, measured on the
-/// card, of which a metre has as many px as one at the particle's depth that faces the camera:
+/// Pixels (x, y) from the card's middle, y down, lie (u, v) px to the right and below the picture's middle, measured on
+/// the card, of which a metre has as many px as one at the particle's depth that faces the camera:
 ///
 ///   u = (right_x x + right_y y) / (1 + tilt_x x + tilt_y y), v = (below_x x + below_y y) / (the same)
-struct Card : Picture<Card> {
-  static constexpr float kNarrow = 12;
-
+struct Stand {
   float right_x, right_y, below_x, below_y, tilt_x, tilt_y;
   float finer_x, finer_y;  // px on the screen per px along u and v, at the middle
-  float shrink;            // screen's area of a square on the card, at the middle; 0: seen from the edge
-  float side;              // half of the longer side, px on the card
-  float half_x, half_y, farthest;  // around the corners, px on the screen
+  float area;              // px there of a square px on the screen, at the middle
+  float shrink;            // the inverse; 0: seen from the edge
+  float x = 0, y = 0;      // the middle, px from the sprite's
+  float lens_x = 0, lens_y = 0;  // from where on the lens it is seen: see see_from
 
-  MOTES_INLINE Card(const image::WideSplat& task, const WideSprite& sprite) : Card(task, sprite, Pose(task, sprite)) {}
-
-  MOTES_INLINE float reach() const { return farthest; }
-  MOTES_INLINE float box_x() const { return half_x; }
-  MOTES_INLINE float box_y() const { return half_y; }
-  MOTES_INLINE float total() const { return 4 * side * side * shrink * cover * s.light; }
-  MOTES_INLINE float usual_sum() const { return 4 * side * side * shrink * cover * kPixelWeight * finer + 1e-3f; }
-
-  MOTES_INLINE Front front(Floats x, Floats y) const {
-    Front front = front_of(moves ? most_opaque(x, y) : texels(x, y));
-    front.nearer = clamp(focal * (1.0f - 1.0f / above_horizon(x, y)), -s.radius, s.radius);
-    return front;
-  }
-
- private:
-  friend struct Picture<Card>;
-
-  float focal;
-
-  MOTES_INLINE Card(const image::WideSplat& task, const WideSprite& sprite, const Pose& p)
-      : Picture(task, facing(task, sprite, p)), side(s.radius), focal(task.focal) {
+  MOTES_INLINE Stand(const Pose& p, float focal) {
     const float from_x = p.middle_x / focal, from_y = -p.middle_y / focal;  // to the particle: (from_x, from_y, -1)
     const float ahead = p.front.x * from_x + p.front.y * from_y - p.front.z;
-    const bool seen = ahead > kEdge || ahead < -kEdge;
+    seen = ahead > kEdge || ahead < -kEdge;
     const float per = seen ? 1 / (ahead * focal) : 0;
     tilt_x = p.front.x * per;
     tilt_y = -p.front.y * per;
@@ -51,20 +30,106 @@ struct Card : Picture<Card> {
     right_y = -p.right.y - tilt_y * across;
     below_x = tilt_x * upward - p.up.x;
     below_y = p.up.y + tilt_y * upward;
-    const float area = size_of(right_x * below_y - right_y * below_x);
+    measure();
+  }
+
+  /// Moves it to where it appears from (x, y) px on the lens, what is infinitely far being moved by that. Places on a
+  /// plane move by what is linear in them: by (x, y) (1 - focus / depth).
+  MOTES_INLINE void see_from(float to_x, float to_y, float focus, float inverse_depth) {
+    const float near = focus * inverse_depth, moved = 1 - near;
+    lens_x = to_x;
+    lens_y = to_y;
+    x += to_x * moved;
+    y += to_y * moved;
+    const float rest = 1 - near * (tilt_x * to_x + tilt_y * to_y), part = near / (rest > kEdge ? rest : kEdge);
+    const float more_x = tilt_x * part, more_y = tilt_y * part;
+    const auto take_back = [&](float& along_x, float& along_y) {
+      const float by = along_x * to_x + along_y * to_y;
+      along_x += more_x * by;
+      along_y += more_y * by;
+    };
+    take_back(right_x, right_y);
+    take_back(below_x, below_y);
+    take_back(tilt_x, tilt_y);
+    measure();
+  }
+
+  /// Draws it larger.
+  MOTES_INLINE void enlarge(float times) {
+    const float part = 1 / times;
+    for (float* number : {&right_x, &right_y, &below_x, &below_y, &tilt_x, &tilt_y}) *number *= part;
+    finer_x *= times;
+    finer_y *= times;
+  }
+
+  static constexpr float kBehind = 0.05f;  // part of the depth; what is nearer is not drawn
+
+ private:
+  static constexpr float kEdge = 1e-3f;  // the cosine below which a card is seen from its edge
+
+  bool seen;
+
+  MOTES_INLINE void measure() {
+    area = size_of(right_x * below_y - right_y * below_x);
     shrink = seen && area > 0 ? 1 / area : 0;
     finer_x = 1 / __builtin_sqrtf(right_x * right_x + right_y * right_y + 1e-12f);
     finer_y = 1 / __builtin_sqrtf(below_x * below_x + below_y * below_y + 1e-12f);
-    const float opaque = choose_level(task, side, shrink > 0 ? __builtin_sqrtf(area) : 1);
-    const float wide = width * finer_x, high = height * finer_y;
-    least = 0.5f * kPixelWeight * opaque * (wide < 1 ? wide : 1) * (high < 1 ? high : 1);
-    measure(p);
-    // Nothing of the card is nearer than its middle by more than this: half the diagonal of a square.
-    s.radius *= 1.4143f;
-    choose_steps();
+  }
+};
+
+struct Card : Picture<Card> {
+  static constexpr float kNarrow = 12;
+
+  Pose pose;
+  Stand middle;
+  PosedMoments moments;
+  Walls walls{};  // tested where there are moments
+  float side;    // half of the longer side, px on the card
+  float shrink;  // screen's area of a square on the card, at the middle: the mean
+  float half_x = 0, half_y = 0, farthest = 0;  // around the corners, px on the screen
+
+  MOTES_INLINE Card(const image::WideSplat& task, const WideSprite& sprite) : Card(task, sprite, Pose(task, sprite)) {}
+
+  MOTES_INLINE bool tests_itself() const { return moments.count != 0; }
+  MOTES_INLINE float reach() const { return farthest; }
+  MOTES_INLINE float box_x() const { return half_x; }
+  MOTES_INLINE float box_y() const { return half_y; }
+  MOTES_INLINE float total() const { return 4 * side * side * shrink * cover * s.light; }
+  MOTES_INLINE float usual_sum() const { return 4 * side * side * shrink * cover * kPixelWeight * finer + 1e-3f; }
+
+  MOTES_INLINE void weigh(Patch<4>& p) const { moments.count == 0 ? Picture::weigh(p) : weigh_moments(p); }
+
+  MOTES_INLINE Front front(Floats x, Floats y) const {
+    Front front = front_of(moments.count != 0 ? most_opaque_moment(x, y) : moves ? most_opaque(x, y) : texels(x, y));
+    front.nearer = clamp(focal * (1.0f - 1.0f / above_horizon(middle, x, y)), -s.radius, s.radius);
+    return front;
   }
 
-  static constexpr float kEdge = 1e-3f;  // the cosine below which a card is seen from its edge
+ private:
+  friend struct Picture<Card>;
+
+  float focal, focus, blur;
+  float near_x = 0, near_y = 0;  // half of the box around it at any one moment
+
+  MOTES_INLINE Card(const image::WideSplat& task, const WideSprite& sprite, const Pose& p)
+      : Picture(task, facing(task, sprite, p)), pose(p), middle(p, task.focal),
+        moments(task, p, 0.7072f * p.scale, 2 * s.radius, s.half), side(s.radius), shrink(middle.shrink),
+        focal(task.focal), focus(task.focus), blur(task.blur) {
+    const float opaque = choose_level(task, side, middle.shrink > 0 ? __builtin_sqrtf(middle.area) : 1);
+    const float wide = width * middle.finer_x, high = height * middle.finer_y;
+    least = 0.5f * kPixelWeight * opaque * (wide < 1 ? wide : 1) * (high < 1 ? high : 1);
+    moments.count == 0 ? measure(p, 1) : measure_moments();
+    half_x += 1;
+    half_y += 1;
+    farthest += 1.5f;
+    // Nothing of the card is nearer than its middle by more than this: half the diagonal of a square.
+    s.radius *= 1.4143f;
+    if (moments.count == 0) {
+      choose_steps();
+    } else if (s.radius < kNarrow) {
+      s.radius = kNarrow;  // the mean of many places needs no other normalisation
+    }
+  }
 
   static MOTES_INLINE WideSprite facing(const image::WideSplat& task, const WideSprite& sprite, const Pose& p) {
     WideSprite s = sprite;
@@ -72,13 +137,13 @@ struct Card : Picture<Card> {
     return s;
   }
 
-  MOTES_INLINE void measure(const Pose& p) {
-    half_x = half_y = farthest = 0;
+  /// Extends the box by the corners of the card, so much larger.
+  MOTES_INLINE void measure(const Pose& p, float larger) {
     for (int corner = 0; corner < 4; ++corner) {
-      const float u = (corner & 1) != 0 ? 0.5f * width : -0.5f * width;
-      const float v = (corner & 2) != 0 ? 0.5f * height : -0.5f * height;
+      const float u = (corner & 1) != 0 ? 0.5f * width * larger : -0.5f * width * larger;
+      const float v = (corner & 2) != 0 ? 0.5f * height * larger : -0.5f * height * larger;
       const float near = 1 - (p.right.z * u + p.up.z * v) / focal;
-      const float part = 1 / (near > kBehind ? near : kBehind);
+      const float part = 1 / (near > Stand::kBehind ? near : Stand::kBehind);
       const float x = size_of((p.middle_x + p.right.x * u + p.up.x * v) * part - p.middle_x);
       const float y = size_of((p.middle_y - p.right.y * u - p.up.y * v) * part - p.middle_y);
       const float distance = __builtin_sqrtf(x * x + y * y);
@@ -86,26 +151,124 @@ struct Card : Picture<Card> {
       half_y = half_y > y ? half_y : y;
       farthest = farthest > distance ? farthest : distance;
     }
-    half_x += 1;
-    half_y += 1;
-    farthest += 1.5f;
   }
 
-  static constexpr float kBehind = 0.05f;  // part of the depth; what is nearer is not drawn
-
-  MOTES_INLINE Floats above_horizon(Floats x, Floats y) const {
-    return max(x * tilt_x + y * tilt_y + 1.0f, all(kBehind));
+  MOTES_INLINE void measure_moments() {
+    float sum = 0;
+    image::for_each_moment(moments.count, [&](int number, const image::Moment& m) {
+      const Pose then = pose.at(m);
+      if (number == 0 || pose.turns()) measure(then, moments.larger);
+      sum += stand_at(then, m).shrink;
+    });
+    shrink = sum / static_cast<float>(moments.count);
+    near_x = half_x + moments.uneven + 2;
+    near_y = half_y + moments.uneven + 2;
+    for (float* size : {&half_x, &half_y, &farthest}) {
+      *size += moments.blur;
+      *size = *size < image::kMostPosedReach ? *size : image::kMostPosedReach;
+    }
   }
 
-  MOTES_INLINE Texels texels(Floats x, Floats y) const {
-    const Floats horizon = x * tilt_x + y * tilt_y + 1.0f;
-    const Floats part = 1.0f / max(horizon, all(kBehind));
-    const Floats to_right = (x * right_x + y * right_y) * part, to_below = (x * below_x + y * below_y) * part;
+  /// How it is seen at a moment, without its way.
+  MOTES_INLINE Stand stand_at(const Pose& then, const image::Moment& m) const {
+    Stand stand(then, focal);
+    if (blur > 0) stand.see_from(m.lens_x * blur, m.lens_y * blur, focus, 1 / then.depth);
+    return stand;
+  }
+  MOTES_INLINE Stand shown_at(const image::Moment& m) const {
+    Stand stand = stand_at(pose.at(m), m);
+    stand.x += m.time * pose.dx;
+    stand.y += m.time * pose.dy;
+    if (moments.larger > 1) stand.enlarge(moments.larger);
+    return stand;
+  }
+
+  static MOTES_INLINE Floats above_horizon(const Stand& at, Floats x, Floats y) {
+    return max(x * at.tilt_x + y * at.tilt_y + 1.0f, all(Stand::kBehind));
+  }
+
+  MOTES_INLINE Texels texels(Floats x, Floats y) const { return texels_of(middle, x, y); }
+
+  MOTES_INLINE Texels texels_of(const Stand& at, Floats x, Floats y) const {
+    const Floats horizon = x * at.tilt_x + y * at.tilt_y + 1.0f;
+    const Floats part = 1.0f / max(horizon, all(Stand::kBehind));
+    const Floats to_right = (x * at.right_x + y * at.right_y) * part,
+                 to_below = (x * at.below_x + y * at.below_y) * part;
     Texels t = texels_near(to_right, to_below);
-    const Floats inside = covered(to_right * finer_x, width * finer_x) * covered(to_below * finer_y, height * finer_y);
-    const Ints drawn = to_ints(only((horizon > kBehind) & (all(shrink) > 0.0f), inside) * 32768.0f + 0.5f);
+    const Floats inside =
+        covered(to_right * at.finer_x, width * at.finer_x) * covered(to_below * at.finer_y, height * at.finer_y);
+    const Ints drawn = to_ints(only((horizon > Stand::kBehind) & (all(at.shrink) > 0.0f), inside) * 32768.0f + 0.5f);
     for (Ints& channel : t.channel) channel = channel * drawn >> 15;
     return t;
+  }
+
+  MOTES_OUTLINE Texels most_opaque_moment(Floats x, Floats y) const {
+    Texels most{};
+    image::for_each_moment(moments.count, [&](int, const image::Moment& m) {
+      const Stand at = shown_at(m);
+      const Texels t = texels_of(at, x - at.x, y - at.y);
+      const Mask more = (Mask)(t.channel[3] > most.channel[3]);
+      for (int c = 0; c < 4; ++c) most.channel[c] = select(more, t.channel[c], most.channel[c]);
+    });
+    return most;
+  }
+
+  /// Sums of weights, per pixel of a patch.
+  struct Sums {
+    std::int32_t channel[4][kPatchPixels + 64];
+  };
+
+  MOTES_OUTLINE void weigh_moments(Patch<4>& p) const {
+    Sums sums;
+    for (auto& plane : sums.channel) {
+      __builtin_memset(plane, 0, sizeof plane[0] * static_cast<std::size_t>(kStrip * p.strips * p.stride + kLanes));
+    }
+    image::for_each_moment(moments.count, [&](int, const image::Moment& m) { add_moment(m, p, sums); });
+    const float part = 1 / (static_cast<float>(moments.count) * moments.larger * moments.larger);
+    for_each_vector(p, [&](Floats, Floats, const InPart& in_part) {
+      const int at = in_part.number(p);
+      Ints mean[4];
+      for (int c = 0; c < 4; ++c) mean[c] = to_ints(to_floats(load_mask(sums.channel[c] + at)) * part + 0.5f);
+      store_narrow(p.cover + at, mean[3]);
+      store_thirds(p.light + 3 * at, mean[0], mean[1], mean[2]);
+    });
+  }
+
+  /// Adds what is seen at a moment, in the pixels around it alone: blocks of two rows of a strip.
+  MOTES_INLINE void add_moment(const image::Moment& m, const PatchPart& p, Sums& sums) const {
+    const Stand stand = shown_at(m);
+    const float x = s.x + stand.x, y = s.y + stand.y;
+    const int above = floor_of(y - near_y) - p.first, below = floor_of(y + near_y) + 1 - p.first;
+    const int left = floor_of(x - near_x) - kStrip, right = floor_of(x + near_x) + 1;
+    for (int row = above > 0 ? above & ~1 : 0; row < p.rows && row <= below; row += 2) {
+      const int one = p.start[row], other = p.start[row + 1 < p.rows ? row + 1 : row];
+      const int least = one < other ? one : other, most = one < other ? other : one;
+      for (int strip = 0; strip < p.strips; ++strip) {
+        if (most + strip * kStrip < left || least + strip * kStrip > right) continue;
+        for (int down = row; down < row + 2 && down < p.rows; down += kPixelRows) {
+          for (int first = 0; first < kStrip; first += kWidth) add_vector(stand, p, InPart{strip, down, first}, sums);
+        }
+      }
+    }
+  }
+
+  MOTES_INLINE void add_vector(const Stand& stand, const PatchPart& p, const InPart& in_part, Sums& sums) const {
+    const Place at = place_of(p, in_part.strip, in_part.row, in_part.first);
+    const Floats x = at.x - (s.x + stand.x), y = at.y - (s.y + stand.y);
+    Texels t = texels_of(stand, x, y);
+    if (walls.depth != nullptr && any(t.channel[3] > 0)) {
+      const Floats depth = pose.depth / above_horizon(stand, x, y);
+      Floats seen;
+      for (std::size_t lane = 0; lane < kLanes; ++lane) {
+        const float moved = 1 - focus / depth[lane];
+        seen[lane] = walls.visible(at.x[lane] - stand.lens_x * moved, at.y[lane] - stand.lens_y * moved, depth[lane]);
+      }
+      for (Ints& channel : t.channel) channel = to_ints(to_floats(channel) * seen + 0.5f);
+    }
+    for (int c = 0; c < 4; ++c) {
+      std::int32_t* const to = sums.channel[c] + in_part.number(p);
+      store_mask(to, load_mask(to) + t.channel[c]);
+    }
   }
 };
 

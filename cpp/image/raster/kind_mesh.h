@@ -73,16 +73,21 @@ struct Mesh {
   float extent;  // of a ball around it, m
   float box;     // half of the square that holds it on the screen, px
   int steps = 1;  // places along the streak; a power of two
+  PosedMoments moments;
+  Walls walls{};  // tested where there are moments
 
-  MOTES_INLINE Mesh(const image::WideSplat& t, const WideSprite& sprite) : s(sprite), task(t), pose(t, sprite) {
-    extent = pose.scale * task.mesh_reach;
+  MOTES_INLINE Mesh(const image::WideSplat& t, const WideSprite& sprite)
+      : s(sprite), task(t), pose(t, sprite), extent(pose.scale * task.mesh_reach),
+        moments(t, pose, extent, 1.2f * extent * t.focal / pose.depth, s.half) {
     const float left = pose.depth - extent;
     box =
         extent * (task.focal + size_of(pose.middle_x) + size_of(pose.middle_y)) / (left > task.near ? left : task.near);
+    if (moments.count != 0) box = box * moments.larger + moments.blur;
     box = (box < image::kMostPosedReach ? box : image::kMostPosedReach) + 1;
     while (steps < kMostSteps && static_cast<float>(steps) < s.half) steps *= 2;
     s.radius = box;
   }
+  MOTES_INLINE bool tests_itself() const { return moments.count != 0; }
   MOTES_INLINE float reach() const { return box; }
   MOTES_INLINE float box_x() const { return box; }
   MOTES_INLINE float box_y() const { return box; }
@@ -99,28 +104,21 @@ struct Mesh {
     const std::size_t bytes = sizeof p.cover[0] * static_cast<std::size_t>(kStrip * p.strips * p.stride);
     __builtin_memset(p.cover, 0, bytes);
     __builtin_memset(p.light, 0, bytes);
+    if (moments.count != 0) return weigh_moments(p);
     steps < kMany ? weigh_samples<4>(p) : weigh_samples<2>(p);
   }
 
   /// Keeps the nearest surface at the centres of the tile's pixels.
   MOTES_OUTLINE void draw(const image::TilePlanes& tile) const {
-    const image::Nearest color = s.color & 0xffffffu;
-    for_each_facet([&](const Facet& f) {
-      const auto shade = static_cast<std::uint32_t>(clamped(f.shade * 255.0f, 1, 255) + 0.5f);
-      const image::Nearest surface = color | image::Nearest{shade} << 24;
-      for_each_step([&](std::int64_t dx, std::int64_t dy) {
-        const float x = static_cast<float>(f.x[0] + dx) * kPixel, y = static_cast<float>(f.y[0] + dy) * kPixel;
-        for_each_sample<1>(f, dx, dy, task.columns, task.rows, [&](int column, int row) {
-          const float inverse =
-              f.inverse + f.right * (static_cast<float>(column) - x) + f.down * (static_cast<float>(row) - y);
-          const float depth = 1 / clamped(inverse, f.least, f.most);
-          std::uint32_t bits;
-          __builtin_memcpy(&bits, &depth, sizeof bits);
-          image::Nearest& there = tile.surfaces[static_cast<std::ptrdiff_t>(row) * image::kPixelStride + column];
-          const image::Nearest here = image::Nearest{bits} << 32 | surface;
-          there = here < there ? here : there;
-        });
+    if (moments.count == 0) {
+      for_each_facet(pose, {}, [&](const Facet& f) {
+        for_each_step([&](std::int64_t dx, std::int64_t dy) { keep(tile, f, dx, dy); });
       });
+      return;
+    }
+    image::for_each_moment(moments.count, [&](int, const image::Moment& m) {
+      const Shift way = way_at(m);
+      for_each_facet(pose.at(m), {}, [&](const Facet& f) { keep(tile, f, way.x, way.y); });
     });
   }
 
@@ -131,19 +129,99 @@ struct Mesh {
 
   static MOTES_INLINE float clamped(float v, float low, float high) { return v < low ? low : v > high ? high : v; }
 
+  /// Keeps a triangle, moved by (dx, dy), where it is the nearest surface.
+  MOTES_INLINE void keep(const image::TilePlanes& tile, const Facet& f, std::int64_t dx, std::int64_t dy) const {
+    const auto shade = static_cast<std::uint32_t>(clamped(f.shade * 255.0f, 1, 255) + 0.5f);
+    const image::Nearest surface = image::Nearest{s.color & 0xffffffu} | image::Nearest{shade} << 24;
+    const float x = static_cast<float>(f.x[0] + dx) * kPixel, y = static_cast<float>(f.y[0] + dy) * kPixel;
+    for_each_sample<1>(f, dx, dy, task.columns, task.rows, [&](int column, int row) {
+      const float depth = 1 / inverse_at(f, static_cast<float>(column) - x, static_cast<float>(row) - y);
+      std::uint32_t bits;
+      __builtin_memcpy(&bits, &depth, sizeof bits);
+      image::Nearest& there = tile.surfaces[static_cast<std::ptrdiff_t>(row) * image::kPixelStride + column];
+      const image::Nearest here = image::Nearest{bits} << 32 | surface;
+      there = here < there ? here : there;
+    });
+  }
+
+  /// 1/depth at a place relative to a triangle's first corner, px.
+  static MOTES_INLINE float inverse_at(const Facet& f, float right, float down) {
+    return clamped(f.inverse + f.right * right + f.down * down, f.least, f.most);
+  }
+
+  /// Of its way, 1/256 px from the middle.
+  struct Shift {
+    std::int64_t x, y;
+  };
+  MOTES_INLINE Shift way_at(const image::Moment& m) const {
+    constexpr float kUnit = 1 << image::kWideBits;
+    return {floor_of(m.time * pose.dx * kUnit + 0.5f), floor_of(m.time * pose.dy * kUnit + 0.5f)};
+  }
+
+  /// Per pixel of a patch: the moment that last showed the mesh there, its nearest surface, and what that added.
+  struct Cells {
+    std::uint8_t moment[kPatchPixels];
+    std::uint16_t cover[kPatchPixels], light[kPatchPixels];
+    float inverse[kPatchPixels];
+  };
+
+  /// Covers by one sample per pixel and moment, of what is nearest there.
+  MOTES_INLINE void weigh_moments(Patch<2>& p) const {
+    Cells cells;
+    __builtin_memset(cells.moment, 0, static_cast<std::size_t>(kStrip * p.strips * p.stride));
+    const float share = kPixelWeight / (static_cast<float>(moments.count) * moments.larger * moments.larger);
+    image::for_each_moment(moments.count, [&](int number, const image::Moment& m) {
+      Pose then = pose.at(m);
+      then.scale *= moments.larger;
+      const Shift way = way_at(m);
+      const std::int64_t dx = way.x + m.pixel_x, dy = way.y + m.pixel_y;
+      const auto marked = static_cast<std::uint8_t>(number + 1);
+      for_each_facet(then, {m.lens_x * task.blur, m.lens_y * task.blur}, [&](const Facet& f) {
+        const float x = static_cast<float>(f.x[0] + dx) * kPixel, y = static_cast<float>(f.y[0] + dy) * kPixel;
+        for_each_sample<1>(f, dx, dy, task.columns, task.rows, [&](int column, int row) {
+          const int at = place_in(p, column, row);
+          if (at < 0) return;
+          const float here = inverse_at(f, static_cast<float>(column) - x, static_cast<float>(row) - y);
+          const bool again = cells.moment[at] == marked;
+          if (again && here <= cells.inverse[at]) return;
+          const float seen = walls.depth == nullptr ? share : share * visible(m, column, row, here);
+          const auto cover = static_cast<std::uint16_t>(seen + m.round);
+          const auto light = static_cast<std::uint16_t>(seen * f.shade + m.round);
+          p.cover[at] = static_cast<std::uint16_t>(p.cover[at] + cover - (again ? cells.cover[at] : 0));
+          p.light[at] = static_cast<std::uint16_t>(p.light[at] + light - (again ? cells.light[at] : 0));
+          cells.moment[at] = marked;
+          cells.cover[at] = cover;
+          cells.light[at] = light;
+          cells.inverse[at] = here;
+        });
+      });
+    });
+  }
+
+  MOTES_INLINE float visible(const image::Moment& m, int column, int row, float inverse) const {
+    const float moved = image::spread_at(task.blur, task.focus, inverse);
+    return walls.visible(static_cast<float>(column) - m.lens_x * moved, static_cast<float>(row) - m.lens_y * moved,
+                         1 / inverse);
+  }
+
+  /// The number of a pixel in a patch; -1: it is not in it.
+  static MOTES_INLINE int place_in(const PatchPart& p, int column, int row) {
+    const int down = row - p.first;
+    if (static_cast<unsigned>(down) >= static_cast<unsigned>(p.rows)) return -1;
+    const int right = column - p.start[down];
+    if (static_cast<unsigned>(right) >= static_cast<unsigned>(kStrip * p.strips)) return -1;
+    return kStrip * (right / kStrip * p.stride + down) + right % kStrip;
+  }
+
   template <int kSamples>
   MOTES_INLINE void weigh_samples(Patch<2>& p) const {
     const int weight = static_cast<int>(kPixelWeight) / (kSamples * kSamples * steps);
-    for_each_facet([&](const Facet& f) {
+    for_each_facet(pose, {}, [&](const Facet& f) {
       const auto light = static_cast<std::uint16_t>(f.shade * static_cast<float>(weight) + 0.5f);
       for_each_step([&](std::int64_t dx, std::int64_t dy) {
         for_each_sample<kSamples>(f, dx, dy, task.columns, task.rows, [&](int column, int row) {
-          const int down = row / kSamples - p.first;
-          if (static_cast<unsigned>(down) >= static_cast<unsigned>(p.rows)) return;
-          const int right = column / kSamples - p.start[down];
-          if (static_cast<unsigned>(right) >= static_cast<unsigned>(kStrip * p.strips)) return;
-          const int at = kStrip * (right / kStrip * p.stride + down) + right % kStrip;
-          if (p.cover[at] + weight > static_cast<int>(kPixelWeight)) return;
+          const int at = place_in(p, column / kSamples, row / kSamples);
+          if (at < 0 || p.cover[at] + weight > static_cast<int>(kPixelWeight)) return;
           p.cover[at] = static_cast<std::uint16_t>(p.cover[at] + weight);
           p.light[at] = static_cast<std::uint16_t>(p.light[at] + light);
         });
@@ -168,21 +246,30 @@ struct Mesh {
     Floats inverse;  // 1/depth
     Mask in_front;
   };
-  MOTES_INLINE Floats3 turned(int row, std::size_t i) const {
+  MOTES_INLINE Floats3 turned(const Pose& p, int row, std::size_t i) const {
     const float* const from = task.corners + static_cast<std::size_t>(3 * row * task.room) + i;
     const Floats x = load(from), y = load(from + task.room), z = load(from + 2 * task.room);
-    return all3(pose.right) * x + all3(pose.up) * y + all3(pose.front) * z;
+    return all3(p.right) * x + all3(p.up) * y + all3(p.front) * z;
   }
-  MOTES_INLINE Corner corner(int row, std::size_t i) const {
-    const Floats3 at = turned(row, i) * pose.scale;
-    const Floats depth = pose.depth - at.z;
-    const float per = pose.depth / task.focal;
+  /// Where the mesh appears from a place on the lens: px that what is infinitely far moves by.
+  struct OnLens {
+    float x = 0, y = 0;
+  };
+  MOTES_INLINE Corner corner(const Pose& p, OnLens lens, int row, std::size_t i) const {
+    const Floats3 at = turned(p, row, i) * p.scale;
+    const Floats depth = p.depth - at.z;
+    const float per = p.depth / task.focal;
     Corner c;
     c.in_front = depth >= task.near;
     c.inverse = 1.0f / select(c.in_front, depth, all(1.0f));
     const Floats scale = c.inverse * task.focal;
-    c.x = (at.x + pose.middle_x * per) * scale - (pose.middle_x - s.x);
-    c.y = (pose.middle_y * per - at.y) * scale - (pose.middle_y - s.y);
+    c.x = (at.x + p.middle_x * per) * scale - (p.middle_x - s.x);
+    c.y = (p.middle_y * per - at.y) * scale - (p.middle_y - s.y);
+    if (task.blur > 0) {
+      const Floats part = 1.0f - c.inverse * task.focus;
+      c.x += part * lens.x;
+      c.y += part * lens.y;
+    }
     return c;
   }
 
@@ -195,12 +282,12 @@ struct Mesh {
 
   /// Calls use(facet) for the triangles that may be seen in the tile.
   template <class Use>
-  MOTES_INLINE void for_each_facet(const Use& use) const {
+  MOTES_INLINE void for_each_facet(const Pose& p, OnLens lens, const Use& use) const {
     const float more_x = s.half * size_of(s.along_x) + 1, more_y = s.half * size_of(s.along_y) + 1;
     const float end_x = static_cast<float>(task.columns) + more_x, end_y = static_cast<float>(task.rows) + more_y;
     for (int i = 0; i < task.triangles; i += kLanes) {
-      const Corner c[3] = {corner(0, static_cast<std::size_t>(i)), corner(1, static_cast<std::size_t>(i)),
-                           corner(2, static_cast<std::size_t>(i))};
+      const auto at = static_cast<std::size_t>(i);
+      const Corner c[3] = {corner(p, lens, 0, at), corner(p, lens, 1, at), corner(p, lens, 2, at)};
       const Floats right = max(max(c[0].x, c[1].x), c[2].x), left = min(min(c[0].x, c[1].x), c[2].x);
       const Floats below = max(max(c[0].y, c[1].y), c[2].y), above = min(min(c[0].y, c[1].y), c[2].y);
       Mask seen = c[0].in_front & c[1].in_front & c[2].in_front;
@@ -210,7 +297,7 @@ struct Mesh {
       if (task.closed) seen &= area < 0.0f;  // y points down: turned the other way than seen from the front
       unsigned lanes = bits_of(seen & first_lanes(static_cast<std::size_t>(task.triangles - i)));
       if (lanes == 0) continue;
-      const Floats3 normal = turned(3, static_cast<std::size_t>(i));
+      const Floats3 normal = turned(p, 3, at);
       const Floats side = select(area > 0.0f, all(-1.0f), all(1.0f));
       const Floats shades = shade({normal.x * side, normal.y * side, normal.z * side});
       for (; lanes != 0; lanes &= lanes - 1) {

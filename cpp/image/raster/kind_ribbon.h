@@ -15,13 +15,15 @@ struct Ribbon {
 
   WideSprite s;
   const image::WideSplat& task;
-  const std::uint32_t* walls = nullptr;  // depths of the tile's pixels; null: nothing hides anything
+  Walls walls{};
 
   MOTES_INLINE Ribbon(const image::WideSplat& t, const WideSprite& sprite) : s(sprite), task(t) {
     image::RibbonRecord r;
     __builtin_memcpy(&r, s.record, sizeof r);
     const int points = static_cast<int>(r.count) < kMostPoints ? static_cast<int>(r.count) : kMostPoints;
     r.count = static_cast<std::uint32_t>(points);
+    fades = r.up_x == 0;
+    run = points > 1 ? static_cast<float>(r.up_y) * image::kRunUnit : 0;
     const float scale = r.width * task.focal;
     add(r.point[0], scale, r.point[0], 0, {r.point[0].x, r.point[0].y});
     for (int k = 0; k + 1 < points; ++k) {
@@ -35,6 +37,7 @@ struct Ribbon {
     if (joints == 1) repeat_first();
     measure();
   }
+  MOTES_INLINE bool tests_itself() const { return true; }
   MOTES_INLINE float reach() const { return half_x > half_y ? half_x : half_y; }
   MOTES_INLINE float box_x() const { return half_x; }
   MOTES_INLINE float box_y() const { return half_y; }
@@ -55,18 +58,19 @@ struct Ribbon {
     __builtin_memset(p.light, 0, sizeof p.light[0] * 3 * pixels);
     Cells cells;
     const int first = p.first > 0 ? p.first : 0, last = p.first + p.rows - 1;
-    for (int step = 0; step < steps; ++step) {
-      fill<false>(step, first, last < task.rows - 1 ? last : task.rows - 1, cells);
-      for_each_shown(cells, [&](int row, int column, int j, float part) { put(p, row, column, cells, j, part); });
-    }
+    for_each_time([&](const Time& time) {
+      fill<false>(time, first, last < task.rows - 1 ? last : task.rows - 1, cells);
+      for_each_shown(cells,
+                     [&](int row, int column, int j, float part) { put(p, row, column, cells, j, part, time.round); });
+    });
   }
 
   /// Keeps the nearest surface at the centres of the tile's pixels.
   MOTES_OUTLINE void draw(const image::TilePlanes& tile) const {
     Cells cells;
     const int first = floor_of(s.y - half_y), last = floor_of(s.y + half_y) + 1;
-    for (int step = 0; step < steps; ++step) {
-      fill<true>(step, first > 0 ? first : 0, last < task.rows - 1 ? last : task.rows - 1, cells);
+    for_each_time([&](const Time& time) {
+      fill<true>(time, first > 0 ? first : 0, last < task.rows - 1 ? last : task.rows - 1, cells);
       for_each_shown(cells, [&](int row, int column, int j, float part) {
         const float depth = 1 / between(inverse[j], inverse[j + 1], part);
         std::uint32_t bits, surface = 0xff000000u;
@@ -79,7 +83,7 @@ struct Ribbon {
         const image::Nearest here = image::Nearest{bits} << 32 | surface;
         there = here < there ? here : there;
       });
-    }
+    });
   }
 
  private:
@@ -97,7 +101,33 @@ struct Ribbon {
   float left[kMostJoints];  // part of the ribbon that lies behind
   float tint[3][kMostJoints];  // parts of the colour
   float path[kMostJoints];  // px along the line
+  float spread[kMostJoints];  // px by which the edge of the lens moves it
   float half_x, half_y;
+  bool fades;
+  float run;        // part of the length that the head ran while the shutter was open
+  bool simple;      // what it is seen from does not change, and its head does not run
+  float least = 0;  // half of a width, px: what is narrower is drawn so wide, and fainter
+
+  // What it looks like at one time, from one place on the lens.
+  struct Time {
+    float part;            // from now back to the shutter's opening
+    float lens_x, lens_y;  // on a lens of radius 1
+    float round;           // see image::Moment
+    float longer;          // 1 / what was left of its length
+  };
+
+  template <class Use>
+  MOTES_INLINE void for_each_time(const Use& use) const {
+    if (simple) {
+      for (int step = 0; step < steps; ++step)
+        use(Time{(static_cast<float>(step) + 0.5f) / static_cast<float>(steps), 0, 0, 0.5f, 1});
+      return;
+    }
+    image::for_each_moment(steps, [&](int, const image::Moment& m) {
+      const float part = 0.5f - m.time;
+      use(Time{part, m.lens_x, m.lens_y, m.round, 1 / (1 - run * part)});
+    });
+  }
 
   // Per pixel of the tile: the place of the ribbon that it shows.
   struct Cells {
@@ -112,6 +142,7 @@ struct Ribbon {
   struct Piece {
     float x, y, way_x, way_y, per_square;
     float half, half_more, left, left_more, inverse, inverse_more, path, path_more;
+    float lens_x, lens_y;  // px that what is infinitely far moves by
   };
 
   // A curve may swing far out.
@@ -136,6 +167,9 @@ struct Ribbon {
     const float along = between(a.along, b.along, part);
     half[j] = image::ribbon_half(scale, inverse[j], along);
     left[j] = 1 - along;
+    spread[j] = image::spread_at(task.blur, task.focus, inverse[j]);
+    spread[j] = spread[j] > -image::kMostPosedReach ? spread[j] : -image::kMostPosedReach;
+    spread[j] = spread[j] < image::kMostPosedReach ? spread[j] : image::kMostPosedReach;
     const int before = j > 0 ? j - 1 : 0;
     const float way_x = x[j] - x[before], way_y = y[j] - y[before];
     path[j] = j > 0 ? path[before] + __builtin_sqrtf(way_x * way_x + way_y * way_y) : 0;
@@ -146,13 +180,14 @@ struct Ribbon {
   MOTES_INLINE void repeat_first() {
     joints = 2;
     x[1] = x[0], y[1] = y[0], move_x[1] = move_x[0], move_y[1] = move_y[0];
-    half[1] = half[0], inverse[1] = inverse[0], left[1] = left[0], path[1] = path[0];
+    half[1] = half[0], inverse[1] = inverse[0], left[1] = left[0], path[1] = path[0], spread[1] = spread[0];
     for (float (&channel)[kMostJoints] : tint) channel[1] = channel[0];
   }
 
   // Finds the box around it, whose middle becomes that of the sprite, and the steps of its motion.
   MOTES_INLINE void measure() {
-    float left_x = x[0], right_x = x[0], top = y[0], bottom = y[0], moved = 0;
+    choose_times();
+    float left_x = x[0], right_x = x[0], top = y[0], bottom = y[0];
     const auto include = [&](float at_x, float at_y, float wide) {
       left_x = at_x - wide < left_x ? at_x - wide : left_x;
       right_x = at_x + wide > right_x ? at_x + wide : right_x;
@@ -160,13 +195,15 @@ struct Ribbon {
       bottom = at_y + wide > bottom ? at_y + wide : bottom;
     };
     for (int j = 0; j < joints; ++j) {
-      const float wide = (half[j] > 0 ? half[j] : 0) + 1;
+      float wide = half[j] > 0 ? half[j] : 0;
+      if (!simple) {
+        if (wide > 0) wide *= (left[j] + run) / left[j];
+        wide = (wide > least ? wide : least) + size_of(spread[j]);
+      }
+      wide += 1;
       include(x[j], y[j], wide);
       include(x[j] + move_x[j], y[j] + move_y[j], wide);
-      const float way = size_of(move_x[j]) + size_of(move_y[j]);
-      moved = way > moved ? way : moved;
     }
-    while (steps < kMostSteps && static_cast<float>(steps) < moved) steps *= 2;
     s.x = 0.5f * (left_x + right_x);
     s.y = 0.5f * (top + bottom);
     half_x = 0.5f * (right_x - left_x) + 1;
@@ -175,33 +212,63 @@ struct Ribbon {
     s.radius = half_x > half_y ? half_x : half_y;
   }
 
-  MOTES_INLINE Piece piece_of(int k, int step) const {
-    const float part = (static_cast<float>(step) + 0.5f) / static_cast<float>(steps);
+  // Finds how many times and places on the lens show it.
+  MOTES_INLINE void choose_times() {
+    float moved = 0, blur = 0;
+    for (int j = 0; j < joints; ++j) {
+      const float way = size_of(move_x[j]) + size_of(move_y[j]);
+      moved = way > moved ? way : moved;
+      blur = blur > size_of(spread[j]) ? blur : size_of(spread[j]);
+    }
+    const float ran = run * path[joints - 1];
+    if (!(ran > 0.5f)) run = 0;
+    simple = run == 0 && !(task.blur > 0);
+    while (steps < kMostSteps && static_cast<float>(steps) < moved) steps *= 2;
+    if (simple) return;
+    const float way = moved > ran ? moved : ran;
+    steps = image::moments_for(way < kMostSteps ? way : kMostSteps, 2 * blur, task.blur > 0 ? kMostSteps : 1);
+    least = task.blur > 0 ? 0.5f * image::lens_gap(2 * blur, steps) : 0;
+  }
+
+  MOTES_INLINE Piece piece_of(int k, const Time& time) const {
+    const float part = time.part;
     Piece p;
     p.x = x[k] + move_x[k] * part;
     p.y = y[k] + move_y[k] * part;
-    p.way_x = x[k + 1] + move_x[k + 1] * part - p.x;
-    p.way_y = y[k + 1] + move_y[k + 1] * part - p.y;
+    float end_x = x[k + 1] + move_x[k + 1] * part, end_y = y[k + 1] + move_y[k + 1] * part;
+    if (!simple) {
+      p.x += time.lens_x * spread[k];
+      p.y += time.lens_y * spread[k];
+      end_x += time.lens_x * spread[k + 1];
+      end_y += time.lens_y * spread[k + 1];
+    }
+    p.way_x = end_x - p.x;
+    p.way_y = end_y - p.y;
     const float square = p.way_x * p.way_x + p.way_y * p.way_y;
     p.per_square = square > 1e-12f ? 1 / square : 0;
-    p.half = half[k];
-    p.half_more = half[k + 1] - half[k];
-    p.left = left[k];
-    p.left_more = left[k + 1] - left[k];
+    p.half = half[k] * time.longer;
+    p.half_more = (half[k + 1] - half[k]) * time.longer;
+    p.left = left[k] * time.longer;
+    p.left_more = (left[k + 1] - left[k]) * time.longer;
     p.inverse = inverse[k];
     p.inverse_more = inverse[k + 1] - inverse[k];
     p.path = path[k];
     p.path_more = path[k + 1] - path[k];
+    p.lens_x = time.lens_x * task.blur;
+    p.lens_y = time.lens_y * task.blur;
     return p;
   }
 
   /// Calls use(piece, row, column, along, from) for each vector of the tile's pixels near a piece in some rows: the
   /// part of the piece before what is nearest to a pixel, and how far away that is, px.
   template <class Use>
-  MOTES_INLINE void for_each_place(int k, int step, int first, int last, const Use& use) const {
-    const Piece p = piece_of(k, step);
-    const float wide = (half[k] > half[k + 1] ? half[k] : half[k + 1]) + 1;
+  MOTES_INLINE void for_each_place(int k, const Time& time, int first, int last, const Use& use) const {
+    const Piece p = piece_of(k, time);
+    float wide = (half[k] > half[k + 1] ? half[k] : half[k + 1]) * time.longer + 1;
     if (!(wide > 1)) return;
+    wide = wide > least + 1 ? wide : least + 1;
+    const float begin = p.left > 1 ? (1 - p.left) / p.left_more : 0;  // where the head was
+    if (!(begin <= 1)) return;
     const auto low = [&](float at, float way) { return floor_of((way < 0 ? at + way : at) - wide) + 1; };
     const auto high = [&](float at, float way) { return floor_of((way > 0 ? at + way : at) + wide); };
     const int above = low(p.y, p.way_y), below = high(p.y, p.way_y);
@@ -212,7 +279,7 @@ struct Ribbon {
       const float down = static_cast<float>(row) - p.y;
       for (int at = column; at <= right; at += kWidth) {
         const Floats across = numbers_from(at) - p.x;
-        const Floats along = clamp((across * p.way_x + down * p.way_y) * p.per_square, 0, 1);
+        const Floats along = clamp((across * p.way_x + down * p.way_y) * p.per_square, begin, 1);
         const Floats aside_x = across - along * p.way_x, aside_y = down - along * p.way_y;
         use(p, row, at, along, sqrt(aside_x * aside_x + aside_y * aside_y));
       }
@@ -221,7 +288,7 @@ struct Ribbon {
 
   /// Finds what is seen in some rows. kOpaque: pixels show it wholly or not at all.
   template <bool kOpaque>
-  MOTES_INLINE void fill(int step, int first, int last, Cells& cells) const {
+  MOTES_INLINE void fill(const Time& time, int first, int last, Cells& cells) const {
     cells.first = first;
     cells.last = last;
     for (int row = first; row <= last; ++row) {
@@ -229,7 +296,7 @@ struct Ribbon {
       for (int column = 0; column < kRowNumbers; column += kWidth) store(cells.path[row] + column, all(-kApart));
     }
     for (int k = 0; k + 1 < joints; ++k) {
-      for_each_place(k, step, first, last, [&](const Piece& piece, int row, int column, Floats along, Floats from) {
+      for_each_place(k, time, first, last, [&](const Piece& piece, int row, int column, Floats along, Floats from) {
         show<kOpaque>(piece, k, along, from, cells, row, column);
       });
     }
@@ -238,15 +305,16 @@ struct Ribbon {
   template <bool kOpaque>
   MOTES_INLINE void show(const Piece& piece, int k, Floats along, Floats from, Cells& cells, int row,
                          int column) const {
-    const Floats half = piece.half + piece.half_more * along;
-    const Floats inside = (kOpaque ? max(half, all(0.5f)) : half) - from;
+    const Floats own = piece.half + piece.half_more * along, half = max(own, all(least));
+    const Floats inside = (kOpaque ? max(half, all(0.5f)) : half) - from, left = piece.left + piece.left_more * along;
     Floats score;
     if (kOpaque) {
-      score = only((inside >= 0.0f) & (half > 0.0f), piece.inverse + piece.inverse_more * along);
+      score = only((inside >= 0.0f) & (own > 0.0f), piece.inverse + piece.inverse_more * along);
     } else {
       const Floats covered = clamp(min(inside + 0.5f, half * 2.0f), 0, 1);
-      score = covered * max(piece.left + piece.left_more * along, Floats{});
-      if (walls != nullptr) score = score * visible(row, column, piece.inverse + piece.inverse_more * along);
+      score = fades ? covered * max(left, Floats{}) : only(left > 0.0f, covered);
+      if (least > 0) score = only(own > 0.0f, score * (own / half));
+      if (walls.depth != nullptr) score = score * visible(piece, row, column, along);
     }
     float* const scores = cells.score[row] + column;
     float* const places = cells.place[row] + column;
@@ -278,11 +346,11 @@ struct Ribbon {
   }
 
   // Adds a pixel to the weights of a patch.
-  MOTES_INLINE void put(Patch<4>& p, int row, int column, const Cells& cells, int j, float part) const {
+  MOTES_INLINE void put(Patch<4>& p, int row, int column, const Cells& cells, int j, float part, float round) const {
     const int down = row - p.first, right = column - p.start[down];
     if (static_cast<unsigned>(right) >= static_cast<unsigned>(kStrip * p.strips)) return;
     const int at = kStrip * (right / kStrip * p.stride + down) + right % kStrip;
-    const int weight = static_cast<int>(cells.score[row][column] * (kPixelWeight / static_cast<float>(steps)) + 0.5f);
+    const int weight = static_cast<int>(cells.score[row][column] * (kPixelWeight / static_cast<float>(steps)) + round);
     const int room = static_cast<int>(kPixelWeight) - p.cover[at], more = weight < room ? weight : room;
     p.cover[at] = static_cast<std::uint16_t>(p.cover[at] + more);
     for (int c = 0; c < 3; ++c) {
@@ -292,8 +360,19 @@ struct Ribbon {
   }
 
   /// The part of it that the nearest surfaces at a vector of pixels leave to be seen.
-  MOTES_INLINE Floats visible(int row, int column, Floats inverse_depth) const {
-    const Floats wall = (Floats)load_uints(walls + static_cast<std::ptrdiff_t>(row) * image::kPixelStride + column);
+  MOTES_INLINE Floats visible(const Piece& piece, int row, int column, Floats along) const {
+    const Floats inverse_depth = piece.inverse + piece.inverse_more * along;
+    if (task.blur > 0) {
+      Floats part;
+      for (int lane = 0; lane < kWidth; ++lane) {
+        const float moved = image::spread_at(1, task.focus, inverse_depth[lane]);
+        part[lane] = walls.visible(static_cast<float>(column + lane) - piece.lens_x * moved,
+                                   static_cast<float>(row) - piece.lens_y * moved, 1 / inverse_depth[lane]);
+      }
+      return part;
+    }
+    const Floats wall =
+        (Floats)load_uints(walls.depth + static_cast<std::ptrdiff_t>(row) * image::kPixelStride + column);
     const Floats room = wall - 1.0f / inverse_depth;
     if (!(task.fade > 0)) return only(room >= 0.0f, all(1.0f));
     return clamp(room * task.fade, 0, 1);

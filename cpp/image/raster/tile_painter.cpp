@@ -293,7 +293,7 @@ void TilePainter::draw_opaque(const Piece& given, const TilePlanes& planes) {
 }
 
 void TilePainter::blend(const Piece& given) {
-  const Piece piece = given.brush->layout() == Layout::ribbon ? given : behind_.settled(given);
+  const Piece piece = given.brush->tests_pixels() ? given : behind_.settled(given);
   const Brush& brush = *piece.brush;
   take_up(piece);
   const bool over = brush.blends(Sprite::Blend::alpha);

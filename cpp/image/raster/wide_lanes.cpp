@@ -252,10 +252,16 @@ constexpr Blend kBlend = {
 template <class Kind>
 __attribute__((noinline)) void draw_one(const TilePlanes& tile, const WideSplat& task, const WideSprite& sprite,
                                         const Channels& channel, const Blend& blend, Patch<Kind::kPlanes>& patch) {
-  if (tile.hides && sprite.depth > tile.farthest) return;
-  constexpr bool kTestsItself = std::is_same_v<Kind, Ribbon>;
+  // What a lens spreads in space may reach in front of its middle.
+  constexpr bool kForm = requires(Kind k) { k.walls; };
+  const bool deep = kForm && task.blur > 0;
+  if (!deep && tile.hides && sprite.depth > tile.farthest) return;
   Kind kind(task, sprite);
-  if constexpr (kTestsItself) kind.walls = tile.hides ? tile.depth : nullptr;
+  bool tests_itself = false;
+  if constexpr (requires { kind.walls; }) {
+    tests_itself = kind.tests_itself();
+    kind.walls = {tile.hides ? tile.depth : nullptr, task.fade, task.columns, task.rows};
+  }
   const WideSprite& s = kind.s;
   const Outline o = outline_of(s, kind.reach(), kind.box_x(), kind.box_y());
   const int first = o.first > 0 ? o.first : 0, last = o.last < task.rows - 1 ? o.last : task.rows - 1;
@@ -263,7 +269,7 @@ __attribute__((noinline)) void draw_one(const TilePlanes& tile, const WideSplat&
   const float unit = weigh(kind, o, first, last, task.columns, patch);
   Tint tint;
   if (!tint_of(channel, s.color, unit, tint)) return;
-  const bool test = !kTestsItself && tile.hides && (task.fade > 0 || s.depth > tile.nearest);
+  const bool test = !tests_itself && tile.hides && (task.fade > 0 || s.depth > tile.nearest);
   blend.patch<Kind::kPlanes>(test)(tile, patch, tint, first, last, task.columns, s.depth, task.fade);
 }
 

@@ -46,6 +46,7 @@ struct WideSplat {
   const float* image_cover;  // by tile: mean alpha of the square around it
 
   float focal, near;  // cards and meshes: the camera's focal length, px, and what is nearer is not drawn, m
+  float focus, blur;  // what stands in space: m to what is sharp; px around what is infinitely far; 0: all is sharp
   const float* corners;  // meshes: see MeshCorners
   int triangles, room;
   bool closed;

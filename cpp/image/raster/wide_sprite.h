@@ -2,9 +2,11 @@
 #pragma once
 
 #include "image/layout.h"
+#include "image/moments.h"
 #include "image/raster/patch_lanes.h"
 #include "image/raster/wide_lanes.h"
 #include "simd/floats3.h"
+#include "simd/rotations.h"
 
 namespace motes::MOTES_ISA {
 
@@ -125,6 +127,8 @@ struct Pose {
   Float3 right, up, front;  // the particle's own x, y and z axis, unit vectors
   float middle_x, middle_y;
   float depth, scale;  // m; m per unit of length of what is drawn
+  Float3 turn;         // while the shutter is open: its axis times its angle, radians
+  float dx, dy;        // its way on the screen in that time, px
 
   MOTES_INLINE Pose(const image::WideSplat& task, const WideSprite& s) {
     image::PosedRecord r;
@@ -144,6 +148,96 @@ struct Pose {
     middle_y = s.y + static_cast<float>(task.origin_y) * kUnit;
     __builtin_memcpy(&depth, &s.depth, sizeof depth);
     scale = r.scale;
+    dx = static_cast<float>(r.dx) * kUnit;
+    dy = static_cast<float>(r.dy) * kUnit;
+    std::uint32_t word;
+    __builtin_memcpy(&word, &r.up_x, sizeof word);
+    float by[3];
+    image::unpack_turn(word, by);
+    turn = of(by);
+  }
+
+  MOTES_INLINE bool turns() const { return turn.x != 0 || turn.y != 0 || turn.z != 0; }
+
+  /// How it stood at a moment; it is now as when the shutter closes.
+  MOTES_INLINE Pose at(const image::Moment& moment) const {
+    Pose then = *this;
+    if (!turns()) return then;
+    const Rotations by = rotation_by(all3(turn) * (moment.time - 0.5f));
+    const Floats3 x = turned_x(by), y = turned_y(by), z = turned_z(by);
+    for (Float3* axis : {&then.right, &then.up, &then.front}) {
+      const Float3 a = *axis;
+      *axis = {x.x[0] * a.x + y.x[0] * a.y + z.x[0] * a.z, x.y[0] * a.x + y.y[0] * a.y + z.y[0] * a.z,
+               x.z[0] * a.x + y.z[0] * a.y + z.z[0] * a.z};
+    }
+    return then;
+  }
+};
+
+/// The nearest surfaces at a tile's pixels, which hide what is behind them. They are sharp: what a lens spreads is
+/// compared with what is where it would be without.
+struct Walls {
+  const std::uint32_t* depth = nullptr;  // null: nothing hides anything
+  float fade;                            // as in WideSplat
+  int columns, rows;                     // of the tile
+
+  /// Returns which part of something at a depth, m, is seen at a place, px. Outside the tile the surfaces at its edge
+  /// go on as planes.
+  MOTES_INLINE float visible(float x, float y, float at) const {
+    const int column = inside(x, columns), row = inside(y, rows);
+    float wall = wall_at(column, row);
+    const float out_x = beyond(x, columns), out_y = beyond(y, rows);
+    if (out_x != 0 || out_y != 0) {
+      const float here = 1 / wall;
+      float inverse = here;
+      if (out_x != 0) inverse += size_of(out_x) * (here - 1 / wall_at(inward(column, columns), row));
+      if (out_y != 0) inverse += size_of(out_y) * (here - 1 / wall_at(column, inward(row, rows)));
+      wall = inverse > 1e-12f ? 1 / inverse : __builtin_inff();
+    }
+    const float room = wall - at;
+    if (!(fade > 0)) return room >= 0 ? 1.0f : 0.0f;
+    return room > 0 ? (room * fade < 1 ? room * fade : 1.0f) : 0.0f;
+  }
+
+ private:
+  MOTES_INLINE float wall_at(int column, int row) const {
+    float wall;
+    __builtin_memcpy(&wall, depth + static_cast<std::ptrdiff_t>(row) * image::kPixelStride + column, sizeof wall);
+    return wall;
+  }
+  static MOTES_INLINE int inside(float at, int count) {
+    return at > 0 ? (at < static_cast<float>(count - 1) ? static_cast<int>(at + 0.5f) : count - 1) : 0;
+  }
+  static MOTES_INLINE float beyond(float at, int count) {
+    const float last = static_cast<float>(count - 1);
+    return at < 0 ? at : at > last ? at - last : 0;
+  }
+  static MOTES_INLINE int inward(int at, int count) { return at == 0 ? (count > 1 ? 1 : 0) : at - 1; }
+};
+
+/// The moments that show a card or a mesh: see image/moments.h.
+struct PosedMoments {
+  int count = 0;  // 0: it neither turns nor is out of focus
+  float blur = 0;  // how far the lens spreads any part of it, px
+  float uneven = 0;  // how much farther or less than its middle
+  float larger = 1;  // it is drawn larger and fainter where places on the lens would leave gaps
+
+  /// `reach`: m from its middle to what is farthest from it; `size`: about its width, px.
+  MOTES_INLINE PosedMoments(const image::WideSplat& task, const Pose& pose, float reach, float size, float half) {
+    if (!(task.blur > 0) && !pose.turns()) return;
+    const float middle = image::spread_at(task.blur, task.focus, 1 / pose.depth), left = pose.depth - reach;
+    for (const float depth : {left > task.near ? left : task.near, pose.depth + reach}) {
+      const float here = image::spread_at(task.blur, task.focus, 1 / depth);
+      const float wide = size_of(here), apart = size_of(here - middle);
+      blur = blur > wide ? blur : wide;
+      uneven = uneven > apart ? uneven : apart;
+    }
+    const float spread = 2 * size_of(middle);
+    const float angle = __builtin_sqrtf(dot(pose.turn, pose.turn));
+    count = image::moments_for(2 * half + 0.5f * size * angle, spread, image::kFewestMoments);
+    const float gap = image::lens_gap(spread, count);
+    larger = gap > size ? gap / (size > 0.25f ? size : 0.25f) : 1;
+    larger = larger > 1 ? larger : 1;
   }
 };
 

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "image/light/light_lanes.h"
 #include "image/light/shadow_grid.h"
 #include "image/light/sky.h"
 #include "meshes/bvh.h"
@@ -50,8 +51,15 @@ struct Surfaces {
 /// The number of the object that shows a surface.
 constexpr std::uint32_t object_of(std::uint32_t surface) { return (surface - 1) >> 2; }
 
+/// Places on a disc of radius 1 that stand for a light with a size: first those at its rim and a few others.
+struct LightPlaces {
+  static constexpr int kAll = 64, kFirst = 24;
+  float x[kAll], y[kAll];
+};
+
 struct CastLight {
   float position[3];
+  float radius;  // m
   float color[3];  // light on a surface that faces it at 1 m
   const CastSolid* solids;  // what may throw a shadow
   std::size_t count;
@@ -72,6 +80,8 @@ struct ShadeView {
   const Material* materials;  // one per object
   bool sunny;
   float sun[3];         // unit vector
+  float sun_right[3], sun_up[3];  // across it, as long as the tangent of half its size; 0: it is a point
+  const LightPlaces* places;
   SkyLanes sky;
   Ambient ambient;
   bool has_images;  // any material
@@ -93,6 +103,11 @@ struct Reach {
   float low[3], high[3];
 };
 
+struct ShadedParticles {
+  ParticlePlanes planes;
+  ParticleWidth width;
+};
+
 /// Points of the image are given in pixels from its top left corner, as arrays that may be read up to the end of the
 /// last vector.
 struct CastLanes {
@@ -106,6 +121,10 @@ struct CastLanes {
   /// What light the surfaces send to the eye.
   void (*shade)(const ShadeView& view, const float* x, const float* y, std::size_t count, const Surfaces& from,
                 const Shades& to);
+
+  /// Which part of each light that has a size is in sight of particles first .. last - 1: see InSight.
+  void (*in_sight)(const ShadeView& view, const ShadedParticles& particles, std::size_t first, std::size_t last,
+                   float* to, std::size_t stride);
 
   /// Moves surfaces met at points (x, y) to other points of the same pixels, on their tangent planes.
   void (*slide)(const CastView& view, const float* x, const float* y, const float* to_x, const float* to_y,

@@ -3,6 +3,7 @@
 
 #include "image/daylight_parts.h"
 #include "image/grid.h"
+#include "image/light/particle_lanes.h"
 #include "image/light/shadow_lanes.h"
 #include "image/light/sky_lanes.h"
 #include "image/project/screen_lanes.h"
@@ -115,6 +116,21 @@ Mask in_shadow(const CastSolid* solids, std::size_t count, const Rays& rays, Flo
   return dark;
 }
 
+// The part of a light with a size that reaches surfaces: `ray_to(k)` gives the rays to its k-th place. Where the first
+// places agree they stand for all of them.
+template <class RaysTo>
+MOTES_INLINE Floats part_in_sight(const CastSolid* solids, std::size_t count, Floats far, Ints object, Mask open,
+                                  const RaysTo& rays_to) {
+  constexpr int kFirst = image::LightPlaces::kFirst, kAll = image::LightPlaces::kAll;
+  if (count == 0) return all(1.0f);
+  Ints dark{};
+  for (int k = 0; k < kFirst; ++k) dark -= in_shadow(solids, count, rays_to(k), far, object, open);
+  const Mask mixed = open & (dark > 0) & (dark < kFirst);
+  if (!any(mixed)) return only(dark == 0, all(1.0f));
+  for (int k = kFirst; k < kAll; ++k) dark -= in_shadow(solids, count, rays_to(k), far, object, mixed);
+  return select(mixed, 1.0f - to_floats(dark) * (1.0f / kAll), only(dark == 0, all(1.0f)));
+}
+
 // The materials of objects, one for each lane; mostly they are all the same.
 MOTES_INLINE void load_materials(const image::Material* materials, Ints object, Mask seen, Floats3& color,
                                  Floats& emitted) {
@@ -146,29 +162,68 @@ struct Shading {
   Ints shadows;
 };
 
+MOTES_INLINE bool has_size(const image::ShadeView& view) {
+  return view.sun_right[0] != 0 || view.sun_right[1] != 0 || view.sun_right[2] != 0;
+}
+
+MOTES_INLINE Floats sun_in_sight(const image::ShadeView& view, Floats3 from, const Shading& at, Mask open) {
+  return part_in_sight(view.cast.solids, view.cast.count, all(__FLT_MAX__), at.object, open, [&](int k) {
+    return Rays{from,
+                all3(view.sun) + all3(view.sun_right) * view.places->x[k] + all3(view.sun_up) * view.places->y[k]};
+  });
+}
+
 MOTES_INLINE void add_sun(const image::ShadeView& view, Shading& at) {
   const Floats3 sun = all3(view.sun);
   const Floats facing = dot(at.normal, sun);
   const Mask open = at.seen & (facing > 0.0f);
   if (!any(open)) return;
   const Rays rays{at.point + at.normal * at.offset, sun};
-  const Mask dark = in_shadow(view.cast.solids, view.cast.count, rays, all(__FLT_MAX__), at.object, open);
-  Floats light = only(open & ~dark, facing * kSun);
+  Mask dark{};
+  Floats light{};
+  if (has_size(view)) {
+    const Floats part = sun_in_sight(view, rays.from, at, open);
+    dark = open & (part < 0.5f);
+    light = only(open, facing * kSun * part);
+  } else {
+    dark = in_shadow(view.cast.solids, view.cast.count, rays, all(__FLT_MAX__), at.object, open);
+    light = only(open & ~dark, facing * kSun);
+  }
   if (view.sun_shadow.depths != nullptr) light *= light_through(view.sun_shadow, at.point, Floats{});
   at.arriving = at.arriving + Floats3{light, light, light};
   at.shadows |= dark & 1;
 }
 
-MOTES_INLINE void add_light(const image::CastLight& light, Ints bit, Shading& at) {
+// The part of a lamp that is in sight of a surface: of a disc that faces it.
+MOTES_INLINE Floats part_of_lamp(const image::CastLight& light, const image::LightPlaces& places, Floats3 from,
+                                 const Shading& at, Mask open) {
+  const Floats3 way = all3(light.position) - from;
+  const Mask upright = abs(way.y) * abs(way.y) > dot(way, way) * 0.8f;
+  const Floats3 axis{only(upright, all(1.0f)), only(~upright, all(1.0f)), Floats{}};
+  const Floats3 across = unit(cross(way, axis)), upward = unit(cross(across, way));
+  return part_in_sight(light.solids, light.count, all(1), at.object, open, [&](int k) {
+    return Rays{from, way + across * (places.x[k] * light.radius) + upward * (places.y[k] * light.radius)};
+  });
+}
+
+MOTES_INLINE void add_light(const image::CastLight& light, const image::LightPlaces& places, Ints bit, Shading& at) {
   const Floats3 position = all3(light.position);
   const Floats3 along = position - at.point;
   const Floats facing = dot(at.normal, along);
   const Mask open = at.seen & (facing > 0.0f);
   if (!any(open)) return;
   const Floats3 from = at.point + at.normal * at.offset;
-  const Mask dark = in_shadow(light.solids, light.count, {from, position - from}, all(1), at.object, open);
   const Floats square = max(dot(along, along), all(1e-6f));
-  Floats part = only(open & ~dark, facing / (square * sqrt(square)));
+  Mask dark;
+  Floats part;
+  if (light.radius > 0) {
+    const Floats seen = part_of_lamp(light, places, from, at, open);
+    dark = open & (seen < 0.5f);
+    part = only(open, seen * facing / (square * sqrt(square)));
+  } else {
+    dark = in_shadow(light.solids, light.count, {from, position - from}, all(1), at.object, open);
+    part = only(open & ~dark, facing / (square * sqrt(square)));
+  }
   if (light.shadow.depths != nullptr) part *= light_through(light.shadow, at.point, Floats{});
   at.arriving = at.arriving + all3(light.color) * part;
   at.shadows |= dark & bit;
@@ -260,7 +315,7 @@ void shade(const image::ShadeView& view, const float* x, const float* y, std::si
     at.arriving = ambient_light(view, up);
     if (view.sunny) add_sun(view, at);
     for (std::size_t light = 0; light < view.light_count; ++light) {
-      add_light(view.lights[light], Ints{} + (2 << (light % 30)), at);
+      add_light(view.lights[light], *view.places, Ints{} + (2 << (light % 30)), at);
     }
     Floats3 color;
     Floats emitted;
@@ -271,6 +326,31 @@ void shade(const image::ShadeView& view, const float* x, const float* y, std::si
     const Floats3 light = through_air(view, shown, distance, along, background);
     store3(to.light, i, select(at.seen, light, background));
     store_uints(to.shadows + i, (Uints)at.shadows);
+  }
+}
+
+// Rays start at the side of a particle that the light shines on: one that rests on a solid is not inside it.
+void in_sight(const image::ShadeView& view, const image::ShadedParticles& particles, std::size_t first,
+              std::size_t last, float* to, std::size_t stride) {
+  const bool sized_sun = view.sunny && has_size(view);
+  const Ints none = all_ints(-1);
+  for (std::size_t i = first; i < last; i += kLanes) {
+    const Floats3 place = particle_place(particles.planes, i);
+    const Mask open = first_lanes(last - i) & finite(place);
+    const Floats radius = diameter_at(particles.width, particles.planes, place, i) * 0.5f;
+    Shading at{};
+    at.point = only(open, place - all3(view.eye));
+    at.object = none;
+    at.offset = max(radius, length_of_way(at.point) * 2e-4f);
+    float* const here = to + (i - first);
+    const Floats3 sun = all3(view.sun);
+    store(here, sized_sun ? sun_in_sight(view, at.point + sun * at.offset, at, open) : all(1.0f));
+    for (std::size_t k = 0; k < view.light_count; ++k) {
+      const image::CastLight& light = view.lights[k];
+      const Floats3 from = at.point + unit(all3(light.position) - at.point) * at.offset;
+      const bool sized = light.radius > 0;
+      store(here + (k + 1) * stride, sized ? part_of_lamp(light, *view.places, from, at, open) : all(1.0f));
+    }
   }
 }
 
@@ -338,6 +418,6 @@ void store_light(const float* const* light, std::size_t count, std::uint32_t* to
 
 }  // namespace
 
-extern const image::CastLanes cast_lanes = {cast, measure, shade, slide, edges, store_light};
+extern const image::CastLanes cast_lanes = {cast, measure, shade, in_sight, slide, edges, store_light};
 
 }  // namespace motes::MOTES_ISA

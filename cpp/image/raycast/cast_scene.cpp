@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "base/vectors.h"
+#include "image/curves.h"
+#include "image/moments.h"
 
 namespace motes::image {
 namespace {
@@ -129,20 +132,39 @@ Ball ball_around(const Reach& reach) {
   return {(low + high) * 0.5, length(high - low) * 0.51 + 1e-6};
 }
 
-// Whether a ball may be touched by rays from another ball to a point: which direction they have, and how far they go.
-bool in_between(const Ball& ball, const Ball& from, const Vector& direction, double far) {
-  const double room = ball.radius + from.radius;
+// Whether a ball may be touched by rays from another ball to a light: which direction they have, how far they go, and
+// how much wider than the ball they are at their end, or per metre.
+bool in_between(const Ball& ball, const Ball& from, const Vector& direction, double far, double wide,
+                double per_metre) {
+  double room = ball.radius + from.radius + wide;
   if (!(room < kInfinity)) return true;
   const Vector offset = ball.center - from.center;
   const double along = std::clamp(dot(offset, direction), 0.0, far);
   const Vector aside = offset - direction * along;
+  room += per_metre * (along + room);
   return dot(aside, aside) <= room * room;
+}
+
+const LightPlaces& light_places() {
+  static const LightPlaces all = [] {
+    LightPlaces made{};
+    for_each_moment(LightPlaces::kAll, [&](int i, const Moment& m) {
+      constexpr int kInner = 48;
+      const int inner = i % 6 == 0 ? 16 + i / 6 : LightPlaces::kFirst + i - i / 6 - 1;
+      const int at = i >= kInner ? i - kInner : inner;
+      made.x[at] = m.lens_x;
+      made.y[at] = m.lens_y;
+    });
+    return made;
+  }();
+  return all;
 }
 
 }  // namespace
 
 CastScene::CastScene(const View& view, const ShadowGrids* shadows)
-    : view_(view), lens_(lens(view)), sunny_(length(view.sun) > 0), sun_(sunny_ ? unit(view.sun) : Vector{0, 1, 0}) {
+    : view_(view), lens_(lens(view)), sunny_(length(view.sun) > 0), sun_(sunny_ ? unit(view.sun) : Vector{0, 1, 0}),
+      sun_spread_(tangent(double{view.sun_size} * (std::numbers::pi / 360))) {
   for (std::size_t i = 0; i < view.objects.size(); ++i) add(view.objects[i], static_cast<std::uint32_t>(i));
   put(lens_.right, cast_.right);
   put(lens_.up, cast_.up);
@@ -155,6 +177,10 @@ CastScene::CastScene(const View& view, const ShadowGrids* shadows)
   shade_.cast = cast_;
   shade_.materials = materials_.data();
   put(sun_, shade_.sun);
+  shade_.places = &light_places();
+  const Vector across = unit(cross(sun_, std::fabs(sun_[1]) < 0.9 ? Vector{0, 1, 0} : Vector{1, 0, 0}));
+  put(across * sun_spread_, shade_.sun_right);
+  put(cross(across, sun_) * sun_spread_, shade_.sun_up);
   shade_.sky = sky_lanes(view);
   shade_.ambient = ambient(view);
   shade_.has_images = std::any_of(materials_.begin(), materials_.end(), [](const Material& m) { return m.image; });
@@ -171,6 +197,7 @@ CastScene::CastScene(const View& view, const ShadowGrids* shadows)
     CastLight prepared{};
     prepared.shadow = seen_from(lens_.eye, shadows == nullptr ? nullptr : shadows->of_light(i));
     put(light.position - lens_.eye, prepared.position);
+    prepared.radius = light.radius;
     for (std::size_t c = 0; c < 3; ++c) prepared.color[c] = light.color[c] * light.power;
     lights_.push_back(prepared);
   }
@@ -234,21 +261,22 @@ const CastView& CastScene::aim(double left, double top, double right, double bot
 // Objects that emit light throw no shadow: a light may stand in a lamp.
 const ShadeView& CastScene::light(const Reach& reach) {
   const Ball ball = ball_around(reach);
-  const auto collect = [&](const Vector& direction, double far, std::vector<CastSolid>& to) {
+  const auto collect = [&](const Vector& direction, double far, double wide, double per_metre,
+                           std::vector<CastSolid>& to) {
     to.clear();
     for (std::size_t i = 0; i < solids_.size(); ++i) {
       if (materials_[solids_[i].number].emitted > 0) continue;
-      if (in_between(balls_[i], ball, direction, far)) to.push_back(solids_[i]);
+      if (in_between(balls_[i], ball, direction, far, wide, per_metre)) to.push_back(solids_[i]);
     }
   };
-  if (sunny_) collect(sun_, kInfinity, before_sun_);
+  if (sunny_) collect(sun_, kInfinity, 0, sun_spread_, before_sun_);
   shade_.sunny = sunny_;
   shade_.cast.solids = before_sun_.data();
   shade_.cast.count = before_sun_.size();
   for (std::size_t i = 0; i < lights_.size(); ++i) {
     const Vector way = view_.lights[i].position - lens_.eye - ball.center;
     const double far = length(way);
-    collect(far > 0 ? way * (1 / far) : way, far, before_lights_[i]);
+    collect(far > 0 ? way * (1 / far) : way, far, double{view_.lights[i].radius}, 0, before_lights_[i]);
     lights_[i].solids = before_lights_[i].data();
     lights_[i].count = before_lights_[i].size();
   }

@@ -46,6 +46,7 @@ class CastScene {
   std::vector<Material> materials_;                     // one per object
   bool sunny_;
   Vector sun_;
+  double sun_spread_;  // tangent of half the sun's size
 
   // What aim() and light() selected.
   CastView cast_{};

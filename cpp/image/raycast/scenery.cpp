@@ -25,7 +25,7 @@ bool same_forms(const View& a, const View& b) {
 // Whether the surfaces have the same light, too.
 bool same_light(const View& a, const View& b) {
   return a.background == b.background && a.sky == b.sky && a.fog == b.fog && a.objects == b.objects && a.sun == b.sun &&
-         a.lights == b.lights;
+         a.sun_size == b.sun_size && a.lights == b.lights;
 }
 
 }  // namespace

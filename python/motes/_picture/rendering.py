@@ -50,7 +50,7 @@ class Camera(Settings):
     focus: float | None
     """Metres to what is sharp; None: everything is."""
     aperture: float
-    """Diameter of the lens, m: particles out of focus grow to its circle of confusion and keep their light.
+    """Diameter of the lens, m: particles out of focus spread to its circle of confusion and keep their light.
     0: a pinhole, through which everything is sharp. Solids and the sky stay sharp. Opaque particles are
     blended by what they cover."""
 
@@ -138,6 +138,9 @@ class Renderer(Settings):
     """Solids; a shape or mesh stands for a solid of the default colour."""
     sun: Triple
     """The direction to the sun, which lights solids and spheres; (0, 0, 0): there is none."""
+    sun_size: float
+    """How wide the sun is, degrees, 0..90 (from the earth 0.53): shadows of solids get soft edges, and also
+    fall on lit particles. 0: a point, whose shadows are sharp and fall on solids alone."""
     lights: tuple[Light, ...]
     """What lights the solids besides the sun."""
     path: Literal["auto", "gather", "tiles", "composite"]
@@ -165,6 +168,7 @@ class Renderer(Settings):
         "exposure": partial(arguments.number, low=0, high=1e6),
         "objects": lambda name, given: _objects(name, given),
         "sun": arguments.place,
+        "sun_size": partial(arguments.number, low=0, high=90),
         "lights": lambda name, given: _lights(name, given),
         "path": partial(arguments.choice, allowed=("auto", "gather", "tiles", "composite")),
         "shutter": partial(arguments.number, low=0, high=4),
@@ -172,7 +176,7 @@ class Renderer(Settings):
         "smooth": arguments.flag,
         "layers": lambda name, given: _layers(name, given),
     }
-    _may_move = frozenset(("background", "exposure", "sun", "shutter", "bloom"))
+    _may_move = frozenset(("background", "exposure", "sun", "sun_size", "shutter", "bloom"))
 
     @says_near_names
     def __init__(
@@ -193,11 +197,13 @@ class Renderer(Settings):
         linear: bool = False,
         layers: Iterable[Literal["depth", "alpha", "velocity"]] = (),
         fog: tuple[ArrayLike | str, float] | None = None,
+        sun_size: float | Curve = 0,
     ) -> None:
         """Take the attributes, which are described with their names."""
         given = {"width": width, "height": height, "camera": camera, "background": background}
         given |= {"exposure": exposure, "objects": objects, "sun": sun, "lights": lights, "path": path}
         given |= {"shutter": shutter, "bloom": bloom, "smooth": smooth, "layers": layers, "fog": fog}
+        given["sun_size"] = sun_size
         for name, one in given.items():
             setattr(self, name, one)
         self.__dict__["linear"] = arguments.flag("linear", linear)
@@ -218,10 +224,10 @@ class Renderer(Settings):
         view.set_exposure(at(self.exposure, time))
         for solid in self._solids:
             add_to(solid, view)
-        view.set_sun(at(self.sun, time))
+        view.set_sun(at(self.sun, time), at(self.sun_size, time))
         for light in self.lights:
             now: Any = at(light, time)
-            view.add_light(now.position, now.color, now.power)
+            view.add_light(now.position, now.color, now.power, now.radius)
         view.set_path(self.path)
         view.set_shutter(at(self.shutter, time))
         view.set_bloom(at(self.bloom, time))

@@ -82,10 +82,10 @@ class Solid(Value):
 
 @value()
 class Light(Value):
-    """A point that lights the solids, as a lamp or a fire does. Particles have their own colours.
+    """A point that lights the solids and lit particles, as a lamp or a fire does.
 
     `position`: m. `power`: the light on a surface that faces it from 1 m; it falls with the square of the
-    distance. A renderer's lights may change between frames: a fire's moves with its emitter.
+    distance. `radius`: m. A renderer's lights may change between frames: a fire's moves with its emitter.
     """
 
     position: ArrayLike | Curve
@@ -94,6 +94,8 @@ class Light(Value):
     """Linear RGB."""
     power: float | Curve = 1
     """The light on a surface that faces it from 1 m."""
+    radius: float | Curve = 0
+    """m: shadows of solids get soft edges, and also fall on lit particles; 0: a point, as for `sun_size`."""
     _may_move = True
 
     def __post_init__(self) -> None:
@@ -102,6 +104,7 @@ class Light(Value):
         state["position"] = arguments.place("position", self.position)
         state["color"] = arguments.color("color", self.color, low=0, high=arguments.FARTHEST)
         state["power"] = arguments.number("power", self.power, low=0, high=1e6)
+        state["radius"] = arguments.number("radius", self.radius, low=0, high=1e6)
 
 
 def add_to(solid: Solid, view: _core.View) -> None:

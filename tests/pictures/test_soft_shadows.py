@@ -1,0 +1,87 @@
+"""Soft shadows of solids: against the part of a sun's or a lamp's disc that is in sight."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import motes
+from motes import shapes
+from motes.errors import ArgumentError
+
+GROUND = motes.Solid(shapes.Plane((0, 0, 0), (0, 1, 0)), (0.5, 0.5, 0.5))
+ROOF = motes.Solid(shapes.Box((-40, 1, -40), (0, 1.001, 40)), (0, 0, 0))
+SIDE = motes.Mesh([(-40, 1, -40), (-40, 1, 40), (0, 1, 40), (0, 1, -40)], [(0, 1, 2), (0, 2, 3)])
+CAMERA = motes.Camera((0, 0.9, 0), (0, 0, 0), up=(0, 0, -1), fov_deg=60)
+
+
+def profile(solids: list[Any], **facts: Any) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Places on the ground along x, m, and the light there, seen from below the roof."""
+    renderer = motes.Renderer(
+        120, 90, camera=CAMERA, objects=solids, linear=True, background=(0, 0, 0), **facts
+    )
+    with motes.World(seed=1, renderer=renderer, progress="off") as world:
+        light = world.render().linear[45, :, 0].astype(float)
+    place = (np.arange(120) + 0.5 - 60) * 0.9 * np.tan(np.radians(30)) / 45
+    return place, light
+
+
+def in_sight(edge: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The part of a disc of radius 1 to the right of a line that is so far left of its middle."""
+    u = np.clip(edge, -1, 1)
+    return 0.5 + (np.arcsin(u) + u * np.sqrt(1 - u * u)) / np.pi
+
+
+@pytest.mark.parametrize("roof", [ROOF, motes.Solid(SIDE, (0, 0, 0))])
+def test_the_penumbra_of_the_sun_is_the_part_of_its_disc_in_sight(roof: motes.Solid) -> None:
+    sun: dict[str, Any] = {"sun": (0, 1, 0), "sun_size": 30}
+    place, light = profile([GROUND, roof], **sun)
+    _, open_ = profile([GROUND], **sun)
+    _, sharp = profile([GROUND, roof], sun=(0, 1, 0))
+    dark = sharp.min()
+    wanted = in_sight(place / np.tan(np.radians(15)))
+    part = (light - dark) / (open_ - dark)
+    assert np.abs(part - wanted).max() < 0.03
+    assert np.all(np.diff(light) > -0.004)
+
+
+def test_the_penumbra_of_a_lamp_grows_with_its_radius_and_the_distance() -> None:
+    def lamp(radius: float) -> dict[str, Any]:
+        return {"sun": (0, 0, 0), "lights": [motes.Light((0, 3, 0), (1, 1, 1), 4, radius=radius)]}
+
+    _, open_ = profile([GROUND], **lamp(0))
+    _, dark = profile([GROUND, ROOF], sun=(0, 0, 0))
+    for radius in (0.3, 0.6):
+        place, light = profile([GROUND, ROOF], **lamp(radius))
+        part = (light - dark) / (open_ - dark)
+        # The roof's edge is at a third of the way from the ground to the lamp.
+        assert np.abs(part - in_sight(place * 2 / radius)).max() < 0.05
+
+
+def test_solids_shade_lit_particles_where_lights_have_a_size() -> None:
+    def light(**facts: Any) -> float:
+        camera = motes.Camera((3, 0.3, 0.3), (-0.5, 0.3, 0.3))
+        renderer = motes.Renderer(40, 30, camera=camera, linear=True, objects=[ROOF], **facts)
+        world = motes.World(seed=1, renderer=renderer, progress="off")
+        motes_ = world.system("one", sprite=motes.Sprite("disc", 9, "alpha", lit=True))
+        with world:
+            motes_.emit(position=[(-0.5, 0.3, 0.3)])
+            return float(world.render().linear[15, 20].sum())
+
+    plain = light(sun=(0, 1, 0))
+    assert light(sun=(0, 1, 0), sun_size=0.5) < 0.7 * plain
+    half = light(sun=(1, 1, 0), sun_size=60)
+    assert light(sun=(-0.2, 1, 0), sun_size=0.5) < half < light(sun=(1.5, 1, 0), sun_size=0.5)
+    lamp = [motes.Light((-0.5, 3, 0), (1, 1, 1), 9, radius=radius) for radius in (0, 0.1)]
+    assert light(sun=(0, 0, 0), lights=lamp[1:]) < 0.5 * light(sun=(0, 0, 0), lights=lamp[:1])
+
+
+def test_sizes_of_lights_are_checked() -> None:
+    for wrong in (-1, 91, float("nan"), "wide"):
+        with pytest.raises(ArgumentError, match="sun_size"):
+            motes.Renderer(8, 8, camera=CAMERA, sun_size=wrong)
+        with pytest.raises(ArgumentError, match="radius"):
+            motes.Light((0, 1, 0), radius=-1 if wrong == 91 else wrong)

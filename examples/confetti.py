@@ -5,11 +5,9 @@ import colorsys
 import numpy as np
 
 import motes
-from motes import column
-from motes.expressions import sin
 from motes.shapes import Box, Cone, Cylinder, Plane, Sphere
 
-args = motes.script.options(__doc__, space="-6,6", systems=7, particles=1500, frames=144, size="960x540")
+args = motes.script.options(__doc__, space="-6,6", systems=7, particles=900, frames=144, size="960x540")
 
 floor = Plane((0, 0, 0), (0, 1, 0))
 steps = [Cylinder((0, 0, 0), (0, high, 0), radius) for high, radius in ((0.25, 2.6), (0.5, 1.9), (0.75, 1.2))]
@@ -29,35 +27,29 @@ solids += [
     motes.Solid(Cylinder(foot, np.add(foot, np.multiply(0.9, aim)).round(3), 0.16), (0.1, 0.1, 0.12))
     for foot, aim in guns
 ]
-lights = [motes.Light((-4, 8, 6), (1, 0.85, 0.7), 45), motes.Light((4, 8, 5), (0.7, 0.8, 1), 40)]
-camera = motes.Camera((0, 1.9, 10.5), (0, 2.75, 0), fov_deg=36)
+lights = [motes.Light((-5, 7, 5), (1, 0.8, 0.6), 60), motes.Light((5, 7, 4), (0.55, 0.7, 1), 55)]
+lights += [motes.Light((0, 6, -3), (1, 0.45, 0.3), 14)]  # from behind
+camera = motes.Camera((0, 1.7, 9.5), (0, 2.35, 0), fov_deg=36, focus=9.2, aperture=0.12)
 renderer = motes.Renderer(
     *args.size,
     camera=camera,
-    background=(0.004, 0.004, 0.006),
+    background=motes.Gradient((0.03, 0.015, 0.02), (0.01, 0.01, 0.02)),
     objects=solids,
     lights=lights,
     sun=(0, 0, 0),
-    shutter=0.25,
+    exposure=1.1,
+    shutter=0.3,
 )
 world = motes.World(**args.world, renderer=renderer)
 
-paper = np.full((8, 16, 4), 255, np.uint8)  # twice as long as wide
-paper = np.pad(paper, ((4, 4), (0, 0), (0, 0)))
+paper = np.full((8, 16, 4), 255, np.uint8)  # slips twice as long as wide, lit by the side that they show
 slips = []
 for i in range(args.systems):
-    slip = world.system(
-        f"slips {i}",
-        sprite=motes.Sprite("image", pixels=None, blend="alpha", image=paper),
-        attributes={"turns": 8.0, "tone": (1, 1, 1)},
-    )
-    tone = colorsys.hsv_to_rgb(i / args.systems, 0.88, 0.95)
-    slip.configure(
-        size=motes.Uniform((0.06,) * 3, (0.10,) * 3),
-        up=Sphere((0, 0, 0), 1),
-        rotational_velocity=Sphere((0, 0, 0), 5),
-    )
-    slip.configure(turns=motes.Uniform(6, 16), tone=tone, color=tone, lifetime=motes.Uniform(7, 9))
+    card = motes.Sprite("image", image=paper, facing="orientation", blend="alpha", lit=True, shadow=0.5)
+    slip = world.system(f"slips {i}", sprite=card)
+    tone = colorsys.hsv_to_rgb(i / args.systems, 0.9, 0.95) if i % 4 < 3 else (0.95, 0.8, 0.35)
+    slip.configure(size=motes.Uniform(0.09, 0.15), color=tone, lifetime=motes.Uniform(7, 9))
+    slip.configure(orientation="random", spin=Sphere((0, 0, 0), 12, 4))
     slips.append(slip)
 
 flying = ~Box((-99, -1, -99), (99, 0.03, 99))
@@ -73,12 +65,10 @@ with world, motes.Movie(f"{args.out}/confetti.mp4") as movie:
             slip.gravity((0, -9.8, 0), where=flying)
             slip.wind((0, 0, 0), drag=5)  # a slip of paper sinks at 2 m/s
             slip.curl_noise(11, scale=0.9, octaves=2, speed=0.6, where=flying)
-            # It tumbles: bright where its face meets the light, dark on edge.
-            shine = abs(sin(column("turns") * column("age")))
-            slip.set(color=column("tone") * (0.25 + 0.95 * shine), where=flying)
             for solid in (floor, *steps):
                 slip.bounce(solid, restitution=0, friction=0.9)
-            slip.set(velocity=(0, 0, 0), rotational_velocity=(0, 0, 0), where=~flying)
+            slip.set(velocity=(0, 0, 0), spin=(0, 0, 0), where=~flying)
+            slip.align(to=(0, 1, 0), rate=9, where=~flying)
             slip.kill_expired()
             slip.move()
         motes.script.end_frame(world, movie, args)

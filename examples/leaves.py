@@ -3,68 +3,80 @@
 import numpy as np
 
 import motes
-from motes.shapes import Box, Cylinder, Plane, Sphere
+from motes import column
+from motes.shapes import Box, Cylinder, Plane, Sphere, Triangle, Union
 
-args = motes.script.options(__doc__, space="-6,6", systems=5, particles=1600, frames=240, size="960x540")
+args = motes.script.options(__doc__, space="-6,6", systems=2, particles=4000, frames=240, size="960x540")
 
 
-def leaf(pixels=128):
-    """Draw a leaf with a stalk and veins, as RGBA."""
-    y, x = np.mgrid[-1 : 1 : pixels * 1j, -1 : 1 : pixels * 1j]
-    along = (y + 1) / 2  # 0 at the tip, 1 at the end of the stalk
-    half = 0.6 * np.sin(np.pi * np.minimum(along / 0.9, 1) ** 0.8) ** 1.1 * (1 + 0.1 * np.sin(40 * along))
-    blade, stalk = np.abs(x) < half, (np.abs(x) < 0.03) & (along > 0.85)
-    rib = np.abs((along + 0.5 * np.abs(x)) * 8 % 1 - 0.5) > 0.45
-    light = (1 - 0.3 * np.abs(x)) * np.where(rib | (np.abs(x) < 0.025), 0.75, 1)
-    return (np.dstack([light, light, light, blade | stalk]) * 255).astype(np.uint8)
+def leaf(lobes, sharp, pixels=64):
+    """Draw a leaf with veins and a stalk, as RGBA; particles tint it."""
+    y, x = np.mgrid[1 : -1 : pixels * 1j, -1 : 1 : pixels * 1j]
+    angle, far = np.arctan2(x, y + 0.15), np.hypot(x, y + 0.15)
+    lobe = np.abs(np.cos(lobes / 2 * angle))
+    blade = far < (0.4 + 0.6 * lobe**sharp) * (1 - 0.14 * np.abs(angle))
+    stalk = (np.abs(x) < 0.035) & (y < 0)
+    light = np.where((lobe > 1 - 0.004 / np.maximum(far, 0.05) ** 2) | stalk, 0.72, 1 - 0.25 * far)
+    return (np.dstack([light, light, light, blade | stalk]).clip(0, 1) * 255).astype(np.uint8)
 
 
 ground = Plane((0, 0, 0), (0, 1, 0))
-trunk = Cylinder((2.4, 0, -1.4), (2.2, 6, -1.6), 0.34)
-stones = [Sphere((x, 0.02, z), r) for x, z, r in ((-1.6, 0.6, 0.22), (-1.25, 0.45, 0.15), (0.9, 1.4, 0.18))]
-hedge = Box((-9, 0, -5.4), (9, 0.9, -4.6))
-
-solids = [motes.Solid(ground, (0.16, 0.19, 0.07)), motes.Solid(trunk, (0.11, 0.075, 0.05))]
-solids += [motes.Solid(stone, (0.25, 0.24, 0.22)) for stone in stones]
-solids += [motes.Solid(hedge, (0.04, 0.075, 0.025))]
-camera = motes.Camera((-0.4, 1.25, 6.2), (0, 1.35, 0), fov_deg=34)
+rng = np.random.default_rng(args.seed)
+grass = rng.integers(110, 255, (64, 64, 1)).repeat(3, 2).astype(np.uint8)
+bark = (rng.integers(120, 220, (1, 32, 1)) + rng.integers(-40, 35, (32, 32, 1))).repeat(3, 2).astype(np.uint8)
+limbs = "0 -.1 0 .1 2.6 0 .24  .1 2.5 0 -1.3 4.4 .3 .12  .1 2.5 0 1.2 4.6 -.3 .13  .1 2.5 0 .2 5.2 .1 .14"
+limbs += "  0 1.9 0 1.7 3.2 .7 .08  0 2.1 0 -1.6 3.2 -.6 .08"
+tree = Union(*(Cylinder(a[:3], a[3:6], a[6]) for a in np.array(limbs.split(), float).reshape(-1, 7)))
+balls = "-1.3 4.3 .3 1.25  1.3 4.4 -.3 1.3  .1 5.4 0 1.35  1.6 3.3 .6 .8  -1.6 3.2 -.6 .85  .1 4.1 .9 1"
+crown = Union(*(Sphere(a[:3], a[3]) for a in np.array(balls.split(), float).reshape(-1, 4)))
+stones = [Sphere((x, 0.02, z), r) for x, z, r in ((-2.6, 1.6, 0.3), (-2.15, 1.75, 0.18), (2.3, 2.4, 0.22))]
+solids = [motes.Solid(ground, (0.24, 0.3, 0.03), image=grass, scale=2)]
+solids += [motes.Solid(tree, (0.2, 0.13, 0.09), image=bark, scale=0.7)]
+solids += [motes.Solid(stone, (0.3, 0.29, 0.27)) for stone in stones]
+hills = (((-30, -19, -60), 26, (0.2, 0.12, 0.05)), ((25, -32, -75), 42, (0.17, 0.13, 0.06)))
+solids += [motes.Solid(Sphere(at, wide), color) for at, wide, color in hills]
 renderer = motes.Renderer(
     *args.size,
-    camera=camera,
-    background=(0.52, 0.66, 0.85),
+    camera=motes.Camera((0.6, 1.6, 9.8), (1.1, 2.85, 0), fov_deg=36),
+    background=motes.Gradient((0.5, 0.53, 0.55), (0.05, 0.16, 0.5), (0.16, 0.15, 0.08)),
+    fog=((0.46, 0.47, 0.46), 400),
     objects=solids,
-    sun=(-0.5, 0.7, 0.45),
-    exposure=1.1,
+    sun=(-0.75, 0.55, 0.35),
+    exposure=1.5,
     shutter=0.4,
 )
 world = motes.World(**args.world, renderer=renderer)
 
-picture = leaf()
-tones = [(0.75, 0.06, 0.02), (0.85, 0.24, 0.02), (0.9, 0.45, 0.03), (0.65, 0.13, 0.02), (0.8, 0.6, 0.08)]
+pictures = [leaf(5, 1.6), leaf(5, 1), leaf(3, 1.2), leaf(7, 1.4)]
+card = motes.Sprite("image", image=pictures, facing="orientation", blend="alpha", lit=True, shadow=0.5)
 foliage = []
 for i in range(args.systems):
-    sprite = motes.Sprite("image", pixels=None, blend="alpha", image=picture)
-    leaves = world.system(f"leaves {i}", capacity=args.particles, sprite=sprite)
-    leaves.configure(
-        color=tones[i % len(tones)], up=Sphere((0, 0, 0), 1), size=motes.Uniform((0.07,) * 3, (0.13,) * 3)
+    leaves = world.system(f"leaves {i}", sprite=card, attributes={"loose": 1})
+    red, gold = (
+        ((0.69, 0.03, 0.01), (0.9, 0.58, 0.03)) if i % 2 == 0 else ((0.48, 0.01, 0.01), (0.87, 0.35, 0.01))
     )
-    leaves.configure(rotational_velocity=Sphere((0, 0, 0), 3))
+    leaves.configure(color=Triangle(red, (0.85, 0.14, 0.01), gold))
+    leaves.configure(orientation="random", size=motes.Uniform(0.14, 0.26))
     foliage.append(leaves)
 
-crown = Box((-5, 2.6, -4), (5, 4.2, 3.2))
+flying = Box((-99, 0.03, -99), (99, 99, 99)) & (column("loose") > 0)
 with world, motes.Movie(f"{args.out}/leaves.mp4") as movie:
     for frame in world.frames(args.frames):
         for leaves in foliage:
-            if frame == 0:  # many lie already, and some are on their way
-                leaves.burst(Box((-6, 0.01, -4.4), (6, 0.02, 4)), count=args.particles * 5 // 8)
-                leaves.burst(Box((-5, 0.1, -4), (5, 4, 3.2)), count=args.particles // 16)
-            leaves.source(crown, rate=args.particles / 50, jitter=True)
-            leaves.gravity((0, -9.8, 0), where=Box((-99, 0.03, -99), (99, 99, 99)))
-            leaves.wind((0.35, -0.1, 0.05), drag=11)  # a leaf sinks at a little less than 1 m/s
-            leaves.curl_noise(9, scale=1.1, octaves=2, speed=0.4, where=Box((-99, 0.2, -99), (99, 99, 99)))
-            for solid in (ground, trunk, *stones):
+            if frame == 0:  # most hang on the tree, or lie already; some are on their way
+                leaves.configure(loose=0)
+                leaves.burst(crown, count=args.particles * 5 // 8)
+                leaves.burst(Cylinder((0.6, 0.01, 0.3), (0.6, 0.03, 0.3), 4.5), count=args.particles // 4)
+                leaves.align(to=(0, 1, 0), where=Box((-99, 0, -99), (99, 0.05, 99)))
+                leaves.configure(loose=1, spin=Sphere((0, 0, 0), 6, 2))
+                leaves.burst(Box((-2, 0.2, -2), (4, 4, 2.5)), count=args.particles // 50)
+            leaves.source(crown, rate=args.particles / 40, jitter=True)
+            leaves.gravity((0, -9.8, 0), where=flying)
+            leaves.wind((0.7, -0.1, 0.1), drag=9, where=flying)  # a leaf sinks at 1 m/s
+            leaves.curl_noise(9, scale=1.1, octaves=2, speed=0.4, where=flying)
+            for solid in (ground, *stones):
                 leaves.bounce(solid, restitution=0, friction=0.9)
-            still = Box((-99, -1, -99), (99, 0.04, 99))
-            leaves.set(velocity=(0, 0, 0), rotational_velocity=(0, 0, 0), where=still)
+            leaves.set(velocity=(0, 0, 0), spin=(0, 0, 0), where=~flying)
+            leaves.align(to=(0, 1, 0), rate=6, where=~flying & (column("loose") > 0))
             leaves.move()
         motes.script.end_frame(world, movie, args)

@@ -9,7 +9,7 @@ import math
 
 import motes
 from motes import column
-from motes.shapes import Blob, Cylinder, Disc
+from motes.shapes import Blob, Box, Cylinder, Disc, Plane
 
 args = motes.script.options(__doc__, systems=2, particles=60_000, frames=144, size="960x540")
 
@@ -19,14 +19,23 @@ hole, shining = Disc((-0.6, 0, 0), (1, 0, 0), 0.12), max(1, args.frames // 2)  #
 kinds = [("soft", 0.5, (0.35, 0.6, 1)), ("hard", 1.2, (1, 0.72, 0.3))]  # mean free paths, colours
 half = 0.6745  # half of all normal numbers are farther from 0
 
-bars = [Cylinder((-1.1, 0, 0), hole.center, 0.16)]
+bars = [Cylinder((-1.1, 0, 0), hole.center, 0.16), Box((-1.2, -1.5, -0.2), (-0.9, -0.1, 0.2))]
 for x in (0, thick):
     corners = [(x, -1.3, -1.3), (x, 1.3, -1.3), (x, 1.3, 1.3), (x, -1.3, 1.3)]
-    bars += [Cylinder(a, b, 0.014) for a, b in zip(corners, corners[1:] + corners[:1], strict=True)]
-solids = [motes.Solid(bar, (0.12, 0.13, 0.15)) for bar in bars]
-camera = motes.Camera((4.3, 2.4, 7.4), (1.25, -0.1, 0), fov_deg=34)
+    bars += [Cylinder(a, b, 0.018) for a, b in zip(corners, corners[1:] + corners[:1], strict=True)]
+bars += [Cylinder((0, y, z), (thick, y, z), 0.018) for y in (-1.3, 1.3) for z in (-1.3, 1.3)]
+solids = [motes.Solid(bar, (0.4, 0.45, 0.55)) for bar in bars]
+solids += [motes.Solid(Plane((0, -1.5, 0), (0, 1, 0)), (0.16, 0.17, 0.2))]
+solids += [motes.Solid(Box((screens[1], -1.5, -1.5), (screens[1] + 0.06, 1.5, 1.5)), (0.25, 0.26, 0.3))]
+glows = [((0.7, 0, 0), (1, 0.06, 0.02)), ((3.8, 0, 0), (1, 0.8, 0.45)), ((-1, 1, 1), (0.3, 0.5, 1))]
 renderer = motes.Renderer(
-    *args.size, camera=camera, background=(0.004, 0.005, 0.009), objects=solids, bloom=0.1
+    *args.size,
+    camera=motes.Camera((3.1, 1.7, 6.4), (1.3, -0.1, 0), fov_deg=34),
+    background=motes.Gradient((0.01, 0.014, 0.03), (0.003, 0.004, 0.012)),
+    objects=solids,
+    sun=(0, 0, 0),
+    shutter=2.5,
+    bloom=0.12,
 )
 # Photons do not see each other: they are dealt out by id, and none ever changes its rank.
 world = motes.World(seed=args.seed, axis=None, births="calculators", renderer=renderer, log=args.log)
@@ -37,13 +46,15 @@ position, velocity, left, state, hits = map(column, ("position", "velocity", *ow
 beams = []
 for i in range(args.systems):
     name, path, color = kinds[i % 2]
-    dot = motes.Sprite(height=0.0093)
+    dot = motes.Sprite(height=0.006)
     photons = world.system(f"{name} {i}", capacity=args.particles, sprite=dot, attributes=own)
     photons.configure(velocity=(speed, 0, 0), color=color, alpha=0.1)
     beams.append((photons, path))
 
 with world, motes.Movie(f"{args.out}/shielding.mp4") as movie:
     for frame in world.frames(args.frames):
+        bright = min(1, 1.6 * frame / shining, 1.5 - 0.5 * frame / shining)
+        renderer.lights = [motes.Light(at, color, power=bright) for at, color in glows]
         for photons, path in beams:
             if frame < shining:
                 photons.source(hole, rate=args.particles / (shining * world.dt), jitter=True)

@@ -1,5 +1,7 @@
 """Sparks fly from a welder's arc and bounce: python -m motes run -n 4 examples/welding.py."""
 
+import numpy as np
+
 import motes
 from motes import column
 from motes.shapes import Box, Cone, Cylinder, Plane, Sphere, Union
@@ -23,12 +25,25 @@ legs = Union(
 post = Box((-0.16, 1.05, -0.1), (-0.06, 2.6, 0.1))
 drum = Cylinder((1.9, 0, -1.3), (1.9, 0.95, -1.3), 0.32)
 wall = Box((-6, 0, -3.2), (6, 4, -3))
-solids = [motes.Solid(floor, (0.04, 0.04, 0.045)), motes.Solid(wall, (0.05, 0.05, 0.055))]
-solids += [motes.Solid(Union(girder, post), (0.12, 0.13, 0.15)), motes.Solid(legs, (0.2, 0.14, 0.03))]
-solids += [motes.Solid(drum, (0.05, 0.1, 0.2))]
-camera = motes.Camera((1.1, 1.35, 4.6), (0.1, 1.0, 0), fov_deg=34)
+rng = np.random.default_rng(3)
+brick = np.full((32, 32, 1), 235) - 110 * ((np.mgrid[:32, :32][0] % 8 == 0)[:, :, None])
+brick[:, :, 0] -= (
+    110 * ((np.mgrid[:32, :32][1] + 8 * (np.mgrid[:32, :32][0] // 8 % 2)) % 16 == 0) * (brick[:, :, 0] > 200)
+)
+brick = (brick + rng.integers(-18, 18, (32, 32, 1))).clip(0, 255).repeat(3, 2).astype(np.uint8)
+stained = rng.integers(110, 255, (64, 64, 1)).repeat(3, 2).astype(np.uint8)
+solids = [motes.Solid(floor, (0.17, 0.16, 0.16), image=stained, scale=4)]
+solids += [motes.Solid(wall, (0.3, 0.15, 0.11), image=brick, scale=1.2)]
+solids += [motes.Solid(Union(girder, post), (0.3, 0.31, 0.34)), motes.Solid(legs, (0.5, 0.32, 0.04))]
+solids += [motes.Solid(drum, (0.06, 0.16, 0.42))]
+window = motes.Light((-4, 3.6, 2.5), (0.35, 0.5, 1), 1.6)  # the last of the day
 renderer = motes.Renderer(
-    *args.size, camera=camera, background=(0.001, 0.001, 0.002), sun=(0, 0, 0), shutter=0.6, bloom=0.25
+    *args.size,
+    camera=motes.Camera((1.1, 1.3, 4.6), (0.1, 1.0, 0), fov_deg=34),
+    background=motes.Gradient((0.02, 0.025, 0.04), (0.03, 0.04, 0.07), (0.01, 0.01, 0.01)),
+    sun=(0, 0, 0),
+    shutter=0.6,
+    bloom=0.2,
 )
 world = motes.World(**args.world, substeps=4, renderer=renderer)
 
@@ -41,14 +56,16 @@ crackle = world.system("crackle", sprite=motes.Sprite(pixels=None))
 crackle.configure(
     lifetime=motes.Uniform(0.05, 0.16), size=0.006, velocity=Sphere((0, 0, 0), 1.6), color=(9, 1.6, 0.2)
 )
-smoke = world.system("smoke", sprite=motes.Sprite(pixels=None))
-smoke.configure(lifetime=motes.Uniform(1.2, 2.4), velocity=Sphere((0, 0.5, 0), 0.1), color=(0.35, 0.45, 0.7))
+puff = motes.Sprite(pixels=None, blend="alpha", softness=0.05, lit=True, shadow=0.3)
+smoke = world.system("smoke", sprite=puff)
+smoke.configure(lifetime=motes.Uniform(1.2, 2.8), velocity=Sphere((0, 0.5, 0), 0.15), color=(0.5, 0.5, 0.5))
 
 with world, motes.Movie(f"{args.out}/welding.mp4") as movie:
     for frame in world.frames(args.frames):
         arc = (0.06 + 0.0006 * (frame % 120), 1.06, 0.06)
         flicker = 0.7 + 0.3 * (frame * 7 % 5) / 4
-        renderer.lights = [motes.Light((arc[0], 1.14, 0.14), (0.6, 0.75, 1), power=1 * flicker)]
+        lamp = motes.Light((arc[0], 1.14, 0.16), (0.6, 0.75, 1), power=1.3 * flicker)
+        renderer.lights = [window, lamp, motes.Light((0.1, 0.35, 1), (1, 0.4, 0.1), power=0.25 * flicker)]
         glow = motes.Solid(Sphere(arc, 0.02), (0.75, 0.85, 1), light=25 * flicker)
         renderer.objects = [
             *solids,
@@ -69,11 +86,11 @@ with world, motes.Movie(f"{args.out}/welding.mp4") as movie:
                 sparks.bounce(shape, restitution=0.45, friction=0.25)
             sparks.kill_expired()
             sparks.move()
-        smoke.source(Sphere(arc, 0.03), rate=160, jitter=True)
+        smoke.source(Sphere(arc, 0.03), rate=260, jitter=True)
         smoke.curl_noise(1.1, scale=0.3, octaves=3, speed=0.6)
         smoke.wind((0.05, 0.55, 0), drag=1.2)
         smoke.size_over_life([(0, 0.03), (1, 0.35)])
-        smoke.alpha_over_life([(0, 0.05), (0.2, 0.012), (1, 0)])
+        smoke.alpha_over_life([(0, 0), (0.1, 0.14), (0.4, 0.07), (1, 0)])
         for system in (smoke, crackle):
             system.kill_expired()
             system.move()

@@ -1,8 +1,8 @@
-"""Make what shows the effects: `python docs/scripts/make_gallery.py [--stills] [--loops] [--page] [NAMES]`.
+"""Make what shows the effects: `make_gallery.py [--stills] [--loops] [--opening] [--page] [NAMES]`.
 
 A still of each effect is docs/gallery/NAME.png; a loop of four seconds, out/loops/NAME.mp4 (H.264), is kept
-out of the history. --page writes docs/gallery.md and the README's wall from the scripts. Without an option:
-all of it.
+out of the history. --opening writes the loop at the head of the README, docs/gallery/opening.webp. --page
+writes docs/gallery.md and the README's wall from the scripts. Without an option: all of it.
 """
 
 from __future__ import annotations
@@ -29,20 +29,23 @@ STILLS = ROOT / "docs" / "gallery"
 LOOPS = ROOT / "out" / "loops"
 PAGE = ROOT / "docs" / "gallery.md"
 NO_EFFECTS = ("export", "heterogeneous")
-KEPT_LARGE = ("snow",)  # whose still stands at the head of the README
+OPENING = "autumn"
+"""The effect at the head of the README. Animated WebP needs a tenth of an APNG's bytes."""
 
 SIZE, LOOP_SIZE, FPS = (960, 540), (640, 360), 24
-LOOP_FRAMES, BLENDED = 96, 24
-MOST_BYTES = 250_000
+LOOP_FRAMES, BLENDED, OPENING_STEP = 96, 24, 2
+MOST_BYTES, MOST_BYTES_OPENING = 250_000, 1_500_000
 COLUMNS = 4
 WARM = {"waterfall": 60, "swirl": 110, "volcano": 120, "hail": 24, "smoke": 110, "fountain": 0, "flame": 30}
 """Frames before an effect is in its steady state, where that is more than `USUAL_WARM`."""
 USUAL_WARM = 48
 ONE_SHOT = ("explosion", "galaxy", "dam", "heap", "photo", "two_suns", "flag", "shielding", "bounce_toy")
+ONE_SHOT += ("launch", "letters")
 """What is shown from its start."""
 STILL = {
     **{"explosion": 30, "two_suns": 100, "galaxy": 110, "dam": 44, "heap": 110, "portal": 60, "photo": 60},
-    **{"flag": 30, "smoke": 96, "flamethrower": 48},
+    **{"flag": 40, "smoke": 96, "flamethrower": 48, "confetti": 80, "autumn": 100, "ribbons": 60},
+    **{"launch": 84, "letters": 36},
 }
 """The frame of the still, where it is not the middle of the loop."""
 
@@ -51,12 +54,21 @@ Pixels = NDArray[Any]
 
 def effects() -> list[str]:
     """Return the names of all effects."""
-    return sorted(path.stem for path in EXAMPLES.glob("*.py") if path.stem not in NO_EFFECTS)
+    return sorted(path.stem for path in _scripts() if path.stem not in NO_EFFECTS)
+
+
+def script(name: str) -> Path:
+    """Return the script of an effect."""
+    return next(path for path in _scripts() if path.stem == name)
+
+
+def _scripts() -> list[Path]:
+    return [*EXAMPLES.glob("*.py"), *EXAMPLES.glob("light/*.py")]
 
 
 def sentence(name: str) -> str:
     """Return what the first sentence of a script says about the effect."""
-    head = ast.get_docstring(ast.parse((EXAMPLES / f"{name}.py").read_text())) or ""
+    head = ast.get_docstring(ast.parse(script(name).read_text())) or ""
     return head.split(": python -m motes")[0]
 
 
@@ -71,7 +83,7 @@ def shows(name: str) -> list[str]:
 
 @cache
 def _calls(name: str) -> set[str]:
-    tree = ast.parse((EXAMPLES / f"{name}.py").read_text())
+    tree = ast.parse(script(name).read_text())
     called = {node.func.attr for node in ast.walk(tree) if _is_method_call(node)}
     own = {call for call in dir(motes.System) if not call.startswith("_")} - {"configure", "set", "move"}
     return called & own
@@ -94,7 +106,7 @@ def film(name: str, frames: int, size: tuple[int, int]) -> NDArray[np.uint8]:
     import av
 
     with TemporaryDirectory() as out:
-        job = [sys.executable, str(EXAMPLES / f"{name}.py"), "--frames", str(frames), "--out", out]
+        job = [sys.executable, str(script(name)), "--frames", str(frames), "--out", out]
         environment = {**os.environ, "MOTES_PROGRESS": "off"}
         subprocess.run([*job, "--size", f"{size[0]}x{size[1]}"], check=True, env=environment)
         with av.open(f"{out}/{name}.mp4") as movie:
@@ -128,6 +140,22 @@ def write_loop(path: Path, frames: Pixels) -> None:
             return
 
 
+def write_opening(frames: Pixels) -> None:
+    """Write the loop at the head of the README as an animated WebP."""
+    from PIL import Image
+
+    shots = [
+        Image.fromarray((np.clip(shot, 0, 255) + 0.5).astype(np.uint8)) for shot in frames[::OPENING_STEP]
+    ]
+    shots = [shot.resize(LOOP_SIZE, Image.Resampling.BOX) for shot in shots]
+    path = STILLS / "opening.webp"
+    for quality in range(75, 20, -5):
+        how = {"duration": round(1000 * OPENING_STEP / FPS), "loop": 0, "quality": quality, "method": 5}
+        shots[0].save(path, save_all=True, append_images=shots[1:], **how)
+        if path.stat().st_size <= MOST_BYTES_OPENING:
+            return
+
+
 def write_still(path: Path, picture: Pixels) -> None:
     """Save a picture at half its size, each pixel the mean light of four."""
     from PIL import Image
@@ -139,15 +167,17 @@ def write_still(path: Path, picture: Pixels) -> None:
     Image.fromarray((shown * 255 + 0.5).astype(np.uint8)).save(path, optimize=True)
 
 
-def make(name: str, *, still: bool, loop: bool) -> None:
-    """Render an effect once and write its still and its loop."""
+def make(name: str, *, still: bool, loop: bool, opening: bool) -> None:
+    """Render an effect once and write its still, its loop and the README's."""
     warm = 0 if name in ONE_SHOT else WARM.get(name, USUAL_WARM)
     shown = STILL.get(name, warm + BLENDED + LOOP_FRAMES // 2)
-    shots = film(name, warm + BLENDED + LOOP_FRAMES if loop else shown + 1, SIZE)
-    if still and name not in KEPT_LARGE:
+    shots = film(name, warm + BLENDED + LOOP_FRAMES if loop or opening else shown + 1, SIZE)
+    if still:
         write_still(STILLS / f"{name}.png", shots[shown])
     if loop:
         write_loop(LOOPS / f"{name}.mp4", closed(shots[warm:]))
+    if opening:
+        write_opening(closed(shots[warm:]))
 
 
 def page() -> str:
@@ -158,11 +188,18 @@ def page() -> str:
         "Written by `docs/scripts/make_gallery.py`. Each effect is one short script; pictures lead to it.",
         "`python -m motes demo NAME` runs it and writes `out/NAME.mp4`; `--particles`, `--frames`,",
         "`--size 1920x1080` and `--seed` change it. Effects look the same at any resolution.",
-        "`python docs/scripts/make_gallery.py --loops` makes loops of four seconds, out/loops/NAME.mp4.",
+        "`python docs/scripts/make_gallery.py --loops` makes loops of four seconds, out/loops/NAME.mp4;",
+        "`--opening` makes the README's. [What is still worse](notes/gallery.md) than elsewhere.",
     ]
     for name in effects():
-        methods = ", ".join(f"`{method}`" for method in shows(name)[:5])
-        lines += ["", f"## {name}", "", f"[![{name}](gallery/{name}.png)](../examples/{name}.py)", ""]
+        methods = ", ".join(f"`{method}`" for method in shows(name)[:3])
+        lines += [
+            "",
+            f"## {name}",
+            "",
+            f"[![{name}](gallery/{name}.png)](../{script(name).relative_to(ROOT)})",
+            "",
+        ]
         lines += [f"{sentence(name)} ({methods})."]
     return "\n".join(lines) + "\n"
 
@@ -174,7 +211,7 @@ def wall() -> str:
     for k in range(0, len(names), COLUMNS):
         row = names[k : k + COLUMNS]
         stills = [f"[![{name}](docs/gallery/{name}.png)](docs/gallery.md#{name})" for name in row]
-        scripts = [f"[{name}](examples/{name}.py)" for name in row]
+        scripts = [f"[{name}]({script(name).relative_to(ROOT)})" for name in row]
         for cells in (stills, scripts):
             lines.append("| " + " | ".join(cells + [""] * (COLUMNS - len(row))) + " |")
     return "\n".join(lines) + "\n"
@@ -195,14 +232,16 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    for option in ("stills", "loops", "page"):
+    for option in ("stills", "loops", "opening", "page"):
         parser.add_argument(f"--{option}", action="store_true")
     parser.add_argument("names", nargs="*", metavar="NAMES")
     args = parser.parse_args()
-    everything = not (args.stills or args.loops or args.page)
-    if everything or args.stills or args.loops:
-        for name in args.names or effects():
-            make(name, still=everything or args.stills, loop=everything or args.loops)
+    everything = not (args.stills or args.loops or args.opening or args.page)
+    stills, loops = everything or args.stills, everything or args.loops
+    if stills or loops or args.opening:
+        for name in args.names or (effects() if stills or loops else [OPENING]):
+            opening = name == OPENING and (everything or args.opening)
+            make(name, still=stills, loop=loops, opening=opening)
             loop = LOOPS / f"{name}.mp4"
             print(name, f"{loop.stat().st_size / 1000:.0f} kB" if loop.exists() else "", flush=True)
     if everything or args.page:

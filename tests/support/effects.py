@@ -39,7 +39,16 @@ class Small(NamedTuple):
 
 def names() -> list[str]:
     """Every effect."""
-    return sorted(path.stem for path in EXAMPLES.glob("*.py") if path.stem not in NO_EFFECTS)
+    return sorted(path.stem for path in _scripts() if path.stem not in NO_EFFECTS)
+
+
+def script(name: str) -> Path:
+    """The script of an effect."""
+    return next(path for path in _scripts() if path.stem == name)
+
+
+def _scripts() -> list[Path]:
+    return [*EXAMPLES.glob("*.py"), *EXAMPLES.glob("light/*.py")]
 
 
 def table() -> dict[str, Small]:
@@ -54,7 +63,7 @@ def lines(name: str, options: Sequence[str]) -> list[list[str]]:
     sys.argv = [f"{name}.py", *options]
     try:
         with contextlib.redirect_stdout(said):
-            runpy.run_path(str(EXAMPLES / f"{name}.py"), run_name="__main__")
+            runpy.run_path(str(script(name)), run_name="__main__")
     finally:
         sys.argv = argv
     return [line.split() for line in said.getvalue().splitlines() if line[0].isdigit()]

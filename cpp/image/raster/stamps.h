@@ -54,7 +54,13 @@ struct alignas(64) ImageStamp {
   std::uint8_t rows = 0, strips = 0;    // 0: nothing to be seen
   float share = 0;                      // light of a weight of 1, of an image of one square pixel
   float most = 0;                       // most light of a weight of 1
-  std::uint16_t cover[kPixels], light[3 * kPixels];
+  std::uint8_t covered[kRows * kStrips];
+  union {
+    struct {
+      std::uint16_t cover[kPixels], light[3 * kPixels];
+    } weights;
+    std::uint32_t surface[kPixels];
+  };
 };
 
 /// Widest images, px, that are drawn from stamps: in sizes of 1/8 px, and 256 directions.

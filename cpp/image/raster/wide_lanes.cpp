@@ -5,8 +5,8 @@
 
 #include "image/all_kinds.h"
 #include "image/grid.h"
-#include "image/raster/depth_blocks.h"
 #include "image/raster/disc_lanes.h"
+#include "image/raster/image_stamp_lanes.h"
 #include "image/raster/stamp_lanes.h"
 
 namespace motes::MOTES_ISA {
@@ -194,30 +194,6 @@ template <int kPlanes>
 using PatchKernel = void(const TilePlanes& tile, const Patch<kPlanes>& patch, const Tint& tint, int first, int last,
                          int columns, std::uint32_t depth, float fade);
 
-// Draws a small image from its stamp, as draw_patch(); (column, row): the pixel of its middle.
-template <bool kOver, bool kSaturating, bool kTest>
-void draw_stamp(const TilePlanes& tile, const WideSplat& task, const image::ImageStamp& stamp, const Tint& tint,
-                int column, int row, std::uint32_t depth) {
-  const int top = row + stamp.first, left = column + stamp.left;
-  const int begin = top < 0 ? -top : 0, end = top + stamp.rows < task.rows ? stamp.rows : task.rows - top;
-  for (int strip = 0; strip < stamp.strips; ++strip) {
-    const int at_column = left + strip * kStrip;
-    if (static_cast<unsigned>(at_column + kStrip - 1) >= static_cast<unsigned>(task.columns + kStrip - 1)) continue;
-    for (int r = begin; r < end; ++r) {
-      const int at = kStrip * (strip * image::ImageStamp::kRows + r);
-      Eight cover = load_eight(stamp.cover + at), seen{};
-      if (kTest) {
-        const std::ptrdiff_t pixel = static_cast<std::ptrdiff_t>(top + r) * image::kPixelStride + at_column;
-        seen = seen_of(tile.depth + pixel, depth, task.fade);
-        cover = cover * seen >> 12;
-      }
-      const Eight opacity = kOver ? opacity_of(tint, cover) : Eight{};
-      std::uint32_t* to = tile.light + static_cast<std::ptrdiff_t>(top + r) * image::kLightStride + 3 * at_column;
-      draw_row<4, kOver, kSaturating, kTest>(tint, to, opacity, cover, stamp.light + 3 * at, seen);
-    }
-  }
-}
-
 using StampKernel = void(const TilePlanes& tile, const WideSplat& task, const image::ImageStamp& stamp,
                          const Tint& tint, int column, int row, std::uint32_t depth);
 
@@ -324,19 +300,17 @@ __attribute__((noinline)) void fill(const WideSplat& task, const WideSprite& spr
   kind.weigh(patch);
   Weighed all;
   count(patch, patch.cover, all);
-  stamp.levels = kind.levels();
-  stamp.key = small.key();
   stamp.rows = static_cast<std::uint8_t>(all.sum > 0 ? patch.rows : 0);
   stamp.strips = static_cast<std::uint8_t>(patch.strips);
   stamp.first = static_cast<std::int8_t>(patch.first);
   stamp.left = static_cast<std::int8_t>(patch.start[0]);
   stamp.share = all.sum > 0 ? kind.cover / static_cast<float>(all.sum) : 0;
   stamp.most = image::kMostLight / static_cast<float>(all.most);
-  stamp.part = kind.part;
   for (int strip = 0; strip < patch.strips; ++strip) {
     const int from = kStrip * strip * patch.stride, to = kStrip * strip * image::ImageStamp::kRows;
-    __builtin_memcpy(stamp.cover + to, patch.cover + from, sizeof(std::uint16_t) * kStrip * patch.rows);
-    __builtin_memcpy(stamp.light + 3 * to, patch.light + 3 * from, 3 * sizeof(std::uint16_t) * kStrip * patch.rows);
+    __builtin_memcpy(stamp.weights.cover + to, patch.cover + from, sizeof(std::uint16_t) * kStrip * patch.rows);
+    __builtin_memcpy(stamp.weights.light + 3 * to, patch.light + 3 * from,
+                     3 * sizeof(std::uint16_t) * kStrip * patch.rows);
   }
 }
 
@@ -344,15 +318,12 @@ __attribute__((noinline)) void fill(const WideSplat& task, const WideSprite& spr
 MOTES_INLINE bool draw_small(const TilePlanes& tile, const WideSplat& task, const unsigned char* bytes,
                              const Channels& channel, const Blend& blend, Patch<4>& patch, Directed& directed) {
   const image::WideRecord r = record_of(task, bytes);
-  constexpr int kWidest = static_cast<int>(image::kStampedImage) << image::kSizeBits, kMoves = 1 << image::kWideBits;
-  if (task.image_stamps == nullptr || r.size > kWidest) return false;
-  if (std::int64_t{r.dx} * r.dx + std::int64_t{r.dy} * r.dy >= kMoves * kMoves) return false;
+  if (!has_stamp(task, r)) return false;
   if (tile.hides && r.depth > tile.farthest) return true;
-  const SmallImage small(task, r, bytes, directed);
-  image::ImageStamp& stamp = task.image_stamps[small.place()];
-  if (stamp.levels != small.levels(task) || stamp.key != small.key() || stamp.part != small.part()) {
-    fill(task, sprite_from(task, bytes), small, patch, stamp);
-  }
+  const SmallImage small(task, r, bytes, directed, 0);
+  bool there;
+  image::ImageStamp& stamp = small.stamp(task, there);
+  if (!there) fill(task, sprite_from(task, bytes), small, patch, stamp);
   const float width = static_cast<float>(r.size) * (1.0f / (1 << image::kSizeBits));
   const float unit = width * width * (static_cast<float>(r.light) * (1.0f / image::kAllLight)) * stamp.share;
   std::uint32_t color;
@@ -408,25 +379,6 @@ MOTES_INLINE void keep_vector(const TilePlanes& tile, const PatchPart& part, con
   keep(at.row + kLongs / kStrip, at.first + kLongs % kStrip, covered >> kLongs, second);
 }
 
-// Tells whether everything the sprite would meet is known to be nearer than its front. `extent_x`: half its width with
-// the streak, px.
-MOTES_INLINE bool is_hidden(const TilePlanes& tile, const WideSprite& s, float extent_x, int first, int last,
-                            float front) {
-  if (tile.blocks == nullptr) return false;
-  const int begin = floor_of(s.x - extent_x), end = floor_of(s.x + extent_x) + 1;
-  const int left = (begin > 0 ? begin : 0) >> image::DepthBlocks::kBits;
-  const int right = (end < image::kTile ? end : image::kTile - 1) >> image::DepthBlocks::kBits;
-  float farthest = 0;
-  for (int row = first >> image::DepthBlocks::kBits; row <= last >> image::DepthBlocks::kBits; ++row) {
-    for (int column = left; column <= right; ++column) {
-      const int block = image::DepthBlocks::at(column << image::DepthBlocks::kBits, row << image::DepthBlocks::kBits);
-      const float here = tile.blocks[2 * block + 1];
-      farthest = here > farthest ? here : farthest;
-    }
-  }
-  return front > farthest;
-}
-
 // Draws opaque sprites that know their depth at each pixel.
 template <class Kind>
 void opaque_in_depth(const TilePlanes& tile, const WideSplat& task, const unsigned char* records, std::size_t count) {
@@ -441,10 +393,27 @@ void opaque_in_depth(const TilePlanes& tile, const WideSplat& task, const unsign
   }
 }
 
+// Draws a small opaque image that does not move from its stamp; returns whether it is one.
+MOTES_INLINE bool draw_small_opaque(const TilePlanes& tile, const WideSplat& task, const unsigned char* bytes,
+                                    Directed& directed) {
+  const image::WideRecord r = record_of(task, bytes);
+  if (!has_stamp(task, r)) return false;
+  const SmallImage small(task, r, bytes, directed, SmallImage::kOpaque);
+  bool there;
+  image::ImageStamp& stamp = small.stamp(task, there);
+  if (!there) fill_opaque(task, sprite_from(task, bytes), small, stamp);
+  draw_opaque_stamp(tile, task, stamp, r, small);
+  return true;
+}
+
 template <class Kind>
 void opaque_wide(const TilePlanes& tile, const WideSplat& task, const unsigned char* records, std::size_t count) {
   PatchPart part;
+  [[maybe_unused]] Directed directed;
   for (std::size_t i = 0; i < count; ++i, records += task.record_bytes) {
+    if constexpr (std::is_same_v<Kind, Image>) {
+      if (draw_small_opaque(tile, task, records, directed)) continue;
+    }
     const Kind kind(task, sprite_from(task, records));
     const WideSprite& s = kind.s;
     const Outline o = outline_of(s, s.radius > kind.reach() ? s.radius : kind.reach(), kind.box_x(), kind.box_y());

@@ -3,6 +3,7 @@
 
 #include "image/layout.h"
 #include "image/moments.h"
+#include "image/raster/depth_blocks.h"
 #include "image/raster/patch_lanes.h"
 #include "image/raster/wide_lanes.h"
 #include "simd/floats3.h"
@@ -22,6 +23,29 @@ struct WideSprite {
   std::uint32_t tile;  // number of a tile, as in the record
   const unsigned char* record;
 };
+
+/// Tells whether all that is drawn in columns first_column .. last_column of rows first .. last is known to be nearer.
+MOTES_INLINE bool is_hidden(const image::TilePlanes& tile, int first_column, int last_column, int first, int last,
+                            float depth) {
+  using image::DepthBlocks;
+  if (tile.blocks == nullptr) return false;
+  const int left = (first_column > 0 ? first_column : 0) >> DepthBlocks::kBits;
+  const int right = (last_column < image::kTile ? last_column : image::kTile - 1) >> DepthBlocks::kBits;
+  float farthest = 0;
+  for (int row = first >> DepthBlocks::kBits; row <= last >> DepthBlocks::kBits; ++row) {
+    for (int column = left; column <= right; ++column) {
+      const int block = DepthBlocks::at(column << DepthBlocks::kBits, row << DepthBlocks::kBits);
+      const float here = tile.blocks[2 * block + 1];
+      farthest = here > farthest ? here : farthest;
+    }
+  }
+  return depth > farthest;
+}
+/// `extent_x`: half the sprite's width with the streak, px; `front`: depth of its front.
+MOTES_INLINE bool is_hidden(const image::TilePlanes& tile, const WideSprite& s, float extent_x, int first, int last,
+                            float front) {
+  return is_hidden(tile, floor_of(s.x - extent_x), floor_of(s.x + extent_x) + 1, first, last, front);
+}
 
 /// How a sprite looks at a vector of pixels, 0..1: the covered part of each pixel, and that part times its light.
 struct Glow {

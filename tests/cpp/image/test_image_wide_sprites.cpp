@@ -250,6 +250,45 @@ TEST(image_stamps_of_small_pictures_show_their_picture_and_its_direction) {
   }
 }
 
+// The same across the border of two tiles as within one; what is nearer hides what is farther.
+TEST(image_stamps_of_opaque_pictures_cover_their_area_in_their_colours) {
+  const View view = wide_view(2 * kTile, kTile);
+  meshes::Picture two{16, 8, std::vector<std::uint8_t>(512, 255)};
+  for (std::size_t i = 0; i < 512; i += 4) two.rgba[i < 256 ? i + 1 : i] = two.rgba[i + 2] = 0;
+  const Sprite halves = wide_sprite(Kind::image, Blend::opaque, meshes::keep(std::move(two)));
+  const auto drawn = [&](WideRecord r, double turn, bool hidden) {
+    r.up_x = static_cast<std::int16_t>(std::lround(32767 * std::sin(turn)));
+    r.up_y = static_cast<std::int16_t>(std::lround(-32767 * std::cos(turn)));
+    const std::uint8_t own[] = {200, 100, 50};
+    std::copy_n(own, 3, r.color);
+    Batch batch(halves, Layout::wide, view);
+    batch.put(r);
+    if (hidden) {
+      const float farther = 11;
+      std::memcpy(&r.depth, &farther, sizeof farther);
+      r.color[0] = r.color[1] = 7;
+      batch.put(r);
+    }
+    return whole_picture(view, {batch.piece()});
+  };
+  double covered = 0, expected = 0;
+  for (int i = 0; i < 96; ++i) {
+    const double turn = 0.0654 * i, size = 3 + 0.05 * i, y = -0.2 * (i % 9);
+    const auto at_border = drawn(wide_record(0.3 * (i % 7), y, size), turn, false);
+    const auto within = drawn(wide_record(0.3 * (i % 7) - 32, y, size), turn, true);
+    for (std::size_t p = 0; p < at_border.size(); p += 3) {
+      const double red = at_border[p], green = at_border[p + 1];
+      if (p + 3 * 32 < at_border.size())
+        CHECK(within[p] == at_border[p + 3 * 32] && within[p + 1] == at_border[p + 97]);
+      if (red == 0 && green == 0) continue;
+      covered += 1;
+      CHECK_NEAR(red / (200.0 / 255) + green / (100.0 / 255), 1, 0.25);  // texels in the middle are mixed
+    }
+    expected += size * size / 2;
+  }
+  CHECK_NEAR(covered / expected, 1, 0.03);
+}
+
 // A picture of few texels, shown large: its edge must not be as wide as they are, or tiles beside it would not see it.
 TEST(image_magnified_pictures_have_sharp_edges_in_all_tiles) {
   const View view = wide_view(128, 128);

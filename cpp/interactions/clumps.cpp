@@ -151,18 +151,20 @@ class ExpandedClumps {
 
   // Gives each sphere what its clump remembers for it. What pairs remember that stay listed is in their list.
   void remember(const Side& clumps) {
+    const auto needed = [&](const Touch& touch) {
+      return particles::law_of(touch) == clumps.law && (!clumps.kept || (touch.law & particles::kWall) != 0);
+    };
     std::vector<Touch> touches;
     const std::size_t own = columns_.count();
     for (std::size_t i = 0; i < own && clumps.store->remembers(); ++i) {
       const std::span<const Touch> all = clumps.store->touches(i);
-      for (std::size_t k = 0; k < template_.size() && !all.empty(); ++k) {
+      if (std::none_of(all.begin(), all.end(), needed)) continue;
+      for (std::size_t k = 0; k < template_.size(); ++k) {
         touches.clear();
         for (const Touch& touch : all) {
-          const bool wall = (touch.law & particles::kWall) != 0;
-          if (particles::law_of(touch) != clumps.law || particles::part_of(touch) != k || (clumps.kept && !wall))
-            continue;
+          if (!needed(touch) || particles::part_of(touch) != k) continue;
           touches.push_back(touch);
-          touches.back().law = clumps.law | (wall ? particles::kWall : 0);
+          touches.back().law = clumps.law | (touch.law & particles::kWall);
         }
         if (!touches.empty()) store_.set_touches(k * own + i, touches);
       }
@@ -186,20 +188,24 @@ void take_touches(const Side& side, const particles::Store& spheres, std::size_t
   particles::Store& store = *side.store;
   if (!spheres.remembers() && !store.remembers()) return;
   std::vector<Touch> touches;
+  const auto replaced = [&](const Touch& touch) { return side.last || (touch.law & particles::kWall) != 0; };
   for (std::size_t i = 0; i < store.size(); ++i) {
     touches.clear();
-    const auto replaced = [&](const Touch& touch) { return side.last || (touch.law & particles::kWall) != 0; };
+    bool changes = false;
     for (const Touch& touch : store.touches(i)) {
-      if (particles::law_of(touch) != side.law || !replaced(touch)) touches.push_back(touch);
+      const bool stays = particles::law_of(touch) != side.law || !replaced(touch);
+      if (stays) touches.push_back(touch);
+      changes = changes || !stays;
     }
     for (std::size_t k = 0; k < parts; ++k) {
       for (const Touch& touch : spheres.touches(k * store.size() + i)) {
         if (touch.step != side.now || !replaced(touch)) continue;
         touches.push_back(touch);
         touches.back().law = particles::law_part(touch.law, static_cast<std::uint32_t>(k));
+        changes = true;
       }
     }
-    if (!touches.empty() || !store.touches(i).empty()) store.set_touches(i, touches);
+    if (changes) store.set_touches(i, touches);
   }
 }
 

@@ -77,7 +77,9 @@ TEST(images_refuse_what_reaches_too_far) {
   Images(periods_of(0)).check(match, kInf);
   actions::Action tie;
   tie.kind = actions::Kind::tie;
-  CHECK_THROWS(Images(periods_of(1)).check(tie, 0.1f), std::invalid_argument);
+  Images(periods_of(1)).check(tie, kInf);  // goes to the nearest image
+  const auto far = actions::make(actions::numbers::gravitate<>{.max_radius = 1, .cells = 1});
+  CHECK_THROWS(Images(periods_of(1)).check(far, 1), std::invalid_argument);
 }
 
 }  // namespace

@@ -1,6 +1,9 @@
 #include "driver/asked.h"
 
 #include <fcntl.h>
+#include <pthread.h>
+#include <signal.h>
+#include <time.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -31,6 +34,27 @@ std::string line_of(const balance::Table& table) {
   return line + " " + table.system + "\n";
 }
 
+// While it lives, writing to a pipe that nobody reads any more fails, rather than ending this process.
+class NoPipeSignal {
+ public:
+  NoPipeSignal() {
+    sigemptyset(&pipe_);
+    sigaddset(&pipe_, SIGPIPE);
+    pthread_sigmask(SIG_BLOCK, &pipe_, &before_);
+  }
+  ~NoPipeSignal() {
+    constexpr timespec kNow{};
+    while (sigtimedwait(&pipe_, nullptr, &kNow) < 0 && errno == EINTR) {
+    }
+    pthread_sigmask(SIG_SETMASK, &before_, nullptr);
+  }
+  NoPipeSignal(const NoPipeSignal&) = delete;
+  NoPipeSignal& operator=(const NoPipeSignal&) = delete;
+
+ private:
+  sigset_t pipe_{}, before_{};
+};
+
 // Both ends of a conversation with another program, line by line.
 class Pipes {
  public:
@@ -53,6 +77,7 @@ class Pipes {
   Pipes& operator=(const Pipes&) = delete;
 
   std::string ask(const std::string& line) const {
+    const NoPipeSignal quiet;
     for (std::size_t sent = 0; sent < line.size();) {
       const ssize_t written = write(tables_, line.data() + sent, line.size() - sent);
       if (written < 0 && errno != EINTR) throw std::runtime_error(kGone);

@@ -7,8 +7,10 @@ import json
 import os
 import random
 import resource
+import select
 import struct
 import subprocess
+import threading
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -81,6 +83,30 @@ def replay(program: Path, ranks: int, *arguments: object, env: dict[str, str] | 
 def complaints(result: Result) -> list[str]:
     """The lines in which the driver complains."""
     return said(result.err, "motes_replay: ")
+
+
+def test_a_balancers_program_that_ends_is_named(
+    motes_replay: Path, recorded: dict[str, Recorded], tmp_path: Path
+):
+    """Nobody reads the second table: no signal ends the ranks, whose error says why."""
+    (tmp_path / "facts").write_text("Mine\n0.5 system\n")
+    for name in ("tables", "plans"):
+        os.mkfifo(tmp_path / name)
+    tables = os.open(tmp_path / "tables", os.O_RDONLY | os.O_NONBLOCK)
+    plans = os.open(tmp_path / "plans", os.O_RDWR)
+
+    def answer_once() -> None:
+        os.set_blocking(tables, True)
+        assert select.select([tables], [], [], 60)[0] and os.read(tables, 4096).startswith(b"0 0 x 3 ")
+        os.close(tables)
+        os.write(plans, b"orders\n")
+
+    helper = threading.Thread(target=answer_once)
+    helper.start()
+    ended = replay(motes_replay, 5, recorded["snow"].scene, "--ask", tmp_path)
+    helper.join()
+    os.close(plans)
+    assert ended.code == 1 and "the balancer's program has ended" in ended.text, ended.text
 
 
 @pytest.mark.parametrize("ranks", [1, 3, 5])

@@ -167,24 +167,56 @@ constexpr std::size_t level_start(int level) {
 constexpr std::size_t kLevelStart[image::kShadowLevels] = {level_start(0), level_start(1), level_start(2),
                                                            level_start(3)};
 
-// Shares a particle's depth among the eight cells of its level around it.
-MOTES_INLINE void share_depth(std::int64_t* sums, int level, float column, float row, float layer, float depth) {
-  const int columns = image::kShadowColumns >> level, layers = image::kShadowLayers >> level;
-  const float scale = 1.0f / static_cast<float>(1 << level);
-  const float u = column * scale + 0.5f, v = row * scale + 0.5f, w = layer * scale + 0.5f;  // above 0
-  const int i = static_cast<int>(u), j = static_cast<int>(v), k = static_cast<int>(w);
-  const float right = u - static_cast<float>(i), below = v - static_cast<float>(j), beyond = w - static_cast<float>(k);
-  const auto within = [](int at, int count) { return at < 0 ? 0 : at < count ? at : count - 1; };
-  const int is[2] = {within(i - 1, columns), within(i, columns)}, js[2] = {within(j - 1, columns), within(j, columns)};
-  const int ks[2] = {within(k - 1, layers), within(k, layers)};
-  std::int64_t* const start = sums + kLevelStart[level];
+// Depths of a vector of particles, shared among the eight cells of their levels around each: pairs of cells along a
+// row, in two rows of two layers.
+struct Shares {
+  unsigned lanes = 0;  // which ones count
+  std::int32_t cell[4][kLanes], next[kLanes];  // of each pair: the first cell, and how much farther the other one is
+  std::int32_t depth[8][kLanes];
+};
+
+// The level of each particle: what depends on it.
+struct Level {
+  Floats scale;
+  Ints columns, layers, start;
+};
+
+MOTES_INLINE void share_depths(const Level& level, const InGrid& at, Floats depth, unsigned lanes, Shares& to) {
+  const Floats u = at.column * level.scale + 0.5f, v = at.row * level.scale + 0.5f, w = at.layer * level.scale + 0.5f;
+  const Ints i = to_ints(u), j = to_ints(v), k = to_ints(w);  // above 0
+  const Floats right = u - to_floats(i), below = v - to_floats(j), beyond = w - to_floats(k);
+  const auto within = [](Ints at_cell, Ints count) { return min_ints(max_ints(at_cell, Ints{}), count - 1); };
+  const Ints first = within(i - 1, level.columns);
+  store_mask(to.next, within(i, level.columns) - first);
+  const Ints js[2] = {within(j - 1, level.columns), within(j, level.columns)};
+  const Ints ks[2] = {within(k - 1, level.layers), within(k, level.layers)};
   for (int c = 0; c < 2; ++c) {
-    const float in_layer = depth * (c == 0 ? 1.0f - beyond : beyond);
+    const Floats in_layer = depth * (c == 0 ? 1.0f - beyond : beyond);
     for (int b = 0; b < 2; ++b) {
-      const float in_row = in_layer * (b == 0 ? 1.0f - below : below);
-      std::int64_t* const line = start + (static_cast<std::ptrdiff_t>(ks[c]) * columns + js[b]) * columns;
-      line[is[0]] += static_cast<std::int32_t>(in_row * (1.0f - right) + 0.5f);
-      line[is[1]] += static_cast<std::int32_t>(in_row * right + 0.5f);
+      const Floats in_row = in_layer * (b == 0 ? 1.0f - below : below);
+      const int pair = 2 * c + b;
+      store_mask(to.cell[pair], (ks[c] * level.columns + js[b]) * level.columns + first + level.start);
+      store_mask(to.depth[2 * pair], to_ints(in_row * (1.0f - right) + 0.5f));
+      store_mask(to.depth[2 * pair + 1], to_ints(in_row * right + 0.5f));
+    }
+  }
+  to.lanes = lanes;
+}
+
+MOTES_INLINE void prefetch(const std::int64_t* sums, const Shares& shares) {
+  for (unsigned lanes = shares.lanes; lanes != 0; lanes &= lanes - 1) {
+    const auto lane = static_cast<std::size_t>(__builtin_ctz(lanes));
+    for (const std::int32_t (&cell)[kLanes] : shares.cell) __builtin_prefetch(sums + cell[lane], 1);
+  }
+}
+
+MOTES_INLINE void add(std::int64_t* sums, const Shares& shares) {
+  for (unsigned lanes = shares.lanes; lanes != 0; lanes &= lanes - 1) {
+    const auto lane = static_cast<std::size_t>(__builtin_ctz(lanes));
+    for (std::size_t pair = 0; pair < 4; ++pair) {
+      std::int64_t* const to = sums + shares.cell[pair][lane];
+      to[0] += shares.depth[2 * pair][lane];
+      to[shares.next[lane]] += shares.depth[2 * pair + 1][lane];
     }
   }
 }
@@ -201,26 +233,31 @@ MOTES_INLINE Floats optical_depth(Floats area, Floats cell, Floats opacity) {
 
 void add_depths(const image::ShadowTask& t, const image::ShadowSpace& space, std::size_t first, std::size_t last,
                 std::int64_t* sums) {
+  Shares shares[2];  // one is on its way from memory while the other is computed
+  int now = 0;
   for (std::size_t i = first; i < last; i += kLanes) {
     const ShadowCaster c = caster_at(t, i, last);
     const InGrid at = in_grid(space, c.place);
     const Mask counts = c.counts & at.known & (at.layer >= 0.0f) & (at.layer <= float{image::kShadowLayers});
     if (!any(counts)) continue;
     const Floats diameter = diameter_at(t.width, t.particles, c.place, i), wide = diameter * 0.6f;
-    Ints level{};
+    Level level{all(1.0f), all_ints(image::kShadowColumns), all_ints(image::kShadowLayers), Ints{}};
     Floats cell = at.width;
     for (int k = 1; k < image::kShadowLevels; ++k) {
       const Mask wider = wide > at.width * static_cast<float>(1 << (k - 1));
-      level = select(wider, all_ints(k), level);
+      level.scale = select(wider, all(1.0f / static_cast<float>(1 << k)), level.scale);
+      level.columns = select(wider, all_ints(image::kShadowColumns >> k), level.columns);
+      level.layers = select(wider, all_ints(image::kShadowLayers >> k), level.layers);
+      level.start = select(wider, all_ints(static_cast<int>(kLevelStart[k])), level.start);
       cell = select(wider, at.width * static_cast<float>(1 << k), cell);
     }
     const Floats depth = optical_depth(diameter * diameter * (kHalfTurnRadians / 4), cell, c.opacity);
-    const Mask shades = counts & (depth >= 1.0f);
-    for (std::size_t lane = 0; lane < kLanes; ++lane) {
-      if (shades[lane] == 0) continue;
-      share_depth(sums, level[lane], at.column[lane], at.row[lane], at.layer[lane], depth[lane]);
-    }
+    share_depths(level, at, depth, bits_of(counts & (depth >= 1.0f)), shares[now]);
+    prefetch(sums, shares[now]);
+    now = 1 - now;
+    add(sums, shares[now]);
   }
+  add(sums, shares[1 - now]);
 }
 
 }  // namespace

@@ -62,6 +62,11 @@ def script(name: str) -> Path:
     return next(path for path in _scripts() if path.stem == name)
 
 
+def still(name: str) -> Path:
+    """Return the still of an effect, which lies as its script does."""
+    return (STILLS / script(name).relative_to(EXAMPLES)).with_suffix(".png")
+
+
 def _scripts() -> list[Path]:
     return [*EXAMPLES.glob("*.py"), *EXAMPLES.glob("light/*.py")]
 
@@ -167,13 +172,13 @@ def write_still(path: Path, picture: Pixels) -> None:
     Image.fromarray((shown * 255 + 0.5).astype(np.uint8)).save(path, optimize=True)
 
 
-def make(name: str, *, still: bool, loop: bool, opening: bool) -> None:
+def make(name: str, *, stills: bool, loop: bool, opening: bool) -> None:
     """Render an effect once and write its still, its loop and the README's."""
     warm = 0 if name in ONE_SHOT else WARM.get(name, USUAL_WARM)
     shown = STILL.get(name, warm + BLENDED + LOOP_FRAMES // 2)
     shots = film(name, warm + BLENDED + LOOP_FRAMES if loop or opening else shown + 1, SIZE)
-    if still:
-        write_still(STILLS / f"{name}.png", shots[shown])
+    if stills:
+        write_still(still(name), shots[shown])
     if loop:
         write_loop(LOOPS / f"{name}.mp4", closed(shots[warm:]))
     if opening:
@@ -197,7 +202,7 @@ def page() -> str:
             "",
             f"## {name}",
             "",
-            f"[![{name}](gallery/{name}.png)](../{script(name).relative_to(ROOT)})",
+            f"[![{name}]({still(name).relative_to(PAGE.parent)})](../{script(name).relative_to(ROOT)})",
             "",
         ]
         lines += [f"{sentence(name)} ({methods})."]
@@ -210,7 +215,7 @@ def wall() -> str:
     lines = ["|" + " |" * COLUMNS, "|" + "---|" * COLUMNS]
     for k in range(0, len(names), COLUMNS):
         row = names[k : k + COLUMNS]
-        stills = [f"[![{name}](docs/gallery/{name}.png)](docs/gallery.md#{name})" for name in row]
+        stills = [f"[![{name}]({still(name).relative_to(ROOT)})](docs/gallery.md#{name})" for name in row]
         scripts = [f"[{name}]({script(name).relative_to(ROOT)})" for name in row]
         for cells in (stills, scripts):
             lines.append("| " + " | ".join(cells + [""] * (COLUMNS - len(row))) + " |")
@@ -241,7 +246,7 @@ def main() -> None:
     if stills or loops or args.opening:
         for name in args.names or (effects() if stills or loops else [OPENING]):
             opening = name == OPENING and (everything or args.opening)
-            make(name, still=stills, loop=loops, opening=opening)
+            make(name, stills=stills, loop=loops, opening=opening)
             loop = LOOPS / f"{name}.mp4"
             print(name, f"{loop.stat().st_size / 1000:.0f} kB" if loop.exists() else "", flush=True)
     if everything or args.page:

@@ -36,7 +36,7 @@ solids = [motes.Solid(floor, (0.17, 0.16, 0.16), image=stained, scale=4)]
 solids += [motes.Solid(wall, (0.3, 0.15, 0.11), image=brick, scale=1.2)]
 solids += [motes.Solid(Union(girder, post), (0.3, 0.31, 0.34)), motes.Solid(legs, (0.5, 0.32, 0.04))]
 solids += [motes.Solid(drum, (0.06, 0.16, 0.42))]
-window = motes.Light((-4, 3.6, 2.5), (0.35, 0.5, 1), 1.6)  # the last of the day
+window = motes.Light((-4, 3.6, 2.5), (0.35, 0.5, 1), 4)  # the last of the day
 renderer = motes.Renderer(
     *args.size,
     camera=motes.Camera((1.1, 1.3, 4.6), (0.1, 1.0, 0), fov_deg=34),

@@ -10,19 +10,19 @@ from sphinx.application import Sphinx
 
 from _site.pages import ROOT
 
-STILL = re.compile(r"^\[!\[(\w+)\]\((gallery/\w+\.png)\)\]\([^)]*\)$", re.MULTILINE)
+STILL = re.compile(r"^\[!\[(\w+)\]\((gallery/[\w/]+\.png)\)\]\([^)]*\)$", re.MULTILINE)
 PAGE = "gallery"
 
 
 def loops(app: Sphinx) -> dict[str, Path]:
     """Return the loops of the gallery's effects by name; others may be left from effects that are gone."""
     made = sorted((ROOT / app.config.site_loops).glob("*.mp4"))
-    return {path.stem: path for path in made if still_of(app, path.stem).is_file()}
+    return {path.stem: path for path in made if still_of(app, path.stem)}
 
 
-def still_of(app: Sphinx, name: str) -> Path:
-    """Return the place of an effect's still."""
-    return Path(app.srcdir) / "gallery" / f"{name}.png"
+def still_of(app: Sphinx, name: str) -> Path | None:
+    """Return the place of an effect's still; None: there is none."""
+    return next((Path(app.srcdir) / "gallery").rglob(f"{name}.png"), None)
 
 
 def moving(app: Sphinx, docname: str, source: list[str]) -> None:
@@ -50,10 +50,12 @@ def copy(app: Sphinx, exception: Exception | None) -> None:
     if exception is not None or app.builder.format != "html":
         return
     for name, path in loops(app).items():
-        for file, folder in ((path, "loops"), (still_of(app, name), "gallery")):
-            place = Path(app.outdir) / folder
-            place.mkdir(exist_ok=True)
-            shutil.copyfile(file, place / file.name)
+        copies = {path: Path(app.outdir) / "loops" / path.name}
+        if still := still_of(app, name):
+            copies[still] = Path(app.outdir) / still.relative_to(app.srcdir)
+        for file, place in copies.items():
+            place.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(file, place)
 
 
 def setup(app: Sphinx) -> dict[str, bool]:

@@ -33,7 +33,7 @@ OPENING = "autumn"
 """The effect at the head of the README. Animated WebP needs a tenth of an APNG's bytes."""
 
 SIZE, LOOP_SIZE, FPS = (960, 540), (640, 360), 24
-LOOP_FRAMES, BLENDED, OPENING_STEP = 96, 24, 2
+LOOP_FRAMES, BLENDED = 96, 24
 MOST_BYTES, MOST_BYTES_OPENING = 250_000, 1_500_000
 COLUMNS = 4
 WARM = {"waterfall": 60, "swirl": 110, "volcano": 120, "hail": 24, "smoke": 110, "fountain": 0, "flame": 30}
@@ -60,6 +60,11 @@ def effects() -> list[str]:
 def script(name: str) -> Path:
     """Return the script of an effect."""
     return next(path for path in _scripts() if path.stem == name)
+
+
+def still(name: str) -> Path:
+    """Return the still of an effect, which lies as its script does."""
+    return (STILLS / script(name).relative_to(EXAMPLES)).with_suffix(".png")
 
 
 def _scripts() -> list[Path]:
@@ -144,13 +149,11 @@ def write_opening(frames: Pixels) -> None:
     """Write the loop at the head of the README as an animated WebP."""
     from PIL import Image
 
-    shots = [
-        Image.fromarray((np.clip(shot, 0, 255) + 0.5).astype(np.uint8)) for shot in frames[::OPENING_STEP]
-    ]
+    shots = [Image.fromarray((np.clip(shot, 0, 255) + 0.5).astype(np.uint8)) for shot in frames]
     shots = [shot.resize(LOOP_SIZE, Image.Resampling.BOX) for shot in shots]
     path = STILLS / "opening.webp"
     for quality in range(75, 20, -5):
-        how = {"duration": round(1000 * OPENING_STEP / FPS), "loop": 0, "quality": quality, "method": 5}
+        how = {"duration": round(1000 / FPS), "loop": 0, "quality": quality, "method": 5}
         shots[0].save(path, save_all=True, append_images=shots[1:], **how)
         if path.stat().st_size <= MOST_BYTES_OPENING:
             return
@@ -167,13 +170,13 @@ def write_still(path: Path, picture: Pixels) -> None:
     Image.fromarray((shown * 255 + 0.5).astype(np.uint8)).save(path, optimize=True)
 
 
-def make(name: str, *, still: bool, loop: bool, opening: bool) -> None:
+def make(name: str, *, stills: bool, loop: bool, opening: bool) -> None:
     """Render an effect once and write its still, its loop and the README's."""
     warm = 0 if name in ONE_SHOT else WARM.get(name, USUAL_WARM)
     shown = STILL.get(name, warm + BLENDED + LOOP_FRAMES // 2)
     shots = film(name, warm + BLENDED + LOOP_FRAMES if loop or opening else shown + 1, SIZE)
-    if still:
-        write_still(STILLS / f"{name}.png", shots[shown])
+    if stills:
+        write_still(still(name), shots[shown])
     if loop:
         write_loop(LOOPS / f"{name}.mp4", closed(shots[warm:]))
     if opening:
@@ -197,7 +200,7 @@ def page() -> str:
             "",
             f"## {name}",
             "",
-            f"[![{name}](gallery/{name}.png)](../{script(name).relative_to(ROOT)})",
+            f"[![{name}]({still(name).relative_to(PAGE.parent)})](../{script(name).relative_to(ROOT)})",
             "",
         ]
         lines += [f"{sentence(name)} ({methods})."]
@@ -210,7 +213,7 @@ def wall() -> str:
     lines = ["|" + " |" * COLUMNS, "|" + "---|" * COLUMNS]
     for k in range(0, len(names), COLUMNS):
         row = names[k : k + COLUMNS]
-        stills = [f"[![{name}](docs/gallery/{name}.png)](docs/gallery.md#{name})" for name in row]
+        stills = [f"[![{name}]({still(name).relative_to(ROOT)})](docs/gallery.md#{name})" for name in row]
         scripts = [f"[{name}]({script(name).relative_to(ROOT)})" for name in row]
         for cells in (stills, scripts):
             lines.append("| " + " | ".join(cells + [""] * (COLUMNS - len(row))) + " |")
@@ -241,7 +244,7 @@ def main() -> None:
     if stills or loops or args.opening:
         for name in args.names or (effects() if stills or loops else [OPENING]):
             opening = name == OPENING and (everything or args.opening)
-            make(name, still=stills, loop=loops, opening=opening)
+            make(name, stills=stills, loop=loops, opening=opening)
             loop = LOOPS / f"{name}.mp4"
             print(name, f"{loop.stat().st_size / 1000:.0f} kB" if loop.exists() else "", flush=True)
     if everything or args.page:

@@ -35,19 +35,19 @@ trees += "  7.5 -12 .4  -3.4 -14 .35  .9 -17 .35  -8 -15 .4  5.5 -17 .4"
 solids = [motes.Solid(ground, (0.17, 0.1, 0.05), image=soil, scale=0.9)]
 for x, z, wide in np.array(trees.split(), float).reshape(-1, 3):
     trunk = Cylinder((x, -0.1, z), (x + 0.4, 30, z), wide)
-    solids.append(motes.Solid(trunk, (0.15, 0.1, 0.075), image=bark, scale=0.5))
+    solids.append(motes.Solid(trunk, (0.09, 0.06, 0.045), image=bark, scale=0.5))
 
 # The sky is a picture: light around a sun that is seen, and shines against the camera.
 sun = np.array([-0.17, 0.22, -0.96])
 down, right = np.mgrid[0.5:128, 0.5:256] * np.pi / 128
 sky = np.stack([-np.sin(down) * np.sin(right), np.cos(down), np.sin(down) * np.cos(right)], axis=2)
 away = (1 - sky @ sun).clip(0)[:, :, None]
-sky = np.array([0.5, 0.24, 0.07]) / (1 + 9 * away) + np.array([30, 17, 6]) / (1 + (900 * away) ** 2)
+sky = np.array([0.55, 0.22, 0.05]) / (1 + 9 * away) + np.array([30, 13, 3]) / (1 + (900 * away) ** 2)
 renderer = motes.Renderer(
     *args.size,
     camera=motes.Camera((0.1, 0.42, 2.7), (0, 0.6, 0), fov_deg=36, focus=2.6, aperture=0.03),
-    background=(sky + (0.3, 0.17, 0.07)).round(3),
-    fog=((0.55, 0.3, 0.11), 24),
+    background=(sky + (0.3, 0.16, 0.065)).round(3),
+    fog=((0.56, 0.29, 0.1), 26),
     objects=solids,
     lights=[motes.Light((3, 4, 6), (1, 0.75, 0.5), 6)],  # what the wood behind the camera throws back
     sun=sun,

@@ -62,11 +62,11 @@ def test_an_effect_is_as_bright_at_any_resolution(name: str, tmp_path: Path):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_stills_are_neither_dark_nor_empty(name: str):
-    picture = make_gallery.pixels(STILLS / f"{name}.png")
+    picture = make_gallery.pixels(make_gallery.still(name))
     assert (picture.max(axis=2) > 80).mean() > 0.01, "dark"
     assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 200, "empty"
     assert picture.shape == (270, 480, 3)
-    assert (STILLS / f"{name}.png").stat().st_size < 300_000
+    assert make_gallery.still(name).stat().st_size < 300_000
 
 
 def test_scripts_are_short_and_say_how_they_are_run():
@@ -80,11 +80,14 @@ def test_scripts_are_short_and_say_how_they_are_run():
 
 def test_the_readme_and_the_page_show_all_effects_and_no_other():
     readme = (effects.ROOT / "README.md").read_text()
-    assert re.findall(r"\[!\[(\w+)\]\(docs/gallery/\1\.png\)\]\(docs/gallery\.md#\1\)", readme) == NAMES
+    assert (
+        re.findall(r"\[!\[(\w+)\]\(docs/gallery/(?:light/)?\1\.png\)\]\(docs/gallery\.md#\1\)", readme)
+        == NAMES
+    )
     assert (effects.ROOT / "docs" / "gallery.md").read_text() == make_gallery.page(), (
         "python docs/scripts/make_gallery.py --page"
     )
-    assert sorted(path.stem for path in STILLS.glob("*.png")) == NAMES
+    assert sorted(path.stem for path in STILLS.rglob("*.png")) == NAMES
 
 
 def test_the_page_says_which_actions_an_effect_shows():

@@ -229,5 +229,5 @@ def test_the_gallery_moves_where_a_loop_has_been_made(site):
     assert re.findall(r'<video [^>]*src="([^"]*)"', page) == [f"loops/{LOOP}.mp4"]
     assert (site / "loops" / f"{LOOP}.mp4").read_bytes() == b"a film"
     assert len(list((site / "loops").iterdir())) == 1
-    stills = len(list((DOCS / "gallery").glob("*.png")))
+    stills = len(list((DOCS / "gallery").rglob("*.png")))
     assert page.count("<img ") == stills - 1

@@ -289,6 +289,24 @@ TEST(image_stamps_of_opaque_pictures_cover_their_area_in_their_colours) {
   CHECK_NEAR(covered / expected, 1, 0.03);
 }
 
+TEST(image_stamps_of_opaque_pictures_are_others_than_those_of_light) {
+  const View view = wide_view(64, 64);
+  std::vector<Batch> batches;
+  for (const Blend blend : {Blend::opaque, Blend::add, Blend::opaque}) {
+    batches.emplace_back(wide_sprite(Kind::image, blend, two_colors()), Layout::wide, view);
+    batches.back().put(wide_record(16.0 * static_cast<double>(batches.size()) - 32, 0, 6));
+  }
+  std::vector<float> sum(3 * 64 * 64);
+  std::vector<Piece> pieces;
+  for (const Batch& batch : batches) {
+    pieces.push_back(batch.piece());
+    const auto alone = whole_picture(view, {batch.piece()});
+    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += alone[i];
+  }
+  const auto all = whole_picture(view, pieces);
+  for (std::size_t i = 0; i < sum.size(); ++i) CHECK_NEAR(all[i], sum[i], 1e-6);
+}
+
 // A picture of few texels, shown large: its edge must not be as wide as they are, or tiles beside it would not see it.
 TEST(image_magnified_pictures_have_sharp_edges_in_all_tiles) {
   const View view = wide_view(128, 128);

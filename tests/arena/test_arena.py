@@ -138,3 +138,10 @@ def test_ranks_play_and_verify(tmp_path: Path, capsys: pytest.CaptureFixture[str
     assert [row["balancer"] for row in rows] == players and {row["machine"] for row in rows} == {"2 ranks"}
     assert len({row["digest"] for row in rows}) == 1 and rows[0]["digest"]
     assert all(row["verified"] and row["seconds"] > 0 for row in rows) and rows[0]["moved"] == 0
+
+
+def test_metis_plays_where_it_is_installed(capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("pymetis")
+    metis = f"{Path(__file__).parent / 'metis.py'}:Metis"
+    assert main(["arena", "--workload", "step", "--balancer", metis, "--cluster", "two_kinds", "--json"]) == 0
+    assert "Metis" in capsys.readouterr().out

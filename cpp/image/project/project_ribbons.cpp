@@ -179,7 +179,7 @@ class RibbonMaker {
 
   // Pixels around the line that a point's part of the ribbon may touch.
   float reach(const RibbonRecord& r, const RibbonPoint& p) const {
-    const float along = std::min(p.along, 1.0f) - static_cast<float>(r.up_y) * kRunUnit;
+    const float along = std::min(p.along, 1.0f);
     const float half = ribbon_half(r.width * static_cast<float>(now_.focal_px), 1 / p.depth, along);
     const float spread = spread_at(blur_, static_cast<float>(view_.camera.focus), 1 / p.depth);
     return half + 2 + 1.25f * std::min(std::abs(spread), kMostPosedReach) + (blur_ > 0 ? 2.0f : 0.0f);

@@ -105,7 +105,7 @@ struct Ribbon {
   float half_x, half_y;
   bool fades;
   float run;        // part of the length that the head ran while the shutter was open
-  bool simple;      // what it is seen from does not change, and its head does not run
+  bool simple;      // it is in focus
   float least = 0;  // half of a width, px: what is narrower is drawn so wide, and fainter
 
   // What it looks like at one time, from one place on the lens.
@@ -113,20 +113,17 @@ struct Ribbon {
     float part;            // from now back to the shutter's opening
     float lens_x, lens_y;  // on a lens of radius 1
     float round;           // see image::Moment
-    float longer;          // 1 / what was left of its length
   };
 
   template <class Use>
   MOTES_INLINE void for_each_time(const Use& use) const {
     if (simple) {
       for (int step = 0; step < steps; ++step)
-        use(Time{(static_cast<float>(step) + 0.5f) / static_cast<float>(steps), 0, 0, 0.5f, 1});
+        use(Time{(static_cast<float>(step) + 0.5f) / static_cast<float>(steps), 0, 0, 0.5f});
       return;
     }
-    image::for_each_moment(steps, [&](int, const image::Moment& m) {
-      const float part = 0.5f - m.time;
-      use(Time{part, m.lens_x, m.lens_y, m.round, 1 / (1 - run * part)});
-    });
+    image::for_each_moment(steps,
+                           [&](int, const image::Moment& m) { use(Time{0.5f - m.time, m.lens_x, m.lens_y, m.round}); });
   }
 
   // Per pixel of the tile: the place of the ribbon that it shows.
@@ -197,7 +194,6 @@ struct Ribbon {
     for (int j = 0; j < joints; ++j) {
       float wide = half[j] > 0 ? half[j] : 0;
       if (!simple) {
-        if (wide > 0) wide *= (left[j] + run) / left[j];
         wide = (wide > least ? wide : least) + size_of(spread[j]);
       }
       wide += 1;
@@ -220,14 +216,11 @@ struct Ribbon {
       moved = way > moved ? way : moved;
       blur = blur > size_of(spread[j]) ? blur : size_of(spread[j]);
     }
-    const float ran = run * path[joints - 1];
-    if (!(ran > 0.5f)) run = 0;
-    simple = run == 0 && !(task.blur > 0);
+    simple = !(task.blur > 0);
     while (steps < kMostSteps && static_cast<float>(steps) < moved) steps *= 2;
     if (simple) return;
-    const float way = moved > ran ? moved : ran;
-    steps = image::moments_for(way < kMostSteps ? way : kMostSteps, 2 * blur, task.blur > 0 ? kMostSteps : 1);
-    least = task.blur > 0 ? 0.5f * image::lens_gap(2 * blur, steps) : 0;
+    steps = image::moments_for(moved, 2 * blur, image::kFewestMoments);
+    least = 0.5f * image::lens_gap(2 * blur, steps);
   }
 
   MOTES_INLINE Piece piece_of(int k, const Time& time) const {
@@ -246,10 +239,10 @@ struct Ribbon {
     p.way_y = end_y - p.y;
     const float square = p.way_x * p.way_x + p.way_y * p.way_y;
     p.per_square = square > 1e-12f ? 1 / square : 0;
-    p.half = half[k] * time.longer;
-    p.half_more = (half[k + 1] - half[k]) * time.longer;
-    p.left = left[k] * time.longer;
-    p.left_more = (left[k + 1] - left[k]) * time.longer;
+    p.half = half[k];
+    p.half_more = half[k + 1] - half[k];
+    p.left = left[k];
+    p.left_more = left[k + 1] - left[k];
     p.inverse = inverse[k];
     p.inverse_more = inverse[k + 1] - inverse[k];
     p.path = path[k];
@@ -264,11 +257,9 @@ struct Ribbon {
   template <class Use>
   MOTES_INLINE void for_each_place(int k, const Time& time, int first, int last, const Use& use) const {
     const Piece p = piece_of(k, time);
-    float wide = (half[k] > half[k + 1] ? half[k] : half[k + 1]) * time.longer + 1;
+    float wide = (half[k] > half[k + 1] ? half[k] : half[k + 1]) + 1;
     if (!(wide > 1)) return;
     wide = wide > least + 1 ? wide : least + 1;
-    const float begin = p.left > 1 ? (1 - p.left) / p.left_more : 0;  // where the head was
-    if (!(begin <= 1)) return;
     const auto low = [&](float at, float way) { return floor_of((way < 0 ? at + way : at) - wide) + 1; };
     const auto high = [&](float at, float way) { return floor_of((way > 0 ? at + way : at) + wide); };
     const int above = low(p.y, p.way_y), below = high(p.y, p.way_y);
@@ -279,7 +270,7 @@ struct Ribbon {
       const float down = static_cast<float>(row) - p.y;
       for (int at = column; at <= right; at += kWidth) {
         const Floats across = numbers_from(at) - p.x;
-        const Floats along = clamp((across * p.way_x + down * p.way_y) * p.per_square, begin, 1);
+        const Floats along = clamp((across * p.way_x + down * p.way_y) * p.per_square, 0, 1);
         const Floats aside_x = across - along * p.way_x, aside_y = down - along * p.way_y;
         use(p, row, at, along, sqrt(aside_x * aside_x + aside_y * aside_y));
       }
@@ -313,6 +304,8 @@ struct Ribbon {
     } else {
       const Floats covered = clamp(min(inside + 0.5f, half * 2.0f), 0, 1);
       score = fades ? covered * max(left, Floats{}) : only(left > 0.0f, covered);
+      // A place is there for the part of the time in which the head has passed it.
+      if (run > 0) score = score * clamp((1.0f - left) * (1 / run), 0, 1);
       if (least > 0) score = only(own > 0.0f, score * (own / half));
       if (walls.depth != nullptr) score = score * visible(piece, row, column, along);
     }

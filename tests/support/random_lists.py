@@ -17,7 +17,7 @@ from random_laws import BETWEEN_KINDS, law, readable
 from random_worlds import PERIODS, allowed, balancers
 
 from motes import actions
-from motes._values.axes import CURVES, in_a_row
+from motes._values.space import CURVES, in_a_row
 
 __all__ = ["FRAMES", "HEADER", "KINDS", "script"]
 

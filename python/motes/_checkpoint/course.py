@@ -14,7 +14,7 @@ from .._run.losses import taken_over
 from .._run.process import OpenRun, process
 from .._run.run_file import motes_version
 from .._run.settings import RunSettings
-from .._values.periodic import ends_of
+from .._values.space import ends_of
 from ..errors import CheckpointError
 from . import folder
 from .finding import Found

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, Self
 from .._values import environment
 from .._values.checkpoint import Checkpoint
 from .._values.live import Live
-from .._values.periodic import Period, ends_of
+from .._values.space import Period, ends_of
 from ..balance import policy_of
 
 __all__ = ["RunSettings"]

@@ -6,7 +6,7 @@ from typing import Any
 
 from .._particles.particles import Particles
 from .._values import arguments
-from .._values.periodic import unwrap
+from .._values.space import unwrap
 from ..errors import ArgumentError
 from .recorded import Recorded
 

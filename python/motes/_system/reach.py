@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from .. import actions
-from .._values.periodic import Period, half_period
+from .._values.space import Period, half_period
 from ..actions.base import Action
 from ..errors import ArgumentError
 

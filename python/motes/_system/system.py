@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 from .._particles.particles import LocalParticles, Particles, close_views, keep_preview
 from .._picture.sprites import Sprite, check_change, native_of
 from .._run.scenefile import Recording
-from .._values.axes import are_bricks
 from .._values.curves import Curve
+from .._values.space import are_bricks
 from .._values.values import at, says_near_names
 from ..actions.base import Where
 from ..errors import MotesError, NotAssignableError, missing, near

@@ -19,10 +19,9 @@ from .._run.settings import RunSettings
 from .._system.recorded import Recorded
 from .._system.system import recorded_of
 from .._values import arguments, environment
-from .._values.axes import AXES, BY_ID, CURVES, in_a_row
 from .._values.checkpoint import checked as checkpoint_of
 from .._values.live import checked as live_of
-from .._values.periodic import CROSSINGS, Period, periods_of
+from .._values.space import AXES, BY_ID, CROSSINGS, CURVES, Period, in_a_row, periods_of
 from ..balance import BALANCERS, Balancer, Static
 from ..errors import ArgumentError
 

@@ -23,7 +23,7 @@ from .._run.settings import RunSettings
 from .._run.threads import MASK_BYTES, Place, are_crowded, processors, threads_of
 from .._run.waiting import Wait, poll, warn_s
 from .._values import environment
-from .._values.periodic import ends_of
+from .._values.space import ends_of
 from ..errors import ArgumentError, LogError, MotesError, ScriptMismatchError, place
 
 if TYPE_CHECKING:

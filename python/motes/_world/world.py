@@ -19,9 +19,9 @@ from .._system.session import Session
 from .._system.system import System
 from .._values import arguments
 from .._values import roles as _roles
-from .._values.axes import bits_of
 from .._values.checkpoint import Checkpoint
 from .._values.live import Live
+from .._values.space import bits_of
 from .._values.values import Settings, says_near_names
 from ..balance import Balancer
 from ..errors import MotesError

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .._values import arguments
-from .._values.axes import in_a_row
+from .._values.space import in_a_row
 from ._tables import measures, stretches
 from ._tables.schema import TABLES
 from ._tables.tables import frame_of, read_facts, read_table

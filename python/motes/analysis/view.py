@@ -12,7 +12,7 @@ from typing import Any
 
 from .._io.text import printable
 from .._run import progress
-from .._values.axes import CURVES, in_a_row
+from .._values.space import CURVES, in_a_row
 from ._tables.schema import EVENTS, FRAMES, LOAD, TIMES, WAITS
 from ._tables.stretches import latest
 from ._tables.tables import Follower

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._values.axes import in_a_row
+from .._values.space import in_a_row
 from ..balance import Balancer, policy_of
 from ..errors import ArgumentError
 from .bricks import Tree

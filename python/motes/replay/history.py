@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from .._values.axes import are_bricks
+from .._values.space import are_bricks
 from ..errors import LogError
 from .bricks import Cloud, Tree
 from .density import Density

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..._values.axes import BY_ID, CURVES, are_bricks
+from ..._values.space import BY_ID, CURVES, are_bricks
 from ...errors import ArgumentError, LogError
 from .._tables import measures
 from .._tables.stretches import latest

@@ -1,17 +1,27 @@
-"""Periodic space: along some axes positions wrap at the ends of an interval, and crossings are counted."""
+"""What is cut into domains, and periodic space.
+
+Domains cut axes of space, a curve through its cells, or the ids of particles. Along periodic axes positions
+wrap at the ends of an interval, and crossings are counted.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..errors import ArgumentError
-from . import arguments
 
-__all__ = ["CROSSINGS", "Period", "ends_of", "half_period", "periods_of", "unwrap"]
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["AXES", "BY_ID", "CROSSINGS", "CURVES", "Period", "are_bricks", "bits_of", "ends_of"]
+__all__ += ["half_period", "in_a_row", "periods_of", "unwrap"]
+
+AXES = ("x", "y", "z", "xy", "xz", "yz", "xyz")
+CURVES = ("hilbert", "morton")
+BY_ID = "id"  # the name of axis=None in logs and in the core
+
+_CURVE_BITS = {"morton": 1 << 4, "hilbert": 1 << 5}
 
 CROSSINGS = "crossings"
 """The attribute that counts crossings, in systems of periodic worlds."""
@@ -43,6 +53,10 @@ def periods_of(value: Any) -> tuple[Period, ...]:
 def _period(axis: str, ends: Any) -> Period:
     if isinstance(ends, str) or not isinstance(ends, (tuple, list)) or len(ends) != 2:
         raise ArgumentError(f"periodic[{axis!r}]", ends, "(low, high), m")
+    import numpy as np  # not for those who only read logs
+
+    from . import arguments
+
     low, high = (
         float(np.float32(arguments.number(f"periodic[{axis!r}]", end, low=-FARTHEST, high=FARTHEST)))
         for end in ends
@@ -64,8 +78,25 @@ def half_period(periods: tuple[Period, ...]) -> float:
 
 def unwrap(columns: dict[str, NDArray[Any]], periods: tuple[Period, ...]) -> dict[str, NDArray[Any]]:
     """Return columns with the positions of particles that never wrapped, float64, and without crossings."""
-    position = columns["position"].astype(np.float64)
+    position = columns["position"].astype("float64")
     for axis, low, high in periods:
         position[:, axis] += columns[CROSSINGS][:, axis] * (high - low)
     kept = {name: column for name, column in columns.items() if not periods or name != CROSSINGS}
     return {**kept, "position": position}
+
+
+def are_bricks(axes: str) -> bool:
+    """Return whether domains of these axes are bricks, each with six faces."""
+    return len(axes) > 1 and set(axes) <= set("xyz")
+
+
+def in_a_row(axes: str) -> bool:
+    """Return whether domains of these axes lie in a row: neighbours can give each other particles."""
+    return axes in ("x", "y", "z", *CURVES)
+
+
+def bits_of(axes: str) -> int:
+    """Return the axes as the core takes them."""
+    if axes in _CURVE_BITS:
+        return _CURVE_BITS[axes]
+    return sum(1 << "xyz".index(letter) for letter in axes if axes != BY_ID)

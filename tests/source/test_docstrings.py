@@ -137,6 +137,12 @@ def test_docstrings_say_what_goes_in_and_what_comes_out(name: str):
     assert faults(name, PUBLIC[name]) == []
 
 
+def test_docstrings_tell_no_private_fields():
+    kinds = {name: kind for name, kind in PUBLIC.items() if inspect.isclass(kind)}
+    told_of = {name: [one for one in fields_of(kind) if one.startswith("_")] for name, kind in kinds.items()}
+    assert {name: private for name, private in told_of.items() if private} == {}
+
+
 @pytest.mark.parametrize("kind", COLLECTIVE)
 def test_collective_calls_say_so(kind: str):
     members = {name: inspect.getattr_static(getattr(motes, kind), name) for name in dir(getattr(motes, kind))}

@@ -11,7 +11,7 @@ __all__ = ["with_fields"]
 
 
 def with_fields(kind: type, text: str) -> str:
-    """Return a class's docstring with its fields and their texts; without them where there is no source."""
+    """Return a class's docstring with its public fields and their texts; without where there is no source."""
     try:
         (tree,) = ast.parse(textwrap.dedent(inspect.getsource(kind))).body
     except (OSError, TypeError, SyntaxError, ValueError):
@@ -20,6 +20,8 @@ def with_fields(kind: type, text: str) -> str:
     for field, below in itertools.pairwise(getattr(tree, "body", ())):
         told = _text_of(below)
         if isinstance(field, ast.AnnAssign) and isinstance(field.target, ast.Name) and told:
+            if field.target.id.startswith("_"):
+                continue  # a note to readers of the source
             lines.append(f"    {field.target.id}: {textwrap.indent(told, ' ' * 8).strip()}")
     fields = "\n".join(lines)
     return f"{inspect.cleandoc(text)}\n\nFields:\n{fields}\n" if lines else text

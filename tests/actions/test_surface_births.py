@@ -56,6 +56,13 @@ def test_a_picture_colours_vertices_at_their_places():
     np.testing.assert_allclose(mesh.colors, [(1, 0, 0), (0, 0, 1), (0, 0, 0), (1, 0, 0)], atol=1e-6)
 
 
+def test_vertices_have_colours_by_name():
+    mesh = motes.Mesh(CORNERS, FACES, colors=["red", "#00ff00", "Blue", "black"])
+    np.testing.assert_array_equal(mesh.colors, [*np.eye(3), np.zeros(3)])
+    with pytest.raises(ArgumentError, match="colors.*purpel.*did you mean 'purple'"):
+        motes.Mesh(CORNERS, FACES, colors=["red", "purpel", "blue", "black"])
+
+
 def test_what_is_no_surface_has_neither():
     for shape in (Sphere((0, 0, 0), 1), motes.Mesh(CORNERS, FACES, solid=True)):
         with pytest.raises(ArgumentError, match="mesh"):

@@ -33,6 +33,35 @@ def light(
         return float(world.render().linear[24, 24].mean())
 
 
+ALL_KINDS: list[dict[str, Any]] = [
+    {"kind": "point", "pixels": 1},
+    {"kind": "disc", "pixels": 9},
+    {"kind": "sphere", "pixels": 30},
+    {"kind": "image", "pixels": 9, "image": WHITE},
+    {"kind": "image", "pixels": None, "image": WHITE, "facing": "orientation"},
+    {"kind": "mesh", "mesh": CUBE},
+    {"kind": "ribbon", "width": 0.3, "length": 1},
+]
+
+
+@pytest.mark.parametrize("blend", ["add", "alpha", "opaque"])
+@pytest.mark.parametrize("kind", ALL_KINDS)
+def test_bright_light_leaves_the_hue(kind: dict[str, Any], blend: Any) -> None:
+    """Brightness ends at white, and an orange particle stays orange."""
+    camera = motes.Camera((0, 0, 5), (0, 0, 0))
+    lamps = [motes.Light((0, 0, 1), (1, 1, 1), 20)]
+    renderer = motes.Renderer(48, 48, camera=camera, linear=True, sun=(0, 0, 0), lights=lamps)
+    world = motes.World(seed=1, renderer=renderer, progress="off")
+    system = world.system("one", sprite=motes.Sprite(**kind, blend=blend, lit=True))
+    with world:
+        system.emit(position=[(-0.1, 0, 0)], color=[(0.9, 0.3, 0.02)], velocity=[(6, 0, 0)])
+        system.move()
+        pixels = world.render().linear.astype(float).reshape(-1, 3)
+    red, green, blue = pixels[pixels.sum(axis=1).argmax()]
+    assert red > 0.1
+    assert (green / red, blue / red) == pytest.approx((1 / 3, 1 / 45), abs=0.015)
+
+
 def turned(angle_deg: float) -> list[tuple[float, ...]]:
     """About the x axis: a front along z comes to look down, or up."""
     half = np.radians(angle_deg) / 2

@@ -98,6 +98,12 @@ MOTES_INLINE Floats3 light_arriving(const image::LightTask& t, Floats3 place, co
   return {part(light.x, plain.x), part(light.y, plain.y), part(light.z, plain.z)};
 }
 
+// Dims what would be brighter than a particle can be, by one factor: its hue stays.
+MOTES_INLINE Floats3 within_white(Floats3 color, Floats opacity) {
+  const Floats most = max(max(color.x, color.y), color.z) * opacity;
+  return color * (1.0f / min(max(most, all(1.0f)), all(kMostFloat)));
+}
+
 void light_particles(const image::LightTask& t, std::size_t first, std::size_t last, float* const* to) {
   const image::ParticlePlanes& p = t.particles;
   for (std::size_t i = first; i < last; i += kLanes) {
@@ -109,7 +115,8 @@ void light_particles(const image::LightTask& t, std::size_t first, std::size_t l
     if (t.lit) {
       const LitSide side = lit_side(t, i, offset * (1.0f / distance));
       const Floats3 light = light_arriving(t, place, side, diameter_at(t.width, p, place, i), i - first);
-      color = {color.x * light.x, color.y * light.y, color.z * light.z};
+      const Floats seen = t.adds ? min(max(value_or(p.alpha, i, p.alpha_of_all), Floats{}), all(1.0f)) : all(1.0f);
+      color = within_white({color.x * light.x, color.y * light.y, color.z * light.z}, seen);
     }
     if (t.fog_density > 0) {
       const Floats clear = exp(-min(distance * t.fog_density, all(80.0f)));

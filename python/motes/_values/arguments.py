@@ -202,8 +202,10 @@ def file_path(argument: str, value: Any) -> Path:
     return path
 
 
-def _of_texts(values: Any) -> bool:
-    return isinstance(values, (list, tuple)) and bool(values) and all(isinstance(one, str) for one in values)
+def colors_of_rows(argument: str, values: Any) -> Any:
+    """Return rows of colours with texts, where all are, as numbers; other things as they are."""
+    texts = isinstance(values, (list, tuple)) and all(isinstance(one, str) for one in values)
+    return [named_color(argument, text) for text in values] if texts and values else values
 
 
 def _range(kind: str, low: float, high: float) -> str:
@@ -223,8 +225,8 @@ def rows(attribute: str, values: Any, width: int, count: int | None) -> NDArray[
     allowed = f"finite numbers of shape {shape}"
     if attribute == "color" and isinstance(values, str):
         values = np.tile(named_color(attribute, values), (1 if count is None else count, 1))
-    elif attribute == "color" and _of_texts(values):
-        values = [named_color(attribute, text) for text in values]
+    elif attribute == "color":
+        values = colors_of_rows(attribute, values)
     array = floats(attribute, values, np.float32, allowed)
     if pair and array.ndim == 2 and array.shape[1] == 2:
         array = with_z(array)

@@ -29,7 +29,7 @@ def of_vertices(given: Any, uv: NDArray[np.float32] | None, vertices: int) -> ND
 
         given = read_picture("colors", given, most=MOST_SIDE)
     if getattr(given, "ndim", 2) != 3:
-        rows = _rows("colors", given, (vertices, 3))
+        rows = _rows("colors", arguments.colors_of_rows("colors", given), (vertices, 3))
         if not ((rows >= 0) & (rows <= BRIGHTEST)).all():
             raise ArgumentError("colors", given, "linear RGB, in 0..1e6")
         return rows

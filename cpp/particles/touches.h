@@ -1,5 +1,5 @@
 // Contact history: how far the surfaces at each touch have slid and rolled, which is what holds grains by friction
-// (interactions/law_contact.h).
+// (interactions/laws/law_contact.h).
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-"""Loop: yields a world's frames in order, takes checkpoints between them, and shows progress in a notebook."""
+"""Loop: yields a world's frames in order, saves checkpoints between them, shows progress in notebooks."""
 
 from __future__ import annotations
 

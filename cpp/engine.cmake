@@ -145,7 +145,7 @@ set(image_lanes
 )
 set(particle_lanes
   actions/kernels_lanes.cpp
-  interactions/interactions_lanes.cpp
+  interactions/laws/interactions_lanes.cpp
   shapes/rare_lanes.cpp
 )
 set_source_files_properties(${image_lanes} PROPERTIES UNITY_GROUP image)

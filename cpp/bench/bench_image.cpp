@@ -22,7 +22,7 @@ using namespace image;
 constexpr std::size_t kSystems = 8;
 constexpr std::size_t kPadding = 16;
 
-// A small multiplicative generator: the scene must be the same everywhere; the quality of the numbers matters little.
+// A linear congruential generator: the scene must be the same everywhere; the quality of the numbers matters little.
 class Draws {
  public:
   explicit Draws(std::uint64_t seed) : state_(seed * 0x9e3779b97f4a7c15u + 1) {}
@@ -81,7 +81,7 @@ struct FrameTime {
   double whole, project;
 };
 
-// One way to draw the systems, with memory of its own.
+// Draws the systems in one form, with buffers of its own, and collects the times.
 class Drawing {
  public:
   Drawing(std::string name, const Sprite& sprite, const View& view)
@@ -129,9 +129,9 @@ class Drawing {
   std::vector<double> whole, project, ratio;
 
  private:
-  // m/s with a frame of 1 s: 10 pixels in the middle of the box, at 1080 pixels of height.
+  // Velocity in m/s whose streak is 10 pixels long in the middle of the box: frames of 1 s, 1080 pixels high.
   static constexpr float kStreak = 0.135f;
-  // m: 5 pixels there.
+  // Size in metres that covers 5 pixels there.
   static constexpr float kSize = 0.0674f;
 
   std::string name_;
@@ -192,7 +192,7 @@ struct Form {
   View view;
 };
 
-// The first one is what the others are compared with.
+// Lists what is measured; the times of all others are compared with the first.
 std::vector<Form> all_forms(const View& view, int pixels) {
   std::vector<Form> all;
   Sprite disc;
@@ -225,7 +225,7 @@ std::vector<Form> all_forms(const View& view, int pixels) {
   Sprite sized = disc;
   sized.of_height = static_cast<float>(pixels) / static_cast<float>(view.height);
   add("disc, size from the picture's height", sized, Blend::add, view);
-  // 20 m from the camera, in the middle of the box.
+  // 5 pixels in the middle of the box, 20 m from the camera.
   Sprite metres = disc;
   metres.pixels = 0;
   add("disc, size in metres", metres, Blend::add, view);
@@ -237,10 +237,10 @@ std::vector<Form> all_forms(const View& view, int pixels) {
   return all;
 }
 
-// A slow form is measured less often.
+// Milliseconds after which no more frames of a form are measured.
 constexpr double kEnoughMs = 2000;
 
-// One after the other: the records of one form may be a hundred megabytes.
+// Measures one form after another: the records of each may take a hundred megabytes.
 std::vector<RenderRow> measured(const std::vector<Form>& forms, const std::vector<System>& systems, int frames) {
   std::vector<RenderRow> rows(1);
   for (std::size_t i = 1; i < forms.size(); ++i) {

@@ -1,7 +1,7 @@
 // The loss of ranks. A collective call that it interrupts is made again by those that are left: they find out who is
-// there, take new roles, make the world again from copies (copies.h) and the lists of the frames since, and call once
-// more. Ranks may have come one call further than others, never two: a call ends on one rank only when all have spoken
-// in it. Then the ranks that were ahead make their last call again, too, and nobody hears of its outcome.
+// there, take new roles, make the world again from replicas (replicas.h) and the lists of the frames since, and call
+// once more. Ranks may have come one call further than others, never two: a call ends on one rank only when all have
+// spoken in it. Then the ranks that were ahead make their last call again, too, and nobody hears of its outcome.
 #include <algorithm>
 #include <type_traits>
 #include <utility>

@@ -52,7 +52,7 @@ class Daylight {
     return sum / count;
   }
 
-  /// The same in numbers: see kinds/sphere.h.
+  /// What the shading of spheres needs: see raster/kind_sphere.h.
   const Vector& toward_sun() const { return toward_sun_; }
   const Vector& upward() const { return upward_; }
   double low() const { return low_; }

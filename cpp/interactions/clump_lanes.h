@@ -1,4 +1,4 @@
-// Clumps as rigid bodies: where their spheres are, and what these make of them.
+// Clumps as rigid bodies: places their spheres in space, and moves each clump by the pushes on its spheres.
 #pragma once
 
 #include "interactions/sweep.h"
@@ -6,18 +6,18 @@
 
 namespace motes::MOTES_ISA {
 
-/// The axes of some clumps in space.
+/// The body axes of a vector of clumps, in world coordinates.
 struct ClumpAxes {
   Floats3 x, y, z;
 
   static MOTES_INLINE ClumpAxes of(Rotations q) { return {turned_x(q), turned_y(q), turned_z(q)}; }
   MOTES_INLINE Floats3 to_world(Floats3 v) const { return x * v.x + y * v.y + z * v.z; }
   MOTES_INLINE Floats3 to_body(Floats3 v) const { return {dot(x, v), dot(y, v), dot(z, v)}; }
-  /// Where a sphere's centre is, seen from the clump's.
+  /// Returns the vector from a clump's centre to that of one of its spheres, in world coordinates.
   MOTES_INLINE Floats3 arm(const interactions::ClumpSphere& sphere, Floats size) const {
     return to_world(Floats3{size * sphere.at[0], size * sphere.at[1], size * sphere.at[2]});
   }
-  /// Applies a symmetric tensor of the body (xx, yy, zz, xy, xz, yz).
+  /// Multiplies a vector in world coordinates by a symmetric tensor in body axes (xx, yy, zz, xy, xz, yz).
   MOTES_INLINE Floats3 apply(const float (&tensor)[6], Floats3 v) const {
     const Floats3 b = to_body(v);
     return to_world({b.x * tensor[0] + b.y * tensor[3] + b.z * tensor[4],
@@ -34,7 +34,7 @@ MOTES_INLINE Floats3 load_clumps(const interactions::ClumpTask& task, int first,
   return load_column(task.column, first, static_cast<std::uint32_t>(i));
 }
 
-/// Writes the columns of all spheres.
+/// Computes position, velocity, spin, size and mass of all spheres from those of their clumps.
 inline void place_spheres(const interactions::ClumpTask& task) {
   for (std::size_t i = task.first; i < task.last; i += kLanes) {
     const auto lanes = static_cast<std::uint32_t>(task.last - i < kLanes ? task.last - i : kLanes);
@@ -56,7 +56,7 @@ inline void place_spheres(const interactions::ClumpTask& task) {
   }
 }
 
-/// What pushes on its spheres do to a clump, by kilogram: all of them, in the order of the spheres.
+/// Sums the pushes on the spheres of a clump, per kilogram, in the order of the spheres.
 struct ClumpPush {
   Floats3 velocity{}, torque{};
   Floats touches{};
@@ -71,9 +71,9 @@ struct ClumpPush {
   }
 };
 
-/// Writes velocities and spins after the pushes on all spheres. A spin is that of the middle of the step, over which
-/// `move` turns the clump by it: angular momentum is kept to rounding, and energy does not drift. Solved by iteration;
-/// a step turns a clump by a part of a radian.
+/// Writes velocities and spins after the pushes on all spheres. `move` turns a clump by one spin over the whole step,
+/// so that spin is the one at the middle of the step: angular momentum is kept to rounding, and energy does not drift.
+/// It is found by fixed-point iteration; a clump turns by less than a radian per step, so a few iterations suffice.
 inline void turn_clumps(const interactions::ClumpTask& task) {
   constexpr int kIterations = 5;
   const float half = 0.5f * task.dt;

@@ -227,7 +227,7 @@ struct Kernels {
   /// See pull.h.
   void (*pull)(const float* const* sources, std::size_t count, float epsilon, const float* const* targets,
                std::size_t begin, std::size_t end, float* sums);
-  /// See wall_lanes.h.
+  /// See laws/wall_lanes.h.
   std::uint32_t (*find_walls)(const WallTask&, WallTouches&);
   void (*push_walls)(const WallTask&, WallTouches&);
   /// See clump_lanes.h.

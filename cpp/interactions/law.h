@@ -1,5 +1,5 @@
-// What a law between particles says of itself, in one struct beside its kernel (law_*.h). What it reads and changes is
-// said in actions/list.inc; all else follows: ghosts, columns, cells, where results go.
+// What a law between particles says of itself, in one struct beside its kernel (laws/law_*.h). What it reads and
+// changes is said in actions/list.inc; all else follows: ghosts, columns, cells, where results go.
 #pragma once
 
 #include <cstdint>

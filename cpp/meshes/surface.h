@@ -1,7 +1,7 @@
 // The triangles of a mesh as one surface: vertices at the same place are one vertex, and edges know their two sides.
 //
-// Everything here, and in distance.h, is computed by + - * / and sqrt in double precision, in an order that follows
-// from the mesh alone: the same bits in every process.
+// Everything here, and in distance_field.h, is computed by + - * / and sqrt in double precision, in an order that
+// follows from the mesh alone: the same bits in every process.
 #pragma once
 
 #include <array>

@@ -8,7 +8,7 @@ namespace motes::particles {
 void TouchMemory::set(Row& row, std::span<const Touch> touches) {
   const auto count = static_cast<std::uint32_t>(touches.size());
   if (count > row.room) {
-    const std::uint32_t room = (count + 3) / 4 * 4;  // touches come and go
+    const std::uint32_t room = (count + 3) / 4 * 4;  // room to spare: touches come and go
     if (all_.size() + room > UINT32_MAX) throw std::length_error("more than 4294967295 touches on one rank");
     row.first = static_cast<std::uint32_t>(all_.size());
     row.room = room;

@@ -5,7 +5,7 @@
 
 namespace motes::MOTES_ISA {
 
-struct ExactBox;  // in exact/solid.h
+struct ExactBox;  // in exact_solid.h
 
 struct BoxLanes {
   static constexpr bool kDrawsTogether = true;

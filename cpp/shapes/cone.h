@@ -6,7 +6,7 @@
 
 namespace motes::MOTES_ISA {
 
-struct ExactShell;  // in exact/shell.h
+struct ExactShell;  // in exact_shell.h
 
 struct ConeLanes {
   using Exact = ExactShell;

@@ -5,7 +5,7 @@
 
 namespace motes::MOTES_ISA {
 
-struct ExactDisc;  // in exact/flat.h
+struct ExactDisc;  // in exact_flat.h
 
 struct DiscLanes {
   static constexpr bool kDrawsTogether = true;

@@ -6,7 +6,7 @@
 
 namespace motes::MOTES_ISA {
 
-struct ExactPlane;  // in exact/flat.h
+struct ExactPlane;  // in exact_flat.h
 
 /// On which side of a plane places are; in between, rounding decides.
 struct Sides {

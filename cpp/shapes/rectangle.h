@@ -5,7 +5,7 @@
 
 namespace motes::MOTES_ISA {
 
-struct ExactRectangle;  // in exact/flat.h
+struct ExactRectangle;  // in exact_flat.h
 
 struct RectangleLanes {
   static constexpr bool kDrawsTogether = true;

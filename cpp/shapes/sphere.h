@@ -5,7 +5,7 @@
 
 namespace motes::MOTES_ISA {
 
-struct ExactBall;  // in exact/solid.h
+struct ExactBall;  // in exact_solid.h
 
 struct SphereLanes {
   static constexpr bool kDrawsTogether = true;

@@ -5,7 +5,7 @@
 
 namespace motes::MOTES_ISA {
 
-struct ExactTriangle;  // in exact/flat.h
+struct ExactTriangle;  // in exact_flat.h
 
 struct TriangleLanes {
   using Exact = ExactTriangle;

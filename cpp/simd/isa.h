@@ -22,7 +22,7 @@ bool offers(Isa isa);
 /// Processors of AMD foresee all columns by themselves, and such instructions are in the way (docs/notes/speed.md).
 bool fetches_ahead();
 
-/// Picks the build that belongs to isa(), of MOTES_BUILDS(table) (simd/builds.h).
+/// Returns the build for isa() from those that MOTES_BUILDS(table) (written by isas.cmake) lists.
 template <class Table>
 const Table& choose(const Table* const (&builds)[3]) {
   return *builds[static_cast<std::size_t>(isa())];

@@ -43,10 +43,10 @@ length of the (sub)step in seconds, unit(y) is y / |y|. [Actions](actions.md) li
 OPENING = """
 An action acts on each particle [alone](actions_alone.md), or [between particles](actions_between.md). Every
 action also takes `where=`: a shape or a comparison of columns. `s.gravity(...)` records
-`motes.actions.Gravity(...)`. Names in the table lead to formulas and parameters.
+`motes.actions.Gravity(...)`. Names in the table link to formulas and parameters.
 
-Unless a page names another source, an action is that of D. McAllister's Particle System API, and agrees with
-the cases that his library computed (`tests/actions/test_conformance.py`), with two exceptions: his `sink` of
+Unless another source is named, an action comes from D. McAllister's Particle System API, and agrees with
+results of his library (`tests/actions/test_conformance.py`), with two exceptions: his `sink` of
 a `Plane` kills above it, and his `bounce` is ours with `exact_hit=False`.
 
 Most cost less than a nanosecond per particle and step ([the costs](notes/costs_of_actions.md)); `curl_noise`,

@@ -42,7 +42,7 @@ def test_a_law_is_named_where_the_page_says():
     """All else that the core knows of a law between particles follows from its file and its entry."""
     core = [path for path in (ROOT / "cpp").rglob("*") if path.suffix in (".h", ".cpp", ".inc", ".txt")]
     named = {str(path.relative_to(ROOT)) for path in core if re.search(r"\bfluid\b", code_of(path))}
-    assert named == {"cpp/interactions/law_fluid.h", "cpp/actions/list.inc"}
+    assert named == {"cpp/interactions/laws/law_fluid.h", "cpp/actions/list.inc"}
 
 
 def code_of(path: Path) -> str:

@@ -190,3 +190,19 @@ def test_each_word_of_the_glossary_leads_to_its_place():
     assert len(entries) == sum(line.startswith("| ") for line in text.splitlines()) - 4  # heads of tables
     for path, name in entries:
         assert re.search(rf"\b{name}\b", (CPP.parent / path).read_text()), f"{path} has no {name}"
+
+
+def test_files_that_comments_name_are_there():
+    """A comment that names a file leads to it: `shapes/box.h`, or `box.h` alone."""
+    root = CPP.parent
+    sources = [*CPP.rglob("*"), *(root / "tests" / "cpp").rglob("*")]
+    ends = [f"/{path.relative_to(root)}" for path in sources if path.suffix in (".h", ".cpp", ".inc")]
+    find = re.compile(r"(?<![\w/.])((?:\w+/)*\w+\.(?:h|cpp|inc))\b")
+    gone = [
+        f"{path}: {name}"
+        for path in ends
+        for line in (root / path[1:]).read_text().splitlines()
+        for name in find.findall(line.partition("//")[2])
+        if not any(other.endswith(f"/{name}") for other in ends)
+    ]
+    assert gone == []

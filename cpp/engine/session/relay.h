@@ -1,6 +1,6 @@
-// Messages from the manager to all ranks and back, relayed along a tree. What goes down has a part for all ranks and a
-// part for each; what comes up is each rank's own answer, which no rank on the way reads. Or ranks on the way put
-// together what comes up, and divide what goes down: that is theirs to do, step by step.
+// Relays messages from the manager to all ranks, and back, along a tree. A message down has one part for all ranks and
+// one for each; an answer is passed up unread. For reductions, the ranks on the way combine what comes from below and
+// divide what comes from above, by calls for each step: from_below(), pass_up(), from_above(), pass_down().
 #pragma once
 
 #include <cstdint>
@@ -41,31 +41,31 @@ struct AllSaid {
 
 class Relay {
  public:
-  /// Until grow() all ranks talk to the manager directly: they have not yet agreed on a tree.
+  /// Begins without a tree, until all ranks agree on one: each talks to the manager directly.
   Relay(comm::Communicator& comm, const roles::Cast& cast);
-  /// Switches to this tree, on which all ranks have agreed.
+  /// Switches to the tree of this fan-out, which is the same on all ranks.
   void grow(const roles::Cast& cast, int fan_out);
   const roles::Tree& tree() const { return tree_; }
 
-  /// Manager: sends `common` to all ranks, and to each its part of `parts`. This rank hears them like any other.
+  /// Manager: sends `common` to all ranks, and to each its part of `parts`. It calls hear() itself, too.
   void tell(comm::Phase phase, comm::Stamp stamp, const base::Bytes& common, const std::vector<Part>& parts,
             bool failed);
-  /// Waits for what tell() sent, and passes on what is for those below.
+  /// Waits for the message of tell(), and forwards the parts of the ranks below.
   Heard hear(comm::Phase phase, comm::Stamp stamp);
 
-  /// Every rank, the manager too: its answer to the manager. It leaves at once if no rank stands below this one in the
-  /// tree, otherwise with hand_up().
+  /// Answers the manager; every rank calls it, the manager too. Leaves of the tree send at once, other ranks with
+  /// hand_up(), together with the answers from below.
   void say(comm::Phase phase, comm::Stamp stamp, std::span<const std::byte> answer, bool failed);
-  /// Waits for the answers from below, and relays them with this rank's own. Does nothing on the manager and on leaves.
+  /// Waits for the answers from below, and sends them up with this rank's own. No effect on the manager and on leaves.
   void hand_up(comm::Phase phase, comm::Stamp stamp);
-  /// Manager: waits for all.
+  /// Manager: waits for the answers of all ranks.
   AllSaid listen(comm::Phase phase, comm::Stamp stamp);
 
-  /// Messages of this phase may arrive from below from now on.
+  /// Prepares to receive messages of this phase from the children.
   void await_below(comm::Phase phase);
-  /// Waits for what each child sent up, in their order.
+  /// Waits for one message from each child, and returns them in the order of the children.
   std::vector<comm::Message> from_below(comm::Phase phase, comm::Stamp stamp);
-  /// Sends a message to the rank above; from_above() waits for its answer. Not for the manager.
+  /// Sends a message to the parent, whose answer from_above() waits for. Not for the manager.
   void pass_up(comm::Phase phase, comm::Stamp stamp, comm::Message message, bool failed);
   comm::Message from_above(comm::Phase phase, comm::Stamp stamp);
   void pass_down(const roles::Tree::Range& child, comm::Phase phase, comm::Stamp stamp, comm::Message message,

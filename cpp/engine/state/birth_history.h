@@ -13,16 +13,16 @@
 
 namespace motes::engine {
 
-/// All births of one system so far, but for those whose particles are dead on all ranks. Every rank notes the same
-/// calls, also where none of their particles live: one of them may come later. So all ranks reach the limits below in
-/// the same frame, and what they do about it needs no messages of its own.
+/// Records the births of one system, except those whose particles are dead on all ranks. Every rank records the same
+/// calls, even where none of their particles live, since some may migrate there later. So all ranks reach the limits
+/// of pruning in the same frame, without further messages.
 class BirthHistory {
  public:
-  /// Notes particles first_id .. first_id + count - 1 of a call, born in this (sub)step.
+  /// Records particles first_id .. first_id + count - 1 of a call, born in this (sub)step.
   void add(const recording::Birth& birth, std::uint64_t first_id, std::uint64_t count, const recording::Moment& moment);
 
-  /// Tells whether the history has grown so much that dropping dead particles is worth a pass over all ids. `limit`:
-  /// bytes it may take.
+  /// Returns whether the history has grown enough for pruning to be worth a pass over all ids. `limit`: the most bytes
+  /// that it may take.
   bool wants_pruning(std::size_t limit) const {
     constexpr std::size_t kWorthALook = std::size_t{64} << 10;
     return bytes() > std::min(limit / 4, kWorthALook) && bytes() > 2 * pruned_bytes_;
@@ -31,16 +31,16 @@ class BirthHistory {
   /// Forgets the particles with ids below `oldest`, the lowest id that lives on any rank.
   void forget_before(std::uint64_t oldest);
 
-  /// The meshes that its calls were made with: another process that goes on with it needs them.
+  /// Returns the keys of the meshes that its calls use: a process that continues this run needs the same meshes.
   std::vector<std::uint64_t> meshes() const;
 
-  /// Gives the particles of `store` the *_b values that they would have had from birth on, and forgets all.
+  /// Sets the *_b attributes of the particles in `store` as if they had been there since birth; clears the history.
   void restore_copies(particles::Store& store, particles::Key key);
   void clear();
 
-  /// Memory that it takes.
+  /// Returns the memory it takes, in bytes.
   std::size_t bytes() const;
-  /// Stretches of ids that one call made.
+  /// Returns the number of stretches: ranges of ids, each from one call.
   std::size_t size() const { return stretches_.size(); }
 
  private:
@@ -74,7 +74,7 @@ class BirthHistory {
   std::vector<Stretch> stretches_;  // ascending ids
   std::uint64_t forgotten_calls_ = 0;
   std::size_t call_bytes_ = 0;
-  std::size_t pruned_bytes_ = 0;  // when last looked
+  std::size_t pruned_bytes_ = 0;  // bytes() after the last pruning
 };
 
 }  // namespace motes::engine

@@ -1,1 +1,1 @@
-"""A film as a file while it grows: seconds encoded one by one, and what a killed run left of them."""
+"""Encodes a film second by second while the run goes on, and recovers what a killed run has left of it."""

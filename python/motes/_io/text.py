@@ -1,4 +1,4 @@
-"""Text from files on its way to a terminal."""
+"""Makes text from files safe to print on a terminal."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ __all__ = ["printable"]
 def printable(text: str) -> str:
     r"""Return the text with control characters written as escapes, such as `\x1b`.
 
-    Names come from files that others wrote: an escape sequence in one must not reach the terminal. Line
-    ends, characters that reverse the direction of writing, and halves of surrogate pairs are escaped, too.
+    Names come from files that others wrote: an escape sequence in one must not reach the terminal. Newlines,
+    characters that change the direction of text, and unpaired surrogates are escaped, too.
     """
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text)

@@ -312,7 +312,7 @@ class BetweenRecorder(Recording):
         other: System | None = None,
         where: Where = None,
     ) -> None:
-        """Lets particles obey a law of pairs of the script's own, written as expressions.
+        """Applies a pair law of the script's own, written as expressions.
 
         Records `actions.Interact`.
 

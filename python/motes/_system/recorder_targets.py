@@ -178,7 +178,7 @@ class TargetsRecorder(Recording):
     def restore(
         self, time_left: Number, position: bool = True, up: bool = True, *, where: Where = None
     ) -> None:
-        """Moves particles back, position to position_b and up to up_b, where they rest after `time_left`.
+        """Returns particles to position_b and up_b, where they come to rest after `time_left`.
 
         Records `actions.Restore`.
 

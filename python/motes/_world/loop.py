@@ -1,4 +1,4 @@
-"""Loop: the frames of a world in order: what comes next, where it ends, and what a notebook shows of it."""
+"""Loop: yields a world's frames in order, saves checkpoints between them, shows progress in notebooks."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ class Loop:
     """The loop of a world's frames, and its checkpoints between two of them."""
 
     def __init__(self, session: Session, viewers: Viewers) -> None:
-        """Begin before the run."""
+        """Make the loop of a world whose run has not begun."""
         self._session = session
         self._viewers = viewers
         self.course: Course | None = None
-        """Of the run's checkpoints."""
+        """Takes and continues from checkpoints; None: the run has none."""
         self.ran = False
         """Whether a frame ran in this process."""
         self.shows_in_cell = False
@@ -36,7 +36,7 @@ class Loop:
         self._in_cell: CellProgress | None = None
 
     def frames(self, n: int) -> Iterator[int]:
-        """Check what `World.frames` was given, and return its frames."""
+        """Check the argument of `World.frames`, and return an iterator over the numbers of its frames."""
         session = self._session
         session.usage.check("frames()")
         if session.ended:
@@ -70,22 +70,22 @@ class Loop:
             self._show_in_cell(last=True)
 
     def skips(self) -> bool:
-        """Whether an earlier run has done the frame that ends. Collective."""
+        """Tell whether an earlier run has already done the frame that ends. Collective."""
         return self.course is not None and self.course.skip()
 
     def save_now(self) -> None:
-        """Write a checkpoint, where the run has any, and wait until it is whole. Collective."""
+        """Write a checkpoint if the run takes any, and wait until it is complete. Collective."""
         if self.course is not None:
             self.course.save_now(self._session.frame)
 
     def shows(self, frame: Frame | None) -> None:
-        """Show viewers and the notebook a frame that has ended; None: it has no picture."""
+        """Show a finished frame to viewers and in the notebook; None: a frame without a picture."""
         if frame and self._in_cell is not None:
             self._in_cell.picture(frame.pixels, frame.index)
         self._viewers.show(frame)
 
     def _show_in_cell(self, *, last: bool = False) -> None:
-        """Show in a notebook how far the loop is; nothing elsewhere."""
+        """Update the progress that a notebook shows; do nothing elsewhere."""
         if not self.shows_in_cell or self._viewers.attached:
             return
         session = self._session

@@ -67,11 +67,11 @@ class Law(Action):
 
 @value(kw_only=True)
 class Interact(Action):
-    """Lets particles obey a law of pairs of the script's own, written as expressions.
+    """Applies a pair law of the script's own, written as expressions.
 
     `motes.a` is the particle that changes, `motes.b` each other one within the radius, `motes.r` their
     distance, `motes.normal` the direction to b (0 where both are at one place), `motes.relative_velocity`
-    that of b as a sees it. Sums go in the order of ids; what is not finite is left out.
+    the velocity of b relative to a. Sums go in the order of ids and skip values that are not finite.
 
     What a pair remembers is each end's own: `motes.a.state.slip` is 0 where b comes within the radius, then
     what `set` gave it in the last (sub)step, until b leaves or `where` leaves a out.

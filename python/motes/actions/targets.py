@@ -286,7 +286,7 @@ class TargetRotationalVelocity(Action):
 
 @value(kw_only=True)
 class Restore(Action):
-    """Moves particles back, position to position_b and up to up_b, where they rest after `time_left`.
+    """Returns particles to position_b and up_b, where they come to rest after `time_left`.
 
     The script lowers `time_left` by dt from frame to frame. position_b is where a particle was born, unless
     `copy_vertex_b`, `configure` or `emit(position_b=...)` changed it.

@@ -8,12 +8,13 @@
   python -m motes run -n 4 --restarts 3 script.py
   python -m motes run -n 2 --steering log/steer.jsonl script.py
 
-A script with checkpoints goes on behind its newest whole one: the same command once more, or --restarts.
+A script with checkpoints continues from its newest complete one when the same command is run again, or by
+itself with --restarts.
 
-With --survive a rank that is killed does not end the others (Open MPI 5): worlds with on_loss="recover" go on
+With --survive (Open MPI 5) the other ranks outlive one that is killed: worlds with on_loss="recover" continue
 without it.
-Arguments between `--` and the script go to mpirun. The script is the first argument there that ends in .py or
-names a file, or -m, or -c; a second `--` marks the end of mpirun's options.
+Arguments between `--` and the script go to mpirun. The script begins at the first of them that ends in .py or
+names a file, or at -m or -c; a second `--` ends mpirun's options explicitly.
 """
 
 from __future__ import annotations
@@ -58,7 +59,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Become the job, or start it and wait for it."""
+    """Start the job and wait for it; one rank on this host replaces this process."""
     options, program = split_program(args)
     for wanted, variable in ((args.fresh, "MOTES_FRESH"), (args.anyway, "MOTES_ANYWAY")):
         if wanted:

@@ -119,7 +119,7 @@ struct PaintedTile {
   }
 };
 
-/// The batches as the tile's painter draws them: those close behind a surface are deeper (image/behind.h).
+/// The batches as the tile's painter draws them: those close behind a surface are deeper (image/raster/behind.h).
 inline std::vector<Batch> settled(const std::vector<Batch>& batches, const PaintedTile& tile) {
   Behind behind;
   behind.start(tile.scene.scenery(), tile.area, splat_lanes());

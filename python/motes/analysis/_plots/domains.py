@@ -31,13 +31,13 @@ def draw_domains(
     high = right.reindex(columns=ranks).to_numpy(dtype=float, copy=True)
     bottom, top = _limits(high[:, :-1], density, space)
     outside = int(((high[-1, :-1] < bottom) | (high[-1, :-1] > top)).sum())
-    # Where a run was continued on other ranks, some have no row; in a row, a missing end is at infinity.
+    # A run continued on other ranks has no rows for those that left; in a row, a missing end is infinite.
     rows = load.pivot_table(index="frame", columns="rank", values="n_end", aggfunc="size", dropna=False)
     there = (rows.reindex(columns=ranks).fillna(0) > 0).to_numpy()
     low[there & np.isnan(low)], high[there & np.isnan(high)] = -np.inf, np.inf
-    # Bands reach far beyond the visible part, for users who then set other limits.
+    # Draw bands far beyond the visible range: users may set wider limits afterwards.
     reach = 20 * (top - bottom)
-    # A frame's domain holds for the whole frame, so the last one gets its width too.
+    # A domain holds for its whole frame: without a copy of the last one, its band would have no width.
     at = np.append(frames, frames[-1] + 1)
     low, high = (np.clip(np.vstack([ends, ends[-1:]]), bottom - reach, top + reach) for ends in (low, high))
     for i, rank in enumerate(ranks):
@@ -73,7 +73,7 @@ def _particles(ax: Axes, density: DataFrame, color: str) -> None:
 
 
 def _limits(cuts: Array, density: DataFrame | None, space: Any) -> tuple[float, float]:
-    """The visible range: the particles, and cuts near them; the paper's infinite space is mostly empty."""
+    """Return the range to show: the particles, and cuts near them; an infinite space is mostly empty."""
     seen: list[float] = []
     if density is not None and density["x_q00"].notna().any():
         # Not the outermost particles: one stray would squeeze all others into a line.

@@ -1,9 +1,9 @@
 // Compiled once for each instruction set: the laws between particles.
-#include "interactions/all_laws.h"  // all law_*.h of this folder; written by CMake, so a new law needs no line here
 #include "interactions/clump_lanes.h"
+#include "interactions/laws/all.h"  // all law_*.h of this folder: CMake writes it
+#include "interactions/laws/wall_lanes.h"
 #include "interactions/list_pairs.h"
 #include "interactions/pull.h"
-#include "interactions/wall_lanes.h"
 
 namespace motes::MOTES_ISA {
 

@@ -1,7 +1,7 @@
 // What walls do to spheres that touch them: the law of contact, with a wall that is infinitely heavy and flat.
 #pragma once
 
-#include "interactions/law_contact.h"
+#include "interactions/laws/law_contact.h"
 #include "shapes/nearest.h"
 
 namespace motes::MOTES_ISA {

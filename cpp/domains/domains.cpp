@@ -77,7 +77,7 @@ Domains Domains::of(const std::vector<Cut>& tree, std::shared_ptr<const Curve> c
   for (const Cut& cut : tree) cuts.push_back(cut.at);
   const bool alike = std::none_of(tree.begin(), tree.end(), differs);
   if (curve && alike && (tree.empty() || tree[0].axis == curve->axis())) {
-    return Domains(std::move(cuts), std::move(curve));
+    return {std::move(cuts), std::move(curve)};
   }
   if (alike) {
     return Domains(std::move(cuts), tree.empty() ? 0 : tree[0].axis);

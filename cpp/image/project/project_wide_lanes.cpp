@@ -168,7 +168,7 @@ MOTES_INLINE Uints turning(const image::WideTask& t, std::size_t i, Rotations ca
   const Floats most = max(max(abs(by.x), abs(by.y)), abs(by.z));
   const Mask turns = (most > kLeast) & (abs(by.x) + abs(by.y) + abs(by.z) <= all(kLargest));
   const Floats shorter = min(kMost / select(turns, most, all(1.0f)), all(1.0f));
-  const Uints exponent = (Uints)(select(turns, most * shorter, all(1.0f))) >> 23;  // 127 more
+  const Uints exponent = (Uints)select(turns, most * shorter, all(1.0f)) >> 23;  // 127 more
   const Floats per = (Floats)((254u + 7u - exponent) << 23);  // 2^7 / 2^exponent: the greatest gets 7 bits and its sign
   Uints word = (exponent + (image::kTurnExponent - 7u - 127u)) << 27;
   const Floats number[3] = {by.x, by.y, by.z};

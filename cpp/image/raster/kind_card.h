@@ -97,7 +97,7 @@ struct Card : Picture<Card> {
   MOTES_INLINE float total() const { return 4 * side * side * shrink * cover * s.light; }
   MOTES_INLINE float usual_sum() const { return 4 * side * side * shrink * cover * kPixelWeight * finer + 1e-3f; }
 
-  MOTES_INLINE void weigh(Patch<4>& p) const { moments.count == 0 ? Picture::weigh(p) : weigh_moments(p); }
+  MOTES_INLINE void weigh(Patch<4>& p) const { moments.count == 0 ? weigh_still(p) : weigh_moments(p); }
 
   MOTES_INLINE Front front(Floats x, Floats y) const {
     Front front = front_of(moments.count != 0 ? most_opaque_moment(x, y) : moves ? most_opaque(x, y) : texels(x, y));

@@ -32,7 +32,7 @@ struct Picture {
   static MOTES_INLINE float greatest() { return kPixelWeight; }
   static MOTES_INLINE const std::uint16_t* measured(const Patch<4>& p) { return p.cover; }
 
-  MOTES_OUTLINE void weigh(Patch<4>& p) const {
+  MOTES_OUTLINE void weigh_still(Patch<4>& p) const {
     const Kind own = self();  // no store to the patch can change it
     for_each_vector(p, [&](Floats x, Floats y, const InPart& in_part) {
       const Texels t = own.mean(x - own.s.x, y - own.s.y);
@@ -219,6 +219,7 @@ struct Image : Picture<Image> {
   MOTES_INLINE float box_x() const { return box(size_of(s.up_y), size_of(s.up_x)); }
   MOTES_INLINE float box_y() const { return box(size_of(s.up_x), size_of(s.up_y)); }
 
+  MOTES_INLINE void weigh(Patch<4>& p) const { weigh_still(p); }
   MOTES_INLINE float total() const { return 4 * s.radius * s.radius * cover * s.light; }
   MOTES_INLINE const image::ImageLevel* levels() const { return tile_levels; }
   /// Returns the expected sum of the weights.

@@ -225,19 +225,23 @@ constexpr Blend kBlend = {
     {draw_stamp<kOver, kSaturating, false>, draw_stamp<kOver, kSaturating, true>},
 };
 
+// Forms in space know what hides them at each pixel.
+template <class Kind>
+constexpr bool kHasWalls = requires(Kind kind) { kind.walls; };
+template <class Kind>
+MOTES_INLINE bool tests_itself(const Kind& kind) {
+  if constexpr (kHasWalls<Kind>) return kind.tests_itself();
+  return false;
+}
+
 template <class Kind>
 __attribute__((noinline)) void draw_one(const TilePlanes& tile, const WideSplat& task, const WideSprite& sprite,
                                         const Channels& channel, const Blend& blend, Patch<Kind::kPlanes>& patch) {
   // What a lens spreads in space may reach in front of its middle.
-  constexpr bool kForm = requires(Kind k) { k.walls; };
-  const bool deep = kForm && task.blur > 0;
+  const bool deep = kHasWalls<Kind> && task.blur > 0;
   if (!deep && tile.hides && sprite.depth > tile.farthest) return;
   Kind kind(task, sprite);
-  bool tests_itself = false;
-  if constexpr (requires { kind.walls; }) {
-    tests_itself = kind.tests_itself();
-    kind.walls = {tile.hides ? tile.depth : nullptr, task.fade, task.columns, task.rows};
-  }
+  if constexpr (kHasWalls<Kind>) kind.walls = {tile.hides ? tile.depth : nullptr, task.fade, task.columns, task.rows};
   const WideSprite& s = kind.s;
   const Outline o = outline_of(s, kind.reach(), kind.box_x(), kind.box_y());
   const int first = o.first > 0 ? o.first : 0, last = o.last < task.rows - 1 ? o.last : task.rows - 1;
@@ -245,7 +249,7 @@ __attribute__((noinline)) void draw_one(const TilePlanes& tile, const WideSplat&
   const float unit = weigh(kind, o, first, last, task.columns, patch);
   Tint tint;
   if (!tint_of(channel, s.color, unit, tint)) return;
-  const bool test = !tests_itself && tile.hides && (task.fade > 0 || s.depth > tile.nearest);
+  const bool test = tile.hides && (task.fade > 0 || s.depth > tile.nearest) && !tests_itself(kind);
   blend.patch<Kind::kPlanes>(test)(tile, patch, tint, first, last, task.columns, s.depth, task.fade);
 }
 
@@ -409,7 +413,7 @@ MOTES_INLINE bool draw_small_opaque(const TilePlanes& tile, const WideSplat& tas
 template <class Kind>
 void opaque_wide(const TilePlanes& tile, const WideSplat& task, const unsigned char* records, std::size_t count) {
   PatchPart part;
-  [[maybe_unused]] Directed directed;
+  [[maybe_unused]] Directed directed;  // NOLINT(misc-const-correctness): images change it
   for (std::size_t i = 0; i < count; ++i, records += task.record_bytes) {
     if constexpr (std::is_same_v<Kind, Image>) {
       if (draw_small_opaque(tile, task, records, directed)) continue;

@@ -12,7 +12,7 @@ InSight in_sight(const View& view) {
   const bool sized = view.sun_size > 0 || std::any_of(view.lights.begin(), view.lights.end(),
                                                       [](const Light& light) { return light.radius > 0; });
   if (!sized || view.objects.empty()) return {};
-  auto scene = std::make_shared<CastScene>(view);  // keeps what the selection points to
+  const auto scene = std::make_shared<CastScene>(view);  // keeps what the selection points to
   constexpr float kFar = std::numeric_limits<float>::max();
   const ShadeView& shade = scene->light({{-kFar, -kFar, -kFar}, {kFar, kFar, kFar}});
   return [scene, &shade](const ParticlePlanes& particles, const ParticleWidth& width, std::size_t first,

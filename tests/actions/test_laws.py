@@ -348,11 +348,20 @@ def test_wrong_radii_are_refused(radius: Any):
         world.system("one").interact(radius, velocity=motes.normal)
 
 
-@pytest.mark.parametrize("value", [B.position, motes.r, motes.normal, motes.relative_velocity, A.state.slip])
-def test_one_particle_has_no_pair(value: Any):
+@pytest.mark.parametrize(
+    ("value", "shown"),
+    [
+        (B.position, "motes.b.position"),
+        (motes.r, "motes.r"),
+        (motes.normal, "motes.normal"),
+        (motes.relative_velocity, "motes.b.velocity"),
+        (A.state.slip, "motes.a.state.slip"),
+    ],
+)
+def test_one_particle_has_no_pair(value: Any, shown: str):
     with motes.World(seed=1, progress="off") as world:
         system = world.system("one")
-        with pytest.raises(ArgumentError, match="interact"):
+        with pytest.raises(ArgumentError, match=rf"interact.*'{re.escape(shown)}'"):
             system.law(set={"mass": ex.length(value)})
         with pytest.raises(ArgumentError, match="interact"):
             system.set(mass=ex.length(value))

@@ -300,10 +300,11 @@ def _combine(operation: str, a: Condition, b: Condition) -> Condition:
 
 
 def _column(name: str, columns: Columns) -> tuple[int, int]:
+    given = name
     if name not in columns and name.startswith("a."):  # each particle by itself
         name = name[2:]
     if name not in columns and "." in name:
-        shown = text_of(("column", name))
+        shown = text_of(("column", given))
         raise ArgumentError(
             "expression", shown, "of one particle: only interact() knows pairs", known=columns
         )

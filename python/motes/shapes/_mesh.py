@@ -76,8 +76,8 @@ class Mesh(Shape):
             triangles: three indices of vertices each, (m, 3).
             solid: whether points are drawn from its inside.
             resolution: cells of its grid of distances along its longest side, 8 to 512.
-            colors: of the vertices, linear RGB (n, 3) or n texts; or a picture, a path or uint8 (height, width,
-                3 or 4), of which each vertex takes the colour at its `uv`.
+            colors: of the vertices, linear RGB (n, 3) or n texts; or a picture: a path or uint8 (height,
+                width, 3 or 4), of which each vertex takes the colour at its `uv`.
             uv: place of each vertex on a picture, (n, 2): (0, 0) is its lower left corner, (1, 1) its upper
                 right one, beyond which it repeats.
         """

@@ -140,6 +140,18 @@ def test_ranks_play_and_verify(tmp_path: Path, capsys: pytest.CaptureFixture[str
     assert all(row["verified"] and row["seconds"] > 0 for row in rows) and rows[0]["moved"] == 0
 
 
+def test_a_balancer_that_fails_on_ranks_says_where(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "mine.py"
+    path.write_text(MINE.replace("return motes.balance.Targets(load.powers)", 'raise KeyError("powers")'))
+    sizes = ["--frames", "4", "--particles", "100"]
+    assert main(["arena", "-w", "step", "-b", f"{path}:Mine", "--ranks", "2", *sizes]) == 2
+    said = capsys.readouterr().err
+    assert "KeyError: 'powers'" in said and f'{path}", line 6' in said
+    assert "MPI_ABORT" not in said and "prterun" not in said and "x00" not in said
+
+
 def test_metis_plays_where_it_is_installed(capsys: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("pymetis")
     metis = f"{Path(__file__).parent / 'metis.py'}:Metis"

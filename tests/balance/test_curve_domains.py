@@ -134,6 +134,8 @@ def test_curves_are_plotted_and_watched(runs: dict[str, motes.Run]):
     assert "place along the Hilbert curve" in axes.get_ylabel()
     low, high = axes.get_ylim()
     assert low > -0.5 and high < 1.5
+    moved = run.plot.given().figure.axes[1]
+    assert moved.get_ylabel() == "moved to the right (part of the Hilbert curve)"
     shown = View(run.path, run.facts)
     shown.read()
     lines = shown.lines(80, plain=True)

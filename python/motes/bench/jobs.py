@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from .._launch import starting
+from .._launch.supervisor import Relay
 from .._run import losses
 from ..errors import MotesError
 
@@ -28,6 +29,14 @@ def figures_of(module: str, ranks: int, options: Sequence[str], *, survive: bool
     job = subprocess.run(argv, check=False, capture_output=True, text=True, env=variables)
     lines = [line for line in job.stdout.splitlines() if line.startswith("{")]
     if (job.returncode != 0 and not survive) or not lines:
-        raise MotesError(f"the job on {ranks} ranks failed:\n{job.stderr}")
+        raise MotesError(f"the job on {ranks} ranks failed:\n{_said(job.stderr)}")
     figures: dict[str, Any] = json.loads(lines[-1])
     return figures
+
+
+def _said(errors: str) -> str:
+    """Leave out the launcher's own messages, where ranks say what has failed."""
+    kept: list[bytes] = []
+    relay = Relay(kept.append)
+    relay.feed(f"{errors}\n".encode())
+    return b"".join(kept).decode().strip() if relay.message else errors

@@ -280,7 +280,8 @@ class Plots:
         """What balancing moved over each cut: + from left to right, - from right to left.
 
         If the balancer cuts all domains anew, no calculator gives particles: then it shows how far each cut
-        moved, in m. Raises LogError for a run whose balancer evaluated no cut.
+        moved, in m, or as a part of a curve or of the ids. Raises LogError for a run whose balancer evaluated
+        no cut.
         """
         balance = self._run.balance
         if balance.empty:
@@ -295,7 +296,10 @@ class Plots:
         pairs: list[Any] = list(table.columns)
         names = [f"{int(left)}|{int(right)}" for left, right in pairs]
         ax = drawing.axes(ax, (7.0, min(1.6 + 0.28 * len(names), 6.0)))
-        label = "moved to the right (m)" if anew else "particles, left → right"
+        axes = self._run.axis(system or self._run.systems[0])
+        curves = {curve: f"part of the {curve.title()} curve" for curve in CURVES}
+        unit = {BY_ID: "part of the ids", **curves}.get(axes, "m")
+        label = f"moved to the right ({unit})" if anew else "particles, left → right"
         drawing.cells(ax, table, label=label, names=names, signed=True)
         drawing.integer_frames(ax)
         title = self._title("Cuts moved" if anew else "Particles given to balance")

@@ -132,18 +132,23 @@ struct OwnColor {
   }
 };
 
-/// Computes the stamp of an opaque image.
-MOTES_OUTLINE void fill_opaque(const image::WideSplat& task, WideSprite sprite, const SmallImage& small,
-                               image::ImageStamp& stamp) {
-  sprite.color = 0xffffff;
-  const Image kind(task, small.stamped(sprite));
+/// Places the part of a small image, and says where in its stamp.
+MOTES_INLINE void place_stamp(const Image& kind, PatchPart& part, image::ImageStamp& stamp) {
   const Outline o = outline_of(kind.s, kind.reach(), kind.box_x(), kind.box_y());
-  PatchPart part;
   place_rows(part, kind.s, o, o.first, o.last, 0, o.strips);
   stamp.rows = static_cast<std::uint8_t>(part.rows);
   stamp.strips = static_cast<std::uint8_t>(part.strips);
   stamp.first = static_cast<std::int8_t>(part.first);
   stamp.left = static_cast<std::int8_t>(part.start[0]);
+}
+
+/// Computes the stamp of an opaque image.
+MOTES_OUTLINE void fill_opaque(const image::WideSplat& task, WideSprite sprite, const SmallImage& small,
+                               image::ImageStamp& stamp) {
+  sprite.color = 0xffffff;
+  const Image kind(task, small.stamped(sprite));
+  PatchPart part;
+  place_stamp(kind, part, stamp);
   for_each_vector(part, [&](Floats x, Floats y, const InPart& at) {
     const Front front = kind.front(x - kind.s.x, y - kind.s.y);
     const Uints surface = (Uints)front.covered & (front.color | 0xff000000u);

@@ -299,15 +299,11 @@ void draw_groups(const TilePlanes& tile, const WideSplat& task, const unsigned c
 __attribute__((noinline)) void fill(const WideSplat& task, const WideSprite& sprite, const SmallImage& small,
                                     Patch<4>& patch, image::ImageStamp& stamp) {
   const Image kind(task, small.stamped(sprite));
-  const Outline o = outline_of(kind.s, kind.reach(), kind.box_x(), kind.box_y());
-  place_rows(patch, kind.s, o, o.first, o.last, 0, o.strips);
+  place_stamp(kind, patch, stamp);
   kind.weigh(patch);
   Weighed all;
   count(patch, patch.cover, all);
-  stamp.rows = static_cast<std::uint8_t>(all.sum > 0 ? patch.rows : 0);
-  stamp.strips = static_cast<std::uint8_t>(patch.strips);
-  stamp.first = static_cast<std::int8_t>(patch.first);
-  stamp.left = static_cast<std::int8_t>(patch.start[0]);
+  if (all.sum == 0) stamp.rows = 0;
   stamp.share = all.sum > 0 ? kind.cover / static_cast<float>(all.sum) : 0;
   stamp.most = image::kMostLight / static_cast<float>(all.most);
   for (int strip = 0; strip < patch.strips; ++strip) {

@@ -2,13 +2,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <limits>
 #include <memory>
 #include <set>
 #include <stdexcept>
 
 #include "domains/curve.h"
 #include "domains/divide.h"
+#include "domains/test_domains_boxes.h"
 #include "support/check.h"
 #include "support/isas.h"
 
@@ -21,21 +21,15 @@ using domains::Domains;
 using domains::kHilbert;
 using domains::kMorton;
 using domains::Room;
+using domains_test::holds;
+using domains_test::kInf;
+using domains_test::kNaN;
+using domains_test::Place;
 
 namespace {
 
-constexpr float kInf = std::numeric_limits<float>::infinity();
-constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 constexpr Room kUnits{{0, 0, 0}, {256, 256, 256}};  // cells are 1 m wide
 constexpr Room kUneven{{-3.2, -1e-3, 100}, {0.8, 2.5, 1000}};
-
-using Place = std::array<float, 3>;
-
-bool holds(const Box& box, const Place& p) {
-  bool inside = true;
-  for (std::size_t a = 0; a < 3; ++a) inside = inside && p[a] >= box.low[a] && p[a] < box.high[a];
-  return inside;
-}
 
 // The cell of this number, in the room of units.
 Curve::Cell cell_at(const Curve& curve, std::uint32_t number) {

@@ -1,12 +1,12 @@
 // Bricks and parts of the ids: trees of cuts, held against the boxes that they make.
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <set>
 #include <stdexcept>
 
 #include "domains/divide.h"
+#include "domains/test_domains_boxes.h"
 #include "support/check.h"
 #include "support/isas.h"
 
@@ -15,19 +15,12 @@ using domains::Axes;
 using domains::Box;
 using domains::Cut;
 using domains::Domains;
+using domains_test::holds;
+using domains_test::kInf;
+using domains_test::kNaN;
+using domains_test::Place;
 
 namespace {
-
-constexpr float kInf = std::numeric_limits<float>::infinity();
-constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
-
-using Place = std::array<float, 3>;
-
-bool holds(const Box& box, const Place& p) {
-  bool inside = true;
-  for (std::size_t axis = 0; axis < 3; ++axis) inside = inside && p[axis] >= box.low[axis] && p[axis] < box.high[axis];
-  return inside;
-}
 
 // A tree over so many domains whose cuts lie inside what they halve; now and then on its face.
 void grow(std::vector<Cut>& tree, int first, int last, const Box& box, Axes axes, test::Dice& dice) {

@@ -192,9 +192,8 @@ class Plots:
         ax = drawing.axes(ax, (7.0, 3.8))
         space = (0.0, 1.0) if axes in CURVES else self._run.space
         draw_domains(ax, measures.of_system(load, name), self._run.calculators, density, space)
-        curves = {curve: f"place along the {curve.title()} curve" for curve in CURVES}
-        unit = {BY_ID: "part of the ids", **curves}.get(axes, f"{axes} (m)")
-        return finish(ax, title=self._title(title), y=unit, grid="")
+        label = _unit(axes, f"{axes} (m)", "place along")
+        return finish(ax, title=self._title(title), y=label, grid="")
 
     def shares(self, column: str = "n_end", *, system: str | None = None, ax: Axes | None = None) -> Axes:
         """Each calculator's part of all particles, or of another column, stacked to 1.
@@ -297,9 +296,7 @@ class Plots:
         names = [f"{int(left)}|{int(right)}" for left, right in pairs]
         ax = drawing.axes(ax, (7.0, min(1.6 + 0.28 * len(names), 6.0)))
         axes = self._run.axis(system or self._run.systems[0])
-        curves = {curve: f"part of the {curve.title()} curve" for curve in CURVES}
-        unit = {BY_ID: "part of the ids", **curves}.get(axes, "m")
-        label = f"moved to the right ({unit})" if anew else "particles, left → right"
+        label = f"moved to the right ({_unit(axes, 'm', 'part of')})" if anew else "particles, left → right"
         drawing.cells(ax, table, label=label, names=names, signed=True)
         drawing.integer_frames(ax)
         title = self._title("Cuts moved" if anew else "Particles given to balance")
@@ -427,3 +424,10 @@ class Plots:
             if facts.get(name) == rank
         ]
         return f"{rank} {' + '.join(roles)}" if roles else str(rank)
+
+
+def _unit(axes: str, metres: str, of_a_curve: str) -> str:
+    """Name what cuts are measured in: `metres` along an axis of space."""
+    if axes == BY_ID:
+        return "part of the ids"
+    return f"{of_a_curve} the {axes.title()} curve" if axes in CURVES else metres

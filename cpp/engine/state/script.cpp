@@ -1,8 +1,9 @@
 #include "engine/state/script.h"
 
 #include <algorithm>
-
 #include <utility>
+
+#include "image/layout.h"
 
 namespace motes::engine {
 

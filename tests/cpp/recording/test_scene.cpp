@@ -12,6 +12,7 @@
 #include "meshes/assets.h"
 #include "program/program.h"
 #include "recording/scene.h"
+#include "recording/source_total.h"
 #include "support/check.h"
 
 namespace motes::test_scene {

@@ -254,7 +254,7 @@ TABLE = {
         ),
         Variable(
             "MOTES_SKIN",
-            "skin of kept neighbour lists per reach of a law, for tests; the bits are the same",
+            "skin of kept lists per reach, for tests; the bits are the same",
             f"a number 0..{MOST_SKIN}",
             _skin,
             default_text="what is cheapest",

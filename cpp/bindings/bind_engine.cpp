@@ -74,6 +74,7 @@ engine::Settings make_settings(const py::dict& facts) {
   settings.fan_out = facts["fan_out"].cast<int>();
   settings.threads = facts["threads"].cast<int>();
   if (!facts["grain"].is_none()) settings.grain = facts["grain"].cast<std::size_t>();
+  settings.skin = facts["skin"].cast<std::optional<float>>();
   settings.shares_pictures = facts["shares_pictures"].cast<bool>();
   settings.wall_clock = facts["clock"].cast<std::string>() == "wall";
   settings.speed = facts["speed"].cast<double>();

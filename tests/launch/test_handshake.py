@@ -85,8 +85,8 @@ def test_a_log_that_differs_between_ranks_is_refused(tmp_path):
 def test_settings_are_frozen_and_say_everything_once():
     settings = RunSettings(
         seed=None, dt=0.5, substeps=1, axis="x", space=None, periodic=(), roles=(0, 0, [0]),
-        balancer=motes.balance.Static(), combine="together", births="auto", fan_out=8, threads=None,
-        clock="cpu", digest=False, log="a",
+        balancer=motes.balance.Static(), combine="together", births="auto", fan_out=8, skin=None,
+        threads=None, clock="cpu", digest=False, log="a",
         spans=False, speeds={0: 0.5}, stall_s=3.0,
     )  # fmt: skip
     with pytest.raises(AttributeError):

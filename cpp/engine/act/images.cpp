@@ -77,6 +77,14 @@ double Images::outside(const domains::Cover& cover, const float (&x)[3]) const {
   return least;
 }
 
+float Images::most_skin(float reach) const {
+  float most = std::numeric_limits<float>::infinity();
+  for (int axis = 0; axis < 3; ++axis) {
+    if (periods_.has(axis)) most = std::min(most, 0.499f * static_cast<float>(periods_[axis].length()) - reach);
+  }
+  return std::max(most, 0.0f);
+}
+
 void Images::check(const actions::Action& action, float reach) const {
   if (!any() || action.kind == actions::Kind::tie) return;  // a tie goes to the nearest image, however far that is
   const std::string name = actions::facts(action.kind).name;

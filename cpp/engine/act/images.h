@@ -38,6 +38,10 @@ class Images {
   /// Returns the distance of a point from a part of space, m: of any of its places.
   double outside(const domains::Cover& cover, const float (&x)[3]) const;
 
+  /// Returns the thickest skin, m, with which no list has two places of one particle: what the pair remembers would
+  /// then stay at one of them until the list is made anew. `reach`: how far the action sees, m.
+  float most_skin(float reach) const;
+
   /// Throws std::invalid_argument for an action that a particle would see another one's image with, besides itself, or
   /// that knows no images. `reach`: how far it sees, m.
   void check(const actions::Action& action, float reach) const;

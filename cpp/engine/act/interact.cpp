@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <optional>
 #include <set>
 #include <utility>
 
@@ -109,8 +110,7 @@ class Meeting {
     farthest_ = heard[1];
     const bool held = kept_;
     kept_ = heard[6] == 0;
-    if (exchange_.has_lists())
-      skin_ = interactions::skin_of({heard[7], heard[8]}, interactions::reach_of(*in_.interaction.action, extent_));
+    if (exchange_.has_lists()) skin_ = skin({heard[7], heard[8]});
     range_ = interactions::range_of(*in_.interaction.action, extent_) + static_cast<double>(skin_);
     if (held && !kept_) in_.compute([&] { exchange_.find_migrants(); });
     if (interactions::uses_cells(*in_.interaction.action)) {
@@ -119,6 +119,13 @@ class Meeting {
       range_ = 2 * cube_.leaf;
     }
     return true;
+  }
+
+  // Returns the skin, m, of lists that are made now.
+  float skin(const interactions::Wear& wear) const {
+    const float reach = interactions::reach_of(*in_.interaction.action, extent_);
+    const std::optional<float>& told = in_.rank.settings.skin;
+    return std::min(told ? *told * reach : interactions::skin_of(wear, reach), images_.most_skin(reach));
   }
 
   float farthest_face() const {

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -45,12 +46,13 @@ struct Settings {
   Births births = Births::automatic;
   int threads = 1;          // threads of this rank, for calculating and drawing
   std::size_t grain = SIZE_MAX;  // see threads::Pool
-  bool shares_pictures = true;   // draw into the image generator's memory on its host: see SharedPictures
-  int fan_out = 8;          // a rank relays the manager's messages to at most this many others
-  bool blocking = false;    // calculators wait until the image generator has taken their particles (paper)
+  std::optional<float> skin;  // of kept lists, as a part of how far a law sees, equal on all ranks; none: the cheapest
+  bool shares_pictures = true;  // draw into the image generator's memory on its host: see SharedPictures
+  int fan_out = 8;  // a rank relays the manager's messages to at most this many others
+  bool blocking = false;  // calculators wait until the image generator has taken their particles (paper)
   bool wall_clock = false;  // compute seconds are wall time, not this thread's processor time
-  double speed = 1;         // 0..1: this rank takes as long as a machine of this fraction of its speed would
-  Costs costs;              // costs of work on a simulated machine
+  double speed = 1;  // 0..1: this rank takes as long as a machine of this fraction of its speed would
+  Costs costs;  // costs of work on a simulated machine
   Logging log;
   std::function<int()> stop_signal;  // the signal that asks this rank to stop, or 0; asked once per frame; may be empty
   std::function<std::string()>

@@ -33,6 +33,8 @@ class RunSettings(NamedTuple):
     combine: str
     births: str
     fan_out: int
+    skin: float | None
+    """Of kept neighbour lists, as a part of how far a law sees; None: what is cheapest."""
     threads: int | None
     """Of this rank; None: its share of the processors, once the ranks have met."""
     clock: str
@@ -96,6 +98,7 @@ class RunSettings(NamedTuple):
             "fan_out": self.fan_out,
             "threads": self.threads,
             "grain": environment.grain(),
+            "skin": self.skin,
             "shares_pictures": environment.shares_pictures(),
             "clock": self.clock,
             "speed": self.speeds.get(rank, 1.0),

@@ -22,6 +22,7 @@ __all__ = [
     "is_set",
     "read",
     "shares_pictures",
+    "skin",
     "stall_s",
     "threads",
 ]
@@ -31,6 +32,7 @@ PROGRESS = ("lines", "bar", "off")
 SIMD = ("sse2", "avx2", "avx512")
 MOST_RANKS = 2**31 - 1
 MOST_THREADS = 1024
+MOST_SKIN = 100
 LEAST_SPEED = 1e-3
 LIVE_OFF = "off"
 
@@ -114,6 +116,12 @@ def grain() -> int | None:
     return told
 
 
+def skin() -> float | None:
+    """Return the skin of kept neighbour lists, as a part of how far a law sees: MOTES_SKIN."""
+    told: float | None = read("MOTES_SKIN")
+    return told
+
+
 def shares_pictures() -> bool:
     """Tell whether this rank may draw into memory of the image generator's: MOTES_SHARED_PICTURES."""
     return bool(read("MOTES_SHARED_PICTURES"))
@@ -135,6 +143,13 @@ def _flag(text: str) -> bool:
 def _seconds(text: str) -> float:
     value = float(text)
     if not 0 < value < float("inf"):
+        raise ValueError(text)
+    return value
+
+
+def _skin(text: str) -> float:
+    value = float(text)
+    if not 0 <= value <= MOST_SKIN:
         raise ValueError(text)
     return value
 
@@ -236,6 +251,13 @@ TABLE = {
             f"an integer 1..{MOST_RANKS}",
             _up_to(MOST_RANKS),
             default_text="what is fastest",
+        ),
+        Variable(
+            "MOTES_SKIN",
+            "skin of kept lists per reach, for tests; the bits are the same",
+            f"a number 0..{MOST_SKIN}",
+            _skin,
+            default_text="what is cheapest",
         ),
         Variable(
             "MOTES_SHARED_PICTURES",

@@ -71,6 +71,7 @@ def settings(
         combine=arguments.choice("combine", given["combine"], ("one_by_one", "together", "overlapped")),
         births=environment.births(given["births"]),
         fan_out=environment.fan_out(given["fan_out"]),
+        skin=environment.skin(),
         threads=environment.threads(given["threads"]),
         clock=arguments.choice("clock", given["clock"], ("cpu", "wall")),
         digest=arguments.flag("digest", given["digest"]),

@@ -29,6 +29,11 @@ float diameter_of(const Sprite& sprite, int height) {
   return static_cast<float>(sprite.pixels == 1 ? 2 : sprite.pixels);
 }
 
+bool has_gain(const Sprite& sprite, const View& view) {
+  if (!sprite.lit || view.lights.empty() || drawn_as_point(sprite)) return false;
+  return sprite.kind >= Sprite::Kind::sphere && sprite.kind != Sprite::Kind::ribbon;
+}
+
 Sprite as_seen(Sprite sprite, const View& view) {
   if (!(view.camera.aperture > 0) || sprite.blend != Sprite::Blend::opaque) return sprite;
   sprite.blend = Sprite::Blend::alpha;
@@ -56,6 +61,7 @@ Layout layout(const Sprite& sprite, const View& view, bool any_depth) {
   if (sprite.kind == Sprite::Kind::ribbon) return Layout::ribbon;
   if (is_posed(sprite)) return sprite.tiles.cut() ? Layout::posed_tiled : Layout::posed;
   if (sprite.tiles.cut()) return Layout::tiled;
+  if (has_gain(sprite, view)) return Layout::wide;
   const bool still = !(view.shutter > 0);
   const bool sharp = !(view.camera.aperture > 0);
   if (still && sharp && has_fixed_footprint(sprite, view.height)) return deep ? Layout::deep : Layout::plain;

@@ -53,7 +53,21 @@ struct WideRecord {
   std::uint16_t size;         // diameter (of images: the longer side), 1/64 px: 2..512 px
   std::uint16_t light;        // part of its alpha that is shown, 1/32768: below 32768 for what is narrower than 2 px
   std::int16_t up_x, up_y;  // the particle's `up` on the screen (y downwards), a unit vector * 32767; 0, 0: unknown
-  std::int32_t dx, dy;  // from the start of the streak to its end, 1/256 px
+  std::int32_t dx : 24;  // from the start of the streak to its end, 1/256 px
+  std::uint32_t gain_low : 8;  // see gain()
+  std::int32_t dy : 24;
+  std::uint32_t gain_high : 8;
+
+  /// Returns the factor on the light of what lamps make brighter than its colour can say; from 1 on.
+  float gain() const {
+    const std::uint32_t bits = ((gain_low | gain_high << 8) + kGainOne) << kGainShift;
+    float factor;
+    __builtin_memcpy(&factor, &bits, sizeof factor);
+    return factor;
+  }
+  /// The upper bits of a float, less those of 1, are what a record has of its gain: low byte, then high byte.
+  static constexpr int kGainShift = 12;
+  static constexpr std::uint32_t kGainOne = 127u << (23 - kGainShift);
 };
 
 /// Its `size` says only how far its middle may be from what hides it; up_x and up_y are one number, its turn about the
@@ -149,6 +163,9 @@ bool drawn_as_point(const Sprite& sprite);
 /// pixels get.
 float diameter_of(const Sprite& sprite, int height);
 
+/// Whether lamps may make particles brighter than their colours can say: then records have a gain, and are wide.
+bool has_gain(const Sprite& sprite, const View& view);
+
 /// A sprite as a camera sees it: through a lens opaque particles are blended from far to near, since those that are out
 /// of focus let some of the light behind them through.
 Sprite as_seen(Sprite sprite, const View& view);
@@ -183,7 +200,12 @@ __attribute__((always_inline)) inline WideRecord wide_record(const RecordForm& f
   __builtin_memcpy(r.color, &color, 4);
   if (form.depth != 0) __builtin_memcpy(&r.depth, bytes + form.depth, 4);
   __builtin_memcpy(&r.size, bytes + form.size, 4);
-  if (form.way != 0) pair(form.way, r.dx, r.dy, 9 - bits);
+  if (form.way != 0) {
+    std::int32_t dx, dy;
+    pair(form.way, dx, dy, 9 - bits);
+    r.dx = dx;
+    r.dy = dy;
+  }
   return r;
 }
 

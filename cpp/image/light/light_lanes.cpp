@@ -98,11 +98,13 @@ MOTES_INLINE Floats3 light_arriving(const image::LightTask& t, Floats3 place, co
   return {part(light.x, plain.x), part(light.y, plain.y), part(light.z, plain.z)};
 }
 
-// Dims what would be brighter than a particle can be, by one factor: its hue stays.
-MOTES_INLINE Floats3 within_white(Floats3 color, Floats opacity) {
+// How many times brighter than a particle's colour can be it would be; from 1 on.
+MOTES_INLINE Floats excess(Floats3 color, Floats opacity) {
   const Floats most = max(max(color.x, color.y), color.z) * opacity;
-  return color * (1.0f / min(max(most, all(1.0f)), all(kMostFloat)));
+  return min(max(most, all(1.0f)), all(kMostFloat));
 }
+// Dims what would be brighter than a particle can be, by one factor: its hue stays.
+MOTES_INLINE Floats3 within_white(Floats3 color, Floats opacity) { return color * (1.0f / excess(color, opacity)); }
 
 void light_particles(const image::LightTask& t, std::size_t first, std::size_t last, float* const* to) {
   const image::ParticlePlanes& p = t.particles;
@@ -112,16 +114,23 @@ void light_particles(const image::LightTask& t, std::size_t first, std::size_t l
                   value_or(p.color[2], i, p.color_of_all[2])};
     const Floats3 offset = all3(t.width.eye) - place;
     const Floats distance = length_of_way(offset);
+    const auto seen = [&] {
+      return t.adds ? min(max(value_or(p.alpha, i, p.alpha_of_all), Floats{}), all(1.0f)) : all(1.0f);
+    };
     if (t.lit) {
       const LitSide side = lit_side(t, i, offset * (1.0f / distance));
       const Floats3 light = light_arriving(t, place, side, diameter_at(t.width, p, place, i), i - first);
-      const Floats seen = t.adds ? min(max(value_or(p.alpha, i, p.alpha_of_all), Floats{}), all(1.0f)) : all(1.0f);
-      color = within_white({color.x * light.x, color.y * light.y, color.z * light.z}, seen);
+      color = {color.x * light.x, color.y * light.y, color.z * light.z};
+      if (!t.bright) color = within_white(color, seen());
     }
     if (t.fog_density > 0) {
       const Floats clear = exp(-min(distance * t.fog_density, all(80.0f)));
       const Floats fog = t.adds ? Floats{} : 1.0f - clear;
       color = color * clear + all3(t.fog) * fog;
+    }
+    if (t.bright) {
+      store(to[3] + (i - first), excess(color, seen()));
+      color = within_white(color, seen());
     }
     store(to[0] + (i - first), color.x);
     store(to[1] + (i - first), color.y);

@@ -50,6 +50,7 @@ struct LightTask {
   ParticlePlanes particles;
   ParticleWidth width;
   bool lit = false;
+  bool bright = false;  // see has_gain()
   bool shaded = false;  // by their kind, as the sun and the sky do alone: only what differs from that counts
   bool flat = false;    // cards
   CardPlanes cards{};
@@ -73,8 +74,8 @@ struct ShadowTask {
 };
 
 struct LightLanes {
-  /// Writes the colours of particles first .. last - 1 to `to`, three planes that begin with the first one. Whole
-  /// vectors are written.
+  /// Writes the colours of particles first .. last - 1 to `to`, three planes that begin with the first one, and to a
+  /// fourth one their gains where they are bright. Whole vectors are written.
   void (*light)(const LightTask& task, std::size_t first, std::size_t last, float* const* to);
 
   /// Extends the extent in a grid's space by particles first .. last - 1.

@@ -56,6 +56,7 @@ std::unique_ptr<const ParticleLight> ParticleLight::of(const Sprite& sprite, con
   t.lit = sprite.lit;
   if (t.lit) made->in_sight_ = std::move(in_sight);
   t.shaded = sprite.kind == Sprite::Kind::mesh || (sprite.kind == Sprite::Kind::sphere && !drawn_as_point(sprite));
+  t.bright = image::has_gain(sprite, view);
   t.flat = sprite.kind == Sprite::Kind::card;
   t.cards.along_velocity = sprite.facing == Sprite::Facing::velocity;
   t.sunny = length(view.sun) > 0;
@@ -93,7 +94,7 @@ void ParticleLight::light(const Drawn& particles, std::size_t first, std::size_t
     for (std::size_t k = 0; k < lights.size(); ++k) lights[k].in_sight = parts.data() + (k + 1) * stride;
     task.lights = lights.data();
   }
-  float* const planes[3] = {to, to + stride, to + 2 * stride};
+  float* const planes[4] = {to, to + stride, to + 2 * stride, to + 3 * stride};
   light_lanes().light(task, first, last, planes);
 }
 

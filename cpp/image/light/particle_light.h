@@ -22,7 +22,11 @@ class ParticleLight {
   static std::unique_ptr<const ParticleLight> of(const Sprite& sprite, const View& view, const ShadowGrids* shadows,
                                                  InSight in_sight = {});
 
-  /// Writes the colours of particles first .. last - 1 to three planes `stride` floats apart.
+  /// Whether it also writes gains: see has_gain().
+  bool has_gain() const { return task_.bright; }
+
+  /// Writes the colours of particles first .. last - 1 to three planes `stride` floats apart, and their gains to a
+  /// fourth one.
   void light(const Drawn& particles, std::size_t first, std::size_t last, float* to, std::size_t stride) const;
 
  private:

@@ -256,6 +256,14 @@ MOTES_INLINE Uints tile_number(const image::WideTask& t, std::size_t i) {
   return (Uints)select(at >= end, Ints{}, at);
 }
 
+// The gain of a particle's light, as records have it.
+MOTES_INLINE Uints gain_vector(const image::WideTask& t, std::size_t i) {
+  using Record = image::WideRecord;
+  if (t.gain == nullptr) return Uints{};
+  const Floats gain = min(max(load(t.gain + i), all(1.0f)), all(1e9f));
+  return (((Uints)gain + (1u << (Record::kGainShift - 1))) >> Record::kGainShift) - Record::kGainOne;
+}
+
 MOTES_INLINE Uints pair_of(Ints x, Ints y) { return ((Uints)x & 0xffffu) | ((Uints)y << 16); }
 // To the nearest multiple of 2^bits.
 MOTES_INLINE Ints rounded(Ints v, int bits) { return (v + (1 << (bits - 1))) >> bits; }
@@ -299,8 +307,9 @@ MOTES_INLINE Columns project_vector(const image::WideTask& t, std::size_t i, Uin
     c.word[3] = (Uints)now.depth;
     c.word[4] = size;
     c.word[5] = t.oriented ? up_vector(t, i, now) : t.posed ? stance.turning : Uints{};
-    c.word[6] = (Uints)dx;
-    c.word[7] = (Uints)dy;
+    const Uints gain = gain_vector(t, i);
+    c.word[6] = ((Uints)dx & 0xffffffu) | gain << 24;
+    c.word[7] = ((Uints)dy & 0xffffffu) | gain >> 8 << 24;
     if (t.posed) {
       c.word[8] = stance.turn[0];
       c.word[9] = stance.turn[1];

@@ -20,6 +20,8 @@ struct WideTask : SeenTask {
   const float* up[3];
   float up_of_all[3];
 
+  const float* gain = nullptr;  // of their light, from 1 on; null: 1
+
   LensLanes then; // the camera when the shutter opened
   bool streaks;   // the shutter is open for a while
   float open;     // for how long, s

@@ -247,7 +247,7 @@ void Projector::light(const Drawn& particles, const Projection& projection, std:
                       SeenTask& task) {
   if (projection.light == nullptr) return;
   const std::size_t stride = last - first + kSlack;
-  lit_.resize(3 * stride);
+  lit_.resize(4 * stride);
   projection.light->light(particles, first, last, lit_.data(), stride);
   for (std::size_t c = 0; c < 3; ++c) task.color[c] = lit_.data() + c * stride - first;
 }
@@ -292,6 +292,7 @@ void Projector::project_wide(const Drawn& particles, const Projection& projectio
   task.columns = grid.columns();
   task.bits = grid.far_bits();
   task.pick = projection.pick;
+  const bool gains = projection.light != nullptr && projection.light->has_gain();
   const auto words = static_cast<std::size_t>(task.form.bytes) / 4;
   const std::size_t step = batch_size(4 * words + 2 + record_bytes, grid.tiles());
   for (std::size_t first = 0; first < particles.count; first += step) {
@@ -306,6 +307,7 @@ void Projector::project_wide(const Drawn& particles, const Projection& projectio
     batch.many = all.take<ManyTiles>();
     batch.tile = all.take<std::uint16_t>();
     light(particles, projection, first, last, task);
+    if (gains) task.gain = task.color[2] + stride;
     const WideCount number = wide_lanes_->project(task, first, last, batch);
     if (number.visible == 0) continue;
     const Touched touched{batch.tile, batch.several, number.visible, number.several, columns};

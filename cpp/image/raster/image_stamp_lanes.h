@@ -11,7 +11,7 @@ namespace motes::MOTES_ISA {
 /// Tells whether the record of an image is drawn from a stamp.
 MOTES_INLINE bool has_stamp(const image::WideSplat& task, const image::WideRecord& r) {
   constexpr int kWidest = static_cast<int>(image::kStampedImage) << image::kSizeBits, kMoves = 1 << image::kWideBits;
-  if (task.image_stamps == nullptr || r.size > kWidest) return false;
+  if (task.image_stamps == nullptr || r.size > kWidest || (r.gain_low | r.gain_high) != 0) return false;
   return std::int64_t{r.dx} * r.dx + std::int64_t{r.dy} * r.dy < kMoves * kMoves;
 }
 

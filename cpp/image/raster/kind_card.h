@@ -227,10 +227,11 @@ struct Card : Picture<Card> {
     const float part = 1 / (static_cast<float>(moments.count) * moments.larger * moments.larger);
     for_each_vector(p, [&](Floats, Floats, const InPart& in_part) {
       const int at = in_part.number(p);
-      Ints mean[4];
-      for (int c = 0; c < 4; ++c) mean[c] = to_ints(to_floats(load_mask(sums.channel[c] + at)) * part + 0.5f);
-      store_narrow(p.cover + at, mean[3]);
-      store_thirds(p.light + 3 * at, mean[0], mean[1], mean[2]);
+      Texels mean;
+      for (int c = 0; c < 4; ++c) mean.channel[c] = to_ints(to_floats(load_mask(sums.channel[c] + at)) * part + 0.5f);
+      brighten(mean);
+      store_narrow(p.cover + at, mean.channel[3]);
+      store_thirds(p.light + 3 * at, mean.channel[0], mean.channel[1], mean.channel[2]);
     });
   }
 

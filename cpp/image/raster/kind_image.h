@@ -35,7 +35,8 @@ struct Picture {
   MOTES_OUTLINE void weigh_still(Patch<4>& p) const {
     const Kind own = self();  // no store to the patch can change it
     for_each_vector(p, [&](Floats x, Floats y, const InPart& in_part) {
-      const Texels t = own.mean(x - own.s.x, y - own.s.y);
+      Texels t = own.mean(x - own.s.x, y - own.s.y);
+      own.brighten(t);
       const int at = in_part.number(p);
       store_narrow(p.cover + at, t.channel[3]);
       store_thirds(p.light + 3 * at, t.channel[0], t.channel[1], t.channel[2]);
@@ -76,13 +77,31 @@ struct Picture {
     finer = s.half / longest;
   }
 
+  /// Makes a picture brighter by its gain. Where it would be brighter than white in its colour, its hue stays; no texel
+  /// becomes brighter than white.
+  MOTES_INLINE void brighten(Texels& t) const {
+    if (!(s.gain > 1)) return;
+    Floats most{};
+    for (int c = 0; c < 3; ++c) {
+      const float own = static_cast<float>(s.color >> (8 * c) & 0xffu) * (1.0f / 255);
+      most = max(most, to_floats(t.channel[c]) * own);
+    }
+    const Floats white = to_floats(t.channel[3]);
+    const Floats by = max(min(white / max(most, all(1.0f)), all(s.gain)), all(1.0f));
+    for (int c = 0; c < 3; ++c) {
+      t.channel[c] = max_ints(t.channel[c], to_ints(min(to_floats(t.channel[c]) * by + 0.5f, white)));
+    }
+  }
+
   MOTES_INLINE Front front_of(const Texels& t) const {
     Front front;
     const Floats opacity = to_floats(t.channel[3]), alpha = max(opacity, all(least));
+    Texels bright = t;
+    brighten(bright);
     front.color = Uints{};
     for (int c = 0; c < 3; ++c) {
       const Floats own = all(static_cast<float>(s.color >> (8 * c) & 0xffu));
-      front.color |= (Uints)to_ints(min(own * to_floats(t.channel[c]) / alpha, all(255.0f)) + 0.5f) << (8 * c);
+      front.color |= (Uints)to_ints(min(own * to_floats(bright.channel[c]) / alpha, all(255.0f)) + 0.5f) << (8 * c);
     }
     front.covered = (opacity >= least) & (opacity > 0.0f);  // a picture without any alpha covers nothing
     front.shade = all(1.0f);

@@ -277,7 +277,7 @@ struct Mesh {
   MOTES_INLINE Floats shade(Floats3 normal) const {
     const Floats facing = dot(normal, all3(task.toward_sun)), up = dot(normal, all3(task.upward));
     const Floats sky = task.low + (task.high - task.low) * (0.5f + 0.5f * up);
-    return min(sky + task.sun * max(facing, Floats{}), all(1.0f));
+    return min((sky + task.sun * max(facing, Floats{})) * s.gain, all(1.0f));
   }
 
   /// Calls use(facet) for the triangles that may be seen in the tile.

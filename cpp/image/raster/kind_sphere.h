@@ -12,11 +12,13 @@ struct Sphere {
   WideSprite s;
   const image::WideSplat& task;
   float half;  // of the streak, in radii
+  float mean_shade;  // over its picture
   float finer;  // scales weights up on long streaks, which would otherwise be rounded away
 
   MOTES_INLINE Sphere(const image::WideSplat& t, const WideSprite& sprite) : s(sprite), task(t) {
     half = shown_half(s);
     finer = half > 1 ? half : 1;
+    mean_shade = s.gain > 1 ? bright_mean() : t.mean_shade;
   }
   MOTES_INLINE float reach() const { return s.radius + 0.5f; }
   MOTES_INLINE float box_x() const { return reach(); }
@@ -30,7 +32,7 @@ struct Sphere {
   }
   static MOTES_INLINE const std::uint16_t* measured(const Patch<2>& p) { return p.light; }
 
-  MOTES_INLINE float total() const { return s.radius * s.radius * 3.14159265f * task.mean_shade * s.light; }
+  MOTES_INLINE float total() const { return s.radius * s.radius * 3.14159265f * mean_shade * s.light; }
 
   /// Returns the shade at a position on the sphere, along and across the streak, in radii; outside the sphere, that at
   /// the rim.
@@ -42,7 +44,8 @@ struct Sphere {
     const Floats z = sqrt(max(1.0f - square, Floats{}));
     const Floats facing = x * task.toward_sun[0] - y * task.toward_sun[1] + z * task.toward_sun[2];
     const Floats up = x * task.upward[0] - y * task.upward[1] + z * task.upward[2];
-    return min(task.low + (task.high - task.low) * (0.5f + 0.5f * up) + task.sun * max(facing, Floats{}), all(1.0f));
+    const Floats sky = task.low + (task.high - task.low) * (0.5f + 0.5f * up);
+    return min((sky + task.sun * max(facing, Floats{})) * s.gain, all(1.0f));
   }
 
   MOTES_INLINE Glow glow(Floats x, Floats y) const {
@@ -72,6 +75,23 @@ struct Sphere {
 
  private:
   static constexpr int kSteps = 6;
+
+  /// The mean of shade() over the disc, at the points of a grid: sums of integers are the same in any order.
+  MOTES_OUTLINE float bright_mean() const {
+    constexpr int kGrid = 16;
+    constexpr float kUnit = 4096, kPitch = 2.0f / kGrid;
+    Ints sum{}, number{};
+    for (int row = 0; row < kGrid; ++row) {
+      const Floats y = all((static_cast<float>(row) + 0.5f) * kPitch - 1.0f);
+      for (int column = 0; column < kGrid; column += kWidth) {
+        const Floats x = (numbers_from(column) + 0.5f) * kPitch - 1.0f;
+        const Mask inside = x * x + y * y < 1.0f;
+        sum += select(inside, to_ints(shade(x, y) * kUnit + 0.5f), Ints{});
+        number -= (Ints)inside;
+      }
+    }
+    return static_cast<float>(sum_of((Uints)sum)) / (kUnit * static_cast<float>(sum_of((Uints)number)));
+  }
 };
 
 }  // namespace motes::MOTES_ISA

@@ -47,6 +47,7 @@ MOTES_OUTLINE WideSprite sprite_from(const WideSplat& task, const unsigned char*
   s.up_x = oriented ? static_cast<float>(r.up_x) * (1.0f / 32767) : 0;
   s.up_y = oriented ? static_cast<float>(r.up_y) * (1.0f / 32767) : -1;
   s.light = static_cast<float>(r.light) * (1.0f / image::kAllLight);
+  s.gain = r.gain();
   __builtin_memcpy(&s.color, r.color, sizeof s.color);
   s.depth = r.depth;
   s.record = bytes;

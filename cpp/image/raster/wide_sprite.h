@@ -19,6 +19,7 @@ struct WideSprite {
   float along_x, along_y;  // direction of the streak, a unit vector
   float up_x, up_y;    // direction of the particle's `up`, a unit vector
   float light;         // factor on its alpha, 0..1
+  float gain;          // of its light, up to white; from 1 on
   std::uint32_t color, depth;
   std::uint32_t tile;  // number of a tile, as in the record
   const unsigned char* record;

@@ -97,6 +97,27 @@ class Curve(Value, Moving):
             part = part * part * (3 - 2 * part)
         return p + (q - p) * part
 
+    def polynomial(self, key: int) -> list[tuple[float, ...]]:
+        """Return what powers 0 to 3 of the part of the way from a key to the next are multiplied by.
+
+        Args:
+            key: its number; after the last key the value stays.
+        """
+        columns = []
+        for component, numbers in enumerate(self._components):
+            p = numbers[key]
+            rise = numbers[key + 1] - p if key + 1 < len(numbers) and self.interpolation != "hold" else 0.0
+            slopes = self.__dict__["_slopes"][component]
+            if slopes is not None and key + 1 < len(numbers):
+                length = self.times[key + 1] - self.times[key]
+                leave, arrive = slopes[key][1] * length, slopes[key + 1][0] * length
+                columns.append((p, leave, 3 * rise - 2 * leave - arrive, leave + arrive - 2 * rise))
+            elif self.interpolation == "smooth":
+                columns.append((p, 0.0, 3 * rise, -2 * rise))
+            else:
+                columns.append((p, rise, 0.0, 0.0))
+        return list(zip(*columns, strict=True))
+
     def integral(self, low: float, high: float) -> float:
         """Return the integral over time; of numbers only.
 
@@ -209,12 +230,13 @@ class Combined(Curve):
         return str(self.__dict__["operation"])
 
     @property
-    def _both(self) -> tuple[Key | Curve, Key | Curve]:
+    def both(self) -> tuple[Key | Curve, Key | Curve]:
+        """What is combined."""
         return self.__dict__["a"], self.__dict__["b"]
 
     def __call__(self, time: float) -> Any:
         """Return the value at a time, in seconds: a float, or a tuple of 3."""
-        a, b = (_parts(one(time) if isinstance(one, Curve) else one) for one in self._both)
+        a, b = (_parts(one(time) if isinstance(one, Curve) else one) for one in self.both)
         wide = max(len(a), len(b))
         pairs = zip(a * (wide // len(a)), b * (wide // len(b)), strict=True)
         if self.operation == "*":

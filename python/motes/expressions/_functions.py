@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from .._values.curves import Combined, Curve
+from ..errors import ArgumentError
 from ._conditions import Condition, Region
-from ._expression import Expression, choose, made
+from ._expression import Expression, as_expression, choose, made
 
 __all__ = [
     "absolute",
@@ -22,6 +24,7 @@ __all__ = [
     "minimum",
     "mix",
     "normalize",
+    "ramp",
     "sign",
     "sin",
     "smoothstep",
@@ -174,6 +177,49 @@ def smoothstep(low: Any, high: Any, a: Any) -> Expression:
         a: a number or an expression.
     """
     return made("smoothstep", low, high, a)
+
+
+def ramp(curve: Curve, at: Any) -> Expression:
+    """Return the value of a curve at a number of each particle, as in `ramp(fire, column("age") / 2)`.
+
+    Add an attribute to shift it per particle, and take `choose` or `mix` between several.
+
+    Args:
+        curve: a `motes.Curve`, or what `+`, `-` and `*` make of curves; where it has times it takes `at`.
+        at: a number or an expression; before the first key, and where it is NaN, the first value stands.
+
+    Raises:
+        ArgumentError: `curve` is none, or has so many keys that the expression is too long.
+    """
+    if isinstance(curve, Combined):
+        a, b = (
+            ramp(one, at) if isinstance(one, Curve) else as_expression("curve", one) for one in curve.both
+        )
+        return a + b if curve.operation == "+" else a - b if curve.operation == "-" else a * b
+    if not isinstance(curve, Curve):
+        raise ArgumentError("curve", curve, "a motes.Curve")
+    number = maximum(minimum(at, curve.times[-1]), curve.times[0])
+    found: Any = curve.keys[0][1]
+    for key, start in enumerate(curve.times):
+        end = curve.times[key + 1] if key + 1 < len(curve.times) else start
+        if end == start and key + 1 < len(curve.times):
+            continue  # a jump
+        part = (number - start) * (1 / (end - start)) if end > start else 0.0
+        found = choose(number >= start, _piece(curve.polynomial(key), part), found)
+    return as_expression("curve", found)
+
+
+def _piece(powers: list[tuple[float, ...]], part: Any) -> Any:
+    """Return a polynomial by Horner's rule, without powers whose factors are all 0."""
+    made: Any = None
+    for factors in reversed(powers[1:]):
+        if made is not None:
+            made = made * part
+        if any(factors):
+            one = as_expression("curve", factors if len(factors) > 1 else factors[0])
+            made = one if made is None else made + one
+    first = powers[0] if len(powers[0]) > 1 else powers[0][0]
+    return first if made is None else made * part + first
 
 
 def dot(a: Any, b: Any) -> Expression:

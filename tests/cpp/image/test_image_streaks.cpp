@@ -75,7 +75,9 @@ TEST(image_a_streak_across_all_of_a_large_picture_keeps_its_light) {
             r.dx = static_cast<std::int32_t>(length * 256);
             r.dy = static_cast<std::int32_t>(aside * 256);
             CHECK_NEAR(sum(picture_of(wide_view(3200, 128), sprite, r)) / still, 1, coarse ? 0.1 : 0.01);
-            std::swap(r.dx, r.dy);
+            const int across = r.dx;
+            r.dx = r.dy;
+            r.dy = across;
             CHECK_NEAR(sum(picture_of(wide_view(128, 3200), sprite, r)) / still, 1, coarse ? 0.1 : 0.01);
           }
         }

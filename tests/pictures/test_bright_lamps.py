@@ -1,0 +1,108 @@
+"""Lamps make lit forms brighter than sun and sky do, up to white: references in double."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import motes
+
+SUN, SKY, BOUNCE = 0.70, 0.24, 0.10  # parts of daylight
+COLOR = (0.5, 0.25, 0.1)
+POINTS = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) / 2
+SIDES = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+CUBE = motes.Mesh(POINTS, [t for a, b, c, d in SIDES for t in ((a, b, c), (a, c, d))])
+GREY = np.full((8, 8, 3), 0.5, np.float32)  # sRGB
+LINEAR = ((0.5 + 0.055) / 1.055) ** 2.4
+
+
+def pixels(sprite: motes.Sprite, power: float, *, sun: Any = (0, 0, 0), **state: Any) -> np.ndarray:
+    """A picture of one particle, from which eye and lamp are 5 m and 4 m away along z."""
+    lamps = [motes.Light((0, 0, 4), (1, 1, 1), power)]
+    camera = motes.Camera((0, 0, 5), (0, 0, 0))
+    renderer = motes.Renderer(48, 48, camera=camera, linear=True, sun=sun, lights=lamps)
+    world = motes.World(seed=1, renderer=renderer, progress="off")
+    system = world.system("one", sprite=sprite)
+    with world:
+        system.emit(position=[(0, 0, 0)], color=[COLOR], **state)
+        return world.render().linear.astype(float)
+
+
+def within_white(color: np.ndarray) -> np.ndarray:
+    return color / np.maximum(color.max(axis=-1, keepdims=True), 1)
+
+
+@pytest.mark.parametrize("power", [2.0, 30.0, 120.0])
+@pytest.mark.parametrize("sun", [(0, 0, 0), (0.0, 1.0, 1.0)])
+def test_a_sphere(sun: tuple[float, ...], power: float) -> None:
+    """Daylight on each place of its surface, times what the lamp adds to all of it."""
+    picture = pixels(motes.Sprite("sphere", 30, blend="opaque", lit=True), power, sun=sun)
+    away = (np.arange(48) - 23.5) / 15
+    x, y = np.meshgrid(away, -away)
+    inside = x**2 + y**2 < 0.8
+    z = np.sqrt(np.where(inside, 1 - x**2 - y**2, 0))
+    toward = np.array(sun) / max(np.linalg.norm(sun), 1e-9)
+    facing = np.maximum(x * toward[0] + y * toward[1] + z * toward[2], 0)
+    shade = BOUNCE + (SKY - BOUNCE) * (0.5 + 0.5 * y) + SUN * facing * bool(any(sun))
+
+    def of_sphere(cosine: float) -> float:
+        angle = np.arccos(cosine)
+        return 2 / (3 * np.pi) * (np.sin(angle) + (np.pi - angle) * cosine)
+
+    daylight = (BOUNCE + SKY) / 2 + (SUN * of_sphere(toward[2]) if any(sun) else 0)
+    factor = 1 + of_sphere(1) * power / 16 / daylight
+    expected = within_white(np.array(COLOR) * (shade * factor)[:, :, None])
+    assert np.abs(picture - expected)[inside].max() < 0.012
+
+
+@pytest.mark.parametrize("blend", ["add", "alpha", "opaque"])
+@pytest.mark.parametrize("power", [2.0, 30.0, 120.0])
+def test_a_mesh_that_faces_the_lamp(power: float, blend: Any) -> None:
+    """Without a sun its front has the mean light of the sky, and two thirds of the lamp's as a ball has."""
+    light = (BOUNCE + SKY) / 2 + 2 / 3 * power / 16
+    picture = pixels(motes.Sprite("mesh", mesh=CUBE, blend=blend, lit=True), power)
+    assert picture[24, 24] == pytest.approx(within_white(np.array(COLOR) * light), abs=0.012)
+
+
+@pytest.mark.parametrize("facing", ["camera", "orientation"])
+@pytest.mark.parametrize("blend", ["add", "alpha", "opaque"])
+@pytest.mark.parametrize("power", [2.0, 60.0, 500.0])
+def test_a_dark_picture(power: float, blend: Any, facing: Any) -> None:
+    """A lamp shows a dark picture as bright as a white one with less light."""
+    sprite = motes.Sprite("image", 30, image=GREY, blend=blend, lit=True)
+    part = 2 / 3
+    if facing == "orientation":
+        sprite, part = motes.Sprite("image", image=GREY, blend=blend, lit=True, facing=facing), 1.0
+    light = (BOUNCE + SKY) / 2 + part * power / 16
+    picture = pixels(sprite, power)
+    assert picture[24, 24] == pytest.approx(within_white(LINEAR * np.array(COLOR) * light), abs=0.012)
+
+
+@pytest.mark.parametrize(
+    "kind", [{"kind": "sphere", "pixels": 3}, {"kind": "image", "pixels": 4, "image": GREY}]
+)
+@pytest.mark.parametrize("blend", ["add", "alpha"])
+def test_small_ones_have_the_light_of_large_ones(kind: dict[str, Any], blend: Any) -> None:
+    def mean(pixels_wide: int) -> np.ndarray:
+        sprite = motes.Sprite(**kind | {"pixels": pixels_wide}, blend=blend, lit=True)
+        return np.asarray(pixels(sprite, 60.0).sum(axis=(0, 1)) / pixels_wide**2)
+
+    assert mean(kind["pixels"]) == pytest.approx(mean(32), rel=0.06)
+
+
+def test_blurred_cards_are_as_bright() -> None:
+    """Through a lens and in motion a card keeps its light."""
+    sprite = motes.Sprite("image", image=GREY, blend="alpha", lit=True, facing="orientation")
+    camera = motes.Camera((0, 0, 5), (0, 0, 0), focus=4.9, aperture=0.2)
+    renderer = motes.Renderer(
+        48, 48, camera=camera, linear=True, sun=(0, 0, 0), lights=[motes.Light((0, 0, 4), (1, 1, 1), 60)]
+    )
+    world = motes.World(seed=1, renderer=renderer, progress="off")
+    system = world.system("one", sprite=sprite)
+    with world:
+        system.emit(position=[(0, 0, 0)], color=[COLOR])
+        there = world.render().linear.astype(float)[24, 24]
+    light = (BOUNCE + SKY) / 2 + 60 / 16
+    assert there == pytest.approx(LINEAR * np.array(COLOR) * light, abs=0.012)

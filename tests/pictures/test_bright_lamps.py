@@ -18,15 +18,15 @@ GREY = np.full((8, 8, 3), 0.5, np.float32)  # sRGB
 LINEAR = ((0.5 + 0.055) / 1.055) ** 2.4
 
 
-def pixels(sprite: motes.Sprite, power: float, *, sun: Any = (0, 0, 0), **state: Any) -> np.ndarray:
+def pixels(sprite: motes.Sprite, power: float, *, sun: Any = (0, 0, 0), **lens: float) -> np.ndarray:
     """A picture of one particle, from which eye and lamp are 5 m and 4 m away along z."""
     lamps = [motes.Light((0, 0, 4), (1, 1, 1), power)]
-    camera = motes.Camera((0, 0, 5), (0, 0, 0))
+    camera = motes.Camera((0, 0, 5), (0, 0, 0), **lens)
     renderer = motes.Renderer(48, 48, camera=camera, linear=True, sun=sun, lights=lamps)
     world = motes.World(seed=1, renderer=renderer, progress="off")
     system = world.system("one", sprite=sprite)
     with world:
-        system.emit(position=[(0, 0, 0)], color=[COLOR], **state)
+        system.emit(position=[(0, 0, 0)], color=[COLOR])
         return world.render().linear.astype(float)
 
 
@@ -95,14 +95,6 @@ def test_small_ones_have_the_light_of_large_ones(kind: dict[str, Any], blend: An
 def test_blurred_cards_are_as_bright() -> None:
     """Through a lens and in motion a card keeps its light."""
     sprite = motes.Sprite("image", image=GREY, blend="alpha", lit=True, facing="orientation")
-    camera = motes.Camera((0, 0, 5), (0, 0, 0), focus=4.9, aperture=0.2)
-    renderer = motes.Renderer(
-        48, 48, camera=camera, linear=True, sun=(0, 0, 0), lights=[motes.Light((0, 0, 4), (1, 1, 1), 60)]
-    )
-    world = motes.World(seed=1, renderer=renderer, progress="off")
-    system = world.system("one", sprite=sprite)
-    with world:
-        system.emit(position=[(0, 0, 0)], color=[COLOR])
-        there = world.render().linear.astype(float)[24, 24]
+    there = pixels(sprite, 60, focus=4.9, aperture=0.2)[24, 24]
     light = (BOUNCE + SKY) / 2 + 60 / 16
     assert there == pytest.approx(LINEAR * np.array(COLOR) * light, abs=0.012)

@@ -54,7 +54,7 @@ def moved(act: Acts, position: Any, periodic: Any, velocity: Any = None, frames:
 @pytest.mark.parametrize("axes", ["x", "z", "yz", "xyz"])
 def test_what_is_near_across_an_end_is_near(name: str, axes: str):
     """Two on both sides of an end, or a corner, do what they do in the middle."""
-    here = np.array([[-0.25, 0, 0], [0.25, 0.25, 0.125]])
+    here = np.array([[-0.25, -0.125, -0.125], [0.25, 0.125, 0.125]])
     ends = {axis: (-4, 4) for axis in axes}
     velocity = [(0.5, 0, 0), (-0.5, 0, 1)]
     wanted = moved(LAWS[name], here, None, velocity)

@@ -72,16 +72,17 @@ def test_orbit_line_pulls_across_and_only_near(along: tuple[float, float, float]
 
 
 def test_vortex_inside_outside_and_beyond():
-    places = [(0.4, 1, 0), (1.5, 1, 0), (2.5, 1, 0), (0.4, -1, 0), (0.4, 5, 0)]
-    state = {"position": places, "velocity": np.ones((5, 3)), "mass": np.full(5, 2.0)}
+    places = [(0.4, 1, 0), (0, 1, 0.4), (1.5, 1, 0), (2.5, 1, 0), (0.4, -1, 0), (0.4, 5, 0)]
+    state = {"position": places, "velocity": np.ones((6, 3)), "mass": np.full(6, 2.0)}
     whirl = actions.Vortex(
         tip=(0, 0, 0), axis=(0, 4, 0), tightness=0.5, max_radius=2, in_speed=8, up_speed=6, around_speed=4
     )
     v = after(state, whirl).velocity
     # At height 1 of 4 the whirl is 2 sqrt(1 / 4) = 1 m wide; inward is -x, around is y x -x = z.
     np.testing.assert_allclose(v[0], (0, 0.3, 0.2), atol=1e-6)
-    np.testing.assert_allclose(v[1], (1 - 0.4, 1, 1), atol=1e-6)
-    assert (v[2:] == 1).all()
+    np.testing.assert_allclose(v[1], (-0.2, 0.3, 0), atol=1e-6)
+    np.testing.assert_allclose(v[2], (1 - 0.4, 1, 1), atol=1e-6)
+    assert (v[3:] == 1).all()
 
 
 def test_wind_converges_to_the_air_whatever_the_step():

@@ -255,6 +255,8 @@ with world:
             os._exit(9)
         if frame == 0:
             s.clumps([(0, 0, 0, 0.2), (0.3, 0, 0, 0.15)], density=100, position=[(0, 0, 0), (0.1, 0.3, 0)])
+        if frame == 6:
+            s.emit(position=[(0, 0.8, 0)])
         s.gravity((0, -9.81, 0))
         s.contact(5000, friction=0.9, walls=[motes.shapes.Plane((0, -0.2, 0), (0.1, 1, 0))])
         s.move()

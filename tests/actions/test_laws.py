@@ -131,8 +131,12 @@ def test_what_is_not_finite_adds_nothing():
 
 
 @pytest.mark.parametrize("widths", [{"n": 1}, {"n": 1, "way": 3, "x": 3, "y": 3, "z": 3}])
-def test_pairs_remember_while_they_are_within_the_radius(widths: dict[str, int]):
-    """Two come together, part, and meet again: the count begins anew."""
+@pytest.mark.parametrize("skin", [0, 0.9])
+def test_pairs_remember_while_they_are_within_the_radius(
+    skin: float, widths: dict[str, int], monkeypatch: pytest.MonkeyPatch
+):
+    """Two come together, part, and meet again: the count begins anew, though a list may keep the pair."""
+    monkeypatch.setenv("MOTES_SKIN", str(skin))
     place = {
         "position": np.array([[0, 0, 0], [0.35, 0, 0], [5, 0, 0]], np.float32),
         "velocity": np.array([[0, 0, 0], [-1, 0, 0], [0, 0, 0]], np.float32),

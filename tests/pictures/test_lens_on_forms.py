@@ -136,3 +136,7 @@ def test_a_leaf_on_the_ground_is_whole_through_a_lens() -> None:
     lying = seen(leaf, through, facts=facts, **state)
     free = seen(leaf, through, facts=facts | {"objects": []}, **state)
     assert lying.sum() == pytest.approx(free.sum(), rel=0.02)
+    state |= {"orientation": [(1, 0, 0, 0)], "position": [(0, 0, 0)]}
+    sunk = seen(leaf, through, facts=facts, **state)
+    free = seen(leaf, through, facts=facts | {"objects": []}, **state)
+    assert 0.3 * free.sum() < sunk.sum() < 0.7 * free.sum()

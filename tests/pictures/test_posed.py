@@ -110,11 +110,16 @@ def test_a_mesh_of_many_triangles_adds_each_sample_once() -> None:
         motes.Mesh(points, np.concatenate(halves)),
         motes.Mesh(points[[0, 16, 288, 272]], [(0, 1, 2), (0, 2, 3)]),
     )
-    state = {"position": [(0, 0, 0)], "orientation": [turn((1, 2, 0), 30)], "alpha": [0.5]}
-    state["color"] = [(0.1, 0.2, 0.3)]
-    sums = [seen(motes.Sprite("mesh", mesh=mesh, blend="add"), state).linear for mesh in (many, few)]
-    assert np.abs(sums[0] - sums[1]).max() < 0.003
-    assert sums[0].max() < 0.2
+    shape = {"alpha": [0.5], "color": [(0.1, 0.2, 0.3)]}
+    turned = {"position": [(0, 0, 0)], "orientation": [turn((1, 2, 0), 30)]}
+    pixel = 5 * np.tan(np.radians(22.5)) / 75
+    on_samples = {"position": [(pixel / 8, pixel / 8, 0)], "size": [(64 * pixel, 1, 1)]}
+    for state in (turned, on_samples):
+        sums = [
+            seen(motes.Sprite("mesh", mesh=mesh, blend="add"), shape | state).linear for mesh in (many, few)
+        ]
+        assert np.abs(sums[0] - sums[1]).max() < 0.003
+        assert sums[0].max() < 0.2
 
 
 def card(orientation: tuple[float, ...], blend: Any = "opaque", **state: Any) -> motes.Frame:

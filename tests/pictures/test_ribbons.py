@@ -22,13 +22,14 @@ def flown(
     start: tuple[float, float, float] = (0, 0, 0),
     dt: float = 1 / 16,
     *,
+    born: int = 0,
     periodic: Any = None,
     sprite: motes.Sprite | None = None,
     camera: motes.Camera = FRONT,
     color: tuple[float, float, float] = (1, 1, 1),
     **facts: Any,
 ) -> motes.Frame:
-    """A picture of 200 x 150 pixels of a particle that has had these velocities, each for one frame."""
+    """A picture of 200 x 150 pixels of a particle born in frame `born` that has had these velocities, each for one frame."""
     renderer = motes.Renderer(200, 150, camera=camera, layers=["depth"], smooth=False, linear=True, **facts)
     world = motes.World(seed=1, dt=dt, renderer=renderer, periodic=periodic, progress="off")
     made = sprite or motes.Sprite("ribbon", width=0.25, length=2, blend="add")
@@ -37,6 +38,8 @@ def flown(
     with world:
         for number, velocity in enumerate(velocities):
             if number == 0:
+                for _ in range(born):
+                    world.step()
                 system.emit(position=[start], color=[color])
             system.set(velocity=velocity)
             system.move()
@@ -92,8 +95,8 @@ def test_joints_and_corners_are_covered_once(blend: Any) -> None:
 
 def test_the_ribbon_of_a_young_particle_begins_where_it_was_born() -> None:
     sprite = motes.Sprite("ribbon", width=0.1, length=8)
-    for frames in (2, 3, 9, 40):
-        light = light_of(flown([(0.5, 0, 0)] * frames, (-0.5, 0, 0), sprite=sprite))
+    for frames, earlier in ((2, 0), (3, 1), (4, 1), (9, 2), (40, 3)):  # positions are kept every few frames
+        light = light_of(flown([(0.5, 0, 0)] * frames, (-0.5, 0, 0), born=earlier, sprite=sprite))
         lit = np.flatnonzero(light.sum(axis=0)) + 0.5 - 100
         born, now = (-0.5 + 0.5 / 16) * FOCAL / 5, (-0.5 + 0.5 / 16 * frames) * FOCAL / 5
         assert lit.min() >= born - 3 and lit.max() <= now + 3
@@ -137,6 +140,9 @@ def test_solids_hide_the_part_behind_them() -> None:
         assert clear.linear[75, 60:140].max() > 0
         wall, seen = alone.layer("depth"), hidden.layer("depth")
         assert (seen <= wall + 1e-4).all()
+        if blend == "add":
+            front = (hidden.linear - alone.linear)[74:76, 96:104]
+            assert (front < 0.9 * clear.linear[74:76, 96:104]).all(), "the part behind adds nothing"
 
 
 def test_opaque_ribbons_have_their_depth_at_each_pixel() -> None:

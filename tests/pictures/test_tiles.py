@@ -49,10 +49,18 @@ def test_a_number_picks_a_tile(facing: Any) -> None:
         np.testing.assert_allclose(middle(pick=number, facing=facing, **size), color, atol=0.002)
         listed = middle(image=PICTURES, tiles=None, pick=number, facing=facing, **size)
         np.testing.assert_allclose(listed, color, atol=0.002)
-    for number, same in ((6, 0), (-1, 5), (6e7 + 12, 0)):
+    for number, same in ((6, 0), (-1, 5), (6e7 + 12, 0), (5.9999, 0)):
         np.testing.assert_allclose(middle(pick=number), COLORS[same] / 255, atol=0.002)
     undefined = middle(pick=column("mass") / (column("mass") - 1))
     np.testing.assert_allclose(undefined, COLORS[0] / 255, atol=0.002)
+
+
+def test_a_number_is_of_its_particle_among_many() -> None:
+    many = 70_000
+    place, mass = np.full((many, 3), (0, 0, 99.0)), np.zeros(many)
+    place[-1], mass[-1] = 0, 3
+    shown = seen(place, pick=column("mass"), state={"mass": mass})[32, 48]
+    np.testing.assert_allclose(shown, COLORS[3] / 255, atol=0.002)
 
 
 @pytest.mark.parametrize("pixels", [24, 6])

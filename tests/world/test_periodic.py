@@ -15,6 +15,7 @@ from standing import alike, on_ranks
 
 import motes
 from motes.errors import ArgumentError
+from motes.shapes import Box
 
 SCENE = Path(__file__).parents[1] / "scenes" / "periodic.py"
 BOX = {"x": (0, 10), "z": (-2.5, 2.5)}
@@ -104,6 +105,19 @@ def test_positions_are_inside_wherever_they_come_from():
     manager, calculators = (alike(EVERYWHERE, births) for births in ("manager", "calculators"))
     assert manager == calculators
     assert len(set(manager)) == 4
+
+
+def test_the_newborn_are_inside_before_they_move():
+    world = world_of()
+    still, jittered = world.system("still"), world.system("jittered")
+    with world:
+        still.source(Box((-30, 0, -30), (30, 1, 30)), 2400)
+        jittered.configure(velocity=(300, 0, 90))
+        jittered.source(Box((3, 0, -1), (7, 1, 1)), 2400, jitter=True)
+        world.step()
+        for system in world.systems:
+            x, _, z = system.gather().position.T
+            assert len(x) > 50 and (x >= 0).all() and (x < 10).all() and (z >= -2.5).all() and (z < 2.5).all()
 
 
 def test_what_is_nowhere_stays_there():

@@ -309,6 +309,8 @@ TEST(legal_nets_orders_and_limits_donors) {
   CHECK(legal(plan, table, "").orders == std::vector<Order>({{0, 1, 10}, {1, 2, 50}}));
   plan.orders = {{1, 0, 60}, {1, 2, 40}};
   CHECK(legal(plan, table, "").orders == std::vector<Order>({{1, 0, 30}, {1, 2, 20}}));
+  plan.orders = {{1, 0, 40}, {1, 2, 40}};  // each it could give, both it could not
+  CHECK(legal(plan, table, "").orders == std::vector<Order>({{1, 0, 25}, {1, 2, 25}}));
   constexpr std::uint64_t most = std::numeric_limits<std::uint64_t>::max();
   plan.orders = {{1, 0, most}, {1, 0, most}, {1, 2, most}};
   CHECK(legal(plan, table, "").orders == std::vector<Order>({{1, 0, 25}, {1, 2, 25}}));

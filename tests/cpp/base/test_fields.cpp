@@ -196,6 +196,16 @@ TEST(fields_find_damage) {
   refused(inquiry, 8 + 4, base::enumerators<engine::Request::Kind>());
 }
 
+TEST(fields_that_end_too_early_are_refused) {
+  const Everything all;
+  const Bytes whole = bytes_of(all);
+  for (std::size_t size = 0; size < whole.size(); ++size) {
+    Everything read;
+    Reader in(whole.view().first(size));
+    CHECK_THROWS(read_fields(in, read), std::runtime_error);
+  }
+}
+
 TEST(a_list_longer_than_its_bytes_is_refused_before_memory_is_asked_for) {
   for (const std::uint64_t count : {std::uint64_t{5}, std::uint64_t{1} << 40, UINT64_MAX, UINT64_MAX / 13 + 2}) {
     Bytes bytes = bytes_of(std::vector<Padded>(4));

@@ -91,4 +91,24 @@ TEST(birth_values_come_back_for_the_living_whatever_was_forgotten) {
   CHECK(history.size() == 0);
 }
 
+TEST(birth_values_come_back_behind_ids_that_another_history_has) {
+  const particles::Schema schema;
+  const particles::Key key = particles::system_key(7, 0);
+  BirthHistory history;
+  history.add(source(5), 0, 10, kDt);
+  history.add(source(5), 15, 10, kDt);
+  particles::Store living(schema);  // ids 0 .. 9 and 15 .. 24
+  living.reserve(20);
+  living.grow(20);
+  for (std::size_t i = 0; i < 20; ++i) living.set_id(i, i < 10 ? i : i + 5);
+  for (int c = 0; c < 3; ++c) std::fill_n(living.writable_plane(particles::position, c), 20, 99.0f);
+  history.restore_copies(living, key);
+  const particles::Store early = with_copies(source(5), schema, key, 0, 10);
+  const particles::Store late = with_copies(source(5), schema, key, 15, 10);
+  for (std::size_t i = 0; i < 20; ++i) {
+    const particles::Store& born = i < 10 ? early : late;
+    CHECK(living.plane(particles::position_b, 0)[i] == born.plane(particles::position_b, 0)[i % 10]);
+  }
+}
+
 }  // namespace motes::test_birth_history

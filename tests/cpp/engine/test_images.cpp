@@ -66,6 +66,7 @@ TEST(domains_of_several_boxes_are_as_near_as_the_nearest) {
   CHECK(!images.within(both, of(other), 4.9) && images.within(both, of(other), 5));  // though all around reaches it
   CHECK(images.outside(both, {5, 5, 5}) == 4 && images.outside(both, {9.5f, 9.5f, 12}) == 2);
   CHECK(engine::within(both, {5, 5, 5}, 4) && !engine::within(both, {5, 5, 5}, 3.9));
+  CHECK(engine::within(both, {2, 0, 0}, 1) && engine::within(both, {8, 9, 9}, 1));  // near one of them alone
 }
 
 TEST(images_refuse_what_reaches_too_far) {

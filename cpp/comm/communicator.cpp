@@ -63,10 +63,10 @@ Watch renumbered(const Watch& old, const std::vector<int>& ranks) {
 }  // namespace
 
 const char* name(Phase phase) {
-  constexpr const char* kNames[kPhases] = {"begin",    "report", "verdict", "exchange",    "records", "tiles",
-                                           "gather",   "plan",   "loads",   "proposals",   "births",  "log",
-                                           "sums",     "totals", "word",    "interaction", "notes",   "copies",
-                                           "recovery", "memory", "glow",    "shadows"};
+  constexpr const char* kNames[kPhases] = {"begin",    "report", "verdict",    "exchange",    "records", "tiles",
+                                           "gather",   "plan",   "loads",      "proposals",   "births",  "log",
+                                           "sums",     "totals", "all_reduce", "interaction", "notes",   "replicas",
+                                           "recovery", "memory", "glow",       "shadows"};
   const auto index = static_cast<std::size_t>(phase);
   return index < kPhases ? kNames[index] : index == kPhases ? "leave" : "unknown";
 }

@@ -25,10 +25,10 @@ enum class Phase : std::uint8_t {
   log,
   sums,
   totals,
-  word,
+  all_reduce,
   interaction,
   notes,
-  copies,   // of particles, kept for the loss of their rank
+  replicas,  // of particles, kept for the loss of their rank
   recovery,  // after such a loss
   memory,    // where the image generator's pictures are
   glow,      // light of tiles on its way to all others

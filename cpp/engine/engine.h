@@ -110,7 +110,7 @@ class Engine {
   /// call that a loss interrupts is repeated on the remaining ranks, in the world as it was; if that is impossible, it
   /// throws Unrecoverable on all of them. Call after start(), on all ranks, where the communicator survives losses.
   void survive_losses(std::uint64_t every, Bystander bystander);
-  /// Collective, behind restore_rows() on all ranks: copies from here on. Throws RankLost where a rank is lost before
+  /// Collective, behind restore_rows() on all ranks: replicas from here on. Throws RankLost where a rank is lost before
   /// all have theirs.
   void copy_restored();
   /// The image generator: pictures of the frames from here on are in no file yet. UINT64_MAX: none.

@@ -86,38 +86,39 @@ Settings settings_of(Settings settings, const Loss& loss) {
   return settings;
 }
 
-// The particles that this rank brings into the world made again: its own copy, and that of a lost neighbour.
+// The particles that this rank brings into the world made again: its own replica, and that of a lost neighbour.
 std::vector<const Replica*> brought(const Generation& from, const std::vector<int>& holders, int rank) {
-  std::vector<const Replica*> copies;
-  for (const Replica* copy : {&from.own, &from.other}) {
-    if (copy->message && holders.at(static_cast<std::size_t>(copy->calculator)) == rank) copies.push_back(copy);
+  std::vector<const Replica*> replicas;
+  for (const Replica* replica : {&from.own, &from.other}) {
+    if (replica->message && holders.at(static_cast<std::size_t>(replica->calculator)) == rank)
+      replicas.push_back(replica);
   }
-  return copies;
+  return replicas;
 }
 
 void restore(Parts& p, const Generation& from, const std::vector<int>& holders) {
   SharedState state;
   base::Reader in(from.state.view());
   base::read_fields(in, state);
-  std::vector<OpenedReplica> copies;
-  for (const Replica* copy : brought(from, holders, p.rank.session.rank())) copies.push_back(open(*copy));
+  std::vector<OpenedReplica> replicas;
+  for (const Replica* replica : brought(from, holders, p.rank.session.rank())) replicas.push_back(open(*replica));
   Samples samples;
   samples.systems.resize(from.systems);
   const std::size_t most = kSample / std::max<std::size_t>(1, from.parts) + 1;
-  for (const OpenedReplica& copy : copies) {
+  for (const OpenedReplica& replica : replicas) {
     for (std::size_t i = 0; i < from.systems; ++i) {
-      take_sample(copy.description, copy.planes, i, most, samples.systems[i]);
+      take_sample(replica.description, replica.planes, i, most, samples.systems[i]);
     }
   }
   samples = exchange_samples(p.rank, samples);
   restore_state(p, state, samples.systems);
-  for (const OpenedReplica& copy : copies) {
+  for (const OpenedReplica& replica : replicas) {
     for (std::size_t i = 0; i < from.systems; ++i) {
-      const std::uint64_t rows = copy.description.systems[i].rows;
-      if (rows > 0) restore_rows(p.rank, p.calculator, copy.description, copy.planes, i, 0, rows);
+      const std::uint64_t rows = replica.description.systems[i].rows;
+      if (rows > 0) restore_rows(p.rank, p.calculator, replica.description, replica.planes, i, 0, rows);
     }
   }
-  if (!copies.empty()) restore_speeds(p.calculator, copies.front().description);
+  if (!replicas.empty()) restore_speeds(p.calculator, replicas.front().description);
 }
 
 }  // namespace
@@ -281,7 +282,7 @@ void Engine::regroup() {
   rank.session.all_unsaved_from = rank.session.unsaved_from;
 }
 
-// The frame was over here, but for the copies of its particles.
+// The frame was over here, but for the replicas of its particles.
 void Engine::bring_lists_back() {
   base::Reader in(replicas_.lists().back().record.view());
   recording::Record record = recording::read(in);

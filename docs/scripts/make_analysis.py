@@ -63,7 +63,8 @@ def table(name: str, one: Table) -> str:
         if column.name == QUANTILES[0]:
             meaning = "17 quantiles along the first axis that is cut; null: no particles"
         unit = f" ({column.unit})" if column.unit else ""
-        lines.append(f"- {label}{unit}: {meaning}")
+        earlier = f"; earlier `{column.earlier}`" if column.earlier else ""
+        lines.append(f"- {label}{unit}: {meaning}{earlier}")
     return "\n".join(lines)
 
 

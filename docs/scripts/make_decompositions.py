@@ -67,13 +67,13 @@ def figures_of(run: Run, first: int, scale: float) -> dict[str, float]:
     load = run.load[run.load["frame"] >= first]
     count = len(frames)
     shares = load.groupby(["frame", "rank"])["n_end"].sum().unstack()
-    meetings = max(float(load.groupby("frame")["meetings"].max().fillna(0).mean()), 1.0)
+    interactions = max(float(load.groupby("frame")["interactions"].max().fillna(0).mean()), 1.0)
     particles = float(shares.sum(axis=1).mean())
     moved = float(frames["exchanged_bytes"].sum())
     return {
         "calculators": shares.shape[1],
         "bytes": scale * moved / count,
-        "copies": float(load["copies"].fillna(0).sum()) / count / meetings / particles,
+        "ghosts": float(load["ghosts"].fillna(0).sum()) / count / interactions / particles,
         "share": float((shares.max(axis=1) / shares.mean(axis=1)).mean()),
         "frame_s": float(frames["t_frame_s"].mean()),
     }
@@ -99,7 +99,7 @@ def virtual(scene: str, way: str, ranks: int) -> dict[str, float]:
 
     calculators = ranks - 2
     computed = min(1000, 500_000 // calculators)
-    if scene in CROWDS and way == "by id":  # everybody has copies of all others
+    if scene in CROWDS and way == "by id":  # everybody has ghosts of all others
         computed = min(computed, 13_000_000 // calculators**2)
     balancer = "prefix" if scene == BALANCED else "static"
     radius = (3 / (4 * math.pi) * FULL * calculators) ** (1 / 3)
@@ -139,7 +139,7 @@ def measure(parts: list[str]) -> dict[str, Figures]:
 
 
 def runs(part: str) -> list[tuple[str, str, int]]:
-    """Return what is run: on 1022 calculators neither by id, a million messages per meeting, nor balanced."""
+    """Return what is run: on 1022 calculators neither by id, a million messages each time, nor balanced."""
     if part == "real":
         return [(scene, way, ranks) for ranks in RANKS for scene in SCENES for way in WAYS]
     every = [
@@ -167,12 +167,12 @@ def cell(part: str, scene: str, found: dict[str, Any] | None) -> str:
     """Return what one run found, as the page shows it."""
     if found is None:
         return ""
-    copies = f", {short(100 * found['copies'])} %" if scene in CROWDS else ""
+    ghosts = f", {short(100 * found['ghosts'])} %" if scene in CROWDS else ""
     if part == "real":
-        return f"{found['bytes'] / 1e3:,.0f} kB{copies}, {found['share']:.2f}"
+        return f"{found['bytes'] / 1e3:,.0f} kB{ghosts}, {found['share']:.2f}"
     each = found["bytes"] / found["calculators"] / 1e6
     share = f", {found['share']:.2f}" if scene in ("fountain", BALANCED, *BALLS) else ""
-    return f"{short(each)} MB{copies}{share}, {short(1e3 * found['frame_s'])} ms"
+    return f"{short(each)} MB{ghosts}{share}, {short(1e3 * found['frame_s'])} ms"
 
 
 def short(value: float) -> str:

@@ -366,7 +366,7 @@ def test_a_box_of_twenty_layers_comes_to_rest():
     assert most < 0.01
 
 
-COPIES = """
+GHOSTS = """
 import numpy as np, motes, sys
 settings = dict(space=(-1, 1), roles="shared", progress="off", log=sys.argv[1])
 settings["balancer"] = motes.balance.Static()
@@ -378,8 +378,8 @@ with motes.World(seed=1, **settings) as w:
 """
 
 
-def test_copies_are_those_within_reach_of_other_domains(tmp_path: Path):
-    ended = on_ranks(4, COPIES, tmp_path / "log")
+def test_ghosts_are_those_within_reach_of_other_domains(tmp_path: Path):
+    ended = on_ranks(4, GHOSTS, tmp_path / "log")
     assert ended.code == 0, ended.text
     rows = motes.open_run(tmp_path / "log").load
     x = np.random.default_rng(2).uniform(-1, 1, (3000, 3)).astype(np.float32)[:, 0].astype(np.float64)
@@ -390,10 +390,10 @@ def test_copies_are_those_within_reach_of_other_domains(tmp_path: Path):
         others = [other for other in range(4) if other != calculator]
         reached = [np.maximum(cuts[o] - own, own - cuts[o + 1]) <= 0.1 for o in others]
         assert row["n_end"] == len(own)
-        assert row["copies"] == sum(np.count_nonzero(some) for some in reached)
+        assert row["ghosts"] == sum(np.count_nonzero(some) for some in reached)
         messages = sum(bool(some.any()) for some in reached)
-        assert row["copied_bytes"] == 20 * row["copies"] + 32 * messages, "an id and a place each"
-        assert row["meetings"] == 1 and row["t_meet_s"] > 0
+        assert row["interaction_bytes"] == 20 * row["ghosts"] + 32 * messages, "an id and a place each"
+        assert row["interactions"] == 1 and row["t_interact_s"] > 0
 
 
 def test_a_refused_read_does_not_end_the_run():

@@ -234,17 +234,17 @@ with world:
 """
 
 
-def test_copies_are_those_within_reach_of_the_ties(tmp_path: Path):
+def test_ghosts_are_those_within_reach_of_the_ties(tmp_path: Path):
     log = tmp_path / "log"
     assert on_ranks(4, FLYING, log).code == 0
     load = motes.open_run(log).load
-    copies = load.groupby("frame")["copies"].sum()
-    assert load.groupby("frame")["hops"].max()[[0, 1]].tolist() == [3, 2]
-    assert copies[0] >= 3 * 1200, "nobody knows how long the ties are: all are copied once"
+    ghosts = load.groupby("frame")["ghosts"].sum()
+    assert load.groupby("frame")["neighbour_ranks"].max()[[0, 1]].tolist() == [3, 2]
+    assert ghosts[0] >= 3 * 1200, "nobody knows how long the ties are: all become ghosts once"
     # The longest ties reach over two of the 20 rows, of 60 each; what moves by a 20th of a row widens that.
     sides = 2 * 3 * 2  # of three cuts, in two sub-steps
-    assert all(sides * 2 * 60 <= copies[frame] <= sides * 3 * 60 for frame in range(1, 8))
-    assert copies[8] > 4 * copies[7], "a jump is a long way"
+    assert all(sides * 2 * 60 <= ghosts[frame] <= sides * 3 * 60 for frame in range(1, 8))
+    assert ghosts[8] > 4 * ghosts[7], "a jump is a long way"
 
 
 def test_wrong_input():

@@ -106,7 +106,7 @@ def check_rows(load: list[Row], density: list[Row]) -> None:
         gained, lost = row["created"] + row["received"], row["killed"] + row["sent"]
         assert row["n_end"] == row["n_start"] + gained - lost, row
         assert placed.pop((row["frame"], *place)) == row["n_end"], row
-        assert row["bytes_sent"] >= (row.get("copied_bytes") or 0), row
+        assert row["bytes_sent"] >= (row.get("interaction_bytes") or 0), row
         assert row["sent"] == 0 or row["bytes_sent"] > 0, row
         held[place] = row["n_end"]
     assert not placed
@@ -151,7 +151,7 @@ def test_rows_of_ranks_add_up_to_those_of_frames(tmp_path: Path, ranks: int, way
     for account in accounts:
         assert account == {name: frames[account["frame"]][name] for name in account}
     calculators = {row["rank"] for row in load}
-    assert total(load, "meetings") > 0 and frames[-1]["dropped"] > 100
+    assert total(load, "interactions") > 0 and frames[-1]["dropped"] > 100
     if len(calculators) > 1:
-        assert total(load, "copies") > 0 and total(frames, "exchanged_bytes") > 10_000
+        assert total(load, "ghosts") > 0 and total(frames, "exchanged_bytes") > 10_000
         assert (total(frames, "exchanged") > 100) == ("axis" not in way or way["axis"] is not BY_ID)

@@ -39,9 +39,9 @@ def test_tables_have_all_columns_in_order(log):
     assert list(run.load.columns)[:6] == ["frame", "system", "rank", "host", "n_start", "n_end"]
     columns = list(run.load.columns)
     assert columns[columns.index("domain_lo") :][:2] == ["domain_lo", "domain_hi"]
-    assert columns.index("domain_hi") < columns.index("speed") < columns.index("meetings")
-    assert columns[-1] == "t_meet_wait_s"
-    assert run.load["meetings"].isna().all(), "there were none"
+    assert columns.index("domain_hi") < columns.index("speed") < columns.index("interactions")
+    assert columns[-1] == "t_interact_wait_s"
+    assert run.load["interactions"].isna().all(), "there were none"
     assert run.load["n_end"].dtype == "int64"
     assert run.load["t_compute_s"].dtype == "float64"
     assert len(run.load) == 12

@@ -50,7 +50,7 @@ def check_same(out: Path, model: Path) -> None:
 
 @pytest.fixture(scope="module")
 def model(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """What comes out where nothing happens, without any copies."""
+    """What comes out where nothing happens, without any replicas."""
     out = tmp_path_factory.mktemp("model")
     result = run(out, 1)
     assert result.code == 0, result.text
@@ -78,7 +78,7 @@ def test_the_others_go_on_without_a_lost_rank(tmp_path, model, n, death, role):
     check_same(tmp_path, model)
     (told,) = said(result.err, "motes: lost ")
     left = "1 rank goes" if n == 2 else f"{n - 1} ranks go"
-    assert re.fullmatch(rf"rank {death[0]} \({role}\); {left} on, from copies of frame \d+", told), told
+    assert re.fullmatch(rf"rank {death[0]} \({role}\); {left} on, from replicas of frame \d+", told), told
     events = [json.loads(row) for row in (tmp_path / "log" / "events.jsonl").read_text().splitlines()]
     assert [event["kind"] for event in events] == ["start", "recovered", "end"]
     motes.open_run(tmp_path / "log").summary()
@@ -149,7 +149,7 @@ def test_on_one_rank_there_is_nothing_to_recover(tmp_path):
 
 
 @survives
-def test_a_loss_that_copies_do_not_cover_falls_back_on_the_checkpoint(tmp_path):
+def test_a_loss_that_replicas_do_not_cover_falls_back_on_the_checkpoint(tmp_path):
     """Neighbours die together; `--restarts` goes on behind what is on disk."""
     model, out = tmp_path / "model", tmp_path / "out"
     assert run(model, 1, "--checkpoint").code == 0

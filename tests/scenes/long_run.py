@@ -1,7 +1,7 @@
 """A long run with everything that comes and goes, and its memory: `long_run.py OUT FRAMES [--keep]`.
 
 Prints one row per rank at the end: `RANK KILOBYTES ...`, its resident memory after each tenth of the frames.
-`--keep`: with copies for losses, and checkpoints.
+`--keep`: with replicas for losses, and checkpoints.
 """
 
 import sys

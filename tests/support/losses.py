@@ -38,8 +38,8 @@ FRAMES = 13
 EVERY = 5
 Plan = dict[str, Any]
 
-# With several ranks gone, copies may be lost with their holders, and Open MPI 5.0 may crash itself.
-SEVERAL = r"lost together with the next one|segmentation fault|copies of particles do not go back so far"
+# With several ranks gone, replicas may be lost with their holders, and Open MPI 5.0 may crash itself.
+SEVERAL = r"lost together with the next one|segmentation fault|replicas of particles do not go back so far"
 # A rank may be needed for good: docs/checkpoints.md, "Without a restart".
 EXPORTED = r"lack the lost ranks' particles"
 UNSTARTED = r"is lost \(killed or crashed\)|is lost: its process was killed|was killed or has crashed"

@@ -18,7 +18,7 @@ SCENE = Path(__file__).parents[1] / "scenes" / "long_run.py"
 
 @pytest.mark.slow
 @pytest.mark.timeout(600)
-@pytest.mark.parametrize("keeps", [False, True], ids=["alone", "with copies and checkpoints"])
+@pytest.mark.parametrize("keeps", [False, True], ids=["alone", "with replicas and checkpoints"])
 def test_ranks_do_not_grow(tmp_path: Path, keeps: bool) -> None:
     """Births, deaths, children, domains that move, pictures, film and log: 10,000 frames on 4 ranks."""
     if keeps and (why := cannot_survive()):

@@ -7,7 +7,7 @@ using comm::Phase;
 
 void send_migrants(Rank& rank, const Script& script, const Calculator& calculator, Round& round) {
   Session& session = rank.session;
-  const Stopwatch::Phase phase(rank.watch, &PhaseTimes::exchange, "send leavers", script.name_of(round));
+  const Stopwatch::Phase phase(rank.watch, &PhaseTimes::exchange, "send migrants", script.name_of(round));
   for (const std::int32_t source : round.orders.sources) session.comm().await(source, Phase::exchange);
   std::map<int, std::uint64_t> counts;
   for (std::size_t i = round.first; i < round.last; ++i) {

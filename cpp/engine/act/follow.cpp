@@ -125,13 +125,13 @@ class Following {
 
   // Returns, per keeper, whether it knows a particle and where the first one is.
   Maxima first_places() const {
-    Maxima word(1 + 4 * static_cast<std::size_t>(count_), -kInf);
-    word[0] = rank_.session.failed() ? 1.0f : 0.0f;
-    if (known_.empty()) return word;
-    float* own = &word[1 + 4 * static_cast<std::size_t>(self_)];
+    Maxima numbers(1 + 4 * static_cast<std::size_t>(count_), -kInf);
+    numbers[0] = rank_.session.failed() ? 1.0f : 0.0f;
+    if (known_.empty()) return numbers;
+    float* own = &numbers[1 + 4 * static_cast<std::size_t>(self_)];
     own[0] = 1;
     std::copy(known_.front().at.begin(), known_.front().at.end(), own + 1);
-    return word;
+    return numbers;
   }
 
   void answer(const Maxima& firsts, std::vector<Message>& answers) {
@@ -157,7 +157,7 @@ class Following {
 
   // v += toward magnitude dt / (r (r^2 + epsilon)), as McAllister's Follow.
   void act(const std::vector<Message>& answers) {
-    if (silent_) return;  // all give up at the next word, or at the report
+    if (silent_) return;  // all give up at the next all-reduce, or at the report
     const actions::Action& action = *interaction_.action;
     const float dt = static_cast<float>(rank_.settings.dt / rank_.settings.substeps);
     const auto given = actions::numbers_of<actions::numbers::follow, float>(action);

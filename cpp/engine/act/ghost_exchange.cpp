@@ -156,8 +156,8 @@ void GhostExchange::exchange(double farthest, double range) {
     if (other != self && concerns(self, other)) to.push_back(other);
     if (other != self && concerns(other, self)) from.push_back(other);
   }
-  std::uint16_t& hops = in_.population(0).interaction.hops;
-  hops = std::max(hops, static_cast<std::uint16_t>(std::min<std::size_t>(to.size(), UINT16_MAX)));
+  std::uint16_t& neighbour_ranks = in_.population(0).interaction.neighbour_ranks;
+  neighbour_ranks = std::max(neighbour_ranks, static_cast<std::uint16_t>(std::min<std::size_t>(to.size(), UINT16_MAX)));
   await(from);
   std::map<int, Message> messages;
   for (const int target : to) messages[target];

@@ -33,9 +33,9 @@ using particles::Store;
 namespace {
 
 // One interaction on this calculator, and what all calculators agreed on for it.
-class Meeting {
+class PairInteraction {
  public:
-  explicit Meeting(const Parties& parties) : in_(parties) {
+  explicit PairInteraction(const Parties& parties) : in_(parties) {
     if (bonds_ == nullptr) return;
     pins_.assign(3 * bonds_->pins(), -std::numeric_limits<float>::infinity());
   }
@@ -90,19 +90,19 @@ class Meeting {
   // Element 0 is a failure flag; ranks that can still communicate always send it.
   bool agree() {
     const auto farthest = static_cast<float>(exchange_.farthest());
-    Maxima word = {in_.rank.session.failed() ? 1.0f : 0.0f,
-                   std::nextafter(farthest, std::numeric_limits<float>::infinity()),
-                   extent_.radius,
-                   extent_.other_radius,
-                   extent_.displacement,
-                   extent_.masses,
-                   kept_ ? 0.0f : 1.0f,
-                   exchange_.wear().step,
-                   exchange_.wear().age};
-    const std::size_t fixed = word.size();
-    word.insert(word.end(), pins_.begin(), pins_.end());
-    word.insert(word.end(), bounds_.begin(), bounds_.end());
-    const Maxima heard = all_reduce_max(in_.rank, in_.round, std::move(word));
+    Maxima numbers = {in_.rank.session.failed() ? 1.0f : 0.0f,
+                      std::nextafter(farthest, std::numeric_limits<float>::infinity()),
+                      extent_.radius,
+                      extent_.other_radius,
+                      extent_.displacement,
+                      extent_.masses,
+                      kept_ ? 0.0f : 1.0f,
+                      exchange_.wear().step,
+                      exchange_.wear().age};
+    const std::size_t fixed = numbers.size();
+    numbers.insert(numbers.end(), pins_.begin(), pins_.end());
+    numbers.insert(numbers.end(), bounds_.begin(), bounds_.end());
+    const Maxima heard = all_reduce_max(in_.rank, in_.round, std::move(numbers));
     if (heard[0] != 0) return false;
     extent_ = {heard[2], heard[3], heard[4], interactions::rounding_at(farthest_face()), heard[5]};
     std::copy_n(heard.begin() + static_cast<std::ptrdiff_t>(fixed), pins_.size(), pins_.begin());
@@ -254,14 +254,14 @@ bool interact(Rank& rank, const Script& script, Calculator& calculator, const Ro
               const Interaction& interaction) {
   const double start = comm::wall_seconds();
   const double waited = rank.session.comm().waited_s();
-  const bool met = interaction.action->kind == actions::Kind::follow
-                       ? follow(rank, script, calculator, round, interaction)
-                       : Meeting({rank, script, calculator, round, interaction}).run();
+  const bool done = interaction.action->kind == actions::Kind::follow
+                        ? follow(rank, script, calculator, round, interaction)
+                        : PairInteraction({rank, script, calculator, round, interaction}).run();
   InteractionStats& stats = calculator.populations[interaction.systems[0]]->interaction;
-  ++stats.meetings;
-  stats.meet_s += static_cast<float>(comm::wall_seconds() - start);
+  ++stats.interactions;
+  stats.interact_s += static_cast<float>(comm::wall_seconds() - start);
   stats.wait_s += static_cast<float>(rank.session.comm().waited_s() - waited);
-  return met;
+  return done;
 }
 
 void say_failed(Rank& rank, const Round& round) { all_reduce_max(rank, round, {1}); }

@@ -29,7 +29,7 @@ struct Parties {
   /// Does work that may fail. Its time counts for each system by the number of particles.
   template <class Work>
   void compute(const Work& work) const {
-    rank.session.work("meeting", [&] {
+    rank.session.work("interact", [&] {
       const double spent =
           rank.machine.timed([&] { of_item(system(0).list, interaction.systems[0], interaction.item, work); });
       double all = 0;

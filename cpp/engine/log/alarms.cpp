@@ -50,8 +50,8 @@ std::vector<Alarm> Alarms::look(std::size_t system, const std::string& name, con
   if (strain.most_in_a_cell >= kCrowded) {
     say(watched.crowded, "crowded",
         std::to_string(strain.most_in_a_cell) +
-            " particles are in one cell as wide as the reach, and a meeting there takes time with their square: a "
-            "smaller radius, or births that are farther apart (collide(clear=...))");
+            " particles are in one cell as wide as the reach, and an interaction there takes time with their square: "
+            "a smaller radius, or births that are farther apart (collide(clear=...))");
   }
   if (!(strain.overlap_99 > kDeep)) {
     watched.frames = 0;

@@ -55,13 +55,15 @@ jsonl::Row row_of(const FrameRow& frame, const LoadRow& load, const std::string&
       .field("t_image_s", seconds(load.image_s));
   put_domain(load, row);
   row.field("speed", static_cast<float>(load.speed));
-  if (const InteractionStats& interaction = load.interaction; interaction.meetings > 0) {
-    row.field("meetings", std::uint64_t{interaction.meetings})
+  if (const InteractionStats& interaction = load.interaction; interaction.interactions > 0) {
+    row.field("interactions", std::uint64_t{interaction.interactions})
         .field("pairs", interaction.pairs)
-        .field("copies", interaction.ghosts);
-    row.field("copied_bytes", interaction.bytes).field("most_in_a_cell", std::uint64_t{interaction.most_in_a_cell});
-    row.field("overlap_99", interaction.overlap_99).field("hops", std::uint64_t{interaction.hops});
-    row.field("t_meet_s", interaction.meet_s).field("t_meet_wait_s", interaction.wait_s);
+        .field("ghosts", interaction.ghosts);
+    row.field("interaction_bytes", interaction.bytes)
+        .field("most_in_a_cell", std::uint64_t{interaction.most_in_a_cell});
+    row.field("overlap_99", interaction.overlap_99)
+        .field("neighbour_ranks", std::uint64_t{interaction.neighbour_ranks});
+    row.field("t_interact_s", interaction.interact_s).field("t_interact_wait_s", interaction.wait_s);
   }
   return row;
 }

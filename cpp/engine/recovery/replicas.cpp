@@ -11,9 +11,9 @@ namespace {
 
 using comm::Phase;
 
-// So many frames after it was made a generation is taken and counts, and one frame later all ranks have it. A copy has
-// time to travel then; and the log has the rows of all frames before it, because the manager has written them before it
-// took part in the frame behind.
+// So many frames after it was made a generation is taken and counts, and one frame later all ranks have it. A replica
+// has time to travel then; and the log has the rows of all frames before it, because the manager has written them
+// before it took part in the frame behind.
 constexpr std::uint64_t kLag = 2;
 
 // Returns the calculator that holds the replica of this one's particles.
@@ -23,7 +23,7 @@ int holder_of(const Session& session, int calculator) {
   return (session.rank_of(calculator) + 1) % session.size();
 }
 
-// Whose copy comes to this rank; -1: nobody's.
+// Whose replica comes to this rank; -1: nobody's.
 int held_by(const Session& session) {
   const int count = static_cast<int>(session.calculators());
   if (session.size() == 1) return -1;
@@ -35,8 +35,8 @@ comm::Stamp stamp(const GenerationId& of) { return {of.frame, of.losses}; }
 
 }  // namespace
 
-OpenedReplica open(const Replica& copy) {
-  const std::span<const std::byte> payload = copy.message->payload();
+OpenedReplica open(const Replica& replica) {
+  const std::span<const std::byte> payload = replica.message->payload();
   const std::size_t length = sizeof(std::uint64_t);
   const auto description = base::Reader(payload.last(length)).get<std::uint64_t>();
   OpenedReplica opened;
@@ -113,7 +113,8 @@ void Replicas::make(Parts& parts, bool alone, bool wait) {
     bytes.put(static_cast<std::uint64_t>(bytes.size() - before));
     std::uint64_t count = 0;
     for (const snapshots::SavedSystem& system : description.systems) count += system.rows;
-    made.own = {session.calculator(), session.comm().sealed(Phase::copies, stamp(made.of), std::move(message), count)};
+    made.own = {session.calculator(),
+                session.comm().sealed(Phase::replicas, stamp(made.of), std::move(message), count)};
     const int holder = holder_of(session, session.calculator());
     if (holder != session.rank()) session.comm().post(holder, made.own.message);
   }
@@ -134,7 +135,7 @@ void Replicas::take(Rank& rank, Generation& generation) {
   Session& session = rank.session;
   const int from = session.rank_of(generation.other.calculator);
   generation.other.message =
-      std::make_shared<comm::Message>(session.comm().expect(from, Phase::copies, stamp(generation.of)));
+      std::make_shared<comm::Message>(session.comm().expect(from, Phase::replicas, stamp(generation.of)));
   generation.arrived = true;
 }
 

@@ -99,6 +99,6 @@ struct OpenedReplica {
   snapshots::Description description;
   std::span<const std::byte> planes;
 };
-OpenedReplica open(const Replica& copy);
+OpenedReplica open(const Replica& replica);
 
 }  // namespace motes::engine

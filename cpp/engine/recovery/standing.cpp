@@ -80,8 +80,8 @@ WayBack way_back(const std::vector<Standing>& standings) {
   } else {
     refuse(way, way.unsaved_from < way.frame
                     ? "the pictures of the frames from " + std::to_string(way.unsaved_from) +
-                          " on are lost, and copies of particles do not go back so far"
-                    : "nobody holds copies of its particles: a calculator was lost together with the next one");
+                          " on are lost, and replicas of particles do not go back so far"
+                    : "nobody holds a replica of its particles: a calculator was lost together with the next one");
   }
   check_lists(standings, way);
   return way;

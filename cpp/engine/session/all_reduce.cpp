@@ -8,22 +8,22 @@ namespace motes::engine {
 using comm::Message;
 using comm::Phase;
 
-Maxima all_reduce_max(Rank& rank, const Round& round, Maxima word) {
+Maxima all_reduce_max(Rank& rank, const Round& round, Maxima numbers) {
   Session& session = rank.session;
   const int count = static_cast<int>(session.calculators());
   const int self = session.calculator();
   for (int ahead = 1; ahead < count; ahead *= 2) {
     const int to = session.rank_of((self + ahead) % count);
     const int from = session.rank_of((self + count - ahead) % count);
-    session.comm().await(from, Phase::word);
+    session.comm().await(from, Phase::all_reduce);
     Message message;
-    message.bytes().put_raw(word.data(), word.size() * sizeof(float));
-    session.comm().post(to, Phase::word, session.stamp(round), std::move(message));
-    const Message heard = session.comm().expect(from, Phase::word, session.stamp(round));
+    message.bytes().put_raw(numbers.data(), numbers.size() * sizeof(float));
+    session.comm().post(to, Phase::all_reduce, session.stamp(round), std::move(message));
+    const Message heard = session.comm().expect(from, Phase::all_reduce, session.stamp(round));
     base::Reader in = heard.reader();
-    for (std::size_t i = 0; i < word.size() && !in.done(); ++i) word[i] = std::max(word[i], in.get<float>());
+    for (std::size_t i = 0; i < numbers.size() && !in.done(); ++i) numbers[i] = std::max(numbers[i], in.get<float>());
   }
-  return word;
+  return numbers;
 }
 
 std::uint64_t all_reduce_sum(Rank& rank, const Round& round, Phase phase, std::vector<std::int64_t>& numbers) {

@@ -14,7 +14,7 @@ using Maxima = std::vector<float>;
 
 /// Calculators, collective: the maxima over all of them. log2(n) messages each: in step s a calculator tells the one
 /// 2^s places ahead what it has heard so far (dissemination; Hensgen, Finkel, Manber 1988).
-Maxima all_reduce_max(Rank& rank, const Round& round, Maxima word);
+Maxima all_reduce_max(Rank& rank, const Round& round, Maxima numbers);
 
 /// Calculators, collective: adds up the numbers of all, as many everywhere. Each sums its part of them and tells it to
 /// the others (reduce-scatter, then all-gather): 2 (n - 1) messages, which together carry the numbers twice. Returns

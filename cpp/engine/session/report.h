@@ -86,21 +86,21 @@ struct Tally {
 struct InteractionStats {
   std::uint64_t pairs = 0;   // pairs within reach, counted at both ends
   std::uint64_t ghosts = 0;  // sent to other calculators
-  std::uint64_t bytes = 0;   // sent: copies and particles that changed their calculator
+  std::uint64_t bytes = 0;   // sent: ghosts, and migrants in interactions
   std::uint64_t moved_in = 0, moved_out = 0;  // migrants in interactions
-  std::uint32_t meetings = 0;
+  std::uint32_t interactions = 0;
   std::uint32_t most_in_a_cell = 0;
-  float meet_s = 0, wait_s = 0;  // time in interactions, waits included; waits alone, s
+  float interact_s = 0, wait_s = 0;  // time in interactions, waits included; waits alone, s
   float overlap_99 = 0;          // see interactions/overlap.h
   std::uint16_t substeps = 0;    // the fewest per frame in which no spring of contact need be softened
-  std::uint16_t hops = 0;        // most calculators that an interaction's messages went to
+  std::uint16_t neighbour_ranks = 0;  // most calculators that an interaction's messages went to
 };
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, InteractionStats& interaction) {
   visit(interaction.pairs, interaction.ghosts, interaction.bytes, interaction.moved_in, interaction.moved_out,
-        interaction.meetings, interaction.most_in_a_cell, interaction.meet_s, interaction.wait_s,
-        interaction.overlap_99, interaction.substeps, interaction.hops);
+        interaction.interactions, interaction.most_in_a_cell, interaction.interact_s, interaction.wait_s,
+        interaction.overlap_99, interaction.substeps, interaction.neighbour_ranks);
 }
 
 /// Maxima over calculators of what may need a warning in a system's interactions.

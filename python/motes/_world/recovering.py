@@ -174,7 +174,7 @@ class Recovery:
             return
         hosts = [peer.host for peer in self._run.peers]
         left = f"{len(hosts)} {'rank goes' if len(hosts) == 1 else 'ranks go'} on"
-        tell(f"motes: lost {', '.join(self._lost)}; {left}, from copies of frame {frame}")
+        tell(f"motes: lost {', '.join(self._lost)}; {left}, from replicas of frame {frame}")
         if session.settings.log is not None:
             from .._run.run_file import write_run
 

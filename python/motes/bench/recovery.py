@@ -16,13 +16,13 @@ from . import falling
 
 __all__ = ["recovery"]
 
-_BESIDE = 3  # frames that copies may lengthen: they are made, travel, and arrive
+_BESIDE = 3  # frames that replicas may lengthen: they are made, travel, and arrive
 
 
 def recovery(*, particles: int, systems: int, ranks: int, repeats: int) -> dict[str, Any]:
     """Run frames of falling particles with pictures; medians of wall time on the image generator.
 
-    Copies of all particles are made every `EVERY` frames; at the end the last rank is killed.
+    Replicas of all particles are made every `EVERY` frames; at the end the last rank is killed.
     """
     from .jobs import figures_of
 
@@ -31,17 +31,17 @@ def recovery(*, particles: int, systems: int, ranks: int, repeats: int) -> dict[
 
 
 def _figures(border_s: list[float], lost_s: float, particles: int, ranks: int) -> dict[str, Any]:
-    """Say how much longer frames are beside copies, as a part of all frames."""
+    """Say how much longer frames are beside replicas, as a part of all frames."""
     cycles = [border_s[start : start + EVERY] for start in range(EVERY, len(border_s) - EVERY + 1, EVERY)]
     plain_s = statistics.median(seconds for cycle in cycles for seconds in cycle[_BESIDE:-1])
-    # The frame at whose end copies are made is the last one of a cycle.
+    # The frame at whose end replicas are made is the last one of a cycle.
     beside_s = [sum(cycle[:_BESIDE]) + cycle[-1] - (_BESIDE + 1) * plain_s for cycle in cycles]
     return {
         "particles": particles,
         "ranks": ranks,
         "every": EVERY,
         "frame_ms": 1e3 * plain_s,
-        "copies_ms": 1e3 * statistics.median(beside_s),
+        "replicas_ms": 1e3 * statistics.median(beside_s),
         "percent_of_frames": 100 * statistics.median(beside_s) / (EVERY * plain_s),
         "recovery_ms": 1e3 * lost_s,
     }

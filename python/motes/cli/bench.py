@@ -49,7 +49,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     checkpoint.add_argument("--systems", type=positive, default=8)
     checkpoint.add_argument("--every", type=positive, default=48, help="frames")
     checkpoint.add_argument("--repeats", type=positive, default=5)
-    recovery = names.add_parser("recovery", help="copies in memory, and the loss of a rank")
+    recovery = names.add_parser("recovery", help="replicas in memory, and the loss of a rank")
     recovery.add_argument("--particles", type=positive, default=400_000, help="of each system")
     recovery.add_argument("--systems", type=positive, default=8)
     recovery.add_argument("--ranks", type=positive, default=2)
@@ -275,13 +275,13 @@ def _checkpoint(figures: Mapping[str, Any]) -> str:
 
 
 def _recovery(figures: Mapping[str, Any]) -> str:
-    """Say what copies cost, and what a loss does."""
+    """Say what replicas cost, and what a loss does."""
     return "\n".join(
         [
             f"{figures['particles']} particles on {figures['ranks']} ranks, "
-            f"copies each {figures['every']} frames",
+            f"replicas each {figures['every']} frames",
             f"a frame                      {figures['frame_ms']:8.1f} ms",
-            f"longer beside copies, in all {figures['copies_ms']:8.1f} ms  "
+            f"longer with replicas, in all {figures['replicas_ms']:8.1f} ms  "
             f"{figures['percent_of_frames']:.1f} % of the frames' time",
             f"the loss of a rank           {figures['recovery_ms']:8.1f} ms  "
             "until its frame is done without it",

@@ -41,7 +41,7 @@ PHASES = {
     "create": ("create", "wait for births"),
     "act": ("act", "order"),
     "agree": ("report", "judge", "wait for verdict"),
-    "exchange": ("send leavers", "receive"),
+    "exchange": ("send migrants", "receive"),
     "balance": ("plan", "wait for plan", "balance", "compare loads"),
     "render": (
         *("project", "send records", "wait for records", "open tiles", "draw"),
@@ -116,7 +116,7 @@ def _row(folder: Path, ranks: int, way: str, pictures: bool) -> Row:
         options=options,
     )
     found = {name: _seconds(run, spans) for name, spans in PHASES.items()}
-    found["agree"] -= _seconds(run, ("send leavers",))  # which is part of the wait for the verdict
+    found["agree"] -= _seconds(run, ("send migrants",))  # which is part of the wait for the verdict
     frame_s = float(run.frames["t_frame_s"].iloc[-MEASURED:].mean())
     ideal_s = found["act"] + (_seconds(run, ("project",)) if pictures else 0.0)
     return Row(ranks, way, pictures, computed, frame_s, found, ideal_s)

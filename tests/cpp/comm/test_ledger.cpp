@@ -44,12 +44,12 @@ TEST(ledger_gives_each_second_one_name) {
     {
       const Turn act(ledger, Activity::act);
       clock.spend(2);
-      wait(ledger, clock, 3, Phase::word, 4);
+      wait(ledger, clock, 3, Phase::all_reduce, 4);
       clock.spend(0.5);
     }
     const Turn talk(ledger, Activity::talk);
     wait(ledger, clock, 0, Phase::verdict, 8);
-    wait(ledger, clock, 3, Phase::word, 1);
+    wait(ledger, clock, 3, Phase::all_reduce, 1);
     clock.spend(0.125);
     ledger.note_messages(0.125);
   }

@@ -277,7 +277,7 @@ TEST(what_was_under_way_before_a_loss_does_not_arrive_after_it) {
 TEST(a_sealed_message_goes_to_several_ranks_and_is_kept) {
   simulate({.ranks = 3}, [](SimulatedRank& self) {
     Communicator comm(self.transport(), {});
-    const auto kept = comm.sealed(Phase::copies, {3, 1}, number(5), 1);
+    const auto kept = comm.sealed(Phase::replicas, {3, 1}, number(5), 1);
     if (comm.rank() == 0) {
       for (int to = 0; to < 3; ++to) comm.post(to, kept);
     }
@@ -285,7 +285,7 @@ TEST(a_sealed_message_goes_to_several_ranks_and_is_kept) {
       CHECK(kept->header().count == 1 && kept->reader().get<std::uint64_t>() == 5);
       CHECK(comm.bytes_sent() == 2 * kept->bytes().size());
     }
-    const Message message = comm.expect(0, Phase::copies, {3, 1});
+    const Message message = comm.expect(0, Phase::replicas, {3, 1});
     CHECK(message.reader().get<std::uint64_t>() == 5 && message.header().count == 1);
     comm.finish();
   });

@@ -110,7 +110,7 @@ TEST(those_that_are_left_keep_their_roles) {
   CHECK(roles::cast_managing(2) == roles::cast_auto(2));
 }
 
-TEST(behind_a_loss_there_are_new_copies_at_once) {
+TEST(behind_a_loss_there_are_new_replicas_at_once) {
   const soak::Film model = undisturbed();
   int survived = 0;
   for (std::uint64_t order = 0; order < 12; ++order) {

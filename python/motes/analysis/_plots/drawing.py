@@ -44,7 +44,7 @@ PHASES = {
     "report": "#F0E442",
     "judge": "#A9B4C2",
     "exchange": "#E69F00",
-    "send leavers": "#E69F00",
+    "send migrants": "#E69F00",
     "receive": "#F6D08B",
     "plan": "#E3B3CF",
     "balance": "#CC79A7",

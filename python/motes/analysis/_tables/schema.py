@@ -2,12 +2,27 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
-__all__ = ["ACTIVITIES", "EVENTS", "FRAMES", "LOAD", "QUANTILES", "TABLES", "TIMES", "Column", "Table"]
+__all__ = [
+    "ACTIVITIES",
+    "EARLIER_PHASES",
+    "EVENTS",
+    "FRAMES",
+    "LOAD",
+    "QUANTILES",
+    "TABLES",
+    "TIMES",
+    "Column",
+    "Table",
+]
 
 ACTIVITIES = ("script", "births", "act", "talk", "picture", "log", "other", "wait")
 """Where a rank's time goes: columns of times.jsonl without their _s; together they are all of it."""
+
+EARLIER_PHASES = {"word": "all_reduce", "copies": "replicas", "send leavers": "send migrants"}
+"""Phases in logs of earlier versions: what each is called now."""
 
 QUANTILES = tuple(f"x_q{i:02d}" for i in range(17))
 """Columns of density.jsonl: 17 coordinates that divide a calculator's particles into 16 equal parts."""
@@ -23,6 +38,10 @@ class Column:
     meaning: str
     key: bool = False
     """Whether each row must have it; an integer is then 0 or more."""
+    earlier: str = ""
+    """Its name in logs of earlier versions, which are read under the present one; empty: the same."""
+    earlier_values: Mapping[str, str] = field(default_factory=dict)
+    """Texts in logs of earlier versions: what each is called now."""
 
 
 @dataclass(frozen=True)
@@ -39,13 +58,18 @@ class Table:
 
 
 def _columns(text: str) -> tuple[Column, ...]:
-    """Read lines "name kind unit meaning"; a unit of - means none, a kind ending in ! marks a key."""
-    kinds = {"int": int, "float": float, "str": str}
+    """Read lines "name kind unit meaning"; a unit of - means none, a kind ending in ! marks a key.
+
+    A name may be followed by / and its earlier name. The kind "phase" is a text, the name of a phase.
+    """
+    kinds = {"int": int, "float": float, "str": str, "phase": str}
     made = []
     for line in filter(str.strip, text.splitlines()):
         name, kind, unit, meaning = line.split(maxsplit=3)
-        key = kind.endswith("!")
-        made.append(Column(name, kinds[kind.rstrip("!")], "" if unit == "-" else unit, meaning, key))
+        key, kind = kind.endswith("!"), kind.rstrip("!")
+        name, _, earlier = name.partition("/")
+        values = EARLIER_PHASES if kind == "phase" else {}
+        made.append(Column(name, kinds[kind], "" if unit == "-" else unit, meaning, key, earlier, values))
     return tuple(made)
 
 
@@ -115,15 +139,15 @@ LOAD = Table(
         domain_z_lo float m lower end along z, of bricks that z also cuts
         domain_z_hi float m upper end
         speed float particles/s particles processed per second of compute
-        meetings int - pair interactions in this frame; null for none, like all that follow
+        interactions/meetings int - pair interactions in this frame; null for none, like all that follow
         pairs int - pairs within reach in all interactions, counted at both ends
-        copies int - ghosts sent to other calculators
-        copied_bytes int B ghosts, and migrants in interactions, sent
+        ghosts/copies int - ghosts sent to other calculators
+        interaction_bytes/copied_bytes int B ghosts, and migrants in interactions, sent
         most_in_a_cell int - the most particles in one cell of the reach's size
         overlap_99 float - 99th percentile of overlaps in the last sub-step, over the sum of the radii
-        hops int - the most calculators that an interaction's messages went to
-        t_meet_s float s interactions, waiting included
-        t_meet_wait_s float s waiting for other calculators in interactions
+        neighbour_ranks/hops int - the most calculators that an interaction's messages went to
+        t_interact_s/t_meet_s float s interactions, waiting included
+        t_interact_wait_s/t_meet_wait_s float s waiting for other calculators in interactions
         """
     ),
 )
@@ -202,7 +226,7 @@ WAITS = Table(
         + """
         rank int! - who waited
         waited_for int - for whom; -1: several
-        phase str! - for a message of this phase: begin, report, verdict, ...; leave: until own ones had left
+        phase phase! - for a message of this phase: begin, report, ...; leave: until own ones had left
         seconds float s how long
         """
     ),
@@ -224,12 +248,12 @@ SPANS = Table(
     "phase of a frame on a rank",
     columns=_columns(
         _FRAME
-        + "rank int! - the file's rank\nphase str! - act, exchange, ...\n"
+        + "rank int! - the file's rank\nphase phase! - act, exchange, ...\n"
         + _SYSTEM.replace("!", "")
         + "start_s float! s since the run's start, on a clock common to all ranks\nend_s float! s its end\n"
         + "cpu_s float s processor time of the rank's thread; null: overlaps other phases\n"
         + "waited_for int - rank that a row of phase wait waited for, inside another phase; -1: several\n"
-        + "message str - phase of the message that it waited for"
+        + "message phase - phase of the message that it waited for"
     ),
 )
 

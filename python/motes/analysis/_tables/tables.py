@@ -107,6 +107,7 @@ def _parse(
         # One call for all rows; whole rows give an array of as many objects as there are lines.
         rows = _decode(b"[" + b",".join(lines) + b"]")
         if len(rows) == len(lines) and all(isinstance(row, dict) for row in rows):
+            rename_earlier(rows, columns)
             check_rows(rows, columns, path, range(first_line, first_line + len(rows)))
             return rows, False
     except (ValueError, RecursionError):
@@ -126,8 +127,25 @@ def _parse(
             raise LogError(f"{path}, line {number}: damaged row: {error}") from error
         rows.append(row)
         numbers.append(number)
+    rename_earlier(rows, columns)
     check_rows(rows, columns, path, numbers)
     return rows, torn
+
+
+def rename_earlier(rows: Sequence[Row], columns: Sequence[Column]) -> None:
+    """Give columns and values of earlier versions' logs the names that they have now, in place.
+
+    Row by row: a run that was continued by a later version has rows of both.
+    """
+    names = {column.earlier: column.name for column in columns if column.earlier}
+    for row in rows if names else ():
+        for earlier in names.keys() & row.keys():
+            row.setdefault(names[earlier], row.pop(earlier))
+    for column in columns:
+        for row in rows if column.earlier_values else ():
+            value = row.get(column.name)
+            if isinstance(value, str):
+                row[column.name] = column.earlier_values.get(value, value)
 
 
 def _decode(text: bytes) -> Any:

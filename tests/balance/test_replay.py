@@ -299,7 +299,7 @@ def test_a_replay_predicts_real_runs(tmp_path: Path) -> None:
         real[name] = motes.open_run(log)
     for name, run in real.items():
         for other, target in real.items():
-            predicted = run.replay(eval(other, vars(motes)))
+            predicted = run.replay(eval(other, vars(motes.balance)))
             assert math.isclose(predicted.imbalance().mean(), target.imbalance().mean(), rel_tol=0.1), (
                 f"{name} -> {other}"
             )

@@ -297,7 +297,7 @@ def test_speedup_of_runs(tmp_path):
     assert line.get_xdata().tolist() == [1, 2, 4]
     assert line.get_ydata() == pytest.approx([1, 2, 4 / 1.5])
     assert list(ideal.get_ydata()) == [1, 4]
-    assert line.get_label() == "FS-SLB"
+    assert line.get_label() == "FS-SLB" and ax.get_ylabel() == "times as fast as 1"
 
 
 def test_lines_of_runs_are_named_by_what_differs(tmp_path):

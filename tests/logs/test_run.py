@@ -291,6 +291,17 @@ def test_speedup_over_a_named_baseline(runs):
         opened.speedup(layout="wide")
 
 
+def test_speedup_says_over_what(runs):
+    opened = motes.open_runs(runs)
+    assert opened.speedup().attrs["baseline"] == "one"
+    assert set(opened.speedup(layout="long")["baseline"]) == {"one"}
+    assert opened.speedup(2).attrs["baseline"] == "2 s"
+    several = motes.Runs(run for run in opened if run.ranks > 1)
+    with pytest.warns(motes.errors.MotesWarning, match="over 4-is-slb, on 6 ranks, 4 of them calc") as said:
+        assert several.speedup().attrs["baseline"] == "4-is-slb"
+    assert {warning.filename for warning in said} == {__file__}
+
+
 def test_only_frames_that_both_have_are_compared(tmp_path):
     timed(tmp_path, "short", 2.0, [0], space=None, frames=2)
     log = timed(tmp_path, "long", 1.0, [0, 1], space=None, frames=4)

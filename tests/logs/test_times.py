@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from standing import on_ranks
 
 import motes
 from motes.analysis._tables.schema import ACTIVITIES
+from motes.analysis.explaining import told_s
 
 pandas = pytest.importorskip("pandas")
 
@@ -189,9 +191,41 @@ def test_perfect_balance_saves_no_more_than_others_leave(tmp_path):
     assert any("at most 150 ms of a frame's 1 s" in text for text in run.warnings())
 
 
+BUSY = {"picture": 0.85, "wait": 0.15}
+SLEEPER = {0: IDLE, 1: IDLE, 2: {"act": 0.1, "wait": 0.9}, 3: {"act": 0.1, "other": 0.8, "wait": 0.1}}
+
+
+@pytest.mark.parametrize(
+    ("spent", "held", "saved"),
+    [
+        (CAUSES["imbalance"][0], {2: 1000, 3: 9000}, 0.4),
+        (CAUSES["slow rank"][0], {2: 1000, 3: 1000}, 0.4),
+        (CAUSES["slow rank"][0], {2: 1000, 3: 2000}, 0.4),  # some of both
+        ({**CAUSES["imbalance"][0], 0: BUSY}, {2: 1000, 3: 9000}, 0.15),
+        ({**CAUSES["slow rank"][0], 0: BUSY}, {2: 1000, 3: 1000}, 0.15),
+        (SLEEPER, {2: 1000, 3: 1000}, 0.4),
+        (CAUSES["network"][0], {2: 1000, 3: 1000}, 0.0),
+    ],
+)
+def test_all_that_tell_what_balance_would_save_agree(spent, held, saved, tmp_path):
+    log = made(tmp_path / "log", spent, chain=0.98, held=held).path
+    for name, column in (("load", "t_compute_s"), ("times", "wall_s")):  # in the first frame files open
+        first, rest = (log / f"{name}.jsonl").read_text().split('"frame": 1', 1)
+        slower = re.sub(rf'("{column}": )[\d.]+', r"\g<1>9.5", first)
+        (log / f"{name}.jsonl").write_text(slower + '"frame": 1' + rest)
+    run = motes.open_run(log)
+    told = run.explain()
+    named = [loss.seconds for loss in told.losses if loss.cause in ("imbalance", "slow rank")]
+    assert told.frame_s == pytest.approx(1.0)
+    assert sum(named) == pytest.approx(saved)
+    assert told.saving * told.frame_s == pytest.approx(saved)
+    assert run.summary()["balance_would_save"] == told.saving
+    warned = [text for text in run.warnings() if "perfect balance" in text]
+    assert all(f"at most {told_s(saved)} of a frame's 1 s" in text for text in warned)
+
+
 def test_a_rank_that_sleeps_is_warned_of(tmp_path):
-    spent = {0: IDLE, 1: IDLE, 2: {"act": 0.1, "wait": 0.9}, 3: {"act": 0.1, "other": 0.8, "wait": 0.1}}
-    run = made(tmp_path / "log", spent, chain=0.98)
+    run = made(tmp_path / "log", SLEEPER, chain=0.98)
     assert any(
         text.startswith("Rank 3 was kept from its work for 800 ms of a frame's 1 s")
         for text in run.warnings()

@@ -47,6 +47,9 @@ def place(numbers: list[int], host: str = "a", wish: int = 0) -> Place:
         ([place([0, 1, 2, 3]), place([2, 3])], [3, 1]),
         ([place([0, 1]), place([0, 1], host="b")], [2, 2]),
         ([place([0, 1], wish=7), place([0, 1, 2, 3])], [7, 3]),
+        ([place([0, 1, 2, 3])._replace(most=2), place([0, 1, 2, 3])], [2, 2]),
+        ([place([0, 1, 2, 3])._replace(most=3)] * 2, [2, 2]),
+        ([place([0, 1, 2, 3], wish=4)._replace(most=2)], [4]),
         ([place([])], [1]),
         ([place(list(range(1000)))], [1000]),
     ],
@@ -67,6 +70,15 @@ def test_a_quota_counts_as_so_many_processors(tmp_path: Path):
     ):
         group.write_text(text + "\n")
         assert threads_of([Place("a", processors(group), 0)]) == [min(most, usable)]
+
+
+@pytest.mark.parametrize(("told", "threads"), [("1", 1), ("", 2), ("1(x2)", 2), ("0", 1)])
+def test_no_more_threads_than_slurm_gives_a_task(told: str, threads: int, tmp_path: Path):
+    log = tmp_path / "log"
+    ended = python(SCENE, log, env={"SLURM_CPUS_PER_TASK": told, "MOTES_THREADS": ""})
+    assert ended.code == 0, ended.text
+    (row,) = json.loads((log / "run.json").read_text())["ranks"]
+    assert row["threads"] == min(threads, len(os.sched_getaffinity(0)))
 
 
 @pytest.mark.parametrize("wrong", [0, -1, 1025, 1.5, "two", True])

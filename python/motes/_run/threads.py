@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 from .._values.environment import MOST_THREADS
 
-__all__ = ["MASK_BYTES", "Place", "are_crowded", "processors", "threads_of"]
+__all__ = ["MASK_BYTES", "Place", "are_crowded", "most_threads", "processors", "threads_of"]
 
 MASK_BYTES = 128
 
@@ -30,6 +30,8 @@ class Place(NamedTuple):
     """The processors that its process may use: one bit each, `MASK_BYTES` bytes, the lowest first."""
     wish: int
     """The threads that its script or environment asks for; 0 leaves it to the machine."""
+    most: int = MOST_THREADS
+    """The threads that it may have unless it wishes for more."""
 
 
 def processors(group: Path = Path("/sys/fs/cgroup/cpu.max")) -> bytes:
@@ -44,6 +46,15 @@ def processors(group: Path = Path("/sys/fs/cgroup/cpu.max")) -> bytes:
     usable = usable[: _most_at_once(group)]
     bits = sum(1 << number for number in usable if number < 8 * MASK_BYTES)
     return bits.to_bytes(MASK_BYTES, "little")
+
+
+def most_threads() -> int:
+    """Return the processors that Slurm gave each task.
+
+    Where it binds tasks, masks say the same. Where it does not, a node's jobs share all its processors.
+    """
+    told = os.environ.get("SLURM_CPUS_PER_TASK", "")
+    return min(max(1, int(told)), MOST_THREADS) if told.isdecimal() else MOST_THREADS
 
 
 def threads_of(places: Sequence[Place]) -> list[int]:
@@ -65,7 +76,7 @@ def are_crowded(places: Sequence[Place]) -> bool:
 
 def _share(place: Place, users: Counter[int]) -> int:
     share = sum(1 / users[number] for number in _bits(place.mask))
-    return min(max(1, math.floor(share + 1e-9)), MOST_THREADS)
+    return min(max(1, math.floor(share + 1e-9)), place.most)
 
 
 def _bits(mask: bytes) -> list[int]:

@@ -20,7 +20,7 @@ from .._run.losses import lost_ranks, unless_lost
 from .._run.peers import Peer, PeerWatch
 from .._run.process import OpenRun, process
 from .._run.settings import RunSettings
-from .._run.threads import MASK_BYTES, Place, are_crowded, processors, threads_of
+from .._run.threads import MASK_BYTES, Place, are_crowded, most_threads, processors, threads_of
 from .._run.waiting import Wait, poll, warn_s
 from .._values import environment
 from .._values.space import ends_of
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Met", "begin", "close", "meet"]
 
-_CARD = struct.Struct(f"<i64s64siqQ96sI16si{MASK_BYTES}s")  # what each rank reports about itself
+_CARD = struct.Struct(f"<i64s64siqQ96sI16sii{MASK_BYTES}s")  # what each rank reports about itself
 _VERDICT_BYTES = 4096
 
 
@@ -230,11 +230,12 @@ class _Card:
             self.length,
             self.digest,
             threads,
+            most,
             mask,
         ) = content
         fields = [field.rstrip(b"\0").decode(errors="replace") for field in (role, host, space)]
         self.peer = Peer(rank, fields[0], fields[1], pid, started, fields[2])
-        self.place = Place(fields[1], mask, threads)
+        self.place = Place(fields[1], mask, threads, most)
 
 
 def _exchange_cards(
@@ -255,6 +256,7 @@ def _exchange_cards(
         len(text),
         hashlib.sha256(text).digest()[:16],
         settings.threads or 0,
+        most_threads(),
         processors(),
     )
     cards = bytearray(_CARD.size * comm.size)

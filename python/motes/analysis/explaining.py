@@ -12,11 +12,11 @@ from ._tables.stretches import latest
 from .efficiencies import efficiencies, frame_seconds, work_by_rank
 
 if TYPE_CHECKING:
-    from pandas import DataFrame
+    from pandas import DataFrame, Series
 
     from .run import Run
 
-__all__ = ["Explanation", "Loss", "explain", "saving_of", "told_s"]
+__all__ = ["Explanation", "Loss", "explain", "frame_s_of", "saving_of", "told_s"]
 
 MOST_SENTENCES = 6
 LEAST_PART = 0.02
@@ -93,7 +93,7 @@ class Explanation:
 
 def explain(run: Run) -> Explanation:
     """Return what costs the run's time. `Run.explain` documents it."""
-    seconds = _frame_s(run)
+    seconds = frame_s_of(run)
     losses = [*_of_calculators(run, seconds)]
     times = _settled(run.times)
     if not times.empty:
@@ -108,21 +108,30 @@ def explain(run: Run) -> Explanation:
 def saving_of(run: Run) -> float:
     """Return the part of the run's time that perfect balance would save, if moving cost nothing.
 
+    Without the first frame, as in all of `explain`.
+    """
+    seconds = frame_s_of(run)
+    return _saved_s(run) / seconds if seconds > 0 and not run.load.empty else float("nan")
+
+
+def frame_s_of(run: Run) -> float:
+    """Return the mean seconds of a frame."""
+    seconds = _seconds(run)
+    return float(seconds.mean()) if len(seconds) else 0.0
+
+
+def _saved_s(run: Run) -> float:
+    """Return the seconds of a frame that perfect balance would save.
+
     No frame can become shorter than the longest work of a rank that does not calculate.
     """
-    frames, load = run.frames, run.load
-    if load.empty or frames.empty:
-        return float("nan")
-    act = measures.by_rank(load, "t_compute_s").fillna(0.0)
-    seconds = frames.set_index("frame")["t_frame_s"].reindex(act.index).fillna(0.0)
-    saved = act.max(axis=1) - act.mean(axis=1)
+    act, seconds = _acting(run), _seconds(run)
+    saved = (act.max(axis=1) - act.mean(axis=1)).reindex(seconds.index).fillna(0.0)
+    room = seconds
     if not run.times.empty:
         work = work_by_rank(run.times).drop(columns=list(act.columns), errors="ignore")
-        if len(work.columns):
-            room = seconds - work.max(axis=1).reindex(act.index).fillna(0.0)
-            saved = saved.where(saved < room, room.clip(lower=0.0))
-    saved = saved.where(saved < seconds, seconds)
-    return float(saved.sum() / seconds.sum()) if seconds.sum() > 0 else float("nan")
+        room = seconds - work.max(axis=1).reindex(seconds.index).fillna(0.0)
+    return float(saved.clip(upper=room.clip(lower=0.0)).mean())
 
 
 def _settled(table: DataFrame) -> DataFrame:
@@ -132,12 +141,21 @@ def _settled(table: DataFrame) -> DataFrame:
     return later if later["frame"].nunique() >= 3 else table
 
 
-def _frame_s(run: Run) -> float:
+def _seconds(run: Run) -> Series:
+    """Seconds of each frame."""
     times = _settled(run.times)
-    if not times.empty:
-        return float(frame_seconds(times).mean())
-    frames = _settled(run.frames)
-    return float(frames["t_frame_s"].mean()) if len(frames) else 0.0
+    return _settled(run.frames).set_index("frame")["t_frame_s"] if times.empty else frame_seconds(times)
+
+
+def _acting(run: Run) -> DataFrame:
+    """Seconds that the actions took, frame x calculator, also those that the system took from them."""
+    act = measures.by_rank(_settled(run.load), "t_compute_s").fillna(0.0)
+    if run.times.empty:
+        return act
+    spent = run.times.assign(own=run.times["act_s"] + run.times["other_s"])
+    own = spent.pivot(index="frame", columns="rank", values="own")
+    own = own.reindex(index=act.index, columns=act.columns).fillna(0.0)
+    return act.where(act > own, own)
 
 
 def _of_calculators(run: Run, frame_s: float) -> Iterator[Loss]:
@@ -146,19 +164,15 @@ def _of_calculators(run: Run, frame_s: float) -> Iterator[Loss]:
     if load.empty or load["rank"].nunique() < 2:
         return
     held = measures.by_rank(load.assign(n=load["n_start"] + load["created"]), "n").fillna(0.0)
-    act = measures.by_rank(load, "t_compute_s").fillna(0.0).mean()
-    times = _settled(run.times)
-    if not times.empty:
-        mine = times[times["rank"].isin(list(act.index))].groupby("rank")[["act_s", "other_s"]].mean()
-        own = mine.sum(axis=1).reindex(act.index).fillna(0.0)
-        act = act.where(act > own, own)
+    act = _acting(run).mean()
     n = held.mean()
     known = n > 0
     if not known.any() or act.max() <= 0:
         return
     each = (act / n)[known].sort_values()
     usual = float(each.iloc[(len(each) - 1) // 2])
-    uneven = float(usual * (held.max(axis=1) - held.mean(axis=1)).mean())
+    saved = _saved_s(run)
+    uneven = min(float(usual * (held.max(axis=1) - held.mean(axis=1)).mean()), saved)
     most = int(str(n.idxmax()))
     yield Loss(
         "imbalance",
@@ -170,7 +184,7 @@ def _of_calculators(run: Run, frame_s: float) -> Iterator[Loss]:
     slow = int(str(act.idxmax()))
     if slow not in each.index or each[slow] <= _SLOW * usual:
         return
-    late = float(act.max() - act.mean()) - float(usual * (n.max() - n.mean()))
+    late = min(float(act.max() - act.mean()) - float(usual * (n.max() - n.mean())), saved - uneven)
     yield Loss("slow rank", late, slow, _slow_sentence(run, slow, float(each[slow] / usual), late, frame_s))
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import glob
 import os
+import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
@@ -11,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal, overload
 
 from .. import _extras
 from .._values import arguments
-from ..errors import ArgumentError, LogError
+from ..errors import ArgumentError, LogError, MotesWarning
 from .run import Run, open_run
 
 if TYPE_CHECKING:
@@ -128,13 +129,14 @@ class Runs(Sequence[Run]):
         Args:
             baseline: a run, a log's path, facts that identify one (`{"ranks": 1}`), or seconds per frame.
                 None: the run of the same scene on one rank, or if there is none the slowest of those with the
-                fewest calculators.
+                fewest calculators, of which a MotesWarning tells.
             layout: "paper": one row per number of calculators, the columns IS-SLB, FS-SLB, IS-DLB, FS-DLB as
                 in the paper's Tables 1 and 3 (several runs of one kind: their median; several dynamic
                 balancers: one column each). "long": one row per run.
 
         Returns:
-            The table.
+            The table. `attrs["baseline"]` says over what, also the column `baseline` of "long": the names of
+            runs, or seconds per frame.
         """
         layout = arguments.choice("layout", layout, ("paper", "long"))
         if not self._runs:
@@ -142,10 +144,18 @@ class Runs(Sequence[Run]):
         dynamic = {_kind(run) for run in self if configuration(run).endswith("DLB")}
         rows = [self._speedup_row(run, baseline, several=len(dynamic) > 1) for run in self]
         table = _extras.pandas().DataFrame(rows).set_index("run")
-        return table if layout == "long" else _paper_layout(table)
+        names = dict.fromkeys(table["baseline"])
+        for base in self if baseline is None else ():
+            if base.name in names and base.ranks > 1:
+                text = f"no run of {_scene(base)} on one rank: speed-up is over {base.name}, on {base.ranks}"
+                text += f" ranks, {len(base.calculators)} of them calculators"
+                warnings.warn(text, MotesWarning, stacklevel=2)
+        told = table if layout == "long" else _paper_layout(table)
+        told.attrs["baseline"] = ", ".join(names)
+        return told
 
     def _speedup_row(self, run: Run, baseline: Any, *, several: bool) -> dict[str, Any]:
-        reference, seconds = self._reference(run, baseline)
+        over, reference, seconds = self._reference(run, baseline)
         name = configuration(run)
         if several and name.endswith("DLB"):
             name += f" {_kind(run)}"
@@ -159,19 +169,20 @@ class Runs(Sequence[Run]):
             "balancer": run.balancer,
             "configuration": name,
             "s_per_frame": seconds,
+            "baseline": over,
             "speedup": speedup,
             "efficiency": speedup / len(run.calculators),
         }
 
-    def _reference(self, run: Run, baseline: Any) -> tuple[float, float]:
-        """Seconds per frame of the baseline and of the run, over the frames that both have."""
+    def _reference(self, run: Run, baseline: Any) -> tuple[str, float, float]:
+        """Name the baseline; its seconds per frame and the run's, over the frames that both have."""
         if isinstance(baseline, (int, float)) and not isinstance(baseline, bool):
             if not baseline > 0:
                 raise ArgumentError("baseline", baseline, "more than 0 seconds per frame")
-            return float(baseline), _seconds(run, len(run.frames))
+            return f"{baseline:g} s", float(baseline), _seconds(run, len(run.frames))
         base = self._base_run(run, baseline)
         common = min(len(run.frames), len(base.frames))
-        return _seconds(base, common), _seconds(run, common)
+        return base.name, _seconds(base, common), _seconds(run, common)
 
     def _base_run(self, run: Run, baseline: Any) -> Run:
         if isinstance(baseline, Run):

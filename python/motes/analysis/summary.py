@@ -80,7 +80,7 @@ def _balance(run: Run) -> Iterable[str]:
     late = measures.imbalance(load).tail(max(len(run.frames) // 2, 1)).mean()
     if run.balancer.startswith("Static") and late > 1.25:
         saving = explaining.saving_of(run)
-        seconds = float(run.frames["t_frame_s"].mean())
+        seconds = explaining.frame_s_of(run)
         yield (
             f"Cuts were static, and the slowest calculator took {late:.2f} times the mean: perfect balance "
             f"would save at most {explaining.told_s(saving * seconds)} of a frame's "

@@ -117,9 +117,9 @@ def _environment(report: Report) -> None:
 
 def _threads() -> str:
     """Say how many threads a script has that runs as one process."""
-    from .._run.threads import Place, processors, threads_of
+    from .._run.threads import Place, most_threads, processors, threads_of
 
-    alone = threads_of([Place("", processors(), 0)])[0]
+    alone = threads_of([Place("", processors(), 0, most_threads())])[0]
     return f"{alone} without mpirun"
 
 

@@ -47,7 +47,8 @@ class RunsPlots:
         ax.plot([1, most], [1, most], color="#888888", linestyle="--", linewidth=0.9, label="ideal")
         ax.set_ylim(bottom=0)
         drawing.integer_frames(ax)
-        return finish(ax, title="Speed-up", x="calculators", y="times as fast as the baseline", legend=True)
+        over = f"times as fast as {table.attrs['baseline']}"
+        return finish(ax, title="Speed-up", x="calculators", y=over, legend=True)
 
     def imbalance(
         self,

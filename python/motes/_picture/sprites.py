@@ -135,7 +135,9 @@ class Sprite(Value):
         state["_tiles"] = (1, 1, 1) if sheet is None else sheet[1:]
         state["_picture"] = 0 if sheet is None else _core.keep_picture(sheet.pixels)
         if self.mesh is not None:
-            state["_picture"] = _core.keep_mesh(self.mesh.vertices, self.mesh.triangles, np.zeros((0, 3)))
+            state["_picture"] = _core.keep_mesh(
+                self.mesh.vertices, self.mesh.triangles, np.zeros(0), np.zeros(0)
+            )
         state["_core"] = _core.Sprite(
             kind="card" if posed and self.kind == "image" else self.kind,
             pixels=0 if posed and self.pixels == DEFAULT_PIXELS else self.pixels or 0,

@@ -30,11 +30,11 @@ TRIANGLES = "integers of shape (m, 3), m >= 1"
 class Mesh(Shape):
     """A surface of triangles: a shape like the others, and what a `Solid` shows.
 
-    Points are drawn uniformly, or as `density` says, from its surface; `solid`: from its inside. It holds what is inside, particles
-    bounce off it from both sides, and it may be part of a union. All but drawing points from the surface, and
-    `Solid`, needs a closed surface: each edge has two triangles, which face the same side, and no two parts
-    of it overlap. Vertices at the same place, up to a millionth of the mesh's size, count as one there, and
-    triangles without an area do not count.
+    Points are drawn uniformly, or as `density` says, from its surface; `solid`: from its inside. It holds
+    what is inside, particles bounce off it from both sides, and it may be part of a union. All but drawing
+    points from the surface, and `Solid`, needs a closed surface: each edge has two triangles, which face the
+    same side, and no two parts of it overlap. Vertices at the same place, up to a millionth of the mesh's
+    size, count as one there, and triangles without an area do not count.
 
     What is inside is found by a grid of signed distances, made when it is first needed: about a second's work
     for 96 cells, and 4 bytes per node. Corners and edges are rounded, and what is thinner than a cell may be
@@ -47,8 +47,9 @@ class Mesh(Shape):
         triangles: three indices of vertices each, uint32 (m, 3), read-only.
         solid: whether points are drawn from its inside.
         resolution: cells of the grid along the longest side of the mesh, 8 to 512.
-        colors: linear RGB of the vertices, float32 (n, 3), read-only; None: it has none. Particles that are
-            born on its surface may take them: `motes.surface_color`.
+        colors: linear RGB of the vertices, float32 (n, 3), read-only; None: it has none. `Solid` and
+            `Sprite` show them, linear between corners; particles that are born on its surface may take them:
+            `motes.surface_color`.
         uv: places of the vertices on a picture, float32 (n, 2), read-only, or None.
         density: of births on its surface at the vertices, float32 (n,), read-only; None: it is even.
     """

@@ -81,7 +81,8 @@ def _read(picture: NDArray[np.float64], uv: NDArray[np.float32]) -> NDArray[np.f
     right, down = (x - column)[:, None], (y - row)[:, None]
 
     def pixel(i: NDArray[Any], j: NDArray[Any]) -> NDArray[np.float64]:
-        return picture[j % height, i % width]
+        found: NDArray[np.float64] = picture[j % height, i % width]
+        return found
 
     above = pixel(column, row) * (1 - right) + pixel(column + 1, row) * right
     below = pixel(column, row + 1) * (1 - right) + pixel(column + 1, row + 1) * right

@@ -128,14 +128,15 @@ void bind_assets(py::module_& m) {
       py::arg("light"));
   m.def(
       "keep_mesh",
-      [](const FloatArray& vertices, const Indices& triangles, const FloatArray& colors) {
+      [](const FloatArray& vertices, const Indices& triangles, const FloatArray& colors, const FloatArray& density) {
         meshes::Mesh mesh;
         mesh.vertices.assign(vertices.data(), vertices.data() + vertices.size());
         mesh.triangles.assign(triangles.data(), triangles.data() + triangles.size());
         mesh.colors.assign(colors.data(), colors.data() + colors.size());
+        mesh.density.assign(density.data(), density.data() + density.size());
         return meshes::keep(std::move(mesh));
       },
-      py::arg("vertices"), py::arg("triangles"), py::arg("colors"));
+      py::arg("vertices"), py::arg("triangles"), py::arg("colors"), py::arg("density"));
 }
 
 }  // namespace

@@ -23,6 +23,20 @@ void put(const std::array<Vector, 4>& rows, std::size_t at, MeshCorners& to) {
   }
 }
 
+// Triangles that face inwards are turned around.
+void put_colors(const meshes::Mesh& mesh, const meshes::Surface& surface, bool inwards, MeshCorners& to) {
+  if (mesh.colors.empty()) return;
+  const auto room = static_cast<std::size_t>(to.room);
+  to.colors.assign(9 * room, 0.0f);
+  for (std::size_t i = 0; i < surface.origin.size(); ++i) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::size_t turned = inwards ? (3 - k) % 3 : k;
+      const float* color = &mesh.colors[3 * std::size_t{mesh.triangles[3 * std::size_t{surface.origin[i]} + turned]}];
+      for (std::size_t c = 0; c < 3; ++c) to.colors[(3 * k + c) * room + i] = std::min(color[c], 1.0f);
+    }
+  }
+}
+
 MeshCorners corners_of(const meshes::Mesh& mesh) {
   const meshes::Surface surface = meshes::weld(mesh);
   MeshCorners made;
@@ -41,6 +55,7 @@ MeshCorners corners_of(const meshes::Mesh& mesh) {
     rows[3] = square > 0 ? across * (1 / std::sqrt(square)) : Vector{};
     put(rows, i, made);
   }
+  put_colors(mesh, surface, inwards, made);
   return made;
 }
 

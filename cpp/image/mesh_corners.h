@@ -15,6 +15,9 @@ struct MeshCorners {
   /// Twelve planes of `room` floats: x, y, z of the first corner of each triangle, of the second, of the third, m, and
   /// of its normal, a unit vector. Triangles beyond the last are all 0.
   std::vector<float> planes;
+  /// Nine planes of `room` floats: linear red, green, blue of the first corner, of the second, of the third, 0..1.
+  /// Empty: the mesh has no colours.
+  std::vector<float> colors;
   int triangles = 0;
   int room = 0;  // whole vectors of any width
   /// The surface has an inside: no triangle is seen from behind.

@@ -19,11 +19,13 @@ void check_side(const char* argument, std::int32_t pixels) {
 }
 
 // Scripts may keep the keys of pictures and meshes beyond a run, so they stay what they were: of SHA-256.
-// The last field, which came later, is no part of the key where it is empty: eight bytes that say so.
+// The last fields, which came later, are no part of the key where they are empty: eight bytes each that say so.
+template <int kLater>
 AssetKey lasting(const char* kind, std::span<const std::byte> bytes) {
   constexpr std::size_t kEmpty = sizeof(std::uint64_t);
   const auto is_zero = [](std::byte one) { return one == std::byte{}; };
-  if (bytes.size() > kEmpty && std::all_of(bytes.end() - kEmpty, bytes.end(), is_zero)) {
+  for (int i = 0; i < kLater && bytes.size() > kEmpty; ++i) {
+    if (!std::all_of(bytes.end() - kEmpty, bytes.end(), is_zero)) break;
     bytes = bytes.first(bytes.size() - kEmpty);
   }
   base::Sha256 hash;
@@ -33,12 +35,25 @@ AssetKey lasting(const char* kind, std::span<const std::byte> bytes) {
 }
 
 base::Registry<Picture>& pictures() {
-  static base::Registry<Picture> all("picture", lasting);
+  static base::Registry<Picture> all("picture", lasting<1>);
   return all;
 }
 base::Registry<Mesh>& meshes() {
-  static base::Registry<Mesh> all("mesh", lasting);
+  static base::Registry<Mesh> all("mesh", lasting<2>);
   return all;
+}
+
+void check_density(const Mesh& mesh) {
+  const std::vector<float>& density = mesh.density;
+  if (density.empty()) return;
+  if (3 * density.size() != mesh.vertices.size()) {
+    base::refuse("density", "a number for each vertex", std::to_string(density.size()) + " numbers");
+  }
+  for (const float x : density) {
+    if (!(x >= 0 && x <= base::kFarthest)) base::refuse("density", "numbers, 0 or more", std::to_string(x));
+  }
+  if (*std::max_element(density.begin(), density.end()) == 0)
+    base::refuse("density", "above 0 somewhere", "0 everywhere");
 }
 
 }  // namespace
@@ -89,6 +104,7 @@ void check(const Mesh& mesh) {
   for (const float x : mesh.colors) {
     if (!(x >= 0 && x <= base::kFarthest)) base::refuse("colors", "linear RGB, 0 or more", std::to_string(x));
   }
+  check_density(mesh);
   const std::size_t count = mesh.vertices.size() / 3;
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     if (mesh.triangles[i] >= count) {

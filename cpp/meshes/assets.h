@@ -34,13 +34,14 @@ struct Mesh {
   std::vector<float> vertices;           // m: x, y, z of each
   std::vector<std::uint32_t> triangles;  // three indices of vertices each
   std::vector<float> colors{};           // linear RGB of each vertex; empty: it has none
+  std::vector<float> density{};          // of births at each vertex, relative to others; empty: even
 
   bool operator==(const Mesh&) const = default;
 };
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, Mesh& mesh) {
-  visit(mesh.vertices, mesh.triangles, mesh.colors);
+  visit(mesh.vertices, mesh.triangles, mesh.colors, mesh.density);
 }
 
 inline constexpr std::int32_t kMaxPicture = 8192;                      // pixels, each side

@@ -182,6 +182,12 @@ Bvh build_bvh(const Mesh& mesh) {
     tree.triangles.push_back(triangles[facet.triangle]);
     tree.origin.push_back(number[facet.triangle]);
   }
+  for (std::size_t i = 0; i < tree.origin.size() && !mesh.colors.empty(); ++i) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      const float* color = mesh.colors.data() + 3 * std::size_t{mesh.triangles[3 * std::size_t{tree.origin[i]} + c]};
+      tree.colors.insert(tree.colors.end(), color, color + 3);
+    }
+  }
   tree.ball = ball_around(tree);
   return tree;
 }

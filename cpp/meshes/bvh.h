@@ -31,6 +31,7 @@ struct Bvh {
   std::vector<BvhNode> nodes;  // the first is the root
   std::vector<BvhTriangle> triangles;
   std::vector<std::uint32_t> origin;  // of each triangle: its number in the mesh
+  std::vector<float> colors;  // nine of each triangle: linear RGB of its corners; empty: they have none
   Ball ball;
 };
 

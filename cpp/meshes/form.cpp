@@ -18,9 +18,6 @@
 namespace motes::meshes {
 namespace {
 
-// NOLINTBEGIN(misc-unused-using-decls): it does not see that operators are used
-// NOLINTEND(misc-unused-using-decls)
-
 Vector corner(const Mesh& mesh, std::size_t index) {
   const float* v = mesh.vertices.data() + 3 * std::size_t{mesh.triangles[index]};
   return {v[0], v[1], v[2]};
@@ -46,35 +43,50 @@ struct Kept {
   MeshForm form;
 };
 
+// Adds a triangle, one of its corners as the first.
+void add_triangle(Kept& kept, const Mesh& mesh, std::size_t triangle, std::size_t turn) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::size_t vertex = 3 * std::size_t{mesh.triangles[triangle + (turn + k) % 3]};
+    const auto add = [vertex](const std::vector<float>& of, std::vector<float>& to) {
+      if (!of.empty()) to.insert(to.end(), of.data() + vertex, of.data() + vertex + 3);
+    };
+    add(mesh.vertices, kept.corners);
+    add(mesh.colors, kept.colors);
+  }
+}
+
+void widen_box(MeshForm& form, const Vector& to) {
+  for (std::size_t i = 0; i < 3; ++i) {
+    form.low[i] = std::min(form.low[i], static_cast<float>(to[i]));
+    form.high[i] = std::max(form.high[i], static_cast<float>(to[i]));
+  }
+}
+
 void set_surface(Kept& kept, const Mesh& mesh) {
+  MeshForm& form = kept.form;
   std::vector<double> sums;
   double sum = 0;
-  std::fill_n(kept.form.low, 3, kMaxFloat);
-  std::fill_n(kept.form.high, 3, -kMaxFloat);
+  std::fill_n(form.low, 3, kMaxFloat);
+  std::fill_n(form.high, 3, -kMaxFloat);
+  form.uneven = !mesh.density.empty();
   for (std::size_t first = 0; first + 2 < mesh.triangles.size(); first += 3) {
     const double area = area_of(mesh, first);
     if (!(area > 0)) continue;
-    sums.push_back(sum += area);
-    for (std::size_t k = 0; k < 3; ++k) {
-      const float* v = mesh.vertices.data() + 3 * std::size_t{mesh.triangles[first + k]};
-      kept.corners.insert(kept.corners.end(), v, v + 3);
-      if (!mesh.colors.empty()) {
-        const float* color = mesh.colors.data() + 3 * std::size_t{mesh.triangles[first + k]};
-        kept.colors.insert(kept.colors.end(), color, color + 3);
-      }
-      for (std::size_t i = 0; i < 3; ++i) {
-        kept.form.low[i] = std::min(kept.form.low[i], v[i]);
-        kept.form.high[i] = std::max(kept.form.high[i], v[i]);
-      }
+    form.area += area;
+    for (std::size_t k = 0; k < 3; ++k) widen_box(form, corner(mesh, first + k));
+    for (std::size_t k = 0; k < (form.uneven ? 3 : 1); ++k) {
+      const double births = form.uneven ? area * mesh.density[mesh.triangles[first + k]] : area;
+      if (!(births > 0)) continue;
+      sums.push_back(sum += births);
+      add_triangle(kept, mesh, first, k);
     }
   }
   for (const double upto : sums) kept.upto.push_back(static_cast<std::uint32_t>(upto / sum * 0xffffffffu));
   if (!kept.upto.empty()) kept.upto.back() = 0xffffffffu;
-  kept.form.corners = kept.corners.data();
-  kept.form.colors = kept.colors.empty() ? nullptr : kept.colors.data();
-  kept.form.upto = kept.upto.data();
-  kept.form.triangles = static_cast<std::uint32_t>(kept.upto.size());
-  kept.form.area = sum;
+  form.corners = kept.corners.data();
+  form.colors = kept.colors.empty() ? nullptr : kept.colors.data();
+  form.upto = kept.upto.data();
+  form.triangles = static_cast<std::uint32_t>(kept.upto.size());
 }
 
 void set_volume(Kept& kept, const Mesh& mesh) {

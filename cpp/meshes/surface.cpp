@@ -165,7 +165,9 @@ Surface weld(const Mesh& mesh) {
   for (std::size_t i = 0; i + 2 < mesh.triangles.size(); i += 3) {
     const std::uint32_t a = number[mesh.triangles[i]], b = number[mesh.triangles[i + 1]],
                         c = number[mesh.triangles[i + 2]];
-    if (a != b && b != c && c != a) surface.triangles.push_back({a, b, c});
+    if (a == b || b == c || c == a) continue;
+    surface.triangles.push_back({a, b, c});
+    surface.origin.push_back(static_cast<std::uint32_t>(i / 3));
   }
   return surface;
 }

@@ -17,6 +17,7 @@ namespace motes::meshes {
 struct Surface {
   std::vector<Vector> vertices;  // m
   std::vector<std::array<std::uint32_t, 3>> triangles;  // of three different vertices each
+  std::vector<std::uint32_t> origin{};  // of each triangle: its number in the mesh
 };
 
 /// Vertices that are closer than a millionth of the mesh's extent become one: files and formulas repeat those of seams

@@ -247,8 +247,14 @@ struct MeshLanes {
   MOTES_INLINE Floats3 mixed(const float* of_corners, const Uints4& bits) const {
     Floats3 origin{}, u{}, v{};
     sides_at(of_corners, bits, origin, u, v);
-    // Uniform by area: the far half of the parallelogram is folded onto the near one.
     Floats a = unit(bits.b), b = unit(bits.c);
+    if (form->uneven) {
+      // Three points cut a line into four parts: two, one and one of them are as often as large as the shares of the
+      // first corner and the others where the density falls to 0 from that corner on.
+      const Floats c = unit(bits.d);
+      return origin + u * min(min(a, b), c) + v * (1.0f - max(max(a, b), c));
+    }
+    // Uniform by area: the far half of the parallelogram is folded onto the near one.
     const Mask far = a + b > 1.0f;
     a = select(far, 1.0f - a, a);
     b = select(far, 1.0f - b, b);

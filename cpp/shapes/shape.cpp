@@ -96,7 +96,7 @@ void check_placed_mesh(const Shape& s) {
 
 void check_mesh(const Shape& s) {
   check_placed_mesh(s);
-  if (s.form->triangles == 0) refuse(s, "triangles", "have an area");
+  if (s.form->triangles == 0) refuse(s, "triangles", "have an area, and a density above 0 where they have one");
   if (s.number[kSolid] != 0) meshes::need_inside(*s.form);
 }
 

@@ -176,6 +176,7 @@ def test_wrong_sheets_and_picks_are_refused(tmp_path: Path) -> None:
         ({**image, "pick": "random"}, "pick", "tiles"),
         ({**image, "tiles": (3, 2), "pick": "rnadom"}, "pick", "random"),
         ({**image, "tiles": (3, 2), "pick": (1, 2, 3)}, "pick", "number"),
+        ({**image, "tiles": (3, 2), "pick": object()}, "pick", "'age' or an expression of one"),
         ({**image, "tiles": (3, 2), "pick": column("age") > 1}, "pick", "number"),
         ({"image": [SHEET, SHEET[:8]]}, "image", "18x8"),
         ({"image": []}, "image", "0 pictures"),

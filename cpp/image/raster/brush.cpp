@@ -229,6 +229,7 @@ void Brush::set_wide(const View& view) {
 void Brush::set_mesh() {
   const MeshCorners& mesh = mesh_corners(sprite_.picture);
   wide_.corners = mesh.planes.data();
+  wide_.colors = mesh.colors.empty() ? nullptr : mesh.colors.data();
   wide_.triangles = mesh.triangles;
   wide_.room = mesh.room;
   wide_.closed = mesh.closed;

@@ -1,5 +1,7 @@
-// mesh: an instance of a mesh, lit by the sun and the sky.
+// mesh: an instance of a mesh, lit by the sun and the sky, in its own colours where it has them.
 #pragma once
+
+#include <type_traits>
 
 #include "image/raster/wide_sprite.h"
 
@@ -12,6 +14,13 @@ struct Facet {
   /// 1/depth at the first corner, how it changes per px, and between which numbers it stays, 1/m.
   float inverse, right, down, least, most;
   float shade;
+  bool swapped;  // its second and third corner are the mesh's third and second
+};
+
+/// One whose corners have colours. What is linear on the screen is a colour divided by the depth: at the first corner,
+/// and how it changes per px. It stays between the corners' own.
+struct TintedFacet : Facet {
+  float first[3], to_right[3], to_below[3], low[3], high[3];
 };
 
 /// Calls put(column, row) for each sample of a grid within a triangle moved by (dx, dy): kSamples x kSamples of them
@@ -63,8 +72,9 @@ MOTES_INLINE void for_each_sample(const Facet& f, std::int64_t dx, std::int64_t 
   }
 }
 
-struct Mesh {
-  static constexpr int kPlanes = 2;
+template <bool kColored>
+struct MeshOf {
+  static constexpr int kPlanes = kColored ? 4 : 2;
   static constexpr float kNarrow = 0;
 
   WideSprite s;
@@ -76,7 +86,7 @@ struct Mesh {
   PosedMoments moments;
   Walls walls{};  // tested where there are moments
 
-  MOTES_INLINE Mesh(const image::WideSplat& t, const WideSprite& sprite)
+  MOTES_INLINE MeshOf(const image::WideSplat& t, const WideSprite& sprite)
       : s(sprite), task(t), pose(t, sprite), extent(pose.scale * task.mesh_reach),
         moments(t, pose, extent, 1.2f * extent * t.focal / pose.depth, s.half) {
     const float left = pose.depth - extent;
@@ -94,16 +104,16 @@ struct Mesh {
   MOTES_INLINE float total() const { return s.light; }
   static MOTES_INLINE float greatest() { return kPixelWeight; }
   static MOTES_INLINE float usual_sum() { return kPixelWeight; }
-  static MOTES_INLINE const std::uint16_t* measured(const Patch<2>& p) { return p.light; }
+  static MOTES_INLINE const std::uint16_t* measured(const Patch<kPlanes>& p) { return p.cover; }
   /// The least depth of any part of it, m.
   MOTES_INLINE float front_depth() const { return pose.depth - extent; }
 
   /// Covers by samples: 4 x 4 per pixel, fewer at each of many places along a streak. Of several triangles that face
   /// the camera over one sample, each counts, up to a full pixel.
-  MOTES_OUTLINE void weigh(Patch<2>& p) const {
+  MOTES_OUTLINE void weigh(Patch<kPlanes>& p) const {
     const std::size_t bytes = sizeof p.cover[0] * static_cast<std::size_t>(kStrip * p.strips * p.stride);
     __builtin_memset(p.cover, 0, bytes);
-    __builtin_memset(p.light, 0, bytes);
+    __builtin_memset(p.light, 0, kChannels * bytes);
     if (moments.count != 0) return weigh_moments(p);
     steps < kMany ? weigh_samples<4>(p) : weigh_samples<2>(p);
   }
@@ -111,18 +121,21 @@ struct Mesh {
   /// Keeps the nearest surface at the centres of the tile's pixels.
   MOTES_OUTLINE void draw(const image::TilePlanes& tile) const {
     if (moments.count == 0) {
-      for_each_facet(pose, {}, [&](const Facet& f) {
+      for_each_facet(pose, {}, [&](const Shown& f) {
         for_each_step([&](std::int64_t dx, std::int64_t dy) { keep(tile, f, dx, dy); });
       });
       return;
     }
     image::for_each_moment(moments.count, [&](int, const image::Moment& m) {
       const Shift way = way_at(m);
-      for_each_facet(pose.at(m), {}, [&](const Facet& f) { keep(tile, f, way.x, way.y); });
+      for_each_facet(pose.at(m), {}, [&](const Shown& f) { keep(tile, f, way.x, way.y); });
     });
   }
 
  private:
+  using Shown = std::conditional_t<kColored, TintedFacet, Facet>;
+
+  static constexpr int kChannels = kColored ? 3 : 1;
   static constexpr int kMostSteps = 32, kMany = 8;
   static constexpr float kPixel = 1.0f / (1 << image::kWideBits);
   static constexpr float kFarthest = 32768;  // px from the tile, of corners
@@ -130,15 +143,18 @@ struct Mesh {
   static MOTES_INLINE float clamped(float v, float low, float high) { return v < low ? low : v > high ? high : v; }
 
   /// Keeps a triangle, moved by (dx, dy), where it is the nearest surface.
-  MOTES_INLINE void keep(const image::TilePlanes& tile, const Facet& f, std::int64_t dx, std::int64_t dy) const {
+  MOTES_INLINE void keep(const image::TilePlanes& tile, const Shown& f, std::int64_t dx, std::int64_t dy) const {
     const auto shade = static_cast<std::uint32_t>(clamped(f.shade * 255.0f, 1, 255) + 0.5f);
-    const image::Nearest surface = image::Nearest{s.color & 0xffffffu} | image::Nearest{shade} << 24;
+    const image::Nearest plain = image::Nearest{s.color & 0xffffffu} | image::Nearest{shade} << 24;
     const float x = static_cast<float>(f.x[0] + dx) * kPixel, y = static_cast<float>(f.y[0] + dy) * kPixel;
     for_each_sample<1>(f, dx, dy, task.columns, task.rows, [&](int column, int row) {
-      const float depth = 1 / inverse_at(f, static_cast<float>(column) - x, static_cast<float>(row) - y);
+      const float right = static_cast<float>(column) - x, down = static_cast<float>(row) - y;
+      const float depth = 1 / inverse_at(f, right, down);
       std::uint32_t bits;
       __builtin_memcpy(&bits, &depth, sizeof bits);
       image::Nearest& there = tile.surfaces[static_cast<std::ptrdiff_t>(row) * image::kPixelStride + column];
+      image::Nearest surface = plain;
+      if constexpr (kColored) surface = image::Nearest{shade} << 24 | colored(f, right, down);
       const image::Nearest here = image::Nearest{bits} << 32 | surface;
       there = here < there ? here : there;
     });
@@ -147,6 +163,26 @@ struct Mesh {
   /// 1/depth at a place relative to a triangle's first corner, px.
   static MOTES_INLINE float inverse_at(const Facet& f, float right, float down) {
     return clamped(f.inverse + f.right * right + f.down * down, f.least, f.most);
+  }
+
+  /// The part of a channel that a triangle shows at a place relative to its first corner, px.
+  static MOTES_INLINE float tint_at(const TintedFacet& f, int channel, float right, float down) {
+    const float of = f.first[channel] + f.to_right[channel] * right + f.to_below[channel] * down;
+    return clamped(of / inverse_at(f, right, down), f.low[channel], f.high[channel]);
+  }
+  /// Red, green and blue there.
+  MOTES_INLINE std::uint32_t colored(const TintedFacet& f, float right, float down) const {
+    std::uint32_t color = 0;
+    for (int c = 0; c < 3; ++c) {
+      const auto own = static_cast<float>(s.color >> (8 * c) & 0xffu);
+      color |= static_cast<std::uint32_t>(own * tint_at(f, c, right, down) + 0.5f) << (8 * c);
+    }
+    return color;
+  }
+  /// The light there, as a part of what its cover adds: one number, or one for each channel.
+  static MOTES_INLINE float light_at(const Shown& f, int channel, float right, float down) {
+    if constexpr (kColored) return f.shade * tint_at(f, channel, right, down);
+    return f.shade;
   }
 
   /// Of its way, 1/256 px from the middle.
@@ -161,12 +197,12 @@ struct Mesh {
   /// Per pixel of a patch: the moment that last showed the mesh there, its nearest surface, and what that added.
   struct Cells {
     std::uint8_t moment[kPatchPixels];
-    std::uint16_t cover[kPatchPixels], light[kPatchPixels];
+    std::uint16_t cover[kPatchPixels], light[kChannels * kPatchPixels];
     float inverse[kPatchPixels];
   };
 
   /// Covers by one sample per pixel and moment, of what is nearest there.
-  MOTES_INLINE void weigh_moments(Patch<2>& p) const {
+  MOTES_INLINE void weigh_moments(Patch<kPlanes>& p) const {
     Cells cells;
     __builtin_memset(cells.moment, 0, static_cast<std::size_t>(kStrip * p.strips * p.stride));
     const float share = kPixelWeight / (static_cast<float>(moments.count) * moments.larger * moments.larger);
@@ -176,22 +212,26 @@ struct Mesh {
       const Shift way = way_at(m);
       const std::int64_t dx = way.x + m.pixel_x, dy = way.y + m.pixel_y;
       const auto marked = static_cast<std::uint8_t>(number + 1);
-      for_each_facet(then, {m.lens_x * task.blur, m.lens_y * task.blur}, [&](const Facet& f) {
+      for_each_facet(then, {m.lens_x * task.blur, m.lens_y * task.blur}, [&](const Shown& f) {
         const float x = static_cast<float>(f.x[0] + dx) * kPixel, y = static_cast<float>(f.y[0] + dy) * kPixel;
         for_each_sample<1>(f, dx, dy, task.columns, task.rows, [&](int column, int row) {
           const int at = place_in(p, column, row);
           if (at < 0) return;
-          const float here = inverse_at(f, static_cast<float>(column) - x, static_cast<float>(row) - y);
+          const float right = static_cast<float>(column) - x, down = static_cast<float>(row) - y;
+          const float here = inverse_at(f, right, down);
           const bool again = cells.moment[at] == marked;
           if (again && here <= cells.inverse[at]) return;
           const float seen = walls.depth == nullptr ? share : share * visible(m, column, row, here);
           const auto cover = static_cast<std::uint16_t>(seen + m.round);
-          const auto light = static_cast<std::uint16_t>(seen * f.shade + m.round);
           p.cover[at] = static_cast<std::uint16_t>(p.cover[at] + cover - (again ? cells.cover[at] : 0));
-          p.light[at] = static_cast<std::uint16_t>(p.light[at] + light - (again ? cells.light[at] : 0));
+          for (int c = 0; c < kChannels; ++c) {
+            const int number = kChannels * at + c;
+            const auto light = static_cast<std::uint16_t>(seen * light_at(f, c, right, down) + m.round);
+            p.light[number] = static_cast<std::uint16_t>(p.light[number] + light - (again ? cells.light[number] : 0));
+            cells.light[number] = light;
+          }
           cells.moment[at] = marked;
           cells.cover[at] = cover;
-          cells.light[at] = light;
           cells.inverse[at] = here;
         });
       });
@@ -214,16 +254,22 @@ struct Mesh {
   }
 
   template <int kSamples>
-  MOTES_INLINE void weigh_samples(Patch<2>& p) const {
+  MOTES_INLINE void weigh_samples(Patch<kPlanes>& p) const {
+    constexpr int kStep = (1 << image::kWideBits) / kSamples, kFirst = -(kSamples - 1) * kStep / 2;
     const int weight = static_cast<int>(kPixelWeight) / (kSamples * kSamples * steps);
-    for_each_facet(pose, {}, [&](const Facet& f) {
-      const auto light = static_cast<std::uint16_t>(f.shade * static_cast<float>(weight) + 0.5f);
+    for_each_facet(pose, {}, [&](const Shown& f) {
       for_each_step([&](std::int64_t dx, std::int64_t dy) {
         for_each_sample<kSamples>(f, dx, dy, task.columns, task.rows, [&](int column, int row) {
           const int at = place_in(p, column / kSamples, row / kSamples);
           if (at < 0 || p.cover[at] + weight > static_cast<int>(kPixelWeight)) return;
           p.cover[at] = static_cast<std::uint16_t>(p.cover[at] + weight);
-          p.light[at] = static_cast<std::uint16_t>(p.light[at] + light);
+          const float right = static_cast<float>(column * kStep + kFirst - f.x[0] - dx) * kPixel;
+          const float down = static_cast<float>(row * kStep + kFirst - f.y[0] - dy) * kPixel;
+          for (int c = 0; c < kChannels; ++c) {
+            const float light = light_at(f, c, right, down) * static_cast<float>(weight) + 0.5f;
+            std::uint16_t& to = p.light[kChannels * at + c];
+            to = static_cast<std::uint16_t>(to + static_cast<std::uint16_t>(light));
+          }
         });
       });
     });
@@ -301,11 +347,12 @@ struct Mesh {
       const Floats side = select(area > 0.0f, all(-1.0f), all(1.0f));
       const Floats shades = shade({normal.x * side, normal.y * side, normal.z * side});
       for (; lanes != 0; lanes &= lanes - 1) {
-        Facet f;
-        if (facet(c, static_cast<std::size_t>(__builtin_ctz(lanes)), f)) {
-          f.shade = shades[static_cast<std::size_t>(__builtin_ctz(lanes))];
-          use(f);
-        }
+        const auto lane = static_cast<std::size_t>(__builtin_ctz(lanes));
+        Shown f;
+        if (!facet(c, lane, f)) continue;
+        f.shade = shades[lane];
+        if constexpr (kColored) set_tints(c, lane, at + lane, f);
+        use(f);
       }
     }
   }
@@ -321,7 +368,8 @@ struct Mesh {
     }
     std::int64_t area = (f.x[1] - f.x[0]) * (f.y[2] - f.y[0]) - (f.x[2] - f.x[0]) * (f.y[1] - f.y[0]);
     if (area == 0) return false;
-    if (area < 0) {
+    f.swapped = area < 0;
+    if (f.swapped) {
       const std::int64_t x = f.x[1], y = f.y[1];
       const float of = inverse[1];
       f.x[1] = f.x[2], f.y[1] = f.y[2], inverse[1] = inverse[2];
@@ -342,6 +390,32 @@ struct Mesh {
     }
     return true;
   }
+
+  /// Of a triangle of the mesh whose places are set.
+  MOTES_INLINE void set_tints(const Corner (&c)[3], std::size_t lane, std::size_t triangle, TintedFacet& f) const {
+    const int order[3] = {0, f.swapped ? 2 : 1, f.swapped ? 1 : 2};
+    const auto x1 = static_cast<float>(f.x[1] - f.x[0]), y1 = static_cast<float>(f.y[1] - f.y[0]);
+    const auto x2 = static_cast<float>(f.x[2] - f.x[0]), y2 = static_cast<float>(f.y[2] - f.y[0]);
+    const std::int64_t area = (f.x[1] - f.x[0]) * (f.y[2] - f.y[0]) - (f.x[2] - f.x[0]) * (f.y[1] - f.y[0]);
+    const float per = 1 / (static_cast<float>(area) * kPixel);
+    for (int channel = 0; channel < 3; ++channel) {
+      float own[3], of[3];
+      for (int k = 0; k < 3; ++k) {
+        own[k] = task.colors[static_cast<std::size_t>((3 * order[k] + channel) * task.room) + triangle];
+        of[k] = own[k] * c[order[k]].inverse[lane];
+      }
+      const float one = of[1] - of[0], two = of[2] - of[0];
+      f.first[channel] = of[0];
+      f.to_right[channel] = (one * y2 - two * y1) * per;
+      f.to_below[channel] = (two * x1 - one * x2) * per;
+      const float low = own[0] < own[1] ? own[0] : own[1], high = own[0] < own[1] ? own[1] : own[0];
+      f.low[channel] = low < own[2] ? low : own[2];
+      f.high[channel] = high < own[2] ? own[2] : high;
+    }
+  }
 };
+
+using Mesh = MeshOf<false>;
+using ColoredMesh = MeshOf<true>;
 
 }  // namespace motes::MOTES_ISA

@@ -360,11 +360,17 @@ void draw_all(const TilePlanes& tile, const WideSplat& task, const unsigned char
 
 template <class Kind>
 void add_wide(const TilePlanes& tile, const WideSplat& task, const unsigned char* records, std::size_t count) {
+  if constexpr (std::is_same_v<Kind, Mesh>) {
+    if (task.colors != nullptr) return add_wide<ColoredMesh>(tile, task, records, count);
+  }
   draw_all<Kind>(tile, task, records, count, task.saturating ? kBlend<false, true> : kBlend<false, false>);
 }
 
 template <class Kind>
 void over_wide(const TilePlanes& tile, const WideSplat& task, const unsigned char* records, std::size_t count) {
+  if constexpr (std::is_same_v<Kind, Mesh>) {
+    if (task.colors != nullptr) return over_wide<ColoredMesh>(tile, task, records, count);
+  }
   draw_all<Kind>(tile, task, records, count, task.saturating ? kBlend<true, true> : kBlend<true, false>);
 }
 
@@ -383,6 +389,9 @@ MOTES_INLINE void keep_vector(const TilePlanes& tile, const PatchPart& part, con
 // Draws opaque sprites that know their depth at each pixel.
 template <class Kind>
 void opaque_in_depth(const TilePlanes& tile, const WideSplat& task, const unsigned char* records, std::size_t count) {
+  if constexpr (std::is_same_v<Kind, Mesh>) {
+    if (task.colors != nullptr) return opaque_in_depth<ColoredMesh>(tile, task, records, count);
+  }
   for (std::size_t i = 0; i < count; ++i, records += task.record_bytes) {
     const Kind kind(task, sprite_from(task, records));
     const WideSprite& s = kind.s;

@@ -47,7 +47,7 @@ struct WideSplat {
 
   float focal, near;  // cards and meshes: the camera's focal length, px, and what is nearer is not drawn, m
   float focus, blur;  // what stands in space: m to what is sharp; px around what is infinitely far; 0: all is sharp
-  const float* corners;  // meshes: see MeshCorners
+  const float *corners, *colors;  // meshes: see MeshCorners; null: they have no colours
   int triangles, room;
   bool closed;
   float mesh_reach;  // from its origin, m

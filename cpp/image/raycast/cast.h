@@ -39,6 +39,7 @@ struct CastView {
   float middle_x, middle_y;  // pixels, from the top left corner
   float pixel;               // side of a pixel at a view depth of 1 m
   float near;
+  bool colored;  // a mesh of the whole scene has colours of its own
 };
 
 /// The first surfaces that rays meet, one value per ray. Arrays have room for one vector more than there are rays.
@@ -46,6 +47,7 @@ struct Surfaces {
   float* distance;         // view depth, m; FLT_MAX: nothing
   float* normal[3];        // unit, towards the eye
   std::uint32_t* surface;  // 1 + 4 * number of the object + face; 0: nothing
+  std::uint32_t* triangle;  // of a mesh, in its tree; null where no mesh has colours
 };
 
 /// The number of the object that shows a surface.
@@ -71,6 +73,8 @@ struct Material {
   float emitted;  // how much of the colour shines by itself
   const Texture* image;  // null: there is none
   float scale;           // m that it is wide
+  const CastSolid* mesh;  // whose triangles' corners have colours, which multiply its own; null: none
+  const float* colors;    // of them: see Bvh
 };
 
 struct ShadeView {

@@ -53,7 +53,7 @@ void cast(const CastView& view, const float* x, const float* y, std::size_t coun
     const Rays rays{Floats3{}, directions(view, x + i, y + i)};
     Floats distance = all(__FLT_MAX__);
     Floats3 normal{};
-    Ints surface{};
+    Ints surface{}, triangle{};
     for (const CastSolid* solid = view.solids; solid != view.solids + view.count; ++solid) {
       const Crossing crossing = find<true>(*solid, rays, near, distance);
       if (!any(crossing.met)) continue;
@@ -61,10 +61,12 @@ void cast(const CastView& view, const float* x, const float* y, std::size_t coun
       normal = select(crossing.met, unit(towards(normals(*solid, rays, crossing), rays)), normal);
       const Ints face = solid->nodes == nullptr ? crossing.face : Ints{};
       surface = choose(crossing.met, face + static_cast<std::int32_t>(1 + 4 * solid->number), surface);
+      if (view.colored) triangle = choose(crossing.met, crossing.face, triangle);
     }
     store(to.distance + i, distance);
     store3(to.normal, i, normal);
     store_uints(to.surface + i, (Uints)surface);
+    if (view.colored) store_uints(to.triangle + i, (Uints)triangle);
   }
 }
 
@@ -277,6 +279,39 @@ __attribute__((noinline)) void add_images(const image::ShadeView& view, const Sh
   }
 }
 
+// Multiplies colours by those of meshes: linear between the corners of the triangle that is seen.
+__attribute__((noinline)) void add_mesh_colors(const image::ShadeView& view, const Shading& at, Ints triangle,
+                                               Floats3& color) {
+  Floats3 place{}, normal{}, corner[3]{}, tint[3]{};
+  Mask tinted{};
+  for (std::size_t lane = 0; lane < kLanes; ++lane) {
+    if (at.seen[lane] == 0) continue;
+    const image::Material& material = view.materials[at.object[lane]];
+    if (material.mesh == nullptr) continue;
+    tinted[lane] = -1;
+    const Floats3 here = into_mesh(*material.mesh, at.point) + all3(material.mesh->value);
+    set_lane(place, lane, {here.x[lane], here.y[lane], here.z[lane]});
+    const auto number = static_cast<std::size_t>(triangle[lane]);
+    const meshes::BvhTriangle& seen = material.mesh->triangles[number];
+    set_lane(normal, lane, {seen.normal[0], seen.normal[1], seen.normal[2]});
+    for (int k = 0; k < 3; ++k) {
+      const float* own = material.colors + 9 * number + static_cast<std::size_t>(3 * k);
+      set_lane(corner[k], lane, {seen.corner[k][0], seen.corner[k][1], seen.corner[k][2]});
+      set_lane(tint[k], lane, {own[0], own[1], own[2]});
+    }
+  }
+  if (!any(tinted)) return;
+  Floats part[3], all_parts{};
+  for (int k = 0; k < 3; ++k) {
+    const Floats3 one = corner[(k + 1) % 3] - place, other = corner[(k + 2) % 3] - place;
+    part[k] = max(dot(normal, cross(one, other)), Floats{});
+    all_parts += part[k];
+  }
+  const Floats per = 1.0f / max(all_parts, all(1e-37f));
+  const Floats3 mixed = (tint[0] * part[0] + tint[1] * part[1] + tint[2] * part[2]) * per;
+  color = select(tinted, Floats3{color.x * mixed.x, color.y * mixed.y, color.z * mixed.z}, color);
+}
+
 // What is between a surface and the eye: the view's fog, or what lets far objects fade into the sky.
 MOTES_INLINE Floats3 through_air(const image::ShadeView& view, Floats3 light, Floats distance, Floats3 along,
                                  Floats3 background) {
@@ -321,6 +356,7 @@ void shade(const image::ShadeView& view, const float* x, const float* y, std::si
     Floats emitted;
     load_materials(view.materials, at.object, at.seen, color, emitted);
     if (view.has_images) add_images(view, at, distance, along, color);
+    if (view.cast.colored) add_mesh_colors(view, at, load_ints(from.triangle + i), color);
     const Floats3 shown{color.x * (at.arriving.x + emitted), color.y * (at.arriving.y + emitted),
                         color.z * (at.arriving.z + emitted)};
     const Floats3 light = through_air(view, shown, distance, along, background);

@@ -166,6 +166,11 @@ CastScene::CastScene(const View& view, const ShadowGrids* shadows)
     : view_(view), lens_(lens(view)), sunny_(length(view.sun) > 0), sun_(sunny_ ? unit(view.sun) : Vector{0, 1, 0}),
       sun_spread_(tangent(double{view.sun_size} * (std::numbers::pi / 360))) {
   for (std::size_t i = 0; i < view.objects.size(); ++i) add(view.objects[i], static_cast<std::uint32_t>(i));
+  for (const CastSolid& solid : solids_) {
+    if (materials_[solid.number].colors == nullptr) continue;
+    materials_[solid.number].mesh = &solid;
+    cast_.colored = true;
+  }
   put(lens_.right, cast_.right);
   put(lens_.up, cast_.up);
   put(lens_.forward, cast_.forward);
@@ -207,7 +212,9 @@ void CastScene::add(const Solid& solid, std::uint32_t number) {
   materials_.push_back({{solid.color[0], solid.color[1], solid.color[2]},
                         solid.light,
                         solid.image == 0 ? nullptr : &texture(solid.image),
-                        solid.scale});
+                        solid.scale,
+                        nullptr,
+                        nullptr});
   CastSolid prepared{};
   prepared.number = number;
   Ball ball{};
@@ -215,6 +222,7 @@ void CastScene::add(const Solid& solid, std::uint32_t number) {
     const auto tree = meshes::bvh_of(solid.mesh);
     if (tree->nodes.empty()) return;
     trees_.push_back(tree);
+    if (!tree->colors.empty()) materials_.back().colors = tree->colors.data();
     ball = prepare_mesh(placement_of(solid.shape), *tree, lens_.eye, prepared);
   } else {
     prepared.kind = solid.shape.kind;

@@ -65,21 +65,24 @@ void copy(const Surfaces& from, std::size_t i, const Surfaces& to, std::size_t k
   to.distance[k] = from.distance[i];
   for (std::size_t axis = 0; axis < 3; ++axis) to.normal[axis][k] = from.normal[axis][i];
   to.surface[k] = from.surface[i];
+  if (to.triangle != nullptr) to.triangle[k] = from.triangle[i];
 }
 
 }  // namespace
 
-void SurfaceList::resize(std::size_t count) {
+void SurfaceList::resize(std::size_t count, bool triangles) {
   count_ = count;
+  triangles_ = triangles;
   stride_ = (count + 2 * kVector) / kVector * kVector;
-  planes_.resize(5 * stride_);
+  planes_.resize((triangles ? 6 : 5) * stride_);
 }
 
 Surfaces SurfaceList::from(std::size_t first) {
   float* const start = planes_.data() + first;
   return {start,
           {start + stride_, start + 2 * stride_, start + 3 * stride_},
-          reinterpret_cast<std::uint32_t*>(start + 4 * stride_)};
+          reinterpret_cast<std::uint32_t*>(start + 4 * stride_),
+          triangles_ ? reinterpret_cast<std::uint32_t*>(start + 5 * stride_) : nullptr};
 }
 
 void TileCaster::reserve_points(std::size_t count) {
@@ -141,7 +144,7 @@ bool TileCaster::trace(CastScene& scene, const TilePart& part, bool smooth, Tile
   constexpr float kMost = std::numeric_limits<float>::max();
   to.reach = {{kMost, kMost, kMost}, {-kMost, -kMost, -kMost}};
   to.edge_pixels.clear();
-  to.centers.resize(kCenters);
+  to.centers.resize(kCenters, view.colored);
   reserve_points(kBorder);
   const bool meshes = any_mesh(view.solids, view.count);
   if (meshes) trace_blocks(view, part, to);
@@ -171,7 +174,7 @@ void TileCaster::place_blocks(const TilePart& part) {
 
 void TileCaster::trace_blocks(const CastView& view, const TilePart& part, TileSurfaces& to) {
   place_blocks(part);
-  in_blocks_.resize(kPixels);
+  in_blocks_.resize(kPixels, view.colored);
   const Surfaces centers = to.centers.from(0), met = in_blocks_.from(0);
   lanes_->cast(view, x_.data(), y_.data(), blocks_.size(), met);
   for (std::size_t i = 0; i < blocks_.size(); ++i) copy(met, i, centers, bordered(blocks_[i]));
@@ -179,7 +182,7 @@ void TileCaster::trace_blocks(const CastView& view, const TilePart& part, TileSu
 
 void TileCaster::shade_blocks(const ShadeView& view, const TilePart& part, TileSurfaces& from) {
   place_blocks(part);
-  in_blocks_.resize(kPixels);
+  in_blocks_.resize(kPixels, view.cast.colored);
   const Surfaces centers = from.centers.from(0), met = in_blocks_.from(0);
   for (std::size_t i = 0; i < blocks_.size(); ++i) copy(centers, bordered(blocks_[i]), met, i);
   reserve_samples(blocks_.size());
@@ -191,7 +194,7 @@ void TileCaster::shade_blocks(const ShadeView& view, const TilePart& part, TileS
 }
 
 void TileCaster::trace_edges(const CastView& view, const TilePart& part, bool meshes, TileSurfaces& to) {
-  to.border.resize(kBorder);
+  to.border.resize(kBorder, view.colored);
   const Surfaces border = to.border.from(0), centers = to.centers.from(0);
   place_border(part);
   lanes_->cast(view, x_.data(), y_.data(), kBorder, border);
@@ -206,7 +209,7 @@ void TileCaster::trace_edges(const CastView& view, const TilePart& part, bool me
                                       part.height, to.edge_pixels.data()));
   if (meshes) put_in_blocks(to.edge_pixels);
   const std::size_t samples = kSamples * to.edge_pixels.size();
-  to.edges.resize(samples);
+  to.edges.resize(samples, view.colored);
   place_samples(part, to.edge_pixels);
   const Surfaces edges = to.edges.from(0);
   lanes_->cast(view, x_.data(), y_.data(), samples, edges);
@@ -260,7 +263,7 @@ void TileCaster::find_shadow_edges(const ShadeView& view, const TilePart& part, 
   std::erase_if(shadow_pixels_, [&](std::uint32_t pixel) { return on_edge_[pixel] != 0; });
 
   if (meshes) put_in_blocks(shadow_pixels_);
-  shadow_edges_.resize(kSamples * shadow_pixels_.size());
+  shadow_edges_.resize(kSamples * shadow_pixels_.size(), view.cast.colored);
   const Surfaces centers = from.centers.from(0), edges = shadow_edges_.from(0);
   for (std::size_t i = 0; i < shadow_edges_.size(); ++i) {
     copy(centers, bordered(shadow_pixels_[i / kSamples]), edges, i);

@@ -15,7 +15,8 @@ namespace motes::image {
 /// Surfaces in memory of their own: see Surfaces.
 class SurfaceList {
  public:
-  void resize(std::size_t count);
+  /// `triangles`: with numbers of those of meshes.
+  void resize(std::size_t count, bool triangles);
   std::size_t size() const { return count_; }
   /// From the given one on.
   Surfaces from(std::size_t first);
@@ -27,6 +28,7 @@ class SurfaceList {
 
  private:
   std::size_t count_ = 0, stride_ = 0;
+  bool triangles_ = false;
   BufferOf<float> planes_;
 };
 

@@ -110,7 +110,10 @@ def pick_of(image: NDArray[np.uint8] | None, tiles: Any, pick: Any) -> Any:
         return pick
     from ..expressions._expression import as_expression, node_of
 
-    made = as_expression("pick", pick)
+    try:
+        made = as_expression("pick", pick)
+    except ArgumentError:  # it says what an expression may be: a vector, too
+        raise ArgumentError("pick", pick, PICK) from None
     operation, *operands = node_of(made)
     if operation == "constant" and len(operands[0]) != 1:
         raise ArgumentError("pick", pick, PICK)

@@ -35,7 +35,7 @@ class Solid(Value):
     shape: Shape | Mesh
     """What it looks like."""
     color: Triple = (0.8, 0.8, 0.8)
-    """Linear RGB, the part of the light that it reflects."""
+    """Linear RGB, the part of the light that it reflects; a mesh's own `colors` multiply it."""
     light: float = 0
     """How much of its colour it emits, too."""
     image: NDArray[np.float32] | None = None

@@ -39,7 +39,8 @@ class Sprite(Value):
 
     kind: Literal["point", "disc", "sphere", "image", "mesh", "ribbon"] = "disc"
     """"point", as small as a pixel; "disc", soft at its edge; "sphere", lit by the sun and round in depth;
-    "image", a picture; "mesh", an instance of a mesh, scaled by `size[0]`, lit by the sun and the sky;
+    "image", a picture; "mesh", an instance of a mesh, scaled by `size[0]`, lit by the sun and the sky, of
+    the particle's colour times the mesh's own `colors`, up to white;
     "ribbon", a smooth band along the particle's last positions, which fades and tapers towards its end."""
     pixels: int | None = 5
     """The diameter, 1..512; None: as wide as the particle's `size[0]` in metres, up to 512 pixels. Points
@@ -135,7 +136,7 @@ class Sprite(Value):
         state["_tiles"] = (1, 1, 1) if sheet is None else sheet[1:]
         state["_picture"] = 0 if sheet is None else _core.keep_picture(sheet.pixels)
         if self.mesh is not None:
-            state["_picture"] = _core.keep_mesh(self.mesh.vertices, self.mesh.triangles, np.zeros((0, 3)))
+            state["_picture"] = self.mesh._content
         state["_core"] = _core.Sprite(
             kind="card" if posed and self.kind == "image" else self.kind,
             pixels=0 if posed and self.pixels == DEFAULT_PIXELS else self.pixels or 0,

@@ -30,11 +30,11 @@ TRIANGLES = "integers of shape (m, 3), m >= 1"
 class Mesh(Shape):
     """A surface of triangles: a shape like the others, and what a `Solid` shows.
 
-    Points are drawn uniformly from its surface; `solid`: from its inside. It holds what is inside, particles
-    bounce off it from both sides, and it may be part of a union. All but drawing points from the surface, and
-    `Solid`, needs a closed surface: each edge has two triangles, which face the same side, and no two parts
-    of it overlap. Vertices at the same place, up to a millionth of the mesh's size, count as one there, and
-    triangles without an area do not count.
+    Points are drawn uniformly, or as `density` says, from its surface; `solid`: from its inside. It holds
+    what is inside, particles bounce off it from both sides, and it may be part of a union. All but drawing
+    points from the surface, and `Solid`, needs a closed surface: each edge has two triangles, which face the
+    same side, and no two parts of it overlap. Vertices at the same place, up to a millionth of the mesh's
+    size, count as one there, and triangles without an area do not count.
 
     What is inside is found by a grid of signed distances, made when it is first needed: about a second's work
     for 96 cells, and 4 bytes per node. Corners and edges are rounded, and what is thinner than a cell may be
@@ -47,9 +47,11 @@ class Mesh(Shape):
         triangles: three indices of vertices each, uint32 (m, 3), read-only.
         solid: whether points are drawn from its inside.
         resolution: cells of the grid along the longest side of the mesh, 8 to 512.
-        colors: linear RGB of the vertices, float32 (n, 3), read-only; None: it has none. Particles that are
-            born on its surface may take them: `motes.surface_color`.
+        colors: linear RGB of the vertices, float32 (n, 3), read-only; None: it has none. `Solid` and
+            `Sprite` show them, linear between corners; particles that are born on its surface may take them:
+            `motes.surface_color`.
         uv: places of the vertices on a picture, float32 (n, 2), read-only, or None.
+        density: of births on its surface at the vertices, float32 (n,), read-only; None: it is even.
     """
 
     vertices: NDArray[np.float32]
@@ -58,6 +60,7 @@ class Mesh(Shape):
     resolution: int = RESOLUTION
     colors: NDArray[np.float32] | None = None
     uv: NDArray[np.float32] | None = None
+    density: NDArray[np.float32] | None = None
 
     def __init__(
         self,
@@ -68,6 +71,7 @@ class Mesh(Shape):
         resolution: int = RESOLUTION,
         colors: ArrayLike | str | os.PathLike[str] | None = None,
         uv: ArrayLike | None = None,
+        density: ArrayLike | str | os.PathLike[str] | None = None,
     ) -> None:
         """Take the arrays, which are copied, and the options.
 
@@ -80,24 +84,34 @@ class Mesh(Shape):
                 width, 3 or 4), of which each vertex takes the colour at its `uv`.
             uv: place of each vertex on a picture, (n, 2): (0, 0) is its lower left corner, (1, 1) its upper
                 right one, beyond which it repeats.
+            density: how many particles are born per area at each vertex, relative to the others, 0 to 1e6,
+                (n,), linear between them; or a picture, as in `colors`: half as bright has half as many.
+                Only drawing points from the surface uses it.
+
+        Raises:
+            ArgumentError: if an argument is not valid, such as a density that is 0 everywhere, or that is
+                given with `solid`.
         """
         points = _vertices(vertices)
         corners = _triangles(triangles, len(points))
-        at, tints = None, None
-        if uv is not None or colors is not None:
-            from ._surface_colors import of_vertices, places
+        at, tints, births = None, None, None
+        if any(given is not None for given in (uv, colors, density)):
+            from ._surface_colors import densities, of_vertices, places
 
             at = None if uv is None else places(uv, len(points))
             tints = None if colors is None else of_vertices(colors, at, len(points))
+            births = None if density is None else densities(density, at, corners, len(points))
+        options = _options(solid, resolution)
+        if births is not None and options["solid"]:
+            raise ArgumentError(
+                "density", density, "left out with solid=True: only births on the surface have it"
+            )
         self.__dict__.update(
-            vertices=points,
-            triangles=corners,
-            **_options(solid, resolution),
-            colors=tints,
-            uv=at,
+            vertices=points, triangles=corners, **options, colors=tints, uv=at, density=births
         )
+        none = np.zeros(0)
         self.__dict__["_name"] = _core.keep_mesh(
-            points, corners, np.zeros((0, 3)) if tints is None else tints
+            points, corners, none if tints is None else tints, none if births is None else births
         )
         self._place(STILL)
 
@@ -198,7 +212,7 @@ class Mesh(Shape):
 
     @property
     def _options(self) -> dict[str, Any]:
-        return {name: getattr(self, name) for name in ("solid", "resolution", "colors", "uv")}
+        return {name: getattr(self, name) for name in ("solid", "resolution", "colors", "uv", "density")}
 
     @property
     def _content(self) -> int:

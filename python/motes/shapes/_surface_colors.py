@@ -1,4 +1,4 @@
-"""Colours of a mesh's vertices: given, or read from a picture at their places on it."""
+"""Colours and densities of a mesh's vertices: given, or read from a picture at their places on it."""
 
 from __future__ import annotations
 
@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from .._values import arguments, colors
 from ..errors import ArgumentError
 
-__all__ = ["of_vertices", "places"]
+__all__ = ["densities", "of_vertices", "places"]
 
 BRIGHTEST = 1e6
+DENSEST = 1e6
 MOST_SIDE = 8192
 
 
@@ -24,43 +25,72 @@ def places(given: Any, vertices: int) -> NDArray[np.float32]:
 
 def of_vertices(given: Any, uv: NDArray[np.float32] | None, vertices: int) -> NDArray[np.float32]:
     """Return the linear RGB of each vertex."""
+    picture = _picture("colors", given)
+    if picture is not None:
+        return _frozen(_read(np.array(colors.LINEAR)[picture[..., :3]], _given(uv, "colors")))
+    rows = _rows("colors", arguments.colors_of_rows("colors", given), (vertices, 3))
+    if not ((rows >= 0) & (rows <= BRIGHTEST)).all():
+        raise ArgumentError("colors", given, "linear RGB, in 0..1e6")
+    return rows
+
+
+def densities(
+    given: Any, uv: NDArray[np.float32] | None, triangles: NDArray[np.uint32], vertices: int
+) -> NDArray[np.float32]:
+    """Return the density of each vertex."""
+    picture = _picture("density", given)
+    if picture is not None:
+        rows = _frozen(_read(picture[..., :3].mean(axis=2, keepdims=True) / 255, _given(uv, "density"))[:, 0])
+    else:
+        rows = _rows("density", given, (vertices,))
+    if not ((rows >= 0) & (rows <= DENSEST)).all():
+        wrong = np.flatnonzero(~((rows >= 0) & (rows <= DENSEST)))[0]
+        raise ArgumentError(f"density[{wrong}]", float(rows[wrong]), f"a number in 0..{DENSEST:g}")
+    if not (rows[triangles] > 0).any():
+        raise ArgumentError("density", "0 at all corners of triangles", "above 0 at one of them at least")
+    return rows
+
+
+def _picture(argument: str, given: Any) -> NDArray[np.uint8] | None:
+    """Return the pixels where a picture is given, uint8 (height, width, 3 or 4)."""
     if isinstance(given, (str, os.PathLike)):
         from .._values.images import read_picture
 
-        given = read_picture("colors", given, most=MOST_SIDE)
-    if getattr(given, "ndim", 2) != 3:
-        rows = _rows("colors", arguments.colors_of_rows("colors", given), (vertices, 3))
-        if not ((rows >= 0) & (rows <= BRIGHTEST)).all():
-            raise ArgumentError("colors", given, "linear RGB, in 0..1e6")
-        return rows
+        return read_picture(argument, given, most=MOST_SIDE)
+    if getattr(given, "ndim", 0) != 3:
+        return None
     if given.dtype != np.uint8 or given.shape[2] not in (3, 4) or 0 in given.shape:
         allowed = "a picture, uint8 (height, width, 3) or (height, width, 4)"
-        raise ArgumentError("colors", f"{given.dtype} {given.shape}", allowed)
+        raise ArgumentError(argument, f"{given.dtype} {given.shape}", allowed)
+    pixels: NDArray[np.uint8] = np.asarray(given)
+    return pixels
+
+
+def _given(uv: NDArray[np.float32] | None, argument: str) -> NDArray[np.float32]:
     if uv is None:
-        raise ArgumentError("uv", None, "given with a picture as colors: where each vertex is on it")
-    return _frozen(_read(given, uv))
+        raise ArgumentError("uv", None, f"given with a picture as {argument}: where each vertex is on it")
+    return uv
 
 
-def _read(picture: NDArray[np.uint8], uv: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Mix the four nearest pixels at each place, as light."""
+def _read(picture: NDArray[np.float64], uv: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Mix the four nearest pixels at each place."""
     height, width, _ = picture.shape
     x = (uv[:, 0].astype(np.float64) % 1) * width - 0.5
     y = (1 - uv[:, 1].astype(np.float64) % 1) * height - 0.5
     column, row = np.floor(x).astype(int), np.floor(y).astype(int)
     right, down = (x - column)[:, None], (y - row)[:, None]
-    table = np.array(colors.LINEAR)
 
-    def light(i: NDArray[Any], j: NDArray[Any]) -> NDArray[np.float64]:
-        found: NDArray[np.float64] = table[picture[j % height, i % width, :3]]
+    def pixel(i: NDArray[Any], j: NDArray[Any]) -> NDArray[np.float64]:
+        found: NDArray[np.float64] = picture[j % height, i % width]
         return found
 
-    above = light(column, row) * (1 - right) + light(column + 1, row) * right
-    below = light(column, row + 1) * (1 - right) + light(column + 1, row + 1) * right
+    above = pixel(column, row) * (1 - right) + pixel(column + 1, row) * right
+    below = pixel(column, row + 1) * (1 - right) + pixel(column + 1, row + 1) * right
     mixed: NDArray[np.float32] = (above * (1 - down) + below * down).astype(np.float32)
     return mixed
 
 
-def _rows(argument: str, given: Any, shape: tuple[int, int]) -> NDArray[np.float32]:
+def _rows(argument: str, given: Any, shape: tuple[int, ...]) -> NDArray[np.float32]:
     allowed = f"finite numbers of shape {shape}, one row per vertex"
     array = arguments.floats(argument, given, np.float32, allowed)
     if array.shape != shape or not np.isfinite(array).all():

@@ -35,6 +35,12 @@ TEST(image_assets_are_named_by_their_content) {
 TEST(image_assets_keep_their_key_for_ever) {
   CHECK(meshes::keep(checkered(7)) == 0xa00967afad577ac7u);
   CHECK(meshes::keep(corner(7)) == 0x530cba4aee5b6468u);
+  meshes::Mesh colored = corner(7);
+  colored.colors = {1, 0, 0, 0, 1, 0, 0, 0, 0};  // ends with zeros
+  CHECK(meshes::keep(colored) == 0xe2050a9451da3258u);
+  meshes::Mesh uneven = corner(7);
+  uneven.density = {1, 0, 0};
+  CHECK(meshes::keep(uneven) != meshes::keep(corner(7)));
 }
 
 TEST(image_assets_are_checked) {
@@ -48,6 +54,12 @@ TEST(image_assets_are_checked) {
   CHECK_THROWS(meshes::keep(meshes::Mesh{{0, 0, 0}, {0, 0}}), std::invalid_argument);
   CHECK_THROWS(meshes::keep(meshes::Mesh{{0, std::nanf(""), 0}, {0, 0, 0}}), std::invalid_argument);
   CHECK_THROWS(meshes::keep(meshes::Mesh{{0, HUGE_VALF, 0}, {0, 0, 0}}), std::invalid_argument);
+  for (const std::vector<float>& density :
+       std::vector<std::vector<float>>{{1, 1}, {0, 0, 0}, {1, -1, 1}, {1, std::nanf(""), 1}, {1, HUGE_VALF, 1}}) {
+    meshes::Mesh mesh = corner(1);
+    mesh.density = density;
+    CHECK_THROWS(meshes::keep(mesh), std::invalid_argument);
+  }
 }
 
 TEST(image_assets_go_through_a_file) {

@@ -86,16 +86,31 @@ def rain(radius: float, low: float, count: int, seed: int = 3) -> NDArray[np.flo
 def silo(size: float) -> dict[str, Any]:
     """Janssen: what the ground of a silo carries, of what is poured into it."""
     radius = 5 * DIAMETER * size
+    poured, carried, top = pour(radius, round(240 * size**2), 9, 0.7)
+    full = saturation(poured, carried)
+    filled = float(poured[-1]) / (math.pi * radius**2 * (top - 2 * DIAMETER))  # kg/m^3 of the bulk
+    depth = full / (filled * math.pi * radius**2)
+    return {
+        "poured_kg": poured.tolist(),
+        "carried_kg": carried.tolist(),
+        "saturation_kg": full,
+        "depth_per_radius": depth / radius,
+        "redirection": radius / (2 * LAW["friction"] * depth),
+    }
+
+
+def pour(
+    radius: float, portion: int, portions: int, seconds: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
+    """Return kg poured into a tube and kg carried by its ground, after each portion, and the last height."""
     tube = Cylinder((0, -1, 0), (0, 9, 0), radius, radius)
     poured, carried = [], []
     with (box := Box([tube, Plane((0, 0, 0), (0, 1, 0))])).world:
-        frame, top, count = 0, DIAMETER, 0
-        portion = round(240 * size**2)
-        for _ in range(9):
-            box.emit(rain(radius, top, portion, seed=count))
-            count += portion
+        frame, top = 0, DIAMETER
+        for number in range(portions):
+            box.emit(rain(radius, top, portion, seed=number * portion))
             forces = []
-            for frame in box.frames(0.7, frame):  # noqa: B020
+            for frame in box.frames(seconds, frame):  # noqa: B020
                 if frame % 4 == 0:
                     forces.append(_on_ground(box.state()))
             frame += 1
@@ -103,16 +118,7 @@ def silo(size: float) -> dict[str, Any]:
             top = float(last.position[:, 1].max()) + 1.5 * DIAMETER
             poured.append(float(last.mass.astype(np.float64).sum()))
             carried.append(float(np.mean(forces[-10:])) / 9.81)
-    full = _saturation(np.array(poured), np.array(carried))
-    filled = poured[-1] / (math.pi * radius**2 * (top - 2 * DIAMETER))  # kg/m^3 of the bulk
-    depth = full / (filled * math.pi * radius**2)
-    return {
-        "poured_kg": poured,
-        "carried_kg": carried,
-        "saturation_kg": full,
-        "depth_per_radius": depth / radius,
-        "redirection": radius / (2 * LAW["friction"] * depth),
-    }
+    return np.array(poured), np.array(carried), top
 
 
 def _on_ground(p: motes.Particles) -> float:
@@ -121,7 +127,7 @@ def _on_ground(p: motes.Particles) -> float:
     return float(LAW["stiffness"] * deep[deep > 0].sum())
 
 
-def _saturation(poured: NDArray[np.float64], carried: NDArray[np.float64]) -> float:
+def saturation(poured: NDArray[np.float64], carried: NDArray[np.float64]) -> float:
     """Fit full (1 - exp(-poured / full)) by least squares."""
     tries = np.geomspace(0.2 * poured[0], 5 * poured[-1], 4000)[:, None]
     return float(tries[((tries * (1 - np.exp(-poured / tries)) - carried) ** 2).sum(axis=1).argmin(), 0])
@@ -130,20 +136,28 @@ def _saturation(poured: NDArray[np.float64], carried: NDArray[np.float64]) -> fl
 def hopper(size: float) -> dict[str, Any]:
     """Beverloo: how fast a silo with a flat ground runs out, by the width of its hole."""
     narrow, wide = [4.5, 5.5, 6.5, 8.0], [12.0, 16.0]
-    flows = _flows(8 * size, round(4500 * size**3), narrow, 1.0)
-    flows += _flows(20 * size, round(28000 * size**3), wide, 0.7)
-    return _beverloo(narrow + wide, flows)
+    out = flows(8 * size, round(4500 * size**3), narrow, 1.0)
+    out += flows(20 * size, round(28000 * size**3), wide, 0.7)
+    return _beverloo(narrow + wide, out)
 
 
-def _flows(radius: float, count: int, holes: list[float], seconds: float) -> list[float]:
-    """Return kg/s through each hole of a silo this wide, in diameters, after 0.3 s."""
+def flows(
+    radius: float,
+    count: int,
+    holes: list[float],
+    seconds: float,
+    *,
+    filling: float = 0.55,
+    after: float = 0.3,
+) -> list[float]:
+    """Return kg/s through each hole of a silo this wide, in diameters; `filling`, `after`: s."""
     tube = Cylinder((0, -0.001, 0), (0, 9, 0), radius * DIAMETER, radius * DIAMETER)
     with (box := Box([tube, Disc((0, 0, 0), (0, 1, 0), radius * DIAMETER)])).world:
         box.emit(rain(radius * DIAMETER, DIAMETER, count))
-        for _ in box.frames(0.55):
+        for _ in box.frames(filling):
             pass
         filled = box.state()
-    flows = []
+    found = []
     for hole in holes:
         ring = Disc((0, 0, 0), (0, 1, 0), radius * DIAMETER, 0.5 * hole * DIAMETER)
         out, times = [], []
@@ -160,10 +174,10 @@ def _flows(radius: float, count: int, holes: list[float], seconds: float) -> lis
                     out.append(int((box.state().position[:, 1] < -DIAMETER).sum()))
                     times.append(frame * SUBSTEPS * STEP)
         time, gone = np.array(times), np.array(out)
-        steady = (time > 0.3) & (gone < 0.6 * count)
-        flows.append(float(np.polyfit(time[steady], gone[steady] * MASS, 1)[0]))
-        print(hole, flows[-1], flush=True)
-    return flows
+        steady = (time > after) & (gone < 0.6 * count)
+        found.append(float(np.polyfit(time[steady], gone[steady] * MASS, 1)[0]))
+        print(hole, found[-1], flush=True)
+    return found
 
 
 def _beverloo(holes: list[float], flows: list[float]) -> dict[str, Any]:
@@ -188,20 +202,23 @@ def _beverloo(holes: list[float], flows: list[float]) -> dict[str, Any]:
 
 def heap(size: float) -> dict[str, Any]:
     """Repose: the slope of what stays on a disc, by rolling friction."""
-    radius = 9 * DIAMETER * size
-    slopes = []
     rolling = [0.0, 0.05, 0.1, 0.2]
-    plate, tube = Disc((0, 0, 0), (0, 1, 0), radius), Cylinder((0, 0, 0), (0, 9, 0), radius, radius)
+    slopes = []
     for friction in rolling:
-        with (box := Box(_then([plate, tube], 0.5, [plate]), rolling_friction=friction)).world:
-            box.emit(rain(radius, DIAMETER, round(2000 * size**3)))
-            for _ in box.frames(2.0):
-                pass
-            p = box.state()
-        place = p.position[p.position[:, 1] > 0].astype(np.float64)
-        slopes.append(_slope(place, radius))
+        slopes.append(repose(9 * DIAMETER * size, round(2000 * size**3), 2.0, rolling_friction=friction))
         print(friction, slopes[-1], flush=True)
     return {"rolling_friction": rolling, "slopes_deg": slopes}
+
+
+def repose(radius: float, count: int, seconds: float, **law: float) -> float:
+    """Degrees of what stays on a disc, whose wall is taken away after 0.5 s."""
+    plate, tube = Disc((0, 0, 0), (0, 1, 0), radius), Cylinder((0, 0, 0), (0, 9, 0), radius, radius)
+    with (box := Box(_then([plate, tube], 0.5, [plate]), **law)).world:
+        box.emit(rain(radius, DIAMETER, count))
+        for _ in box.frames(seconds):
+            pass
+        p = box.state()
+    return _slope(p.position[p.position[:, 1] > 0].astype(np.float64), radius)
 
 
 def _slope(place: NDArray[np.float64], radius: float) -> float:
@@ -214,31 +231,36 @@ def _slope(place: NDArray[np.float64], radius: float) -> float:
 
 def drum(size: float) -> dict[str, Any]:
     """The slope in a drum that turns, by its speed: rolling, then cascading."""
-    radius, length = 10 * DIAMETER * size, 6 * DIAMETER
-    mesh = _drum(radius, length)
     slopes = []
     froudes = [1e-3, 5e-3, 2e-2]  # omega^2 R / g
     for froude in froudes:
-        turn = math.degrees(math.sqrt(froude * 9.81 / radius)) * SUBSTEPS * STEP
-
-        def walls(frame: int, turn: float = turn) -> list[Shape]:
-            before = mesh.at(axis=(0, 0, 1), angle_deg=frame * turn)
-            return [mesh.at(axis=(0, 0, 1), angle_deg=(frame + 1) * turn, moving_from=before)]
-
-        row = np.arange(-0.85, 0.86, 1.1 * DIAMETER / radius) * radius
-        x, y, z = (
-            g.ravel() for g in np.meshgrid(row, row, np.arange(-0.4, 0.41, 1.1 * DIAMETER / length) * length)
-        )
-        inside = (np.hypot(x, y) < radius - 0.7 * DIAMETER) & (y < 0.2 * radius)
-        with (box := Box(walls, rolling_friction=0.05)).world:
-            box.emit(np.stack([x, y, z], axis=1)[inside])
-            angles = []
-            for frame in box.frames(2.5):
-                if frame * SUBSTEPS * STEP > 1.2 and frame % 10 == 0:
-                    angles.append(_surface(box.state().position.astype(np.float64), radius))
+        angles = turned(10 * DIAMETER * size, 6 * DIAMETER, froude, 2.5)
         slopes.append(float(np.mean(angles)))
         print(froude, slopes[-1], float(np.std(angles)), flush=True)
     return {"froude": froudes, "slopes_deg": slopes}
+
+
+def turned(radius: float, length: float, froude: float, seconds: float) -> list[float]:
+    """Return slopes in a drum that turns, in degrees, every 50 ms after the first 1.2 s."""
+    mesh = _drum(radius, length)
+    turn = math.degrees(math.sqrt(froude * 9.81 / radius)) * SUBSTEPS * STEP
+
+    def walls(frame: int) -> list[Shape]:
+        before = mesh.at(axis=(0, 0, 1), angle_deg=frame * turn)
+        return [mesh.at(axis=(0, 0, 1), angle_deg=(frame + 1) * turn, moving_from=before)]
+
+    row = np.arange(-0.85, 0.86, 1.1 * DIAMETER / radius) * radius
+    x, y, z = (
+        g.ravel() for g in np.meshgrid(row, row, np.arange(-0.4, 0.41, 1.1 * DIAMETER / length) * length)
+    )
+    inside = (np.hypot(x, y) < radius - 0.7 * DIAMETER) & (y < 0.2 * radius)
+    angles = []
+    with (box := Box(walls, rolling_friction=0.05)).world:
+        box.emit(np.stack([x, y, z], axis=1)[inside])
+        for frame in box.frames(seconds):
+            if frame * SUBSTEPS * STEP > 1.2 and frame % 10 == 0:
+                angles.append(_surface(box.state().position.astype(np.float64), radius))
+    return angles
 
 
 def _drum(radius: float, length: float, corners: int = 72) -> Mesh:
@@ -260,7 +282,7 @@ def _surface(place: NDArray[np.float64], radius: float) -> float:
     column = np.round(place[:, 0] / DIAMETER).astype(int)
     middle = np.arange(-int(0.5 * radius / DIAMETER), int(0.5 * radius / DIAMETER) + 1)
     high = np.array([place[column == c, 1].max(initial=-radius) for c in middle])
-    return float(np.degrees(np.arctan(abs(np.polyfit(middle * DIAMETER, high, 1)[0]))))
+    return float(np.degrees(np.arctan(np.polyfit(middle * DIAMETER, high, 1)[0])))
 
 
 def chute(size: float) -> dict[str, Any]:

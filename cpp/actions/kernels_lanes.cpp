@@ -17,7 +17,7 @@ void contains(const shapes::Shape& shape, const float* const* position, std::siz
   });
 }
 
-// Mostly at most one of 32 dies: free of branches up to there.
+// Usually at most one of 32 particles dies: that case has no branches.
 void collect_dead(const actions::Block& b, std::uint32_t base, std::uint32_t* dead, std::size_t& count) {
   for (std::size_t first = 0; first < b.count; first += 32) {
     const std::size_t beyond = 32 - std::min<std::size_t>(32, b.count - first);
@@ -30,7 +30,7 @@ void collect_dead(const actions::Block& b, std::uint32_t base, std::uint32_t* de
   }
 }
 
-// One band is what slabs have: the count is known to the compiler, so more of them cost slabs nothing.
+// Slabs have one band. As a constant, so that support for several costs slabs nothing.
 template <std::size_t Bands>
 void collect_beyond(const actions::Block& b, const actions::Band* bands, std::uint32_t base, std::uint32_t* left,
                     std::size_t& count) {

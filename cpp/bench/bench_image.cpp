@@ -192,7 +192,7 @@ struct Form {
   View view;
 };
 
-// Lists what is measured; the times of all others are compared with the first.
+// Lists the forms to measure; times are relative to the first.
 std::vector<Form> all_forms(const View& view, int pixels) {
   std::vector<Form> all;
   Sprite disc;
@@ -237,10 +237,10 @@ std::vector<Form> all_forms(const View& view, int pixels) {
   return all;
 }
 
-// Milliseconds after which no more frames of a form are measured.
+// Time limit for each form, ms: no frame starts after it.
 constexpr double kEnoughMs = 2000;
 
-// Measures one form after another: the records of each may take a hundred megabytes.
+// Measures forms one after another, since the records of one may take a hundred megabytes.
 std::vector<RenderRow> measured(const std::vector<Form>& forms, const std::vector<System>& systems, int frames) {
   std::vector<RenderRow> rows(1);
   for (std::size_t i = 1; i < forms.size(); ++i) {

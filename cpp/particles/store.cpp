@@ -19,11 +19,11 @@ bool same_bits(Value a, Value b, int width) {
 // A column of packed particles holds the default initial value, another value shared by all, or separate values.
 enum class Packed : std::uint8_t { initial, uniform, planes };
 
-// A thread copies so many values at once: enough that taking them costs nothing.
+// Values per work item when threads copy: enough that fetching an item costs nothing.
 constexpr std::size_t kRange = std::size_t{1} << 15;
 
-// With fewer values than this, of all columns together, it costs more to wake other threads: of those that lie one
-// after another, and of those that are each in a cache line of its own.
+// Below so many values, of all columns together, waking other threads costs more than it saves: for values in
+// sequence, and for values that are each in a cache line of its own.
 constexpr std::size_t kAlone = std::size_t{1} << 15, kAloneApart = std::size_t{1} << 11;
 
 // Calls work(column, first, last) for ranges of 0..count of each column.
@@ -42,7 +42,7 @@ void over_columns(threads::Pool& pool, const std::vector<Column>& columns, std::
   });
 }
 
-// A column's values, which lie one after another in a message.
+// One column of a message: its values are contiguous.
 struct PackedColumn {
   const void* plane;  // of floats or of halves of ids
   std::byte* bytes;
@@ -54,31 +54,31 @@ void gather(const PackedColumn& column, std::span<const std::uint32_t> indices, 
     std::memcpy(column.bytes + k * sizeof(float), plane + indices[k], sizeof(float));
 }
 
-// Columns that begin at the same place of a page share sets of the caches, since large memory begins at the start of a
-// page: eight of them fill sets of eight ways, and a step takes 1.5 times as long. So each column begins kApart
-// values after the place where the one before it does; short ones fit into the cache anyway.
+// Large memory begins at a page's start, so all columns would map to the same cache sets: eight of them fill sets of
+// eight ways, and a step takes 1.5 times as long. So each column's offset within its page is kApart values larger than
+// that of the column before it. Short columns fit into the cache anyway.
 constexpr std::size_t kOfPage = base::kPage / 4, kApart = 128;  // values of four bytes
 constexpr std::size_t kShort = 4 * kOfPage;
 
-// Smaller planes are cleared: their memory may have been used before, and vectors read beyond the last particle.
+// Smaller planes are cleared: their memory may hold old values, and vectors read beyond the last particle.
 constexpr std::size_t kZeroed = std::size_t{4} << 20;
 
-// Values from one column of an attribute to its next: whole blocks, so that columns begin on a cache line, and room for
-// whole vectors after the last particle.
+// The distance in values between columns of one attribute: whole blocks, so that columns begin on a cache line, and
+// room for whole vectors after the last particle.
 std::size_t stride_for(std::size_t capacity) {
   const std::size_t blocks = (capacity + kPadding + kBlock - 1) / kBlock * kBlock;
   return blocks <= kShort ? blocks : (blocks - kApart + kOfPage - 1) / kOfPage * kOfPage + kApart;
 }
 
-// The ids begin where the eighth column does.
+// The ids have the offset of the eighth column.
 constexpr int kIds = 7;
 
-// Values that are left out in front of a plane which begins where column number `column` does.
+// Returns the offset of a column within its page, in values.
 std::size_t values_before(std::size_t count, int column) {
   return count <= kShort ? 0 : static_cast<std::size_t>(column) * kApart % kOfPage;
 }
 
-// Memory for `count` values of which the first stands where column number `column` begins, aligned to a cache line.
+// Allocates `count` values at the offset of column number `column`, aligned to a cache line.
 template <class T>
 std::shared_ptr<T[]> take_plane(PlaneMemory& from, std::size_t count, int column) {
   const std::size_t before = values_before(count, column);
@@ -329,7 +329,7 @@ void Store::pack(std::span<const std::uint32_t> indices, base::Bytes& out, threa
   pack_touches(indices, out);
 }
 
-// How many each has; then all of them.
+// Writes how many touches each particle has, then all touches.
 void Store::pack_touches(std::span<const std::uint32_t> indices, base::Bytes& out) const {
   out.put(touches_ ? Packed::planes : Packed::initial);
   if (!touches_) return;

@@ -41,7 +41,7 @@ struct AllSaid {
 
 class Relay {
  public:
-  /// Begins without a tree, until all ranks agree on one: each talks to the manager directly.
+  /// Starts without a tree: until all ranks agree on one, each talks to the manager directly.
   Relay(comm::Communicator& comm, const roles::Cast& cast);
   /// Switches to the tree of this fan-out, which is the same on all ranks.
   void grow(const roles::Cast& cast, int fan_out);

@@ -1,5 +1,5 @@
-// Light on particles, and the shadows that they throw, one vector of them at a time: the values shared by plain code
-// and the per-ISA builds.
+// Light on particles and the shadows that they throw, a vector of particles at a time: types shared by plain code and
+// the per-ISA builds.
 #pragma once
 
 #include <cstddef>
@@ -22,14 +22,14 @@ struct ParticlePlanes {
   float size_of_all;
 };
 
-/// How wide particles are: `metres` of their size, or per metre of distance from the eye.
+/// The width of particles: from their size in metres, or in proportion to the distance from the eye.
 struct ParticleWidth {
-  bool own;          // as their size says
+  bool own;          // from their size
   float per_metre;   // else: m of diameter per m of distance
   float eye[3];
 };
 
-/// Where cards look: along their velocity, or as their orientation says. Planes as in ParticlePlanes.
+/// The direction that cards face: along their velocity, or from their orientation. Planes as in ParticlePlanes.
 struct CardPlanes {
   bool along_velocity;
   const float* velocity[3];  // m/s
@@ -42,7 +42,7 @@ struct LightOnParticles {
   float position[3];
   float color[3];  // on a surface that faces it at 1 m
   const ShadowMap* shadow;  // null: particles throw none
-  const float* in_sight = nullptr;  // the part that solids leave, from the first particle on; null: all
+  const float* in_sight = nullptr;  // the fraction that solids let through, from the first particle on; null: all
 };
 
 /// What changes the colours of a system's particles before they are drawn.
@@ -63,7 +63,7 @@ struct LightTask {
   Ambient ambient;
   float shadow = 0;  // the particles' own
   float fog[3]{}, fog_density = 0;  // 1/m; 0: there is none
-  bool adds = false;                // the fog in front of what only adds light is there anyway
+  bool adds = false;                // additive: the fog in front of it is part of the background already
 };
 
 struct ShadowTask {
@@ -82,7 +82,7 @@ struct LightLanes {
   void (*extend)(const ShadowTask& task, const ShadowSpace& space, std::size_t first, std::size_t last,
                  ShadowExtent& extent);
 
-  /// Adds their optical depths to the sums of a light's grid, see ShadowGrids::numbers.
+  /// Adds the particles' optical depths to the sums of a light's grid, see ShadowGrids::numbers.
   void (*add)(const ShadowTask& task, const ShadowSpace& space, std::size_t first, std::size_t last,
               std::int64_t* sums);
 };

@@ -35,7 +35,7 @@ PlaceInView place_in_view(const Lens& lens, const Vector& place, double near) {
   return seen;
 }
 
-// Makes the records of one system's ribbons.
+// Projects one system's ribbons to records.
 class RibbonMaker {
  public:
   RibbonMaker(const Drawn& particles, const Sprite& sprite, const View& view, double open, const RibbonLight& light,
@@ -44,7 +44,7 @@ class RibbonMaker {
         now_(lens(view)), then_(lens_at_opening(view)), open_(static_cast<float>(open)),
         blur_(static_cast<float>(0.5 * blur_of(view))) {}
 
-  // Returns false where nothing of the ribbon is seen.
+  // Returns false where the ribbon is invisible.
   bool make(std::size_t i, RibbonRecord& r) {
     r = {};
     r.width = sprite_.width;
@@ -54,7 +54,7 @@ class RibbonMaker {
     return r.count != 0 && set_colors(i, r);
   }
 
-  // Lists the numbers of the tiles that it touches.
+  // Lists the tiles that the record touches.
   const std::vector<std::uint32_t>& tiles(const RibbonRecord& r) {
     tiles_.clear();
     RibbonRecord then = r;  // as it was when the shutter opened
@@ -80,7 +80,7 @@ class RibbonMaker {
   }
 
  private:
-  // The places from the particle backwards, as far as they are in front of the camera.
+  // Projects the positions from the particle backwards, until one is behind the camera.
   void add_points(std::size_t i, RibbonRecord& r) {
     const std::size_t kept = kept_of(i);
     const float oldest = kept > 0 ? d_.past[kept - 1].age : 0, reach = std::min(sprite_.length, oldest);
@@ -90,7 +90,7 @@ class RibbonMaker {
     if (!add_point(i, 0, d_.position, 0, r)) return finish(r);
     for (std::size_t k = 0; k < kept; ++k) {
       const Past& past = d_.past[k];
-      if (!(past.age > 0) || past.position[0] == nullptr) continue;  // where the particle is now
+      if (!(past.age > 0) || past.position[0] == nullptr) continue;  // age 0: the particle itself
       const float along = past.age / reach;
       if (!add_point(i, k + 1, past.position, along, r) || along >= 1) break;
     }
@@ -102,7 +102,7 @@ class RibbonMaker {
     return kept >= 1 ? static_cast<std::size_t>(std::min(kept, static_cast<float>(kMostPast))) : 0;
   }
 
-  // Returns false at the end of what is in front of the camera.
+  // Returns false for a position behind the camera.
   bool add_point(std::size_t i, std::size_t place, const std::array<const float*, 3>& planes, float along,
                  RibbonRecord& r) {
     const Vector at{planes[0][i], planes[1][i], planes[2][i]};
@@ -127,7 +127,7 @@ class RibbonMaker {
         std::floor(std::clamp(static_cast<float>(way), -kMostMoved, kMostMoved) * 16 + 0.5f));
   }
 
-  // Sets what the painter needs of the whole: its nearest depth, and its middle.
+  // Sets the record's nearest depth, and its position: that of the first point.
   static void finish(RibbonRecord& r) {
     if (r.count == 0) return;
     float least = r.point[0].depth;
@@ -142,8 +142,8 @@ class RibbonMaker {
     return d_.color[c] != nullptr ? d_.color[c][i] : d_.color_of_all[c];
   }
 
-  // The record has the greatest of each channel, the points have parts of it. Returns false where nothing shines and
-  // nothing hides.
+  // Sets the record's colour to the maximum of each channel, and the points' to fractions of it. Returns false where
+  // all are invisible.
   bool set_colors(std::size_t i, RibbonRecord& r) const {
     std::array<float, 3> most{};
     for (std::uint32_t k = 0; k < r.count; ++k) {
@@ -163,8 +163,8 @@ class RibbonMaker {
     return r.alpha != 0 && (!adds || r.color[0] != 0 || r.color[1] != 0 || r.color[2] != 0);
   }
 
-  // As other sprites do it: where a colour is above 1, alpha takes that; where all are faint, both get about the
-  // greatest one's root.
+  // Splits light into colour and alpha as for other sprites: a colour above 1 is scaled into alpha; where all are
+  // faint, both get about the root of the largest.
   static void share_light(std::array<float, 3>& color, float& alpha) {
     const float opacity = alpha > 0 ? std::min(alpha, 1.0f) : 0;
     std::array<float, 3> light;
@@ -177,7 +177,7 @@ class RibbonMaker {
     alpha = part / 255;
   }
 
-  // Pixels around the line that a point's part of the ribbon may touch.
+  // Returns how far from its line a ribbon may touch pixels at a point, px.
   float reach(const RibbonRecord& r, const RibbonPoint& p) const {
     const float along = std::min(p.along, 1.0f);
     const float half = ribbon_half(r.width * static_cast<float>(now_.focal_px), 1 / p.depth, along);
@@ -185,7 +185,7 @@ class RibbonMaker {
     return half + 2 + 1.25f * std::min(std::abs(spread), kMostPosedReach) + (blur_ > 0 ? 2.0f : 0.0f);
   }
 
-  // The part of the screen around some places, px from the picture's middle.
+  // The bounding box on the screen, px from the picture's middle.
   struct Box {
     float left, right, above, below, reach;
 
@@ -223,7 +223,7 @@ class RibbonMaker {
   Grid grid_;
   Lens now_, then_;
   float open_;  // s
-  float blur_;  // px around what is infinitely far
+  float blur_;  // blur of what is infinitely far, px
   std::array<std::size_t, kMostPast + 1> places_{};  // of the record's points
   std::vector<std::uint32_t> tiles_;
 };

@@ -1,4 +1,4 @@
-"""A directory of checkpoints: frame-000096 is a whole one, frame-000096.tmp one that is being written."""
+"""A directory of checkpoints: frame-000096 is complete, frame-000096.tmp is being written."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def part_name(calculator: int) -> str:
 
 
 def whole(directory: Path) -> list[tuple[int, Path]]:
-    """List what has the name of a whole checkpoint, as (frame, folder), the newest first."""
+    """List the folders named as complete checkpoints, as (frame, folder), the newest first."""
     found = []
     with contextlib.suppress(FileNotFoundError):
         for name in os.listdir(directory):
@@ -72,7 +72,7 @@ def whole(directory: Path) -> list[tuple[int, Path]]:
 
 
 def finish(folder: Path, frame: int) -> Path:
-    """Give a checkpoint whose files are all on disk its name."""
+    """Rename a checkpoint whose files are all on disk to its final name."""
     target = folder.with_name(f"frame-{frame:06}")
     files.sync(folder)
     if target.exists():  # of the same frame: a damaged one, or another run's
@@ -131,7 +131,7 @@ class Lock:
             os.pwrite(self._file, f"process {os.getpid()} on {socket.gethostname()}\n".encode(), 0)
 
     def release(self) -> None:
-        """Let another run have the directory. Calling it again does nothing."""
+        """Release the directory for other runs. Calling it again does nothing."""
         file, self._file = self._file, -1
         if file >= 0:
             os.close(file)

@@ -1,4 +1,4 @@
-"""Files that are whole or not there: written under a temporary name, synced, then renamed."""
+"""Atomic files: written under a temporary name, synced, then renamed."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def whole_path(path: str | os.PathLike[str], *, remove_abandoned: bool = False) 
     killed processes have left of the same `path`; this lists the directory.
     """
     path = Path(path)
-    if path.is_dir():  # before minutes go into what cannot be kept
+    if path.is_dir():  # refused before minutes of writing
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
     path.parent.mkdir(parents=True, exist_ok=True)
     if remove_abandoned:
@@ -86,7 +86,7 @@ def write_whole(path: str | os.PathLike[str], content: bytes | Callable[[IO[byte
 
 
 def append_to(path: Path) -> IO[str]:
-    """Open a text that is there for more lines; never one that a symbolic link names."""
+    """Open an existing text file to append to it; never through a symbolic link."""
     return os.fdopen(os.open(path, os.O_WRONLY | os.O_APPEND | _NO_FOLLOW), "a", encoding="utf-8")
 
 
@@ -154,12 +154,12 @@ def _try_lock(file: int) -> bool:
 
 
 def open_lock(path: Path) -> int:
-    """Open a file to lock, whose text says who has it; never through a link."""
+    """Open a lock file, whose text names the owner; never through a link."""
     return os.open(path, os.O_RDWR | os.O_CREAT | _NO_FOLLOW, 0o666)
 
 
 def owner_of_lock(file: int) -> str:
-    """Return what a lock file says of its owner, and close it."""
+    """Return the owner that a lock file names, and close it."""
     owner = os.pread(file, 200, 0).decode(errors="replace").strip() or "another process"
     os.close(file)
     return owner

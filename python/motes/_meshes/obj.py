@@ -1,4 +1,4 @@
-"""Wavefront's .obj: `v` and `f`; lines, points, colours, normals, materials and names are passed over."""
+"""Reads Wavefront .obj: `v` and `f`; lines, points, colours, normals, materials and names are ignored."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def read(_: Path, content: bytes) -> Triangles:
 
 
 def _joined(content: bytes) -> list[bytes]:
-    """Return the lines; one that ends in a backslash goes on in the next."""
+    """Return the lines, joining those that end in a backslash with the next."""
     lines = content.splitlines()
     for number in range(len(lines) - 1, 0, -1):
         if lines[number - 1].rstrip(b" \t").endswith(b"\\"):
@@ -50,7 +50,7 @@ def _joined(content: bytes) -> list[bytes]:
 
 
 def _index(word: bytes, vertices: int, line: int) -> int:
-    """Return a vertex counted from 0; -1 is the last one above the face's line."""
+    """Return the index of a vertex, from 0; -1 refers to the last one defined before the face."""
     try:
         index = int(word.partition(b"/")[0])
     except ValueError:

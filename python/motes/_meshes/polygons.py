@@ -1,4 +1,4 @@
-"""Faces of any number of corners, cut into triangles that cover them, and nothing else.
+"""Triangulates faces with any number of corners; the triangles cover the face exactly.
 
 A face with n corners gives n - 2 triangles and keeps all of its corners, those in the middle of a straight
 edge too: without them, surfaces that are closed in the file would not be closed.
@@ -20,9 +20,9 @@ Triangles = tuple[Floats, Indices]
 """Vertices, float64 (n, 3), and triangles, int64 (m, 3)."""
 
 STRAIGHT = 1e-6
-"""The sine of the largest angle that counts as straight."""
+"""Corners whose angle has a smaller sine count as straight."""
 MARGINS = (STRAIGHT, 1e-9, 1e-13)
-"""How far other corners must stay from an ear, as parts of the face's size: tried in turn."""
+"""Margins that other corners must keep from an ear, as fractions of the face's size; tried in turn."""
 
 
 class Unreadable(Exception):
@@ -62,7 +62,7 @@ def fan(corners: NDArray[Any]) -> NDArray[Any]:
 
 
 def strip(corners: NDArray[Any]) -> NDArray[Any]:
-    """Return the triangles of a strip, (n,) to (n - 2, 3): every second one is turned around."""
+    """Return the triangles of a strip, (n,) to (n - 2, 3): the winding of every second one is reversed."""
     triangles = np.stack([corners[:-2], corners[1:-1], corners[2:]], axis=-1)
     triangles[1::2] = triangles[1::2, [1, 0, 2]]
     return triangles
@@ -143,12 +143,12 @@ def _cross(a: Floats, b: Floats) -> Floats:
 
 
 def _without_repeats(flat: Floats) -> Indices:
-    """Return the corners that are not at the place of the one before."""
+    """Return the corners without repeated positions."""
     return np.flatnonzero(np.abs(flat - np.roll(flat, 1, axis=0)).max(axis=1) > 1e-12)
 
 
 def _ears(flat: Floats) -> list[tuple[int, int, int]]:
-    """Cut one face by its ears, (n, 2): the best shaped first, so that none is left without an area."""
+    """Triangulate one face, (n, 2), by ear clipping: best-shaped ears first, so that none has zero area."""
     if _crosses(flat):
         raise Unreadable("crosses itself")
     left = np.arange(len(flat))
@@ -163,7 +163,7 @@ def _ears(flat: Floats) -> list[tuple[int, int, int]]:
 
 
 def _ear(flat: Floats, margin: float) -> int | None:
-    """Return the corner to cut off: between its neighbours no other corner is within the margin."""
+    """Return an ear to clip: a corner whose triangle has no other corner within the margin."""
     before, after = np.roll(flat, 1, axis=0), np.roll(flat, -1, axis=0)
     area = _cross(flat - before, after - flat)
     longest = np.max(

@@ -62,25 +62,25 @@ class Clump(Value):
 
     @property
     def volume(self) -> float:
-        """Of the union of the spheres, m^3."""
+        """The volume of the union of the spheres, m^3."""
         found: float = self.__dict__["_volume"]
         return found
 
     @property
     def center(self) -> tuple[float, float, float]:
-        """The centre of mass, m, where the given spheres are."""
+        """The centre of mass, m, in the coordinates of the given spheres."""
         found: tuple[float, float, float] = self.__dict__["_center"]
         return found
 
     @property
     def radius(self) -> float:
-        """Of the ball about the centre of mass that holds all spheres, m."""
+        """The radius of the bounding sphere about the centre of mass, m."""
         found: float = self.__dict__["_radius"]
         return found
 
     @property
     def inertia(self) -> NDArray[np.float64]:
-        """The tensor about the centre of mass, of 1 kg, m^2, shape (3, 3)."""
+        """The tensor of inertia about the centre of mass, for a mass of 1 kg, m^2, shape (3, 3)."""
         xx, yy, zz, xy, xz, yz = self.__dict__["_inertia"]
         return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
@@ -158,7 +158,7 @@ def _of_balls(spheres: NDArray[np.float64]) -> list[float]:
 
 
 def _of_columns(spheres: NDArray[np.float64]) -> list[float]:
-    """Return the same of a union: sums over a grid in x and y, exact along z."""
+    """Return the volume and the same integrals of a union: sums over a grid in x and y, exact along z."""
     low = (spheres[:, :2] - spheres[:, 3:]).min(axis=0)
     step = ((spheres[:, :2] + spheres[:, 3:]).max(axis=0) - low) / COLUMNS
     x = low[0] + (np.arange(COLUMNS) + 0.5) * step[0]
@@ -185,7 +185,7 @@ def _of_columns(spheres: NDArray[np.float64]) -> list[float]:
 
 
 def _turned_back(sums: list[float], order: list[int]) -> list[float]:
-    """Give integrals along axes in another order their places."""
+    """Permute integrals to another order of the axes."""
     places = [order.index(axis) for axis in range(3)]
     pairs = {(0, 1): 7, (0, 2): 8, (1, 2): 9}
     mixed = [sums[pairs[min(a, b), max(a, b)]] for a, b in ((places[i], places[j]) for i, j in pairs)]
@@ -206,7 +206,7 @@ def _inverse(t: Tensor) -> Tensor:
 
 
 def _lightness(arm: list[float], inverse: Tensor) -> float:
-    """Return by how much more easily a place yields to a push than the whole does: an upper bound."""
+    """Return an upper bound of the mobility of a point, relative to that of the centre of mass."""
     x, y, z = arm
     xx, yy, zz, xy, xz, yz = inverse
     turns = (y * y + z * z, x * x + z * z, x * x + y * y)

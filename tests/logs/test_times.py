@@ -233,6 +233,42 @@ def test_a_rank_that_sleeps_is_warned_of(tmp_path):
     assert "slept" in run.explain().sentences[0]
 
 
+SLOW = """
+import sys
+import time
+import motes
+from motes.shapes import Box
+
+class Slow(motes.balance.Balancer):
+    def decide(self, load):
+        time.sleep(float(sys.argv[2]))
+        return motes.balance.Orders(())
+
+world = motes.World(space=(-1, 1), log=sys.argv[1], progress="off", balancer=Slow())
+s = world.system("snow")
+with world:
+    for frame in world.frames(24):
+        s.burst(Box((-1, -1, -1), (1, 1, 1)), count=100)
+        s.move()
+        world.step()
+        if world.rank == 1:
+            time.sleep(0.001)
+"""
+
+
+@pytest.mark.parametrize("seconds", [0, 0.03])
+def test_a_balancer_that_decides_slowly_is_named(seconds: float, tmp_path: Path):
+    told = on_ranks(4, SLOW, tmp_path / "log", seconds)
+    assert told.code == 0, told.text
+    run = motes.open_run(tmp_path / "log")
+    events = list(run.events["text"][run.events["kind"] == "slow_balancer"])
+    assert len(events) == bool(seconds), run.events
+    if seconds:
+        assert events[0].startswith("balancer Slow(): its decide takes ")
+        assert events[0] in run.warnings() and events[0] in run.explain().sentences[0]
+        assert run.explain().sentences[0].startswith("Manager (rank 1): others wait")
+
+
 def test_logs_of_earlier_versions_have_no_times(tmp_path):
     load = [
         load_row(f, "s", r, n_start=n, n_end=n, t_compute_s=n / 1e4)

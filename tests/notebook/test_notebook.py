@@ -50,8 +50,9 @@ assert share(uneven[2]) < 0.23 and share(mine) < 0.23
 for balancer, real in ((motes.balance.PrefixCuts(), uneven[2]), (Gentle(), mine)):
     assert 0.4 < moved(recorded.replay(balancer)) / moved(real) < 2.5
     assert moved(real) < 0.9 * moved(recorded)
-# On a slow network balancing loses.
-assert frame_ms["Static"][0] < min(frame_ms[name][0] for name in ("Pairwise", "PrefixCuts", "Gentle"))
+# On a slow network balancing loses. What messages add there is the particles moved, whatever the load.
+sent = {name: ms[0] - ms[-1] for name, ms in frame_ms.items()}
+assert sent["Static"] < min(sent[name] for name in ("Pairwise", "PrefixCuts", "Gentle"))
 """
 
 # In bytes, which hardly depend on seconds. (The notebook itself compares the pixels.)

@@ -1,6 +1,7 @@
 #include "engine/balance/balance.h"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "balance/cells.h"
@@ -268,6 +269,16 @@ void write_rows(Rank& rank, Manager& manager) {
   manager.rows.clear();
 }
 
+// Only a script's own balancer can be made faster by its writer.
+void watch_balancer(const Rank& rank, const Script& script, Manager& manager, double decided_s) {
+  const balance::Policy& policy = *rank.settings.policy;
+  const std::optional<FrameRow>& last = manager.account.last_row();
+  if (!policy.scripted() || !last) return;
+  for (Alarm& alarm : manager.alarms.look_at_balancer(policy.name(), decided_s, last->times.frame)) {
+    say(std::move(alarm), script.record.frame, manager);
+  }
+}
+
 }  // namespace
 
 bool balances(const Rank& rank, const Script& script) {
@@ -336,14 +347,18 @@ void note_decisions(const Rank& rank, const Script& script, Manager& manager, co
 }
 
 void plan(Rank& rank, const Script& script, Manager& manager) {
+  double decided_s = 0;
   for (const Round& round : script.rounds) {
     if (!plans(rank, script, round)) continue;
     const Stopwatch::Phase phase(rank.watch, &PhaseTimes::balance, "plan", script.name_of(round));
     std::vector<Inquiry> inquiries(rank.session.calculators());
+    const double start = comm::wall_seconds();
     rank.session.work("balancer " + rank.settings.policy->name(),
                       [&] { make_plan(rank, script, manager, round, inquiries); });
+    decided_s += comm::wall_seconds() - start;
     tell_plan(rank, round, inquiries);
   }
+  if (decided_s > 0) watch_balancer(rank, script, manager, decided_s);
 }
 
 void balance(Rank& rank, const Script& script, Calculator& calculator, Manager& manager) {

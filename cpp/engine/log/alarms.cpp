@@ -40,6 +40,22 @@ std::vector<Alarm> Alarms::look_at_picture(std::size_t system, const std::string
   return {};
 }
 
+std::vector<Alarm> Alarms::look_at_balancer(const std::string& name, double decided_s, double frame_s) {
+  if (plans_ >= kTrials) return {};
+  decided_s_ += decided_s;
+  frames_s_ += frame_s;
+  if (++plans_ < kTrials) return {};
+  if (!(decided_s_ > kSlow * frames_s_)) {
+    plans_ = 0;
+    decided_s_ = frames_s_ = 0;
+    return {};
+  }
+  const std::string mean = brief(1e3 * decided_s_ / kTrials), of = brief(1e3 * frames_s_ / kTrials);
+  return {{"slow_balancer", "balancer " + name + ": its decide takes " + mean + " ms of a frame's " + of +
+                                " ms on the manager, for which all wait in the end: decide less often (an empty "
+                                "Orders(()) changes nothing), or use arrays instead of loops"}};
+}
+
 std::vector<Alarm> Alarms::look(std::size_t system, const std::string& name, const Strain& strain, int substeps,
                                 double frame_s) {
   Watched& watched = this->watched(system);

@@ -2,6 +2,11 @@
 
 namespace motes::engine {
 
+void say(Alarm&& alarm, std::uint64_t frame, Manager& manager) {
+  if (Log* log = manager.account.log()) log->event(alarm.kind, frame, alarm.text);
+  manager.remarks.push_back(std::move(alarm.text));
+}
+
 std::uint64_t children_of(std::uint64_t first, std::uint32_t count, std::uint64_t children) {
   return first >= children ? 0 : std::min<std::uint64_t>(count, children - first);
 }

@@ -69,6 +69,9 @@ struct Manager {
   std::optional<AwaitedTails> tails;  // tails that are not in the account yet
 };
 
+/// Writes a warning to the log, and keeps it for the script.
+void say(Alarm&& alarm, std::uint64_t frame, Manager& manager);
+
 /// Returns how many of a parent's children are born if the capacity has room for `children` in the whole frame.
 std::uint64_t children_of(std::uint64_t first, std::uint32_t count, std::uint64_t children);
 

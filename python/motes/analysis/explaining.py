@@ -227,14 +227,16 @@ def _alone(run: Run, spent: DataFrame, frame_s: float) -> Iterator[Loss]:
         elif rank == facts.get("manager"):
             who = "manager"
         loss = min(excess, float(others["wait_s"].mean()))
+        advice = _ALONE[largest].format(own=told_s(own[largest]), others=told_s(usual[largest])) + "."
+        slow = list(run.events["text"][run.events["kind"] == "slow_balancer"])
+        if who == "manager" and largest == "talk" and slow:
+            advice = f"{slow[0]}."
         title = f"Rank {rank}" if who == "rank" else f"{who.capitalize()} (rank {rank})"
         yield Loss(
             who,
             loss,
             rank,
-            f"{title}: others wait {told_s(loss)} of a frame's {told_s(frame_s)} for it; "
-            + _ALONE[largest].format(own=told_s(own[largest]), others=told_s(usual[largest]))
-            + ".",
+            f"{title}: others wait {told_s(loss)} of a frame's {told_s(frame_s)} for it; {advice}",
         )
 
 

@@ -27,7 +27,7 @@ STYLE = """
 .motes .warning { border-left: 3px solid #E69F00; padding: 1px 0 1px 9px; margin: 4px 0; }
 .motes img { max-width: 100%; background: white; }
 """
-SENTENCES = ("crowded", "overlap", "softened", "unseen")  # kinds of events that are sentences
+SENTENCES = ("crowded", "overlap", "softened", "unseen", "slow_balancer")  # kinds of events: sentences
 _TOLD = ("start", "continued", "recovered", "end", "births_dropped")  # those that are told otherwise
 
 

@@ -214,6 +214,26 @@ TEST(alarms_survive_their_bytes_and_stay_silent) {
   CHECK(after.look(0, "snow", deep, 2, 0.5).size() == 1);  // patience ends in the same frame
 }
 
+TEST(alarms_say_once_that_a_balancer_is_slow) {
+  Alarms quick, slow;
+  const auto said = [](Alarms& alarms, int plans, double decided_s) {
+    std::string texts;
+    for (int i = 0; i < plans; ++i) {
+      for (const Alarm& alarm : alarms.look_at_balancer("Mine()", decided_s, 0.04)) texts += alarm.text;
+    }
+    return texts;
+  };
+  CHECK(said(quick, 3 * Alarms::kTrials, 0.003).empty());
+  CHECK(said(slow, Alarms::kTrials - 1, 0.02).empty());
+  CHECK(said(slow, 1, 0.02).starts_with("balancer Mine(): its decide takes 20 ms of a frame's 40 ms"));
+  base::Bytes bytes;
+  base::write_fields(slow, bytes);
+  base::Reader in(bytes.view());
+  base::read_fields(in, quick);
+  CHECK(said(slow, 3 * Alarms::kTrials, 0.02).empty());
+  CHECK(said(quick, 3 * Alarms::kTrials, 0.02).empty());
+}
+
 TEST(alarms_say_what_no_picture_shows_and_wait_for_what_may_come_into_it) {
   using enum Sighted;
   const auto said = [](std::initializer_list<Sighted> pictures, bool ends = true) {

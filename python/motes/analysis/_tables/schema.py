@@ -238,7 +238,7 @@ EVENTS = Table(
     required=True,
     columns=_columns(
         _FRAME
-        + "kind str! - start, continued, recovered, end, crowded, overlap, softened, unseen\n"
+        + "kind str! - start, continued, recovered, end, crowded, overlap, softened, unseen, slow_balancer\n"
         + "text str - what happened"
     ),
 )

@@ -258,11 +258,16 @@ struct MeshOf {
     constexpr int kStep = (1 << image::kWideBits) / kSamples, kFirst = -(kSamples - 1) * kStep / 2;
     const int weight = static_cast<int>(kPixelWeight) / (kSamples * kSamples * steps);
     for_each_facet(pose, {}, [&](const Shown& f) {
+      const auto plain = static_cast<std::uint16_t>(f.shade * static_cast<float>(weight) + 0.5f);
       for_each_step([&](std::int64_t dx, std::int64_t dy) {
         for_each_sample<kSamples>(f, dx, dy, task.columns, task.rows, [&](int column, int row) {
           const int at = place_in(p, column / kSamples, row / kSamples);
           if (at < 0 || p.cover[at] + weight > static_cast<int>(kPixelWeight)) return;
           p.cover[at] = static_cast<std::uint16_t>(p.cover[at] + weight);
+          if constexpr (!kColored) {
+            p.light[at] = static_cast<std::uint16_t>(p.light[at] + plain);
+            return;
+          }
           const float right = static_cast<float>(column * kStep + kFirst - f.x[0] - dx) * kPixel;
           const float down = static_cast<float>(row * kStep + kFirst - f.y[0] - dy) * kPixel;
           for (int c = 0; c < kChannels; ++c) {

@@ -55,15 +55,17 @@ std::string text(double value) {
   return digits;
 }
 
+std::string call_of(const Facts& facts) { return facts.call != nullptr ? facts.call : facts.name; }
+
 void check_number(const Facts& facts, const Number& number, double value) {
   if (value >= number.low && value <= number.high) return;
   throw base::InvalidArgument(number.name, "be " + text(number.low) + ".." + text(number.high), text(value),
-                              std::string(facts.name));
+                              call_of(facts));
 }
 
 [[noreturn]] void refuse(const Facts& facts, const std::string& argument, const std::string& rule,
                          const std::string& got = "") {
-  throw base::InvalidArgument(argument, rule, got, facts.name);
+  throw base::InvalidArgument(argument, rule, got, call_of(facts));
 }
 
 // The kernels divide by the square of the length in float32: that square must be a normal number.
@@ -147,16 +149,19 @@ void check_table(const Facts& facts, TableKey key) {
 }
 
 // Spheres of a clump: at least one, and no more than their numbers have bits for.
-void check_clump(const Facts& facts, const Action& action) {
+void check_clump(const Action& action) {
+  const auto refuse_clump = [](const char* argument, const std::string& rule, const std::string& got = "") {
+    throw base::InvalidArgument(argument, rule, got, "clumps");
+  };
   const Table& spheres = *actions::table(action.table);
   for (const double moment : numbers_of<numbers::contact_clumps>(action).moments) {
-    if (!(moment > 0)) refuse(facts, "moments", "be above 0", text(moment));
+    if (!(moment > 0)) refuse_clump("moments", "be above 0", text(moment));
   }
   const std::size_t count = spheres.values.size() / 4;
   if (count == 0 || count > kMostSpheres)
-    refuse(facts, "template", "have 1.." + std::to_string(kMostSpheres) + " spheres", std::to_string(count));
+    refuse_clump("template", "have 1.." + std::to_string(kMostSpheres) + " spheres", std::to_string(count));
   for (std::size_t i = 0; i < count; ++i) {
-    if (!(spheres.values[4 * i + 3] > 0)) refuse(facts, "template", "have radii above 0");
+    if (!(spheres.values[4 * i + 3] > 0)) refuse_clump("template", "have radii above 0");
   }
 }
 
@@ -169,6 +174,8 @@ void check_kind(const Action& action, Kind kind, std::size_t count) {
 }
 
 const Facts& facts(Kind kind) { return table()[static_cast<std::size_t>(kind)]; }
+
+std::string call_of(Kind kind) { return call_of(facts(kind)); }
 
 Kind kind_of(const std::string& name) {
   for (int i = 0; i < kKinds; ++i) {
@@ -325,7 +332,7 @@ void check(const Action& action) {
   check_table(known, action.table);
   if (known.needs_surface) check_surface(known, action.shapes[0]);
   if (is_contact(action)) check_walls(known, action);
-  if (action.kind == Kind::contact_clumps) check_clump(known, action);
+  if (action.kind == Kind::contact_clumps) check_clump(action);
 }
 
 }  // namespace motes::actions

@@ -121,10 +121,14 @@ struct Facts {
   int ramp = 0;  // the numbers are knots, as many as given: age / lifetime, then this many numbers of the value
   int table = 0;  // it has a table, whose entries have this many numbers
   bool draws = false;  // its last shape is only drawn from
+  const char* call = nullptr;  // what a script calls, where that is not the name
   bool between = false;  // between particles: a law, which has no kernel over a block
 };
 
 const Facts& facts(Kind kind);
+
+/// The name of what a script calls to record the kind, for messages.
+std::string call_of(Kind kind);
 
 /// The kind with that name; throws std::invalid_argument where no action has this name.
 Kind kind_of(const std::string& name);

@@ -103,10 +103,11 @@ Birth emit(std::uint64_t count, const std::vector<std::pair<int, FloatArray>>& c
 }
 
 // Numbers by name, in their recorded order; a ramp's as they are.
-std::vector<double> numbers_of(const actions::Facts& facts, const py::dict& given) {
+std::vector<double> numbers_of(actions::Kind kind, const py::dict& given) {
+  const actions::Facts& facts = actions::facts(kind);
   const auto of = [&](const char* name) {
     PyObject* const value = PyDict_GetItemString(given.ptr(), name);
-    if (value == nullptr) throw base::InvalidArgument(name, "be given", "", facts.name);
+    if (value == nullptr) throw base::InvalidArgument(name, "be given", "", actions::call_of(kind));
     return py::reinterpret_borrow<py::object>(value);
   };
   if (facts.ramp > 0) return of("ramp").cast<std::vector<double>>();
@@ -120,12 +121,13 @@ std::vector<double> numbers_of(const actions::Facts& facts, const py::dict& give
     const auto values = value.cast<std::vector<double>>();
     if (values.size() != static_cast<std::size_t>(number.count)) {
       throw base::InvalidArgument(number.name, "be " + std::to_string(number.count) + " numbers", "",
-                                  std::string(facts.name));
+                                  actions::call_of(kind));
     }
     numbers.insert(numbers.end(), values.begin(), values.end());
   }
   if (given.size() != facts.numbers.size())
-    throw base::InvalidArgument("numbers", "be as many as the action has", std::to_string(given.size()), facts.name);
+    throw base::InvalidArgument("numbers", "be as many as the action has", std::to_string(given.size()),
+                                actions::call_of(kind));
   return numbers;
 }
 
@@ -138,7 +140,7 @@ Action make_action(const std::string& name, const py::dict& numbers, std::vector
   action.ties = ties;
   action.table = table;
   action.kind = actions::kind_of(name);
-  action.numbers = numbers_of(actions::facts(action.kind), numbers);
+  action.numbers = numbers_of(action.kind, numbers);
   action.shapes = std::move(shapes);
   action.where = expression(where);
   action.target = target;
@@ -228,7 +230,7 @@ void bind_recording(py::module_& m) {
       .def(py::init(&make_action), py::arg("name"), py::arg("numbers"), py::arg("shapes"), py::arg("where") = Steps{},
            py::arg("target") = -1, py::arg("values") = std::vector<Steps>{}, py::arg("ties") = 0, py::arg("table") = 0,
            py::arg("leaves") = std::vector<Part>{}, py::arg("results") = std::vector<Part>{})
-      .def_property_readonly("name", [](const Action& a) { return std::string(actions::facts(a.kind).name); })
+      .def_property_readonly("name", [](const Action& a) { return actions::call_of(a.kind); })
       .def_readonly("numbers", &Action::numbers)
       .def("__eq__", [](const Action& a, const Action& b) { return a == b; });
   py::class_<Distribution>(m, "Distribution")

@@ -67,7 +67,7 @@ void Engine::record(int index, recording::Item item) {
       throw base::InvalidArgument("an action between particles", "name another system of the world");
     }
     if (action->other >= 0 && !interactions::law_of(*action).between_systems) {
-      throw std::invalid_argument(std::string(actions::facts(action->kind).name) + " acts within one system alone");
+      throw std::invalid_argument(actions::call_of(action->kind) + " acts within one system alone");
     }
     uses_copies = actions::uses_copies(*action, s.schema);
   }

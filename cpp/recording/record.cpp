@@ -36,7 +36,7 @@ particles::Schema schema_of(const SystemDefinition& system) {
 }
 
 std::string name(const Item& value) {
-  if (const auto* action = std::get_if<actions::Action>(&value)) return actions::facts(action->kind).name;
+  if (const auto* action = std::get_if<actions::Action>(&value)) return actions::call_of(action->kind);
   if (const auto* birth = std::get_if<Birth>(&value)) return std::string(base::name_of(birth->kind));
   if (const auto* callback = std::get_if<Callback>(&value)) return "callback " + callback->name;
   if (std::holds_alternative<KeepCopies>(value)) return "a sum of birth values";

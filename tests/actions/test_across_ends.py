@@ -178,11 +178,17 @@ def test_a_newborn_that_overlaps_one_across_an_end_is_cleared():
         assert s.gather().id.tolist() == [0, 2]
 
 
-def test_particles_that_grow_too_large_are_reported():
+@pytest.mark.parametrize("law", ["collide", "contact", "contact of clumps"])
+def test_particles_that_grow_too_large_are_reported(law: str):
     world = motes.World(seed=1, periodic={"x": (0, 4)}, progress="off")
     s = world.system("s")
-    with pytest.raises((RankError, ValueError), match=r"collide reaches 2\.2.* at most 2\.0"), world:
+    with (
+        pytest.raises((RankError, ValueError), match=rf"{law.split()[0]} reaches 2\.2.* at most 2\.0"),
+        world,
+    ):
+        if "clumps" in law:
+            s.clumps([(0, 0, 0, 0.5)])
         s.configure(size=2.2)
         s.burst(shapes.Box((0, 0, 0), (4, 1, 1)), count=3)
-        s.collide()
+        s.collide() if law == "collide" else s.contact(1000)
         world.step()

@@ -359,6 +359,14 @@ def test_every_action_has_a_method_that_records_it():
         assert [type(action).__name__ for action in system.recorded] == ["Jet", "SizeOverLife"]
 
 
+@pytest.mark.parametrize("name", sorted({*motes._core.action_names()} - {"set", "law", "interact", "sort"}))
+def test_messages_name_what_a_script_calls(name: str):
+    with pytest.raises(ArgumentError) as caught:
+        motes._core.Action(name, {"nonsense": 1.0}, [])
+    call, colon, _ = str(caught.value).partition(":")
+    assert colon and callable(getattr(motes.System, call))
+
+
 def test_the_pages_of_actions_are_current():
     if not (DOCS / "scripts" / "make_actions.py").is_file():
         pytest.skip("the pages stand in the source tree")

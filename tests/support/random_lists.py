@@ -18,6 +18,8 @@ from random_worlds import PERIODS, allowed, balancers
 
 from motes import actions
 from motes._values.space import CURVES, in_a_row
+from motes.errors import ArgumentError
+from motes.expressions._conditions import MOST_STEPS
 
 __all__ = ["FRAMES", "HEADER", "KINDS", "script"]
 
@@ -139,6 +141,22 @@ THREE = ("mix", "smoothstep", "clamp")
 
 
 @cache
+def names() -> dict[str, Any]:
+    """Return what scripts name."""
+    known: dict[str, Any] = {}
+    exec(HEADER, known)
+    return known
+
+
+def fits(text: str) -> bool:
+    """Tell whether an expression has no more operations than allowed, also multiplied by a vector."""
+    try:
+        return getattr(eval(text, names()), "_size", 0) <= MOST_STEPS - 8
+    except ArgumentError as error:
+        return "operations" not in str(error)
+
+
+@cache
 def expressions(leaves: Text) -> Text:
     """Draw an expression of columns and numbers."""
     constant = numbers(-3, 3).map(str)
@@ -158,7 +176,7 @@ def expressions(leaves: Text) -> Text:
             | three.map(lambda p: f"ex.{p[0]}({p[1]}, {p[2]}, {p[3]})")
         )
 
-    return st.recursive(leaves, larger, max_leaves=4)
+    return st.recursive(leaves, larger, max_leaves=4).filter(fits)
 
 
 @cache
@@ -172,7 +190,7 @@ def conditions() -> Text:
         two = st.tuples(parts, st.sampled_from("&|"), parts).map(lambda p: f"({p[0]} {p[1]} {p[2]})")
         return two | parts.map(lambda p: f"~{p}")
 
-    return st.recursive(shapes() | compared, larger, max_leaves=4)
+    return st.recursive(shapes() | compared, larger, max_leaves=4).filter(fits)
 
 
 # --- actions: what a field of this name takes, else what one of this type takes

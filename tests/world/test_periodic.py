@@ -317,3 +317,70 @@ def test_reaches_above_half_a_period():
         s.tie(motes.Ties([(0, 1)], 2.5))
         with pytest.raises(ArgumentError, match="unwrapped"):
             s.gather(unwrapped=1)
+
+
+@pytest.mark.parametrize(
+    ("axis", "space"),
+    [("x", (2, 5)), ("x", (0.5, 1.5)), ("xz", (0.2, 0.8)), ("hilbert", (2, 5)), ("x", (-1, 0))],
+)
+def test_a_space_that_contradicts_the_periods(axis: str, space: tuple[float, float]):
+    periodic = {"x": (0, 1), "z": (0, 0.5)} | ({"y": (0, 1)} if axis == "hilbert" else {})
+    with pytest.raises(ArgumentError, match="space must be within or around"):
+        motes.World(seed=1, axis=axis, space=space, periodic=periodic)
+    world = motes.World(seed=1, axis="y", space="fit", periodic=periodic)
+    with pytest.raises(ArgumentError, match="space must be within or around"):
+        world.system("s", axis=axis, space=space)
+
+
+@pytest.mark.parametrize(
+    ("axis", "space"),
+    [
+        *[("x", (0, 1)), ("x", (0.2, 0.3)), ("x", (-5, 5)), ("x", "fit"), ("x", None)],
+        *[("y", (2, 5)), ("xy", (2, 5)), (None, (2, 5)), ("morton", (2, 5))],
+    ],
+)
+def test_a_space_along_axes_without_a_period(axis: str, space: Any):
+    world = motes.World(seed=1, axis=axis, space=space, periodic={"x": (0, 1)}, progress="off")
+    s = world.system("s")
+    with world:
+        s.burst((0.5, 3, 0), 4)
+        world.step()
+        assert len(s.gather()) == 4
+
+
+def test_what_the_engine_keeps_is_not_set():
+    world = world_of(dt=0.5)
+    plain = world.system("plain", attributes={"ribbon_count": 0.0})
+    for name in ("s", "again", "over"):
+        world.system(name, sprite=motes.Sprite("ribbon", width=0.1, length=2))
+    _, s, again, over = world.systems
+    with world:
+        for name in ("crossings", "ribbon_count", "ribbon_3", "ribbon_crossings"):
+            value = 1.0 if name == "ribbon_count" else (1.0, 0, 0)
+            for call in (
+                lambda name=name, value=value: s.set(**{name: value}),
+                lambda name=name, value=value: s.apply(motes.actions.Set(attribute=name, value=value)),
+                lambda name=name, value=value: s.law(set={name: value}),
+                lambda name=name, value=value: s.interact(0.1, set={"mass": 1.0, name: value}),
+                lambda name=name, value=value: s.configure(mass=1, **{name: value}),
+                lambda name=name, value=value: s.emit(position=[(0, 0, 0)], **{name: [value]}),
+                lambda name=name, value=value: again.emit(s.gather(), **{name: [value]}),
+            ):
+                with pytest.raises(ArgumentError, match="may set|an attribute of 's'"):
+                    call()
+        assert s.recorded == [] == again.recorded
+        plain.set(ribbon_count=2.0)
+        with pytest.raises(ArgumentError, match="may set"):
+            plain.set(crossings=(0, 0, 0))
+        for _ in range(4):
+            s.emit(position=[(9.5, 0, 0)], velocity=[(3, 0, 0)])
+            s.move()
+            world.step()
+        rows = s.gather()
+        assert rows.crossings.any() and rows.ribbon_count.any()
+        again.emit(rows)
+        over.emit(**rows.columns())
+        world.step()
+        for name in ("position", "crossings", "ribbon_count", "ribbon_crossings"):
+            for one in (again, over):
+                np.testing.assert_array_equal(getattr(one.gather(), name), getattr(s.gather(), name))

@@ -87,7 +87,7 @@ float Images::most_skin(float reach) const {
 
 void Images::check(const actions::Action& action, float reach) const {
   if (!any() || action.kind == actions::Kind::tie) return;  // a tie goes to the nearest image, however far that is
-  const std::string name = actions::facts(action.kind).name;
+  const std::string name = actions::call_of(action.kind);
   if (interactions::uses_cells(action)) {
     throw std::invalid_argument(name + " does not see across the ends of periodic space");
   }

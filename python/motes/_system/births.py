@@ -15,9 +15,11 @@ from .._values import arguments
 from .._values.curves import Curve, integrals
 from ..errors import ArgumentError
 from ..shapes import Shape, Union, as_shape, native_of
-from .recorded import Recorded
+from .recorded import Recorded, kept_error
 
 __all__ = ["Births"]
+
+COPIES = {"position_b", "velocity_b", "up_b"}  # which gathered particles may lack
 
 
 class Births:
@@ -71,6 +73,9 @@ class Births:
                 allowed = "motes.Particles; arrays go by name: position=..."
                 raise ArgumentError("particles", particles, allowed)
             given = particles.columns() | (columns if position is None else given)
+        whole = particles is None and not system.attributes.keys() - COPIES - given.keys()
+        if (by_hand := system.kept & columns.keys()) and not whole:  # as emit(**gathered.columns()) is
+            raise kept_error("emit", min(by_hand))
         arrays: list[tuple[int, NDArray[np.float32]]] = []
         count: int | None = None
         for attribute, values in given.items():

@@ -9,8 +9,9 @@ from .._run import script_lines
 from .._values.values import at, moves
 from ..actions.base import Action, compiled
 from ..actions.between import Contact, compiled_for_clumps
+from ..actions.targets import Set
 from ..errors import ArgumentError
-from .recorded import Recorded
+from .recorded import Recorded, kept_error
 
 __all__ = ["Listing"]
 
@@ -27,6 +28,9 @@ class Listing:
         """Record an action; `depth` calls of the package stand between the script and the engine."""
         system = self._recorded
         session = system.session
+        for name in (action.attribute,) if isinstance(action, Set) else getattr(action, "set", None) or ():
+            if name in system.kept:
+                raise kept_error("set", name)
         if moves(action):
             action = at(action, session.time)
         if session.settings.periodic:

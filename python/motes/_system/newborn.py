@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,10 +22,13 @@ __all__ = ["Newborn"]
 class Newborn:
     """A distribution for each attribute that was set; those of curves are made anew for each frame."""
 
-    def __init__(self, name: str, attributes: Mapping[str, tuple[int, int]]) -> None:
-        """Take the system's name, and number and width of each attribute."""
+    def __init__(
+        self, name: str, attributes: Mapping[str, tuple[int, int]], kept: Collection[str] = ()
+    ) -> None:
+        """Take the system's name, number and width of each attribute, and those that the engine keeps."""
         self._name = name
         self._attributes = attributes
+        self._not_set = {"position", *kept}
         self._given: dict[int, _core.Distribution] = {}
         self._state: list[tuple[int, _core.Distribution]] = []
         self._moving: dict[str, Moving | Value] = {}
@@ -36,8 +39,8 @@ class Newborn:
         """Set what newborn particles get from here on; what was set before remains."""
         made = {}
         for attribute, value in state.items():
-            if attribute not in self._attributes or attribute == "position":
-                names = [name for name in self._attributes if name != "position"]
+            if attribute not in self._attributes or attribute in self._not_set:
+                names = [name for name in self._attributes if name not in self._not_set]
                 allowed = f"an attribute of '{self._name}': {', '.join(names)}"
                 raise ArgumentError("configure", attribute, allowed, known=names)
             moving = moving_part(value)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,12 +11,25 @@ from numpy.typing import NDArray
 from .. import _core
 from .._picture.sprites import Sprite, native_of
 from .._run import script_lines
+from .._values.space import CROSSINGS, Period
+from ..errors import ArgumentError
 from ..expressions._conditions import columns_of
 from .first_frame import FirstFrame
 from .newborn import Newborn
 from .session import Session
 
-__all__ = ["Recorded"]
+__all__ = ["Recorded", "kept_attributes", "kept_error"]
+
+
+def kept_attributes(periods: Sequence[Period], sprite: Sprite) -> list[tuple[str, int]]:
+    """Return name and width of the attributes that the engine adds for periods and ribbons."""
+    found = [(CROSSINGS, 3)] if periods else []
+    return found + (_core.trace_attributes(bool(periods)) if sprite.kind == "ribbon" else [])
+
+
+def kept_error(call: str, name: str) -> ArgumentError:
+    """Return the error of a script that sets one of them."""
+    return ArgumentError(call, name, "an attribute that scripts may set; the engine keeps this one itself")
 
 
 class Recorded:
@@ -39,7 +52,9 @@ class Recorded:
         self.attributes = {attribute: (i, width) for i, (attribute, width) in enumerate(names)}
         self.columns = columns_of(names)
         native_of(self.sprite, self.columns)  # says at the call what its pick cannot name
-        self.newborn = Newborn(name, self.attributes)
+        self.kept = frozenset(name for name, _ in kept_attributes(definition["periods"], self.sprite))
+        """Attributes that scripts only read."""
+        self.newborn = Newborn(name, self.attributes, self.kept)
         self.entries: list[Any] = []
         """This frame's list so far."""
         self.lines: list[script_lines.Line] = []

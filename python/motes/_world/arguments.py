@@ -16,12 +16,12 @@ from .._picture.rendering import Renderer
 from .._picture.sprites import Sprite
 from .._run.process import process
 from .._run.settings import RunSettings
-from .._system.recorded import Recorded
+from .._system.recorded import Recorded, kept_attributes
 from .._system.system import recorded_of
 from .._values import arguments, environment
 from .._values.checkpoint import checked as checkpoint_of
 from .._values.live import checked as live_of
-from .._values.space import AXES, BY_ID, CROSSINGS, CURVES, Period, in_a_row, periods_of
+from .._values.space import AXES, BY_ID, CURVES, Period, in_a_row, periods_of
 from ..balance import BALANCERS, Balancer, Static
 from ..errors import ArgumentError
 
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 __all__ = [
     "axis",
     "balancer",
+    "check_periods",
     "check_room",
     "directory",
     "interval",
@@ -59,13 +60,15 @@ def settings(
     `cast`, `speeds`: what its `roles` come to on the ranks that are there.
     """
     seed, axes, log = given["seed"], axis(given["axis"]), given["log"]
+    space, periods = interval(given["space"]), periods_of(given["periodic"])
+    check_periods(axes, space, periods)
     return RunSettings(
         seed=None if seed is None else arguments.integer("seed", seed, high=2**64 - 1),
         dt=arguments.number("dt", given["dt"], low=1e-9, high=1e9),
         substeps=arguments.integer("substeps", given["substeps"], low=1, high=10_000),
         axis=axes,
-        space=interval(given["space"]),
-        periodic=periods_of(given["periodic"]),
+        space=space,
+        periodic=periods,
         roles=cast,
         balancer=balancer(given["balancer"], axes),
         combine=arguments.choice("combine", given["combine"], ("one_by_one", "together", "overlapped")),
@@ -108,6 +111,20 @@ def check_room(axes: str, space: Any, periods: Sequence[Period]) -> None:
     if axes in CURVES and len(periods) < 3 and not isinstance(space, tuple):
         allowed = f"(low, high), m, where axis={axes!r}: a curve goes through all cells of a finite space"
         raise ArgumentError("space", space, allowed)
+
+
+def check_periods(axes: str, space: Any, periods: Sequence[Period]) -> None:
+    """Check space where domains cut only periodic axes: what they divide are the periods."""
+    ends = {"xyz"[axis]: (low, high) for axis, low, high in periods}
+    cut = "xyz" if axes in CURVES else axes
+    if not isinstance(space, tuple) or not set(cut) <= ends.keys():
+        return
+    first, last = (float(np.float32(end)) for end in space)
+    for name in cut:
+        low, high = ends[name]
+        if not (low <= first and last <= high) and not (first <= low and high <= last):
+            allowed = f"within or around ({low:g}, {high:g}), the period of {name!r}, which domains divide"
+            raise ArgumentError("space", space, f"{allowed}, or not given")
 
 
 def leader(systems: Sequence[Recorded], domains_of: Any, axes: str | None, space: Any) -> Recorded:
@@ -226,9 +243,7 @@ def user_attributes(
     """Return name, width and initial value of each attribute, and of those that periods and ribbons add."""
     if not isinstance(attributes, Mapping):
         raise ArgumentError("attributes", attributes, "a dict of names and initial values")
-    added = [(CROSSINGS, 3, (0.0, 0.0, 0.0))] if periods else []
-    if sprite.kind == "ribbon":
-        added += [(name, width, (0.0, 0.0, 0.0)) for name, width in _core.trace_attributes(bool(periods))]
+    added = [(name, width, (0.0, 0.0, 0.0)) for name, width in kept_attributes(periods, sprite)]
     taken = {"id", *(name for name, _ in _core.builtin_attributes()), *(name for name, _, _ in added)}
     made = []
     for name, value in attributes.items():

@@ -94,7 +94,8 @@ class World(Settings):
                 bisection; "hilbert" and "morton" cut that curve through 256^3 cells of `space`, or of its
                 periods; None deals particles out by id, wherever they are.
             space: the interval in metres that domains divide at the start, the same along each axis: (lo,
-                hi); None: the paper's infinite space; "fit": quantiles of the first births.
+                hi); None: the paper's infinite space; "fit": quantiles of the first births. Along periodic
+                axes they divide the period.
             periodic: axes along which space repeats, with its ends in metres, as in {"x": (0, 10)}: positions
                 wrap into [low, high), and particles see each other across. None: none.
             roles: "auto": one rank plays all; of three or more, rank 0 draws, rank 1 manages, and the others
@@ -195,6 +196,8 @@ class World(Settings):
         if leader is not None:
             axes, cuts = leader.axes, leader.definition["space"]
         checks.check_room(axes, cuts, settings.periodic)
+        if space is not None:
+            checks.check_periods(axes, cuts, settings.periodic)
         checks.balancer(settings.balancer, axes)
         shown = checks.sprite(sprite)
         definition = {

@@ -6,8 +6,8 @@
 namespace motes::meshes {
 
 struct MeshForm {
-  // The surface: triangles with an area. Where it is uneven, each is there up to three times, with another corner first:
-  // of its births as many as that corner's density adds, and the nearer to it the more.
+  // The surface: triangles with an area. Where it is uneven, each is there up to three times, with another corner
+  // first: of its births as many as that corner's density adds, and the nearer to it the more.
   bool uneven = false;
   const float* corners = nullptr;        // m, nine numbers of each triangle
   const float* colors = nullptr;   // linear RGB, nine numbers of each triangle; null: it has none

@@ -29,7 +29,7 @@ def flown(
     color: tuple[float, float, float] = (1, 1, 1),
     **facts: Any,
 ) -> motes.Frame:
-    """A picture of 200 x 150 pixels of a particle born in frame `born`, of one of these velocities per frame."""
+    """A picture, 200 x 150 pixels, of a particle born in frame `born`: one of these velocities per frame."""
     renderer = motes.Renderer(200, 150, camera=camera, layers=["depth"], smooth=False, linear=True, **facts)
     world = motes.World(seed=1, dt=dt, renderer=renderer, periodic=periodic, progress="off")
     made = sprite or motes.Sprite("ribbon", width=0.25, length=2, blend="add")

@@ -13,7 +13,7 @@ from .. import _core
 from .._values import arguments
 from .._values.values import Value, shown, value
 from ..errors import ArgumentError
-from ..shapes._mesh import Mesh
+from ..shapes._mesh import Mesh, content_of
 from . import sheets
 
 if TYPE_CHECKING:
@@ -136,7 +136,7 @@ class Sprite(Value):
         state["_tiles"] = (1, 1, 1) if sheet is None else sheet[1:]
         state["_picture"] = 0 if sheet is None else _core.keep_picture(sheet.pixels)
         if self.mesh is not None:
-            state["_picture"] = self.mesh._content
+            state["_picture"] = content_of(self.mesh)
         state["_core"] = _core.Sprite(
             kind="card" if posed and self.kind == "image" else self.kind,
             pixels=0 if posed and self.pixels == DEFAULT_PIXELS else self.pixels or 0,

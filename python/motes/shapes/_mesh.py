@@ -341,3 +341,8 @@ def _kept(array: NDArray[Any]) -> NDArray[Any]:
     copy = np.array(array, order="C")
     copy.flags.writeable = False
     return copy
+
+
+def content_of(mesh: Mesh) -> int:
+    """Return the number under which the engine keeps a mesh's vertices, triangles, colours and density."""
+    return mesh._content

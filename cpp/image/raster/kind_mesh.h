@@ -145,7 +145,6 @@ struct MeshOf {
   /// Keeps a triangle, moved by (dx, dy), where it is the nearest surface.
   MOTES_INLINE void keep(const image::TilePlanes& tile, const Shown& f, std::int64_t dx, std::int64_t dy) const {
     const auto shade = static_cast<std::uint32_t>(clamped(f.shade * 255.0f, 1, 255) + 0.5f);
-    const image::Nearest plain = image::Nearest{s.color & 0xffffffu} | image::Nearest{shade} << 24;
     const float x = static_cast<float>(f.x[0] + dx) * kPixel, y = static_cast<float>(f.y[0] + dy) * kPixel;
     for_each_sample<1>(f, dx, dy, task.columns, task.rows, [&](int column, int row) {
       const float right = static_cast<float>(column) - x, down = static_cast<float>(row) - y;
@@ -153,9 +152,7 @@ struct MeshOf {
       std::uint32_t bits;
       __builtin_memcpy(&bits, &depth, sizeof bits);
       image::Nearest& there = tile.surfaces[static_cast<std::ptrdiff_t>(row) * image::kPixelStride + column];
-      image::Nearest surface = plain;
-      if constexpr (kColored) surface = image::Nearest{shade} << 24 | colored(f, right, down);
-      const image::Nearest here = image::Nearest{bits} << 32 | surface;
+      const image::Nearest here = image::Nearest{bits} << 32 | shade << 24 | color_at(f, right, down);
       there = here < there ? here : there;
     });
   }
@@ -171,13 +168,16 @@ struct MeshOf {
     return clamped(of / inverse_at(f, right, down), f.low[channel], f.high[channel]);
   }
   /// Red, green and blue there.
-  MOTES_INLINE std::uint32_t colored(const TintedFacet& f, float right, float down) const {
-    std::uint32_t color = 0;
-    for (int c = 0; c < 3; ++c) {
-      const auto own = static_cast<float>(s.color >> (8 * c) & 0xffu);
-      color |= static_cast<std::uint32_t>(own * tint_at(f, c, right, down) + 0.5f) << (8 * c);
+  MOTES_INLINE std::uint32_t color_at(const Shown& f, float right, float down) const {
+    if constexpr (kColored) {
+      std::uint32_t color = 0;
+      for (int c = 0; c < 3; ++c) {
+        const auto own = static_cast<float>(s.color >> (8 * c) & 0xffu);
+        color |= static_cast<std::uint32_t>(own * tint_at(f, c, right, down) + 0.5f) << (8 * c);
+      }
+      return color;
     }
-    return color;
+    return s.color & 0xffffffu;
   }
   /// The light there, as a part of what its cover adds: one number, or one for each channel.
   static MOTES_INLINE float light_at(const Shown& f, int channel, float right, float down) {

@@ -63,9 +63,14 @@ void check_number(const Facts& facts, const Number& number, double value) {
                               call_of(facts));
 }
 
+[[noreturn]] void refuse(const std::string& call, const std::string& argument, const std::string& rule,
+                         const std::string& got = "") {
+  throw base::InvalidArgument(argument, rule, got, call);
+}
+
 [[noreturn]] void refuse(const Facts& facts, const std::string& argument, const std::string& rule,
                          const std::string& got = "") {
-  throw base::InvalidArgument(argument, rule, got, call_of(facts));
+  refuse(call_of(facts), argument, rule, got);
 }
 
 // The kernels divide by the square of the length in float32: that square must be a normal number.
@@ -150,18 +155,15 @@ void check_table(const Facts& facts, TableKey key) {
 
 // Spheres of a clump: at least one, and no more than their numbers have bits for.
 void check_clump(const Action& action) {
-  const auto refuse_clump = [](const char* argument, const std::string& rule, const std::string& got = "") {
-    throw base::InvalidArgument(argument, rule, got, "clumps");
-  };
   const Table& spheres = *actions::table(action.table);
   for (const double moment : numbers_of<numbers::contact_clumps>(action).moments) {
-    if (!(moment > 0)) refuse_clump("moments", "be above 0", text(moment));
+    if (!(moment > 0)) refuse("clumps", "moments", "be above 0", text(moment));
   }
   const std::size_t count = spheres.values.size() / 4;
   if (count == 0 || count > kMostSpheres)
-    refuse_clump("template", "have 1.." + std::to_string(kMostSpheres) + " spheres", std::to_string(count));
+    refuse("clumps", "template", "have 1.." + std::to_string(kMostSpheres) + " spheres", std::to_string(count));
   for (std::size_t i = 0; i < count; ++i) {
-    if (!(spheres.values[4 * i + 3] > 0)) refuse_clump("template", "have radii above 0");
+    if (!(spheres.values[4 * i + 3] > 0)) refuse("clumps", "template", "have radii above 0");
   }
 }
 

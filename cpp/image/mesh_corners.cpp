@@ -31,7 +31,7 @@ void put_colors(const meshes::Mesh& mesh, const meshes::Surface& surface, bool i
   for (std::size_t i = 0; i < surface.origin.size(); ++i) {
     for (std::size_t k = 0; k < 3; ++k) {
       const std::size_t turned = inwards ? (3 - k) % 3 : k;
-      const float* color = &mesh.colors[3 * std::size_t{mesh.triangles[3 * std::size_t{surface.origin[i]} + turned]}];
+      const float* color = meshes::color_of(mesh, surface.origin[i], turned);
       for (std::size_t c = 0; c < 3; ++c) to.colors[(3 * k + c) * room + i] = std::min(color[c], 1.0f);
     }
   }

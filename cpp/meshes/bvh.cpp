@@ -184,7 +184,7 @@ Bvh build_bvh(const Mesh& mesh) {
   }
   for (std::size_t i = 0; i < tree.origin.size() && !mesh.colors.empty(); ++i) {
     for (std::size_t c = 0; c < 3; ++c) {
-      const float* color = mesh.colors.data() + 3 * std::size_t{mesh.triangles[3 * std::size_t{tree.origin[i]} + c]};
+      const float* color = color_of(mesh, tree.origin[i], c);
       tree.colors.insert(tree.colors.end(), color, color + 3);
     }
   }

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import math
 from pathlib import Path
 from typing import Any
@@ -10,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from acting import SOLIDS, after, cloud, length
+from docs_scripts import script_of_docs
 
 import motes
 from motes import actions, shapes
@@ -368,13 +368,7 @@ def test_messages_name_what_a_script_calls(name: str):
 
 
 def test_the_pages_of_actions_are_current():
-    if not (DOCS / "scripts" / "make_actions.py").is_file():
-        pytest.skip("the pages stand in the source tree")
-    spec = importlib.util.spec_from_file_location("make_actions", DOCS / "scripts" / "make_actions.py")
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    for path, text in module.pages().items():
+    for path, text in script_of_docs("make_actions").pages().items():
         assert text == path.read_text(), "run python docs/scripts/make_actions.py"
 
 

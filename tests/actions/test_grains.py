@@ -2,25 +2,17 @@
 
 from __future__ import annotations
 
-import importlib.util
 import math
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from docs_scripts import script_of_docs
 
 
 @pytest.fixture(scope="module")
 def cases() -> Any:
-    script = Path(__file__).parents[2] / "docs" / "scripts" / "make_grains.py"
-    if not script.is_file():
-        pytest.skip("the script stands in the source tree")
-    spec = importlib.util.spec_from_file_location("make_grains", script)
-    assert spec is not None and spec.loader is not None
-    made = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(made)
-    return made
+    return script_of_docs("make_grains")
 
 
 def test_the_walls_of_a_silo_carry_most_of_what_is_poured(cases: Any):

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import importlib.util
 import math
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from docs_scripts import script_of_docs
 from numpy.typing import NDArray
 
 import motes
@@ -338,13 +337,7 @@ def test_a_layer_of_grains_rests_on_a_slope_or_flows_steadily_down():
 
 @pytest.mark.slow
 def test_the_page_of_heaps_tells_what_is_measured():
-    script = Path(__file__).parents[2] / "docs" / "scripts" / "make_heaps.py"
-    if not script.is_file():
-        pytest.skip("the page stands in the source tree")
-    spec = importlib.util.spec_from_file_location("make_heaps", script)
-    assert spec is not None and spec.loader is not None
-    made = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(made)
+    made = script_of_docs("make_heaps")
     rows = made.PAGE.read_text().split(made.MARK)[1].splitlines()[2:]
     assert len(rows) == len(made.CASES)
     for row, case in list(zip(rows, made.CASES, strict=True))[:2]:

@@ -4,25 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from acting import born
+from made_meshes import TETRAHEDRON
 from standing import on_ranks
 
 import motes
 from motes.errors import ArgumentError
 from motes.shapes import Sphere
 
-CORNERS = np.array([(0, 0, 0), (2, 0, 0), (0, 2, 0), (0, 0, 2)], float)
-FACES = np.array([(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)])
+CORNERS, FACES = TETRAHEDRON
 COLORS = np.array([(1, 0, 0), (0, 1, 0), (0, 0, 1), (0.5, 0.5, 0.5)])
-
-
-def born(mesh: motes.Mesh, count: int = 2000, **state):
-    world = motes.World(seed=4, progress="off")
-    s = world.system("s")
-    with world:
-        s.configure(**state)
-        s.burst(mesh, count=count)
-        world.step()
-        return s.gather()
 
 
 def test_velocities_are_along_the_outward_normals():

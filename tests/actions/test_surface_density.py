@@ -4,24 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from acting import born
+from made_meshes import TETRAHEDRON
 from standing import on_ranks
 
 import motes
 from motes.errors import ArgumentError
 
-CORNERS = np.array([(0, 0, 0), (2, 0, 0), (0, 2, 0), (0, 0, 2)], float)
-FACES = np.array([(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)])
+CORNERS, FACES = TETRAHEDRON
 COUNT = 200_000
-
-
-def born(mesh: motes.Mesh, count: int = COUNT, **state):
-    world = motes.World(seed=4, progress="off")
-    s = world.system("s")
-    with world:
-        s.configure(**state)
-        s.burst(mesh, count=count)
-        world.step()
-        return s.gather()
 
 
 def shares(corners, places):
@@ -36,7 +27,7 @@ def shares(corners, places):
 def test_births_are_as_dense_as_a_linear_density_says(density):
     corners = [(0.5, 0, 1), (2, 0.25, 1), (1, 3, -1)]
     mesh = motes.Mesh(corners, [(0, 1, 2)], density=density)
-    found = shares(corners, born(mesh).position.astype(float))
+    found = shares(corners, born(mesh, COUNT).position.astype(float))
     assert found.min() > -1e-5
     # Small triangles that fill it: of each the mean of a linear density is that in its middle.
     cells = 6
@@ -56,7 +47,7 @@ def test_births_are_as_dense_as_a_linear_density_says(density):
 
 def test_triangles_share_births_by_area_and_mean_density():
     density = np.array([0, 1, 0, 3])
-    p = born(motes.Mesh(CORNERS, FACES, density=density)).position.astype(float)
+    p = born(motes.Mesh(CORNERS, FACES, density=density), COUNT).position.astype(float)
     planes = np.stack([p[:, 2], p[:, 1], p[:, 0], np.abs(p.sum(axis=1) - 2)])
     areas = np.array([2, 2, 2, 2 * np.sqrt(3)])
     expected = areas * density[FACES].mean(axis=1)
@@ -67,13 +58,13 @@ def test_triangles_share_births_by_area_and_mean_density():
 def test_where_the_density_is_0_nobody_is_born():
     flat = np.array([(x, 0, z) for x in range(4) for z in range(2)], float)
     faces = [(2 * i + a, 2 * i + b, 2 * i + c) for i in range(3) for a, b, c in ((0, 1, 2), (1, 3, 2))]
-    p = born(motes.Mesh(flat, faces, density=[0, 0, 0, 0, 1, 1, 1, 1])).position
+    p = born(motes.Mesh(flat, faces, density=[0, 0, 0, 0, 1, 1, 1, 1]), COUNT).position
     assert p[:, 0].min() >= 1 and p[:, 0].max() <= 3
     np.testing.assert_allclose((p[:, 0] > 2).mean(), 2 / 3, atol=4e-3)
 
 
 def test_an_even_density_is_none():
-    p, even = (born(motes.Mesh(CORNERS, FACES, density=d)).position for d in ([2] * 4, None))
+    p, even = (born(motes.Mesh(CORNERS, FACES, density=d), COUNT).position for d in ([2] * 4, None))
     np.testing.assert_allclose(p.mean(axis=0), even.mean(axis=0), atol=0.01)
     np.testing.assert_allclose(np.cov(p.T), np.cov(even.T), atol=0.01)
 
@@ -127,7 +118,7 @@ def test_a_density_needs_a_surface_and_a_place_for_a_picture():
     # Above 0 only where there is no area.
     flat = motes.Mesh([*CORNERS, (3, 3, 3)], [*FACES, (4, 4, 4)], density=[0, 0, 0, 0, 1])
     with pytest.raises(ArgumentError, match="density above 0"):
-        born(flat)
+        born(flat, COUNT)
 
 
 SCRIPT = """

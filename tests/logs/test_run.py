@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import re
 import subprocess
 import sys
@@ -10,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from docs_scripts import script_of_docs
 from handmade import load_row, rows, write_log
 from standing import on_ranks
 
@@ -338,12 +338,7 @@ def test_no_runs(tmp_path):
 
 
 def test_the_page_says_what_the_schema_says():
-    docs = Path(__file__).resolve().parents[2] / "docs"
-    if not (docs / "scripts" / "make_analysis.py").is_file():
-        pytest.skip("the page needs the source tree")
-    spec = importlib.util.spec_from_file_location("make_analysis", docs / "scripts" / "make_analysis.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
+    module = script_of_docs("make_analysis")
     assert module.page() == module.PAGE.read_text(), "run python docs/scripts/make_analysis.py"
     assert module.columns() == module.COLUMNS.read_text(), "run python docs/scripts/make_analysis.py"
 

@@ -9,7 +9,7 @@ import numpy as np
 import motes
 from motes import actions, shapes
 
-__all__ = ["SOLIDS", "after", "cloud", "length"]
+__all__ = ["SOLIDS", "after", "born", "cloud", "length"]
 
 SOLIDS = {
     "Plane": shapes.Plane((0, 0, 0), (0, 1, 0)),
@@ -22,6 +22,17 @@ SOLIDS = {
     "Cone": shapes.Cone((0, 2, 0), (0, -1, 0), 1.5),
     "Union": shapes.Sphere((0, 0, 0), 1) | shapes.Box((0, -1, -1), (2, 1, 1)),
 }
+
+
+def born(where: shapes.Shape, count: int = 2000, **state: Any) -> motes.Particles:
+    """Let particles be born on a shape, and return them."""
+    world = motes.World(seed=4, progress="off")
+    system = world.system("all")
+    with world:
+        system.configure(**state)
+        system.burst(where, count=count)
+        world.step()
+        return system.gather()
 
 
 def after(

@@ -5,9 +5,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Arrays", "block", "globe", "sheet", "torus"]
+__all__ = ["TETRAHEDRON", "Arrays", "block", "globe", "sheet", "torus"]
 
 Arrays = tuple[NDArray[np.float64], NDArray[np.int64]]
+
+TETRAHEDRON: Arrays = (
+    np.array([(0, 0, 0), (2, 0, 0), (0, 2, 0), (0, 0, 2)], np.float64),
+    np.array([(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]),
+)
 
 
 def sheet(points: NDArray[np.float64]) -> Arrays:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import importlib.util
 import re
 from pathlib import Path
 
 import pytest
+from docs_scripts import script_of_docs
 
 from motes._values import environment
 from motes._values.environment import TABLE
@@ -19,13 +19,7 @@ NAME = re.compile(r"""(?<!-D)\b(MOTES_[A-Z_]+)["'`=]""")
 
 
 def test_the_page_is_the_table():
-    path = ROOT / "docs" / "scripts" / "make_environment.py"
-    if not path.is_file():
-        pytest.skip("the page needs the source tree")
-    spec = importlib.util.spec_from_file_location("make_environment", path)
-    assert spec is not None and spec.loader is not None
-    made = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(made)
+    made = script_of_docs("make_environment")
     assert made.PAGE.read_text() == made.page(), "run `python docs/scripts/make_environment.py`"
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -27,7 +28,8 @@ def of_vertices(given: Any, uv: NDArray[np.float32] | None, vertices: int) -> ND
     """Return the linear RGB of each vertex."""
     picture = _picture("colors", given)
     if picture is not None:
-        return _frozen(_read(np.array(colors.LINEAR)[picture[..., :3]], _given(uv, "colors")))
+        table = np.array(colors.LINEAR)
+        return _frozen(_read(picture, _given(uv, "colors"), lambda pixels: table[pixels]))
     rows = _rows("colors", arguments.colors_of_rows("colors", given), (vertices, 3))
     if not ((rows >= 0) & (rows <= BRIGHTEST)).all():
         raise ArgumentError("colors", given, "linear RGB, in 0..1e6")
@@ -40,7 +42,10 @@ def densities(
     """Return the density of each vertex."""
     picture = _picture("density", given)
     if picture is not None:
-        rows = _frozen(_read(picture[..., :3].mean(axis=2, keepdims=True) / 255, _given(uv, "density"))[:, 0])
+        places_on = _given(uv, "density")
+        rows = _frozen(
+            _read(picture, places_on, lambda pixels: pixels.mean(axis=1, keepdims=True) / 255)[:, 0]
+        )
     else:
         rows = _rows("density", given, (vertices,))
     if not ((rows >= 0) & (rows <= DENSEST)).all():
@@ -72,8 +77,12 @@ def _given(uv: NDArray[np.float32] | None, argument: str) -> NDArray[np.float32]
     return uv
 
 
-def _read(picture: NDArray[np.float64], uv: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Mix the four nearest pixels at each place."""
+def _read(
+    picture: NDArray[np.uint8],
+    uv: NDArray[np.float32],
+    value: Callable[[NDArray[np.uint8]], NDArray[np.float64]],
+) -> NDArray[np.float32]:
+    """Mix the values of the four nearest pixels at each place."""
     height, width, _ = picture.shape
     x = (uv[:, 0].astype(np.float64) % 1) * width - 0.5
     y = (1 - uv[:, 1].astype(np.float64) % 1) * height - 0.5
@@ -81,8 +90,7 @@ def _read(picture: NDArray[np.float64], uv: NDArray[np.float32]) -> NDArray[np.f
     right, down = (x - column)[:, None], (y - row)[:, None]
 
     def pixel(i: NDArray[Any], j: NDArray[Any]) -> NDArray[np.float64]:
-        found: NDArray[np.float64] = picture[j % height, i % width]
-        return found
+        return value(picture[j % height, i % width, :3])
 
     above = pixel(column, row) * (1 - right) + pixel(column + 1, row) * right
     below = pixel(column, row + 1) * (1 - right) + pixel(column + 1, row + 1) * right

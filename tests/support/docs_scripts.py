@@ -1,0 +1,25 @@
+"""The scripts that make pages of the documentation, as modules."""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+__all__ = ["script_of_docs"]
+
+SCRIPTS = Path(__file__).resolve().parents[2] / "docs" / "scripts"
+
+
+def script_of_docs(name: str) -> Any:
+    """Load a script; the test is skipped where only the tests are there."""
+    path = SCRIPTS / f"{name}.py"
+    if not path.is_file():
+        pytest.skip(f"docs/scripts/{name}.py stands in the source tree")
+    spec = importlib.util.spec_from_file_location(name, path)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module

@@ -10,7 +10,6 @@ import sys
 from pathlib import Path
 
 import pytest
-from launching import NO_LAUNCHER
 from mpiruns import FIVE, FOUR, HYDRA
 
 from motes._launch import starting
@@ -23,14 +22,11 @@ from motes.errors import ArgumentError, MotesError
 
 
 def motes(*argv: str, limit: float = 40, **changes: str) -> subprocess.CompletedProcess[str]:
-    """Run `python -m motes` as a user does; once more if mpirun itself could not start."""
+    """Run `python -m motes` as a user does."""
     job = [sys.executable, "-m", "motes", *argv]
-    env = {**os.environ, **changes}
-    for _ in range(2):
-        ended = subprocess.run(job, capture_output=True, errors="replace", timeout=limit, env=env)
-        if NO_LAUNCHER not in ended.stderr:
-            break
-    return ended
+    return subprocess.run(
+        job, capture_output=True, errors="replace", timeout=limit, env={**os.environ, **changes}
+    )
 
 
 def toy_launcher(folder: Path, *, says: str) -> str:
@@ -265,6 +261,17 @@ def test_run_starts_a_script_and_passes_on_its_exit_code(tmp_path, ranks):
     ended = motes("run", "-n", str(ranks), str(script), "a", "-n", "9")
     assert ended.stdout.splitlines() == [f"{ranks} ['a', '-n', '9']"] * ranks, ended.stderr
     assert ended.returncode == 7
+
+
+def test_the_launchers_files_are_its_own_and_do_not_stay(tmp_path):
+    """mpirun does not start where a killed one of the same process number left its files."""
+    script = tmp_path / "where.py"
+    script.write_text("import os; from mpi4py import MPI; print(os.environ['PMIX_SERVER_TMPDIR'])")
+    folders = {
+        Path(motes("run", "-n", "2", str(script), TMPDIR=str(tmp_path)).stdout.split()[0]) for _ in "ab"
+    }
+    assert len({folder.parent for folder in folders}) == 2
+    assert all(folder.parent.parent == tmp_path and not folder.parent.exists() for folder in folders)
 
 
 def test_an_interrupt_reaches_the_job(tmp_path):

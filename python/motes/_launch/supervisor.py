@@ -24,6 +24,7 @@ from .._io.output import tell, write_all
 from .._mpi.presence import Presence
 from .._run import open_worlds
 from .._run.losses import END, LOST
+from .files import folder_of_a_job
 
 __all__ = ["Ended", "Relay", "start_of_child", "supervise"]
 
@@ -57,8 +58,9 @@ def supervise(argv: Sequence[str], variables: Mapping[str, str] | None = None) -
     none is here, and the second SIGINT or SIGTERM, to the launcher, as other signals do. It ends when this
     process does, however that ends (on Linux).
     """
-    with tempfile.TemporaryDirectory(prefix="motes-run-") as folder, _Signals(folder) as signals:
-        environment = {**(variables or {}), **os.environ, open_worlds.FOLDER: folder}
+    with folder_of_a_job() as (folder, own), _Signals(worlds := os.path.join(folder, "worlds")) as signals:
+        os.mkdir(worlds)
+        environment = {**own, **(variables or {}), **os.environ, open_worlds.FOLDER: worlds}
         process = subprocess.Popen(
             argv, env=environment, stderr=subprocess.PIPE, preexec_fn=_start_of_launcher(), bufsize=0
         )
@@ -75,7 +77,7 @@ def supervise(argv: Sequence[str], variables: Mapping[str, str] | None = None) -
             _end(process)
             if reader is None or not reader.is_alive():
                 process.stderr.close()
-        left = open_worlds.left_open(folder)
+        left = open_worlds.left_open(worlds)
     relay.close(failed=code != 0 or relay.code is not None or relay.presence.hopeless)
     if code == 0 and relay.code is None and left:
         tell(

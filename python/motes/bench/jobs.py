@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from .._launch import starting
+from .._launch.files import folder_of_a_job
 from .._launch.supervisor import Relay
 from .._run import losses
 from ..errors import MotesError
@@ -25,8 +26,9 @@ def figures_of(module: str, ranks: int, options: Sequence[str], *, survive: bool
     Raises MotesError with the job's errors if it fails or prints none.
     """
     argv = starting.command(ranks, [sys.executable, "-m", module, *options], survive=survive)
-    variables = {**os.environ, **(losses.ENVIRONMENT if survive else {})}
-    job = subprocess.run(argv, check=False, capture_output=True, text=True, env=variables)
+    with folder_of_a_job() as (_, own):
+        variables = {**own, **os.environ, **(losses.ENVIRONMENT if survive else {})}
+        job = subprocess.run(argv, check=False, capture_output=True, text=True, env=variables)
     lines = [line for line in job.stdout.splitlines() if line.startswith("{")]
     if (job.returncode != 0 and not survive) or not lines:
         raise MotesError(f"the job on {ranks} ranks failed:\n{_said(job.stderr)}")

@@ -16,11 +16,13 @@ import platform
 import re
 import subprocess
 import sys
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 from .._io.text import printable
 from .._launch import starting
+from .._launch.files import folder_of_a_job
 from .._values import environment
 from ..errors import EXTRAS, ArgumentError, MotesError
 from .parser import add_json, print_figures
@@ -153,7 +155,8 @@ def _mpi(report: Report) -> None:
     reason = starting.cannot_survive(mpirun.version)
     report.figures["survives losses"] = "yes: motes run --survive" if reason is None else f"no: {reason}"
     argv = starting.command(2, [sys.executable, "-c", _HELLO], mpirun=mpirun)
-    output, problem = _output(argv)
+    with folder_of_a_job() as (_, own):
+        output, problem = _output(argv, own)
     hello = sorted(re.findall(r"motes-hello (rank \d+ of \d+)", output))
     report.figures["hello"] = hello
     if hello == ["rank 0 of 1"] * 2:
@@ -182,8 +185,8 @@ def _core(report: Report) -> None:
         )
 
 
-def _output(argv: list[str]) -> tuple[str, str]:
-    """Run a program; returns its output and, if it failed, the reason that it gave."""
+def _output(argv: list[str], variables: Mapping[str, str] | None = None) -> tuple[str, str]:
+    """Run a program, with these variables; returns its output and, if it failed, the reason that it gave."""
     try:
         answer = subprocess.run(
             argv,
@@ -191,7 +194,7 @@ def _output(argv: list[str]) -> tuple[str, str]:
             text=True,
             timeout=HELLO_LIMIT_S,
             stdin=subprocess.DEVNULL,
-            env=os.environ,  # without what a started MPI added to the environment
+            env={**(variables or {}), **os.environ},  # without what a started MPI added to the environment
         )
     except subprocess.TimeoutExpired:
         return "", f"no end within {HELLO_LIMIT_S} s"

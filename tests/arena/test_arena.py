@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from pathlib import Path
 
 import numpy as np
@@ -72,6 +73,23 @@ def test_scores_are_the_same_in_each_repeat() -> None:
     best = league(first)
     assert [row["distance"] for row in best] == sorted(row["distance"] for row in best)
     assert sum(row["won"] for row in best) >= 1 and {row["played"] for row in best} == {1}
+
+
+class Slow(Keen):
+    """Thinks for longer than a frame takes."""
+
+    def decide(self, load: object) -> Targets:
+        """Sleep."""
+        time.sleep(0.01)
+        return super().decide(load)
+
+
+def test_slow_decisions_are_said_but_are_no_part_of_the_score() -> None:
+    track = Track(workload("step", frames=5, cells=400, particles=100_000), FREE)
+    quick, slow = track.play(Keen(), "same"), track.play(Slow(), "same")
+    assert quick == slow and quick.figures == slow.figures and slow.decided_s >= 0.05
+    assert slow.is_slow_to_decide == (slow.decided_s > 0.1 * slow.seconds)
+    assert "same: decisions take 1" in table.text([slow]) and "decisions" not in table.text([quick])
 
 
 def test_machines_are_those_of_their_clusters(tmp_path: Path) -> None:

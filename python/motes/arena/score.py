@@ -37,6 +37,7 @@ class Score:
         moved: particles that new cuts gave to another calculator.
         verified: whether all particles were where they must be.
         digest: fingerprint of all particles at the end; "" where none were computed.
+        decided_s: what all decisions took on the machine at hand; no part of `seconds`.
         frame_s: seconds of each frame.
         best_s: the optimum of each frame.
     """
@@ -53,13 +54,20 @@ class Score:
     moved: int
     verified: bool
     digest: str = ""
+    decided_s: float = field(default=0.0, repr=False, compare=False)
     frame_s: Sequence[float] = field(default=(), repr=False, compare=False)
     best_s: Sequence[float] = field(default=(), repr=False, compare=False)
 
     @property
     def figures(self) -> dict[str, Any]:
-        """What a table shows of it."""
-        return {name: value for name, value in vars(self).items() if name not in ("frame_s", "best_s")}
+        """What a table shows of it, the same in each repeat on a virtual machine."""
+        left_out = ("decided_s", "frame_s", "best_s")
+        return {name: value for name, value in vars(self).items() if name not in left_out}
+
+    @property
+    def is_slow_to_decide(self) -> bool:
+        """Whether decisions take more than a tenth of the frames, as in a run's warning."""
+        return self.decided_s > 0.1 * self.seconds
 
 
 class Bounds:
@@ -120,7 +128,7 @@ class Track(Bounds):
         Returns:
             The score, the same in each repeat.
         """
-        seconds, moved, whole, before = [], 0, True, None
+        seconds, moved, whole, before, decided_s = [], 0, True, None, 0.0
         for step in simulate(self.history, balancer):
             (system,) = step.systems
             moving = np.zeros(len(self.speeds))
@@ -128,10 +136,12 @@ class Track(Bounds):
                 moving = self._moving_s(*system.density.overlaps(before, system.cuts))
             seconds.append(float((step.seconds + moving).max()))
             moved += system.moved
+            decided_s += step.decided_s
             whole = whole and int(step.particles.sum()) == int(self.workload.counts(step.k).sum())
             before = system.cuts
+        called = name or name_of(balancer)
         return scored(
-            self.machine.name, name or name_of(balancer), seconds, self, moved=moved, verified=whole
+            self.machine.name, called, seconds, self, moved=moved, verified=whole, decided_s=decided_s
         )
 
     def _moving_s(self, source: Any, to: Any, particles: Floats) -> Floats:
@@ -155,6 +165,7 @@ def scored(
     moved: int,
     verified: bool,
     digest: str = "",
+    decided_s: float = 0.0,
 ) -> Score:
     """Compare the seconds of all frames with what no balancer can beat.
 
@@ -166,6 +177,7 @@ def scored(
         moved: particles that new cuts gave to another calculator.
         verified: whether all particles were where they must be.
         digest: fingerprint of all particles at the end.
+        decided_s: what all decisions took.
     """
     seconds, optimum_s = float(np.sum(frame_s)), float(bounds.best_s.sum())
     return Score(
@@ -181,6 +193,7 @@ def scored(
         moved=moved,
         verified=verified,
         digest=digest,
+        decided_s=decided_s,
         frame_s=list(frame_s),
         best_s=bounds.best_s.tolist(),
     )

@@ -62,6 +62,12 @@ def text(scores: Sequence[Score]) -> str:
             figures = f"{score.efficiency:10.3f}  {100 * score.distance:11.2f}%  {score.moved:<12,}"
             wrong = "" if score.verified else "  WRONG: particles are not where they must be"
             lines.append(f"{score.balancer:{width}}  {figures}  {score.seconds:.4g}{wrong}")
+        lines += [
+            f"{score.balancer}: decisions take {1e3 * score.decided_s / score.frames:.3g} ms per frame here, "
+            f"{score.decided_s / score.seconds:.0%} of these seconds, for which all ranks would wait"
+            for score in own
+            if score.is_slow_to_decide
+        ]
         digests = {score.digest for score in own if score.digest}
         if digests:
             lines.append("one digest: " + digests.pop() if len(digests) == 1 else "DIGESTS DIFFER")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
@@ -72,11 +73,13 @@ class Step:
         k: its place in the history.
         frame: its number.
         systems: each system in it.
+        decided_s: what the balancer's decisions took here.
     """
 
     k: int
     frame: int
     systems: list[SystemStep]
+    decided_s: float = 0.0
 
     @property
     def seconds(self) -> Floats:
@@ -190,9 +193,10 @@ def simulate(history: History, balancer: Balancer, powers: Floats | None = None)
     for k, frame in enumerate(history.frames):
         moments = [history.moment(k, s) for s in range(len(systems))]
         steps = [system.act(moment, powers) for system, moment in zip(systems, moments, strict=True)]
+        decided_s = 0.0
         if policy.moves and len(history.ranks) > 1:
-            _balance(history, frame, policy, systems, steps)
-        yield Step(k, frame, steps)
+            decided_s = _balance(history, frame, policy, systems, steps)
+        yield Step(k, frame, steps, decided_s)
 
 
 def _seconds(density: Particles, cuts: Cuts | Tree, moment: Moment, powers: Floats | None) -> Floats:
@@ -206,7 +210,8 @@ def _seconds(density: Particles, cuts: Cuts | Tree, moment: Moment, powers: Floa
 
 def _balance(
     history: History, frame: int, policy: _core.Policy, systems: list[_System], steps: list[SystemStep]
-) -> None:
+) -> float:
+    """Set the cuts of the next frame; returns the seconds that the policy took to decide."""
     tables = [
         _core.BalanceTable(
             frame,
@@ -221,16 +226,19 @@ def _balance(
         )
         for name, axes, system, step in zip(history.systems, history.axes, systems, steps, strict=True)
     ]
+    start = time.perf_counter()
     if policy.over_all:
         whole = _core.sum_of_tables(tables)
         plan = _core.legal_plan(policy.plan(whole), whole, policy.name)
         plans = [_core.plan_part(plan, table, whole) for table in tables]
     else:
         plans = [_core.legal_plan(policy.plan(table), table, policy.name) for table in tables]
+    decided_s = time.perf_counter() - start
     for system, step, plan in zip(systems, steps, plans, strict=True):
         system.evaluations += 1
         step.plan = plan
         step.next_cuts = system.cuts = _cuts_after(plan, step.density, step.cuts)
+    return decided_s
 
 
 def _cuts_after(plan: _core.BalancePlan, density: Particles, cuts: Cuts | Tree) -> Cuts | Tree:

@@ -85,14 +85,19 @@ def test_the_others_go_on_without_a_lost_rank(tmp_path, model, n, death, role):
 
 
 @survives
-@pytest.mark.parametrize("deaths", [["4@10", "0@22"], pytest.param(["2@16", "0@16"], marks=pytest.mark.slow)])
-def test_several_ranks_may_be_lost(tmp_path, model, deaths):
+@pytest.mark.parametrize(
+    ("deaths", "times"),
+    [(["4@10", "0@22"], {2}), pytest.param(["2@16", "0@16"], {1, 2}, marks=pytest.mark.slow)],
+)
+def test_several_ranks_may_be_lost(tmp_path, model, deaths, times):
+    """Two that die in one frame may be noticed at once."""
     result = run(tmp_path, 5, *deaths)
     assert result.code == 0, result.text
     assert result.lines[0].endswith(" on 3"), result.text
     check_same(tmp_path, model)
     events = [json.loads(row) for row in (tmp_path / "log" / "events.jsonl").read_text().splitlines()]
-    assert [event["kind"] for event in events] == ["start", "recovered", "recovered", "end"]
+    begin, *recovered, end = [event["kind"] for event in events]
+    assert (begin, end) == ("start", "end") and set(recovered) == {"recovered"} and len(recovered) in times
 
 
 @survives

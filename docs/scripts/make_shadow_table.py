@@ -1,0 +1,53 @@
+"""Make the table of the exchange of shadows in docs/notes/speed_of_pictures.md: lit smoke on a virtual cluster.
+
+`python docs/scripts/make_shadow_table.py [RANKS ...]`; needs what `python -m motes cluster` needs.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from pathlib import Path
+
+from motes.cluster import Cluster, Node, simulate
+from motes.cluster.growth import network
+from motes.cluster.simulate import record
+
+SCENE = """
+import motes
+
+camera = motes.Camera((0, 2, 9), (0, 1.5, 0))
+world = motes.World(seed=1, space=(-4, 4), progress="off", renderer=motes.Renderer(1920, 1080, camera=camera))
+puff = motes.Sprite(pixels=None, blend="alpha", softness=0.3, lit=True, shadow=0.5)
+smoke = world.system("smoke", sprite=puff)
+with world:
+    smoke.burst(motes.shapes.Box((-4, 0, -2), (4, 4, 2)), count=20_000)
+    for _ in world.frames(4):
+        smoke.move()
+        world.render()
+"""
+
+
+def exchange_ms(ranks: int, folder: Path) -> float:
+    """Return what the exchange takes the calculators in a frame: work on particles is free there."""
+    script, scene, costs = folder / "smoke.py", folder / "smoke.motes", folder / "no.costs"
+    script.write_text(SCENE)
+    costs.write_text("")
+    record(scene, script)
+    run = simulate(
+        scene,
+        Cluster([Node("node", count=ranks)], network()),
+        log=folder / f"log{ranks}",
+        costs=costs,
+        options=["--roles", "shared", "--spans"],
+    )
+    spans = run.spans
+    spans = spans[(spans["phase"] == "shadows") & (spans["frame"] == spans["frame"].max())]
+    assert len(spans) == ranks, spans
+    return 1e3 * float((spans["end_s"] - spans["start_s"]).max())
+
+
+if __name__ == "__main__":
+    with tempfile.TemporaryDirectory() as place:
+        for ranks in map(int, sys.argv[1:] or (2, 8, 64)):
+            print(f"{ranks} calculators: {exchange_ms(ranks, Path(place)):.2f} ms", flush=True)

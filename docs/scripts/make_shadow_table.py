@@ -1,4 +1,4 @@
-"""Make the table of the exchange of shadows in docs/notes/speed_of_pictures.md: lit smoke on a virtual cluster.
+"""Make the table of the exchange of shadows in docs/notes/speed_of_pictures.md: lit smoke, a virtual cluster.
 
 `python docs/scripts/make_shadow_table.py [RANKS ...]`; needs what `python -m motes cluster` needs.
 """

@@ -308,6 +308,17 @@ def test_walls_hold_those_that_are_chosen():
     assert last.position[1, 1] == pytest.approx(RADIUS, abs=2e-3)
 
 
+def test_who_is_not_chosen_remembers_no_wall():
+    """One that has slid along a wall unchosen goes on like one that comes from elsewhere. Another is chosen."""
+    start = {"position": [(0, 0.099, 0), (0, 0.2, -1)], "velocity": [(0.1, 0, 0), (0, 0, 0)]}
+    free = {"gravity": (0, 0, 0), "frames": 2}
+    chosen = motes.column("age") - motes.column("position").z > 1 / 24 - 1e-4
+    later = rolling([GROUND], start, where=chosen, **free)
+    comes = rolling(lambda frame: [GROUND if frame > 0 else Plane((0, -9, 0), (0, 1, 0))], start, **free)
+    assert later.velocity[0, 0] < 0.09  # it was slowed
+    np.testing.assert_array_equal(later.velocity, comes.velocity)
+
+
 @pytest.mark.parametrize("wrong", [Point((0, 0, 0)), Line((0, 0, 0), (1, 0, 0)), Blob((0, 0, 0), 1)])
 def test_walls_without_a_surface_are_refused(wrong: Shape):
     for walls in ([wrong], [GROUND, Union(Sphere((0, 0, 0), 1), wrong)]):

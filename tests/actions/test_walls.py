@@ -309,10 +309,10 @@ def test_walls_hold_those_that_are_chosen():
 
 
 def test_who_is_not_chosen_remembers_no_wall():
-    """One that has slid along a wall unchosen goes on like one that comes from elsewhere. Another is chosen."""
+    """One that has slid along a wall unchosen goes on like one that comes from elsewhere."""
     start = {"position": [(0, 0.099, 0), (0, 0.2, -1)], "velocity": [(0.1, 0, 0), (0, 0, 0)]}
     free = {"gravity": (0, 0, 0), "frames": 2}
-    chosen = motes.column("age") - motes.column("position").z > 1 / 24 - 1e-4
+    chosen = motes.column("age") - motes.column("position").z > 1 / 24 - 1e-4  # the other one, always
     later = rolling([GROUND], start, where=chosen, **free)
     comes = rolling(lambda frame: [GROUND if frame > 0 else Plane((0, -9, 0), (0, 1, 0))], start, **free)
     assert later.velocity[0, 0] < 0.09  # it was slowed

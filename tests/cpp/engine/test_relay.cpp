@@ -120,7 +120,6 @@ TEST(who_stands_next_to_a_silent_rank_speaks_first) {
         relay.say(Phase::report, {0, 1}, {}, false);
         if (comm.rank() == cast.manager) relay.listen(Phase::report, {0, 1});
         relay.hand_up(Phase::report, {0, 1});
-        comm.finish();
       });
       CHECK(first.find("for rank " + std::to_string(silent) + ":") != std::string::npos);
     }

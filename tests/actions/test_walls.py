@@ -279,7 +279,7 @@ def test_walls_give_the_same_bits_on_any_ranks_and_threads():
 SLOPE = """
 import math, os, sys, motes
 from motes.shapes import Plane
-world = motes.World(seed=1, substeps=50, progress="off", checkpoint=motes.Checkpoint(sys.argv[1], every=3))
+world = motes.World(seed=1, substeps=50, progress="off", checkpoint=motes.Checkpoint(sys.argv[1], every=2))
 balls = world.system("balls")
 with world:
     for frame in world.frames(8):

@@ -35,10 +35,7 @@ py::array id_copy(const particles::Store& store, std::size_t begin, std::size_t 
   std::vector<std::uint64_t> whole(end - begin);
   particles::join(store.ids().from(begin), whole.size(), whole.data());
   const auto n = static_cast<py::ssize_t>(whole.size());
-  py::array ids = owned_array(std::move(whole), {n});
-  py::object flags = ids.attr("flags");
-  flags.attr("writeable") = false;  // ids never change
-  return ids;
+  return owned_array(std::move(whole), {n});
 }
 
 namespace {

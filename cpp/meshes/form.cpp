@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -22,8 +21,6 @@ Vector corner(const Mesh& mesh, std::size_t index) {
   const float* v = mesh.vertices.data() + 3 * std::size_t{mesh.triangles[index]};
   return {v[0], v[1], v[2]};
 }
-
-constexpr float kMaxFloat = std::numeric_limits<float>::max();
 
 double area_of(const Mesh& mesh, std::size_t first) {
   const Vector a = corner(mesh, first);
@@ -55,25 +52,15 @@ void add_triangle(Kept& kept, const Mesh& mesh, std::size_t triangle, std::size_
   }
 }
 
-void widen_box(MeshForm& form, const Vector& to) {
-  for (std::size_t i = 0; i < 3; ++i) {
-    form.low[i] = std::min(form.low[i], static_cast<float>(to[i]));
-    form.high[i] = std::max(form.high[i], static_cast<float>(to[i]));
-  }
-}
-
 void set_surface(Kept& kept, const Mesh& mesh) {
   MeshForm& form = kept.form;
   std::vector<double> sums;
   double sum = 0;
-  std::fill_n(form.low, 3, kMaxFloat);
-  std::fill_n(form.high, 3, -kMaxFloat);
   form.uneven = !mesh.density.empty();
   for (std::size_t first = 0; first + 2 < mesh.triangles.size(); first += 3) {
     const double area = area_of(mesh, first);
     if (!(area > 0)) continue;
     form.area += area;
-    for (std::size_t k = 0; k < 3; ++k) widen_box(form, corner(mesh, first + k));
     for (std::size_t k = 0; k < (form.uneven ? 3 : 1); ++k) {
       const double births = form.uneven ? area * mesh.density[mesh.triangles[first + k]] : area;
       if (!(births > 0)) continue;

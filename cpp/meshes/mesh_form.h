@@ -15,7 +15,6 @@ struct MeshForm {
   std::uint32_t triangles = 0;
   double area = 0;  // m^2
   double volume = 0;  // m^3, once a shape is drawn from the inside
-  float low[3] = {}, high[3] = {};  // m, the box around it
 
   // The inside, once it is needed: the distance at the nodes of a grid, x fastest.
   const float* distance = nullptr;  // m, negative inside

@@ -246,7 +246,7 @@ def test_what_clumps_cannot_do_is_refused():
 
 RESUMED = """
 import os, sys, motes
-kept = motes.Checkpoint(sys.argv[1], every=3)
+kept = motes.Checkpoint(sys.argv[1], every=2)
 world = motes.World(seed=1, dt=0.01, substeps=20, progress="off", checkpoint=kept)
 s = world.system("s")
 with world:

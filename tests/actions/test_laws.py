@@ -131,7 +131,7 @@ def test_what_is_not_finite_adds_nothing():
 
 
 @pytest.mark.parametrize("widths", [{"n": 1}, {"n": 1, "way": 3, "x": 3, "y": 3, "z": 3}])
-@pytest.mark.parametrize("skin", [0, 0.9])
+@pytest.mark.parametrize("skin", [0, 9])
 def test_pairs_remember_while_they_are_within_the_radius(
     skin: float, widths: dict[str, int], monkeypatch: pytest.MonkeyPatch
 ):

@@ -279,7 +279,7 @@ def test_walls_give_the_same_bits_on_any_ranks_and_threads():
 SLOPE = """
 import math, os, sys, motes
 from motes.shapes import Plane
-world = motes.World(seed=1, substeps=50, progress="off", checkpoint=motes.Checkpoint(sys.argv[1], every=3))
+world = motes.World(seed=1, substeps=50, progress="off", checkpoint=motes.Checkpoint(sys.argv[1], every=2))
 balls = world.system("balls")
 with world:
     for frame in world.frames(8):
@@ -306,6 +306,17 @@ def test_walls_hold_those_that_are_chosen():
     last = rolling([GROUND], start, frames=20, where=motes.column("position").x > 0.5)
     assert last.position[0, 1] < -1
     assert last.position[1, 1] == pytest.approx(RADIUS, abs=2e-3)
+
+
+def test_who_is_not_chosen_remembers_no_wall():
+    """One that has slid along a wall unchosen goes on like one that comes from elsewhere."""
+    start = {"position": [(0, 0.099, 0), (0, 0.2, -1)], "velocity": [(0.1, 0, 0), (0, 0, 0)]}
+    free = {"gravity": (0, 0, 0), "frames": 2}
+    chosen = motes.column("age") - motes.column("position").z > 1 / 24 - 1e-4  # the other one, always
+    later = rolling([GROUND], start, where=chosen, **free)
+    comes = rolling(lambda frame: [GROUND if frame > 0 else Plane((0, -9, 0), (0, 1, 0))], start, **free)
+    assert later.velocity[0, 0] < 0.09  # it was slowed
+    np.testing.assert_array_equal(later.velocity, comes.velocity)
 
 
 @pytest.mark.parametrize("wrong", [Point((0, 0, 0)), Line((0, 0, 0), (1, 0, 0)), Blob((0, 0, 0), 1)])

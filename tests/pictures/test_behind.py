@@ -92,18 +92,19 @@ def test_what_lies_on_a_surface_shows(shape, camera):
         assert shown == free if abs(eye[1]) > 5 else shown >= 0.7 * free
 
 
-@pytest.mark.parametrize("shape", [Sphere((0, 0, 0), 2), Cylinder((0, -2, 0), (0, 2, 0), 1.5), "ball"])
-def test_what_lies_on_a_round_surface_shows_up_to_its_silhouette(shape):
+@pytest.mark.parametrize("radius", [2, 0.5])  # the smaller one turns away within few pixels
+@pytest.mark.parametrize("kind", [Sphere, Cylinder])
+def test_what_lies_on_a_round_surface_shows_up_to_its_silhouette(kind, radius):
     rows = np.random.default_rng(3).normal(size=(300, 3))
-    if isinstance(shape, Cylinder):
+    if kind is Cylinder:
+        shape = Cylinder((0, -2, 0), (0, 2, 0), radius)
         angle = rows[:, 0] * 9
-        positions = np.stack([1.5 * np.cos(angle), np.tanh(rows[:, 1]), 1.5 * np.sin(angle)], 1)
+        positions = np.stack([radius * np.cos(angle), np.tanh(rows[:, 1]), radius * np.sin(angle)], 1)
         facing = np.stack([np.cos(angle), 0 * angle, np.sin(angle)], 1)
     else:
+        shape = Sphere((0, 0, 0), radius)
         facing = rows / np.linalg.norm(rows, axis=1, keepdims=True)
-        positions = 2 * facing
-    if shape == "ball":
-        shape = Sphere((0, 0, 0), 2)
+        positions = radius * facing
     eye = np.array((0, 1, 9))
     towards = (facing * (eye - positions)).sum(axis=1) / np.linalg.norm(eye - positions, axis=1)
     near = positions[towards > 0.2].astype(np.float32)
@@ -113,7 +114,7 @@ def test_what_lies_on_a_round_surface_shows_up_to_its_silhouette(shape):
     free = picture(None, (0, 1, 9), near, **same)
     solid, empty = picture(shape, (0, 1, 9), near, **same), picture(shape, (0, 1, 9), None, **same)
     lit = (free.sum(axis=2) > 30).sum()
-    assert ((solid - empty).sum(axis=2) > 0).sum() >= 0.97 * lit
+    assert ((solid - empty).sum(axis=2) > 0).sum() > 0.99 * lit
 
 
 def test_a_particle_that_reaches_out_from_behind_shows_there():

@@ -50,7 +50,7 @@ def test_a_number_picks_a_tile(facing: Any) -> None:
         listed = middle(image=PICTURES, tiles=None, pick=number, facing=facing, **size)
         np.testing.assert_allclose(listed, color, atol=0.002)
     for number, same in ((6, 0), (-1, 5), (6e7 + 12, 0), (5.9999, 0)):
-        np.testing.assert_allclose(middle(pick=number), COLORS[same] / 255, atol=0.002)
+        np.testing.assert_allclose(middle(pick=number, facing=facing, **size), COLORS[same] / 255, atol=0.002)
     undefined = middle(pick=column("mass") / (column("mass") - 1))
     np.testing.assert_allclose(undefined, COLORS[0] / 255, atol=0.002)
 

@@ -50,6 +50,8 @@ def test_assigning_to_views_raises_and_says_how():
                 p.velocty = 5
             with pytest.raises(AttributeError, match="no attribute 'velocty'; did you mean 'velocity'"):
                 _ = p.velocty
+            with pytest.raises(ValueError, match="read-only"):
+                p.id[:] = 7  # would change a copy alone
             p.velocity *= 2  # in place
             p.velocity += (1, 0, 0)
         s.callback(callback)

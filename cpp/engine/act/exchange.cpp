@@ -30,7 +30,6 @@ void receive_arrivals(Rank& rank, const Script& script, Calculator& calculator, 
         Population& here = *calculator.populations.at(in.get<std::uint32_t>());
         const std::size_t before = here.store.size();
         here.store.unpack(in, *rank.pool);
-        here.tally.received += here.store.size() - before;
         count += here.store.size() - before;
       }
       rank.machine.charge(rank.machine.costs().arrive * static_cast<double>(count));

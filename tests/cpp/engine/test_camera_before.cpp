@@ -1,5 +1,6 @@
 // The last frame's camera, as the record of a frame has it.
 #include "engine/state/script.h"
+#include "image/camera.h"
 #include "support/check.h"
 
 namespace motes::test_camera_before {
@@ -32,6 +33,17 @@ TEST(an_open_shutter_knows_the_camera_of_the_frame_before) {
   image::View replayed = view_from(6, 1);
   replayed.before = view_from(-6, 1).camera;
   CHECK(before(6, replayed) == view_from(-6, 1).camera);  // a recorded scene says it
+}
+
+TEST(a_shutter_opens_that_part_of_a_frame_ago) {
+  image::View view = view_from(4, 0.25f);
+  CHECK(image::lens_at_opening(view).eye[0] == 4);  // there was no frame before
+  view.before = view_from(0, 0).camera;
+  view.before->fov_deg = 0.5 * view.camera.fov_deg;
+  const image::Lens opening = image::lens_at_opening(view);
+  CHECK_NEAR(opening.eye[0], 3, 1e-12);
+  view.camera.fov_deg *= 0.875;
+  CHECK_NEAR(opening.focal_px, image::lens(view).focal_px, 1e-9);
 }
 
 }  // namespace motes::test_camera_before

@@ -40,6 +40,7 @@ sys.path.append("/nowhere")
 sys.unraisablehook = print
 ctypes.CDLL(None).puts(b"from C")
 """
+OPENS = "attendance._gone.clear(); world = motes.World().open(); 1 / 0"  # there is no rank 3
 
 
 def pids(n: int) -> list[str]:
@@ -47,7 +48,7 @@ def pids(n: int) -> list[str]:
 
 
 @pytest.mark.usefixtures("children_import_tests")
-@pytest.mark.parametrize("wrong", ["", "raise ValueError('wrong')", "world = motes.World().open(); 1 / 0"])
+@pytest.mark.parametrize("wrong", ["", "raise ValueError('wrong')", OPENS])
 def test_nothing_is_left_of_a_body(wrong: str):
     before = sorted(on_ranks(3, STATE, "a").lines)
     first = on_ranks(3, STATE + LEAVES + wrong, "a")

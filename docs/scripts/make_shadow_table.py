@@ -28,17 +28,23 @@ with world:
 """
 
 
-def exchange_ms(ranks: int, folder: Path) -> float:
-    """Return what the exchange takes the calculators in a frame: work on particles is free there."""
-    script, scene, costs = folder / "smoke.py", folder / "smoke.motes", folder / "no.costs"
+def recorded(folder: Path) -> Path:
+    """Record the scene in `folder`, and write beside it the costs, by which work on particles is free."""
+    script, scene = folder / "smoke.py", folder / "smoke.motes"
     script.write_text(SCENE)
-    costs.write_text("")
+    (folder / "no.costs").write_text("")
     record(scene, script)
+    return scene
+
+
+def exchange_ms(ranks: int, scene: Path) -> float:
+    """Return the longest time that the exchange takes a calculator per frame."""
+    folder = scene.parent
     run = simulate(
         scene,
         Cluster([Node("node", count=ranks)], network()),
         log=folder / f"log{ranks}",
-        costs=costs,
+        costs=folder / "no.costs",
         options=["--roles", "shared", "--spans"],
     )
     spans = run.spans
@@ -49,5 +55,6 @@ def exchange_ms(ranks: int, folder: Path) -> float:
 
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as place:
+        scene = recorded(Path(place))
         for ranks in map(int, sys.argv[1:] or (2, 8, 64)):
-            print(f"{ranks} calculators: {exchange_ms(ranks, Path(place)):.2f} ms", flush=True)
+            print(f"{ranks} calculators: {exchange_ms(ranks, scene):.2f} ms", flush=True)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import importlib.util
 import re
 from pathlib import Path
 
 import effects
 import numpy as np
 import pytest
+from docs_scripts import script_of_docs
 from standing import on_ranks
 
 import motes
@@ -18,10 +18,7 @@ STILLS = effects.ROOT / "docs" / "gallery"
 SMALL = effects.table()
 NAMES = effects.names()
 
-MADE_BY = effects.ROOT / "docs" / "scripts" / "make_gallery.py"
-spec = importlib.util.spec_from_file_location("make_gallery", MADE_BY)
-make_gallery = importlib.util.module_from_spec(spec)
-spec.loader.exec_module(make_gallery)
+make_gallery = script_of_docs("make_gallery")
 
 
 def test_there_are_thirty_effects_and_each_stands_in_the_table():

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import importlib.util
 import re
 from pathlib import Path
 
 import numpy as np
 import pytest
+from docs_scripts import script_of_docs
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 PAGE = DOCS / "pictures.md"
 
-spec = importlib.util.spec_from_file_location("make_pictures", DOCS / "scripts" / "make_pictures.py")
-make_pictures = importlib.util.module_from_spec(spec)
-spec.loader.exec_module(make_pictures)
+make_pictures = script_of_docs("make_pictures")
 MADE = dict(make_pictures.pictures())
 
 

@@ -267,11 +267,10 @@ def test_the_launchers_files_are_its_own_and_do_not_stay(tmp_path):
     """mpirun does not start where a killed one of the same process number left its files."""
     script = tmp_path / "where.py"
     script.write_text("import os; from mpi4py import MPI; print(os.environ['PMIX_SERVER_TMPDIR'])")
-    folders = {
-        Path(motes("run", "-n", "2", str(script), TMPDIR=str(tmp_path)).stdout.split()[0]) for _ in "ab"
-    }
-    assert len({folder.parent for folder in folders}) == 2
-    assert all(folder.parent.parent == tmp_path and not folder.parent.exists() for folder in folders)
+    jobs = [motes("run", "-n", "2", str(script), TMPDIR=str(tmp_path)) for _ in range(2)]
+    first, second = (Path(job.stdout.split()[0]).parent for job in jobs)
+    assert first != second
+    assert all(folder.parent == tmp_path and not folder.exists() for folder in (first, second))
 
 
 def test_an_interrupt_reaches_the_job(tmp_path):

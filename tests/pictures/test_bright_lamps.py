@@ -16,7 +16,8 @@ SIDES = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (
 CUBE = motes.Mesh(POINTS, [t for a, b, c, d in SIDES for t in ((a, b, c), (a, c, d))])
 GREY = np.full((8, 8, 3), 0.5, np.float32)  # sRGB
 LINEAR = ((0.5 + 0.055) / 1.055) ** 2.4
-TINT = (0.7, 0.5, 0.5)  # sRGB
+TINTED = np.full((8, 8, 3), (0.7, 0.5, 0.5), np.float32)  # sRGB
+LINEAR_TINT = ((TINTED[0, 0] + 0.055) / 1.055) ** 2.4
 
 
 def pixels(sprite: motes.Sprite, power: float, *, sun: Any = (0, 0, 0), **lens: float) -> np.ndarray:
@@ -72,15 +73,13 @@ def test_a_mesh_that_faces_the_lamp(power: float, blend: Any) -> None:
 @pytest.mark.parametrize("power", [2.0, 60.0, 500.0])
 def test_a_dark_picture(power: float, blend: Any, facing: Any) -> None:
     """A lamp shows a dark picture as bright as a white one with less light, and in its hue."""
-    image = np.full((8, 8, 3), TINT, np.float32)
-    sprite = motes.Sprite("image", 30, image=image, blend=blend, lit=True)
+    sprite = motes.Sprite("image", 30, image=TINTED, blend=blend, lit=True)
     part = 2 / 3
     if facing == "orientation":
-        sprite, part = motes.Sprite("image", image=image, blend=blend, lit=True, facing=facing), 1.0
+        sprite, part = motes.Sprite("image", image=TINTED, blend=blend, lit=True, facing=facing), 1.0
     light = (BOUNCE + SKY) / 2 + part * power / 16
-    linear = ((np.array(TINT) + 0.055) / 1.055) ** 2.4
     picture = pixels(sprite, power)
-    assert picture[24, 24] == pytest.approx(within_white(linear * np.array(COLOR) * light), abs=0.012)
+    assert picture[24, 24] == pytest.approx(within_white(LINEAR_TINT * np.array(COLOR) * light), abs=0.012)
 
 
 @pytest.mark.parametrize(

@@ -98,6 +98,8 @@ def test_several_ranks_may_be_lost(tmp_path, model, deaths, times):
     events = [json.loads(row) for row in (tmp_path / "log" / "events.jsonl").read_text().splitlines()]
     begin, *recovered, end = [event["kind"] for event in events]
     assert (begin, end) == ("start", "end") and set(recovered) == {"recovered"} and len(recovered) in times
+    lost = said(result.err, "motes: lost ")
+    assert (len(lost), len(re.findall(r"rank \d", "".join(lost)))) == (len(recovered), 2), result.text
 
 
 @survives

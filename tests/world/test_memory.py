@@ -29,8 +29,5 @@ def test_ranks_do_not_grow(tmp_path: Path, keeps: bool) -> None:
     assert result.code == 0, result.text
     rows = [list(map(int, line.split())) for line in result.out.splitlines() if line[:1].isdigit()]
     assert [row[0] for row in rows] == [0, 1, 2, 3]
-    for (
-        rank,
-        *tenths,
-    ) in rows:  # one may fall into the writing of a checkpoint
-        assert tenths[-1] <= 1.01 * median(tenths[4:7]), (rank, tenths)
+    for rank, *tenths in rows:  # the median, since one sample may fall into the writing of a checkpoint
+        assert tenths[-1] <= 1.005 * median(tenths[4:7]), (rank, tenths)

@@ -155,7 +155,7 @@ void check_table(const Facts& facts, TableKey key) {
 
 // Spheres of a clump: at least one, and no more than their numbers have bits for.
 void check_clump(const Action& action) {
-  const Table& spheres = *actions::table(action.table);
+  const LookupTable& spheres = *actions::table(action.table);
   for (const double moment : numbers_of<numbers::contact_clumps>(action).moments) {
     if (!(moment > 0)) refuse("clumps", "moments", "be above 0", text(moment));
   }

@@ -18,7 +18,7 @@
 
 namespace motes::MOTES_ISA {
 
-struct Turn {
+struct Detour {
   Mask mask;
   Floats time, q;
   Floats3 aside;  // of any length
@@ -27,19 +27,19 @@ struct Turn {
 /// The component of v along a surface.
 MOTES_INLINE Floats3 along_surface(Floats3 v, Floats3 normal) { return v - normal * dot(v, normal); }
 
-MOTES_INLINE Turn turn_at(const PlaneLanes& plane, Floats3 x, Floats3 v, float look_ahead) {
-  const Crossing crossing = cross_plane(plane.point, plane.normal, x, v * look_ahead);
+MOTES_INLINE Detour turn_at(const PlaneLanes& plane, Floats3 x, Floats3 v, float look_ahead) {
+  const PlaneCrossing crossing = cross_plane(plane.point, plane.normal, x, v * look_ahead);
   const Floats time = crossing.part * look_ahead;
   return {crossing.mask, time, time, along_surface(v, crossing.normal)};
 }
 
-MOTES_INLINE Turn turn_at(const DiscLanes& disc, Floats3 x, Floats3 v, float look_ahead) {
+MOTES_INLINE Detour turn_at(const DiscLanes& disc, Floats3 x, Floats3 v, float look_ahead) {
   const Hit hit = disc.hit(x, v * look_ahead);
   const Floats time = hit.part * look_ahead;
   return {hit.mask, time, time, x + v * time - all3(disc.center)};
 }
 
-MOTES_INLINE Turn turn_at(const SphereLanes& sphere, Floats3 x, Floats3 v, float look_ahead) {
+MOTES_INLINE Detour turn_at(const SphereLanes& sphere, Floats3 x, Floats3 v, float look_ahead) {
   const Hit hit = sphere.hit(x, v * look_ahead);
   const Floats time = hit.part * look_ahead;
   const Floats3 from_center = x - all3(sphere.center);
@@ -50,7 +50,7 @@ MOTES_INLINE Turn turn_at(const SphereLanes& sphere, Floats3 x, Floats3 v, float
 }
 
 /// The nearest hit so far, and the direction aside from it.
-struct Nearest {
+struct NearestFace {
   Floats distance;
   Floats3 way;
 
@@ -60,15 +60,15 @@ struct Nearest {
     way = select(mask, other_way, way);
   }
 };
-MOTES_INLINE Nearest nothing_near() { return {all(__builtin_inff()), all3(Float3{0, 0, 0})}; }
+MOTES_INLINE NearestFace nothing_near() { return {all(__builtin_inff()), all3(Float3{0, 0, 0})}; }
 
-MOTES_INLINE Turn turn_at(const BoxLanes& box, Floats3 x, Floats3 v, float look_ahead) {
+MOTES_INLINE Detour turn_at(const BoxLanes& box, Floats3 x, Floats3 v, float look_ahead) {
   const Hit hit = box.hit(x, v * look_ahead);
   const Floats time = hit.part * look_ahead;
   const Floats3 at = x + v * time;
   const Floats never = all(__builtin_inff());
   const Mask along_x = hit.normal.x == 0.0f, along_y = hit.normal.y == 0.0f, along_z = hit.normal.z == 0.0f;
-  Nearest edge = nothing_near();
+  NearestFace edge = nothing_near();
   edge.see(select(along_x, at.x - box.low.x, never), all3(Float3{-1, 0, 0}));
   edge.see(select(along_x, box.high.x - at.x, never), all3(Float3{1, 0, 0}));
   edge.see(select(along_y, at.y - box.low.y, never), all3(Float3{0, -1, 0}));
@@ -80,7 +80,7 @@ MOTES_INLINE Turn turn_at(const BoxLanes& box, Floats3 x, Floats3 v, float look_
 
 /// Cylinders and cones, around the axis from `start` to `end`.
 template <class Round>
-MOTES_INLINE Turn turn_round(const Round& round, Float3 start, Float3 end, Floats3 x, Floats3 v, float look_ahead) {
+MOTES_INLINE Detour turn_round(const Round& round, Float3 start, Float3 end, Floats3 x, Floats3 v, float look_ahead) {
   const Hit hit = round.hit(x, v * look_ahead);
   const Floats time = hit.part * look_ahead;
   const Floats3 axis = all3(unit(minus(end, start)));
@@ -104,7 +104,7 @@ struct Edges {
 
   MOTES_INLINE Floats3 nearest(Floats3 at) const {
     const Floats a = dot(at - all3(origin), all3(to_a)), b = dot(at - all3(origin), all3(to_b));
-    Nearest edge = nothing_near();
+    NearestFace edge = nothing_near();
     see(edge, a, times(to_a, -1.0f));
     see(edge, b, times(to_b, -1.0f));
     if (triangle) {
@@ -118,19 +118,19 @@ struct Edges {
 
  private:
   /// The edge is where `left` is 0; `left` falls by |gradient| per metre along `gradient`.
-  static MOTES_INLINE void see(Nearest& edge, Floats left, Float3 gradient) {
+  static MOTES_INLINE void see(NearestFace& edge, Floats left, Float3 gradient) {
     edge.see(left * (1.0f / __builtin_sqrtf(dot(gradient, gradient))), all3(unit(gradient)));
   }
 };
 
 template <class Flat>
-MOTES_INLINE Turn turn_to_edge(const Flat& flat, bool triangle, Floats3 x, Floats3 v, float look_ahead) {
+MOTES_INLINE Detour turn_to_edge(const Flat& flat, bool triangle, Floats3 x, Floats3 v, float look_ahead) {
   const Hit hit = flat.hit(x, v * look_ahead);
   const Floats time = hit.part * look_ahead;
   return {hit.mask, time, time, Edges::of(flat.origin, flat.u, flat.v, triangle).nearest(x + v * time)};
 }
 
-MOTES_INLINE Turn turn_at_mesh(const shapes::Shape& s, Floats3 x, Floats3 v, float look_ahead) {
+MOTES_INLINE Detour turn_at_mesh(const shapes::Shape& s, Floats3 x, Floats3 v, float look_ahead) {
   const RareLanes mesh = RareLanes::from(s);
   const Hit hit = mesh.hit(x, v * look_ahead);
   const Floats time = hit.part * look_ahead;
@@ -138,7 +138,7 @@ MOTES_INLINE Turn turn_at_mesh(const shapes::Shape& s, Floats3 x, Floats3 v, flo
 }
 
 // One copy for all callers: a union calls it for each part.
-__attribute__((noinline)) inline Turn turn_from(const shapes::Shape& s, Floats3 x, Floats3 v, float look_ahead) {
+__attribute__((noinline)) inline Detour turn_from(const shapes::Shape& s, Floats3 x, Floats3 v, float look_ahead) {
   using shapes::Kind;
   const Float3 start = of(s.number), end = of(s.number + 3);
   switch (s.kind) {
@@ -160,11 +160,11 @@ __attribute__((noinline)) inline Turn turn_from(const shapes::Shape& s, Floats3 
   return {Mask{}, Floats{}, Floats{}, {Floats{}, Floats{}, Floats{}}};
 }
 
-MOTES_INLINE Turn first_turn(const shapes::Shape& shape, Floats3 x, Floats3 v, float look_ahead) {
+MOTES_INLINE Detour first_turn(const shapes::Shape& shape, Floats3 x, Floats3 v, float look_ahead) {
   if (shape.kind != shapes::Kind::united) return turn_from(shape, x, v, look_ahead);
-  Turn first = turn_from(shape.part[0], x, v, look_ahead);
+  Detour first = turn_from(shape.part[0], x, v, look_ahead);
   for (int k = 1; k < shape.parts; ++k) {
-    const Turn turn = turn_from(shape.part[k], x, v, look_ahead);
+    const Detour turn = turn_from(shape.part[k], x, v, look_ahead);
     const Mask sooner = turn.mask & (~first.mask | (turn.time < first.time));
     first = {first.mask | turn.mask, select(sooner, turn.time, first.time), select(sooner, turn.q, first.q),
              select(sooner, turn.aside, first.aside)};
@@ -180,7 +180,7 @@ MOTES_INLINE void avoid_all(const actions::Parameters& p, const actions::Block& 
   const float strength = n.magnitude * s.dt;
   for (std::size_t i = 0; i < b.count; i += kLanes) {
     const Floats3 v = load3(b, kVelocityAt, i);
-    const Turn turn = turn_of(load3(b, kPositionAt, i), v);
+    const Detour turn = turn_of(load3(b, kPositionAt, i), v);
     if (!any(turn.mask)) continue;
     const Floats speed = sqrt(dot(v, v));
     const Floats length2 = dot(turn.aside, turn.aside);

@@ -37,7 +37,7 @@ struct Step {
 };
 
 /// A result of a law: the column that it is added to (a rate times dt), or whose place it takes.
-struct Outcome {
+struct LawResult {
   int component = 0;
   int plane = 0;  // of the formula
   bool rate = false, adds = false;
@@ -45,11 +45,11 @@ struct Outcome {
 
 /// law: what it computes for each particle.
 struct LawCode {
-  const expressions::Step* constants = nullptr;
+  const expressions::FormulaStep* constants = nullptr;
   std::size_t constant_count = 0;
-  const expressions::Step* steps = nullptr;
+  const expressions::FormulaStep* steps = nullptr;
   std::size_t step_count = 0;
-  const Outcome* outcomes = nullptr;
+  const LawResult* outcomes = nullptr;
   std::size_t outcome_count = 0;
   std::size_t columns = 0;
   float** plane = nullptr;  // the formula's: those of the columns are the kernel's to say

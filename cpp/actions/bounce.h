@@ -150,7 +150,7 @@ MOTES_INLINE Mask turn_back(const Shape& shape, const Rebound& rebound, Floats3 
 }
 
 MOTES_INLINE Mask turn_back(const PlaneLanes& plane, const Rebound& rebound, Floats3 x, Floats3& v, float dt) {
-  const Crossing crossing = cross_plane(plane.point, plane.normal, x, v * all(dt));
+  const PlaneCrossing crossing = cross_plane(plane.point, plane.normal, x, v * all(dt));
   v = select(crossing.mask, rebound(v, crossing.normal), v);
   return crossing.mask;
 }

@@ -22,7 +22,7 @@ inline void law(const actions::Parameters& p, const actions::Block& b, const act
             [&](std::int32_t shape, const float* const* position, float* to)
                 __attribute__((always_inline)) { inside(p.shape[shape], b.count, position, to); });
   for (std::size_t k = 0; k < law.outcome_count; ++k) {
-    const actions::Outcome& outcome = law.outcomes[k];
+    const actions::LawResult& outcome = law.outcomes[k];
     float* column = b.component[outcome.component];
     const float* value = law.plane[outcome.plane];
     if (outcome.adds) {

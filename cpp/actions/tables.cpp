@@ -11,14 +11,14 @@
 namespace motes::actions {
 namespace {
 
-base::Registry<Table>& tables() {
-  static base::Registry<Table> all("table");
+base::Registry<LookupTable>& tables() {
+  static base::Registry<LookupTable> all("table");
   return all;
 }
 
 }  // namespace
 
-void check(const Table& table) {
+void check(const LookupTable& table) {
   std::size_t count = table.width < 1 ? 0 : static_cast<std::size_t>(table.width);
   for (const std::int32_t n : table.size) {
     count = n < 1 || count > kMostValues ? 0 : count * static_cast<std::size_t>(n);
@@ -33,9 +33,9 @@ void check(const Table& table) {
   }
 }
 
-TableKey keep(Table table) { return tables().keep(std::move(table)); }
+TableKey keep(LookupTable table) { return tables().keep(std::move(table)); }
 
-std::shared_ptr<const Table> table(TableKey key) { return tables().get(key); }
+std::shared_ptr<const LookupTable> table(TableKey key) { return tables().get(key); }
 
 void write_tables(const std::set<TableKey>& keys, base::Bytes& out) { tables().write(keys, out); }
 

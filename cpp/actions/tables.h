@@ -12,16 +12,16 @@
 
 namespace motes::actions {
 
-struct Table {
+struct LookupTable {
   std::array<std::int32_t, 3> size{};  // entries along each axis; the last one varies fastest
   std::int32_t width = 0;  // numbers of each entry
   std::vector<float> values;
 
-  bool operator==(const Table&) const = default;
+  bool operator==(const LookupTable&) const = default;
 };
 
 template <class Visitor>
-constexpr void fields(Visitor& visit, Table& table) {
+constexpr void fields(Visitor& visit, LookupTable& table) {
   visit(table.size, table.width, table.values);
 }
 
@@ -32,13 +32,13 @@ using TableKey = std::uint64_t;
 inline constexpr std::size_t kMostValues = std::size_t{1} << 27;
 
 /// Throws std::invalid_argument, naming what is wrong.
-void check(const Table& table);
+void check(const LookupTable& table);
 
 /// Checks the table and keeps it until the process ends. Equal tables are kept once. Thread-safe, as are the following.
-TableKey keep(Table table);
+TableKey keep(LookupTable table);
 
 /// Throws std::invalid_argument where this process keeps no such table.
-std::shared_ptr<const Table> table(TableKey key);
+std::shared_ptr<const LookupTable> table(TableKey key);
 
 /// The content of kept tables as bytes, for files.
 void write_tables(const std::set<TableKey>& keys, base::Bytes& out);

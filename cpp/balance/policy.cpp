@@ -20,12 +20,12 @@ std::uint64_t portion(std::uint64_t count, std::uint64_t part, std::uint64_t who
 }
 
 // "Even(), frame 7: shares must be ..., got ..."
-[[noreturn]] void refuse(const std::string& policy, const Table& table, const std::string& argument,
+[[noreturn]] void refuse(const std::string& policy, const LoadTable& table, const std::string& argument,
                          const std::string& allowed, const std::string& got) {
   throw base::InvalidArgument(argument, "be " + allowed, got, policy + ", frame " + std::to_string(table.frame));
 }
 
-void check_numbers(const std::vector<double>& numbers, const char* what, const Table& table,
+void check_numbers(const std::vector<double>& numbers, const char* what, const LoadTable& table,
                    const std::string& policy) {
   const std::size_t calculators = table.loads.size();
   if (numbers.size() != calculators) {
@@ -49,25 +49,25 @@ void normalise(std::vector<double>& shares) {
 }
 
 // What moves over one cut, to the right and to the left.
-struct Crossing {
+struct CutFlow {
   std::uint64_t right = 0;
   std::uint64_t left = 0;
 };
 
-std::vector<Crossing> crossings(const Plan& plan, const Table& table, const std::string& policy) {
+std::vector<CutFlow> crossings(const Plan& plan, const LoadTable& table, const std::string& policy) {
   const auto calculators = static_cast<std::int64_t>(table.loads.size());
-  std::vector<Crossing> cuts(table.loads.empty() ? 0 : table.loads.size() - 1);
+  std::vector<CutFlow> cuts(table.loads.empty() ? 0 : table.loads.size() - 1);
   for (const Order& order : plan.orders) {
     const bool exist = std::min(order.from, order.to) >= 0 && std::max(order.from, order.to) < calculators;
     if (!exist || std::abs(static_cast<std::int64_t>(order.from) - order.to) != 1) {
       refuse(policy, table, "orders", "between neighbours among calculators 0.." + std::to_string(calculators - 1),
              std::to_string(order.from) + " to " + std::to_string(order.to));
     }
-    Crossing& cut = cuts[static_cast<std::size_t>(std::min(order.from, order.to))];
+    CutFlow& cut = cuts[static_cast<std::size_t>(std::min(order.from, order.to))];
     std::uint64_t& count = order.to > order.from ? cut.right : cut.left;
     count = saturated_sum(count, order.count);
   }
-  for (Crossing& cut : cuts) {
+  for (CutFlow& cut : cuts) {
     const std::uint64_t both = std::min(cut.left, cut.right);
     cut.left -= both;
     cut.right -= both;
@@ -76,7 +76,7 @@ std::vector<Crossing> crossings(const Plan& plan, const Table& table, const std:
 }
 
 // No donor gives more than it has: where its orders add up to more, both neighbours get proportionally less.
-void limit(std::vector<Crossing>& cuts, const std::vector<Load>& loads) {
+void limit(std::vector<CutFlow>& cuts, const std::vector<Load>& loads) {
   for (std::size_t c = 0; c < loads.size(); ++c) {
     std::uint64_t none = 0;
     std::uint64_t& left = c > 0 ? cuts[c - 1].left : none;
@@ -106,7 +106,7 @@ std::string Policy::name() const {
 
 Order Policy::between(std::int32_t left, const Load&, const Load&) const { return {left, left + 1, 0}; }
 
-Plan legal(Plan plan, const Table& table, const std::string& policy) {
+Plan legal(Plan plan, const LoadTable& table, const std::string& policy) {
   if (!plan.shares.empty() && !plan.orders.empty()) {
     refuse(policy, table, "a plan", "orders or shares", "both");
   }
@@ -115,7 +115,7 @@ Plan legal(Plan plan, const Table& table, const std::string& policy) {
   }
   if (!plan.shares.empty()) check_numbers(plan.shares, "shares", table, policy);
   if (!plan.costs.empty()) check_numbers(plan.costs, "costs", table, policy);
-  std::vector<Crossing> cuts = crossings(plan, table, policy);
+  std::vector<CutFlow> cuts = crossings(plan, table, policy);
   limit(cuts, table.loads);
   plan.orders.clear();
   for (std::size_t i = 0; i < cuts.size(); ++i) {

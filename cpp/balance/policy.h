@@ -14,7 +14,7 @@
 namespace motes::balance {
 
 /// Everything that a policy may know.
-struct Table {
+struct LoadTable {
   std::uint64_t frame = 0;
   std::uint64_t evaluation = 0;  // how often the policy was asked about this system before
   std::string system;  // its name, or "all" for the sum over systems
@@ -61,7 +61,7 @@ class Policy {
   /// As the script wrote it, for logs and errors: "Pairwise(threshold=0.1, min_particles=64, smoothing=0.5)".
   virtual std::string name() const;
 
-  virtual Plan plan(const Table& table) const = 0;
+  virtual Plan plan(const LoadTable& table) const = 0;
 
   /// Throws std::invalid_argument where the policy cannot work with this many calculators.
   virtual void check(std::size_t) const {}
@@ -95,7 +95,7 @@ class Policy {
 /// Throws std::invalid_argument, naming policy and frame, for an invalid plan: a wrong number of shares or costs, a
 /// number that is negative or not finite, no share above 0, orders between calculators that are not neighbours or where
 /// domains are not slabs, both orders and shares.
-Plan legal(Plan plan, const Table& table, const std::string& policy);
+Plan legal(Plan plan, const LoadTable& table, const std::string& policy);
 
 /// Turns a plan for the sum over systems into one for a system that holds `mine` of the particles of `all`: orders are
 /// scaled in proportion, shares stay as they are.

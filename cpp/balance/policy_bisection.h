@@ -22,7 +22,7 @@ class Bisection : public Policy {
             smoothing(),
             over()};
   }
-  Plan plan(const Table& table) const override;
+  Plan plan(const LoadTable& table) const override;
 
  private:
   struct Tree;
@@ -75,7 +75,7 @@ struct Bisection::Tree {
   }
 };
 
-inline Plan Bisection::plan(const Table& table) const {
+inline Plan Bisection::plan(const LoadTable& table) const {
   if (table.loads.empty()) return {};
   Tree tree{*this, table.loads, complete(table.loads), {}, false};
   tree.plan.shares.resize(table.loads.size());

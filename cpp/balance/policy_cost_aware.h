@@ -20,18 +20,18 @@ class CostAware : public Policy {
             smoothing(),
             over()};
   }
-  Plan plan(const Table& table) const override;
+  Plan plan(const LoadTable& table) const override;
 
  private:
   // Seconds that the busiest calculator needs to give and take what it must to hold what it is to.
-  double moving_s(const Table& table, const std::vector<double>& wants, const std::vector<double>& speeds) const;
+  double moving_s(const LoadTable& table, const std::vector<double>& wants, const std::vector<double>& speeds) const;
 
   double move_cost_ = 1;  // of giving or taking a particle, in frames of its actions
   double horizon_ = 20;   // frames that a balance lasts
   std::uint64_t min_particles_ = 64;
 };
 
-inline double CostAware::moving_s(const Table& table, const std::vector<double>& wants,
+inline double CostAware::moving_s(const LoadTable& table, const std::vector<double>& wants,
                                   const std::vector<double>& speeds) const {
   double most = 0;
   double held_before = 0;
@@ -50,7 +50,7 @@ inline double CostAware::moving_s(const Table& table, const std::vector<double>&
   return most * move_cost_;
 }
 
-inline Plan CostAware::plan(const Table& table) const {
+inline Plan CostAware::plan(const LoadTable& table) const {
   Plan plan;
   for (std::size_t i = 0; i + 1 < table.loads.size(); ++i) plan.evaluated.push_back(static_cast<std::int32_t>(i));
   if (table.loads.empty()) return plan;

@@ -24,7 +24,7 @@ class Diffusive : public Policy {
             over()};
   }
   /// What all pairs of neighbours decide together.
-  Plan plan(const Table& table) const override;
+  Plan plan(const LoadTable& table) const override;
   bool decentralised() const override { return true; }
   bool unmanaged() const override { return !manager_; }
   Order between(std::int32_t left, const Load& left_load, const Load& right_load) const override;
@@ -54,7 +54,7 @@ inline Order Diffusive::between(std::int32_t left, const Load& left_load, const 
   return order;
 }
 
-inline Plan Diffusive::plan(const Table& table) const {
+inline Plan Diffusive::plan(const LoadTable& table) const {
   Plan plan;
   for (std::size_t i = 0; i + 1 < table.loads.size(); ++i) {
     const auto left = static_cast<std::int32_t>(i);

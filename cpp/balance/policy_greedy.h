@@ -23,7 +23,7 @@ class Greedy : public Policy {
             smoothing(),
             over()};
   }
-  Plan plan(const Table& table) const override;
+  Plan plan(const LoadTable& table) const override;
 
  private:
   static constexpr std::size_t kSteps = 8;  // for each calculator
@@ -32,7 +32,7 @@ class Greedy : public Policy {
   std::uint64_t min_particles_ = 64;
 };
 
-inline Plan Greedy::plan(const Table& table) const {
+inline Plan Greedy::plan(const LoadTable& table) const {
   Plan plan;
   const std::vector<double> speeds = complete(table.loads);
   std::vector<Load> loads = table.loads;

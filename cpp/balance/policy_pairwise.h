@@ -22,7 +22,7 @@ class Pairwise : public Policy {
             smoothing(),
             over()};
   }
-  Plan plan(const Table& table) const override;
+  Plan plan(const LoadTable& table) const override;
   void check(std::size_t calculators) const override {
     if (!powers_.empty()) check_powers(*this, powers_, calculators);
   }
@@ -58,7 +58,7 @@ inline bool Pairwise::apart(const Load& l, const Load& r, double left_speed, dou
   return balance::apart(l, left_s, r, right_s, threshold_);
 }
 
-inline Plan Pairwise::plan(const Table& table) const {
+inline Plan Pairwise::plan(const LoadTable& table) const {
   check(table.loads.size());
   const std::vector<double> speeds = powers_.empty() ? complete(table.loads) : powers_;
   const auto calculators = static_cast<std::int32_t>(table.loads.size());

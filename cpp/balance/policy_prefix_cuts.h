@@ -18,7 +18,7 @@ class PrefixCuts : public Policy {
             smoothing(),
             over()};
   }
-  Plan plan(const Table& table) const override;
+  Plan plan(const LoadTable& table) const override;
   void check(std::size_t calculators) const override {
     if (!powers_.empty()) check_powers(*this, powers_, calculators);
   }
@@ -50,7 +50,7 @@ inline std::vector<double> PrefixCuts::costs(const std::vector<Load>& loads) con
   return costs;
 }
 
-inline Plan PrefixCuts::plan(const Table& table) const {
+inline Plan PrefixCuts::plan(const LoadTable& table) const {
   check(table.loads.size());
   Plan plan;
   plan.shares = powers_.empty() ? complete(table.loads) : powers_;

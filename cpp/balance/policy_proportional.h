@@ -19,7 +19,7 @@ class Proportional : public Policy {
             {"min_particles", CountOption{&min_particles_}},
             over()};
   }
-  Plan plan(const Table& table) const override;
+  Plan plan(const LoadTable& table) const override;
   void check(std::size_t calculators) const override { check_powers(*this, powers_, calculators); }
 
  private:
@@ -28,7 +28,7 @@ class Proportional : public Policy {
   std::uint64_t min_particles_ = 64;
 };
 
-inline Plan Proportional::plan(const Table& table) const {
+inline Plan Proportional::plan(const LoadTable& table) const {
   check(table.loads.size());
   Plan plan;
   for (std::size_t i = 0; i + 1 < table.loads.size(); ++i) plan.evaluated.push_back(static_cast<std::int32_t>(i));

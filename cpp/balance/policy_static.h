@@ -8,7 +8,7 @@ namespace motes::balance {
 class Static : public Policy {
  public:
   const char* kind() const override { return "Static"; }
-  Plan plan(const Table&) const override { return {}; }
+  Plan plan(const LoadTable&) const override { return {}; }
   bool moves() const override { return false; }
 };
 

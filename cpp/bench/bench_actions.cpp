@@ -56,13 +56,13 @@ const std::map<std::string, Action>& usual() {
 
 // Over all of the scene: a grid of 32 nodes along each axis; a zigzag of 16 segments.
 Action in_field() {
-  actions::Table table{{32, 32, 32}, 3, std::vector<float>(3 * 32 * 32 * 32, 0.5f)};
+  actions::LookupTable table{{32, 32, 32}, 3, std::vector<float>(3 * 32 * 32 * 32, 0.5f)};
   Action action = make(numbers::field<>{.low = {-50, 0, -50}, .high = {50, 50, 50}, .strength = 1, .drag = -1});
   action.table = actions::keep(std::move(table));
   return action;
 }
 Action along_path() {
-  actions::Table table{{16, 1, 1}, 8, {}};
+  actions::LookupTable table{{16, 1, 1}, 8, {}};
   for (int i = 0; i < 16; ++i) {
     const float up = i % 2 == 0 ? 0.6f : -0.6f;
     const float row[8] = {
@@ -129,7 +129,7 @@ struct Range {
   Store store;
   std::uint64_t frame = 0;
   double dt = kDt;
-  program::Outcome outcome;
+  program::ListResult outcome;
 
   explicit Range(std::size_t particles, bool copies = false)
       : store(make(birth(particles), schema, {1, 2}, 0, particles, 0, copies)) {}

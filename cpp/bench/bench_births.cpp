@@ -78,7 +78,7 @@ BirthBench birth_bench(int calculators, int births, int repeats) {
   const roles::Ring ring(calculators, calculators / 2);
   const auto count = static_cast<std::uint64_t>(births);
   const program::Program list(paper_list("snow"));
-  program::Outcome outcome;
+  program::ListResult outcome;
   std::array<std::vector<double>, 6> seconds;
   Store system(schema);
   for (int i = 0; i < repeats; ++i) {

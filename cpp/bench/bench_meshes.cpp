@@ -91,7 +91,7 @@ class Crowd {
       std::copy(start_[c].begin(), start_[c].end(), store_.writable_plane(particles::position, c));
       std::copy(velocity_[c].begin(), velocity_[c].end(), store_.writable_plane(particles::velocity, c));
     }
-    program::Outcome outcome;
+    program::ListResult outcome;
     const double start = cpu_now();
     program.run(store_, 0, 0, {0, 1, kFrameS, 0}, {1, 2}, {}, outcome);
     return 1e9 * (cpu_now() - start) / static_cast<double>(store_.size());

@@ -19,7 +19,7 @@ struct Scene {
   particles::Schema schema;
   Store store;
   program::Program program;
-  program::Outcome outcome;
+  program::ListResult outcome;
   std::uint64_t frame = 0;
 
   Scene(const std::string& name, std::size_t particles)

@@ -37,7 +37,7 @@ class Scripted : public Policy {
   const char* kind() const override { return "Balancer"; }
   std::string name() const override { return name_; }
   bool scripted() const override { return true; }
-  Plan plan(const Table& table) const override {
+  Plan plan(const LoadTable& table) const override {
     const py::gil_scoped_acquire gil;
     return (*decide_)(table).cast<Plan>();
   }
@@ -78,9 +78,9 @@ std::shared_ptr<Policy> scripted(std::string name, py::function decide, double s
   return policy;
 }
 
-Table make_table(std::uint64_t frame, std::uint64_t evaluation, const std::string& system, const CountArray& particles,
-                 const DoubleArray& seconds, const DoubleArray& speed, const FloatArray& cuts,
-                 const DoubleArray& errors, const std::string& axes) {
+LoadTable make_table(std::uint64_t frame, std::uint64_t evaluation, const std::string& system,
+                     const CountArray& particles, const DoubleArray& seconds, const DoubleArray& speed,
+                     const FloatArray& cuts, const DoubleArray& errors, const std::string& axes) {
   const auto n = span_of<std::uint64_t>(particles);
   const auto s = span_of<double>(seconds);
   const auto v = span_of<double>(speed);
@@ -91,14 +91,14 @@ Table make_table(std::uint64_t frame, std::uint64_t evaluation, const std::strin
     throw base::InvalidArgument("particles, seconds, speed and error", "be one per calculator, and cuts one fewer",
                                 std::to_string(n.size()) + " particles, " + std::to_string(c.size()) + " cuts");
   }
-  Table table{frame, evaluation, system, {}, {c.begin(), c.end()}};
+  LoadTable table{frame, evaluation, system, {}, {c.begin(), c.end()}};
   table.axes = domains::axes_of(axes);
   for (std::size_t i = 0; i < n.size(); ++i) table.loads.push_back({n[i], s[i], v[i], e.empty() ? 0 : e[i]});
   return table;
 }
 
 template <class T>
-py::array_t<T> column(const Table& table, T Load::* member) {
+py::array_t<T> column(const LoadTable& table, T Load::* member) {
   std::vector<T> values;
   for (const Load& load : table.loads) values.push_back(load.*member);
   return array_of(std::move(values));
@@ -164,22 +164,22 @@ std::vector<float> cuts_of_tree(const std::vector<CellArrays>& calculators, cons
 }
 
 void bind_values(py::module_& m) {
-  py::class_<Table>(m, "BalanceTable")
+  py::class_<LoadTable>(m, "BalanceTable")
       .def(py::init(&make_table), py::arg("frame"), py::arg("evaluation"), py::arg("system"), py::arg("particles"),
            py::arg("seconds"), py::arg("speed"), py::arg("cuts"),
            py::arg("error") = py::tuple(),  // an array would load NumPy with this module
            py::arg("axes") = "x")
-      .def_readonly("frame", &Table::frame)
-      .def_readonly("evaluation", &Table::evaluation)
-      .def_readonly("system", &Table::system)
-      .def_property_readonly("particles", [](const Table& t) { return column(t, &Load::particles); })
-      .def_property_readonly("seconds", [](const Table& t) { return column(t, &Load::seconds); })
-      .def_property_readonly("speed", [](const Table& t) { return column(t, &Load::speed); })
-      .def_property_readonly("error", [](const Table& t) { return column(t, &Load::error); })
-      .def_property_readonly("complete_speed", [](const Table& t) { return array_of(complete(t.loads)); })
-      .def_property_readonly("cuts", [](const Table& t) { return array_of(t.cuts); })
-      .def_property_readonly("bricks", [](const Table& t) { return t.axes.bricks(); })
-      .def_property_readonly("imbalance", [](const Table& t) { return imbalance(t.loads); });
+      .def_readonly("frame", &LoadTable::frame)
+      .def_readonly("evaluation", &LoadTable::evaluation)
+      .def_readonly("system", &LoadTable::system)
+      .def_property_readonly("particles", [](const LoadTable& t) { return column(t, &Load::particles); })
+      .def_property_readonly("seconds", [](const LoadTable& t) { return column(t, &Load::seconds); })
+      .def_property_readonly("speed", [](const LoadTable& t) { return column(t, &Load::speed); })
+      .def_property_readonly("error", [](const LoadTable& t) { return column(t, &Load::error); })
+      .def_property_readonly("complete_speed", [](const LoadTable& t) { return array_of(complete(t.loads)); })
+      .def_property_readonly("cuts", [](const LoadTable& t) { return array_of(t.cuts); })
+      .def_property_readonly("bricks", [](const LoadTable& t) { return t.axes.bricks(); })
+      .def_property_readonly("imbalance", [](const LoadTable& t) { return imbalance(t.loads); });
   py::class_<Plan>(m, "BalancePlan")
       .def(py::init(&make_plan), py::arg("orders"), py::arg("shares"), py::arg("costs"))
       .def_property_readonly("orders", &tuples)
@@ -188,11 +188,11 @@ void bind_values(py::module_& m) {
       .def_property_readonly("evaluated", [](const Plan& p) { return array_of(p.evaluated); });
   m.def(
       "sum_of_tables",
-      [](const std::vector<Table>& systems) {
+      [](const std::vector<LoadTable>& systems) {
         if (systems.empty()) throw base::InvalidArgument("systems", "have at least one table");
         std::vector<std::vector<Load>> loads;
-        Table sum = systems.front();
-        for (const Table& table : systems) {
+        LoadTable sum = systems.front();
+        for (const LoadTable& table : systems) {
           loads.push_back(table.loads);
           if (!table.axes.row()) sum.axes = table.axes;  // orders must be possible in all of them
         }
@@ -204,7 +204,9 @@ void bind_values(py::module_& m) {
   m.def("legal_plan", &legal, py::arg("plan"), py::arg("table"), py::arg("policy"));
   m.def(
       "plan_part",
-      [](const Plan& plan, const Table& mine, const Table& all) { return part_of(plan, mine.loads, all.loads); },
+      [](const Plan& plan, const LoadTable& mine, const LoadTable& all) {
+        return part_of(plan, mine.loads, all.loads);
+      },
       py::arg("plan"), py::arg("mine"), py::arg("all"));
 }
 

@@ -273,27 +273,27 @@ void bind_reading(py::class_<Engine>& engine) {
       .def(
           "local_column",
           [](Engine& e, int system, int attribute, std::size_t begin) {
-            const engine::Seen seen = e.seen(system);
+            const engine::ParticlesView seen = e.seen(system);
             return column_view(*seen.store, attribute, begin, seen.count);
           },
           py::arg("system"), py::arg("attribute"), py::arg("begin") = 0)
       .def(
           "local_ids",
           [](Engine& e, int system, std::size_t begin) {
-            const engine::Seen seen = e.seen(system);
+            const engine::ParticlesView seen = e.seen(system);
             return id_copy(*seen.store, begin, seen.count);
           },
           py::arg("system"), py::arg("begin") = 0)
       .def(
           "copy_columns",
           [](Engine& e, int system, const std::vector<int>& attributes) {
-            const engine::Seen seen = e.seen(system);
+            const engine::ParticlesView seen = e.seen(system);
             return column_copies(*seen.store, attributes, seen.count, e.pool());
           },
           py::arg("system"), py::arg("attributes"))
       .def("used_attributes",
            [](Engine& e, int system) {
-             const engine::Seen seen = e.seen(system);
+             const engine::ParticlesView seen = e.seen(system);
              return used_attributes(*seen.store, seen.count);
            })
       .def("initial_values",

@@ -131,11 +131,12 @@ std::vector<double> numbers_of(actions::Kind kind, const py::dict& given) {
   return numbers;
 }
 
-using Part = std::tuple<std::string, int, int>;
+using UnionPart = std::tuple<std::string, int, int>;
 
 Action make_action(const std::string& name, const py::dict& numbers, std::vector<shapes::Shape> shapes,
                    const Steps& where, int target, const std::vector<Steps>& values, std::uint64_t ties,
-                   actions::TableKey table, const std::vector<Part>& leaves, const std::vector<Part>& results) {
+                   actions::TableKey table, const std::vector<UnionPart>& leaves,
+                   const std::vector<UnionPart>& results) {
   Action action;
   action.ties = ties;
   action.table = table;
@@ -229,7 +230,7 @@ void bind_recording(py::module_& m) {
   py::class_<Action>(m, "Action")
       .def(py::init(&make_action), py::arg("name"), py::arg("numbers"), py::arg("shapes"), py::arg("where") = Steps{},
            py::arg("target") = -1, py::arg("values") = std::vector<Steps>{}, py::arg("ties") = 0, py::arg("table") = 0,
-           py::arg("leaves") = std::vector<Part>{}, py::arg("results") = std::vector<Part>{})
+           py::arg("leaves") = std::vector<UnionPart>{}, py::arg("results") = std::vector<UnionPart>{})
       .def_property_readonly("name", [](const Action& a) { return actions::call_of(a.kind); })
       .def_readonly("numbers", &Action::numbers)
       .def("__eq__", [](const Action& a, const Action& b) { return a == b; });

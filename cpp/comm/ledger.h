@@ -75,12 +75,12 @@ class Ledger {
 };
 
 /// Counts time as an activity from its construction to its destruction.
-class Turn {
+class ActivityScope {
  public:
-  Turn(Ledger& ledger, Activity activity) : ledger_(ledger), before_(ledger.turn_to(activity)) {}
-  ~Turn() { ledger_.turn_to(before_); }
-  Turn(const Turn&) = delete;
-  Turn& operator=(const Turn&) = delete;
+  ActivityScope(Ledger& ledger, Activity activity) : ledger_(ledger), before_(ledger.turn_to(activity)) {}
+  ~ActivityScope() { ledger_.turn_to(before_); }
+  ActivityScope(const ActivityScope&) = delete;
+  ActivityScope& operator=(const ActivityScope&) = delete;
 
  private:
   Ledger& ledger_;

@@ -12,9 +12,9 @@ constexpr double kNews = 200;
 
 }  // namespace
 
-Connections::Connections(const Simulation& simulation, std::vector<Machine*> members, bool entered)
+Connections::Connections(const Simulation& simulation, std::vector<SimulatedMachine*> members, bool entered)
     : simulation_(simulation), timing_(mixed(simulation.timing_seed.value_or(simulation.seed), 1'000'003)) {
-  for (Machine* const machine : members) {
+  for (SimulatedMachine* const machine : members) {
     End& made = ends_.emplace_back();
     made.machine = machine;
     if (entered) made.entered_s = 0;
@@ -24,7 +24,7 @@ Connections::Connections(const Simulation& simulation, std::vector<Machine*> mem
 void Connections::send(int self, int to, Phase phase, std::shared_ptr<const Message> message) {
   check(self);
   if (to == self) throw std::logic_error("a transport does not send to its own rank");
-  Machine& sender = machine(self);
+  SimulatedMachine& sender = machine(self);
   if (sender.clock_s >= noticed_s(self, to)) lose(self, to);
   End& receiver = end(to);
   const double transit_s = sender.varied(simulation_.latency_s) +
@@ -104,7 +104,7 @@ std::shared_ptr<Connections> Connections::shrink(int self, std::vector<int>& sur
   const double answer_s = shrunk_s(self);
   if (own.machine->clock_s < answer_s) return nullptr;
   if (!shrunk_) {
-    std::vector<Machine*> members;
+    std::vector<SimulatedMachine*> members;
     for (int rank = 0; rank < size(); ++rank) {
       // One that came and died since may still be counted in: then it will be missed.
       const End& each = end(rank);
@@ -165,7 +165,7 @@ bool Connections::waits_for_dead(int self, Question question, From from) const {
 
 // Of the messages that it still held, the last ones of each kind are lost; so may be its word that it has come to the
 // end, and its revocation on the way to some.
-void Connections::died(const Machine& machine, Random& order) {
+void Connections::died(const SimulatedMachine& machine, Random& order) {
   const auto found =
       std::find_if(ends_.begin(), ends_.end(), [&](const End& each) { return each.machine == &machine; });
   if (found == ends_.end()) return;
@@ -194,7 +194,7 @@ bool Connections::coin(int self, int other, std::uint64_t about) const {
 
 // When a rank learns that another one is dead.
 double Connections::noticed_s(int self, int other) const {
-  const Machine& dead = machine(other);
+  const SimulatedMachine& dead = machine(other);
   if (dead.live() || !simulation_.survives) return kNever;
   const auto pair = static_cast<std::uint64_t>(64 * machine(self).number + dead.number);
   return dead.died_s + simulation_.latency_s * (0.5 + kNews * Random(mixed(timing_, pair + 1000)).unit());

@@ -25,10 +25,10 @@ using From = std::pair<int, Phase>;
 class Connections {
  public:
   /// `entered`: nobody needs to wait for others to enter.
-  Connections(const Simulation& simulation, std::vector<Machine*> members, bool entered);
+  Connections(const Simulation& simulation, std::vector<SimulatedMachine*> members, bool entered);
 
   int size() const { return static_cast<int>(ends_.size()); }
-  Machine& machine(int rank) const { return *end(rank).machine; }
+  SimulatedMachine& machine(int rank) const { return *end(rank).machine; }
 
   void send(int self, int to, Phase phase, std::shared_ptr<const Message> message);
   std::optional<base::Bytes> receive(int self, From from);
@@ -46,7 +46,7 @@ class Connections {
   int taker(int self) const { return end(self).untaken.begin()->first; }
 
   /// The rank on this machine has died: some of what it sent may be lost.
-  void died(const Machine& machine, Random& order);
+  void died(const SimulatedMachine& machine, Random& order);
 
  private:
   struct Parcel {
@@ -59,7 +59,7 @@ class Connections {
     double arrival_s;
   };
   struct End {
-    Machine* machine;
+    SimulatedMachine* machine;
     std::map<From, std::deque<Parcel>> inbox;
     std::map<From, double> last_arrival_s;
     std::map<int, int> untaken;  // its messages that others have not taken, by receiver

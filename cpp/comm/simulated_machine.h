@@ -27,7 +27,7 @@ class Random {
 
 inline std::uint64_t mixed(std::uint64_t a, std::uint64_t b) { return Random(a * 0x2545f4914f6cdd1du + b).next(); }
 
-struct Machine final : TimeSource {
+struct SimulatedMachine final : TimeSource {
   int number = 0;  // of its rank, among all
   double clock_s = 0;
   double died_s = kNever;

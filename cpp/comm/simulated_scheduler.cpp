@@ -55,7 +55,7 @@ Scheduler::Scheduler(const Simulation& simulation, const std::function<void(int 
   const std::uint64_t timing = simulation.timing_seed.value_or(simulation.seed);
   // One order in two lets a rank run as long as it can, while another starves: what a fair lottery hardly ever draws.
   by_priority_ = order_.below(2) == 1;
-  std::vector<Machine*> machines;
+  std::vector<SimulatedMachine*> machines;
   for (int number = 0; number < simulation.ranks; ++number) {
     Rank& made = ranks_.emplace_back();
     made.priority = order_.next();
@@ -204,7 +204,7 @@ void Scheduler::check_ended() const {
 }
 
 void Scheduler::die(int self) {
-  Machine& dead = machine(self);
+  SimulatedMachine& dead = machine(self);
   dead.died_s = dead.clock_s;
   for (const auto& connections : connections_) connections->died(dead, order_);
   note(self, "dies", self, "");

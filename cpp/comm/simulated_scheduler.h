@@ -39,7 +39,7 @@ class Scheduler {
   SimulatedRun run();
 
   int size() const { return static_cast<int>(ranks_.size()); }
-  Machine& machine(int number) { return rank(number).machine; }
+  SimulatedMachine& machine(int number) { return rank(number).machine; }
 
   /// The connections among all ranks.
   const std::shared_ptr<Connections>& all() const { return connections_.front(); }
@@ -58,7 +58,7 @@ class Scheduler {
     enum class State : std::uint8_t { ready, waiting, returned, dead };
 
     State state = State::ready;
-    Machine machine;
+    SimulatedMachine machine;
     const Connections* among = nullptr;  // what it waits for
     int as = 0;
     Question question = Question::none;

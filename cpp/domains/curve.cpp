@@ -79,7 +79,7 @@ std::uint32_t Curve::number_of(const Cell& cell, int levels) const {
   std::uint32_t state = 0;
   for (int level = levels - 1; level >= 0; --level) {
     const std::uint32_t part = (cell[0] >> level & 1u) | (cell[1] >> level & 1u) << 1 | (cell[2] >> level & 1u) << 2;
-    const Turn turn = turns_[state][part];
+    const CurveStep turn = turns_[state][part];
     number = number << 3 | turn.place;
     state = turn.next;
   }
@@ -113,9 +113,9 @@ class Covering {
     smallest_ = std::max(largest / 64, 1u);
   }
 
-  Cover cover() {
+  BoxCover cover() {
     divide(0, 0, {0, 0, 0}, Curve::kAlong);
-    Cover found{std::move(whole_), 0, {}};
+    BoxCover found{std::move(whole_), 0, {}};
     found.whole = found.boxes.size();
     found.boxes.insert(found.boxes.end(), partial_.begin(), partial_.end());
     found.around = around(found.boxes);
@@ -131,7 +131,7 @@ class Covering {
     const bool whole = number >= first_ && number + size <= last_;
     if (whole || size <= smallest_) return add(whole ? whole_ : partial_, corner, side);
     for (std::uint32_t part = 0; part < 8; ++part) {
-      const Turn turn = curve_.turns_[state][part];
+      const CurveStep turn = curve_.turns_[state][part];
       const std::uint32_t half = side / 2;
       const Curve::Cell at{corner[0] + (part & 1u) * half, corner[1] + (part >> 1 & 1u) * half,
                            corner[2] + (part >> 2) * half};
@@ -154,10 +154,10 @@ class Covering {
   std::vector<Box> whole_, partial_;
 };
 
-Cover Curve::cover(std::uint32_t first, std::uint32_t last) const {
+BoxCover Curve::cover(std::uint32_t first, std::uint32_t last) const {
   if (first < last) return Covering(*this, first, last).cover();
   const std::uint32_t next = std::min(first, kCells - 1);
-  Cover found = Covering(*this, next, next + 1).cover();
+  BoxCover found = Covering(*this, next, next + 1).cover();
   found.whole = 0;  // nothing belongs to it
   return found;
 }

@@ -16,7 +16,7 @@ namespace motes::domains {
 
 /// Boxes that hold all that belongs to a domain, and perhaps more. All that lies in one of the first `whole` belongs to
 /// it.
-struct Cover {
+struct BoxCover {
   std::vector<Box> boxes;
   std::size_t whole = 0;
   Box around;  // all boxes
@@ -59,7 +59,7 @@ class Curve {
   /// The number of the first cell that lies at or behind a cut, 0..kCells.
   static std::uint32_t first_behind(float cut);
   /// Boxes around cells number first .. last - 1 along the curve; around the next one where there are none.
-  Cover cover(std::uint32_t first, std::uint32_t last) const;
+  BoxCover cover(std::uint32_t first, std::uint32_t last) const;
 
   bool operator==(const Curve& other) const {
     return axis_ == other.axis_ && low_ == other.low_ && high_ == other.high_;

@@ -183,7 +183,7 @@ Box Domains::box(int domain) const {
   return box;
 }
 
-Cover Domains::cover(int domain) const {
+BoxCover Domains::cover(int domain) const {
   if (curve_) {
     return curve_->cover(domain == 0 ? 0 : Curve::first_behind(low(domain)), Curve::first_behind(high(domain)));
   }

@@ -85,7 +85,7 @@ class Domains {
   /// space where ids decide, or a curve.
   Box box(int domain) const;
   /// Boxes around all that belongs to a domain.
-  Cover cover(int domain) const;
+  BoxCover cover(int domain) const;
 
   // The ends of a domain along the one axis of its cuts, among the ids, or along the curve.
   float low(int domain) const;   // -infinity for the first

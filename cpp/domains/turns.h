@@ -8,12 +8,12 @@
 namespace motes::domains {
 
 /// Of one part of a cell: its place among the eight along the curve, and the state in which the curve is inside it.
-struct Turn {
+struct CurveStep {
   std::uint8_t place = 0;
   std::uint8_t next = 0;
 };
 
 /// By the parts of a cell. Bit 0 of their number: the upper half along x; bit 1: y; bit 2: z.
-using Turns = std::array<Turn, 8>;
+using Turns = std::array<CurveStep, 8>;
 
 }  // namespace motes::domains

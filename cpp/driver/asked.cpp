@@ -24,7 +24,7 @@ std::string word_of(double value) {
   return text;
 }
 
-std::string line_of(const balance::Table& table) {
+std::string line_of(const balance::LoadTable& table) {
   std::string line = std::to_string(table.frame) + " " + std::to_string(table.evaluation) + " " +
                      domains::name_of(table.axes) + " " + std::to_string(table.loads.size());
   for (const balance::Load& load : table.loads) {
@@ -112,7 +112,7 @@ class Asked : public balance::Policy {
   const char* kind() const override { return "Balancer"; }
   std::string name() const override { return name_; }
 
-  balance::Plan plan(const balance::Table& table) const override {
+  balance::Plan plan(const balance::LoadTable& table) const override {
     if (!pipes_) pipes_ = std::make_unique<Pipes>(directory_);
     const std::string said = pipes_->ask(line_of(table));
     std::istringstream answer(said);

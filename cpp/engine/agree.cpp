@@ -247,7 +247,7 @@ void judge(Rank& rank, const Script& script, Manager& manager, Round& round) {
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::report, "judge", script.name_of(round));
   take_tails(rank, manager);  // while the others act
   {
-    const comm::Turn turn(rank.watch.ledger(), comm::Activity::log);
+    const comm::ActivityScope turn(rank.watch.ledger(), comm::Activity::log);
     manager.account.write_rows();
   }
   Gathered gathered = gather_reports(rank, round);

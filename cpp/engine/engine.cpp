@@ -109,18 +109,18 @@ std::pair<std::uint64_t, std::uint64_t> Engine::next_birth(int index) {
   return system.next_birth(settings.dt, settings.substeps);
 }
 
-std::optional<Seen> Engine::try_read(int index) {
+std::optional<ParticlesView> Engine::try_read(int index) {
   Rank& rank = parts_->rank;
-  std::optional<Seen> seen;
+  std::optional<ParticlesView> seen;
   rank.session.work("act", [&] { seen = read(rank, parts_->script, parts_->calculator, index); });
   pass_over(rank, system(index));
   return seen;
 }
 
-Seen Engine::local(int index) {
+ParticlesView Engine::local(int index) {
   catch_up();
   check_readable(system(index));
-  const std::optional<Seen> seen = try_read(index);
+  const std::optional<ParticlesView> seen = try_read(index);
   if (seen) return *seen;
   parts_->rank.session.rethrow();
   throw std::logic_error("nothing was read, and nothing failed");

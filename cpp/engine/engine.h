@@ -54,9 +54,9 @@ class Engine {
 
   /// This rank's particles as they are where the script stands: runs what was recorded so far. Communicates nothing.
   /// Throws what that fails with: it cannot run again from its middle, so all ranks hear of it in what they say next.
-  Seen local(int system);
+  ParticlesView local(int system);
   /// Returns what the last local() showed.
-  Seen seen(int system) { return engine::seen(population(system)); }
+  ParticlesView seen(int system) { return engine::seen(population(system)); }
   /// The script writes what the last local() saw, where that is a preview: see read.h.
   void keep_preview(int system);
   /// The script may have moved particles of this rank.
@@ -197,7 +197,7 @@ class Engine {
   Notes prepare_write_now(const std::string& what, bool reads, const std::function<Note()>& prepare);
 
   /// Runs what was recorded so far; nothing where this rank has failed, in that or before.
-  std::optional<Seen> try_read(int system);
+  std::optional<ParticlesView> try_read(int system);
   template <class Compute>
   void look_at(int system, const Compute& compute);
   Population& population(int system) { return *parts_->calculator.populations[static_cast<std::size_t>(system)]; }

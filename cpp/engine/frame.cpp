@@ -263,7 +263,7 @@ void Engine::finish_now() {
 // Computes what a conversation about particles needs first, since computing may fail.
 template <class Compute>
 void Engine::look_at(int index, const Compute& compute) {
-  const std::optional<Seen> seen = try_read(index);
+  const std::optional<ParticlesView> seen = try_read(index);
   if (seen) parts_->rank.session.work("act", [&] { compute(*seen); });
 }
 
@@ -271,7 +271,7 @@ std::vector<particles::Digest> Engine::digest_now() {
   catch_up();
   for (const auto& system : parts_->script.systems) check_readable(*system);
   for (int i = 0; i < system_count(); ++i) {
-    look_at(i, [&](const Seen& seen) { note_digest(parts_->rank, seen, population(i)); });
+    look_at(i, [&](const ParticlesView& seen) { note_digest(parts_->rank, seen, population(i)); });
   }
   ask_all(*parts_, Verb::digest, "");
   std::vector<particles::Digest> found;
@@ -282,7 +282,7 @@ std::vector<particles::Digest> Engine::digest_now() {
 std::unique_ptr<particles::Store> Engine::gather_now(int index, bool to_all) {
   catch_up();
   check_readable(system(index));
-  look_at(index, [](const Seen&) {});
+  look_at(index, [](const ParticlesView&) {});
   ask_all(*parts_, Verb::gather, system(index).definition.name + (to_all ? ", to all" : ", to rank 0"));
   return engine::gather(parts_->rank, system(index), seen(index), to_all);
 }
@@ -293,7 +293,8 @@ program::Totals Engine::sum_now(int index, Verb verb, const program::Sum& what) 
   program::check(what, system(index).schema);
   if (program::uses_copies(what, system(index).schema)) read_copies(system(index), population(index));
   program::Summed own;
-  look_at(index, [&](const Seen& seen) { own = program::sum_up(what, *seen.store, seen.count, *parts_->rank.pool); });
+  look_at(index,
+          [&](const ParticlesView& seen) { own = program::sum_up(what, *seen.store, seen.count, *parts_->rank.pool); });
   ask_all(*parts_, verb, system(index).definition.name + ", " + program::fingerprint(what));
   return total_of_all(parts_->rank, std::move(own));
 }
@@ -302,7 +303,7 @@ Notes Engine::prepare_write_now(const std::string& what, bool reads, const std::
   if (reads) {
     catch_up();
     for (const auto& system : parts_->script.systems) check_readable(*system);
-    for (int i = 0; i < system_count(); ++i) look_at(i, [](const Seen&) {});
+    for (int i = 0; i < system_count(); ++i) look_at(i, [](const ParticlesView&) {});
   }
   Note own;
   parts_->rank.session.work("write", [&] { own = prepare(); });

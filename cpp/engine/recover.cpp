@@ -129,7 +129,7 @@ void restore(Parts& p, const Generation& from, const std::vector<int>& holders) 
 template <class Now>
 auto Engine::surviving(const Now& now, bool frame, std::function<void()> again) {
   const auto inside = [&] {
-    const comm::Turn turn(parts_->rank.watch.ledger(), comm::Activity::other);
+    const comm::ActivityScope turn(parts_->rank.watch.ledger(), comm::Activity::other);
     return now();
   };
   if (!replicas_.on() || recovering_) return inside();

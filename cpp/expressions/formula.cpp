@@ -89,9 +89,9 @@ class Compiler {
   }
 
   // A step may write where it reads: its loop loads before it stores.
-  void write(int n, std::vector<Step>& steps) {
+  void write(int n, std::vector<FormulaStep>& steps) {
     const Node& node = nodes_[static_cast<std::size_t>(n)];
-    Step step{node.op, 0, {}, node.index, std::bit_cast<float>(node.bits)};
+    FormulaStep step{node.op, 0, {}, node.index, std::bit_cast<float>(node.bits)};
     for (std::size_t k = 0; k < node.from.size(); ++k) {
       if (node.from[k] < 0) continue;
       step.from[k] = plane(node.from[k]);

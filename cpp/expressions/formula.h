@@ -11,7 +11,7 @@
 namespace motes::expressions {
 
 /// plane[to] = op(plane[from[0]], ...). Of Op::inside, `from` are the planes of a position.
-struct Step {
+struct FormulaStep {
   Op op = Op::constant;
   std::uint16_t to = 0;
   std::uint16_t from[4] = {};
@@ -25,8 +25,8 @@ struct Step {
 struct Formula {
   int columns = 0;
   int planes = 0;  // all of them
-  std::vector<Step> constants;
-  std::vector<Step> steps;
+  std::vector<FormulaStep> constants;
+  std::vector<FormulaStep> steps;
   std::vector<std::uint16_t> results;  // by expression: its plane
 
   /// Planes that need memory.

@@ -92,7 +92,7 @@ MOTES_OUTLINE void operate(expressions::Op op, std::int32_t index, std::size_t c
 #undef MOTES_TERNARY
 
 /// Writes the planes that are the same for all: of constants, and of the time in seconds.
-MOTES_INLINE void write_constants(const expressions::Step* steps, std::size_t length, float* const* plane,
+MOTES_INLINE void write_constants(const expressions::FormulaStep* steps, std::size_t length, float* const* plane,
                                   std::size_t count, float time) {
   for (std::size_t k = 0; k < length; ++k) {
     fill(plane[steps[k].to], steps[k].op == expressions::Op::time ? time : steps[k].value, count);
@@ -101,10 +101,10 @@ MOTES_INLINE void write_constants(const expressions::Step* steps, std::size_t le
 
 /// Runs the steps; inside(index, from, to) computes whether positions are in a shape.
 template <class Inside>
-MOTES_INLINE void run_steps(const expressions::Step* steps, std::size_t length, float* const* plane, std::size_t count,
-                            const Inside& inside) {
+MOTES_INLINE void run_steps(const expressions::FormulaStep* steps, std::size_t length, float* const* plane,
+                            std::size_t count, const Inside& inside) {
   for (std::size_t k = 0; k < length; ++k) {
-    const expressions::Step& step = steps[k];
+    const expressions::FormulaStep& step = steps[k];
     const float* const from[4] = {plane[step.from[0]], plane[step.from[1]], plane[step.from[2]], plane[step.from[3]]};
     if (step.op == expressions::Op::inside) {
       inside(step.index, from, plane[step.to]);

@@ -5,7 +5,7 @@
 
 namespace motes::image {
 
-struct Disc {
+struct DiscProfile {
   /// The part of its light at the square q of the distance from its middle, in radii; 0 <= q < 1.
   template <class Number>
   static MOTES_INLINE Number weight(Number q) {

@@ -20,7 +20,7 @@ constexpr double kPeak = 254;
 double disc_profile(double x, double y, double diameter) {
   const double radius = 0.5 * diameter;
   const double q = (x * x + y * y) / (radius * radius);
-  return q < 1 ? Disc::weight(q) : 0;
+  return q < 1 ? DiscProfile::weight(q) : 0;
 }
 
 double point_profile(double x, double y) {

@@ -33,9 +33,9 @@ inline constexpr std::size_t kPixelNumbers = static_cast<std::size_t>(kTileRows)
 /// The nearest opaque particle at a pixel: bits of its depth, then its surface: shade, blue, green, red, each 0..255
 /// (from the upper half to the lowest byte). The least number is the nearest; of equally near ones it is that with the
 /// least surface, so that it does not depend on their order.
-using Nearest = std::uint64_t;
+using NearestSurface = std::uint64_t;
 /// No particle in front of a solid at this depth: more than any surface there, less than any behind it.
-constexpr Nearest no_surface(std::uint32_t depth) { return (Nearest{depth} + 1) << 32; }
+constexpr NearestSurface no_surface(std::uint32_t depth) { return (NearestSurface{depth} + 1) << 32; }
 
 /// Bits of depths.
 struct DepthRange {
@@ -50,7 +50,7 @@ struct TilePlanes {
   /// not. Infinite where there is nothing.
   std::uint32_t* depth;
 
-  Nearest* surfaces;
+  NearestSurface* surfaces;
 
   /// Where nothing hides anything, `depth` is not in use.
   bool hides;

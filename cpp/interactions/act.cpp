@@ -41,9 +41,9 @@ class Interaction {
       : action_(action), law_(law_of(action)), extent_(extent), dt_(dt), sides_(sides), scratch_(scratch), pool_(pool),
         count_(sides[1].store == nullptr ? 1 : 2), reach_(reach_of(action, extent)) {}
 
-  Seen act() {
+  InteractionCounts act() {
     for (std::size_t s = 0; s < count_; ++s) gather(s);
-    Seen seen;
+    InteractionCounts seen;
     if (clear() > 0) {
       for (std::size_t s = 0; s < count_; ++s) seen.dropped[s] = in_the_way(s);
       for (std::size_t s = 0; s < count_; ++s) set_newborn_apart(s);
@@ -60,7 +60,7 @@ class Interaction {
     return seen;
   }
 
-  Seen act_on_pairs(const PairProcedure& procedure) {
+  InteractionCounts act_on_pairs(const PairProcedure& procedure) {
     gather(0);
     const float* column[6];
     for (std::size_t c = 0; c < 6; ++c) column[c] = scratch_.party[0].column[c].data();
@@ -264,7 +264,7 @@ class Interaction {
   }
 
   // What those of one side hear of those whom they see: of their own, or of the other side.
-  void run(std::size_t s, Seen& seen) {
+  void run(std::size_t s, InteractionCounts& seen) {
     if (law_.prepare != nullptr) {
       run(s, law_.prepare, crowds_[s].size(), seen);
       scratch_.party[s].column[pressure].swap(scratch_.party[s].out[0]);
@@ -273,7 +273,7 @@ class Interaction {
   }
 
   // `target_count`: who has an index below is a target.
-  void run(std::size_t s, void (*kernel)(const Task&), std::size_t target_count, Seen& seen) {
+  void run(std::size_t s, void (*kernel)(const Task&), std::size_t target_count, InteractionCounts& seen) {
     Scratch::Party& party = scratch_.party[s];
     const std::size_t other = count_ == 2 ? 1 - s : s;
     const float* columns[2][party_columns];
@@ -392,8 +392,8 @@ bool list_holds(const Action& action, const Side& side, bool second, Scratch& sc
   return side.list->holds(own, radii, side.now, pool);
 }
 
-Seen act_on_pairs(const Action& action, const Side& side, const PairProcedure& procedure, Scratch& scratch,
-                  threads::Pool& pool) {
+InteractionCounts act_on_pairs(const Action& action, const Side& side, const PairProcedure& procedure, Scratch& scratch,
+                               threads::Pool& pool) {
   if (!(reach_of(action, {}) > 0)) return {};
   const simd::FloatMode mode;
   const Side sides[2] = {side, {}};
@@ -401,8 +401,8 @@ Seen act_on_pairs(const Action& action, const Side& side, const PairProcedure& p
   return Interaction(action, extent, 0, sides, scratch, pool).act_on_pairs(procedure);
 }
 
-Seen act(const Action& action, const Extent& extent, float dt, const Side (&sides)[2], Scratch& scratch,
-         threads::Pool& pool) {
+InteractionCounts act(const Action& action, const Extent& extent, float dt, const Side (&sides)[2], Scratch& scratch,
+                      threads::Pool& pool) {
   if (action.kind == actions::Kind::contact_clumps) return act_on_clumps(action, extent, dt, sides[0], scratch, pool);
   if (!(reach_of(action, extent) > 0)) return {};
   return Interaction(action, extent, dt, sides, scratch, pool).act();

@@ -49,7 +49,7 @@ std::vector<Column> columns_of(const actions::Action& action, const Side& side, 
 NeighbourList::Kind list_kind(const actions::Action& action, const Side& side, bool second = false);
 
 /// Statistics of an interaction.
-struct Seen {
+struct InteractionCounts {
   std::uint64_t pairs = 0;  // counted at both ends
   std::uint32_t most_in_a_cell = 0;
   float overlap_99 = 0;  // of touching spheres, relative to the sum of both radii: see overlap.h
@@ -93,11 +93,11 @@ struct Scratch {
 bool list_holds(const actions::Action& action, const Side& side, bool second, Scratch& scratch, threads::Pool& pool);
 
 /// Calls the procedure with all pairs of this rank and adds up its changes in the order of the pairs.
-Seen act_on_pairs(const actions::Action& action, const Side& side, const PairProcedure& procedure, Scratch& scratch,
-                  threads::Pool& pool);
+InteractionCounts act_on_pairs(const actions::Action& action, const Side& side, const PairProcedure& procedure,
+                               Scratch& scratch, threads::Pool& pool);
 
 /// Acts on the particles of one system, or of two on each other. For one system, sides[1].store is null.
-Seen act(const actions::Action& action, const Extent& extent, float dt, const Side (&sides)[2], Scratch& scratch,
-         threads::Pool& pool);
+InteractionCounts act(const actions::Action& action, const Extent& extent, float dt, const Side (&sides)[2],
+                      Scratch& scratch, threads::Pool& pool);
 
 }  // namespace motes::interactions

@@ -264,7 +264,7 @@ class Summing {
 }  // namespace
 
 std::vector<ClumpSphere> spheres_of(actions::TableKey key) {
-  const std::shared_ptr<const actions::Table> table = actions::table(key);
+  const std::shared_ptr<const actions::LookupTable> table = actions::table(key);
   std::vector<ClumpSphere> spheres(table->values.size() / 4);
   for (std::size_t k = 0; k < spheres.size(); ++k) {
     const float* const numbers = table->values.data() + 4 * k;
@@ -292,8 +292,8 @@ float bounding_radius(const std::vector<ClumpSphere>& spheres) {
   return static_cast<float>(most * (1 + 1e-6));
 }
 
-Seen act_on_clumps(const Action& action, const Extent& extent, float dt, const Side& side, Scratch& scratch,
-                   threads::Pool& pool) {
+InteractionCounts act_on_clumps(const Action& action, const Extent& extent, float dt, const Side& side,
+                                Scratch& scratch, threads::Pool& pool) {
   const simd::FloatMode mode;
   if (!side.kept || scratch.clumps == nullptr) scratch.clumps = std::make_shared<ExpandedClumps>(action, side, pool);
   const std::shared_ptr<ExpandedClumps> expanded = std::move(scratch.clumps);
@@ -312,7 +312,7 @@ Seen act_on_clumps(const Action& action, const Extent& extent, float dt, const S
       std::fill_n(store.writable_plane(particles::rotational_velocity, c), store.size(), 0.0f);
     }
   }
-  const Seen seen = act(spheres.law(), of_spheres, dt, sides, scratch, pool);
+  const InteractionCounts seen = act(spheres.law(), of_spheres, dt, sides, scratch, pool);
   const float* sums[7];
   for (int c = 0; c < 3; ++c) {
     sums[c] = store.writable_plane(particles::velocity, c);

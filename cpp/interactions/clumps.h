@@ -16,8 +16,8 @@ void place_spheres(const particles::Store& store, const std::vector<ClumpSphere>
 float bounding_radius(const std::vector<ClumpSphere>& spheres);
 
 /// Acts on the clumps of one system. Does not communicate.
-Seen act_on_clumps(const actions::Action& action, const Extent& extent, float dt, const Side& side, Scratch& scratch,
-                   threads::Pool& pool);
+InteractionCounts act_on_clumps(const actions::Action& action, const Extent& extent, float dt, const Side& side,
+                                Scratch& scratch, threads::Pool& pool);
 /// See list_holds(). Leaves the spheres in the scratch: as long as their lists hold, act_on_clumps() takes them.
 bool clumps_hold(const actions::Action& action, const Side& side, Scratch& scratch, threads::Pool& pool);
 

@@ -205,9 +205,9 @@ struct ScriptedTask {
   bool shares = false;                   // whether it reads the distance or the normal
   const LeafSource* leaves = nullptr;
   std::size_t leaf_count = 0;
-  const expressions::Step* constants = nullptr;
+  const expressions::FormulaStep* constants = nullptr;
   std::size_t constant_count = 0;
-  const expressions::Step* steps = nullptr;
+  const expressions::FormulaStep* steps = nullptr;
   std::size_t step_count = 0;
   const std::uint16_t* sums = nullptr;  // planes of what is summed
   std::size_t sum_count = 0;

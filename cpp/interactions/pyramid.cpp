@@ -223,8 +223,8 @@ Moments moments_of(const Cube& cube, const Store& store) {
   return moments;
 }
 
-Seen act_by_cells(const actions::Action& action, const Cube& cube, const Moments& moments, float dt, const Side& side,
-                  Scratch& scratch, threads::Pool& pool) {
+InteractionCounts act_by_cells(const actions::Action& action, const Cube& cube, const Moments& moments, float dt,
+                               const Side& side, Scratch& scratch, threads::Pool& pool) {
   const simd::FloatMode mode;
   Store& store = *side.store;
   if (store.size() == 0) return {};
@@ -281,7 +281,7 @@ Seen act_by_cells(const actions::Action& action, const Cube& cube, const Moments
       }
     }
   });
-  Seen all{0, party.cells.most_in_a_cell()};
+  InteractionCounts all{0, party.cells.most_in_a_cell()};
   for (const std::uint64_t some : seen) all.pairs += some;
   return all;
 }

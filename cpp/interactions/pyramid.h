@@ -40,7 +40,7 @@ Moments moments_of(const Cube& cube, const particles::Store& store);
 
 /// Acts on this rank's particles: sources in the 27 leaves around each are taken one by one, the others as cells.
 /// `moments`: sums over all ranks.
-Seen act_by_cells(const actions::Action& action, const Cube& cube, const Moments& moments, float dt, const Side& side,
-                  Scratch& scratch, threads::Pool& pool);
+InteractionCounts act_by_cells(const actions::Action& action, const Cube& cube, const Moments& moments, float dt,
+                               const Side& side, Scratch& scratch, threads::Pool& pool);
 
 }  // namespace motes::interactions

@@ -33,10 +33,10 @@ class Scripted {
         own_(sides[0]), other_(sides[1]), scratch_(scratch.scripted), pool_(pool), reach_(reach_of(action, {})),
         list_(sides[0].list != nullptr ? *sides[0].list : scratch.party[0].list), read_(read_by(action, between())) {}
 
-  Seen act() {
+  InteractionCounts act() {
     gather();
     list();
-    Seen seen;
+    InteractionCounts seen;
     if (crowd_.own == 0) {
       list_.view(own_.now);  // met nobody, but in this sub-step
       return seen;
@@ -163,7 +163,7 @@ class Scripted {
     for (std::size_t s = 0; s < sums_.size(); ++s) scratch_.out[s].resize(padded(crowd_.size()));
   }
 
-  void run(Seen& seen) {
+  void run(InteractionCounts& seen) {
     std::vector<float*> out;
     for (std::size_t s = 0; s < sums_.size(); ++s) out.push_back(scratch_.out[s].data());
     ScriptedTask task{.targets = list_.cells().view(crowd_.own),
@@ -245,8 +245,8 @@ class Scripted {
 
 }  // namespace
 
-Seen act_by_script(const Action& action, double time, float dt, const Side (&sides)[2], Scratch& scratch,
-                   threads::Pool& pool) {
+InteractionCounts act_by_script(const Action& action, double time, float dt, const Side (&sides)[2], Scratch& scratch,
+                                threads::Pool& pool) {
   if (!(reach_of(action, {}) > 0)) return {};
   const simd::FloatMode mode;
   return Scripted(action, time, dt, sides, scratch, pool).act();

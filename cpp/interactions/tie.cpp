@@ -288,8 +288,8 @@ std::vector<float> pins_of(const Bonds& bonds, const Store& store) {
   return pins;
 }
 
-Stretch stretch_of(const Bonds& bonds, const Knots& knots, const Store& store, const particles::Periods& periods) {
-  Stretch stretch{knots.longest, 0};
+TieBounds stretch_of(const Bonds& bonds, const Knots& knots, const Store& store, const particles::Periods& periods) {
+  TieBounds stretch{knots.longest, 0};
   float farthest2 = 0;
   for (std::size_t i = 0; i < store.size(); ++i) {
     const std::uint32_t row = bonds.row_of(store.ids()[i]);

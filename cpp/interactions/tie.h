@@ -28,12 +28,12 @@ struct Knots {
 };
 
 /// Bounds on the present distance of tied particles, or of their nearest images.
-struct Stretch {
+struct TieBounds {
   float longest = 0;  // longest tie at the last interaction, m
   float way = 0;      // largest distance travelled since, m; infinite if unknown
 };
-Stretch stretch_of(const Bonds& bonds, const Knots& knots, const particles::Store& store,
-                   const particles::Periods& periods);
+TieBounds stretch_of(const Bonds& bonds, const Knots& knots, const particles::Store& store,
+                     const particles::Periods& periods);
 
 /// Most bonds per particle that can tear: a float holds that many bits.
 inline constexpr std::size_t kTearing = 24;

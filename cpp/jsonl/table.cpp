@@ -22,13 +22,13 @@ void append(std::string& text, Arguments... arguments) {
 
 }  // namespace
 
-void Row::start(const char* name) {
+void JsonlRow::start(const char* name) {
   text_ += text_.size() == 1 ? "\"" : ",\"";
   text_ += name;
   text_ += "\":";
 }
 
-Row& Row::field(const char* name, const std::string& value) {
+JsonlRow& JsonlRow::field(const char* name, const std::string& value) {
   start(name);
   text_ += '"';
   for (const char c : value) {
@@ -46,33 +46,33 @@ Row& Row::field(const char* name, const std::string& value) {
   return *this;
 }
 
-Row& Row::field(const char* name, std::uint64_t value) {
+JsonlRow& JsonlRow::field(const char* name, std::uint64_t value) {
   start(name);
   append(text_, value);
   return *this;
 }
 
-Row& Row::field(const char* name, std::int64_t value) {
+JsonlRow& JsonlRow::field(const char* name, std::int64_t value) {
   start(name);
   append(text_, value);
   return *this;
 }
 
-Row& Row::field(const char* name, double value) {
+JsonlRow& JsonlRow::field(const char* name, double value) {
   if (!std::isfinite(value)) return null(name);
   start(name);
   append(text_, value, std::chars_format::general, 9);
   return *this;
 }
 
-Row& Row::field(const char* name, float value) {
+JsonlRow& JsonlRow::field(const char* name, float value) {
   if (!std::isfinite(value)) return null(name);
   start(name);
   append(text_, value);
   return *this;
 }
 
-Row& Row::null(const char* name) {
+JsonlRow& JsonlRow::null(const char* name) {
   start(name);
   text_ += "null";
   return *this;
@@ -87,7 +87,7 @@ void sync_directory_of(const std::string& path) {
   ::close(directory);
 }
 
-Table::Table(std::string path, std::size_t line_bytes, std::uint64_t first_frame)
+JsonlTable::JsonlTable(std::string path, std::size_t line_bytes, std::uint64_t first_frame)
     : path_(std::move(path)), line_bytes_(line_bytes) {
   if (first_frame > 0) keep_rows_before(first_frame, path_, line_bytes);
   const int anew = first_frame > 0 ? 0 : O_TRUNC;
@@ -95,13 +95,13 @@ Table::Table(std::string path, std::size_t line_bytes, std::uint64_t first_frame
   if (file_ < 0) throw LogError("log: cannot write " + path_ + ": " + std::strerror(errno));
 }
 
-Table::~Table() {
+JsonlTable::~JsonlTable() {
   if (file_ >= 0) ::close(file_);
 }
 
-Table::Table(Table&& other) noexcept { *this = std::move(other); }
+JsonlTable::JsonlTable(JsonlTable&& other) noexcept { *this = std::move(other); }
 
-Table& Table::operator=(Table&& other) noexcept {
+JsonlTable& JsonlTable::operator=(JsonlTable&& other) noexcept {
   std::swap(path_, other.path_);
   std::swap(lines_, other.lines_);
   std::swap(line_bytes_, other.line_bytes_);
@@ -109,7 +109,7 @@ Table& Table::operator=(Table&& other) noexcept {
   return *this;
 }
 
-void Table::add(const Row& row) {
+void JsonlTable::add(const JsonlRow& row) {
   std::string line = row.done();
   // Only very long names of systems or hosts make it longer than one unit; such a line may cross a page.
   const std::size_t padded = (line.size() + 1 + line_bytes_ - 1) / line_bytes_ * line_bytes_;
@@ -118,7 +118,7 @@ void Table::add(const Row& row) {
   lines_ += '\n';
 }
 
-void Table::write() {
+void JsonlTable::write() {
   if (lines_.empty()) return;
   const ssize_t written = ::write(file_, lines_.data(), lines_.size());
   const bool whole = written == static_cast<ssize_t>(lines_.size());
@@ -126,7 +126,7 @@ void Table::write() {
   if (!whole) throw LogError("log: cannot write to " + path_ + ": " + std::strerror(errno));
 }
 
-void Table::sync() {
+void JsonlTable::sync() {
   write();
   if (file_ >= 0 && fsync(file_) != 0 && errno != EINVAL && errno != EROFS) {  // not a file of a disk
     throw LogError("log: cannot write to " + path_ + ": " + std::strerror(errno));

@@ -19,15 +19,16 @@ class LogError : public std::runtime_error {
 void sync_directory_of(const std::string& path);
 
 /// A JSON object of flat scalars, built field by field. Numbers that are not finite become null.
-class Row {
+class JsonlRow {
  public:
-  Row& field(const char* name, const std::string& value);
-  Row& field(const char* name, std::uint64_t value);
-  Row& field(const char* name, std::int64_t value);
-  Row& field(const char* name, int value) { return field(name, static_cast<std::int64_t>(value)); }
-  Row& field(const char* name, double value);
-  Row& field(const char* name, float value);  // the shortest text that gives these bits again: several times faster
-  Row& null(const char* name);
+  JsonlRow& field(const char* name, const std::string& value);
+  JsonlRow& field(const char* name, std::uint64_t value);
+  JsonlRow& field(const char* name, std::int64_t value);
+  JsonlRow& field(const char* name, int value) { return field(name, static_cast<std::int64_t>(value)); }
+  JsonlRow& field(const char* name, double value);
+  JsonlRow& field(const char* name,
+                  float value);  // the shortest text that gives these bits again: several times faster
+  JsonlRow& null(const char* name);
   std::string done() const { return text_ + "}"; }
 
  private:
@@ -37,17 +38,17 @@ class Row {
 
 /// All lines have the same length, a power of two, so that no line crosses a page: the system writes page by page, and
 /// the log of a killed run is readable to its last complete line. Lines that belong together go in one write.
-class Table {
+class JsonlTable {
  public:
-  Table() = default;
+  JsonlTable() = default;
   /// Makes an empty file; with `first_frame` above 0, goes on behind the rows that an earlier run wrote of the frames
   /// before it (kept_rows.h). Throws LogError where it cannot.
-  Table(std::string path, std::size_t line_bytes, std::uint64_t first_frame = 0);
-  ~Table();
-  Table(Table&& other) noexcept;
-  Table& operator=(Table&& other) noexcept;
+  JsonlTable(std::string path, std::size_t line_bytes, std::uint64_t first_frame = 0);
+  ~JsonlTable();
+  JsonlTable(JsonlTable&& other) noexcept;
+  JsonlTable& operator=(JsonlTable&& other) noexcept;
 
-  void add(const Row& row);
+  void add(const JsonlRow& row);
   /// Throws LogError where the disk does not accept it, as sync().
   void write();
   /// Waits until all that was written is on the disk.

@@ -83,7 +83,7 @@ std::vector<std::uint32_t> band_of(const DistanceField& grid, const Surface& sur
 }
 
 void fill_band(DistanceField& grid, const Surface& surface, threads::Pool& pool) {
-  const Nearest nearest(surface, volume(surface) < 0 ? -1 : 1);
+  const SignedDistance nearest(surface, volume(surface) < 0 ? -1 : 1);
   const std::vector<std::uint32_t> nodes = band_of(grid, surface);
   const double limit = kBand * double{grid.cell};
   threads::over_ranges(pool, nodes.size(), kRange, [&](std::size_t first, std::size_t last) {

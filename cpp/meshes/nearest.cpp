@@ -59,20 +59,21 @@ NearestPoint nearest_on(const Vector& a, const Vector& b, const Vector& c, const
   return {a + ab * (vb * scale) + ac * (vc * scale), Part::inside, 0};
 }
 
-Nearest::Nearest(const Surface& surface, double sign) : surface_(surface), sign_(sign), normals_(normals_of(surface)) {
+SignedDistance::SignedDistance(const Surface& surface, double sign)
+    : surface_(surface), sign_(sign), normals_(normals_of(surface)) {
   std::vector<std::uint32_t> number;
   const Mesh mesh = mesh_of(surface, normals_, number);
   tree_ = build_bvh(mesh);
   for (std::uint32_t& triangle : tree_.origin) triangle = number[triangle];
 }
 
-Vector Nearest::outward(std::size_t triangle, const NearestPoint& place) const {
+Vector SignedDistance::outward(std::size_t triangle, const NearestPoint& place) const {
   if (place.part == Part::inside) return normals_.triangle[triangle];
   if (place.part == Part::edge) return normals_.edge[triangle][place.k];
   return normals_.vertex[surface_.triangles[triangle][place.k]];
 }
 
-double Nearest::distance(const Vector& point, double limit) const {
+double SignedDistance::distance(const Vector& point, double limit) const {
   double least = limit * limit;
   double side = 0;
   std::uint32_t stack[kMaxBvhDepth + 4];

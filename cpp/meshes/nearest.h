@@ -18,10 +18,10 @@ struct NearestPoint {
 /// The nearest place of the triangle (C. Ericson, Real-Time Collision Detection, 5.1.5).
 NearestPoint nearest_on(const Vector& a, const Vector& b, const Vector& c, const Vector& point);
 
-class Nearest {
+class SignedDistance {
  public:
   /// The surface must be closed, and outlive this. sign: -1 where its triangles face inwards, else 1.
-  Nearest(const Surface& surface, double sign);
+  SignedDistance(const Surface& surface, double sign);
 
   /// The distance to the surface, m, negative inside; `limit` where it is not below that.
   double distance(const Vector& point, double limit) const;

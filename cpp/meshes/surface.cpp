@@ -19,9 +19,9 @@ namespace {
 constexpr double kSliver = 1e-6;
 
 // Finds the first vertex within `reach` of a point.
-class Places {
+class VertexIndex {
  public:
-  Places(const std::vector<Vector>& vertices, double reach) : vertices_(vertices), reach_(reach) {}
+  VertexIndex(const std::vector<Vector>& vertices, double reach) : vertices_(vertices), reach_(reach) {}
 
   // The number of `point`, which is a new vertex where there is none so near.
   std::uint32_t number(const Vector& point, std::uint32_t next) {
@@ -155,7 +155,7 @@ Vector unit_normal(const Vector& a, const Vector& b, const Vector& c) {
 Surface weld(const Mesh& mesh) {
   Surface surface;
   std::vector<std::uint32_t> number;
-  Places places(surface.vertices, weld_distance(mesh));
+  VertexIndex places(surface.vertices, weld_distance(mesh));
   for (std::size_t i = 0; i + 2 < mesh.vertices.size(); i += 3) {
     const Vector point{mesh.vertices[i], mesh.vertices[i + 1], mesh.vertices[i + 2]};
     const auto next = static_cast<std::uint32_t>(surface.vertices.size());

@@ -13,12 +13,13 @@
 namespace motes::program {
 
 /// Brings particles that are to be removed to the front of a range.
-class Front {
+class FrontGatherer {
  public:
-  Front(const particles::Store& store, std::size_t first) : swapper_(store), next_(static_cast<std::uint32_t>(first)) {}
+  FrontGatherer(const particles::Store& store, std::size_t first)
+      : swapper_(store), next_(static_cast<std::uint32_t>(first)) {}
 
   /// The dead and those that left, from these places of the lists on: none of them in both.
-  void gather(Outcome& outcome, std::size_t dead, std::size_t left) {
+  void gather(ListResult& outcome, std::size_t dead, std::size_t left) {
     while (dead < outcome.dead.size() || left < outcome.left.size()) {
       const bool dies =
           left == outcome.left.size() || (dead < outcome.dead.size() && outcome.dead[dead] < outcome.left[left]);
@@ -38,7 +39,7 @@ class Front {
 class Collector {
  public:
   /// Positions without planes are not looked at.
-  Collector(const particles::Store& store, const Region& region, Outcome& outcome)
+  Collector(const particles::Store& store, const Region& region, ListResult& outcome)
       : collect_(actions::kernels().collect), outcome_(outcome) {
     for (const Slice& slice : region.slices()) {
       const float* x = store.plane(particles::position, slice.axis);
@@ -76,8 +77,8 @@ class Collector {
   std::size_t at_ = 0;  // the particle that the bands' planes begin at
   std::array<actions::Band, 3> bands_{};
   decltype(actions::Kernels::collect) collect_;
-  Outcome& outcome_;
-  std::optional<Front> front_;
+  ListResult& outcome_;
+  std::optional<FrontGatherer> front_;
 
   // Room for one more block's indices; the kernel says how many it used.
   using Block = std::array<std::uint32_t, particles::kBlock + particles::kPadding>;

@@ -88,7 +88,7 @@ std::size_t block_for(std::size_t actions, bool fetched) {
 
 // Calls work(first, last, outcome) for ranges of the particles, and puts the outcomes together in order.
 template <class Work>
-void share(threads::Pool& pool, std::size_t begin, std::size_t end, Outcome& outcome, const Work& work) {
+void share(threads::Pool& pool, std::size_t begin, std::size_t end, ListResult& outcome, const Work& work) {
   const std::size_t count = end - begin;
   if (pool.threads() == 1 || count < pool.items(kAlone)) {
     for (std::size_t first = begin; first < end; first += kFullRange) {
@@ -98,15 +98,15 @@ void share(threads::Pool& pool, std::size_t begin, std::size_t end, Outcome& out
     return;
   }
   const std::vector<std::size_t> starts = threads::falling_ranges(pool, count, kFullRange, kLastRange, kWhole);
-  std::vector<Outcome> outcomes(starts.size() - 1);
+  std::vector<ListResult> outcomes(starts.size() - 1);
   pool.run(outcomes.size(), [&](std::size_t part, std::size_t) {
-    Outcome here;  // not among the others yet: threads would wait for each other's cache lines
+    ListResult here;  // not among the others yet: threads would wait for each other's cache lines
     here.wants_hits = outcome.wants_hits;
     here.gathers = outcome.gathers;
     work(begin + starts[part], begin + starts[part + 1], here);
     outcomes[part] = std::move(here);
   });
-  for (const Outcome& part : outcomes) {
+  for (const ListResult& part : outcomes) {
     append(outcome.dead, part.dead);
     append(outcome.left, part.left);
     append(outcome.hits, part.hits);
@@ -114,7 +114,7 @@ void share(threads::Pool& pool, std::size_t begin, std::size_t end, Outcome& out
 }
 
 // Tables are kept as long as the process lives.
-void bind_table(const actions::Table& table, actions::Parameters& parameters) {
+void bind_table(const actions::LookupTable& table, actions::Parameters& parameters) {
   parameters.table = table.values.data();
   std::copy(table.size.begin(), table.size.end(), parameters.table_size);
 }
@@ -212,11 +212,11 @@ std::vector<Program::Operation> Program::bind(const Store& store, std::uint64_t 
 }
 
 void Program::run(Store& store, std::size_t begin, std::size_t entry, const Span& span, particles::Key key,
-                  const Region& region, Outcome& outcome, threads::Pool& pool) const {
+                  const Region& region, ListResult& outcome, threads::Pool& pool) const {
   if (list_.empty() || begin >= store.size()) return;
   const Pass pass = prepare(store, entry, span, key, region);
   share(pool, begin, store.size(), outcome,
-        [&](std::size_t first, std::size_t last, Outcome& of_range) { run_range(pass, first, last, of_range); });
+        [&](std::size_t first, std::size_t last, ListResult& of_range) { run_range(pass, first, last, of_range); });
 }
 
 // Allocates what the list writes to; from then on parts may run at the same time.
@@ -240,7 +240,7 @@ Program::Pass Program::prepare(Store& store, std::size_t entry, const Span& span
   return {store, span, region, steps_of(entry, span, key), still, conditional, wraps, reads | writes};
 }
 
-void Program::run_range(const Pass& pass, std::size_t first, std::size_t last, Outcome& outcome) const {
+void Program::run_range(const Pass& pass, std::size_t first, std::size_t last, ListResult& outcome) const {
   const simd::FloatMode mode;
   static thread_local std::array<float, actions::kScratch> scratch;  // kept: a range is soon done
   static thread_local std::vector<float> work;
@@ -354,10 +354,10 @@ void Program::run_where(const Operation& operation, const actions::Block& block,
   }
 }
 
-void Program::find_migrants(const Store& store, std::size_t begin, const Region& region, Outcome& outcome,
+void Program::find_migrants(const Store& store, std::size_t begin, const Region& region, ListResult& outcome,
                             threads::Pool& pool) {
   if (region.slices().empty() || begin >= store.size()) return;
-  share(pool, begin, store.size(), outcome, [&](std::size_t first, std::size_t last, Outcome& of_range) {
+  share(pool, begin, store.size(), outcome, [&](std::size_t first, std::size_t last, ListResult& of_range) {
     Collector collector(store, region, of_range);
     for (std::size_t at = first; at < last; at += kBlock) {
       collector.collect({std::min(kBlock, last - at), nullptr, {}, collector.dead()}, at);
@@ -365,7 +365,7 @@ void Program::find_migrants(const Store& store, std::size_t begin, const Region&
   });
 }
 
-void tidy(Outcome& outcome) {
+void tidy(ListResult& outcome) {
   for (std::vector<std::uint32_t>* list : {&outcome.dead, &outcome.left, &outcome.hits}) {
     std::sort(list->begin(), list->end());
     list->erase(std::unique(list->begin(), list->end()), list->end());

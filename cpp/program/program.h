@@ -48,7 +48,7 @@ class Region {
 };
 
 /// Indices of particles, ascending.
-struct Outcome {
+struct ListResult {
   std::vector<std::uint32_t> dead;
   std::vector<std::uint32_t> left;
   std::vector<std::uint32_t> hits;  // bounced at least once; kept only where `wants_hits`
@@ -66,7 +66,7 @@ struct Outcome {
 };
 
 /// Several passes may find the same particle dead; the dead do not leave. All lists become ascending again.
-void tidy(Outcome& outcome);
+void tidy(ListResult& outcome);
 
 class FetchAhead;
 
@@ -80,12 +80,12 @@ class Program {
   /// `entry` on, the others in full. Adds the dead and those outside the region to `outcome`; removes none. An empty
   /// list does nothing; it does not even look for migrants. The threads of the pool share the particles.
   void run(particles::Store& store, std::size_t begin, std::size_t entry, const Span& span, particles::Key key,
-           const Region& region, Outcome& outcome, threads::Pool& pool = threads::alone()) const;
+           const Region& region, ListResult& outcome, threads::Pool& pool = threads::alone()) const;
 
   std::size_t size() const { return list_.size(); }
 
   /// Adds the particles outside the region to outcome.left.
-  static void find_migrants(const particles::Store& store, std::size_t begin, const Region& region, Outcome& outcome,
+  static void find_migrants(const particles::Store& store, std::size_t begin, const Region& region, ListResult& outcome,
                             threads::Pool& pool = threads::alone());
 
  private:
@@ -128,7 +128,7 @@ class Program {
 
   Pass prepare(particles::Store& store, std::size_t entry, const Span& span, particles::Key key,
                const Region& region) const;
-  void run_range(const Pass& pass, std::size_t first, std::size_t last, Outcome& outcome) const;
+  void run_range(const Pass& pass, std::size_t first, std::size_t last, ListResult& outcome) const;
   std::vector<Substep> steps_of(std::size_t entry, const Span& span, particles::Key key) const;
   static void run_block(const Pass& pass, const std::vector<Operation>& operations, const actions::Block& block,
                         std::vector<particles::DrawKeys>& draws, FetchAhead* ahead);
@@ -142,7 +142,7 @@ class Program {
   // What a law of the list computes.
   struct Law {
     expressions::Formula formula;
-    std::vector<actions::Outcome> outcomes;
+    std::vector<actions::LawResult> outcomes;
   };
 
   std::vector<actions::Action> list_;

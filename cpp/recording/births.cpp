@@ -121,7 +121,7 @@ void jitter(particles::Key key, float dt, Store& into) {
 
 // The shape moves from `before` to where it is now: each particle is on the straight way between the points that the
 // same random numbers draw from both, as far along as the frame has got when it is born.
-void spread_along(const shapes::Shape& before, particles::Key key, const Moment& moment, Store& into) {
+void spread_along(const shapes::Shape& before, particles::Key key, const BirthStep& moment, Store& into) {
   Store first(into.schema());
   first.grow(into.size());
   std::vector<std::uint64_t> ids(into.size());
@@ -157,8 +157,8 @@ void check_until(const Birth& birth) {
 
 }  // namespace
 
-Moment moment_of(const Birth& birth, float dt, int substep, int substeps) {
-  return birth.before.empty() ? Moment(dt) : Moment(dt, substep, substeps);
+BirthStep moment_of(const Birth& birth, float dt, int substep, int substeps) {
+  return birth.before.empty() ? BirthStep(dt) : BirthStep(dt, substep, substeps);
 }
 
 void check(const Birth& birth, const particles::Schema& schema) {
@@ -207,14 +207,14 @@ std::vector<std::uint64_t> meshes_of(const Birth& birth) {
 }
 
 Store make(const Birth& birth, const particles::Schema& schema, particles::Key key, std::uint64_t first_id,
-           std::uint64_t count, const Moment& moment, bool keeps_copies, std::uint64_t skip) {
+           std::uint64_t count, const BirthStep& moment, bool keeps_copies, std::uint64_t skip) {
   std::vector<std::uint64_t> ids(count);
   std::iota(ids.begin(), ids.end(), first_id);
   return make(birth, schema, key, ids, moment, keeps_copies, first_id - skip);
 }
 
 Store make(const Birth& birth, const particles::Schema& schema, particles::Key key, std::span<const std::uint64_t> ids,
-           const Moment& moment, bool keeps_copies, std::optional<std::uint64_t> first_of_call) {
+           const BirthStep& moment, bool keeps_copies, std::optional<std::uint64_t> first_of_call) {
   Store newborn(schema);
   if (ids.empty()) return newborn;
   std::vector<bool> emitted(static_cast<std::size_t>(schema.size()), false);

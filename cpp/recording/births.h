@@ -66,25 +66,25 @@ constexpr void fields(Visitor& visit, Birth& birth) {
 }
 
 /// The (sub)step in which particles are born.
-struct Moment {
-  constexpr Moment(float seconds = 0) : dt(seconds) {}  // NOLINT(google-explicit-constructor): a whole frame
-  constexpr Moment(float seconds, int substep, int substeps)
+struct BirthStep {
+  constexpr BirthStep(float seconds = 0) : dt(seconds) {}  // NOLINT(google-explicit-constructor): a whole frame
+  constexpr BirthStep(float seconds, int substep, int substeps)
       : dt(seconds), start(static_cast<float>(substep) / static_cast<float>(substeps)),
         end(static_cast<float>(substep + 1) / static_cast<float>(substeps)) {}
 
   float dt;  // its length, seconds
   float start = 0, end = 1;  // which part of the frame it is: for shapes that move
 
-  bool operator==(const Moment&) const = default;
+  bool operator==(const BirthStep&) const = default;
 };
 
 template <class Visitor>
-constexpr void fields(Visitor& visit, Moment& moment) {
+constexpr void fields(Visitor& visit, BirthStep& moment) {
   visit(moment.dt, moment.start, moment.end);
 }
 
 /// The moment of a call's births: the same in all sub-steps where its shape does not move.
-Moment moment_of(const Birth& birth, float dt, int substep, int substeps);
+BirthStep moment_of(const Birth& birth, float dt, int substep, int substeps);
 
 /// Throws std::invalid_argument, naming argument, value and what is allowed.
 void check(const Birth& birth, const particles::Schema& schema);
@@ -97,11 +97,11 @@ std::vector<std::uint64_t> meshes_of(const Birth& birth);
 /// so newborns without a value for them get copies. skip: how many particles of the call before first_id are created
 /// elsewhere; the rows of an emit start after theirs.
 particles::Store make(const Birth& birth, const particles::Schema& schema, particles::Key key, std::uint64_t first_id,
-                      std::uint64_t count, const Moment& moment, bool keeps_copies = false, std::uint64_t skip = 0);
+                      std::uint64_t count, const BirthStep& moment, bool keeps_copies = false, std::uint64_t skip = 0);
 /// The same with ids in any order. The rows of an emit are those of the ids from first_of_call on, or, without it, of
 /// these ids one after another.
 particles::Store make(const Birth& birth, const particles::Schema& schema, particles::Key key,
-                      std::span<const std::uint64_t> ids, const Moment& moment, bool keeps_copies = false,
+                      std::span<const std::uint64_t> ids, const BirthStep& moment, bool keeps_copies = false,
                       std::optional<std::uint64_t> first_of_call = std::nullopt);
 
 /// Whether the call gives newborns a *_b attribute.

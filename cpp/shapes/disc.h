@@ -32,7 +32,7 @@ struct DiscLanes {
     return Surroundings{radius * radius, 2.0f * kRounding}.may_meet(center, normal, p, to);
   }
   MOTES_INLINE Hit hit(Floats3 p, Floats3 path) const {
-    const Crossing c = cross_plane(center, normal, p, path);
+    const PlaneCrossing c = cross_plane(center, normal, p, path);
     const Floats3 from_center = c.at - all3(center);
     const Floats distance2 = dot(from_center, from_center);
     const Mask within = (distance2 <= radius * radius) & (distance2 >= inner * inner);

@@ -44,7 +44,7 @@ struct ExactShell {
     Doubles height;
     Doubles3 across;
   };
-  struct Stretch {
+  struct PathInterval {
     Doubles from, to;
   };
   struct End {
@@ -72,7 +72,7 @@ struct ExactShell {
 
   /// Which part of a path is within a wall: a s^2 + 2 b s + c <= 0. Where the path is steeper than a cone's side
   /// (a < 0), it is inside the cone beyond one root, and inside the cone's mirror image beyond the other.
-  static MOTES_INLINE Stretch stretch(Wall wall, const AxialPoint& at, const AxialPoint& by) {
+  static MOTES_INLINE PathInterval stretch(Wall wall, const AxialPoint& at, const AxialPoint& by) {
     const Doubles radius = radius_at(wall, at), growth = wall.slope * by.height;
     const Doubles a = (dot(by.across, by.across) - growth * growth) + 0.0;  // never -0
     const Doubles b = dot(at.across, by.across) - radius * growth;
@@ -86,8 +86,8 @@ struct ExactShell {
     const Doubles never = all_doubles(kFar), always = all_doubles(-kFar);
     const Longs up = (Longs)(by.height > 0.0), steep = (Longs)(a < 0.0) & ~flat;
     const Longs met = (Longs)(square > 0.0) & ~flat, still = (Longs)(c <= 0.0);
-    const Stretch plain{select(met, first, select(still, always, never)),
-                        select(met, last, select(still, never, always))};
+    const PathInterval plain{select(met, first, select(still, always, never)),
+                             select(met, last, select(still, never, always))};
     return {select(steep, select(up, last, always), plain.from), select(steep, select(up, never, first), plain.to)};
   }
 
@@ -103,12 +103,12 @@ struct ExactShell {
     const Doubles to_start = -at.height / step, to_end = (length - at.height) / step;
     const Longs among = between_caps(at.height);
     const Doubles never = all_doubles(kFar), always = all_doubles(-kFar);
-    const Stretch caps{select(still, select(among, always, never), min(to_start, to_end)),
-                       select(still, select(among, never, always), max(to_start, to_end))};
-    const Stretch side = stretch(outer, at, by);
-    Stretch bore{never, never};
+    const PathInterval caps{select(still, select(among, always, never), min(to_start, to_end)),
+                            select(still, select(among, never, always), max(to_start, to_end))};
+    const PathInterval side = stretch(outer, at, by);
+    PathInterval bore{never, never};
     if (bored) {
-      const Stretch cut = stretch(inner, at, by);
+      const PathInterval cut = stretch(inner, at, by);
       const Longs hollow = (Longs)(cut.from <= cut.to);
       bore = {select(hollow, cut.from, never), select(hollow, cut.to, never)};
     }
@@ -135,7 +135,7 @@ struct ExactShell {
   MOTES_INLINE End wall_met(const AxialPoint& at, const AxialPoint& there, const AxialPoint& by) const {
     const Longs inside = within(outer, at), differs = inside ^ within(outer, there);
     if (!any(differs | ~inside)) return End{};
-    const Stretch side = stretch(outer, at, by);
+    const PathInterval side = stretch(outer, at, by);
     const auto on_wall = [&](Doubles part) __attribute__((always_inline)) {
       return between_caps(at.height + by.height * of_path(part));
     };

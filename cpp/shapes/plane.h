@@ -76,13 +76,13 @@ struct Surroundings {
 };
 
 /// Where a path crosses the plane of a flat shape, from either side.
-struct Crossing {
+struct PlaneCrossing {
   Mask mask;
   Floats part;
   Floats3 at, normal;
 };
 
-MOTES_INLINE Crossing cross_plane(Float3 point, Float3 normal, Floats3 p, Floats3 path) {
+MOTES_INLINE PlaneCrossing cross_plane(Float3 point, Float3 normal, Floats3 p, Floats3 path) {
   const Floats before = dot(p - all3(point), all3(normal));
   const Floats change = dot(path, all3(normal));
   // The side on which the next step will see the particle, to the last bit: before + change may give the other side.

@@ -26,7 +26,7 @@ struct RectangleLanes {
     return Surroundings::of_edges(u, v).may_meet(origin, normal, p, to);
   }
   MOTES_INLINE Hit hit(Floats3 p, Floats3 path) const {
-    const Crossing c = cross_plane(origin, normal, p, path);
+    const PlaneCrossing c = cross_plane(origin, normal, p, path);
     // a and b solve at = origin + a u + b v, by the edges' reciprocal vectors.
     const Float3 uxv = cross(u, v);
     const float scale = 1.0f / dot(uxv, uxv);

@@ -261,8 +261,8 @@ Shape unite(const std::vector<Shape>& shapes) {
   return whole;
 }
 
-std::vector<Part> parts_of(const Shape& shape) {
-  std::vector<Part> parts(static_cast<std::size_t>(shape.parts));
+std::vector<UnionPart> parts_of(const Shape& shape) {
+  std::vector<UnionPart> parts(static_cast<std::size_t>(shape.parts));
   for (std::size_t i = 0; i < parts.size(); ++i) {
     parts[i].kind = shape.part[i].kind;
     std::copy_n(shape.part[i].number, kNumbers, parts[i].number);
@@ -271,7 +271,7 @@ std::vector<Part> parts_of(const Shape& shape) {
   return parts;
 }
 
-void set_parts(Shape& shape, const std::vector<Part>& parts) {
+void set_parts(Shape& shape, const std::vector<UnionPart>& parts) {
   Shape whole;
   whole.kind = shape.kind;
   std::copy_n(shape.number, kNumbers, whole.number);

@@ -58,27 +58,27 @@ Shape unite(const std::vector<Shape>& shapes);
 inline constexpr std::size_t kMostParts = 65536;
 
 /// A part of a union as bytes: its kind and numbers. Everything else follows from them.
-struct Part {
+struct UnionPart {
   Kind kind = Kind::point;
   float number[kNumbers] = {};
   std::uint64_t mesh = 0;
 };
 
 template <class Visitor>
-constexpr void fields(Visitor& visit, Part& part) {
+constexpr void fields(Visitor& visit, UnionPart& part) {
   visit(part.kind, part.number, part.mesh);
 }
 
-std::vector<Part> parts_of(const Shape& shape);
+std::vector<UnionPart> parts_of(const Shape& shape);
 
 /// Gives its parts to a shape that was read: none unless it is a union; to a mesh, what this process has made of it.
 /// Throws std::runtime_error where these parts cannot form a union.
-void set_parts(Shape& shape, const std::vector<Part>& parts);
+void set_parts(Shape& shape, const std::vector<UnionPart>& parts);
 
 template <class Visitor>
 void fields(Visitor& visit, Shape& shape) {
   visit(shape.kind, shape.number, shape.mesh);
-  std::vector<Part> parts;
+  std::vector<UnionPart> parts;
   if (shape.kind == Kind::united) {
     if constexpr (!Visitor::kReads) parts = parts_of(shape);
     visit(parts);

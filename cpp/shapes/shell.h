@@ -15,13 +15,13 @@ struct Wall {
 };
 
 /// The part of a path between `from` and `to`; empty where from > to.
-struct Stretch {
+struct PathInterval {
   Floats from, to;
 };
 
 inline constexpr float kEndless = __builtin_inff();
-MOTES_INLINE Stretch nowhere() { return {all(kEndless), all(-kEndless)}; }
-MOTES_INLINE Stretch select(Mask mask, Stretch yes, Stretch no) {
+MOTES_INLINE PathInterval nowhere() { return {all(kEndless), all(-kEndless)}; }
+MOTES_INLINE PathInterval select(Mask mask, PathInterval yes, PathInterval no) {
   return {select(mask, yes.from, no.from), select(mask, yes.to, no.to)};
 }
 
@@ -78,9 +78,9 @@ struct Shell {
   MOTES_INLINE Hit hit(Floats3 p, Floats3 path) const {
     const AxialPoint at = place(p);
     const AxialPoint by = split(path);
-    const Stretch caps = between_caps(at, by);
-    const Stretch side = within(outer, at, by);
-    const Stretch bore = bored ? within(inner, at, by) : nowhere();
+    const PathInterval caps = between_caps(at, by);
+    const PathInterval side = within(outer, at, by);
+    const PathInterval bore = bored ? within(inner, at, by) : nowhere();
     const Border border = first_border(caps, side, bore);
     const Mask mask = border.mask & (border.part <= 1.0f);
     const Floats part = select(mask, border.part, Floats{});
@@ -145,19 +145,19 @@ struct Shell {
            (nearest_at_end | (between > a * (most2 + before.across2 * (2.0f * kRounding))));
   }
 
-  MOTES_INLINE Stretch between_caps(const AxialPoint& at, const AxialPoint& by) const {
+  MOTES_INLINE PathInterval between_caps(const AxialPoint& at, const AxialPoint& by) const {
     const Mask still = by.height == 0.0f;
     const Floats inverse = all(1.0f) / select(still, all(1.0f), by.height);
     const Floats to_start = -at.height * inverse;
     const Floats to_end = (length - at.height) * inverse;
     const Mask inside = (at.height >= 0.0f) & (at.height <= length);
-    const Stretch standing = select(inside, Stretch{all(-kEndless), all(kEndless)}, nowhere());
+    const PathInterval standing = select(inside, PathInterval{all(-kEndless), all(kEndless)}, nowhere());
     return select(still, standing, {min(to_start, to_end), max(to_start, to_end)});
   }
 
   /// Where |across| < radius: a s^2 + 2 b s + c < 0 for the fraction s of the path. Where the path is steeper than a
   /// cone's side (a < 0), it is inside the cone beyond one root, and inside the cone's mirror image beyond the other.
-  static MOTES_INLINE Stretch within(Wall wall, const AxialPoint& at, const AxialPoint& by) {
+  static MOTES_INLINE PathInterval within(Wall wall, const AxialPoint& at, const AxialPoint& by) {
     const Floats radius = wall.start + wall.slope * at.height;
     const Floats growth = wall.slope * by.height;
     const Floats a = (dot(by.across, by.across) - growth * growth) + 0.0f;  // never -0: its inverse would be -infinite
@@ -171,10 +171,11 @@ struct Shell {
     const Floats one = q / select(flat, all(1.0f), a);
     const Floats other = c / select(flat, all(1.0f), q);
     const Floats first = min(one, other), last = max(one, other);
-    const Stretch steep = select(by.height > 0.0f, Stretch{last, all(kEndless)}, Stretch{all(-kEndless), first});
-    const Stretch still = select(c < 0.0f, Stretch{all(-kEndless), all(kEndless)}, nowhere());
+    const PathInterval steep =
+        select(by.height > 0.0f, PathInterval{last, all(kEndless)}, PathInterval{all(-kEndless), first});
+    const PathInterval still = select(c < 0.0f, PathInterval{all(-kEndless), all(kEndless)}, nowhere());
     // From within, squares of tiny numbers alone can make it seem that the wall is nowhere.
-    const Stretch met = select(a < 0.0f, steep, select(square > 0.0f, Stretch{first, last}, still));
+    const PathInterval met = select(a < 0.0f, steep, select(square > 0.0f, PathInterval{first, last}, still));
     return select(flat, still, met);
   }
 
@@ -187,13 +188,14 @@ struct Shell {
   };
 
   /// The material lies between caps and side, without the bore: one interval before the bore, one after it.
-  static MOTES_INLINE Border first_border(const Stretch& caps, const Stretch& side, const Stretch& bore) {
-    const Stretch solid{max(caps.from, side.from), min(caps.to, side.to)};
+  static MOTES_INLINE Border first_border(const PathInterval& caps, const PathInterval& side,
+                                          const PathInterval& bore) {
+    const PathInterval solid{max(caps.from, side.from), min(caps.to, side.to)};
     const Mask hollow = bore.from <= bore.to;
     const Floats bore_from = select(hollow, bore.from, all(kEndless));
     const Floats bore_to = select(hollow, bore.to, all(kEndless));
-    const Stretch before{solid.from, min(solid.to, bore_from)};
-    const Stretch behind{max(solid.from, bore_to), solid.to};
+    const PathInterval before{solid.from, min(solid.to, bore_from)};
+    const PathInterval behind{max(solid.from, bore_to), solid.to};
     const Mask enters_before = (before.from <= before.to) & (before.from >= 0.0f);
     const Mask leaves_before = (before.from <= before.to) & (before.from < 0.0f) & (before.to > 0.0f);
     const Mask near = enters_before | leaves_before;
@@ -201,7 +203,7 @@ struct Shell {
     const Mask leaves_behind = ~near & (behind.from <= behind.to) & (behind.from < 0.0f) & (behind.to > 0.0f);
     const Mask enters = enters_before | enters_behind;
     const Mask leaves = leaves_before | leaves_behind;
-    const Stretch ahead = select(near, before, behind);
+    const PathInterval ahead = select(near, before, behind);
     const Mask of_bore = (leaves_before & (bore_from < solid.to)) | (enters_behind & (bore_to > solid.from));
     const Mask of_cap = ~of_bore & ((enters & (caps.from > side.from)) | (leaves & (caps.to < side.to)));
     return {enters | leaves, select(enters, ahead.from, ahead.to), of_cap, of_bore,

@@ -34,7 +34,7 @@ struct TriangleLanes {
     return Surroundings::of_edges(u, v).may_meet(origin, normal, p, to);
   }
   MOTES_INLINE Hit hit(Floats3 p, Floats3 path) const {
-    const Crossing c = cross_plane(origin, normal, p, path);
+    const PlaneCrossing c = cross_plane(origin, normal, p, path);
     const Floats3 from_origin = c.at - all3(origin);
     const Floats a = dot(from_origin, all3(to_a));
     const Floats b = dot(from_origin, all3(to_b));

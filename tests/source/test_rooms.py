@@ -206,3 +206,23 @@ def test_files_that_comments_name_are_there():
         if not any(other.endswith(f"/{name}") for other in ends)
     ]
     assert gone == []
+
+
+NAMED_ALIKE = {  # in each room that has one, or as a kind of sprites is named in scripts
+    *("Channels", "Spread"),  # one for wide vectors, one for narrow ones
+    *("Kernels", "Kind", "Options", "Value"),
+    *("Mesh", "Picture"),
+}
+
+
+def defined_types(headers: dict[str, str]) -> Counter[str]:
+    """Count how often headers define a type of each name."""
+    find = re.compile(r"^(?:struct|class|enum class|using) (\w+)(?: final)?(?: :| \{| =)", re.MULTILINE)
+    return Counter(name for text in headers.values() for name in find.findall(text))
+
+
+def test_the_name_of_a_type_has_one_meaning():
+    found = defined_types({str(path): path.read_text() for path in CPP.rglob("*.h")})
+    assert len(found) > 400
+    assert {name for name, times in found.items() if times > 1} == NAMED_ALIKE
+    assert defined_types({"a.h": "struct Place {\n", "b.h": "class Place final : Base {\n"}) == {"Place": 2}

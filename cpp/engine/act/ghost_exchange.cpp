@@ -46,7 +46,7 @@ GhostExchange::Migrants migrants_of(const Rank& rank, const System& system, cons
   find_migrants(rank, system, here);
   migrants.to = migrants_by_owner(rank, system, here);
   here.outcome.left.clear();
-  const domains::Cover own = images.ends(system.domains.cover(rank.session.calculator()));
+  const domains::BoxCover own = images.ends(system.domains.cover(rank.session.calculator()));
   for (const auto& [owner, particles] : migrants.to) {
     for (const std::uint32_t p : particles) {
       float x[3];
@@ -101,7 +101,7 @@ void GhostExchange::find_migrants() {
 }
 
 // Returns the part of a domain that particles can be in.
-const domains::Cover& GhostExchange::cover(std::size_t side, int calculator) const {
+const domains::BoxCover& GhostExchange::cover(std::size_t side, int calculator) const {
   const auto [found, is_new] = covers_[side].try_emplace(calculator);
   if (is_new) found->second = images_.ends(in_.system(side).domains.cover(calculator));
   return found->second;
@@ -110,7 +110,7 @@ const domains::Cover& GhostExchange::cover(std::size_t side, int calculator) con
 // Tells whether one calculator may have migrants or ghosts for another.
 bool GhostExchange::concerns(int from, int to) const {
   for (std::size_t a = 0; a < in_.interaction.count; ++a) {
-    const domains::Cover& own = cover(a, from);
+    const domains::BoxCover& own = cover(a, from);
     if (images_.within(own, cover(a, to), farthest_)) return true;
     if (images_.within(own, cover(in_.seer(a), to), farthest_ + range_)) return true;
   }
@@ -192,7 +192,7 @@ void GhostExchange::keep_ghosts(const std::vector<int>& others) {
     std::vector<int> targets = others;
     if (images_.any()) targets.push_back(self);
     for (const int target : targets) {
-      const domains::Cover& seer = cover(in_.seer(side), target);
+      const domains::BoxCover& seer = cover(in_.seer(side), target);
       Chosen seen;
       for (const std::uint32_t p : near) choose(side, seer, p, target == self ? 1 : 0, seen);
       if (seen.size() == 0) continue;
@@ -262,7 +262,7 @@ void GhostExchange::unpack_changes(int source, const Message& message) {
 
 // Adds the places, from number `first` on, at which particles in a box may see one of this calculator's. Ties find the
 // nearest image themselves: they get each particle once, where it is.
-void GhostExchange::choose(std::size_t side, const domains::Cover& seer, std::uint32_t p, std::uint8_t first,
+void GhostExchange::choose(std::size_t side, const domains::BoxCover& seer, std::uint32_t p, std::uint8_t first,
                            Chosen& chosen) const {
   const Store& store = in_.population(side).store;
   float x[3];
@@ -284,7 +284,7 @@ std::vector<std::uint32_t> GhostExchange::near_the_border(std::size_t side) cons
   if (!seen(side)) return {};
   const System& sees = in_.system(in_.seer(side));
   const Store& store = in_.population(side).store;
-  const domains::Cover& own = cover(side, in_.rank.session.calculator());
+  const domains::BoxCover& own = cover(side, in_.rank.session.calculator());
   const bool nothing_deep = sees.domains != in_.system(side).domains || own.whole == 0 || own.around == domains::Box{};
   if (nothing_deep) return first_indices(store.size());
   std::vector<std::uint8_t> deep(store.size(), 0);
@@ -321,7 +321,7 @@ void GhostExchange::pack(std::size_t side, std::map<int, Message>& messages) {
     put_noted(here, here.bounced, gone, bytes);
     put_noted(here, here.collided, gone, bytes);
     // A particle is a ghost everywhere but at its owner, where only its images are.
-    const domains::Cover& seer = cover(in_.seer(side), target);
+    const domains::BoxCover& seer = cover(in_.seer(side), target);
     Chosen copied;
     for (const std::uint32_t p : near) choose(side, seer, p, owner_of(p) == target ? 1 : 0, copied);
     put_ghosts(*in_.interaction.action, side == 1, here.store, copied, bytes);
@@ -330,7 +330,7 @@ void GhostExchange::pack(std::size_t side, std::map<int, Message>& messages) {
     in_.rank.machine.charge(in_.rank.machine.costs().copy * static_cast<double>(copied.size()));
   }
   base::Bytes kept;  // migrants and images that this calculator sees, packed
-  const domains::Cover& own = cover(in_.seer(side), self);
+  const domains::BoxCover& own = cover(in_.seer(side), self);
   Chosen copied;
   for (const auto& [p, owner] : owners) {
     if (seen(side)) choose(side, own, p, 0, copied);

@@ -66,8 +66,9 @@ class GhostExchange {
   void keep_ghosts(const std::vector<int>& others);
   std::uint64_t pack_changes(int target, base::Bytes& bytes);
   void unpack_changes(int source, const comm::Message& message);
-  const domains::Cover& cover(std::size_t side, int calculator) const;
-  void choose(std::size_t side, const domains::Cover& seer, std::uint32_t p, std::uint8_t first, Chosen& chosen) const;
+  const domains::BoxCover& cover(std::size_t side, int calculator) const;
+  void choose(std::size_t side, const domains::BoxCover& seer, std::uint32_t p, std::uint8_t first,
+              Chosen& chosen) const;
   void refresh_own_images();
   std::vector<std::uint32_t> near_the_border(std::size_t side) const;
   void pack(std::size_t side, std::map<int, comm::Message>& messages);
@@ -84,7 +85,7 @@ class GhostExchange {
   double range_ = 0;
   std::map<int, std::uint64_t> sent_;  // migrants and ghosts
   interactions::Ghosts ghosts_[2];     // where no list is kept
-  mutable std::map<int, domains::Cover> covers_[2];  // of calculators' domains, as soon as one asks
+  mutable std::map<int, domains::BoxCover> covers_[2];  // of calculators' domains, as soon as one asks
 };
 
 }  // namespace motes::engine

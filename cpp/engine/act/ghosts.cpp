@@ -36,7 +36,7 @@ double outside(const domains::Box& box, const float (&x)[3]) {
   return most;
 }
 
-bool within(const domains::Cover& cover, const float (&x)[3], double range) {
+bool within(const domains::BoxCover& cover, const float (&x)[3], double range) {
   if (!(outside(cover.around, x) <= range)) return false;
   const auto near = [&](const domains::Box& box) { return outside(box, x) <= range; };
   return std::any_of(cover.boxes.begin(), cover.boxes.end(), near);

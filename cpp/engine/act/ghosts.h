@@ -19,7 +19,7 @@ double gap(const domains::Box& a, const domains::Box& b);
 /// Returns the distance of a point from the box, m; infinite for NaN, which may belong to any calculator.
 double outside(const domains::Box& box, const float (&x)[3]);
 /// Tells whether a point is at most so far from one of the boxes around a domain, m.
-bool within(const domains::Cover& cover, const float (&x)[3], double range);
+bool within(const domains::BoxCover& cover, const float (&x)[3], double range);
 
 /// Particles that become ghosts, each at one of its places.
 struct Chosen {

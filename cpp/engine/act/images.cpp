@@ -43,7 +43,7 @@ float Images::farthest_end() const {
   return most;
 }
 
-domains::Cover Images::ends(domains::Cover cover) const {
+domains::BoxCover Images::ends(domains::BoxCover cover) const {
   const auto limit = [&](domains::Box& box) {
     for (std::size_t c = 0; c < 3; ++c) {
       if (!periods_.has(static_cast<int>(c))) continue;
@@ -56,7 +56,7 @@ domains::Cover Images::ends(domains::Cover cover) const {
   return cover;
 }
 
-bool Images::within(const domains::Cover& a, const domains::Cover& b, double range) const {
+bool Images::within(const domains::BoxCover& a, const domains::BoxCover& b, double range) const {
   for (const std::array<double, 3>& shift : shifts_) {
     if (!(gap(shifted(a.around, shift), b.around) <= range)) continue;
     for (const domains::Box& own : a.boxes) {
@@ -68,7 +68,7 @@ bool Images::within(const domains::Cover& a, const domains::Cover& b, double ran
   return false;
 }
 
-double Images::outside(const domains::Cover& cover, const float (&x)[3]) const {
+double Images::outside(const domains::BoxCover& cover, const float (&x)[3]) const {
   double least = std::numeric_limits<double>::infinity();
   for (std::uint8_t number = 0; number < count(); ++number) {
     const float place[3] = {at(number, 0, x[0]), at(number, 1, x[1]), at(number, 2, x[2])};

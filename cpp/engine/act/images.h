@@ -31,12 +31,12 @@ class Images {
   float farthest_end() const;
 
   /// Returns the part of a domain that particles can be in: along periodic axes it ends where space does.
-  domains::Cover ends(domains::Cover cover) const;
+  domains::BoxCover ends(domains::BoxCover cover) const;
 
   /// Tells whether two parts of space are at most so far from each other, m, at any of their places.
-  bool within(const domains::Cover& a, const domains::Cover& b, double range) const;
+  bool within(const domains::BoxCover& a, const domains::BoxCover& b, double range) const;
   /// Returns the distance of a point from a part of space, m: of any of its places.
-  double outside(const domains::Cover& cover, const float (&x)[3]) const;
+  double outside(const domains::BoxCover& cover, const float (&x)[3]) const;
 
   /// Returns the thickest skin, m, with which no list has two places of one particle: what the pair remembers would
   /// then stay at one of them until the list is made anew. `reach`: how far the action sees, m.

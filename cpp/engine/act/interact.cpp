@@ -81,7 +81,7 @@ class PairInteraction {
   void prepare_ties(const Store& store) {
     pins_ = interactions::pins_of(*bonds_, store);
     if (in_.rank.session.calculators() == 1) return;  // sees all that there is
-    const interactions::Stretch stretch =
+    const interactions::TieBounds stretch =
         interactions::stretch_of(*bonds_, knots(), store, in_.system(0).definition.periods);
     extent_.radius = stretch.longest;
     extent_.displacement = stretch.way;
@@ -163,7 +163,7 @@ class PairInteraction {
     here.tally.killed += dropped.size();
   }
 
-  interactions::Seen look(const interactions::Side (&sides)[2]) {
+  interactions::InteractionCounts look(const interactions::Side (&sides)[2]) {
     const actions::Action& action = *in_.interaction.action;
     if (bonds_ != nullptr) {
       return {interactions::tie(action, *bonds_, dt(), in_.system(0).definition.periods, sides[0], pins_, knots(),
@@ -216,7 +216,7 @@ class PairInteraction {
       }
       sides[side].chosen = &chosen[side];
     }
-    const interactions::Seen seen = look(sides);
+    const interactions::InteractionCounts seen = look(sides);
     for (std::size_t side = 0; side < in_.interaction.count; ++side) {
       if (in_.interaction.collides_again[side]) note_collided(in_.population(side), sides[side].chosen);
     }

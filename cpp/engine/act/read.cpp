@@ -20,7 +20,7 @@ using comm::Phase;
 using particles::Store;
 
 // The particles now stand in another order, from[i] at place i: what happened happened to the same ones.
-void follow(program::Outcome& outcome, const std::vector<std::uint32_t>& from) {
+void follow(program::ListResult& outcome, const std::vector<std::uint32_t>& from) {
   std::vector<std::uint32_t> now(from.size());
   for (std::uint32_t p = 0; p < from.size(); ++p) now[from[p]] = p;
   for (std::vector<std::uint32_t>* list : {&outcome.dead, &outcome.hits}) {
@@ -32,7 +32,7 @@ void follow(program::Outcome& outcome, const std::vector<std::uint32_t>& from) {
 // The dead of a list that has run in part move behind the living: a script does not see them, but they keep moving
 // until the frame ends.
 void set_dead_aside(const Rank& rank, Population& here) {
-  program::Outcome& outcome = here.outcome;
+  program::ListResult& outcome = here.outcome;
   outcome.left.clear();  // looked for at the frame's end
   if (outcome.dead.empty()) return;
   std::vector<std::uint32_t> from;
@@ -91,7 +91,7 @@ void run_preview(Rank& rank, Script& script, const Calculator& calculator, std::
   const bool waits_for_fit = system.waits_for_fit;
   const BirthHistory history = system.history;
   const Tally tally = here.tally;
-  const program::Outcome outcome = here.outcome;
+  const program::ListResult outcome = here.outcome;
   Store before(system.schema);
   before.append(here.store);
   const auto restore = [&] {
@@ -124,7 +124,7 @@ struct Passing {
   bool failed = false;
 };
 
-Passing packed(Rank& rank, const Seen& seen) {
+Passing packed(Rank& rank, const ParticlesView& seen) {
   Passing own;
   if (!rank.session.calculates()) return own;
   rank.session.work("gather", [&] {
@@ -176,13 +176,13 @@ void check_readable(const System& system) {
                               "' meet in this frame's list so far: they can be read before that, or after the frame");
 }
 
-Seen seen(Population& here) {
+ParticlesView seen(Population& here) {
   if (here.in_callback) return {&here.store, here.store.size(), false};
   if (here.preview) return {&here.preview->store, here.preview->store.size() - here.preview->dead, true};
   return {&here.store, here.seen(), false};
 }
 
-Seen read(Rank& rank, Script& script, Calculator& calculator, int index) {
+ParticlesView read(Rank& rank, Script& script, Calculator& calculator, int index) {
   const auto i = static_cast<std::size_t>(index);
   const System& system = *script.systems[i];
   Population& here = *calculator.populations[i];
@@ -230,7 +230,7 @@ void read_copies(System& system, Population& here) {
   if (shown) here.preview->items = system.list.size();
 }
 
-void note_digest(const Rank& rank, const Seen& seen, Population& here) {
+void note_digest(const Rank& rank, const ParticlesView& seen, Population& here) {
   here.digest = particles::digest(*seen.store, *rank.pool);
   if (seen.count == seen.store->size()) return;
   std::vector<std::uint32_t> unseen(seen.store->size() - seen.count);
@@ -238,7 +238,7 @@ void note_digest(const Rank& rank, const Seen& seen, Population& here) {
   here.digest -= particles::digest(*seen.store, unseen);
 }
 
-std::unique_ptr<Store> gather(Rank& rank, const System& system, const Seen& seen, bool to_all) {
+std::unique_ptr<Store> gather(Rank& rank, const System& system, const ParticlesView& seen, bool to_all) {
   Session& session = rank.session;
   Passing own = packed(rank, seen);
   auto gathered = std::make_unique<Store>(system.schema);

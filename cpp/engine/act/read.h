@@ -11,7 +11,7 @@ namespace motes::engine {
 
 /// Particles of this rank as a script reads them: the first `count` of a store. What it writes into one that is not
 /// `preview` counts; for one that is, see keep_preview.
-struct Seen {
+struct ParticlesView {
   particles::Store* store;
   std::size_t count;
   bool preview;
@@ -22,12 +22,12 @@ struct Seen {
 void check_readable(const System& system);
 
 /// Returns what the last read showed, or the particles as they are.
-Seen seen(Population& here);
+ParticlesView seen(Population& here);
 
 /// Runs what was recorded so far for a system that check_readable() accepts, on this rank alone, without communication:
 /// each calculator creates the newborn particles of its own domain. The rest of the list runs at the frame's end. With
 /// sub-steps a list may not run in parts, so it runs on a copy that is dropped at the frame's end.
-Seen read(Rank& rank, Script& script, Calculator& calculator, int system);
+ParticlesView read(Rank& rank, Script& script, Calculator& calculator, int system);
 
 /// After a read in which all ranks take part: where this one failed before or within it, its list goes on like those of
 /// the others, so that all hear of the failure and not of different lists.
@@ -43,10 +43,10 @@ void keep_preview(Rank& rank, Script& script, Calculator& calculator, int system
 void read_copies(System& system, Population& here);
 
 /// Collective, after read(): a fingerprint of what is seen is part of the next report.
-void note_digest(const Rank& rank, const Seen& seen, Population& here);
+void note_digest(const Rank& rank, const ParticlesView& seen, Population& here);
 
 /// Collective, within a conversation of verb gather: all particles on rank 0, or on every rank; null elsewhere. Each
 /// particle is sent once to a rank 0, and along a ring of all ranks where all want it. Not sorted.
-std::unique_ptr<particles::Store> gather(Rank& rank, const System& system, const Seen& seen, bool to_all);
+std::unique_ptr<particles::Store> gather(Rank& rank, const System& system, const ParticlesView& seen, bool to_all);
 
 }  // namespace motes::engine

@@ -9,7 +9,7 @@ namespace motes::engine {
 
 namespace {
 
-using program::Outcome;
+using program::ListResult;
 
 constexpr std::size_t kRange = std::size_t{1} << 14;  // particles, whose owners one thread looks up in one go
 

@@ -171,12 +171,12 @@ void make_plan(const Rank& rank, const Script& script, Manager& manager, const R
     const auto of_no_row = std::find_if(systems.begin(), systems.end(),
                                         [&](std::size_t i) { return !script.systems[i]->definition.axes.row(); });
     const domains::Axes axes = script.systems[of_no_row == systems.end() ? first : *of_no_row]->definition.axes;
-    const balance::Table table{rank.session.frame,
-                               manager.systems[first].evaluations++,
-                               "all",
-                               sum,
-                               script.systems[first]->domains.cuts(),
-                               axes};
+    const balance::LoadTable table{rank.session.frame,
+                                   manager.systems[first].evaluations++,
+                                   "all",
+                                   sum,
+                                   script.systems[first]->domains.cuts(),
+                                   axes};
     whole = balance::legal(policy.plan(table), table, policy.name());
   }
   for (const std::size_t i : systems) {
@@ -185,12 +185,12 @@ void make_plan(const Rank& rank, const Script& script, Manager& manager, const R
       ask(rank, script, manager, i, balance::part_of(whole, loads_of(script, manager, i), sum), inquiries);
     } else {
       const recording::SystemDefinition& definition = script.systems[i]->definition;
-      const balance::Table table{rank.session.frame,
-                                 system.evaluations++,
-                                 definition.name,
-                                 loads_of(script, manager, i),
-                                 script.systems[i]->domains.cuts(),
-                                 definition.axes};
+      const balance::LoadTable table{rank.session.frame,
+                                     system.evaluations++,
+                                     definition.name,
+                                     loads_of(script, manager, i),
+                                     script.systems[i]->domains.cuts(),
+                                     definition.axes};
       ask(rank, script, manager, i, balance::legal(policy.plan(table), table, policy.name()), inquiries);
     }
   }
@@ -199,7 +199,7 @@ void make_plan(const Rank& rank, const Script& script, Manager& manager, const R
 void tell_plan(Rank& rank, const Round& round, const std::vector<Inquiry>& inquiries) {
   Planned planned;
   planned.failure = rank.session.failure();
-  std::vector<Part> parts(static_cast<std::size_t>(rank.session.size()));
+  std::vector<RankMessage> parts(static_cast<std::size_t>(rank.session.size()));
   for (std::size_t c = 0; c < inquiries.size(); ++c) {
     planned.asks = planned.asks || !inquiries[c].empty();
     write(inquiries[c], parts[static_cast<std::size_t>(rank.session.rank_of(static_cast<int>(c)))].bytes);

@@ -58,19 +58,20 @@ void make_pieces(const Rank& rank, const System& system, std::uint64_t births, c
 }
 
 // Packs the newborn particles by owner.
-void deal_out(const Rank& rank, const System& system, const particles::Store& newborn, std::vector<Part>& parts) {
+void deal_out(const Rank& rank, const System& system, const particles::Store& newborn,
+              std::vector<RankMessage>& parts) {
   std::vector<std::vector<std::uint32_t>> owned(rank.session.calculators());
   std::vector<std::uint32_t> owners(newborn.size());
   system.domains.owners_of(places_of(newborn), owners.data());
   for (std::size_t p = 0; p < newborn.size(); ++p) owned[owners[p]].push_back(static_cast<std::uint32_t>(p));
   for (std::size_t c = 0; c < owned.size(); ++c) {
-    Part& part = parts[static_cast<std::size_t>(rank.session.rank_of(static_cast<int>(c)))];
+    RankMessage& part = parts[static_cast<std::size_t>(rank.session.rank_of(static_cast<int>(c)))];
     newborn.pack(owned[c], part.bytes, *rank.pool);
     part.count += owned[c].size();
   }
 }
 
-void deal_groups(const Rank& rank, const System& system, std::size_t index, std::vector<Part>& parts) {
+void deal_groups(const Rank& rank, const System& system, std::size_t index, std::vector<RankMessage>& parts) {
   for (const BirthGroup& group : system.groups) {
     rank.machine.charge(rank.machine.costs().birth * static_cast<double>(group.count));
     if (rank.creates_in_place()) {
@@ -115,7 +116,7 @@ void fit_all(const Rank& rank, Script& script, Manager& manager) {
 void deal(Rank& rank, Script& script, Manager& manager, const Round& round) {
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::create, "create", script.name_of(round));
   base::Bytes cuts;
-  std::vector<Part> parts(static_cast<std::size_t>(rank.session.size()));
+  std::vector<RankMessage> parts(static_cast<std::size_t>(rank.session.size()));
   const bool shared = shares_births(rank, script, round);
   rank.session.work("create", [&] {
     if (round.first == 0) {
@@ -137,7 +138,7 @@ void deal(Rank& rank, Script& script, Manager& manager, const Round& round) {
   common.put(interacts(script, round));
   common.put(compare_alone(rank, script, round));
   if (rank.session.failed()) {
-    parts = std::vector<Part>(parts.size());
+    parts = std::vector<RankMessage>(parts.size());
   } else {
     put_plan(rank, script, round, manager.picture, common);
     common.put_raw(cuts.data(), cuts.size());

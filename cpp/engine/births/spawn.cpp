@@ -131,7 +131,7 @@ void note_events(const Rank& rank, const System& system, Population& here) {
 }
 
 void clear_dead(const Rank& rank, const System& system, Population& here) {
-  program::Outcome& outcome = here.outcome;
+  program::ListResult& outcome = here.outcome;
   tidy(outcome);
   note_bounced(here);
   if (outcome.dead.empty()) return;

@@ -8,8 +8,8 @@ namespace {
 // Seven digits are more than a clock knows.
 float seconds(double value) { return static_cast<float>(value); }
 
-jsonl::Row row_of(const FrameRow& frame) {
-  jsonl::Row row;
+jsonl::JsonlRow row_of(const FrameRow& frame) {
+  jsonl::JsonlRow row;
   row.field("frame", frame.frame).field("time", frame.time).field("particles", frame.particles);
   row.field("exchanged", frame.exchanged).field("exchanged_bytes", frame.exchanged_bytes);
   row.field("dropped", frame.dropped);
@@ -30,7 +30,7 @@ jsonl::Row row_of(const FrameRow& frame) {
 }
 
 // Along the first axis that is cut, by id or along a curve; bricks have columns of their own for the others.
-void put_domain(const LoadRow& load, jsonl::Row& row) {
+void put_domain(const LoadRow& load, jsonl::JsonlRow& row) {
   static const char* const kNames[3][2] = {
       {"domain_x_lo", "domain_x_hi"}, {"domain_y_lo", "domain_y_hi"}, {"domain_z_lo", "domain_z_hi"}};
   const int first = load.axes.first() < 3 ? load.axes.first() : 0;
@@ -42,8 +42,8 @@ void put_domain(const LoadRow& load, jsonl::Row& row) {
   }
 }
 
-jsonl::Row row_of(const FrameRow& frame, const LoadRow& load, const std::string& host) {
-  jsonl::Row row;
+jsonl::JsonlRow row_of(const FrameRow& frame, const LoadRow& load, const std::string& host) {
+  jsonl::JsonlRow row;
   row.field("frame", frame.frame).field("system", load.system).field("rank", load.rank).field("host", host);
   const Tally& tally = load.tally;
   row.field("n_start", tally.at_start).field("n_end", load.n_end);
@@ -70,8 +70,8 @@ jsonl::Row row_of(const FrameRow& frame, const LoadRow& load, const std::string&
 
 // Along the first axis that is cut, by id or along a curve, the names say x; bricks have columns of their own for the
 // others.
-jsonl::Row density_of(const FrameRow& frame, const LoadRow& load) {
-  jsonl::Row row;
+jsonl::JsonlRow density_of(const FrameRow& frame, const LoadRow& load) {
+  jsonl::JsonlRow row;
   row.field("frame", frame.frame).field("system", load.system).field("rank", load.rank);
   row.field("n", load.density.particles);
   const int first = load.axes.first() < 3 ? load.axes.first() : 0;
@@ -93,10 +93,10 @@ jsonl::Row density_of(const FrameRow& frame, const LoadRow& load) {
   return row;
 }
 
-jsonl::Row row_of(const FrameRow& frame, const RankTimes& of) {
+jsonl::JsonlRow row_of(const FrameRow& frame, const RankTimes& of) {
   static const char* const kNames[comm::kActivities] = {"script_s",  "births_s", "act_s",  "talk_s",
                                                         "picture_s", "log_s",    "other_s"};
-  jsonl::Row row;
+  jsonl::JsonlRow row;
   row.field("frame", frame.frame).field("rank", of.rank).field("wall_s", of.spent.wall_s);
   for (std::size_t i = 0; i < of.spent.activities.size(); ++i) row.field(kNames[i], seconds(of.spent.activities[i]));
   double waited = 0;
@@ -107,16 +107,16 @@ jsonl::Row row_of(const FrameRow& frame, const RankTimes& of) {
   return row;
 }
 
-jsonl::Row row_of(const FrameRow& frame, int rank, const comm::Waited& wait) {
-  jsonl::Row row;
+jsonl::JsonlRow row_of(const FrameRow& frame, int rank, const comm::Waited& wait) {
+  jsonl::JsonlRow row;
   row.field("frame", frame.frame).field("rank", rank).field("waited_for", wait.rank);
   row.field("phase", std::string(comm::name(static_cast<comm::Phase>(wait.phase))))
       .field("seconds", seconds(wait.seconds));
   return row;
 }
 
-jsonl::Row row_of(const BalanceRow& balance) {
-  jsonl::Row row;
+jsonl::JsonlRow row_of(const BalanceRow& balance) {
+  jsonl::JsonlRow row;
   row.field("frame", balance.frame).field("system", balance.system);
   row.field("left_rank", balance.left_rank).field("right_rank", balance.right_rank);
   row.field("n_left", balance.left.particles).field("n_right", balance.right.particles);
@@ -142,13 +142,13 @@ Log::Log(const std::string& directory, std::vector<std::string> hosts, std::uint
   std::error_code error;
   std::filesystem::create_directories(directory, error);
   if (error) throw jsonl::LogError("log: cannot make " + directory + ": " + error.message());
-  frames_ = jsonl::Table(directory + "/frames.jsonl", 1024, first_frame);
-  load_ = jsonl::Table(directory + "/load.jsonl", 512, first_frame);
-  density_ = jsonl::Table(directory + "/density.jsonl", 512, first_frame);
-  times_ = jsonl::Table(directory + "/times.jsonl", 512, first_frame);
-  waits_ = jsonl::Table(directory + "/waits.jsonl", 128, first_frame);
-  balance_ = jsonl::Table(directory + "/balance.jsonl", 512, first_frame);
-  events_ = jsonl::Table(directory + "/events.jsonl", 256, first_frame);
+  frames_ = jsonl::JsonlTable(directory + "/frames.jsonl", 1024, first_frame);
+  load_ = jsonl::JsonlTable(directory + "/load.jsonl", 512, first_frame);
+  density_ = jsonl::JsonlTable(directory + "/density.jsonl", 512, first_frame);
+  times_ = jsonl::JsonlTable(directory + "/times.jsonl", 512, first_frame);
+  waits_ = jsonl::JsonlTable(directory + "/waits.jsonl", 128, first_frame);
+  balance_ = jsonl::JsonlTable(directory + "/balance.jsonl", 512, first_frame);
+  events_ = jsonl::JsonlTable(directory + "/events.jsonl", 256, first_frame);
 }
 
 void Log::add(const FrameRow& row) {
@@ -174,12 +174,12 @@ void Log::add(const BalanceRow& row) { balance_.add(row_of(row)); }
 void Log::write_balance() { balance_.write(); }
 
 void Log::event(const std::string& kind, std::uint64_t frame, const std::string& text) {
-  events_.add(jsonl::Row().field("frame", frame).field("kind", kind).field("text", text));
+  events_.add(jsonl::JsonlRow().field("frame", frame).field("kind", kind).field("text", text));
   events_.write();
 }
 
 void Log::sync() {
-  for (jsonl::Table* table : {&load_, &density_, &times_, &waits_, &frames_, &balance_, &events_}) table->sync();
+  for (jsonl::JsonlTable* table : {&load_, &density_, &times_, &waits_, &frames_, &balance_, &events_}) table->sync();
   jsonl::sync_directory_of(directory_ + "/");
 }
 

@@ -77,7 +77,7 @@ class Log {
  private:
   std::string directory_;
   std::vector<std::string> hosts_;
-  jsonl::Table frames_, load_, density_, times_, waits_, balance_, events_;
+  jsonl::JsonlTable frames_, load_, density_, times_, waits_, balance_, events_;
 };
 
 }  // namespace motes::engine

@@ -38,7 +38,7 @@ void take_averages(const comm::Message& message, int from, Painter& painter) {
 
 // The glow around the tiles of a rank, one after the other.
 void put_glow(int to, const Painter& painter, base::Bytes& out) {
-  const image::Cells all = painter.bloom.cells();
+  const image::BloomCells all = painter.bloom.cells();
   std::vector<CellArea> tiles;
   std::size_t bytes = 0;
   for (int slot = painter.plan.first(to); slot < painter.plan.end(to); ++slot) {
@@ -173,7 +173,7 @@ void show_tiles(Rank& rank, const image::View& view, Painter& painter) {
     const auto put = [&](int slot, std::size_t worker, base::Bytes& bytes) {
       const auto tile = static_cast<std::size_t>(slot - first);
       const CellArea& cells = painter.bloom_tiles.cells(tile);
-      const image::Cells glow{cells, painter.glow[tile].data(), cells.row_lanes()};
+      const image::BloomCells glow{cells, painter.glow[tile].data(), cells.row_lanes()};
       const image::TileLight light = painter.bloom_tiles.mix(tile, glow, worker);
       output.put(painter.workers[worker].painter, light, slot, false, bytes);
     };

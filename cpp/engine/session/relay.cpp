@@ -44,13 +44,13 @@ void Relay::grow(const roles::Cast& cast, int fan_out) {
   tree_ = roles::Tree(cast, comm_.size(), fan_out, comm_.rank());
 }
 
-void Relay::tell(Phase phase, Stamp stamp, const Bytes& common, const std::vector<Part>& parts, bool failed) {
+void Relay::tell(Phase phase, Stamp stamp, const Bytes& common, const std::vector<RankMessage>& parts, bool failed) {
   const auto post = [&](const Range& places, int to) {
     Message message;
     std::uint64_t count = 0;
     put_common(common.view(), message.bytes());
     for (int place = places.first; place < places.end; ++place) {
-      const Part& part = parts[static_cast<std::size_t>(tree_.rank_at(place))];
+      const RankMessage& part = parts[static_cast<std::size_t>(tree_.rank_at(place))];
       put_part(part.bytes.view(), part.count, message.bytes());
       count += part.count;
     }

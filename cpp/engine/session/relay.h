@@ -13,7 +13,7 @@
 namespace motes::engine {
 
 /// The manager's message to one rank, besides the part for all.
-struct Part {
+struct RankMessage {
   base::Bytes bytes;
   std::uint64_t count = 0;  // particles in it
 };
@@ -48,7 +48,7 @@ class Relay {
   const roles::Tree& tree() const { return tree_; }
 
   /// Manager: sends `common` to all ranks, and to each its part of `parts`. It calls hear() itself, too.
-  void tell(comm::Phase phase, comm::Stamp stamp, const base::Bytes& common, const std::vector<Part>& parts,
+  void tell(comm::Phase phase, comm::Stamp stamp, const base::Bytes& common, const std::vector<RankMessage>& parts,
             bool failed);
   /// Waits for the message of tell(), and forwards the parts of the ranks below.
   Heard hear(comm::Phase phase, comm::Stamp stamp);

@@ -18,7 +18,7 @@ Spans::Spans(const std::string& directory, int rank, double zero, std::uint64_t 
 
 void Spans::add(std::uint64_t frame, const char* phase, const std::string& system, double start, double end,
                 std::optional<double> cpu_s) {
-  jsonl::Row row;
+  jsonl::JsonlRow row;
   row.field("frame", frame).field("phase", std::string(phase)).field("system", system);
   row.field("start_s", start - zero_).field("end_s", end - zero_);
   if (cpu_s) {
@@ -30,7 +30,7 @@ void Spans::add(std::uint64_t frame, const char* phase, const std::string& syste
 }
 
 void Spans::add_wait(std::uint64_t frame, const char* phase, int rank, double start, double end) {
-  jsonl::Row row;
+  jsonl::JsonlRow row;
   row.field("frame", frame).field("phase", std::string("wait")).field("system", std::string());
   row.field("start_s", start - zero_).field("end_s", end - zero_).null("cpu_s");
   row.field("waited_for", rank).field("message", std::string(phase));

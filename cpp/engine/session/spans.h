@@ -25,7 +25,7 @@ class Spans {
   void write() { table_.write(); }
 
  private:
-  jsonl::Table table_;
+  jsonl::JsonlTable table_;
   double zero_;
 };
 

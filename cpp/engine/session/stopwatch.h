@@ -28,7 +28,7 @@ class Stopwatch {
     double PhaseTimes::* seconds_;
     const char* phase_;
     std::string system_;
-    comm::Turn turn_;
+    comm::ActivityScope turn_;
     double start_, cpu_start_;
   };
 

@@ -8,7 +8,7 @@ namespace {
 
 using particles::Store;
 using recording::Birth;
-using recording::Moment;
+using recording::BirthStep;
 
 constexpr std::uint64_t kChunk = 1u << 16;  // particles made at once
 constexpr std::size_t kSources = 16;        // calls among which a new one may find itself again
@@ -51,7 +51,7 @@ void copy_over(const Store& newborn, std::size_t from, Store& living, std::size_
 
 // Returns the number of this birth; a source that says the same in every frame keeps its number. Emitted arrays are not
 // compared.
-std::uint64_t BirthHistory::number_of(const Birth& birth, const Moment& moment) {
+std::uint64_t BirthHistory::number_of(const Birth& birth, const BirthStep& moment) {
   const std::size_t first = calls_.size() > kSources ? calls_.size() - kSources : 0;
   for (std::size_t i = calls_.size(); birth.kind != Birth::Kind::emit && i > first; --i) {
     if (calls_[i - 1].moment == moment && calls_[i - 1].birth == birth) return forgotten_calls_ + i - 1;
@@ -61,11 +61,11 @@ std::uint64_t BirthHistory::number_of(const Birth& birth, const Moment& moment) 
   return forgotten_calls_ + calls_.size() - 1;
 }
 
-void BirthHistory::add(const Birth& birth, std::uint64_t first_id, std::uint64_t count, const Moment& moment) {
+void BirthHistory::add(const Birth& birth, std::uint64_t first_id, std::uint64_t count, const BirthStep& moment) {
   const bool emits = birth.kind == Birth::Kind::source;
   const std::uint64_t call = emits ? number_of(without_rate(birth), moment) : number_of(birth, moment);
   if (!stretches_.empty()) {
-    Stretch& last = stretches_.back();
+    IdRange& last = stretches_.back();
     if (last.call == call && last.first_id + last.count == first_id) {
       last.count += count;
       return;
@@ -83,12 +83,12 @@ std::vector<std::uint64_t> BirthHistory::meshes() const {
   return keys;
 }
 
-std::size_t BirthHistory::bytes() const { return call_bytes_ + stretches_.size() * sizeof(Stretch); }
+std::size_t BirthHistory::bytes() const { return call_bytes_ + stretches_.size() * sizeof(IdRange); }
 
 void BirthHistory::forget_before(std::uint64_t oldest) {
-  std::erase_if(stretches_, [oldest](const Stretch& s) { return s.first_id + s.count <= oldest; });
+  std::erase_if(stretches_, [oldest](const IdRange& s) { return s.first_id + s.count <= oldest; });
   std::uint64_t needed = forgotten_calls_ + calls_.size();
-  for (const Stretch& stretch : stretches_) needed = std::min(needed, stretch.call);
+  for (const IdRange& stretch : stretches_) needed = std::min(needed, stretch.call);
   const auto kept = calls_.begin() + static_cast<std::ptrdiff_t>(needed - forgotten_calls_);
   for (auto call = calls_.begin(); call != kept; ++call) call_bytes_ -= call->bytes;
   calls_.erase(calls_.begin(), kept);
@@ -99,7 +99,7 @@ void BirthHistory::forget_before(std::uint64_t oldest) {
 void BirthHistory::restore_copies(Store& store, particles::Key key) {
   const std::vector<std::uint32_t> order = by_id(store);
   auto next = order.begin();
-  for (const Stretch& stretch : stretches_) {
+  for (const IdRange& stretch : stretches_) {
     const Call& call = calls_[stretch.call - forgotten_calls_];
     recording::check(call.birth, store.schema());  // a mesh that came with the history has no inside yet
     // What was emitted has arrays for the whole call; what is drawn can be made in parts.

@@ -19,7 +19,8 @@ namespace motes::engine {
 class BirthHistory {
  public:
   /// Records particles first_id .. first_id + count - 1 of a call, born in this (sub)step.
-  void add(const recording::Birth& birth, std::uint64_t first_id, std::uint64_t count, const recording::Moment& moment);
+  void add(const recording::Birth& birth, std::uint64_t first_id, std::uint64_t count,
+           const recording::BirthStep& moment);
 
   /// Returns whether the history has grown enough for pruning to be worth a pass over all ids. `limit`: the most bytes
   /// that it may take.
@@ -46,10 +47,10 @@ class BirthHistory {
  private:
   struct Call {
     recording::Birth birth;
-    recording::Moment moment;
+    recording::BirthStep moment;
     std::size_t bytes = 0;
   };
-  struct Stretch {
+  struct IdRange {
     std::uint64_t first_id = 0;
     std::uint64_t count = 0;
     std::uint64_t call = 0;  // its number since the beginning: calls_[call - forgotten_calls_]
@@ -60,7 +61,7 @@ class BirthHistory {
     visit(call.birth, call.moment, call.bytes);
   }
   template <class Visitor>
-  friend constexpr void fields(Visitor& visit, Stretch& stretch) {
+  friend constexpr void fields(Visitor& visit, IdRange& stretch) {
     visit(stretch.first_id, stretch.count, stretch.call);
   }
   template <class Visitor>
@@ -68,10 +69,10 @@ class BirthHistory {
     visit(history.calls_, history.stretches_, history.forgotten_calls_, history.call_bytes_, history.pruned_bytes_);
   }
 
-  std::uint64_t number_of(const recording::Birth& birth, const recording::Moment& moment);
+  std::uint64_t number_of(const recording::Birth& birth, const recording::BirthStep& moment);
 
   std::vector<Call> calls_;
-  std::vector<Stretch> stretches_;  // ascending ids
+  std::vector<IdRange> stretches_;  // ascending ids
   std::uint64_t forgotten_calls_ = 0;
   std::size_t call_bytes_ = 0;
   std::size_t pruned_bytes_ = 0;  // bytes() after the last pruning

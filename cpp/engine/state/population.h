@@ -43,7 +43,7 @@ struct Population {
   std::unique_ptr<Preview> preview;
   bool in_callback = false;                   // the script sees all that the list runs over
   bool moved = false;                         // positions may have changed since migrants were looked for
-  program::Outcome outcome;
+  program::ListResult outcome;
   std::set<std::uint64_t> bounced;  // ids of those here that did so before the last meeting, where a rule asks for it
   std::unordered_set<std::uint64_t> collided;  // ids that collided in this sub-step, if only some did
   Tally tally;

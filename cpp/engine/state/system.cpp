@@ -79,7 +79,7 @@ particles::Store System::make(const BirthGroup& group, std::span<const std::uint
 particles::Store System::make(const BirthGroup& group, const std::vector<std::uint64_t>& ids, double dt,
                               int substeps) const {
   const Birth& birth = std::get<Birth>(list[group.item]);
-  const recording::Moment moment =
+  const recording::BirthStep moment =
       recording::moment_of(birth, static_cast<float>(dt / substeps), group.substep, substeps);
   return recording::make(birth, schema, key, ids, moment, keeps_copies, group.first_id);
 }

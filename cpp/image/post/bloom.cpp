@@ -145,7 +145,7 @@ void Bloom::blur_row(Level& level, int y, std::vector<std::uint64_t>& memory) {
 
 // Adds what glows in a coarse level to the finer one.
 void Bloom::enlarge_level(Level& coarse, Level& fine, threads::Pool& pool) {
-  const Cells cells = coarse.cells();
+  const BloomCells cells = coarse.cells();
   over_rows(pool, fine.rows(), [&](int first, int end, std::size_t worker) {
     const Area rows{0, 0, first, fine.plan->across.cells, end - first};
     enlarge(*kernels_, *coarse.plan, cells, rows, rows_[worker].glow, [&](int y, GlowRows& glow) {

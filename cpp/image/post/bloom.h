@@ -36,7 +36,7 @@ class Bloom {
   void spread(threads::Pool& pool = threads::alone());
 
   /// What glows in a picture's finest cells.
-  Cells cells() const { return levels_[0].cells(); }
+  BloomCells cells() const { return levels_[0].cells(); }
 
  private:
   struct Part {
@@ -51,7 +51,7 @@ class Bloom {
     int rows() const { return plan->down.cells; }
     std::size_t lanes() const { return static_cast<std::size_t>(plan->across.cells) * 3; }
     std::uint64_t* row(int y) { return light.data() + static_cast<std::size_t>(y) * lanes(); }
-    Cells cells() const { return {{0, 0, plan->across.cells, plan->down.cells}, light.data(), lanes()}; }
+    BloomCells cells() const { return {{0, 0, plan->across.cells, plan->down.cells}, light.data(), lanes()}; }
   };
   // A thread's working memory.
   struct Rows {

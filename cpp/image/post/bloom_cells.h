@@ -11,7 +11,7 @@
 namespace motes::image {
 
 /// The light of a rectangle of cells.
-struct Cells {
+struct BloomCells {
   CellArea area;
   const std::uint64_t* first = nullptr;
   std::size_t row_lanes = 0;  // from row to row
@@ -30,7 +30,7 @@ struct GlowRows {
 /// do not depend on how a picture is divided. All is modulo 2^64; steps are rounded down, so a glow is never below the
 /// nearer cell's.
 template <class Mix>
-void enlarge(const BloomLanes& kernels, const BloomPlan::Level& level, const Cells& cells, const Area& finer,
+void enlarge(const BloomLanes& kernels, const BloomPlan::Level& level, const BloomCells& cells, const Area& finer,
              GlowRows& rows, const Mix& mix) {
   const BloomAxis& down = level.down;
   const std::size_t lanes = static_cast<std::size_t>(finer.width) * 3, x = static_cast<std::size_t>(finer.x) * 3;

@@ -68,7 +68,7 @@ void BloomTiles::keep(std::size_t tile, const TileLight& light_of_tile, std::siz
   }
 }
 
-TileLight BloomTiles::mix(std::size_t tile, const Cells& cells, std::size_t worker) {
+TileLight BloomTiles::mix(std::size_t tile, const BloomCells& cells, std::size_t worker) {
   const Area& area = tiles_[tile].area;
   const std::size_t lanes = static_cast<std::size_t>(area.width) * 3;
   std::uint32_t* first = light(tile);

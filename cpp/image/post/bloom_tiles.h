@@ -33,7 +33,7 @@ class BloomTiles {
 
   /// The light of a tile that stays, and the glow around it: `cells` are at least those around it, of the whole
   /// picture's glow. To be called once.
-  TileLight mix(std::size_t tile, const Cells& cells, std::size_t worker);
+  TileLight mix(std::size_t tile, const BloomCells& cells, std::size_t worker);
 
   std::size_t tiles() const { return tiles_.size(); }
   const BloomPlan& plan() const { return plan_; }

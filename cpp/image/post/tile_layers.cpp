@@ -20,8 +20,8 @@ bool before(const Velocity& a, const Velocity& b) {
 
 // Writes a velocity where a row of one record is what is nearest, and clears that row. Of two records that look the
 // same the first velocity in some order counts, so that their own does not matter.
-void take_fronts(Nearest* alone, const Nearest* nearest, int width, const Velocity& velocity, std::uint8_t* found,
-                 float* velocities) {
+void take_fronts(NearestSurface* alone, const NearestSurface* nearest, int width, const Velocity& velocity,
+                 std::uint8_t* found, float* velocities) {
   for (int x = 0; x < width; ++x) {
     if (alone[x] == no_surface(Scenery::kNothing)) continue;
     Velocity other;
@@ -67,7 +67,7 @@ void TilePainter::velocity(std::span<const Piece> pieces, float* velocities, std
     std::fill_n(velocities + static_cast<std::size_t>(y) * row_floats, 3 * area_.width, 0.0f);
   if (!surfaces_) return;
   // Each record is drawn alone: where that gives what is nearest of all, it is in front.
-  BufferOf<Nearest> alone;
+  BufferOf<NearestSurface> alone;
   alone.resize(kPixelNumbers);
   std::fill_n(alone.data(), kPixelNumbers, no_surface(Scenery::kNothing));
   TilePlanes tile = planes_;

@@ -91,7 +91,7 @@ RecordsView::Batch RecordsView::take_batch(std::span<const std::byte>& rest) {
   return batch;
 }
 
-RecordsView::Piece RecordsView::piece(const Batch& batch, int slot) const {
+RecordsView::RecordRun RecordsView::piece(const Batch& batch, int slot) const {
   const std::size_t s = static_cast<std::uint32_t>(slot) - head_.first_slot;
   if (slot < 0 || s >= head_.slots) return {batch.records, 0};
   const std::uint32_t first = word_at(batch.offsets, s);

@@ -67,7 +67,7 @@ class RecordsView {
     const std::byte* offsets;
     const std::byte* records;
   };
-  struct Piece {
+  struct RecordRun {
     const std::byte* records;
     std::size_t count;
   };
@@ -106,7 +106,7 @@ class RecordsView {
 
   /// The records in a slot: without an order given to the projector, in the tile of that number. Empty where the
   /// message is a part that does not have this slot.
-  Piece piece(const Batch& batch, int slot) const;
+  RecordRun piece(const Batch& batch, int slot) const;
 
  private:
   void check_head() const;

@@ -108,7 +108,7 @@ struct SmallImage {
 };
 
 /// Half as many 32-bit words as a vector has, and their halves.
-using Words = std::uint32_t __attribute__((vector_size(2 * MOTES_LANES)));
+using StampWords = std::uint32_t __attribute__((vector_size(2 * MOTES_LANES)));
 using HalfWords = std::uint16_t __attribute__((vector_size(2 * MOTES_LANES)));
 
 /// A record's colour, for pixels of stamps: red and blue, and green, in the places of a surface's bytes.
@@ -116,12 +116,12 @@ struct OwnColor {
   HalfWords red_blue, green;
 
   MOTES_INLINE explicit OwnColor(std::uint32_t color)
-      : red_blue((HalfWords)(Words{} + (color & 0xff00ffu))),
-        green((HalfWords)(Words{} + ((color >> 8 & 0xffu) | 0xff0000u))) {}  // what is covered stays so
+      : red_blue((HalfWords)(StampWords{} + (color & 0xff00ffu))),
+        green((HalfWords)(StampWords{} + ((color >> 8 & 0xffu) | 0xff0000u))) {}  // what is covered stays so
 
-  MOTES_INLINE Words times(Words surface) const {
-    const Words odd = (Words)product((HalfWords)(surface >> 8 & 0xff00ffu), green);
-    return (Words)product((HalfWords)(surface & 0xff00ffu), red_blue) | odd << 8;
+  MOTES_INLINE StampWords times(StampWords surface) const {
+    const StampWords odd = (StampWords)product((HalfWords)(surface >> 8 & 0xff00ffu), green);
+    return (StampWords)product((HalfWords)(surface & 0xff00ffu), red_blue) | odd << 8;
   }
 
  private:
@@ -175,15 +175,15 @@ MOTES_INLINE void draw_opaque_stamp(const image::TilePlanes& tile, const image::
   std::uint32_t color;
   __builtin_memcpy(&color, r.color, sizeof color);
   const OwnColor own(color);
-  const Longs depth = all_longs(image::Nearest{r.depth} << 32);
+  const Longs depth = all_longs(image::NearestSurface{r.depth} << 32);
   for (int strip = 0; strip < stamp.strips; ++strip) {
     const int column = left + strip * kStrip;
     if (column <= -kStrip || column >= image::kTile) continue;
     for (int row = begin; row < end; ++row) {
       const int at = strip * image::ImageStamp::kRows + row;
-      image::Nearest* to = tile.surfaces + static_cast<std::ptrdiff_t>(top + row) * image::kPixelStride + column;
+      image::NearestSurface* to = tile.surfaces + static_cast<std::ptrdiff_t>(top + row) * image::kPixelStride + column;
       for (int i = 0; i < kStrip; i += kLongs) {
-        Words surface;
+        StampWords surface;
         __builtin_memcpy(&surface, stamp.surface + kStrip * at + i, sizeof surface);
         keep_nearest(to + i, __builtin_convertvector(own.times(surface), Longs) | depth, stamp.covered[at] >> i);
       }

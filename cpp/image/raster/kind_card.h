@@ -17,7 +17,7 @@ struct Stand {
   float x = 0, y = 0;      // the middle, px from the sprite's
   float lens_x = 0, lens_y = 0;  // from where on the lens it is seen: see see_from
 
-  MOTES_INLINE Stand(const Pose& p, float focal) {
+  MOTES_INLINE Stand(const CameraPose& p, float focal) {
     const float from_x = p.middle_x / focal, from_y = -p.middle_y / focal;  // to the particle: (from_x, from_y, -1)
     const float ahead = p.front.x * from_x + p.front.y * from_y - p.front.z;
     seen = ahead > kEdge || ahead < -kEdge;
@@ -80,7 +80,7 @@ struct Stand {
 struct Card : Picture<Card> {
   static constexpr float kNarrow = 12;
 
-  Pose pose;
+  CameraPose pose;
   Stand middle;
   PosedMoments moments;
   Walls walls{};  // tested where there are moments
@@ -88,7 +88,8 @@ struct Card : Picture<Card> {
   float shrink;  // screen's area of a square on the card, at the middle: the mean
   float half_x = 0, half_y = 0, farthest = 0;  // around the corners, px on the screen
 
-  MOTES_INLINE Card(const image::WideSplat& task, const WideSprite& sprite) : Card(task, sprite, Pose(task, sprite)) {}
+  MOTES_INLINE Card(const image::WideSplat& task, const WideSprite& sprite)
+      : Card(task, sprite, CameraPose(task, sprite)) {}
 
   MOTES_INLINE bool tests_itself() const { return moments.count != 0; }
   MOTES_INLINE float reach() const { return farthest; }
@@ -111,7 +112,7 @@ struct Card : Picture<Card> {
   float focal, focus, blur;
   float near_x = 0, near_y = 0;  // half of the box around it at any one moment
 
-  MOTES_INLINE Card(const image::WideSplat& task, const WideSprite& sprite, const Pose& p)
+  MOTES_INLINE Card(const image::WideSplat& task, const WideSprite& sprite, const CameraPose& p)
       : Picture(task, facing(task, sprite, p)), pose(p), middle(p, task.focal),
         moments(task, p, 0.7072f * p.scale, 2 * s.radius, s.half), side(s.radius), shrink(middle.shrink),
         focal(task.focal), focus(task.focus), blur(task.blur) {
@@ -131,14 +132,14 @@ struct Card : Picture<Card> {
     }
   }
 
-  static MOTES_INLINE WideSprite facing(const image::WideSplat& task, const WideSprite& sprite, const Pose& p) {
+  static MOTES_INLINE WideSprite facing(const image::WideSplat& task, const WideSprite& sprite, const CameraPose& p) {
     WideSprite s = sprite;
     s.radius = 0.5f * p.scale * task.focal / p.depth;
     return s;
   }
 
   /// Extends the box by the corners of the card, so much larger.
-  MOTES_INLINE void measure(const Pose& p, float larger) {
+  MOTES_INLINE void measure(const CameraPose& p, float larger) {
     for (int corner = 0; corner < 4; ++corner) {
       const float u = (corner & 1) != 0 ? 0.5f * width * larger : -0.5f * width * larger;
       const float v = (corner & 2) != 0 ? 0.5f * height * larger : -0.5f * height * larger;
@@ -156,7 +157,7 @@ struct Card : Picture<Card> {
   MOTES_INLINE void measure_moments() {
     float sum = 0;
     image::for_each_moment(moments.count, [&](int number, const image::Moment& m) {
-      const Pose then = pose.at(m);
+      const CameraPose then = pose.at(m);
       if (number == 0 || pose.turns()) measure(then, moments.larger);
       sum += stand_at(then, m).shrink;
     });
@@ -170,7 +171,7 @@ struct Card : Picture<Card> {
   }
 
   /// How it is seen at a moment, without its way.
-  MOTES_INLINE Stand stand_at(const Pose& then, const image::Moment& m) const {
+  MOTES_INLINE Stand stand_at(const CameraPose& then, const image::Moment& m) const {
     Stand stand(then, focal);
     if (blur > 0) stand.see_from(m.lens_x * blur, m.lens_y * blur, focus, 1 / then.depth);
     return stand;
@@ -254,7 +255,7 @@ struct Card : Picture<Card> {
   }
 
   MOTES_INLINE void add_vector(const Stand& stand, const PatchPart& p, const InPart& in_part, Sums& sums) const {
-    const Place at = place_of(p, in_part.strip, in_part.row, in_part.first);
+    const PixelPositions at = place_of(p, in_part.strip, in_part.row, in_part.first);
     const Floats x = at.x - (s.x + stand.x), y = at.y - (s.y + stand.y);
     Texels t = texels_of(stand, x, y);
     if (walls.depth != nullptr && any(t.channel[3] > 0)) {

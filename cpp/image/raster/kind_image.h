@@ -111,17 +111,17 @@ struct Picture {
 
   /// The part of the streak where the picture may reach a pixel: position of the first sample and the step between
   /// samples, px.
-  struct Stretch {
+  struct StreakSamples {
     Floats first, step;
   };
-  MOTES_INLINE Stretch stretch(Floats x, Floats y) const {
+  MOTES_INLINE StreakSamples stretch(Floats x, Floats y) const {
     const float far = self().reach();
     const Floats along = x * s.along_x + y * s.along_y;
     const Floats begin = clamp(along - far, -s.half, s.half), end = clamp(along + far, -s.half, s.half);
     const Floats step = (end - begin) * (1 / static_cast<float>(steps));
     return {begin + step * 0.5f, step};
   }
-  MOTES_INLINE Texels texels_at(Floats x, Floats y, const Stretch& at, int i) const {
+  MOTES_INLINE Texels texels_at(Floats x, Floats y, const StreakSamples& at, int i) const {
     const Floats along = at.first + at.step * static_cast<float>(i);
     return self().texels(x - along * s.along_x, y - along * s.along_y);
   }
@@ -129,7 +129,7 @@ struct Picture {
   /// Returns the mean over the streak.
   MOTES_INLINE Texels mean(Floats x, Floats y) const {
     if (!moves) return self().texels(x, y);
-    const Stretch at = stretch(x, y);
+    const StreakSamples at = stretch(x, y);
     Texels sum{};
     for (int i = 0; i < steps; ++i) {
       const Texels t = texels_at(x, y, at, i);
@@ -141,7 +141,7 @@ struct Picture {
   }
 
   MOTES_INLINE Texels most_opaque(Floats x, Floats y) const {
-    const Stretch at = stretch(x, y);
+    const StreakSamples at = stretch(x, y);
     Texels most{};
     for (int i = 0; i < steps; ++i) {
       const Texels t = texels_at(x, y, at, i);

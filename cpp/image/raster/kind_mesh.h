@@ -79,7 +79,7 @@ struct MeshOf {
 
   WideSprite s;
   const image::WideSplat& task;
-  Pose pose;
+  CameraPose pose;
   float extent;  // of a ball around it, m
   float box;     // half of the square that holds it on the screen, px
   int steps = 1;  // places along the streak; a power of two
@@ -151,8 +151,8 @@ struct MeshOf {
       const float depth = 1 / inverse_at(f, right, down);
       std::uint32_t bits;
       __builtin_memcpy(&bits, &depth, sizeof bits);
-      image::Nearest& there = tile.surfaces[static_cast<std::ptrdiff_t>(row) * image::kPixelStride + column];
-      const image::Nearest here = image::Nearest{bits} << 32 | shade << 24 | color_at(f, right, down);
+      image::NearestSurface& there = tile.surfaces[static_cast<std::ptrdiff_t>(row) * image::kPixelStride + column];
+      const image::NearestSurface here = image::NearestSurface{bits} << 32 | shade << 24 | color_at(f, right, down);
       there = here < there ? here : there;
     });
   }
@@ -207,7 +207,7 @@ struct MeshOf {
     __builtin_memset(cells.moment, 0, static_cast<std::size_t>(kStrip * p.strips * p.stride));
     const float share = kPixelWeight / (static_cast<float>(moments.count) * moments.larger * moments.larger);
     image::for_each_moment(moments.count, [&](int number, const image::Moment& m) {
-      Pose then = pose.at(m);
+      CameraPose then = pose.at(m);
       then.scale *= moments.larger;
       const Shift way = way_at(m);
       const std::int64_t dx = way.x + m.pixel_x, dy = way.y + m.pixel_y;
@@ -297,7 +297,7 @@ struct MeshOf {
     Floats inverse;  // 1/depth
     Mask in_front;
   };
-  MOTES_INLINE Floats3 turned(const Pose& p, int row, std::size_t i) const {
+  MOTES_INLINE Floats3 turned(const CameraPose& p, int row, std::size_t i) const {
     const float* const from = task.corners + static_cast<std::size_t>(3 * row * task.room) + i;
     const Floats x = load(from), y = load(from + task.room), z = load(from + 2 * task.room);
     return all3(p.right) * x + all3(p.up) * y + all3(p.front) * z;
@@ -306,7 +306,7 @@ struct MeshOf {
   struct OnLens {
     float x = 0, y = 0;
   };
-  MOTES_INLINE Corner corner(const Pose& p, OnLens lens, int row, std::size_t i) const {
+  MOTES_INLINE Corner corner(const CameraPose& p, OnLens lens, int row, std::size_t i) const {
     const Floats3 at = turned(p, row, i) * p.scale;
     const Floats depth = p.depth - at.z;
     const float per = p.depth / task.focal;
@@ -333,7 +333,7 @@ struct MeshOf {
 
   /// Calls use(facet) for the triangles that may be seen in the tile.
   template <class Use>
-  MOTES_INLINE void for_each_facet(const Pose& p, OnLens lens, const Use& use) const {
+  MOTES_INLINE void for_each_facet(const CameraPose& p, OnLens lens, const Use& use) const {
     const float more_x = s.half * size_of(s.along_x) + 1, more_y = s.half * size_of(s.along_y) + 1;
     const float end_x = static_cast<float>(task.columns) + more_x, end_y = static_cast<float>(task.rows) + more_y;
     for (int i = 0; i < task.triangles; i += kLanes) {

@@ -79,8 +79,8 @@ struct Ribbon {
           const float full = between(tint[c][j], tint[c][j + 1], part) * static_cast<float>(s.color >> (8 * c) & 0xffu);
           surface |= static_cast<std::uint32_t>(full + 0.5f) << (8 * c);
         }
-        image::Nearest& there = tile.surfaces[static_cast<std::ptrdiff_t>(row) * image::kPixelStride + column];
-        const image::Nearest here = image::Nearest{bits} << 32 | surface;
+        image::NearestSurface& there = tile.surfaces[static_cast<std::ptrdiff_t>(row) * image::kPixelStride + column];
+        const image::NearestSurface here = image::NearestSurface{bits} << 32 | surface;
         there = here < there ? here : there;
       });
     });
@@ -136,7 +136,7 @@ struct Ribbon {
   };
 
   // A straight piece at one time.
-  struct Piece {
+  struct Segment {
     float x, y, way_x, way_y, per_square;
     float half, half_more, left, left_more, inverse, inverse_more, path, path_more;
     float lens_x, lens_y;  // px that what is infinitely far moves by
@@ -223,9 +223,9 @@ struct Ribbon {
     least = 0.5f * image::lens_gap(2 * blur, steps);
   }
 
-  MOTES_INLINE Piece piece_of(int k, const Time& time) const {
+  MOTES_INLINE Segment piece_of(int k, const Time& time) const {
     const float part = time.part;
-    Piece p;
+    Segment p;
     p.x = x[k] + move_x[k] * part;
     p.y = y[k] + move_y[k] * part;
     float end_x = x[k + 1] + move_x[k + 1] * part, end_y = y[k + 1] + move_y[k + 1] * part;
@@ -256,7 +256,7 @@ struct Ribbon {
   /// part of the piece before what is nearest to a pixel, and how far away that is, px.
   template <class Use>
   MOTES_INLINE void for_each_place(int k, const Time& time, int first, int last, const Use& use) const {
-    const Piece p = piece_of(k, time);
+    const Segment p = piece_of(k, time);
     float wide = (half[k] > half[k + 1] ? half[k] : half[k + 1]) + 1;
     if (!(wide > 1)) return;
     wide = wide > least + 1 ? wide : least + 1;
@@ -287,14 +287,14 @@ struct Ribbon {
       for (int column = 0; column < kRowNumbers; column += kWidth) store(cells.path[row] + column, all(-kApart));
     }
     for (int k = 0; k + 1 < joints; ++k) {
-      for_each_place(k, time, first, last, [&](const Piece& piece, int row, int column, Floats along, Floats from) {
+      for_each_place(k, time, first, last, [&](const Segment& piece, int row, int column, Floats along, Floats from) {
         show<kOpaque>(piece, k, along, from, cells, row, column);
       });
     }
   }
 
   template <bool kOpaque>
-  MOTES_INLINE void show(const Piece& piece, int k, Floats along, Floats from, Cells& cells, int row,
+  MOTES_INLINE void show(const Segment& piece, int k, Floats along, Floats from, Cells& cells, int row,
                          int column) const {
     const Floats own = piece.half + piece.half_more * along, half = max(own, all(least));
     const Floats inside = (kOpaque ? max(half, all(0.5f)) : half) - from, left = piece.left + piece.left_more * along;
@@ -353,7 +353,7 @@ struct Ribbon {
   }
 
   /// The part of it that the nearest surfaces at a vector of pixels leave to be seen.
-  MOTES_INLINE Floats visible(const Piece& piece, int row, int column, Floats along) const {
+  MOTES_INLINE Floats visible(const Segment& piece, int row, int column, Floats along) const {
     const Floats inverse_depth = piece.inverse + piece.inverse_more * along;
     if (task.blur > 0) {
       Floats part;

@@ -11,7 +11,7 @@
 namespace motes::MOTES_ISA {
 
 // Up to kMost records: their positions, and the list of those that may be seen.
-struct Crowd {
+struct Candidates {
   static constexpr std::size_t kMost = 128;
 
   alignas(64) std::uint32_t position[kMost], depth[kMost];
@@ -22,12 +22,12 @@ struct Crowd {
 // Lists those of `count` records that are not known to be behind everything they would meet; returns how many. No
 // branches: whether one record is seen says nothing about the next.
 MOTES_INLINE std::size_t find_seen(const image::TilePlanes& tile, const image::Splat& s, const unsigned char* records,
-                                   std::size_t count, Crowd& crowd) {
+                                   std::size_t count, Candidates& crowd) {
   read_places(s.record_bytes, s.form.depth, records, count, crowd.position, crowd.depth);
   const float radius = s.bulge != nullptr ? s.radius : 0;
   std::size_t seen = 0;
   for (std::size_t i = 0; i < count; i += kLanes) {
-    const Places at = places(s, load_uints(crowd.position + i));
+    const FootprintPositions at = places(s, load_uints(crowd.position + i));
     Mask chosen = touch(at, s.size) & first_lanes(count - i);
     if (tile.blocks != nullptr) {
       const Ints block = image::DepthBlocks::at(at.column, at.row) & chosen;
@@ -51,9 +51,9 @@ template <class Draw>
 MOTES_INLINE void for_each_seen(const image::TilePlanes& planes, const image::Splat& s, const unsigned char* records,
                                 std::size_t count, const Draw& draw) {
   const auto bytes = static_cast<std::size_t>(s.record_bytes);
-  Crowd crowd;
+  Candidates crowd;
   while (count != 0) {
-    const std::size_t number = count < Crowd::kMost ? count : Crowd::kMost;
+    const std::size_t number = count < Candidates::kMost ? count : Candidates::kMost;
     const std::size_t seen = find_seen(planes, s, records, number, crowd);
     for (std::size_t k = 0; k < seen; ++k) {
       const std::size_t i = crowd.seen[k];
@@ -66,8 +66,9 @@ MOTES_INLINE void for_each_seen(const image::TilePlanes& planes, const image::Sp
 
 // Draws a flat record whose rows have kVectors vectors of kLongs pixels.
 template <int kVectors>
-MOTES_INLINE void draw_flat(const image::Splat& s, const Coat& coat, const std::uint16_t* covered, image::Nearest* to) {
-  const Longs here = all_longs(image::Nearest{coat.depth} << 32 | 0xff000000u | coat.color);
+MOTES_INLINE void draw_flat(const image::Splat& s, const Coat& coat, const std::uint16_t* covered,
+                            image::NearestSurface* to) {
+  const Longs here = all_longs(image::NearestSurface{coat.depth} << 32 | 0xff000000u | coat.color);
   for (int row = 0; row < s.size; ++row, to += image::kPixelStride) {
     for (int j = 0; j < kVectors; ++j) keep_nearest(to + j * kLongs, here, covered[row] >> (j * kLongs));
   }
@@ -77,7 +78,7 @@ template <int kVectors>
 void flat_records(const image::TilePlanes& planes, const image::Splat& task, const unsigned char* records,
                   std::size_t count) {
   const image::Splat s = task;
-  image::Nearest* const surfaces = planes.surfaces;
+  image::NearestSurface* const surfaces = planes.surfaces;
   for_each_seen(planes, s, records, count, [&](const Coat& coat, std::ptrdiff_t pixel, std::ptrdiff_t row) {
     draw_flat<kVectors>(s, coat, s.covered + row, surfaces + pixel);
   });
@@ -85,7 +86,7 @@ void flat_records(const image::TilePlanes& planes, const image::Splat& task, con
 
 #if MOTES_WIDTH == 512
 // Draws eight pixels of a sphere's row with half vectors, which the processor computes more of at once.
-MOTES_INLINE void round_eight(image::Nearest* to, const std::uint32_t* shade, const float* bulge, Uints color,
+MOTES_INLINE void round_eight(image::NearestSurface* to, const std::uint32_t* shade, const float* bulge, Uints color,
                               Floats center, Floats radius, unsigned covered) {
   const __m256i shades = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(shade));
   const __m256i surface = _mm256_or_si256(_mm512_castsi512_si256((__m512i)color), shades);
@@ -100,7 +101,8 @@ MOTES_INLINE void round_eight(image::Nearest* to, const std::uint32_t* shade, co
 // Draws a sphere whose rows have kVectors vectors of kWidth pixels; kHalf: the last one is half a vector. `in_tables`:
 // its first row in the tables.
 template <int kVectors, bool kHalf>
-MOTES_INLINE void draw_round(const image::Splat& s, const Coat& coat, std::ptrdiff_t in_tables, image::Nearest* to) {
+MOTES_INLINE void draw_round(const image::Splat& s, const Coat& coat, std::ptrdiff_t in_tables,
+                             image::NearestSurface* to) {
   constexpr int kInRow = image::surface_row(kHalf ? kVectors * kWidth - kLongs : kVectors * kWidth);
   const Uints color = all_uints(coat.color & 0xffffffu);
   const Floats center = (Floats)all_uints(coat.depth);
@@ -131,7 +133,7 @@ template <int kVectors, bool kHalf>
 void round_records(const image::TilePlanes& planes, const image::Splat& task, const unsigned char* records,
                    std::size_t count) {
   const image::Splat s = task;
-  image::Nearest* const surfaces = planes.surfaces;
+  image::NearestSurface* const surfaces = planes.surfaces;
   for_each_seen(planes, s, records, count, [&](const Coat& coat, std::ptrdiff_t pixel, std::ptrdiff_t row) {
     draw_round<kVectors, kHalf>(s, coat, row, surfaces + pixel);
   });
@@ -169,7 +171,8 @@ inline void measure_surfaces(const image::TilePlanes& tile, int rows, int column
     for (int left = 0; left < image::kTile; left += kBlock) {
       Longs most[kVectors] = {};
       for (int row = top; row < bottom; ++row) {
-        const image::Nearest* from = tile.surfaces + static_cast<std::ptrdiff_t>(row) * image::kPixelStride + left;
+        const image::NearestSurface* from =
+            tile.surfaces + static_cast<std::ptrdiff_t>(row) * image::kPixelStride + left;
         for (int j = 0; j < kVectors; ++j) most[j] = greater(most[j], load_longs(from + j * kLongs));
       }
       const int inside = columns - left < kBlock ? columns - left : kBlock;

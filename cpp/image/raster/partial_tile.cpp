@@ -12,13 +12,13 @@ constexpr std::uint32_t kMagic = 0x3254504d;  // "MPT2"
 struct Header {
   std::uint32_t magic = kMagic;
   std::uint32_t tile = 0;
-  Box light, surface;
+  PixelBox light, surface;
 };
 static_assert(sizeof(Header) == 16);
 
 // Returns the bounding box of the pixels for which active(x, y) holds; empty if there are none.
 template <class Active>
-Box bounding_box(const Area& area, const Active& active) {
+PixelBox bounding_box(const Area& area, const Active& active) {
   int left = area.width, right = 0, top = area.height, bottom = 0;
   for (int y = 0; y < area.height; ++y) {
     int first = 0, last = area.width - 1;
@@ -59,7 +59,7 @@ void append_partial(const Area& area, const TilePlanes& tile, bool surfaces, Buf
   for (int y = header.light.top; y < header.light.bottom; ++y, out += row_bytes) {
     std::memcpy(out, tile.light + y * kLightStride + 3 * header.light.left, row_bytes);
   }
-  const std::size_t surface_bytes = sizeof(Nearest) * header.surface.columns();
+  const std::size_t surface_bytes = sizeof(NearestSurface) * header.surface.columns();
   for (int y = header.surface.top; y < header.surface.bottom; ++y, out += surface_bytes) {
     std::memcpy(out, tile.surfaces + y * kPixelStride + header.surface.left, surface_bytes);
   }
@@ -95,12 +95,12 @@ void PartialTile::add_light(std::uint32_t* light) const {
   }
 }
 
-void PartialTile::keep_nearest(Nearest* surfaces) const {
+void PartialTile::keep_nearest(NearestSurface* surfaces) const {
   const std::byte* in = bytes_.data() + 12 * light_box_.pixels();
   for (int y = surface_box_.top; y < surface_box_.bottom; ++y) {
-    Nearest* row = surfaces + y * kPixelStride;
-    for (int x = surface_box_.left; x < surface_box_.right; ++x, in += sizeof(Nearest)) {
-      Nearest other;
+    NearestSurface* row = surfaces + y * kPixelStride;
+    for (int x = surface_box_.left; x < surface_box_.right; ++x, in += sizeof(NearestSurface)) {
+      NearestSurface other;
       std::memcpy(&other, in, sizeof other);
       row[x] = std::min(row[x], other);
     }

@@ -12,7 +12,7 @@
 namespace motes::image {
 
 /// A rectangle of a tile's pixels.
-struct Box {
+struct PixelBox {
   std::uint8_t left = 0, top = 0, right = 0, bottom = 0;
 
   std::size_t columns() const { return static_cast<std::size_t>(right - left); }
@@ -39,11 +39,11 @@ class PartialTile {
   void add_light(std::uint32_t* light) const;
 
   /// Keeps the nearer surface at each pixel.
-  void keep_nearest(Nearest* surfaces) const;
+  void keep_nearest(NearestSurface* surfaces) const;
 
  private:
   std::span<const std::byte> bytes_;
-  Box light_box_, surface_box_;
+  PixelBox light_box_, surface_box_;
 };
 
 }  // namespace motes::image

@@ -36,7 +36,7 @@ std::size_t Pieces::collect(int tile, std::vector<Piece>& pieces) const {
   std::size_t count = 0;
   for (const Part& part : parts_) {
     for (const RecordsView::Batch& batch : part.records.batches()) {
-      const RecordsView::Piece piece = part.records.piece(batch, slot);
+      const RecordsView::RecordRun piece = part.records.piece(batch, slot);
       if (piece.count == 0) continue;
       pieces.push_back({part.brush, piece.records, piece.count, part.records.most_alpha(), part.records.color()});
       count += piece.count;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "image/tile_planes.h"
+#include "simd/doubles.h"
 #include "simd/simd.h"
 
 namespace motes::MOTES_ISA {
@@ -30,7 +31,7 @@ MOTES_INLINE Uints load_bytes(const std::uint8_t* from) {
 // A record's light, colour * alpha / 16 (12 bits per channel), as three vectors of lanes:
 //
 //   part[0] part[1] part[2] = r g b r g b r g b ...
-struct Light {
+struct RecordLight {
   Uints part[3];
 };
 
@@ -68,8 +69,8 @@ MOTES_INLINE Uints products_of(const Channels&, std::uint32_t color, int j) {
   return j == 0 ? Uints{r, g, b, r} : j == 1 ? Uints{g, b, r, g} : Uints{b, r, g, b};
 }
 #endif
-MOTES_INLINE Light light_of(const Channels& channels, std::uint32_t color) {
-  Light light;
+MOTES_INLINE RecordLight light_of(const Channels& channels, std::uint32_t color) {
+  RecordLight light;
   for (int j = 0; j < 3; ++j) light.part[j] = (products_of(channels, color, j) + 8u) >> 4;
   return light;
 }
@@ -84,7 +85,7 @@ MOTES_INLINE void add(std::uint32_t* to, Uints more) {
 
 // Adds the rows of a record that nothing hides to the light at `to`.
 template <int kVectors, bool kSaturating>
-MOTES_INLINE void add_rows(int size, int row_bytes, const Light& light, const std::uint8_t* weights,
+MOTES_INLINE void add_rows(int size, int row_bytes, const RecordLight& light, const std::uint8_t* weights,
                            std::uint32_t* to) {
   for (int row = 0; row < size; ++row, to += image::kLightStride, weights += row_bytes) {
     for (int j = 0; j < kVectors; ++j) {
@@ -213,19 +214,17 @@ MOTES_INLINE Mask keeps_all(Floats wall, Floats depth, float fade) { return (wal
 // Least depth, m: a sphere's front may reach behind the camera, but depths must stay positive.
 inline constexpr float kLeastDepth = 1e-6f;
 
-// A vector of 64-bit lanes: half as many as other vectors have.
-using Longs = std::int64_t __attribute__((vector_size(4 * MOTES_LANES)));
 inline constexpr int kLongs = kWidth / 2;
 
-MOTES_INLINE Longs all_longs(image::Nearest value) { return Longs{} + static_cast<std::int64_t>(value); }
-MOTES_INLINE Longs load_longs(const image::Nearest* from) {
+MOTES_INLINE Longs all_longs(image::NearestSurface value) { return Longs{} + static_cast<std::int64_t>(value); }
+MOTES_INLINE Longs load_longs(const image::NearestSurface* from) {
   Longs v;
   __builtin_memcpy(&v, from, sizeof v);
   return v;
 }
 
 // Keeps the smaller of both numbers at each of kLongs pixels whose bit of `covered` is set. All numbers are positive.
-MOTES_INLINE void keep_nearest(image::Nearest* to, Longs more, unsigned covered) {
+MOTES_INLINE void keep_nearest(image::NearestSurface* to, Longs more, unsigned covered) {
 #if MOTES_WIDTH == 512
   const Longs before = load_longs(to);
   _mm512_storeu_si512(
@@ -239,7 +238,8 @@ MOTES_INLINE void keep_nearest(image::Nearest* to, Longs more, unsigned covered)
 #else
   const Longs before = load_longs(to);
   for (int lane = 0; lane < kLongs; ++lane) {
-    const auto old = static_cast<image::Nearest>(before[lane]), here = static_cast<image::Nearest>(more[lane]);
+    const auto old = static_cast<image::NearestSurface>(before[lane]),
+               here = static_cast<image::NearestSurface>(more[lane]);
     if ((covered >> lane & 1u) != 0 && here < old) to[lane] = here;
   }
 #endif
@@ -261,8 +261,8 @@ MOTES_INLINE Longs nearest_of(Uints depth, Uints surface, int half) {
 #else
   Longs v;
   for (int lane = 0; lane < kLongs; ++lane) {
-    v[lane] =
-        static_cast<std::int64_t>(image::Nearest{depth[lane + half * kLongs]} << 32 | surface[lane + half * kLongs]);
+    v[lane] = static_cast<std::int64_t>(image::NearestSurface{depth[lane + half * kLongs]} << 32 |
+                                        surface[lane + half * kLongs]);
   }
   return v;
 #endif
@@ -277,7 +277,7 @@ MOTES_INLINE void split(__m512i low, __m512i high, Uints& first, Uints& second) 
 }
 #endif
 MOTES_INLINE void split(const void* words, Uints& first, Uints& second) {
-  const auto* from = static_cast<const image::Nearest*>(words);
+  const auto* from = static_cast<const image::NearestSurface*>(words);
 #if MOTES_WIDTH == 512
   split(_mm512_loadu_si512(from), _mm512_loadu_si512(from + kLongs), first, second);
 #elif MOTES_WIDTH == 256

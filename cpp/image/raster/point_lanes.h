@@ -17,7 +17,7 @@ inline constexpr std::size_t kPointBytes = image::record_bytes(image::Layout::pl
 #if MOTES_WIDTH == 512
 // Adds a point, two pixels wide, with half vectors, which rarely cross a cache line.
 template <bool kSaturating>
-MOTES_INLINE void add_point(const Light& light, const std::uint8_t* weights, std::uint32_t* to) {
+MOTES_INLINE void add_point(const RecordLight& light, const std::uint8_t* weights, std::uint32_t* to) {
   const __m256i color = _mm512_castsi512_si256((__m512i)light.part[0]);
   for (int row = 0; row < kPointSize; ++row, to += image::kLightStride, weights += kPointRow) {
     const __m256i weight = _mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(weights)));
@@ -29,27 +29,27 @@ MOTES_INLINE void add_point(const Light& light, const std::uint8_t* weights, std
 }
 #else
 template <bool kSaturating>
-MOTES_INLINE void add_point(const Light& light, const std::uint8_t* weights, std::uint32_t* to) {
+MOTES_INLINE void add_point(const RecordLight& light, const std::uint8_t* weights, std::uint32_t* to) {
   add_rows<kPointVectors, kSaturating>(kPointSize, kPointRow, light, weights, to);
 }
 #endif
 
 // First pixels of footprints in the tile, and their phases (sub-pixel positions, which select a footprint of the
 // table).
-struct Places {
+struct FootprintPositions {
   Ints column, row, phase;
 };
-MOTES_INLINE Places places(const image::Splat& s, Uints positions) {
+MOTES_INLINE FootprintPositions places(const image::Splat& s, Uints positions) {
   const Ints x = ((Ints)(positions << 16) >> 16) - s.origin_x, y = ((Ints)positions >> 16) - s.origin_y;
   const int up = 4 - s.sub_bits, down = 4 - s.phase_bits;
   const Ints phase_x = ((Ints)((Uints)x << up) & 15) >> down, phase_y = ((Ints)((Uints)y << up) & 15) >> down;
   return {x >> s.sub_bits, y >> s.sub_bits, (Ints)((Uints)phase_y << s.phase_bits) | phase_x};
 }
 // Tells which footprints have a pixel in the tile.
-MOTES_INLINE Mask touch(const Places& at, int size) {
+MOTES_INLINE Mask touch(const FootprintPositions& at, int size) {
   return (min_ints(at.column, at.row) > -size) & (max_ints(at.column, at.row) < image::kTile);
 }
-MOTES_INLINE Ints in_light(const Places& at) { return at.row * image::kLightStride + 3 * at.column; }
+MOTES_INLINE Ints in_light(const FootprintPositions& at) { return at.row * image::kLightStride + 3 * at.column; }
 
 // Returns the colour of a record: its own, or the common one.
 MOTES_INLINE std::uint32_t color_of(const image::Splat& s, const unsigned char* record) {
@@ -127,14 +127,14 @@ MOTES_INLINE Points some_points(const unsigned char* from, int number) {
 template <bool kSaturating, bool kColored>
 MOTES_INLINE bool add_vector(const image::TilePlanes& planes, const image::Splat& s, const Channels& channel,
                              const Points& p, const unsigned char* records, int number) {
-  const Places at = places(s, p.position);
+  const FootprintPositions at = places(s, p.position);
   if (any(~touch(at, kPointSize) & first_lanes(static_cast<std::size_t>(number)))) return false;
   alignas(64) std::int32_t first[kWidth], phase[kWidth];
   store_mask(first, in_light(at));
   store_mask(phase, at.phase);
   const std::uint32_t color = kColored ? word_at(records + 4) : s.color;
   const bool alike = !kColored || !any((Mask)(p.color != color) & first_lanes(static_cast<std::size_t>(number)));
-  Light light = light_of(channel, color);
+  RecordLight light = light_of(channel, color);
   for (int k = 0; k < number; ++k) {
     if (!alike) light = light_of(channel, word_at(records + static_cast<std::size_t>(k) * kPointBytes<kColored> + 4));
     add_point<kSaturating>(light, s.weights + phase[k] * (kPointSize * kPointRow), planes.light + first[k]);

@@ -104,12 +104,12 @@ void add_records(const TilePlanes& planes, const Splat& task, const unsigned cha
   const Splat s = task;
   const TilePlanes tile = planes;
   const Channels channel = channels();
-  const Light of_all = light_of(channel, s.color);
+  const RecordLight of_all = light_of(channel, s.color);
   const unsigned char* end = records + count * static_cast<std::size_t>(s.record_bytes);
   for (const unsigned char* r = records; r != end; r += s.record_bytes) {
     FootprintPlace at;
     if (!place(s, word_at(r), at)) continue;
-    const Light light = kColored ? light_of(channel, word_at(r + 4)) : of_all;
+    const RecordLight light = kColored ? light_of(channel, word_at(r + 4)) : of_all;
     const std::uint8_t* weights = s.weights + static_cast<std::ptrdiff_t>(at.row) * s.row_bytes;
     add_open<kVectors, kSaturating>(s, light, weights, tile.light + at.light);
   }
@@ -156,7 +156,7 @@ void over_records(const TilePlanes& planes, const Splat& task, const unsigned ch
     if (kDepth && depth > tile.farthest) continue;
     const bool test = kDepth && (kFade || mixed || depth > tile.nearest);
     const std::uint32_t color = word_at(r + 4);
-    const Light light = light_of(channel, color);
+    const RecordLight light = light_of(channel, color);
     const Uints alpha = all_uints(color >> 24);
     const std::ptrdiff_t in_table = static_cast<std::ptrdiff_t>(at.row) * s.row_bytes;
     const std::uint8_t* weights = s.weights + in_table;

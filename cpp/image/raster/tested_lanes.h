@@ -10,7 +10,8 @@ namespace motes::MOTES_ISA {
 
 // Adds a record that nothing hides.
 template <int kVectors, bool kSaturating>
-MOTES_INLINE void add_open(const image::Splat& s, const Light& light, const std::uint8_t* weights, std::uint32_t* to) {
+MOTES_INLINE void add_open(const image::Splat& s, const RecordLight& light, const std::uint8_t* weights,
+                           std::uint32_t* to) {
   if (kWidth * kVectors < 24 && s.size == 2) return add_point<kSaturating>(light, weights, to);
   add_rows<kVectors, kSaturating>(s.size, s.row_bytes, light, weights, to);
 }
@@ -31,7 +32,7 @@ struct Among {
 
 template <bool kFade>
 MOTES_INLINE void find_among(const image::TilePlanes& tile, const image::Splat& s, std::size_t i, Among& some) {
-  const Places at = places(s, load_uints(some.position + i));
+  const FootprintPositions at = places(s, load_uints(some.position + i));
   const Mask inside = touch(at, s.size);
   const Ints block = image::DepthBlocks::at(at.column, at.row) & inside;
   const Pair met = gather_pairs(tile.blocks, block + block);
@@ -63,7 +64,7 @@ MOTES_INLINE void sort_among(const image::TilePlanes& tile, const image::Splat& 
 // Adds record `i`, testing its depth at each pixel.
 template <int kVectors, bool kSaturating, bool kFade>
 MOTES_INLINE void add_tested(const image::TilePlanes& tile, const image::Splat& s, const Spread& spreading,
-                             const Light& light, const Among& some, std::size_t i) {
+                             const RecordLight& light, const Among& some, std::size_t i) {
   const std::uint32_t depth = some.depth[i];
   const std::uint8_t* weights = s.weights + some.weights[i];
   std::uint32_t* to = tile.light + some.light[i];
@@ -87,7 +88,7 @@ void add_among(const image::TilePlanes& planes, const image::Splat& task, const 
   const image::TilePlanes tile = planes;
   const Channels channel = channels();
   const Spread spreading = spread();
-  const Light of_all = light_of(channel, s.color);
+  const RecordLight of_all = light_of(channel, s.color);
   const auto bytes = static_cast<std::size_t>(s.record_bytes);
   const auto light = [&](std::size_t i) {
     return s.form.color != 0 ? light_of(channel, color_of(s, records + i * bytes)) : of_all;

@@ -138,7 +138,7 @@ void TilePainter::start_surfaces() {
   for (int y = 0; y < area_.height; ++y) {
     std::uint32_t* depth = planes_.depth + y * kPixelStride;
     if (!planes_.hides) std::fill_n(depth, area_.width, Scenery::kNothing);
-    Nearest* nearest = planes_.surfaces + y * kPixelStride;
+    NearestSurface* nearest = planes_.surfaces + y * kPixelStride;
     for (int x = 0; x < area_.width; ++x) nearest[x] = no_surface(depth[x]);
   }
 }

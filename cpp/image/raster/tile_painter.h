@@ -103,7 +103,7 @@ class TilePainter {
   bool saturating_ = false;
 
   BufferOf<std::uint32_t> light_, depth_;
-  BufferOf<Nearest> nearest_;
+  BufferOf<NearestSurface> nearest_;
   TilePlanes planes_{};
   DepthBlocks blocks_, fronts_;  // ranges of the tile's depths; ranges of surfaces while they are drawn
   BufferOf<ImageStamp> image_stamps_;

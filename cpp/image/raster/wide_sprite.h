@@ -96,11 +96,11 @@ MOTES_INLINE float shown_half(WideSprite& s) {
 }
 
 /// Positions of a vector of pixels of a strip: one or two rows of eight, or half a row.
-struct Place {
+struct PixelPositions {
   Floats x, y;  // relative to the centre of the tile's first pixel
 };
 inline constexpr int kPixelRows = kWidth > kStrip ? kWidth / kStrip : 1;
-MOTES_INLINE Place place_of(const PatchPart& p, int strip, int row, int first) {
+MOTES_INLINE PixelPositions place_of(const PatchPart& p, int strip, int row, int first) {
   Floats column, down;
   for (int lane = 0; lane < kWidth; ++lane) {
     column[lane] = static_cast<float>(lane % kStrip);
@@ -123,7 +123,7 @@ MOTES_INLINE void for_each_vector(const PatchPart& p, const Use& use) {
   for (int strip = 0; strip < p.strips; ++strip) {
     for (int row = 0; row < p.rows; row += kPixelRows) {
       for (int first = 0; first < kStrip; first += kWidth) {
-        const Place at = place_of(p, strip, row, first);
+        const PixelPositions at = place_of(p, strip, row, first);
         use(at.x, at.y, InPart{strip, row, first});
       }
     }
@@ -148,14 +148,14 @@ MOTES_INLINE void weigh_pixels(const Kind& kind, Patch<2>& p) {
 ///
 /// Directions and places as the camera sees them: x to the right, y up, z towards the camera. The particle is `depth`
 /// metres ahead, and (middle_x, middle_y) px right of and below the picture's middle.
-struct Pose {
+struct CameraPose {
   Float3 right, up, front;  // the particle's own x, y and z axis, unit vectors
   float middle_x, middle_y;
   float depth, scale;  // m; m per unit of length of what is drawn
   Float3 turn;         // while the shutter is open: its axis times its angle, radians
   float dx, dy;        // its way on the screen in that time, px
 
-  MOTES_INLINE Pose(const image::WideSplat& task, const WideSprite& s) {
+  MOTES_INLINE CameraPose(const image::WideSplat& task, const WideSprite& s) {
     image::PosedRecord r;
     __builtin_memcpy(&r, s.record, sizeof r);
     float q[4], square = 0;
@@ -185,8 +185,8 @@ struct Pose {
   MOTES_INLINE bool turns() const { return turn.x != 0 || turn.y != 0 || turn.z != 0; }
 
   /// How it stood at a moment; it is now as when the shutter closes.
-  MOTES_INLINE Pose at(const image::Moment& moment) const {
-    Pose then = *this;
+  MOTES_INLINE CameraPose at(const image::Moment& moment) const {
+    CameraPose then = *this;
     if (!turns()) return then;
     const Rotations by = rotation_by(all3(turn) * (moment.time - 0.5f));
     const Floats3 x = turned_x(by), y = turned_y(by), z = turned_z(by);
@@ -248,7 +248,7 @@ struct PosedMoments {
   float larger = 1;  // it is drawn larger and fainter where places on the lens would leave gaps
 
   /// `reach`: m from its middle to what is farthest from it; `size`: about its width, px.
-  MOTES_INLINE PosedMoments(const image::WideSplat& task, const Pose& pose, float reach, float size, float half) {
+  MOTES_INLINE PosedMoments(const image::WideSplat& task, const CameraPose& pose, float reach, float size, float half) {
     if (!(task.blur > 0) && !pose.turns()) return;
     const float middle = image::spread_at(task.blur, task.focus, 1 / pose.depth), left = pose.depth - reach;
     for (const float depth : {left > task.near ? left : task.near, pose.depth + reach}) {

@@ -55,7 +55,7 @@ void cast(const CastView& view, const float* x, const float* y, std::size_t coun
     Floats3 normal{};
     Ints surface{}, triangle{};
     for (const CastSolid* solid = view.solids; solid != view.solids + view.count; ++solid) {
-      const Crossing crossing = find<true>(*solid, rays, near, distance);
+      const RayHit crossing = find<true>(*solid, rays, near, distance);
       if (!any(crossing.met)) continue;
       distance = select(crossing.met, crossing.distance, distance);
       normal = select(crossing.met, unit(towards(normals(*solid, rays, crossing), rays)), normal);

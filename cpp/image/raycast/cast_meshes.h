@@ -40,8 +40,8 @@ class MeshRays {
   }
 
   /// The nearest crossing; of several at the same distance that with the first triangle.
-  Crossing nearest(Floats near, Floats far) const {
-    Crossing found{Mask{}, far, Ints{}};
+  RayHit nearest(Floats near, Floats far) const {
+    RayHit found{Mask{}, far, Ints{}};
     walk([&](const meshes::BvhNode& node) {
       Floats enter, leave;
       const Mask open = inside(node, near, found.distance, enter, leave);
@@ -127,7 +127,7 @@ class MeshRays {
 };
 
 /// The normals of triangles, one for each lane.
-MOTES_INLINE Floats3 mesh_normals(const meshes::BvhTriangle* triangles, const Crossing& crossing) {
+MOTES_INLINE Floats3 mesh_normals(const meshes::BvhTriangle* triangles, const RayHit& crossing) {
   Floats3 normal{};
   for (std::size_t i = 0; i < kLanes; ++i) {
     if (crossing.met[i] == 0) continue;

@@ -14,7 +14,7 @@ struct Rays {
 MOTES_INLINE Floats3 at(const Rays& rays, Floats distance) { return rays.from + rays.along * distance; }
 
 /// Where rays meet one object; no lane without `met` has a meaning.
-struct Crossing {
+struct RayHit {
   Mask met;
   Floats distance;
   Ints face;  // distinguishes faces that meet at an edge; of a mesh: the number of the triangle

@@ -8,29 +8,29 @@
 
 namespace motes::MOTES_ISA {
 
-MOTES_INLINE Crossing find_plane(const float* v, const Rays& rays, Floats near, Floats far) {
+MOTES_INLINE RayHit find_plane(const float* v, const Rays& rays, Floats near, Floats far) {
   const Floats3 normal = all3(v);
   const Floats distance = (v[3] - dot(normal, rays.from)) / dot(normal, rays.along);
   return {between(distance, near, far), distance, Ints{}};
 }
 
-MOTES_INLINE Crossing find_disc(const float* v, const Rays& rays, Floats near, Floats far) {
-  Crossing crossing = find_plane(v, rays, near, far);
+MOTES_INLINE RayHit find_disc(const float* v, const Rays& rays, Floats near, Floats far) {
+  RayHit crossing = find_plane(v, rays, near, far);
   const Floats3 offset = at(rays, crossing.distance) - all3(v + 4);
   const Floats square = dot(offset, offset);
   crossing.met &= (square <= v[7]) & (square >= v[8]);
   return crossing;
 }
 
-MOTES_INLINE Crossing find_rectangle(const float* v, const Rays& rays, Floats near, Floats far) {
-  Crossing crossing = find_plane(v, rays, near, far);
+MOTES_INLINE RayHit find_rectangle(const float* v, const Rays& rays, Floats near, Floats far) {
+  RayHit crossing = find_plane(v, rays, near, far);
   const Floats3 point = at(rays, crossing.distance);
   const Floats a = dot(point, all3(v + 4)) - v[7], b = dot(point, all3(v + 8)) - v[11];
   crossing.met &= (a >= 0.0f) & (a <= 1.0f) & (b >= 0.0f) & (b <= 1.0f);
   return crossing;
 }
 
-MOTES_INLINE Crossing find_triangle(const float* v, const Rays& rays, Floats near, Floats far) {
+MOTES_INLINE RayHit find_triangle(const float* v, const Rays& rays, Floats near, Floats far) {
   const float corner[3][3] = {{v[0], v[1], v[2]}, {v[3], v[4], v[5]}, {v[6], v[7], v[8]}};
   const Floats3 normal = all3(v + 9);
   const Floats distance = dot(normal, all3(corner[0]) - rays.from) / dot(normal, rays.along);
@@ -39,7 +39,7 @@ MOTES_INLINE Crossing find_triangle(const float* v, const Rays& rays, Floats nea
 
 // With the perpendicular from the centre to the ray: precise far away, too (Haines, Guenther, Akenine-Moeller 2019).
 template <bool kFromEye>
-MOTES_INLINE Crossing find_sphere(const float* v, const Rays& rays, Floats near, Floats far) {
+MOTES_INLINE RayHit find_sphere(const float* v, const Rays& rays, Floats near, Floats far) {
   const Floats3 offset = rays.from - all3(v);
   const Floats a = dot(rays.along, rays.along);
   const Floats b = dot(offset, rays.along);
@@ -57,7 +57,7 @@ MOTES_INLINE Crossing find_sphere(const float* v, const Rays& rays, Floats near,
 }
 
 // The part of the ray that is inside all three pairs of faces.
-MOTES_INLINE Crossing find_box(const float* v, const Rays& rays, Floats near, Floats far) {
+MOTES_INLINE RayHit find_box(const float* v, const Rays& rays, Floats near, Floats far) {
   const Floats inverse[3] = {1.0f / not_zero(rays.along.x), 1.0f / not_zero(rays.along.y),
                              1.0f / not_zero(rays.along.z)};
   const Floats from[3] = {rays.from.x, rays.from.y, rays.from.z};
@@ -91,8 +91,8 @@ class ShellRays {
     aside_ = rays.along - axis_ * rise_;
   }
 
-  MOTES_INLINE Crossing find(Floats near, Floats far) const {
-    Crossing found{Mask{}, far, Ints{}};
+  MOTES_INLINE RayHit find(Floats near, Floats far) const {
+    RayHit found{Mask{}, far, Ints{}};
     add_wall(outer_, 0, near, found);
     if (inner_ != outer_) {
       if (inner_ > 0) add_wall(inner_, 3, near, found);
@@ -102,7 +102,7 @@ class ShellRays {
     return found;
   }
 
-  MOTES_INLINE Floats3 normals(const Crossing& crossing) const {
+  MOTES_INLINE Floats3 normals(const RayHit& crossing) const {
     const Mask end = (crossing.face == 1) | (crossing.face == 2);
     if (!cone_) return select(end, axis_, across_ + aside_ * (crossing.distance - start_));
     const Floats distance = crossing.distance - start_;
@@ -112,14 +112,14 @@ class ShellRays {
   }
 
  private:
-  MOTES_INLINE static void keep(Mask met, Floats distance, int face, Crossing& found) {
+  MOTES_INLINE static void keep(Mask met, Floats distance, int face, RayHit& found) {
     found.distance = select(met, distance, found.distance);
     found.face = (met & face) | (~met & found.face);
     found.met |= met;
   }
 
   // The surface whose distance from the axis is radius at a cylinder's every height, at a cone's base.
-  MOTES_INLINE void add_wall(float radius, int face, Floats near, Crossing& found) const {
+  MOTES_INLINE void add_wall(float radius, int face, Floats near, RayHit& found) const {
     const float widening = cone_ ? radius / length_ : 0;
     const Floats here = cone_ ? widening * height_ : all(radius);
     const Floats change = widening * rise_;
@@ -142,7 +142,7 @@ class ShellRays {
   }
 
   // The flat end at a height, a ring.
-  MOTES_INLINE void add_end(float height, int face, Floats near, Crossing& found) const {
+  MOTES_INLINE void add_end(float height, int face, Floats near, RayHit& found) const {
     const Floats from_start = (height - height_) / rise_;
     const Floats distance = start_ + from_start;
     const Floats3 offset = across_ + aside_ * from_start;
@@ -159,7 +159,7 @@ class ShellRays {
 };
 
 template <bool kFromEye>
-MOTES_INLINE Crossing find(const image::CastSolid& solid, const Rays& rays, Floats near, Floats far) {
+MOTES_INLINE RayHit find(const image::CastSolid& solid, const Rays& rays, Floats near, Floats far) {
   using shapes::Kind;
   const float* v = solid.value;
   if (solid.nodes != nullptr) return MeshRays(solid, rays).nearest(near, far);
@@ -188,7 +188,7 @@ MOTES_INLINE Mask blocked(const image::CastSolid& solid, const Rays& rays, Float
   return find<false>(solid, rays, near, far).met;
 }
 
-MOTES_INLINE Floats3 normals(const image::CastSolid& solid, const Rays& rays, const Crossing& crossing) {
+MOTES_INLINE Floats3 normals(const image::CastSolid& solid, const Rays& rays, const RayHit& crossing) {
   using shapes::Kind;
   const float* v = solid.value;
   if (solid.nodes != nullptr) return out_of_mesh(solid, mesh_normals(solid.triangles, crossing));

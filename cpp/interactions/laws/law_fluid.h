@@ -11,11 +11,11 @@
 namespace motes::MOTES_ISA {
 
 /// Smoothing kernels with support `radius`.
-struct Spread {
+struct SmoothingKernel {
   Floats per_radius;  // 1/m
   Floats high, steep;
 
-  explicit Spread(float radius)
+  explicit SmoothingKernel(float radius)
       : per_radius(all(1 / radius)), high(all(1.5666815f / (radius * radius * radius))),
         steep(all(14.323945f / (radius * radius * radius * radius))) {}
 
@@ -37,7 +37,7 @@ struct Neighbour {
   Floats3 normal;
   Mask seen, other;  // within the radius; and not the target itself
 
-  MOTES_INLINE Neighbour(const Task& task, const Floats3& at, const Spread& spread, std::uint32_t first,
+  MOTES_INLINE Neighbour(const Task& task, const Floats3& at, const SmoothingKernel& spread, std::uint32_t first,
                          std::uint32_t j) {
     const Floats3 r = seen_from(at, task.sources.column, j);
     const Floats r2 = dot(r, r);
@@ -63,7 +63,7 @@ struct Neighbour {
 
 /// Computes the pressure of each particle: the multiplier of its density constraint.
 struct Pressure {
-  Spread spread;
+  SmoothingKernel spread;
   Floats step, per_density;
 
   static constexpr float kRelieved = 0.05f;  // part of existing excess density that is relieved per step
@@ -104,7 +104,7 @@ struct Pressure {
 
 /// Computes the new velocity of each particle.
 struct Fluid {
-  Spread spread;
+  SmoothingKernel spread;
   Floats step, per_density, viscosity10, cohesion;
   bool coheres;
 
@@ -161,7 +161,7 @@ struct Fluid {
 
 inline void find_pressure(const Task& task) {
   const float rest_density = numbers_of<numbers::fluid>(task).rest_density;
-  sweep(task, Pressure{Spread(task.reach), all(task.dt), all(1 / rest_density)});
+  sweep(task, Pressure{SmoothingKernel(task.reach), all(task.dt), all(1 / rest_density)});
 }
 
 inline void fluid(const Task& task) {
@@ -170,8 +170,8 @@ inline void fluid(const Task& task) {
   // swings.
   const float all_at_once = task.reach * task.reach / task.dt;
   const float viscosity10 = 10 * __builtin_fminf(n.viscosity + all_at_once / 4000, all_at_once / 24);
-  sweep(task, Fluid{Spread(task.reach), all(task.dt), all(1 / n.rest_density), all(viscosity10), all(n.cohesion),
-                    n.cohesion != 0});
+  sweep(task, Fluid{SmoothingKernel(task.reach), all(task.dt), all(1 / n.rest_density), all(viscosity10),
+                    all(n.cohesion), n.cohesion != 0});
 }
 
 namespace laws {

@@ -62,7 +62,7 @@ struct World {
     }
   }
   void step() {
-    program::Outcome outcome;
+    program::ListResult outcome;
     program.run(store, 0, 0, {frame++, 1, dt, 0}, {1, 2}, {}, outcome);
   }
   Vector get(int attribute, std::size_t i) const {

@@ -130,7 +130,7 @@ struct SmallTable {
 // velocity.x += sin(position.y / age) dt; position.x and age change places.
 struct SmallLaw {
   expressions::Formula formula;
-  std::vector<actions::Outcome> outcomes;
+  std::vector<actions::LawResult> outcomes;
   std::vector<float> memory;
   std::vector<float*> planes;
   actions::LawCode code;

@@ -9,11 +9,11 @@
 #include "support/check.h"
 
 namespace motes::test_tables {
-using actions::Table;
+using actions::LookupTable;
 
 namespace {
 
-Table small(float first) { return {{2, 1, 2}, 3, {first, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11}}; }
+LookupTable small(float first) { return {{2, 1, 2}, 3, {first, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11}}; }
 
 template <class Error, class Call>
 bool refused(const Call& call) {
@@ -31,7 +31,7 @@ TEST(tables_of_equal_content_have_one_key) {
   const actions::TableKey key = actions::keep(small(0));
   CHECK(key != 0 && actions::keep(small(0)) == key && *actions::table(key) == small(0));
   CHECK(actions::keep(small(0.5f)) != key);
-  Table turned = small(0);
+  LookupTable turned = small(0);
   turned.size = {1, 2, 2};
   CHECK(actions::keep(turned) != key);
   turned.size = {2, 2, 3};
@@ -41,17 +41,17 @@ TEST(tables_of_equal_content_have_one_key) {
 
 TEST(wrong_tables_are_refused) {
   const auto wrong = [](auto change) {
-    Table table = small(0);
+    LookupTable table = small(0);
     change(table);
     return refused<std::invalid_argument>([&] { actions::keep(table); });
   };
-  CHECK(!wrong([](Table&) {}));
-  CHECK(wrong([](Table& t) { t.values.pop_back(); }));
-  CHECK(wrong([](Table& t) { t.size[1] = 0; }));
-  CHECK(wrong([](Table& t) { t.size = {-2, -1, 2}; }));
-  CHECK(wrong([](Table& t) { t.size = {1 << 30, 1 << 30, 1 << 30}; }));
-  CHECK(wrong([](Table& t) { t.width = 0; }));
-  CHECK(wrong([](Table& t) { t.values[3] = std::numeric_limits<float>::quiet_NaN(); }));
+  CHECK(!wrong([](LookupTable&) {}));
+  CHECK(wrong([](LookupTable& t) { t.values.pop_back(); }));
+  CHECK(wrong([](LookupTable& t) { t.size[1] = 0; }));
+  CHECK(wrong([](LookupTable& t) { t.size = {-2, -1, 2}; }));
+  CHECK(wrong([](LookupTable& t) { t.size = {1 << 30, 1 << 30, 1 << 30}; }));
+  CHECK(wrong([](LookupTable& t) { t.width = 0; }));
+  CHECK(wrong([](LookupTable& t) { t.values[3] = std::numeric_limits<float>::quiet_NaN(); }));
   CHECK(refused<std::invalid_argument>([] { actions::table(12345); }));
 }
 
@@ -66,7 +66,7 @@ TEST(files_carry_tables) {
     base::Reader part(bytes.view().first(length));
     CHECK(refused<std::runtime_error>([&] { actions::read_tables(part); }));
   }
-  Table damaged = small(-3);
+  LookupTable damaged = small(-3);
   damaged.width = 4;
   base::Bytes wrong;
   wrong.put(std::uint32_t{1});

@@ -15,8 +15,8 @@ using namespace balance;
 
 namespace {
 
-Table table_of(std::vector<Load> loads, std::uint64_t evaluation = 0) {
-  Table table;
+LoadTable table_of(std::vector<Load> loads, std::uint64_t evaluation = 0) {
+  LoadTable table;
   table.frame = 7;
   table.evaluation = evaluation;
   table.system = "snow";
@@ -47,13 +47,13 @@ void obey(std::vector<Load>& loads, const Plan& plan) {
 
 double after(const Policy& policy, std::vector<Load> loads, int evaluations) {
   for (int i = 0; i < evaluations; ++i) {
-    const Table table = table_of(loads, static_cast<std::uint64_t>(i));
+    const LoadTable table = table_of(loads, static_cast<std::uint64_t>(i));
     obey(loads, legal(policy.plan(table), table, policy.name()));
   }
   return imbalance(loads);
 }
 
-std::string refusal(const Plan& plan, const Table& table) {
+std::string refusal(const Plan& plan, const LoadTable& table) {
   try {
     (void)legal(plan, table, "Even()");
   } catch (const std::invalid_argument& error) {
@@ -235,7 +235,7 @@ TEST(policies_do_nothing_where_nothing_is_to_do) {
   for (const auto& policy : policies) {
     for (const std::vector<Load>& loads :
          {loads_of({}), loads_of({0}), loads_of({12}), loads_of({0, 0, 0}), loads_of({9, 9, 9, 9})}) {
-      const Table table = table_of(loads);
+      const LoadTable table = table_of(loads);
       CHECK(policy->plan(table).empty());
       CHECK(legal(policy->plan(table), table, policy->name()).empty());
     }
@@ -260,7 +260,7 @@ TEST(diffusive_neighbours_decide_as_all_together) {
       load.particles = random() % 3 == 0 ? 0 : random() % 10000;
       load.speed = random() % 4 == 0 ? 0 : 1 + static_cast<double>(random() % 100);
     }
-    const Table table = table_of(loads);
+    const LoadTable table = table_of(loads);
     std::vector<Order> orders;
     for (std::size_t i = 0; i + 1 < loads.size(); ++i) {
       const Order order = policy.between(static_cast<std::int32_t>(i), loads[i], loads[i + 1]);
@@ -303,7 +303,7 @@ TEST(proportional_keeps_fixed_shares) {
 }
 
 TEST(legal_nets_orders_and_limits_donors) {
-  const Table table = table_of(loads_of({100, 50, 10}));
+  const LoadTable table = table_of(loads_of({100, 50, 10}));
   Plan plan;
   plan.orders = {{1, 0, 30}, {0, 1, 40}, {1, 2, 45}, {1, 2, 45}};
   CHECK(legal(plan, table, "").orders == std::vector<Order>({{0, 1, 10}, {1, 2, 50}}));
@@ -319,7 +319,7 @@ TEST(legal_nets_orders_and_limits_donors) {
 }
 
 TEST(legal_makes_shares_parts_of_one) {
-  const Table table = table_of(loads_of({100, 50, 10}));
+  const LoadTable table = table_of(loads_of({100, 50, 10}));
   Plan plan;
   plan.shares = {1e308, 0, 1e308};
   CHECK(legal(plan, table, "").shares == std::vector<double>({0.5, 0, 0.5}));
@@ -329,7 +329,7 @@ TEST(legal_makes_shares_parts_of_one) {
 }
 
 TEST(legal_refuses_what_has_no_meaning) {
-  const Table table = table_of(loads_of({100, 50, 10}));
+  const LoadTable table = table_of(loads_of({100, 50, 10}));
   Plan plan;
   plan.shares = {1, 2};
   CHECK(refusal(plan, table) == "Even(), frame 7: shares must be 3 numbers, one per calculator, got 2");
@@ -374,7 +374,7 @@ std::vector<double> planning_s(int calculators) {
     loads.push_back({random() % 1'000'000, 0, 1e6 * static_cast<double>(1 + random() % 8)});
   }
   const std::vector<double> powers(loads.size(), 1);
-  const Table table = table_of(loads);
+  const LoadTable table = table_of(loads);
   const std::vector<std::shared_ptr<Policy>> policies{pairwise(0.1, 1), diffusive(0.01, 0.8, 1),
                                                       prefix_cuts(0.05, powers, 1), proportional(powers, 0.05, 1)};
   std::vector<double> quickest;
@@ -417,7 +417,7 @@ TEST(pairwise_with_given_powers_compares_measured_times) {
 }
 
 TEST(orders_are_for_domains_in_a_row) {
-  Table table = table_of(loads_of({1000, 0}));
+  LoadTable table = table_of(loads_of({1000, 0}));
   Plan plan;
   plan.orders = {{0, 1, 10}};
   for (const std::uint8_t bits : {1, 4, 16, 32}) {
@@ -451,12 +451,12 @@ TEST(cost_aware_moves_only_what_pays) {
     return policy_made("CostAware", {{"move_cost", cost}, {"horizon", horizon}});
   };
   // Balance saves 500 particles' time per frame, and 500 particles are given or taken at each end.
-  const Table table = table_of(loads_of({1500, 500}));
+  const LoadTable table = table_of(loads_of({1500, 500}));
   CHECK(made(10, 20)->plan(table).shares == std::vector<double>({1e6, 1e6}));
   CHECK(made(10, 9)->plan(table).empty());
   CHECK(made(0, 1)->plan(table_of(loads_of({1000, 1000}))).empty());
   // All of the particles in the middle change hands twice as far as one domain goes: slabs keep their order.
-  const Table chain = table_of(loads_of({3000, 1500, 1500, 0}));
+  const LoadTable chain = table_of(loads_of({3000, 1500, 1500, 0}));
   CHECK(!made(1, 20)->plan(chain).empty() && made(20, 1)->plan(chain).empty());
 }
 

@@ -39,15 +39,15 @@ TEST(ledger_gives_each_second_one_name) {
   ledger.restart();
   clock.spend(1);
   {
-    const Turn inside(ledger, Activity::other);
+    const ActivityScope inside(ledger, Activity::other);
     clock.spend(0.25);
     {
-      const Turn act(ledger, Activity::act);
+      const ActivityScope act(ledger, Activity::act);
       clock.spend(2);
       wait(ledger, clock, 3, Phase::all_reduce, 4);
       clock.spend(0.5);
     }
-    const Turn talk(ledger, Activity::talk);
+    const ActivityScope talk(ledger, Activity::talk);
     wait(ledger, clock, 0, Phase::verdict, 8);
     wait(ledger, clock, 3, Phase::all_reduce, 1);
     clock.spend(0.125);

@@ -14,7 +14,7 @@
 
 namespace motes::test_curves {
 using domains::Box;
-using domains::Cover;
+using domains::BoxCover;
 using domains::Curve;
 using domains::Cut;
 using domains::Domains;
@@ -33,7 +33,7 @@ constexpr Room kUneven{{-3.2, -1e-3, 100}, {0.8, 2.5, 1000}};
 
 // The cell of this number, in the room of units.
 Curve::Cell cell_at(const Curve& curve, std::uint32_t number) {
-  const Cover cover = curve.cover(number, number + 1);
+  const BoxCover cover = curve.cover(number, number + 1);
   CHECK(cover.boxes.size() == 1 && cover.whole == 1);
   Curve::Cell cell{};
   for (std::size_t a = 0; a < 3; ++a) {
@@ -117,7 +117,7 @@ TEST(covers_hold_what_belongs_to_a_domain) {
     const Room room = round % 2 == 0 ? kUnits : kUneven;
     const auto curve = std::make_shared<const Curve>(round % 3 == 0 ? kMorton : kHilbert, room);
     const Domains d = random_stretches(1 + static_cast<int>(dice.below(12)), curve, dice);
-    std::vector<Cover> covers;
+    std::vector<BoxCover> covers;
     for (int c = 0; c < d.count(); ++c) {
       covers.push_back(d.cover(c));
       CHECK(!covers.back().boxes.empty() && covers.back().boxes.size() <= 64);
@@ -129,7 +129,7 @@ TEST(covers_hold_what_belongs_to_a_domain) {
       const float along = Curve::place_of(curve->number_of(curve->cell_of(p[0], p[1], p[2])));
       CHECK(along >= d.low(owner) && along < d.high(owner));
       for (int c = 0; c < d.count(); ++c) {
-        const Cover& cover = covers[static_cast<std::size_t>(c)];
+        const BoxCover& cover = covers[static_cast<std::size_t>(c)];
         const auto holder = std::find_if(cover.boxes.begin(), cover.boxes.end(), [&](auto& b) { return holds(b, p); });
         const bool finite = std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]);
         if (c == owner && finite) CHECK(holder != cover.boxes.end() && holds(cover.around, p));
@@ -145,7 +145,7 @@ TEST(covers_are_not_much_larger_than_a_domain) {
   for (int round = 0; round < 100; ++round) {
     const auto length = static_cast<std::uint32_t>(1000 + dice.below(Curve::kCells / 4));
     const auto first = static_cast<std::uint32_t>(dice.below(Curve::kCells - length));
-    const Cover cover = curve.cover(first, first + length);
+    const BoxCover cover = curve.cover(first, first + length);
     double volume = 0;
     for (const Box& box : cover.boxes) {
       double of_box = 1;

@@ -12,14 +12,14 @@ namespace motes::test_images {
 namespace {
 
 using domains::Box;
-using domains::Cover;
+using domains::BoxCover;
 using engine::Images;
 using particles::Period;
 using particles::Periods;
 
 constexpr float kInf = std::numeric_limits<float>::infinity();
 
-Cover of(const Box& box) { return {{box}, 1, box}; }
+BoxCover of(const Box& box) { return {{box}, 1, box}; }
 
 Periods periods_of(std::uint8_t bits) { return {bits, {Period{0, 10}, Period{-1, 1}, Period{2, 6}}}; }
 
@@ -39,7 +39,7 @@ TEST(images_are_at_all_places_around) {
 }
 
 TEST(images_end_domains_where_space_ends) {
-  const Cover cover = Images(periods_of(5)).ends(of({{-kInf, -kInf, 3}, {4, kInf, kInf}}));
+  const BoxCover cover = Images(periods_of(5)).ends(of({{-kInf, -kInf, 3}, {4, kInf, kInf}}));
   const Box ends{{0, -kInf, 3}, {4, kInf, 6}};
   CHECK(cover.boxes == std::vector<Box>{ends} && cover.around == ends && cover.whole == 1);
   CHECK(Images(periods_of(0)).ends(of({})).around == Box{});
@@ -48,9 +48,9 @@ TEST(images_end_domains_where_space_ends) {
 
 TEST(images_are_near_across_the_ends) {
   const Images images(periods_of(1));
-  const Cover low = of({{0, -kInf, -kInf}, {1, kInf, kInf}});
-  const Cover middle = of({{4, -kInf, -kInf}, {5, kInf, kInf}});
-  const Cover high = of({{8, -kInf, -kInf}, {10, kInf, kInf}});
+  const BoxCover low = of({{0, -kInf, -kInf}, {1, kInf, kInf}});
+  const BoxCover middle = of({{4, -kInf, -kInf}, {5, kInf, kInf}});
+  const BoxCover high = of({{8, -kInf, -kInf}, {10, kInf, kInf}});
   CHECK(images.within(low, high, 0) && images.within(high, low, 0));
   CHECK(images.within(low, middle, 3) && !images.within(low, middle, 2.9) && images.within(middle, high, 3));
   CHECK(images.outside(low, {9.5f, 0, 0}) == 0.5);
@@ -62,7 +62,7 @@ TEST(images_are_near_across_the_ends) {
 TEST(domains_of_several_boxes_are_as_near_as_the_nearest) {
   const Images images(periods_of(0));
   const Box left{{0, 0, 0}, {1, 1, 1}}, right{{9, 9, 9}, {10, 10, 10}}, other{{6, 0, 0}, {7, 1, 1}};
-  const Cover both{{left, right}, 2, {{0, 0, 0}, {10, 10, 10}}};
+  const BoxCover both{{left, right}, 2, {{0, 0, 0}, {10, 10, 10}}};
   CHECK(!images.within(both, of(other), 4.9) && images.within(both, of(other), 5));  // though all around reaches it
   CHECK(images.outside(both, {5, 5, 5}) == 4 && images.outside(both, {9.5f, 9.5f, 12}) == 2);
   CHECK(engine::within(both, {5, 5, 5}, 4) && !engine::within(both, {5, 5, 5}, 3.9));

@@ -203,7 +203,7 @@ namespace {
 class Slow final : public balance::Policy {
  public:
   const char* kind() const override { return "Slow"; }
-  balance::Plan plan(const balance::Table&) const override {
+  balance::Plan plan(const balance::LoadTable&) const override {
     comm::execute(1e9);
     return {};
   }

@@ -29,9 +29,9 @@ void tell(engine::Relay& relay, int size, Stamp stamp) {
   base::Bytes common;
   const std::string all = "for all " + std::to_string(stamp.turn);
   common.put_raw(all.data(), all.size());
-  std::vector<engine::Part> parts(static_cast<std::size_t>(size));
+  std::vector<engine::RankMessage> parts(static_cast<std::size_t>(size));
   for (int rank = 0; rank < size; ++rank) {
-    engine::Part& part = parts[static_cast<std::size_t>(rank)];
+    engine::RankMessage& part = parts[static_cast<std::size_t>(rank)];
     const std::string own = own_words(rank, stamp.turn);
     part.bytes.put_raw(own.data(), own.size());
     part.count = static_cast<std::uint64_t>(rank);

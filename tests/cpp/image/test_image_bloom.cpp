@@ -27,7 +27,7 @@ namespace {
 // What a message holds of the glow.
 struct GlowAround {
   std::vector<std::uint64_t> memory;
-  image::Cells cells;
+  image::BloomCells cells;
 };
 GlowAround glow_around(const Bloom& bloom, const CellArea& area) {
   GlowAround part;

@@ -84,7 +84,7 @@ TEST(image_crowded_tiles_saturate_the_same_by_either_path) {
     Splat splat = brush.splat_at(0, 0);
     splat.color = seen.color();
     splat.saturating = true;
-    const RecordsView::Piece piece = seen.piece(seen.batches()[0], 0);
+    const RecordsView::RecordRun piece = seen.piece(seen.batches()[0], 0);
     for (const auto* lanes : usable_splat_lanes()) {
       std::vector<std::uint32_t> light(kLightNumbers);
       const TilePlanes planes{light.data() + kFirstLight, nullptr, nullptr, false, 0, 0, nullptr};

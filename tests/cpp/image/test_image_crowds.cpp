@@ -124,10 +124,10 @@ TEST(image_crowds_of_several_brushes_look_as_if_each_record_was_drawn) {
 TEST(image_surfaces_are_measured_by_blocks) {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   test::Dice dice(11);
-  std::vector<Nearest> surfaces(kPixelNumbers);
+  std::vector<NearestSurface> surfaces(kPixelNumbers);
   for (auto& s : surfaces) {
     const float depth = dice.below(50) == 0 ? kInfinity : dice.between(1, 9);
-    s = Nearest{std::bit_cast<std::uint32_t>(depth)} << 32 | dice.below(0xffffffffu);
+    s = NearestSurface{std::bit_cast<std::uint32_t>(depth)} << 32 | dice.below(0xffffffffu);
   }
   TilePlanes tile{};
   tile.surfaces = surfaces.data() + kFirstPixel;

@@ -136,7 +136,7 @@ TEST(image_light_among_solids_is_that_of_a_test_of_each_pixel) {
         const RecordsView seen(records);
         const Brush brush(sprite, seen.layout(), view);
         const Splat splat = brush.splat_at(0, 0);
-        const RecordsView::Piece piece = seen.piece(seen.batches()[0], 0);
+        const RecordsView::RecordRun piece = seen.piece(seen.batches()[0], 0);
         const auto light_by = [&](const SplatLanes& lanes, bool by_pixel) {
           std::vector<std::uint32_t> light(kLightNumbers);
           TilePlanes planes = planes_of(light, depths);

@@ -99,7 +99,7 @@ TEST(image_forms_in_motion_and_out_of_focus_do_not_depend_on_the_isa) {
         const RecordsView records(bytes);
         const Brush brush(records.sprite(), records.layout(), view, records.colored());
         for (int tile = 0; tile < records.grid().tiles(); ++tile) {
-          const RecordsView::Piece piece = records.piece(records.batches()[0], tile);
+          const RecordsView::RecordRun piece = records.piece(records.batches()[0], tile);
           const std::vector<Piece> pieces{{&brush, piece.records, piece.count}};
           PaintedTile first(view, tile, *splats[0], *wides[0]);
           const std::vector<float> reference = first.paint(pieces);

@@ -75,8 +75,8 @@ float value(const Store& store, int attribute, std::size_t i, int c = 0) {
 }
 
 // One rank with all particles.
-interactions::Seen meet(const Action& action, Store& first, Store* second = nullptr,
-                        const std::vector<std::uint8_t>* chosen = nullptr) {
+interactions::InteractionCounts meet(const Action& action, Store& first, Store* second = nullptr,
+                                     const std::vector<std::uint8_t>* chosen = nullptr) {
   Extent extent = interactions::extent_of(action, first, kDt, false, threads::alone());
   if (second != nullptr) extent = widest(extent, interactions::extent_of(action, *second, kDt, true, threads::alone()));
   interactions::Side sides[2] = {{&first, nullptr, chosen}, {second, nullptr, nullptr}};
@@ -86,7 +86,7 @@ interactions::Seen meet(const Action& action, Store& first, Store* second = null
 }
 
 void move(Store& store) {
-  program::Outcome outcome;
+  program::ListResult outcome;
   program::Program({actions::make(actions::numbers::move<>{})}, 0)
       .run(store, 0, 0, {0, 1, static_cast<double>(kDt), 0}, {}, {}, outcome);
 }
@@ -267,7 +267,7 @@ TEST(those_that_are_not_chosen_are_seen_but_not_changed) {
     some.append(all, indices_where(all, std::vector<std::uint8_t>(all.size(), 1)));
     std::vector<std::uint8_t> chosen(all.size(), 0);
     for (std::uint8_t& one : chosen) one = dice.coin() ? 1 : 0;
-    const interactions::Seen seen = meet(action, changed);
+    const interactions::InteractionCounts seen = meet(action, changed);
     CHECK(meet(action, some, nullptr, &chosen).pairs == seen.pairs);
     CHECK(seen.pairs > 500);
     for (std::size_t i = 0; i < all.size(); ++i) {

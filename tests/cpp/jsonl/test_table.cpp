@@ -32,9 +32,11 @@ struct Folder {
   std::filesystem::path path;
 };
 
-Row row(std::uint64_t frame, const std::string& text = "") { return Row().field("frame", frame).field("text", text); }
+JsonlRow row(std::uint64_t frame, const std::string& text = "") {
+  return JsonlRow().field("frame", frame).field("text", text);
+}
 
-void write(Table& table, const std::vector<std::uint64_t>& frames) {
+void write(JsonlTable& table, const std::vector<std::uint64_t>& frames) {
   for (const std::uint64_t frame : frames) table.add(row(frame));
   table.write();
 }
@@ -50,7 +52,7 @@ void put(const std::string& path, const std::string& text) { std::ofstream(path,
 
 std::string error_of(const std::string& path, std::uint64_t first) {
   try {
-    const Table table(path, kLine, first);
+    const JsonlTable table(path, kLine, first);
   } catch (const LogError& error) {
     return error.what();
   }
@@ -63,15 +65,15 @@ bool has(const std::string& text, const std::string& part) { return text.find(pa
 
 TEST(table_continued_is_the_uninterrupted_one) {
   const Folder folder, other;
-  Table whole(other.file(), kLine);
+  JsonlTable whole(other.file(), kLine);
   write(whole, {0, 0, 1, 1, 2, 2, 3, 3, 4, 4});
   for (const std::uint64_t first : {1, 2, 4, 5, 7}) {
     {
-      Table before(folder.file(), kLine);
+      JsonlTable before(folder.file(), kLine);
       write(before, {0, 0, 1, 1, 2, 2, 3, 3, 4});
       if (first > 4) write(before, {4});
     }
-    Table after(folder.file(), kLine, first);
+    JsonlTable after(folder.file(), kLine, first);
     for (std::uint64_t frame = first; frame <= 4; ++frame) write(after, {frame, frame});
     CHECK(content(folder.file()) == content(other.file()));
   }
@@ -82,13 +84,13 @@ TEST(table_continued_drops_a_torn_line) {
   const Folder folder;
   for (std::size_t torn = 1; torn < kLine; ++torn) {
     {
-      Table before(folder.file(), kLine);
+      JsonlTable before(folder.file(), kLine);
       write(before, {0, 1, 2});
     }
     const std::string text = content(folder.file());
     put(folder.file(), text.substr(0, 2 * kLine + torn));
     {
-      Table after(folder.file(), kLine, 9);
+      JsonlTable after(folder.file(), kLine, 9);
       write(after, {9});
     }
     CHECK(content(folder.file()).size() == 3 * kLine);
@@ -97,19 +99,19 @@ TEST(table_continued_drops_a_torn_line) {
   }
   // After a crash of the machine the end may be zeros.
   put(folder.file(), std::string(100, '\0'));
-  const Table after(folder.file(), kLine, 9);
+  const JsonlTable after(folder.file(), kLine, 9);
   CHECK(content(folder.file()).empty());
 }
 
 TEST(table_continued_after_a_kill_in_that_moment) {
   const Folder folder;
   {
-    Table before(folder.file(), kLine);
+    JsonlTable before(folder.file(), kLine);
     write(before, {0, 1, 2});
   }
   const std::string text = content(folder.file());
   put((folder.path / ".load.jsonl.tmp").string(), text + text + "half of");
-  const Table after(folder.file(), kLine, 2);
+  const JsonlTable after(folder.file(), kLine, 2);
   CHECK(content(folder.file()) == text.substr(0, 2 * kLine));
   CHECK(std::distance(std::filesystem::directory_iterator(folder.path), {}) == 1);
 }
@@ -117,12 +119,12 @@ TEST(table_continued_after_a_kill_in_that_moment) {
 TEST(table_continued_without_rows) {
   const Folder folder;
   {
-    Table after(folder.file(), kLine, 5);  // there is no file
+    JsonlTable after(folder.file(), kLine, 5);  // there is no file
     write(after, {5});
   }
   CHECK(content(folder.file()).size() == kLine);
   put(folder.file(), "");
-  Table after(folder.file(), kLine, 5);
+  JsonlTable after(folder.file(), kLine, 5);
   CHECK(content(folder.file()).empty());
   write(after, {5});
   CHECK(content(folder.file()).size() == kLine);
@@ -132,7 +134,7 @@ TEST(table_continued_keeps_long_lines_and_large_files) {
   const Folder folder;
   std::string expected;
   {
-    Table before(folder.file(), kLine);
+    JsonlTable before(folder.file(), kLine);
     for (std::uint64_t frame = 0; frame < 60'000; ++frame) {
       before.add(row(frame, std::string(frame % 100, 'x')));
       if (frame == 41'233) {
@@ -142,7 +144,7 @@ TEST(table_continued_keeps_long_lines_and_large_files) {
     }
     before.write();
   }
-  const Table after(folder.file(), kLine, 41'234);
+  const JsonlTable after(folder.file(), kLine, 41'234);
   CHECK(expected.size() > (std::size_t{2} << 20));
   CHECK(content(folder.file()) == expected);
 }
@@ -150,7 +152,7 @@ TEST(table_continued_keeps_long_lines_and_large_files) {
 TEST(table_continued_names_a_damaged_line) {
   const Folder folder;
   {
-    Table before(folder.file(), kLine);
+    JsonlTable before(folder.file(), kLine);
     write(before, {0, 1, 2, 3});
   }
   const std::string text = content(folder.file());
@@ -227,7 +229,7 @@ TEST(a_table_is_not_written_through_a_link_that_somebody_planted) {
   CHECK(has(error_of(folder.file(), 0), "cannot write " + folder.file()));
   std::filesystem::remove(folder.file());
   {
-    Table table(folder.file(), kLine);
+    JsonlTable table(folder.file(), kLine);
     write(table, {0, 1, 2});
   }
   std::filesystem::create_symlink(victim, folder.path / ".load.jsonl.tmp");

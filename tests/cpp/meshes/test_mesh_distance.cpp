@@ -77,7 +77,7 @@ TEST(mesh_nearest_places_have_the_distance_and_the_side_that_trying_all_triangle
   test::Dice dice(3);
   for (const Mesh& mesh : closed_meshes()) {
     const Surface surface = meshes::weld(mesh);
-    const meshes::Nearest nearest(surface, 1);
+    const meshes::SignedDistance nearest(surface, 1);
     for (int i = 0; i < 2000; ++i) {
       const double x = dice.between(-2, 2), y = dice.between(-2, 2), z = dice.between(-2, 2);
       CHECK_NEAR(nearest.distance({x, y, z}, 1e9), test::distance_by_trying(mesh, x, y, z), 1e-6);
@@ -92,7 +92,7 @@ namespace {
 void check_sides(const Mesh& mesh, float x, float y, float z) {
   test::Dice dice(4);
   const Surface surface = meshes::weld(mesh);
-  const meshes::Nearest nearest(surface, 1);
+  const meshes::SignedDistance nearest(surface, 1);
   for (int i = 0; i < 500; ++i) {
     const double px = x + dice.between(-0.2f, 0.2f), py = y + dice.between(-0.2f, 0.2f),
                  pz = z + dice.between(-0.2f, 0.2f);

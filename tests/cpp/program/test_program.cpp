@@ -69,7 +69,7 @@ Action kill_old(double age) { return actions::make(actions::numbers::kill_old<>{
 
 TEST(program_substeps_are_small_steps) {
   Store store = random_store(100, 1), once = copy_of(store);
-  program::Outcome outcome;
+  program::ListResult outcome;
   program::Program({gravity(), move()}).run(store, 0, 0, {4, 3, 0.3, 0}, kKey, {}, outcome);
   const float dt = static_cast<float>(0.3 / 3);
   for (std::size_t i = 0; i < once.size(); ++i) {
@@ -93,7 +93,7 @@ TEST(program_frames_and_substeps_have_streams_of_their_own) {
   std::vector<std::string> seen;
   for (const Span span : {Span{0, 1, 0.1, 0}, Span{1, 1, 0.1, 0}, Span{0, 2, 0.2, 1}, Span{2, 1, 0.1, 0}}) {
     Store store = copy_of(start);
-    program::Outcome outcome;
+    program::ListResult outcome;
     program::Program({shake()}).run(store, 0, 0, span, kKey, {}, outcome);
     seen.push_back(particles::digest(store).text());
   }
@@ -105,7 +105,7 @@ TEST(program_frames_and_substeps_have_streams_of_their_own) {
 TEST(program_in_two_parts_is_the_program) {
   const Store start = random_store(700, 3);
   Store whole = copy_of(start), parts = copy_of(start);
-  program::Outcome outcome;
+  program::ListResult outcome;
   const Span span{9, 1, 0.05, 0};
   program::Program({gravity(), shake(), move(), shake()}).run(whole, 0, 0, span, kKey, {}, outcome);
   program::Program({gravity(), shake()}).run(parts, 0, 0, span, kKey, {}, outcome);
@@ -118,7 +118,7 @@ TEST(program_knows_neither_order_nor_blocks) {
   const Span span{1, 2, 0.1, 0};
   const program::Program program({shake(), move(), kill_old(0.04)});
   Store whole = copy_of(start);
-  program::Outcome outcome;
+  program::ListResult outcome;
   program.run(whole, 0, 0, span, kKey, {}, outcome);
   CHECK(outcome.dead.size() == whole.size());
   particles::Digest sum;
@@ -131,7 +131,7 @@ TEST(program_knows_neither_order_nor_blocks) {
     base::Reader in(bytes.view());
     Store part(kSchema);
     part.unpack(in);
-    program::Outcome own;
+    program::ListResult own;
     program.run(part, 0, 0, span, kKey, {}, own);
     CHECK(own.dead.size() == part.size());
     sum += particles::digest(part);
@@ -142,7 +142,7 @@ TEST(program_knows_neither_order_nor_blocks) {
 TEST(program_lets_newborns_enter_behind_the_call_that_made_them) {
   Store store = random_store(600, 5);
   const Store before = copy_of(store);
-  program::Outcome outcome;
+  program::ListResult outcome;
   // The last 100 enter before the last action of the second of two sub-steps: a move.
   program::Program({gravity(), move()}).run(store, 500, 1, {0, 2, 0.2, 1}, kKey, {}, outcome);
   for (std::size_t i = 0; i < store.size(); ++i) {
@@ -159,10 +159,10 @@ TEST(program_names_the_dead_and_those_that_leave) {
     float* age = store.writable_plane(particles::age, 0);
     for (std::size_t i = 0; i < count; ++i) age[i] = i % 7 == 3 ? 5.0f : 0.0f;
     store.writable_plane(particles::position, 1)[0] = std::numeric_limits<float>::quiet_NaN();
-    program::Outcome outcome;
+    program::ListResult outcome;
     const Slice slice{1, -0.25f, 0.5f};
     program::Program({move(), kill_old(1)}).run(store, 0, 0, {0, 1, 0.1, 0}, kKey, slice, outcome);
-    program::Outcome wanted;
+    program::ListResult wanted;
     const float* y = store.plane(particles::position, 1);
     for (std::uint32_t i = 0; i < count; ++i) {
       if (i % 7 == 3 || i == 0) {  // the first position is NaN
@@ -173,7 +173,7 @@ TEST(program_names_the_dead_and_those_that_leave) {
     }
     CHECK(outcome.dead == wanted.dead && outcome.left == wanted.left);
     CHECK(store.size() == count);
-    program::Outcome again;
+    program::ListResult again;
     program::Program::find_migrants(store, 0, slice, again);
     CHECK(again.left.size() >= wanted.left.size() && again.dead.empty());
   }
@@ -188,7 +188,7 @@ TEST(program_with_conditions_kills_the_chosen_and_revives_nobody) {
     for (std::size_t i = 0; i < count; ++i) age[i] = i % 5 == 2 ? 5.0f : 0.0f;
     Action high = kill_old(0);  // all that are above 0.5
     high.where = {{Op::constant, 0, 0.5f}, {Op::column, 1, 0}, {Op::less, 0, 0}};
-    program::Outcome outcome;
+    program::ListResult outcome;
     program::Program({kill_old(1), high}).run(store, 0, 0, {0, 1, 0.1, 0}, kKey, {}, outcome);
     std::vector<std::uint32_t> wanted;
     for (std::uint32_t i = 0; i < count; ++i) {
@@ -212,7 +212,7 @@ TEST(program_brings_those_to_be_removed_to_the_front_of_each_range) {
     float* age = before.writable_plane(particles::age, 0);
     for (std::size_t i = 0; i < count; ++i) age[i] = i % 11 == 3 ? 5.0f : 0.0f;
     Store stay = copy_of(before), come = copy_of(before);
-    program::Outcome stayed, came;
+    program::ListResult stayed, came;
     came.gathers = true;
     program.run(stay, 0, 0, {0, 2, 0.1, 0}, kKey, slice, stayed, pool);
     program.run(come, 0, 0, {0, 2, 0.1, 0}, kKey, slice, came, pool);
@@ -243,7 +243,7 @@ TEST(program_brings_those_to_be_removed_to_the_front_of_each_range) {
 TEST(program_of_nothing_does_nothing) {
   Store store = random_store(10, 6);
   Store empty(kSchema);
-  program::Outcome outcome;
+  program::ListResult outcome;
   program::Program({}).run(store, 0, 0, {0, 1, 0.1, 0}, kKey, {}, outcome);
   program::Program({gravity(), move()}).run(empty, 0, 0, {0, 1, 0.1, 0}, kKey, {}, outcome);
   CHECK(particles::digest(store) == particles::digest(random_store(10, 6)));
@@ -341,7 +341,7 @@ TEST(program_gives_the_same_on_any_number_of_threads) {
   const Slice slice{0, -0.9f, 0.9f};
   const Span span{3, 2, 0.1, 0};
   const program::Program program({gravity(), shake(), move(), kill_old(0.15)});
-  std::vector<program::Outcome> outcomes;
+  std::vector<program::ListResult> outcomes;
   std::vector<particles::Digest> digests;
   for (const int threads : {1, 2, 3, 7}) {
     threads::Pool pool(threads);
@@ -350,11 +350,11 @@ TEST(program_gives_the_same_on_any_number_of_threads) {
     Store store = copy_of(before);
     float* age = store.writable_plane(particles::age, 0);
     for (std::size_t i = 0; i < store.size(); ++i) age[i] = static_cast<float>(i % 100) * 0.001f;
-    program::Outcome outcome;
+    program::ListResult outcome;
     program.run(store, 77, 1, span, kKey, slice, outcome, pool);
     CHECK(threads > 1 || pauses > 1);  // a long run is no reason to leave messages alone
     digests.push_back(particles::digest(store));
-    program::Outcome found;
+    program::ListResult found;
     program::Program::find_migrants(store, 5, slice, found, pool);
     CHECK(std::is_sorted(found.left.begin(), found.left.end()) && found.left.size() > outcome.left.size());
     outcomes.push_back(outcome);
@@ -402,7 +402,7 @@ TEST(program_of_many_actions_does_to_a_particle_what_it_does_to_it_alone) {
   const program::Program program(list);
   const Span span{9, 2, 0.05, 0};
   Store whole = copy_of(start);
-  program::Outcome outcome;
+  program::ListResult outcome;
   program.run(whole, 0, 0, span, kKey, {}, outcome);
   CHECK(outcome.dead.size() == whole.size());  // their age has advanced by 0.2 s
   for (std::size_t i = 0; i < start.size(); i += 7) {
@@ -413,7 +413,7 @@ TEST(program_of_many_actions_does_to_a_particle_what_it_does_to_it_alone) {
       *one.writable_plane(particles::position, c) = start.plane(particles::position, c)[i];
       *one.writable_plane(particles::velocity, c) = start.plane(particles::velocity, c)[i];
     }
-    program::Outcome own;
+    program::ListResult own;
     program.run(one, 0, 0, span, kKey, {}, own);
     for (int c = 0; c < 3; ++c) {
       CHECK(*one.plane(particles::position, c) == whole.plane(particles::position, c)[i]);

@@ -109,7 +109,7 @@ void run(const Record& record) {
       CHECK(count == 0 || newborn.plane(particles::position, 0) != nullptr);
     }
     all.writable_plane(particles::position, 0);
-    program::Outcome outcome;
+    program::ListResult outcome;
     program::Program(actions).run(all, 0, 0, {record.frame, std::min(record.substeps, 3), record.dt, 0, 0}, key, {},
                                   outcome);
   }

@@ -1,4 +1,4 @@
-# The engine's two libraries: see CMakeLists.txt beside this file.
+# The engine's two libraries, described in CMakeLists.txt.
 
 add_library(motes_pure STATIC
   actions/action.cpp
@@ -115,25 +115,25 @@ add_library(motes_pure STATIC
   simd/isa.cpp
   threads/pool.cpp
 )
-# These differ from build to build by their instruction sets, and would keep pieces from being shared.
+# These depend on a build's instruction sets, so a unity file that contains them could not be shared between builds.
 set_source_files_properties(actions/kernels.cpp image/post/lanes.cpp interactions/kernels.cpp simd/isa.cpp
   PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 set_target_properties(motes_pure PROPERTIES UNITY_BUILD ${MOTES_UNITY} UNITY_BUILD_BATCH_SIZE 45)
 target_compile_options(motes_pure PRIVATE ${MOTES_O1})
-# These search for neighbours, keep what is known of touches, look at each record that is near a surface, and measure
-# the limits that benchmarks compare with.
+# Hot loops outside the lanes: neighbour search, contact memory, records near a surface, and the limits that benchmarks
+# compare with.
 set_source_files_properties(
   bench/bench_scene.cpp image/raster/behind.cpp interactions/act.cpp interactions/cell_list.cpp
   interactions/neighbour_list.cpp interactions/scripted.cpp
   PROPERTIES COMPILE_OPTIONS $<$<CONFIG:Release>:-O3>)
 target_include_directories(motes_pure PUBLIC ${CMAKE_CURRENT_SOURCE_DIR} ${CMAKE_CURRENT_BINARY_DIR}/generated)
 target_link_libraries(motes_pure PUBLIC motes_flags PRIVATE Threads::Threads)
-# pyproject.toml is the one place that has the version.
+# Only pyproject.toml has the version.
 file(STRINGS ${PROJECT_SOURCE_DIR}/pyproject.toml version REGEX "^version = ")
 string(REGEX REPLACE "version = (\".*\")" "\\1" version "${version}")
 set_source_files_properties(recording/scene.cpp PROPERTIES COMPILE_DEFINITIONS MOTES_VERSION=${version})
 
-# Compiled once for each instruction set: in two pieces with MOTES_UNITY.
+# Compiled once per instruction set: in two pieces with MOTES_UNITY.
 set(image_lanes
   image/light/light_lanes.cpp
   image/post/bloom_lanes.cpp

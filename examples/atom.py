@@ -10,14 +10,14 @@ from motes.shapes import Sphere
 
 args = motes.script.options(__doc__, space="-3,3", systems=6, particles=3, frames=144, size="960x540")
 
-turn = 2 * np.pi / 24  # of the camera, in a second
+turn = 2 * np.pi / 24  # radians per second, for the camera
 camera = motes.Camera((0, 1.6, 8.6), (0, 0, 0), fov_deg=36)
 renderer = motes.Renderer(
     *args.size, camera=camera, background=(0.003, 0.004, 0.012), sun=(-0.4, 0.6, 0.7), bloom=0.3, shutter=0.5
 )
 world = motes.World(**args.world, substeps=8, renderer=renderer)
 
-# Protons and neutrons: balls that attract each other to a cluster and may not overlap.
+# Protons and neutrons are balls that attract each other and may not overlap.
 nucleus = world.system("nucleus", sprite=motes.Sprite("sphere", pixels=None, blend="opaque"))
 nucleus.configure(size=0.3)
 halo = world.system("halo", sprite=motes.Sprite(pixels=None))
@@ -59,7 +59,7 @@ with world, motes.Movie(f"{args.out}/atom.mp4") as movie:
             electrons.orbit_point((0, 0, 0), magnitude=pull, epsilon=soft)
             electrons.move()
             electrons.spawn(trail, on="frame", count=40, inherit_velocity=1)
-            # Born at the end of the electron's way in the frame: spread over all of it.
+            # Children are born at the end of the electron's path in the frame: spread them along it.
             new = column("age") == 0
             trail.set(position=column("position") - column("velocity") * column("late"), where=new)
             trail.set(velocity=column("velocity") * 0.03, where=new)

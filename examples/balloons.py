@@ -19,7 +19,7 @@ def balloon(pixels=160):
     skin = np.abs(x) < half
     knot = (np.abs(x) < 0.05 * (down - 0.46) / 0.1) & (down > 0.46) & (down < 0.58)
     string = (np.abs(x - 0.03 * np.sin(9 * y)) < 0.012) & (down >= 0.58)
-    # Light from the upper left; what shines through brightens the rim on the other side.
+    # Light comes from the upper left; light that shines through brightens the rim on the other side.
     round_ = np.clip((x / np.maximum(half, 0.02) * -0.55 - down * 0.9), -1, 1)
     light = np.where(skin, 0.66 + 0.28 * round_ + 0.1 * np.clip(x / np.maximum(half, 0.02), 0, 1) ** 4, 0.5)
     spot = np.exp(-(((x + 0.17) / 0.07) ** 2) - ((down + 0.22) / 0.11) ** 2)

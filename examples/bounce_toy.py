@@ -34,7 +34,7 @@ toy = Union(*(shape for shape, _ in painted))  # one bounce off all of it
 solids = [motes.Solid(floor, (0.025, 0.025, 0.03)), *(motes.Solid(*part) for part in painted)]
 camera = motes.Camera((3.5, 7.0, 17), (0, 4.25, 0), fov_deg=38)
 renderer = motes.Renderer(*args.size, camera=camera, background=(0.006, 0.006, 0.009), objects=solids)
-# Two sub-steps: after a fall of nine metres sand would otherwise fly half a metre in each.
+# With one sub-step, sand that has fallen nine metres would move half a metre at a time.
 world = motes.World(**args.world, substeps=2, renderer=renderer)
 
 streams = []  # side by side, in the colours of the rainbow

@@ -58,7 +58,7 @@ with world, motes.Movie(f"{args.out}/dam.mp4", fps=48) as movie:
         for solid in (basin, pillar):
             water.bounce(solid, restitution=0, friction=0)
         water.move()
-        # What is fast is white, as foam is, and throws spray.
+        # Fast water is white, like foam, and throws spray.
         speed = column("velocity").length()
         water.set(color=mix((0.015, 0.14, 0.22), (0.75, 0.85, 0.88), clamp((speed - 0.8) / 2.4, 0, 1)))
         water.spawn(

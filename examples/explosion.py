@@ -33,7 +33,7 @@ renderer = motes.Renderer(
 )
 world = motes.World(**args.world, substeps=2, renderer=renderer)
 
-# Smoke is born dark within the fire, and seen when that burns out. Both move in the same air.
+# Smoke is born dark within the fire, and becomes visible when the fire burns out. Both move in the same air.
 clouds, fires = [], []
 for i in range(args.systems):
     puff = motes.Sprite(pixels=None, blend="alpha", softness=0.5, lit=True, shadow=0.6)
@@ -66,7 +66,7 @@ with world, motes.Movie(f"{args.out}/explosion.mp4") as movie:
         flash = 500 * max(0, 1 - age / 1.6) ** 2 if age >= 0 else 0
         renderer.lights = [motes.Light((0, 2.5 + 3 * max(age, 0), 0), (1, 0.45, 0.12), power=flash)]
         for i, gas in enumerate((*clouds, *fires)):
-            # The air stops the gas, and lifts it while it is hot.
+            # Air slows the gas down, and lifts it while it is hot.
             gas.wind((0.4, 2.2 + 0.8 * (i % args.systems), 0), drag=2.6)
             gas.curl_noise(16, scale=2.4, octaves=4, speed=0.5)
             gas.bounce(ground, restitution=0.1, friction=0.1)

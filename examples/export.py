@@ -18,7 +18,7 @@ with world, motes.Export(path, every=args.every) as export:
         embers.configure(
             velocity=Cone((0, 0, 0), (0, 9, 0), 2.2),
             color=motes.Uniform((1, 0.25, 0.03), (1, 0.6, 0.15)),
-            # Metres: what other programs draw, unless told otherwise.
+            # Metres. Other programs draw particles in this size by default.
             size=motes.Uniform((0.015,) * 3, (0.04,) * 3),
             lifetime=motes.Uniform(1, 2.2),
         )

@@ -22,7 +22,7 @@ def blade(pixels=64):
 
 
 def tree(x, z, high):
-    """Return a trunk, and where its leaves are: the centres and radii of balls."""
+    """Return a trunk, and the centres and radii of balls of leaves."""
     dice = np.random.default_rng(abs(int(10 * x)))
     trunk, crown = Cylinder((x, 0, z), (x, 0.7 * high, z), 0.035 * high), []
     for dx, dy, dz in dice.uniform(-1, 1, (9, 3)).round(3):
@@ -75,7 +75,7 @@ with world, motes.Movie(f"{args.out}/fireflies.mp4") as movie:
             for ball in crowns:
                 leaves.burst(ball, count=260)
             flies.burst(Box((-6.5, 0.2, -7), (6.5, 2.6, 6)), count=args.particles)
-        # Each flashes in its own rhythm, as the male does to be seen from the grass.
+        # Each firefly flashes in its own rhythm.
         flash = maximum(0, sin(column("rhythm") * column("age"))) ** 4
         flies.set(color=flash * (7, 8.5, 1.2) + (0.02, 0.03, 0.0))
         flies.curl_noise(1.6, scale=1.6, octaves=2, speed=0.3)
@@ -84,7 +84,7 @@ with world, motes.Movie(f"{args.out}/fireflies.mp4") as movie:
         flies.set(velocity=column("velocity") - home * world.dt)
         flies.bounce(meadow)
         flies.spawn(glow, on="frame", count=5, inherit_velocity=1, where=flash > 0.25)
-        # Born at the end of the fly's way in the frame: spread over all of it.
+        # Children are born at the end of the fly's path in the frame: spread them along it.
         glow.set(
             position=column("position") - column("velocity") * column("late"),
             velocity=(0, 0, 0),

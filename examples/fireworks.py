@@ -16,9 +16,9 @@ shells = [
     ((0.14, 1.0, 0.36), 80, Disc((0, 0, 0), (0.35, 1, 0.6), 52, inner_radius=51), 2.4),
     ((0.70, 0.16, 1.0), 190, Sphere((0, 0, 0), 46, inner_radius=12), 2.7),
 ]
-every, delay = 52, 13  # frames from one rocket of a place to its next, and from one place to the next
+every, delay = 52, 13  # frames between rockets from one place, and between places
 
-# The town is a black skyline before the sky. The water (below y = 0) is a mirror that is made of particles:
+# The town is a black skyline against the sky. The water (below y = 0) is a mirror made of particles:
 # lamps, rockets, stars and sparks have dimmer twins, upside down.
 water = Plane((0, 0, 0), (0, 1, 0))
 dice = np.random.default_rng(args.seed)
@@ -33,7 +33,7 @@ lamps.configure(color=(1, 0.5, 0.2), alpha=motes.Uniform(0, 1))
 crackle = world.system("crackle", sprite=motes.Sprite(height=0.0056))
 crackle.configure(velocity=Sphere((0, 0, 0), 9), lifetime=motes.Uniform(0.04, 0.3), color=(1, 0.9, 0.7))
 
-# A rocket leaves a trail of sparks and bursts into stars. These live for a moment, to emit the sparks we see.
+# A rocket leaves a trail of sparks and bursts into stars. Stars live briefly and emit the visible sparks.
 fleet = []
 for i in range(2 * args.systems):
     color, stars, leave, life = shells[i // 2 % len(shells)]
@@ -56,7 +56,7 @@ def light_the_town():
 
 
 def launch(rocket, place, frame, up):
-    """Send a rocket off; a rocket and its mirror image draw the same numbers."""
+    """Launch a rocket; it and its mirror image draw the same random numbers."""
     chance = np.random.default_rng((args.seed, frame, place))
     x, z, speed, fuse = chance.uniform((-90, -20, 47, 1.5), (90, 20, 62, 2)).round(3)
     rocket.emit(position=[(x, 0, z)], velocity=[(-0.1 * x, up * speed, 0)], lifetime=[fuse])
@@ -73,7 +73,7 @@ with world, motes.Movie(f"{args.out}/fireworks.mp4") as movie:
             rocket.spawn(spark, on="birth", count=1 + args.particles // 200, inherit_velocity=1)
             rocket.spawn(star, on="death", count=stars)
             star.spawn(spark, on="birth", count=1 + args.particles // stars // 3, inherit_velocity=1)
-            # The sparks of a star start together and differ only in drag: they draw out into its tail.
+            # The sparks of a star start together and differ only in drag, so they spread out into its tail.
             spark.set(velocity=column("velocity") * (1 - column("drag") * world.dt))
             spark.alpha_over_life([(0, light), (0.12, 0.3 * light), (0.7, 0.13 * light), (1, 0)])
             spark.spawn(crackle, on="death", count=2, where=(column("drag") < 0.95) & ~water)

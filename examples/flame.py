@@ -61,7 +61,7 @@ with world, motes.Movie(f"{args.out}/flame.mp4") as movie:
             fire.color_over_life(burning)
             fire.alpha_over_life(fading)
             fire.gravity((0, 3.6, 0))  # upwards: hot gas rises
-            fire.orbit_line((0, 0, 0), axis=(0, 1, 0), magnitude=3.2, epsilon=0.35)  # drawn to the middle
+            fire.orbit_line((0, 0, 0), axis=(0, 1, 0), magnitude=3.2, epsilon=0.35)  # pulled to the middle
             fire.curl_noise(12, scale=0.5, octaves=2, speed=1.2)
             fire.wind((wind.value, 1.5, 0), drag=2.5)
 

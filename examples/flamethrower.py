@@ -44,7 +44,7 @@ embers.configure(lifetime=motes.Uniform(0.6, 2.4), size=0.03)
 
 with world, motes.Movie(f"{args.out}/flamethrower.mp4") as movie:
     for _ in world.frames(args.frames):
-        # It turns once in six seconds. Rounded: sines differ in their last bit between machines.
+        # It turns once in six seconds. Round: sines differ in their last bit between machines.
         angle = 2 * np.pi * world.time / 6 + 0.7
         aim = np.array([np.cos(angle), -0.045, np.sin(angle)])
         muzzle = (np.array([0, 1.65, 0]) + 1.1 * aim).round(4)

@@ -45,10 +45,10 @@ with world, motes.Movie(f"{args.out}/flock.mp4") as movie:
         if frame == 0:
             birds.burst(Sphere((-16, 12, 0), 7), count=args.particles)
         birds.match_velocity(1, epsilon=0.5, max_radius=2.5)
-        birds.gravitate(-3, epsilon=0.2, max_radius=1.4)  # not too near
-        birds.gravitate(0.09, epsilon=2, max_radius=6)  # nor alone
+        birds.gravitate(-3, epsilon=0.2, max_radius=1.4)  # keep a distance
+        birds.gravitate(0.09, epsilon=2, max_radius=6)  # but stay together
         birds.curl_noise(9, scale=8, octaves=2, speed=0.4)
-        home = (column("position") - (0, 12, 0)) * (0.26, 0.6, 0.32)  # they will sleep in the tower
+        home = (column("position") - (0, 12, 0)) * (0.26, 0.6, 0.32)  # they return to the tower
         birds.set(velocity=column("velocity") - home * world.dt)
         birds.avoid(tower, magnitude=20, epsilon=0.1, look_ahead=1)
         birds.avoid(ground, magnitude=20, epsilon=0.1, look_ahead=1)

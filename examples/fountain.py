@@ -9,16 +9,16 @@ from motes.shapes import Plane, Sphere
 
 args = motes.script.options(__doc__, space="-16,16")
 gravity = np.array([0, -9.81, 0])  # m/s^2
-life, spread = 2.3, 1.1  # s in the air; m/s by which velocities differ
-# Some places stay free, since the source emits a whole number per frame.
+life, spread = 2.3, 1.1  # s in the air; spread of velocities, m/s
+# Leave room in the capacity, since the source emits a whole number per frame.
 drops = args.particles * 47 / 48
 batches = 96
 
 
 def jet(x, time):
-    """Velocity of the water that leaves the nozzle at x: a wave runs along the row of fountains."""
+    """Return the velocity of water from the nozzle at x, m/s: a wave runs along the row of fountains."""
     phase = 2 * np.pi * (time / 4 - x / 16)
-    # Rounded: sines differ in their last bit between machines, and all ranks must record the same numbers.
+    # Round: sines differ in their last bit between machines, and all ranks must record the same numbers.
     return np.array([1.5 * np.sin(phase), 9.5 + 1.2 * np.cos(2 * phase), 0]).round(4)
 
 
@@ -42,10 +42,10 @@ for part, ball, nozzle in zip(parts, balls, nozzles, strict=True):
 
 
 def fill_the_air(water, nozzle):
-    """Let the film begin with the fountains running: put each drop where it flies at its age."""
+    """Start the film with running fountains: put each drop where it is at its age."""
     for k in range(batches):
         age = (k + 0.5) * life / batches
-        start = jet(nozzle[0], -age)  # the velocity that it left the nozzle with
+        start = jet(nozzle[0], -age)  # its velocity when it left the nozzle
         place = nozzle + start * age + gravity * age * age / 2
         water.configure(age=motes.Uniform(age - life / 2 / batches, age + life / 2 / batches))
         water.configure(velocity=Sphere(start + gravity * age, spread))

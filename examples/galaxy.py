@@ -6,13 +6,13 @@ import motes
 
 args = motes.script.options(__doc__, space="fit", systems=1, particles=40_000, frames=240, size="960x540")
 
-# Bridges and tails come from the pull of each star on each other one (Toomre and Toomre 1972).
+# The stars' mutual pull makes bridges and tails (Toomre and Toomre 1972).
 pull, soft = 40 / args.particles, 0.02  # m3/s2, m2: a galaxy of the size of a room
 dice = np.random.default_rng(args.seed)
 
 
 def galaxy(count, normal, center, drift, colors):
-    """Places, velocities and colours of a disc of stars that turns about `normal`, with a dense middle."""
+    """Return positions, velocities and colours of a dense-centred disc of stars that turns about `normal`."""
     bulge = count // 3
     r = np.sort(np.concatenate([0.2 * dice.random(bulge), 0.2 + 1.6 * dice.random(count - bulge) ** 0.8]))
     inside = np.arange(count)  # stars nearer to the middle
@@ -23,7 +23,7 @@ def galaxy(count, normal, center, drift, colors):
     across /= np.linalg.norm(across, axis=1)[:, None]
     along = np.cross(normal, across)
     along /= np.linalg.norm(along, axis=1)[:, None]
-    along += 0.12 * dice.normal(size=(count, 3))  # stars on circles alone would clump
+    along += 0.12 * dice.normal(size=(count, 3))  # stars on exact circles would clump
     place = center + r[:, None] * across + 0.04 * dice.normal(size=(count, 3))
     young = (r > 0.35)[:, None] & (dice.random((count, 1)) < 0.6)
     color = np.where(young, *colors)
@@ -50,6 +50,6 @@ with world, motes.Movie(f"{args.out}/galaxy.mp4") as movie:
             stars.emit(position=position, velocity=velocity, color=color)
         angle = 0.9 * frame / args.frames
         camera.position = (round(7.6 * np.sin(angle), 4), 2.2, round(7.6 * np.cos(angle), 4))
-        stars.gravitate(pull, epsilon=soft, far="cells")  # a dozen far stars pull as one
+        stars.gravitate(pull, epsilon=soft, far="cells")  # groups of distant stars pull as one
         stars.move()
         motes.script.end_frame(world, movie, args)

@@ -58,7 +58,7 @@ spray.configure(size=0.014, alpha=0.25, lifetime=motes.Uniform(0.08, 0.22), velo
 with world, motes.Movie(f"{args.out}/hail.mp4") as movie:
     for frame in world.frames(args.frames):
         for hail in storm:
-            if frame == 0:  # some lie there already
+            if frame == 0:  # some already lie on the ground
                 hail.burst(Box((-8, 0.02, -9), (7, 0.025, 4)), count=args.particles // 4)
                 hail.set(velocity=(0, 0, 0))
             hail.source(

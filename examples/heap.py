@@ -14,7 +14,7 @@ walls = [(-1.7, -1.5, 1.7, 0.9), (-1.5, -1.05, 0.9, 0.6), (-1.05, -0.6, 0.6, 0.6
 
 
 def masonry(more=0):
-    """The steps and the wall, thicker by so much on all sides."""
+    """Return the steps and the wall, thicker by a margin on all sides."""
     parts = [((x0 - more, -1, -z - more), (x1 + more, y + more, z + more)) for x0, x1, y, z in walls]
     return Union(*(Box(low, high) for low, high in parts))
 
@@ -24,11 +24,11 @@ solids = [motes.Solid(Plane((0, 0, 0), (0, 1, 0)), (0.07, 0.068, 0.065))]
 solids += [motes.Solid(masonry(), (0.14, 0.15, 0.17)), motes.Solid(pipe, (0.03, 0.05, 0.09))]
 camera = motes.Camera((1.5, 1.75, 3.3), (-0.62, 0.66, 0), fov_deg=36)
 renderer = motes.Renderer(*args.size, camera=camera, background=(0.2, 0.26, 0.32), objects=solids)
-# Grains that lie on each other are as stiff as they meet often: 20 times per frame.
+# More interactions per frame make stacked grains stiffer: here 20.
 world = motes.World(**args.world, substeps=20, renderer=renderer)
 grains = world.system("grains", sprite=motes.Sprite("sphere", pixels=None, blend="opaque"))
 
-# Newborn grains must not overlap, or they would fly apart: each frame emits one layer of them, on a grid.
+# Newborn grains must not overlap, or they fly apart: each frame emits one layer of them, on a grid.
 row = np.arange(-5, 6) * 2.2 * radius
 x, z = (grid.ravel() for grid in np.meshgrid(row, row))
 mouth = np.stack([x - 1.2, 0 * x + 2.1, z], axis=1)[x * x + z * z < 0.26**2]
@@ -43,7 +43,7 @@ with world, motes.Movie(f"{args.out}/heap.mp4") as movie:
             grains.emit(position=(mouth + jitter).round(4))
         grains.gravity((0, -9.81, 0))
         grains.collide(radius, friction=0.6)
-        # Only centres bounce, so they keep a radius away from what is solid. There grains stop dead.
+        # Only centres bounce, so solids are enlarged by a radius. Grains that hit them stop dead.
         for solid in (masonry(radius), Plane((0, radius, 0), (0, 1, 0))):
             grains.bounce(solid, restitution=0, friction=1, exact_hit=False)
         grains.move()

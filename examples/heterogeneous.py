@@ -1,6 +1,6 @@
 """A fountain on fast machines and a slow one: python -m motes run -n 4 examples/heterogeneous.py.
 
-The last calculator takes as long as a machine of half the speed would. Watch the work split 2:1; then try
+The last calculator is as slow as a machine of half the speed. Watch the work split 2:1; then try
 --balancer static, and compare the seconds. Needs the extra [analysis].
 """
 
@@ -14,8 +14,8 @@ args = motes.script.options(
 )
 log = args.log or f"{args.out}/heterogeneous"
 
-# The paper's roles, written out since the slow rank must be named: rank 0 draws, rank 1 manages, the others
-# calculate. Where there are fewer than three ranks, one has several roles.
+# The paper's roles, given explicitly to name the slow rank: rank 0 draws, rank 1 manages, the others
+# calculate. With fewer than three ranks, one rank has several roles.
 ranks = MPI.COMM_WORLD.size
 calculators = list(range(2, ranks)) or [ranks - 1]
 roles = motes.Roles(
@@ -40,7 +40,7 @@ water.configure(velocity=Sphere((0, 11, 0), 3), color=(0.3, 0.6, 1), alpha=0.03)
 
 with world, motes.Movie(f"{args.out}/heterogeneous.mp4") as movie:
     for frame in world.frames(args.frames):
-        if frame == 0:  # something to share out from the start
+        if frame == 0:  # start with enough particles to balance
             water.burst(Sphere((0, 6, 0), 4), count=args.particles // 2)
         water.source(Sphere((0, 0.5, 0), 0.3), rate=args.particles / 4)
         water.gravity((0, -9.81, 0))

@@ -63,7 +63,7 @@ flying = Box((-99, 0.03, -99), (99, 99, 99)) & (column("loose") > 0)
 with world, motes.Movie(f"{args.out}/leaves.mp4") as movie:
     for frame in world.frames(args.frames):
         for leaves in foliage:
-            if frame == 0:  # most hang on the tree, or lie already; some are on their way
+            if frame == 0:  # most hang on the tree or lie on the ground; some are falling
                 leaves.configure(loose=0)
                 leaves.burst(crown, count=args.particles * 5 // 8)
                 leaves.burst(Cylinder((0.6, 0.01, 0.3), (0.6, 0.03, 0.3), 4.5), count=args.particles // 4)

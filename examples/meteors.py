@@ -8,7 +8,7 @@ from motes.shapes import Box, Cone, Plane, Sphere
 
 args = motes.script.options(__doc__, space="-60,60", systems=1, particles=6000, frames=144, size="960x540")
 
-# Kilometres stand for metres here: the sky is a shell of stars, 200 m away.
+# The scene is scaled 1:1000: the sky is a shell of stars, 200 m away.
 lake = Plane((0, 0, 0), (0, 1, 0))
 dice = np.random.default_rng(5)
 peaks = []
@@ -39,7 +39,7 @@ meteors = world.system("meteors", sprite=motes.Sprite(pixels=None))
 meteors.configure(size=0.55, color=(9, 10, 9), lifetime=motes.Uniform(0.35, 0.95))
 trails = world.system("trails", sprite=motes.Sprite(pixels=None), attributes={"late": 0.0})
 trails.configure(size=0.22, lifetime=motes.Uniform(0.2, 1.5), late=motes.Uniform(0, world.dt))
-radiant = np.array([-0.62, -0.30, 0.12])  # they all fly parallel, and seem to come from one point
+radiant = np.array([-0.62, -0.30, 0.12])  # meteors fly parallel, so they seem to come from one point
 
 with world, motes.Movie(f"{args.out}/meteors.mp4") as movie:
     for frame in world.frames(args.frames):

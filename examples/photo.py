@@ -9,13 +9,13 @@ from motes.shapes import Sphere
 args = motes.script.options(
     __doc__, space="-8,8", particles=3_000_000, frames=168, size="960x540", picture=""
 )
-WIDTH = 16  # of the picture, in metres; it hangs around the origin, at right angles to z
+WIDTH = 16  # of the picture, in metres; its middle is the origin, and it faces z
 
 
 def planet(x, y):
-    """Paint a planet with a ring: linear RGB at the places (x, y), in metres.
+    """Paint a planet with a ring: linear RGB at the positions (x, y), in metres.
 
-    Only + - * / and roots: they give the same bits on all machines, sines and powers do not.
+    Uses only + - * / and square roots, which give the same bits on all machines, unlike sines and powers.
     """
     # The planet is a ball of radius 2.6, tilted: `along` is parallel to its equator, `across` to its axis.
     along, across = 0.94 * x + 0.34 * y, 0.94 * y - 0.34 * x
@@ -36,13 +36,13 @@ def planet(x, y):
     grooves = (0.2 + 0.6 * np.abs(ring * 3.1 % 2 - 1)) * shadow
     image = np.where(on_ring[..., None], grooves[..., None] * (1, 0.82, 0.58), image)
 
-    # Few of the numbers in 0..1 are near 1 when raised to a high power: few stars are bright.
+    # A high power of numbers in 0..1 leaves few near 1: few stars are bright.
     stars = 2 * np.random.default_rng(args.seed).random(x.shape) ** 2000 * (r > 1) * ~on_ring
     return image + stars[..., None]
 
 
 def photograph(path):
-    """Read a picture as linear RGB, leaving rows and columns out where it has more pixels than particles."""
+    """Read a picture as linear RGB, skipping rows and columns if it has more pixels than particles."""
     import av
 
     with av.open(path) as file:
@@ -69,7 +69,7 @@ camera = motes.Camera((0, 0.5, 13.4), (0, 0, 0), fov_deg=38)
 renderer = motes.Renderer(*args.size, camera=camera, background=(0.001, 0.001, 0.004))
 world = motes.World(**args.world, renderer=renderer)
 grains = world.system("grains", sprite=motes.Sprite(height=0.0074))
-grains.configure(alpha=min(1, 140_000 / (high * wide)))  # as bright with few particles as with many
+grains.configure(alpha=min(1, 140_000 / (high * wide)))  # same brightness with few particles as with many
 
 # The film in frames: it rests, bursts, turns back, and rests again.
 burst, turn, home = args.frames // 4, args.frames * 3 // 5, args.frames * 11 // 12
@@ -80,7 +80,7 @@ with world, motes.Movie(f"{args.out}/photo.mp4") as movie:
             grains.emit(position=place, color=color)
         camera.position = (5 * (frame / args.frames - 0.5), 0.5, 13.4)  # passes by from left to right
         if burst <= frame < turn:
-            # A wave runs out from below on the right. Grains that it has hit whirl about, the others stay.
+            # A wave starts from the lower right. Grains that it has hit whirl about, the others stay.
             wave = 5 * (frame - burst) * world.dt
             hit = column("velocity").length() > 0.05
             grains.explosion((7, -3, -1.5), radius=wave, magnitude=260, sigma=0.5, epsilon=20)
@@ -88,6 +88,6 @@ with world, motes.Movie(f"{args.out}/photo.mp4") as movie:
             grains.random_acceleration(Sphere((0, 0, 0), 2), where=hit)
             grains.damping((0.4, 0.4, 0.4))
         elif frame >= turn:
-            grains.restore((home - frame) * world.dt)  # everybody arrives at the same time
+            grains.restore((home - frame) * world.dt)  # all arrive at the same time
         grains.move()
         motes.script.end_frame(world, movie, args)

@@ -49,7 +49,7 @@ with world, motes.Movie(f"{args.out}/rain.mp4") as movie:
     for frame in world.frames(args.frames):
         for rain, cloud in falling:
             rain.configure(velocity=Box((0.5, -fall - 0.7, -0.1), (0.8, -fall + 0.7, 0.1)), size=0.01)
-            if frame == 0:  # it has been raining for a while
+            if frame == 0:  # start with rain in the air
                 low, depth = cloud.origin, cloud.v[2]
                 rain.burst(Box((-7, 0.05, low[2] + depth), (7, top, low[2])), count=args.particles * 9 // 10)
             rain.source(cloud, rate=args.particles * 0.9 * fall / top, jitter=True)
@@ -59,7 +59,7 @@ with world, motes.Movie(f"{args.out}/rain.mp4") as movie:
             rain.spawn(splashes, on="death", count=1)
             for solid in (ground, seat, hood):
                 rain.sink(solid)
-        # A drop has died below the surface, up to 37 cm deep: where its way ended in this frame.
+        # A drop dies at the end of its path in this frame, up to 37 cm below the surface: move its splash up.
         splashes.set(position=motes.column("position") * (1, 0, 1), where=motes.column("age") == 0)
         splashes.gravity((0, -9.8, 0))
         splashes.kill_expired()

@@ -1,7 +1,7 @@
 """Photons in a slab of shielding, a Monte Carlo: python -m motes run -n 4 examples/shielding.py.
 
-A photon flies straight on to its next collision; there it is absorbed, or flies on in any direction. What is
-counted at the end is exact: the same bits on any number of ranks.
+A photon flies straight to its next collision, where it is absorbed or scattered in any direction. The counts
+at the end are exact, with the same bits on any number of ranks.
 """
 
 import hashlib
@@ -13,11 +13,11 @@ from motes.shapes import Blob, Box, Cylinder, Disc, Plane
 
 args = motes.script.options(__doc__, systems=2, particles=60_000, frames=144, size="960x540")
 
-# A slab without end in y and z, from x = 0 on, between two screens; a lamp in front of it. Metres, m/s.
+# A slab from x = 0 on, infinite in y and z, between two screens; a lamp in front of it. Metres, m/s.
 thick, screens, speed = 2.0, (-1.5, 4.0), 2.0
 hole, shining = Disc((-0.6, 0, 0), (1, 0, 0), 0.12), max(1, args.frames // 2)  # frames
 kinds = [("soft", 0.5, (0.35, 0.6, 1)), ("hard", 1.2, (1, 0.72, 0.3))]  # mean free paths, colours
-half = 0.6745  # half of all normal numbers are farther from 0
+half = 0.6745  # median of the absolute value of a normal number
 
 bars = [Cylinder((-1.1, 0, 0), hole.center, 0.16), Box((-1.2, -1.5, -0.2), (-0.9, -0.1, 0.2))]
 for x in (0, thick):
@@ -37,7 +37,7 @@ renderer = motes.Renderer(
     shutter=2.5,
     bloom=0.12,
 )
-# Photons do not see each other: they are dealt out by id, and none ever changes its rank.
+# Photons do not see each other: they are assigned by id, and never change their rank.
 world = motes.World(seed=args.seed, axis=None, births="calculators", renderer=renderer, log=args.log)
 
 # left: metres to the next collision. state: 1 collides now, or is new; 0 flies; -1 is absorbed.
@@ -58,7 +58,7 @@ with world, motes.Movie(f"{args.out}/shielding.mp4") as movie:
         for photons, path in beams:
             if frame < shining:
                 photons.source(hole, rate=args.particles / (shining * world.dt), jitter=True)
-            # Half the sum of two squared normal numbers is exponential; three numbers have no direction.
+            # Half the sum of two squared normal numbers is exponential; three have a random direction.
             now = state == 1
             photons.random_velocity(Blob((0, 0, 0), 1), where=now)
             way = path / 2 * (velocity.x * velocity.x + velocity.y * velocity.y)
@@ -74,7 +74,7 @@ with world, motes.Movie(f"{args.out}/shielding.mp4") as movie:
             photons.set(left=left - speed * world.dt)
             photons.set(position=position + velocity * (left / speed), where=left <= 0)  # its path's end
             photons.set(state=1, where=(left <= 0) & (position.x > 0) & (position.x < thick))
-            photons.set(left=1e30, where=(left <= 0) & (state == 0))  # outside nothing stops it
+            photons.set(left=1e30, where=(left <= 0) & (state == 0))  # outside the slab nothing stops it
             for x, beyond in zip(screens, (position.x < screens[0], position.x > screens[1]), strict=True):
                 photons.set(position=position - velocity * ((position.x - x) / velocity.x), where=beyond)
         motes.script.end_frame(world, movie, args)

@@ -8,7 +8,7 @@ args = motes.script.options(
 )
 
 ground = Plane((0, 0, 0), (0, 1, 0))
-ball = Sphere((0.25, 1.75, 0), 0.42)  # hangs over the middle pot, in the way of its smoke
+ball = Sphere((0.25, 1.75, 0), 0.42)  # hangs over the middle pot, in its smoke
 colors = [(1, 0.10, 0.32), (1, 0.42, 0.06), (0.10, 0.55, 1)]
 mouths = [(-1.0, 0.22, 0.1), (0.2, 0.22, 0), (1.25, 0.22, -0.1)]
 pots = [Cylinder((x, 0, z), (x, 0.3, z), 0.16, 0.12) for x, _, z in mouths]
@@ -21,7 +21,7 @@ world = motes.World(**args.world, renderer=renderer)
 
 plumes = []
 for i in range(args.systems):
-    # Puffs that hide what is behind them, and fade where they touch the pots and the ball.
+    # Puffs hide what is behind them, and fade where they touch the pots and the ball.
     pot, puff = i % 3, motes.Sprite(pixels=None, blend="alpha", softness=0.12)
     smoke = world.system(f"smoke {i}", capacity=args.particles, sprite=puff)
     smoke.configure(velocity=Sphere((0, 1.2, 0), 0.04), lifetime=motes.Uniform(3, 5.5))

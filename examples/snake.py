@@ -19,7 +19,7 @@ renderer = motes.Renderer(
 )
 world = motes.World(**args.world, substeps=4, renderer=renderer)
 
-# Ways between the posts, each in its own height.
+# Paths between the posts, each at its own height.
 turn = np.linspace(0, 2 * np.pi, 24, endpoint=False)
 snakes = []
 for i in range(args.systems):
@@ -41,7 +41,7 @@ with world, motes.Movie(f"{args.out}/snake.mp4") as movie:
     for frame in world.frames(args.frames):
         for snake, way, hue in snakes:
             n = args.particles
-            if frame == 0:  # along the way, the head in front: it is the youngest, whom no other leads
+            if frame == 0:  # along the path, the head in front: it is the youngest, so it follows no other
                 steps = np.linalg.norm(np.diff(way, axis=0), axis=1)
                 far = np.concatenate([[0], np.cumsum(steps)])
                 start = np.stack(
@@ -66,6 +66,6 @@ with world, motes.Movie(f"{args.out}/snake.mp4") as movie:
             head = column("order") == n - 1
             snake.follow(150, epsilon=0.1, where=~head)
             snake.follow_path(way, speed=2.6, strength=5, look_ahead=0.7, loop=True, smooth=True, where=head)
-            snake.speed_clamp(2.6, 2.6)  # all run equally fast, so they keep their distance
+            snake.speed_clamp(2.6, 2.6)  # all have the same speed, so they keep their distance
             snake.move()
         motes.script.end_frame(world, movie, args)

@@ -5,7 +5,7 @@ from motes.shapes import Box, Plane, Rectangle, Sphere
 
 args = motes.script.options(__doc__, space="-30,30")
 
-# The place, in metres: a house and a snowman on a meadow, a wood behind them. y is up; -z is ahead.
+# The scene, in metres: a house and a snowman on a meadow, a wood behind them. y is up; -z is ahead.
 ground = Plane((0, 0, 0), (0, 1, 0))
 walls = Box((-4, 0, -3), (4, 3.1, 3))
 chimney = Box((2, 4, -1.6), (2.8, 6.4, -0.8))
@@ -27,7 +27,7 @@ for tree in range(44):
     x, z = tree * 37 % 89 - 44, -14 - tree * 23 % 17
     trunks.append(Box((x, 0, z), (x + 0.4, 14, z + 0.4)))
 
-# Colours are linear light, not sRGB. The panes shine by themselves.
+# Colours are linear light, not sRGB. The panes glow.
 solids = [motes.Solid(shape, color=(0.12, 0.15, 0.22)) for shape in (ground, *slopes, *snowman)]
 solids += [motes.Solid(shape, color=(0.05, 0.032, 0.028)) for shape in (walls, chimney, *gables)]
 solids += [motes.Solid(shape, color=(0.02, 0.022, 0.03)) for shape in trunks]
@@ -37,15 +37,15 @@ camera = motes.Camera((7, 2.6, 17), (0.6, 3.1, 0), fov_deg=36)
 renderer = motes.Renderer(*args.size, camera=camera, background=(0.028, 0.045, 0.095), objects=solids)
 world = motes.World(**args.world, renderer=renderer)
 
-# A flake falls through the air in life - rest seconds, and then lies on the ground.
+# A flake falls for life - rest seconds, and then lies on the ground.
 top, fall, rest = 12.0, 1.3, 3.0  # m, m/s, s
 life = top / fall + rest
-# Some places stay free, since the source emits a whole number per frame.
+# Leave room in the capacity, since the source emits a whole number per frame.
 flakes = args.particles * 63 / 64
 batches = 64
 
 # Each system fills a layer between the wood and the camera: first a mist of faint, wide flakes, then single
-# flakes, at last flakes so near that they are out of focus. An alpha below 0 is invisible: few of those show.
+# flakes, finally flakes so near that they are out of focus. Most of these have an alpha below 0: invisible.
 back, depth = -26, 40
 layers = []
 for i in range(args.systems):
@@ -59,7 +59,7 @@ for i in range(args.systems):
 
 
 def fill_the_air(snow, z_low, z_high):
-    """Let the film begin in the middle of the snowfall: older flakes are lower, the oldest on the ground."""
+    """Start the film in the middle of the snowfall: older flakes are lower, the oldest on the ground."""
     for k in range(batches):
         youngest, oldest = life * k / batches, life * (k + 1) / batches
         low, high = max(top - fall * oldest, 0.02), max(top - fall * youngest, 0.02)
@@ -75,7 +75,7 @@ with world, motes.Movie(f"{args.out}/snow.mp4") as movie:
                 fill_the_air(snow, z_low, z_high)
             cloud = Rectangle((-30, top, z_low), (60, 0, 0), (0, 0, z_high - z_low))
             snow.source(cloud, rate=flakes / life, jitter=True)
-            # Flakes tumble. The box reaches further down than up, so they get a little faster on their way.
+            # Flakes tumble. The box reaches further down than up, so they get a little faster.
             snow.random_acceleration(Box((-1, -1.03, -1), (1, 1, 1)))
             for shape in (ground, walls, chimney, *slopes, *snowman):
                 snow.bounce(shape, restitution=0.1, friction=0.9)  # lands, slides a little, and stays

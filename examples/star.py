@@ -28,7 +28,7 @@ sky.configure(alpha=motes.Uniform(0, 0.7))
 
 place = column("position")
 out = normalize(place)
-# Bright cells between dark lanes, as convection has them, and large regions that are hotter than others.
+# Convection: bright cells between dark lanes, and large regions that are hotter than others.
 cells = clamp(
     1.6 * abs(noise(place * 4.5, 0.5 * time(), octaves=3)) + 0.9 * noise(place * 1.3, 0.15 * time(), field=1),
     0,
@@ -54,7 +54,7 @@ with world, motes.Movie(f"{args.out}/star.mp4") as movie:
             gas.set(color=hot * (0.25 + cells))
             gas.alpha_over_life([(0, 0), (0.2, light), (0.8, light), (1, 0)])
             gas.kill_expired()
-            # Where it is hottest, gas leaves along arches.
+            # The hottest gas leaves the surface along arches.
             chosen = (cells > 0.93) & (column("lifetime") > 4.6) & (column("age") < 0.4)
             gas.spawn(flares, on="frame", count=2, where=chosen)
         new = column("age") == 0

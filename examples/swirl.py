@@ -22,7 +22,7 @@ renderer = motes.Renderer(
 )
 world = motes.World(**args.world, substeps=4, renderer=renderer)
 
-# Each stream enters at the rim across the way to the axis, which holds it on its round while it rises.
+# Each stream enters at the rim, at right angles to the radius. The axis pulls, so it circles while it rises.
 life, streams = 4.2, []
 for i in range(args.systems):
     angle = 2 * np.pi * i / args.systems

@@ -21,7 +21,7 @@ orbits = {
     "moth 2": (0.439166, 0.452968),
     "yin-yang": (0.513938, 0.304736),
 }
-# Orbits are given in units in which masses and the constant of gravity are 1; here time runs a bit faster.
+# Orbits are given in units in which masses and the gravitational constant are 1; here time runs a bit faster.
 fast, substeps = 1.5, 200
 # Pulling and then moving is a leapfrog if velocities begin half a step early: the outer two fall at 1 + 1/4.
 early = 1.25 * fast**2 / (24 * substeps) / 2
@@ -30,7 +30,7 @@ camera = motes.Camera((0, 0, 9), (0, 0, 0), fov_deg=38)
 renderer = motes.Renderer(*args.size, camera=camera, background=(0.001, 0.0013, 0.003), bloom=0.15)
 world = motes.World(**args.world, substeps=substeps, renderer=renderer)
 
-triples = []  # each is a system of its own: it sees only itself
+triples = []  # each triple is a separate system: its stars see only each other
 for i in range(args.systems):
     name, velocity = list(orbits.items())[i % len(orbits)]
     place = np.array([(-1, 0, 0), (1, 0, 0), (0, 0, 0)]) + ((i % 3 - 1) * 3.4, (0.5 - i // 3 % 2) * 3.3, 0)
@@ -43,7 +43,7 @@ for i in range(args.systems):
 
 
 def way(x0, v0, x1, v1, parts=16):
-    """Places between two, where the velocities are given as well: Hermite's cubic."""
+    """Interpolate positions between two with given velocities, by a cubic Hermite spline."""
     s = np.linspace(0, 1, parts, endpoint=False)[:, None, None]
     out, back = s * (1 - s) ** 2 * world.dt, s**2 * (1 - s) * world.dt
     return ((1 - s) ** 2 * (1 + 2 * s) * x0 + s**2 * (3 - 2 * s) * x1 + out * v0 - back * v1).reshape(-1, 3)

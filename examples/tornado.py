@@ -38,7 +38,7 @@ for i in range(args.systems):
 
 
 def bright(light):
-    """Limit a light to 0.1..1, in every particle."""
+    """Limit a brightness to 0.1..1, for every particle."""
     return minimum(1, maximum(0.1, light))
 
 
@@ -75,7 +75,7 @@ def spread_the_cloud():
 with world, motes.Movie(f"{args.out}/tornado.mp4") as movie:
     place = column("position")
     for frame in world.frames(args.frames):
-        # The foot wanders along a curve, and the funnel leans where it goes. Rounded: sines differ in their
+        # The foot moves along a curve, and the funnel leans in its direction. Round: sines differ in their
         # last bit between machines, and all ranks must record the same numbers.
         turn = 0.7 * world.time
         path = np.array([4 * np.sin(turn) - 2, 1.5 * np.cos(2 * turn), 3 * np.cos(turn)])
@@ -91,7 +91,7 @@ with world, motes.Movie(f"{args.out}/tornado.mp4") as movie:
             spread_the_cloud()
         cloud.set(
             color=bright(0.45 - place.x / 50 + (place.y - 18) / 6) * (0.75, 0.78, 0.85),
-            velocity=place.z * (0.1, 0, 0) - place.x * (0, 0, 0.1),  # it turns around the y axis
+            velocity=place.z * (0.1, 0, 0) - place.x * (0, 0, 0.1),  # rotation about the y axis
         )
         cloud.move()
         motes.script.end_frame(world, movie, args)

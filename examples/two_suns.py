@@ -27,7 +27,7 @@ renderer = motes.Renderer(
 )
 world = motes.World(**args.world, dt=1 / 48, substeps=2, renderer=renderer)
 
-# Two flat rings, one around each sun, whose outer dust the other sun tears away.
+# Two flat rings, one around each sun. Each sun tears away the outer dust of the other's ring.
 dice = np.random.default_rng(args.seed)
 rings = []
 for sun, way in zip(suns, (1, -1), strict=True):
@@ -54,7 +54,7 @@ with world, motes.Movie(f"{args.out}/two_suns.mp4") as movie:
             for sun in suns:
                 dust.orbit_point(sun, magnitude=pull, epsilon=soft)
                 dust.sink(Sphere(sun, 0.15))
-            # What falls is hot, what climbs is cold; of each ring another colour.
+            # Falling dust is hot, climbing dust is cold; each ring has its own colours.
             slow, fast = [((0.45, 0.06, 0.10), (1.5, 0.75, 0.25)), ((0.03, 0.10, 0.5), (0.35, 0.9, 1.4))][
                 i % 2
             ]

@@ -13,7 +13,7 @@ args = motes.script.options(__doc__, space="-4,4", systems=2, particles=24_000, 
 
 
 def tip(time):
-    """Return where the tip of the wand is: on a figure that closes after six seconds."""
+    """Return the position of the wand's tip, on a closed curve of six seconds."""
     turn = 2 * np.pi * time / 6
     place = (3.0 * np.sin(turn), 2.1 + 1.15 * np.sin(2 * turn + 0.4), 0.9 * np.cos(3 * turn))
     return np.array(place).round(4)  # sines differ in their last bit between machines

@@ -7,7 +7,7 @@ from motes.shapes import Box, Plane, Rectangle, Sphere, Union
 
 args = motes.script.options(__doc__, space="-3,3", systems=4, particles=60_000, frames=144, size="960x540")
 
-# A cliff of stacked blocks with a notch at its upper edge, where the river comes over. Metres.
+# A cliff of stacked blocks with a notch at its upper edge, where the river flows over. Metres.
 dice = np.random.default_rng(7)
 lip, half = 9.0, 1.9
 tones = [(0.11, 0.10, 0.085), (0.075, 0.075, 0.07), (0.06, 0.085, 0.045)]  # the last one: moss
@@ -36,7 +36,7 @@ renderer = motes.Renderer(
 )
 world = motes.World(**args.world, renderer=renderer)
 
-streams = []  # side by side, so that each rank has its part of the fall
+streams = []  # side by side, so each rank has a part of the fall
 for i in range(args.systems):
     water = world.system(f"water {i}", capacity=args.particles, sprite=motes.Sprite(pixels=None))
     water.configure(color=(0.8, 0.93, 1), size=motes.Uniform((0.03,) * 3, (0.09,) * 3), lifetime=2.15)

@@ -8,7 +8,7 @@ from motes.shapes import Box, Cone, Cylinder, Plane, Sphere, Union
 
 args = motes.script.options(__doc__, space="-2,2", systems=2, particles=6000, frames=120, size="960x540")
 
-# Two girders on trestles, and a seam to be welded between them. Metres.
+# Two girders on trestles, and a seam between them. Metres.
 floor = Plane((0, 0, 0), (0, 1, 0))
 girder = Union(
     Box((-1.7, 1.0, -0.2), (1.7, 1.05, 0.2)),
@@ -36,7 +36,7 @@ solids = [motes.Solid(floor, (0.17, 0.16, 0.16), image=stained, scale=4)]
 solids += [motes.Solid(wall, (0.3, 0.15, 0.11), image=brick, scale=1.2)]
 solids += [motes.Solid(Union(girder, post), (0.3, 0.31, 0.34)), motes.Solid(legs, (0.5, 0.32, 0.04))]
 solids += [motes.Solid(drum, (0.06, 0.16, 0.42))]
-window = motes.Light((-4, 3.6, 2.5), (0.35, 0.5, 1), 4)  # the last of the day
+window = motes.Light((-4, 3.6, 2.5), (0.35, 0.5, 1), 4)  # evening light
 renderer = motes.Renderer(
     *args.size,
     camera=motes.Camera((1.1, 1.3, 4.6), (0.1, 1.0, 0), fov_deg=34),
@@ -73,7 +73,7 @@ with world, motes.Movie(f"{args.out}/welding.mp4") as movie:
             motes.Solid(Cylinder(arc, (0.55, 1.5, 0.4), 0.008), (0.1, 0.1, 0.1)),
         ]
         for i, sparks in enumerate(showers):
-            burst = 0.35 + 1.1 * ((frame + 4 * i) * 5 % 11) / 10  # an arc spits
+            burst = 0.35 + 1.1 * ((frame + 4 * i) * 5 % 11) / 10  # the arc flickers
             sparks.configure(velocity=Cone((0, 0, 0), (1.2 - 1.9 * i, 2.2, 4.2), 3.6))
             sparks.source(Sphere((arc[0], 1.08, 0.08), 0.012), rate=args.particles * burst, jitter=True)
             sparks.color_over_life(

@@ -1,4 +1,4 @@
-"""What all tests share: the marker `slow`, C++ programs built once, what the jobs cost."""
+"""Fixtures and options that all tests share: the marker `slow`, C++ programs built once, the cost of jobs."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Declare the marker; give jobs what a user's terminal would give them.
+    """Register the marker `slow`; give jobs the environment of a user's terminal.
 
-    A shell makes its background jobs ignore Ctrl-C. Python, told to write unbuffered, writes each line in
-    pieces, and Open MPI 5.0.8 mixes those of several ranks.
+    A shell makes its background jobs ignore Ctrl-C. With PYTHONUNBUFFERED, Python writes each line in
+    pieces, and Open MPI 5.0.8 mixes the pieces of several ranks.
     """
-    # tests of single actions leave out what an animation needs
+    # tests of single actions omit what an animation needs, which motes warns about
     config.addinivalue_line("filterwarnings", "ignore::motes.errors.MotesWarning")
     config.addinivalue_line("markers", "slow: takes long; runs with --slow only")
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
@@ -45,7 +45,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Leave slow tests out unless they are asked for; then give them more time than others."""
+    """Skip slow tests unless --slow is given; with --slow, give them a longer time limit."""
     for item in items:
         if "slow" in item.keywords:
             wanted = config.getoption("--slow")
@@ -55,7 +55,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:
-    """End the standing jobs; tell what this process's jobs cost, if it is one of several (pytest -n)."""
+    """End the standing jobs; in a worker of pytest -n, report the cost of this process's jobs."""
     standing.end()
     if hasattr(session.config, "workeroutput"):
         session.config.workeroutput["jobs"] = launches.told()
@@ -63,18 +63,18 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_testnodedown(node: Any) -> None:
-    """Add what another process's jobs cost."""
+    """Add the cost of a worker's jobs."""
     launches.add(getattr(node, "workeroutput", {}).get("jobs"))
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """Print what the jobs cost."""
+    """Print the cost of the jobs."""
     for line in launches.lines():
         terminalreporter.write_line(line)
 
 
 def _tool(name: str) -> str:
-    """Find a program, first in this Python environment."""
+    """Find a program; this Python environment takes precedence over PATH."""
     path = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])
     found = shutil.which(name, path=path)
     if found is None:
@@ -83,9 +83,9 @@ def _tool(name: str) -> str:
 
 
 def _compiled() -> list[str]:
-    """Return CMake's options for the engine that pip compiled from these sources; none where it has not.
+    """Return CMake's options for reusing the engine that pip compiled from these sources, if there is one.
 
-    pip leaves its build folder below build/, with a list of what it installed when all was made.
+    pip leaves its build folder below build/; CMake writes the manifest there when installation is complete.
     """
     sources = [ROOT / "CMakeLists.txt", *(ROOT / "cpp").rglob("*")]
     newest = max(path.stat().st_mtime for path in sources)
@@ -99,11 +99,11 @@ def _compiled() -> list[str]:
 
 @cache
 def _build(target: str, mpi: str = "mpi") -> Path:
-    """Build a C++ target without Python; the folder stays, so the next session builds only what changed.
+    """Build a C++ target without Python; the build folder is kept for incremental builds.
 
-    It is $MOTES_TEST_BUILD, or a folder below build/ for each Python environment, whose MPI it uses.
-    `mpi="smpi"` builds for SimGrid's simulated clusters, in a folder of its own. The engine is the wheel's,
-    where pip has compiled that, else compiled as the wheel is. Assertions are on where sanitizers watch.
+    The folder is $MOTES_TEST_BUILD, or a folder below build/ per Python environment, whose MPI it uses.
+    `mpi="smpi"` builds for SimGrid's simulated clusters, in a separate folder. The engine is the one that pip
+    compiled, or is compiled with the same options. Sanitizer builds enable assertions.
     """
     if not (ROOT / "CMakeLists.txt").is_file():
         pytest.skip("the C++ programs need the source tree")
@@ -119,7 +119,7 @@ def _build(target: str, mpi: str = "mpi") -> Path:
     ]
     folder.mkdir(parents=True, exist_ok=True)
     with (folder / "lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)  # if two sessions run at once, one builds
+        fcntl.flock(lock, fcntl.LOCK_EX)  # if two sessions run at once, one builds and the other waits
         for argv in (configure, [cmake, "--build", str(folder), "--target", target]):
             made = subprocess.run(
                 argv, capture_output=True, text=True, env={**os.environ, "PATH": path}, timeout=BUILD_S
@@ -145,7 +145,7 @@ def cpp_units() -> Path:
 
 @pytest.fixture(scope="session")
 def motes_replay() -> Path:
-    """Find the driver: $MOTES_TEST_REPLAY, or that beside this Python; build it where there is none."""
+    """Find the driver: $MOTES_TEST_REPLAY, or the one beside this Python; build it if neither exists."""
     installed = Path(os.environ.get("MOTES_TEST_REPLAY") or Path(sys.executable).parent / "motes_replay")
     return installed if installed.is_file() else _build("motes_replay") / "cpp" / "driver" / "motes_replay"
 
@@ -162,7 +162,7 @@ def simulated_replay() -> Path:
 
 @pytest.fixture(scope="session")
 def abandoned_waits() -> Path:
-    """Build the program that gives up waits of a real MPI."""
+    """Build the program that abandons waits in a real MPI."""
     return _build("abandoned_waits") / "tests" / "cpp" / "abandoned_waits"
 
 
@@ -180,5 +180,5 @@ def losing_program() -> Path:
 
 @pytest.fixture(scope="session")
 def native_example() -> Path:
-    """Build the example of a C++ program of one's own."""
+    """Build the example of a user's C++ program."""
     return _build("sparks") / "examples" / "native" / "sparks"

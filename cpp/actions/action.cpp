@@ -73,7 +73,7 @@ void check_number(const Facts& facts, const Number& number, double value) {
   refuse(call_of(facts), argument, rule, got);
 }
 
-// The kernels divide by the square of the length in float32: that square must be a normal number.
+// Kernels divide by the squared length in float32, so it must be a normal number.
 void check_axis(const Facts& facts, const Number& number, const double* v) {
   const double square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
   if (!(square > 1e-30 && square < 1e30)) {
@@ -123,7 +123,7 @@ void check_ramp(const Facts& facts, const std::vector<double>& numbers) {
   }
 }
 
-// The first shape, of this one and its parts, that has no surface to meet.
+// Returns the first shape without a surface, among this one and its parts; null if all have one.
 const shapes::Shape* without_surface(const shapes::Shape& shape) {
   for (int i = 0; i < shape.parts; ++i) {
     if (const shapes::Shape* found = without_surface(shape.part[i])) return found;
@@ -136,7 +136,7 @@ void check_surface(const Facts& facts, const shapes::Shape& shape) {
   if (wrong != nullptr) refuse(facts, "shape", "have a surface", "a " + shapes::name(wrong->kind));
 }
 
-// The walls of contact are its first shapes.
+// The walls of `contact` are the action's first shapes.
 void check_walls(const Facts& facts, const Action& action) {
   const auto walls = static_cast<std::size_t>(contact_of(action).walls);
   if (action.shapes.size() < walls) refuse(facts, "walls", "be as many as it says", std::to_string(walls));
@@ -153,7 +153,7 @@ void check_table(const Facts& facts, TableKey key) {
   }
 }
 
-// Spheres of a clump: at least one, and no more than their numbers have bits for.
+// Checks that a clump has positive moments and 1 to kMostSpheres spheres with positive radii.
 void check_clump(const Action& action) {
   const LookupTable& spheres = *actions::table(action.table);
   for (const double moment : numbers_of<numbers::contact_clumps>(action).moments) {
@@ -269,7 +269,7 @@ void check_leaf(const Action& action, const Leaf& leaf, const particles::Schema&
   }
 }
 
-// Of `law` and `interact`: a value for each result.
+// Checks the results of `law` and `interact`, and that each result has a value.
 void check_results(const Action& action, const particles::Schema& schema) {
   const bool between = action.kind == Kind::interact;
   const Facts& law = facts(action.kind);

@@ -21,13 +21,12 @@ using expressions::Expression;
 using expressions::Instruction;
 using expressions::Op;
 
-/// What an expression of `interact` reads, as columns: a component of one of the pair, or of what they are to each
-/// other.
+/// A column that expressions of `interact` read: a component of one of the two particles, or of a quantity of the pair.
 struct Leaf {
   enum class Of : std::uint8_t { own, other, distance, normal, state };
   Of of = Of::own;
   std::int32_t attribute = 0;  // own, other
-  std::int32_t component = 0;  // of the attribute, the vector or the state
+  std::int32_t component = 0;  // index into the attribute, the normal or the states
 
   bool operator==(const Leaf&) const = default;
 };
@@ -40,7 +39,7 @@ constexpr void fields(Visitor& visit, Leaf& leaf) {
 /// Where a value of `law` or `interact` goes.
 struct Result {
   enum class How : std::uint8_t { rate, change, value, state };
-  How how = How::rate;  // rate: added times dt; change: added; value: takes the attribute's place
+  How how = How::rate;  // rate: adds value * dt; change: adds value; value: replaces the attribute; state: of the pair
   std::int32_t attribute = 0;
   std::int32_t component = 0;  // of the attribute or the state
 
@@ -52,26 +51,25 @@ constexpr void fields(Visitor& visit, Result& result) {
   visit(result.how, result.attribute, result.component);
 }
 
-/// What a script recorded: the kind; its numbers in the order of its struct in `numbers`, or the knots of its ramp; its
-/// shapes.
+/// A recorded action. `numbers` are in the order of the kind's struct in actions::numbers, or the knots of its ramp.
 struct Action {
   Kind kind = Kind::move;
   std::vector<double> numbers;
-  std::vector<shapes::Shape> shapes;   // the action's own, then those that its expressions use
-  Expression where{};                  // a truth value; empty: all particles
-  std::int32_t target = -1;            // set: the attribute
-  std::vector<Expression> values{};    // set: one per component; law, interact: one per result
-  std::int32_t other = -1;             // between particles: the other system, where two meet
-  bool second = false;                 // between two systems: the entry in the other one's list
-  std::uint64_t ties = 0;              // tie: the key of the ties
-  TableKey table = 0;                  // field, follow_path: the key of their numbers
-  std::vector<Leaf> leaves{};          // interact: the columns of its values
-  std::vector<Result> results{};       // law, interact
+  std::vector<shapes::Shape> shapes;  // the action's own, then those in its expressions
+  Expression where{};  // a condition; empty: all particles
+  std::int32_t target = -1;  // set: the attribute
+  std::vector<Expression> values{};  // set: one per component; law, interact: one per result
+  std::int32_t other = -1;  // interactions between two systems: the other system; else -1
+  bool second = false;  // whether this is the entry in the other system's list
+  std::uint64_t ties = 0;  // tie: the key of the ties
+  TableKey table = 0;  // field, follow_path, contact_clumps: the key of their table
+  std::vector<Leaf> leaves{};  // interact: the columns that its values read
+  std::vector<Result> results{};  // law, interact
 
   bool operator==(const Action&) const = default;
 };
 
-/// Returns an action of the kind whose numbers these are.
+/// Returns an action with these numbers, whose type gives its kind.
 template <template <class> class Numbers>
 Action make(const Numbers<double>& numbers, std::vector<shapes::Shape> shapes = {}) {
   Action action{Numbers<double>::kKind, {}, std::move(shapes)};
@@ -82,11 +80,11 @@ Action make(const Numbers<double>& numbers, std::vector<shapes::Shape> shapes = 
   return action;
 }
 
-/// Throws std::logic_error where the action is of another kind, or does not have that many numbers.
+/// Throws std::logic_error if the action is not of this kind or does not have `count` numbers.
 void check_kind(const Action& action, Kind kind, std::size_t count);
 
-/// Returns the action's numbers by name: numbers_of<numbers::collide>(action).clear. Throws std::logic_error where the
-/// action is of another kind, or does not have as many numbers.
+/// Returns the action's numbers as a struct: numbers_of<numbers::collide>(action).clear. Throws std::logic_error if the
+/// action is of another kind or has a different count of numbers.
 template <template <class> class Numbers, class T = double>
 Numbers<T> numbers_of(const Action& action) {
   check_kind(action, Numbers<T>::kKind, sizeof(Numbers<T>) / sizeof(T));
@@ -99,17 +97,17 @@ constexpr void fields(Visitor& visit, Action& action) {
         action.second, action.ties, action.table, action.leaves, action.results);
 }
 
-/// The most spheres of a clump.
+/// The maximum number of spheres in a clump.
 inline constexpr std::size_t kMostSpheres = 64;
 
-/// Tells whether particles meet as grains: spheres, or clumps of them.
+/// Returns whether the action is a contact of grains: spheres, or clumps of spheres.
 inline bool is_contact(const Action& action) {
   return action.kind == Kind::contact || action.kind == Kind::contact_clumps;
 }
-/// What both have: their first numbers are the same.
+/// Returns the numbers that both kinds of contact share: the first ones of each.
 numbers::contact<double> contact_of(const Action& action);
 
-/// What the recorder, the checks and the compiler of programs need to know about a kind. Attributes are bit masks of
+/// Properties of a kind of action, for the recorder, the checks and the program compiler. Attributes are bit masks of
 /// particles::Builtin indices.
 struct Facts {
   const char* name = "";
@@ -118,48 +116,48 @@ struct Facts {
   std::uint32_t reads = 0;
   std::uint32_t writes = 0;
   bool needs_surface = false;  // its shape must have a surface that a particle can meet
-  int ramp = 0;  // the numbers are knots, as many as given: age / lifetime, then this many numbers of the value
-  int table = 0;  // it has a table, whose entries have this many numbers
-  bool draws = false;  // its last shape is only drawn from
-  const char* call = nullptr;  // what a script calls, where that is not the name
-  bool between = false;  // between particles: a law, which has no kernel over a block
+  int ramp = 0;  // above 0: `numbers` are knots, each age / lifetime and a value of `ramp` components
+  int table = 0;  // above 0: the action reads a table whose entries have this many numbers
+  bool draws = false;  // its last shape is only sampled
+  const char* call = nullptr;  // the function that scripts call, if its name differs
+  bool between = false;  // an interaction between particles, without a kernel over blocks
 };
 
 const Facts& facts(Kind kind);
 
-/// The name of what a script calls to record the kind, for messages.
+/// Returns the name of the function that records the kind in scripts, for messages.
 std::string call_of(Kind kind);
 
-/// The kind with that name; throws std::invalid_argument where no action has this name.
+/// Returns the kind with this name. Throws std::invalid_argument if there is none.
 Kind kind_of(const std::string& name);
 
-/// Attributes that the action touches in a system of this schema, including those that its expressions read: one bit
-/// each.
+/// Return the attributes that the action reads or writes in a system of this schema, one bit each. `reads` includes
+/// those of its expressions.
 std::uint64_t reads(const Action& action, const particles::Schema& schema);
 std::uint64_t writes(const Action& action, const particles::Schema& schema);
-/// Only the attributes that its expressions read.
+/// Returns only the attributes that the action's expressions read.
 std::uint64_t named(const Action& action, const particles::Schema& schema);
 
-/// Attributes that an expression reads, one bit each.
+/// Returns the attributes that an expression reads, one bit each.
 std::uint64_t columns_of(const Expression& expression, const particles::Schema& schema);
 
-/// How many numbers a pair of `interact` remembers.
+/// Returns how many numbers `interact` keeps per pair; 0 for other kinds.
 int states_of(const Action& action);
 
-/// Whether it is a particle of the system that has the action in its list whose attribute a leaf is: where two systems
-/// meet, both lists have it.
+/// Returns whether a leaf is an attribute of the system whose list holds this action. An interaction between two
+/// systems is in both lists.
 bool reads_here(const Action& action, const Leaf& leaf);
 
-/// Whether the action, or a condition, reads or writes a *_b attribute.
+/// Return whether the action or the expression uses a *_b attribute.
 bool uses_copies(const Action& action, const particles::Schema& schema);
 bool uses_copies(const Expression& expression, const particles::Schema& schema);
 
-/// Throws std::invalid_argument, naming the argument, its value and what is allowed.
+/// Checks the action. Throws std::invalid_argument naming the argument, its value and what is allowed.
 void check(const Action& action);
-/// The same for its expressions, whose columns are those of a schema.
+/// Checks the action's expressions, whose columns are those of `schema`. Throws std::invalid_argument.
 void check(const Action& action, const particles::Schema& schema);
 
-/// The same for a condition on its own; an empty one stands for no condition.
+/// Checks a condition; an empty one means none. Throws std::invalid_argument.
 void check_condition(const Expression& where, const std::vector<shapes::Shape>& shapes,
                      const particles::Schema& schema);
 

@@ -7,8 +7,8 @@
 namespace motes::actions {
 namespace {
 
-constexpr int kLengthBits = 29;  // times a count of 24 bits: exact in double precision
-constexpr double kMostSubsteps = 0x1p23, kMostFrames = 0x1p22;  // that the kernel recovers from a rounded age
+constexpr int kLengthBits = 29;  // a product with a 24-bit count is exact in double precision
+constexpr double kMostSubsteps = 0x1p23, kMostFrames = 0x1p22;  // the largest recovered from a rounded age
 
 double leading_bits(double value, int bits) {
   int exponent = 0;
@@ -30,8 +30,8 @@ Ageing ageing_of(double dt, int substep, int substeps) {
   ageing.frame = dt;
   ageing.start = substep / parts;
   ageing.end = (substep + 1) / parts;
-  // One product is exact enough for whole frames. A sub-step is rounded itself, and `substeps` of them must make a
-  // frame.
+  // A whole frame's length is exact enough as it is. A sub-step's length is rounded, and `substeps` of them must add up
+  // to a frame.
   ageing.length = substeps == 1 ? dt : leading_bits(dt / parts, kLengthBits);
   ageing.rest = (dt - parts * ageing.length) / parts;
   ageing.in_substeps = below(kMostSubsteps * dt / parts);

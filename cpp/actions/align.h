@@ -1,5 +1,5 @@
-// align: turns orientations by the shortest way, until their z axis (the front of a card or a mesh) points along the
-// velocity or a vector, by at most rate dt radians per step. A particle at rest has no direction and keeps its
+// align: turns orientations the shortest way until their z axis (the front of a card or a mesh) points along the
+// velocity or a given vector, by at most rate dt radians per step. A particle at rest has no direction and keeps its
 // orientation.
 #pragma once
 
@@ -9,7 +9,7 @@ namespace motes::MOTES_ISA {
 
 inline void align(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {
   const auto n = numbers_of<numbers::align>(p);
-  const Floats most = all(n.rate < 1e9f ? n.rate * s.dt : 1e9f);  // any angle is less
+  const Floats most = all(n.rate < 1e9f ? n.rate * s.dt : 1e9f);  // 1e9 exceeds any angle
   for (std::size_t i = 0; i < b.count; i += kLanes) {
     const Floats3 wanted = n.velocity != 0 ? load3(b, kVelocityAt, i) : all3(n.to);
     const Floats length = sqrt(dot(wanted, wanted));
@@ -18,7 +18,8 @@ inline void align(const actions::Parameters& p, const actions::Block& b, const a
     const Rotations q = load_rotations(b, i);
     const Rotations now = unit(q);
     Rotations turn = shortest(turned_z(now), to, turned_y(now));
-    // The sine of half the angle is the length of its vector part; all of it is turned where the rate allows it.
+    // The length of a quaternion's vector part is the sine of half the angle. The turn is complete if the rate allows
+    // it.
     const Floats half_sine = sqrt(turn.x * turn.x + turn.y * turn.y + turn.z * turn.z);
     Floats cosine, sine;
     cos_sin(min(most * 0.5f, all(1.5707963f)), cosine, sine);

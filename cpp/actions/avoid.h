@@ -1,17 +1,17 @@
-// avoid: particles that would meet the shape within look_ahead seconds are turned; their speed does not change. With t
-// the time until then:
+// avoid: turns particles that would meet the shape within look_ahead seconds, without changing their speed. With t the
+// time until the hit:
 //   v' = |v| unit(unit(v) + aside magnitude dt / (q^2 + epsilon))
 // after McAllister's Avoid, whose q and unit vector aside are
 //   Plane                 q = t              aside = the part of v along the plane
-//   Rectangle, Triangle   q = t              aside = from the place of the hit to the nearest edge
-//   Disc                  q = t              aside = from the centre to the place of the hit
+//   Rectangle, Triangle   q = t              aside = from the hit to the nearest edge
+//   Disc                  q = t              aside = from the centre to the hit
 //   Sphere, from outside  q = |v| t          aside = away from the centre, across v
-// and by the same ideas, from outside:
-//   Box                   as the Rectangle that its face is
-//   Cylinder, Cone        walls: as a Plane that touches the place of the hit; flat ends: as a Disc
-//   Mesh                  as a Plane that touches the place of the hit
-// For a Union, the part that would be met first counts. A particle that heads straight at the shape, where aside is
-// zero, flies on unchanged.
+// and by analogy, from outside:
+//   Box                   as a Rectangle: the face that is hit
+//   Cylinder, Cone        wall: as the tangent Plane at the hit; flat ends: as a Disc
+//   Mesh                  as the tangent Plane at the hit
+// For a Union, the part that is hit first counts. A particle that heads straight at the shape has no direction aside
+// and is not turned.
 #pragma once
 
 #include "actions/lanes.h"
@@ -49,7 +49,7 @@ MOTES_INLINE Detour turn_at(const SphereLanes& sphere, Floats3 x, Floats3 v, flo
   return {hit.mask & outside, time, sqrt(speed2) * time, across};
 }
 
-/// The nearest hit so far, and the direction aside from it.
+/// The nearest edge so far, and the direction to it.
 struct NearestFace {
   Floats distance;
   Floats3 way;
@@ -78,7 +78,7 @@ MOTES_INLINE Detour turn_at(const BoxLanes& box, Floats3 x, Floats3 v, float loo
   return {hit.mask & ~box.contains(x), time, time, edge.way};
 }
 
-/// Cylinders and cones, around the axis from `start` to `end`.
+/// Returns the turn at a cylinder or cone around the axis from `start` to `end`.
 template <class Round>
 MOTES_INLINE Detour turn_round(const Round& round, Float3 start, Float3 end, Floats3 x, Floats3 v, float look_ahead) {
   const Hit hit = round.hit(x, v * look_ahead);
@@ -90,8 +90,8 @@ MOTES_INLINE Detour turn_round(const Round& round, Float3 start, Float3 end, Flo
   return {hit.mask & ~round.contains(x), time, time, aside};
 }
 
-/// The way to the nearest edge of origin + a u + b v. The edges are the lines a = 0, b = 0 and either a = 1, b = 1 or a
-/// + b = 1.
+/// Finds the direction to the nearest edge of origin + a u + b v, whose edges are the lines a = 0, b = 0 and either
+/// a = 1, b = 1 or a + b = 1.
 struct Edges {
   Float3 origin, to_a, to_b;  // to_a, to_b: reciprocal vectors, so a = (x - origin) to_a
   bool triangle;
@@ -117,7 +117,7 @@ struct Edges {
   }
 
  private:
-  /// The edge is where `left` is 0; `left` falls by |gradient| per metre along `gradient`.
+  /// `left` is 0 at the edge and falls by |gradient| per metre along `gradient`.
   static MOTES_INLINE void see(NearestFace& edge, Floats left, Float3 gradient) {
     edge.see(left * (1.0f / __builtin_sqrtf(dot(gradient, gradient))), all3(unit(gradient)));
   }
@@ -151,7 +151,7 @@ __attribute__((noinline)) inline Detour turn_from(const shapes::Shape& s, Floats
     case Kind::cone: return turn_round(ConeLanes::from(s), start, end, x, v, look_ahead);
     case Kind::plane: return turn_at(PlaneLanes::from(s), x, v, look_ahead);
     case Kind::mesh: return turn_at_mesh(s, x, v, look_ahead);
-    // Refused when they are recorded: they have no surface to meet. The parts of a union are handled one by one.
+    // Recording refuses these, as they have no surface. A union is handled part by part.
     case Kind::point:
     case Kind::line:
     case Kind::blob:
@@ -172,7 +172,7 @@ MOTES_INLINE Detour first_turn(const shapes::Shape& shape, Floats3 x, Floats3 v,
   return first;
 }
 
-/// Turns a vector of particles; `turn` is called with positions and velocities.
+/// Turns all particles of a block; turn_of(positions, velocities) returns the turn of a vector.
 template <class TurnOf>
 MOTES_INLINE void avoid_all(const actions::Parameters& p, const actions::Block& b, const actions::Step& s,
                             const TurnOf& turn_of) {
@@ -187,7 +187,7 @@ MOTES_INLINE void avoid_all(const actions::Parameters& p, const actions::Block& 
     const Floats part = strength / (turn.q * turn.q + n.epsilon);
     const Floats length = sqrt(length2);
     Floats3 turned = v + turn.aside * (part * speed / length);
-    // At the surface, without epsilon, the turn is beyond all numbers: aside.
+    // At the surface and without epsilon the sum overflows: take the direction aside.
     turned = select(dot(turned, turned) <= __FLT_MAX__, turned, turn.aside * (1.0f / length));
     const Floats turned2 = dot(turned, turned);
     const Floats3 after = turned * (speed / sqrt(turned2));

@@ -1,4 +1,4 @@
-// What newborn particles get: values drawn from each attribute's distribution, and births spread over the step.
+// Attributes of newborn particles: values drawn from distributions, and births spread over the step.
 #pragma once
 
 #include "actions/kernels.h"
@@ -36,7 +36,7 @@ MOTES_INLINE void fill(const actions::Step& s, const particles::Ids& ids, std::s
   });
 }
 
-/// Orientations that are all alike probable: four normal numbers, scaled to length 1.
+/// Draws uniformly distributed orientations: four normal numbers, scaled to length 1.
 inline void draw_rotations(const actions::Step& s, const particles::Ids& ids, std::size_t count, float* const* planes) {
   for_draws<false>(draws_of(s), ids, count, [&](std::size_t i, Draws& draws) __attribute__((always_inline)) {
     const Uints4 w = draws.bits();
@@ -49,7 +49,7 @@ inline void draw_rotations(const actions::Step& s, const particles::Ids& ids, st
   });
 }
 
-// What the mesh d.shape has where the same draws have put the particles.
+// Draws the normal or colour of the mesh d.shape at the points where the same draws placed the particles.
 inline void draw_on_surface(const actions::Distribution& d, const actions::Step& s, const particles::Ids& ids,
                             std::size_t count, float* const* planes, int width) {
   const MeshLanes mesh = MeshLanes::from(d.shape);

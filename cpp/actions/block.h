@@ -1,4 +1,4 @@
-// What a kernel sees: one block of particles and the facts of the step. Plain values only.
+// The input of a kernel: one block of particles and the parameters of the step. Plain values only.
 #pragma once
 
 #include <cstddef>
@@ -18,32 +18,32 @@ namespace motes::actions {
 /// next multiple of particles::kPadding.
 struct Block {
   std::size_t count;
-  float* const* component;   // one plane per component of the schema, at the block's first particle
-  particles::Ids ids;        // from the block's first particle on
-  std::uint32_t* dead;       // a bit per particle, set where it was killed; the first one's is the lowest of a word
-  std::int32_t* hit = nullptr;  // all bits set where a particle bounced; null where nobody needs it
+  float* const* component;  // one plane per component of the schema, at the block's first particle
+  particles::Ids ids;  // from the block's first particle on
+  std::uint32_t* dead;  // one bit per particle, set if killed; words begin at the lowest bit
+  std::int32_t* hit = nullptr;  // all bits set for particles that bounced; null if not needed
 };
 
 /// A (sub)step of one action.
 struct Step {
-  float dt;                  // seconds
-  std::uint32_t step;        // frame * substeps + substep
-  std::uint32_t stream;      // particles::action + the action's place in the list
-  alignas(8) particles::Key key;  // read at once
-  double time = 0;           // at the start of the step, seconds
+  float dt;  // seconds
+  std::uint32_t step;  // frame * substeps + substep
+  std::uint32_t stream;  // particles::action + the action's place in the list
+  alignas(8) particles::Key key;  // aligned to be read in one load
+  double time = 0;  // at the start of the step, seconds
   particles::DrawKeys* draws = nullptr;  // for actions that draw
-  float start = 0, end = 1;  // which part of the frame it is: for shapes that move
-  Ageing ageing{};           // for move
+  float start = 0, end = 1;  // the part of the frame that the step covers, for moving shapes
+  Ageing ageing{};  // for move
 };
 
-/// A result of a law: the column that it is added to (a rate times dt), or whose place it takes.
+/// The destination of a law's result: the column that it is added to (a rate is multiplied by dt) or replaces.
 struct LawResult {
   int component = 0;
-  int plane = 0;  // of the formula
+  int plane = 0;  // the formula's plane that holds the result
   bool rate = false, adds = false;
 };
 
-/// law: what it computes for each particle.
+/// The compiled formula of `law`.
 struct LawCode {
   const expressions::FormulaStep* constants = nullptr;
   std::size_t constant_count = 0;
@@ -52,7 +52,7 @@ struct LawCode {
   const LawResult* outcomes = nullptr;
   std::size_t outcome_count = 0;
   std::size_t columns = 0;
-  float** plane = nullptr;  // the formula's: those of the columns are the kernel's to say
+  float** plane = nullptr;  // the formula's; the kernel sets those of the columns
 };
 
 /// The recorded numbers and shapes of the action.
@@ -66,16 +66,16 @@ struct Parameters {
   int width = 0;
   const expressions::Instruction* code[4] = {};
   std::size_t length[4] = {};
-  const LawCode* law = nullptr;  // law: what it computes
-  const float* table = nullptr;  // its entries, of known width, and how many there are along each axis
+  const LawCode* law = nullptr;  // law: its formula
+  const float* table = nullptr;  // the entries of its table, and their number along each axis
   int table_size[3] = {};
   float* scratch = nullptr;  // for expressions: kScratch floats
 };
 
-/// A value for each particle of a block takes so many floats.
+/// Floats of a plane: one value per particle of a block, with padding.
 inline constexpr std::size_t kPlane = particles::kBlock + particles::kPadding;
 
-/// A stack of block-wide values, on top of up to three results that are kept.
+/// Floats of scratch space: a stack of planes on top of up to three results.
 inline constexpr std::size_t kScratch = (expressions::kDepth + 3) * kPlane;
 
 using Kernel = void (*)(const Parameters&, const Block&, const Step&);

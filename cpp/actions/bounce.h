@@ -1,14 +1,14 @@
-// bounce: particles whose path in this step meets the shape's surface are reflected.
+// bounce: reflects particles whose path in this step meets the shape's surface.
 //
-// With n the normal at the true place of the hit, v splits into v_n along n and v_t along the surface:
+// With n the normal at the exact point of the hit, v splits into v_n along n and v_t along the surface:
 //   v' = (1 - friction) v_t - restitution v_n        (no friction where |v_t| <= min_tangential_speed)
-// The rest of the step continues from there with v', and may hit again: an edge, a corner, the inside of a ball. The
-// move that follows covers the whole step with the final velocity, so the position is set to where that move must
-// start. The particle stays on its side of the surface: bounce_path.h says what holds, and by how much rounding errs.
+// The rest of the step continues from the hit with v' and may hit again, as in corners or inside a sphere. Since the
+// move that follows covers the whole step at the final velocity, the position is set to where that move must start.
+// Particles stay on their side of the surface; bounce_path.h states the invariant and the rounding error.
 //
-// Without exact_hit, as in McAllister's Bounce: only v changes, as soon as the predicted place x + v dt is beyond the
-// surface; again where v' still leads there, in a corner. Planes then have two sides, and a sphere's n is taken at the
-// old place.
+// Without exact_hit it works like McAllister's Bounce: only v changes, if the predicted position x + v dt is beyond the
+// surface, and again if v' still leads beyond it, as in a corner. Planes then have two sides, and a sphere's n is taken
+// at the old position.
 #pragma once
 
 #include "actions/bounce_path.h"
@@ -25,7 +25,7 @@ MOTES_INLINE void note_hit(const actions::Block& b, std::size_t i, Mask mask) {
   if (b.hit != nullptr) store_mask(b.hit + i, load_mask(b.hit + i) | mask);
 }
 
-/// Follows the particles of a vector that may meet the shape; those of `near`.
+/// Bounces the particles of a vector that may meet the shape: the lanes of `near`.
 __attribute__((noinline)) inline void bounce_near(const shapes::Shape& shape, const Rebound& rebound,
                                                   const actions::Block& b, float dt, std::size_t i, const Mask& near) {
   Floats3 x = load3(b, kPositionAt, i), v = load3(b, kVelocityAt, i);
@@ -50,7 +50,7 @@ MOTES_INLINE void bounce_exactly(const Lanes& lanes, const shapes::Shape& shape,
   }
 }
 
-/// The axis along which a normal is 1 or -1; -1 where it is oblique.
+/// Returns the axis along which a normal is 1 or -1, or -1 if the normal is oblique.
 MOTES_INLINE int axis_of(Float3 normal) {
   const auto one = [](float along) { return along == 1 || along == -1; };
   if (normal.y == 0 && normal.z == 0 && one(normal.x)) return 0;
@@ -58,8 +58,8 @@ MOTES_INLINE int axis_of(Float3 normal) {
   return normal.x == 0 && normal.y == 0 && one(normal.z) ? 2 : -1;
 }
 
-/// A plane whose normal is kSide, 1 or -1, along an axis: the ground, usually. A coordinate alone tells on which side
-/// of it a place is, and nothing changes along the other axes but by friction: single precision is enough.
+/// A plane whose normal is kSide (1 or -1) along an axis, usually the ground. One coordinate decides the side, and only
+/// friction changes velocities along the other axes, so single precision is enough.
 template <int kSide>
 class UprightPlane {
  public:
@@ -71,13 +71,14 @@ class UprightPlane {
     }
   }
 
-  /// Two columns tell which vectors of particles stay clear of it.
+  /// Returns which particles may end beyond the plane, from two columns only.
   MOTES_INLINE Mask met(std::size_t i) const {
     const Floats change = load(v_[0] + i) * dt_;
     return below(load(x_[0] + i) + change) & falls(change);
   }
 
-  /// Sets `sunk` where rounding still lets the move end below.
+  /// Bounces the particles that met() selects and returns which; sets `sunk` where rounding would still let the move
+  /// end below.
   MOTES_INLINE Mask turn(std::size_t i, Mask& sunk) const {
     const Floats3 x = load_turned(x_, i), v = load_turned(v_, i);
     const Floats before = to_side(x.x - point_), down = to_side(v.x * dt_);
@@ -85,7 +86,7 @@ class UprightPlane {
     const Floats passed = part * dt_;
     const Mask mask = met(i) & finite({abs(x.y) + abs(x.z), v.y, v.z});  // as for oblique planes
     const Floats slide = rebound_.kept(v.y * v.y + v.z * v.z);
-    // What is added turns -0 into 0.
+    // Adding 0 turns -0 into 0.
     const Floats3 after = {Floats{} - v.x * rebound_.restitution, v.y * slide + 0.0f, v.z * slide + 0.0f};
     const Floats skin = to_side(skin_of(x, x + v * all(dt_) * part));
     Floats3 there = x + (v - after) * passed;
@@ -102,7 +103,7 @@ class UprightPlane {
   MOTES_INLINE Mask below(Floats along) const { return kSide > 0 ? along <= point_ : along >= point_; }
   static MOTES_INLINE Floats to_side(Floats along) { return kSide > 0 ? along : -along; }
 
-  // The axis first.
+  // Load and store vectors whose first component is along the plane's axis.
   static MOTES_INLINE Floats3 load_turned(float* const* from, std::size_t i) {
     return {load(from[0] + i), load(from[1] + i), load(from[2] + i)};
   }
@@ -141,7 +142,7 @@ MOTES_INLINE void bounce_exactly(const PlaneLanes& plane, const shapes::Shape& s
   bounce_off(UprightPlane<-1>(axis, at, rebound, b, dt), shape, rebound, b, dt);
 }
 
-/// By the predicted place: sets v, and returns which particles bounced.
+/// Reflects velocities if the predicted positions are beyond the surface; returns which particles bounced.
 template <class Shape>
 MOTES_INLINE Mask turn_back(const Shape& shape, const Rebound& rebound, Floats3 x, Floats3& v, float dt) {
   const Hit hit = shape.hit(x, v * all(dt));
@@ -164,7 +165,8 @@ MOTES_INLINE Mask turn_back(const SphereLanes& sphere, const Rebound& rebound, F
   const Mask mask = inside ^ (dot(next, next) <= radius2);
   const Floats3 normal = d * (all(1.0f) / sqrt(max(distance2, all(1e-30f))));
   Floats3 after = rebound(v, normal);
-  // A particle inside goes inwards, even where the old place's normal says that it already does.
+  // A particle inside must move inwards. If it already did, by the normal at its old position, the rebound turned it
+  // out.
   const Floats outwards = max(dot(after, normal), Floats{});
   after = select(inside, after - normal * (outwards + outwards), after);
   // A particle that would still leave ends the step just below the surface.
@@ -176,11 +178,11 @@ MOTES_INLINE Mask turn_back(const SphereLanes& sphere, const Rebound& rebound, F
   return mask;
 }
 
-/// In bounce_mesh.h.
+/// Defined in bounce_mesh.h.
 inline void bounce_off_mesh(const shapes::Shape& shape, const Rebound& rebound, const actions::Block& b,
                             const actions::Step& s);
 
-/// False where a path surely stays on its side.
+/// Returns false where a path certainly stays on its side.
 template <class Lanes>
 MOTES_INLINE Mask may_turn(const Lanes& lanes, Floats3 x, Floats3 to) {
   if constexpr (requires { lanes.may_pass(x, to); }) return lanes.may_pass(x, to);
@@ -188,8 +190,8 @@ MOTES_INLINE Mask may_turn(const Lanes& lanes, Floats3 x, Floats3 to) {
   return Mask{};
 }
 
-/// Turns the particles of a vector, of `near`, that would still end on the other side: by rounding, in an edge, or at a
-/// round wall. Returns which.
+/// Turns those particles of `near` that would still end on the other side, due to rounding, an edge or a round wall.
+/// Returns which it turned.
 __attribute__((noinline)) inline Mask turn_near(const shapes::Shape& shape, const Rebound& rebound, float dt,
                                                 const Mask& near, const Floats3& at, Floats3& v) {
   Floats3 x = at;
@@ -197,7 +199,7 @@ __attribute__((noinline)) inline Mask turn_near(const shapes::Shape& shape, cons
                    [&](Longs among, Doubles3& p, Doubles3& w) { return turn(shape, rebound, dt, among, p, w); });
 }
 
-/// Sets velocities of a vector alone.
+/// Bounces a vector of particles by changing only their velocities.
 template <class Lanes>
 MOTES_INLINE void turn_vector(const Lanes& lanes, const shapes::Shape& shape, const Rebound& rebound,
                               const actions::Block& b, float dt, std::size_t i) {

@@ -1,8 +1,8 @@
-// bounce off a mesh, which may move: paths are followed in the mesh's own coordinates, from where it is at the start of
-// the step to where it is at its end, so neither a fast particle nor a fast mesh passes through the other. Particles
-// are reflected in relation to the surface, which gives them its velocity:
-//   v' = u + bounce(v - u), u = the velocity of the place of the hit
-// Which side a particle is on is what the mesh's grid says of its place, to the last bit; it does not change.
+// bounce off a mesh that may move: paths are followed in the mesh's own coordinates, from its pose at the start of the
+// step to its pose at the end, so neither a fast particle nor a fast mesh passes through the other. Velocities are
+// reflected relative to the surface, whose own velocity is added:
+//   v' = u + bounce(v - u), u = the velocity of the surface at the hit
+// A particle's side is the sign that the mesh's grid gives for its position, to the last bit; it never changes.
 #pragma once
 
 #include "actions/bounce.h"
@@ -21,7 +21,7 @@ struct MovingMesh {
     for (int i = 0; i < 7; ++i) moves |= s.number[i] != s.number[7 + i];
     return {MeshLanes::from(s), pose_at(s.number, step.start), pose_at(s.number, step.end), moves};
   }
-  /// At a fraction of the step, which differs from lane to lane.
+  /// Converts to world coordinates at a fraction of the step, one per lane.
   MOTES_INLINE Floats3 to_world(Floats3 q, Floats part) const {
     const Floats3 later = end.to_world(q);
     if (!moves) return later;
@@ -35,17 +35,18 @@ struct MovingMesh {
     const Floats3 between = earlier + (later - earlier) * part;
     return between * (1.0f / sqrt(max(dot(between, between), all(1e-30f))));
   }
-  /// False where a path stays clear of the mesh: in its own coordinates, where it does not move and paths are straight.
+  /// Returns false where a path stays clear of the mesh. Judged in the mesh's coordinates, in which it is at rest and
+  /// paths are straight.
   MOTES_INLINE Mask may_meet(Floats3 from, Floats3 to) const {
     return mesh.may_meet_in_body(start.to_body(from), end.to_body(to));
   }
-  /// m/s
+  /// Returns the velocity of the surface at q, m/s.
   MOTES_INLINE Floats3 velocity(Floats3 q, float dt) const {
     return moves ? (end.to_world(q) - start.to_world(q)) * (1.0f / dt) : Floats3{};
   }
 };
 
-/// The next hit of a path, for the lanes of `among`: as Hit, but in the mesh's coordinates.
+/// Returns the next hit of each path for the lanes of `among`, in the mesh's coordinates.
 MOTES_INLINE Hit meet(const MeshLanes& mesh, Floats3 from, Floats3 to, Floats start, Mask outside, Mask among) {
   const Passage passage = mesh.follow(from, to, start, outside, among);
   if (!any(passage.mask)) return {passage.mask, passage.part, Floats3{}};
@@ -53,8 +54,9 @@ MOTES_INLINE Hit meet(const MeshLanes& mesh, Floats3 from, Floats3 to, Floats st
   return {passage.mask, passage.part, mesh.normal_at(from + way * passage.part, way, outside)};
 }
 
-/// Sets positions and velocities of the lanes of `caught`, which are in a corner, so that the move ends on their side
-/// of the surface at `from`: as near to it as rounding lets them be, then at rest on it, then where they came from.
+/// Stops the particles caught in a corner (the lanes of `caught`), so that the move ends on their side of the surface
+/// at `from`. Tries growing distances from the surface, later with the surface's own velocity; failing that, the
+/// particles stay where they started.
 __attribute__((noinline)) inline void stop(const MovingMesh& moving, float dt, Mask caught, Mask outside, Floats skin,
                                            Floats3 from, Floats3& x, Floats3& v) {
   const Floats3 start = x, still = moving.velocity(from, dt);
@@ -72,8 +74,8 @@ __attribute__((noinline)) inline void stop(const MovingMesh& moving, float dt, M
   v = select(caught, still, v);
 }
 
-/// Sets positions and velocities of the lanes of `going` so that the move ends where the paths end; returns who
-/// bounced.
+/// Sets positions and velocities of the lanes of `going` so that the move that follows ends where their paths end;
+/// returns which bounced.
 MOTES_INLINE Mask bounce_off(const MovingMesh& moving, const Rebound& rebound, float dt, Mask going, Floats3& x,
                              Floats3& v) {
   const MeshLanes& mesh = moving.mesh;
@@ -85,7 +87,7 @@ MOTES_INLINE Mask bounce_off(const MovingMesh& moving, const Rebound& rebound, f
   Floats passed{};  // fraction of the step before the last hit
   Mask bounced{};
   for (int hits = 1;; ++hits) {
-    const Floats3 to = moving.end.to_body(x + v * dt);  // where the move will take it
+    const Floats3 to = moving.end.to_body(x + v * dt);  // where the move would end
     const Hit hit = meet(mesh, from, to, start, outside, going);
     if (!any(hit.mask)) return bounced;
     bounced |= hit.mask;

@@ -1,15 +1,14 @@
 // bounce: the paths of the few particles that may meet a surface in this step, in double precision.
 //
-// What holds after each hit, and so at the end: the particle is at a place of single precision that it reached on
-// straight ways which meet no surface, as judged by meet() alone. The move that follows is part of that: its end is
-// computed here with move's own arithmetic, x + v dt in single precision, and the way there is judged, too. Since the
-// side of a place is a function of the place (shapes/exact.h), the next step sees the particle on the side where this
-// one left it.
+// Invariant after each hit: the particle is at a single-precision position that it reached along straight segments
+// which, by meet() alone, meet no surface. This includes the move that follows: its end is computed here with move's
+// own arithmetic, x + v dt in single precision, and its segment is tested too. Since the side of a point depends only
+// on the point (shapes/exact.h), the next step finds the particle on the side where this step left it.
 //
-// A hit is computed exactly, but its place is rounded to single precision: by half of 2^-23 of the largest coordinate,
-// and again where the move starts, by that part of the way that it goes. So the particle is put 2^-20 of its
-// coordinates and 2^-22 of its way off the surface, as a start: if it then is not on its side, an eighth of that, and
-// if not there either, because the shape is smaller than rounding or another wall is near, where it last was.
+// Hits are computed exactly, but their positions are rounded to single precision: by half of 2^-23 of the largest
+// coordinate, and again at the start of the move, by the same fraction of its length. Therefore a particle is placed
+// off the surface by 2^-20 of its coordinates and 2^-22 of its path. If it is then not on its side, because the shape
+// is smaller than rounding or another wall is near, an eighth of this distance is tried, and finally its last position.
 #pragma once
 
 #include "actions/lanes.h"
@@ -19,14 +18,14 @@ namespace motes::MOTES_ISA {
 struct Rebound {
   float restitution, slide, cutoff2;
 
-  /// The part of the speed along the surface that remains, by its square.
+  /// Returns the factor by which friction scales the velocity along the surface, given its square.
   MOTES_INLINE Floats kept(Floats along2) const { return select(along2 <= cutoff2, all(1.0f), all(slide)); }
   MOTES_INLINE Floats3 operator()(Floats3 v, Floats3 normal) const {
     const Floats3 across = normal * dot(v, normal);
     const Floats3 along = v - across;
     return along * kept(dot(along, along)) - across * restitution;
   }
-  /// In double precision; what already goes away from the surface goes on.
+  /// Reflects in double precision; velocities away from the surface do not change.
   MOTES_INLINE Doubles3 operator()(Doubles3 v, Doubles3 normal) const {
     const Doubles speed = dot(v, normal);
     const Doubles3 across = normal * speed, along = v - across;
@@ -35,13 +34,14 @@ struct Rebound {
   }
 };
 
-/// The most hits per step that are followed, in corners and inside round walls; a particle with more stops at the last.
+/// The maximum number of hits per step, in corners and inside round walls; a particle with more stops at the last one.
 inline constexpr int kMostHits = 8;
 
-/// Where move takes particles, to the last bit.
+/// Returns where `move` takes particles, to the last bit.
 MOTES_INLINE Doubles3 moved(Doubles3 x, Doubles3 v, Doubles dt) { return rounded(x + rounded(v * dt)); }
 
-/// A place at the surface that is hit on the way from one place to another, on the side of the first.
+/// Returns a position at the surface that is hit between `from` and `to`, on the side of `from`; `from` itself if
+/// rounding allows none.
 MOTES_INLINE Doubles3 place_of(const shapes::Shape& shape, const Met& hit, Doubles3 from, Doubles3 to, Doubles farthest,
                                Longs among) {
   const Doubles3 at = from + (to - from) * hit.part;
@@ -57,8 +57,8 @@ MOTES_INLINE Doubles3 place_of(const shapes::Shape& shape, const Met& hit, Doubl
   return place;
 }
 
-/// Sets positions and velocities of the lanes of `going` so that the move ends where their paths end; returns which of
-/// them bounced.
+/// Sets positions and velocities of the lanes of `going` so that the move that follows ends where their paths end;
+/// returns which of them bounced.
 __attribute__((noinline)) inline Longs follow(const shapes::Shape& shape, const Rebound& rebound, float step,
                                               Longs going, Doubles3& x, Doubles3& v) {
   const Doubles dt = all_doubles(step);
@@ -78,7 +78,7 @@ __attribute__((noinline)) inline Longs follow(const shapes::Shape& shape, const 
     const bool last = hits == kMostHits - 1;
     x = select(going, rounded(from - v * (last ? dt : passed)), x);
   }
-  // Not even that can be rounded so that it stays on its side.
+  // Rounding does not allow even that: stop at the last position.
   x = select(going, from, x);
   v = select(going, Doubles3{}, v);
   return bounced;
@@ -99,8 +99,8 @@ __attribute__((noinline)) inline Longs turn(const shapes::Shape& shape, const Re
   }
 }
 
-/// Calls use(lanes, x, v), which changes x and v and returns which lanes it changed, for both halves of a vector where
-/// `among` has lanes; returns what these calls return.
+/// Calls use(lanes, x, v) for each half of a vector that has lanes in `among`. `use` changes x and v and returns which
+/// lanes it changed; the result combines both halves.
 template <class Use>
 MOTES_INLINE Mask by_halves(Mask among, Floats3& x, Floats3& v, const Use& use) {
   const Longs lower = low_half(among), upper = high_half(among);

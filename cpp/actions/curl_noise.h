@@ -1,7 +1,7 @@
-// curl_noise: v += strength curl(x / scale) dt, an acceleration without divergence (particles/noise.h).
+// curl_noise: v += strength curl(x / scale) dt, a divergence-free acceleration (particles/noise.h).
 //
-// The field is keyed by the seed, the system and a number that the script gives. Unlike draws it does not depend on the
-// action's place in the list: the field must stay the same when the list around it changes from frame to frame.
+// The field is keyed by the seed, the system and a number that the script gives. Unlike draws, it does not depend on
+// the action's place in the list: it must stay the same when the list around it changes from frame to frame.
 #pragma once
 
 #include "actions/lanes.h"
@@ -15,7 +15,7 @@ inline constexpr float kOctaveGain = 0.5f;
 inline void curl_noise(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {
   const auto n = numbers_of<numbers::curl_noise, double>(p);
   const int octaves = static_cast<int>(n.octaves);
-  float square = 0, gain = 1;  // of the octaves' sum: they are independent
+  float square = 0, gain = 1;  // mean square of the sum of independent octaves
   for (int k = 0; k < octaves; ++k, gain *= kOctaveGain) square += gain * gain;
   const float change = static_cast<float>(n.strength) * s.dt / __builtin_sqrtf(square);
   constexpr double kMostTime = 1e15;  // beyond that, doubles have no fraction

@@ -14,7 +14,7 @@ MOTES_INLINE void damp(const Numbers& n, const actions::Block& b, const actions:
                         all((1.0f - n.damping[2]) * s.dt)};
   const float low = n.min_speed * n.min_speed;
   const float high = n.max_speed * n.max_speed;
-  if (low == 0 && high > __FLT_MAX__) {  // whatever the speed: the usual case
+  if (low == 0 && high > __FLT_MAX__) {  // no speed limits: the usual case
     for (std::size_t i = 0; i < b.count; i += kLanes) {
       const Floats3 v = load3(b, at, i);
       store3(b, at, i, {v.x - v.x * loss.x, v.y - v.y * loss.y, v.z - v.z * loss.z});

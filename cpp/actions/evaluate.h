@@ -1,4 +1,4 @@
-// Expressions over a block of particles: a condition, what `set` and `law` compute, what sums add up.
+// Evaluates expressions over a block of particles: conditions, values of `set` and `law`, terms of sums.
 #pragma once
 
 #include "actions/lanes.h"
@@ -6,10 +6,10 @@
 
 namespace motes::MOTES_ISA {
 
-/// The values of one stack level for a block.
+/// Floats per stack level of a block.
 inline constexpr std::size_t kLevel = actions::kPlane;
 
-/// Tells which positions are in a shape.
+/// Writes which positions are in a shape, as masks.
 MOTES_OUTLINE void inside(const shapes::Shape& shape, std::size_t count, const float* const* position, float* to) {
   visit(shape, [&](const auto& lanes) __attribute__((always_inline)) {
     each(count, [&](std::size_t i) __attribute__((always_inline)) {
@@ -18,8 +18,8 @@ MOTES_OUTLINE void inside(const shapes::Shape& shape, std::size_t count, const f
   });
 }
 
-/// Runs checked instructions at `time`, seconds; the result is at the first level of the stack (a truth value: all bits
-/// set or none).
+/// Runs checked instructions at `time` (seconds) and leaves the result at the first level of the stack. Truth values
+/// have all bits set or none.
 inline void evaluate(const expressions::Instruction* code, std::size_t length, const shapes::Shape* shapes,
                      const actions::Block& b, float time, float* stack) {
   using expressions::Op;
@@ -44,8 +44,7 @@ inline void evaluate(const expressions::Instruction* code, std::size_t length, c
   }
 }
 
-/// Writes computed values to a column; what is not finite (a division by 0, the root of a negative number) leaves it as
-/// it was.
+/// Writes values to a column, except where they are not finite (division by 0, root of a negative number).
 MOTES_INLINE void keep_finite(float* column, const float* value, std::size_t count) {
   each(count, [&](std::size_t i) __attribute__((always_inline)) {
     const Floats v = load(value + i);

@@ -1,12 +1,11 @@
-// field: an acceleration, or a velocity of the air, that a table gives at the nodes of a regular grid, trilinear
-// between them.
+// field: an acceleration or an air velocity, interpolated trilinearly between values at the nodes of a regular grid.
 #pragma once
 
 #include "actions/lanes.h"
 
 namespace motes::MOTES_ISA {
 
-/// Where points lie between the nodes along one axis.
+/// The position of points between the nodes along one axis.
 struct NodeAxis {
   Ints node;   // the lower one
   Floats part;
@@ -21,7 +20,7 @@ MOTES_INLINE NodeAxis node_axis(Floats x, float low, float high, int nodes) {
   return {node, at - to_floats(node), inside};
 }
 
-/// The values at one corner of each lane's cell.
+/// Returns the values at one node per lane.
 MOTES_INLINE Floats3 look_up(const float* values, Ints entry) {
   Floats3 found{};
   for (std::size_t lane = 0; lane < kLanes; ++lane) {

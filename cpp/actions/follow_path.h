@@ -5,8 +5,8 @@
 
 namespace motes::MOTES_ISA {
 
-/// A segment of a path, as an entry of its table: where it starts, its direction (of length 1), how far along the path
-/// it starts, and how long it is.
+/// A segment of a path, as stored in its table: start point, unit direction, distance of the start along the path, and
+/// length.
 struct Segment {
   Floats3 from, along;
   Floats start, length;
@@ -19,7 +19,7 @@ MOTES_INLINE Segment segment(const float* table, int i) {
   return {all3(v), all3(v + 3), all(v[6]), all(v[7])};
 }
 
-/// How far along the path its nearest point is, and the square of the distance to it.
+/// The nearest point of a path: its distance along the path, and the squared distance to it.
 struct Closest {
   Floats way, square;
 };

@@ -1,4 +1,4 @@
-// Ages grow by a step (ageing.h): in double precision, half a vector at a time.
+// Advances ages by a step (ageing.h) in double precision, half a vector at a time.
 #pragma once
 
 #include <limits>
@@ -9,14 +9,14 @@
 
 namespace motes::MOTES_ISA {
 
-/// Rounds to 53 - n bits, where `scale` is 2^n. Both differences are those of numbers of about the same size: the
-/// second is exact, and the first drops the bits.
+/// Rounds to 53 - n bits, where `scale` is 2^n: the inner difference drops the low bits, the outer one is exact.
 MOTES_INLINE Doubles leading_bits(Doubles v, double scale) {
   const Doubles scaled = v * scale;
   return scaled - (scaled - v);
 }
 
-/// Ages in sub-steps, of 23 bits: rounding an age to 24 has changed it by less than half of the last.
+/// Advances ages counted in sub-steps with 23 bits: rounding to float32's 24 bits has changed the count by less than
+/// half of its last bit.
 template <bool has_rest>
 MOTES_INLINE Doubles by_substeps(Doubles age, const actions::Ageing& g) {
   const Doubles count = leading_bits(age * g.per_second, 0x1p30) + 1.0;
@@ -24,12 +24,12 @@ MOTES_INLINE Doubles by_substeps(Doubles age, const actions::Ageing& g) {
   return count * g.length;
 }
 
-/// Ages in frames, of 22 bits, since the part of the frame is taken off that has passed.
+/// Advances ages counted in frames with 22 bits, one fewer because the elapsed part of the frame is subtracted.
 MOTES_INLINE Doubles by_frames(Doubles age, const actions::Ageing& g) {
   return (leading_bits(age * g.frames_per_second - g.start, 0x1p31) + g.end) * g.frame;
 }
 
-/// Ages of any size, of which some are too large to be counted in sub-steps, or no numbers.
+/// Advances ages of any size, including NaN and ages too large to be counted in sub-steps.
 MOTES_OUTLINE Floats older_at_any_age(Floats age, const actions::Ageing& g) {
   const double step = g.length + g.rest;
   const Doubles low = low_half(age), high = high_half(age);
@@ -47,8 +47,8 @@ MOTES_INLINE Floats older(Floats age, const actions::Ageing& g) {
   return join(by_substeps<has_rest>(low_half(age), g), by_substeps<has_rest>(high_half(age), g));
 }
 
-/// Particles born together lie side by side: a vector of one age costs a comparison where the one before it had the
-/// same.
+/// Advances all ages. Particles born together are adjacent, so a vector of ages equal to the one before it costs only a
+/// comparison.
 template <bool has_rest>
 MOTES_INLINE void grow_older(float* ages, std::size_t count, const actions::Ageing& g) {
   Floats before = all(std::numeric_limits<float>::quiet_NaN()), after = before;

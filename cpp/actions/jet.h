@@ -6,7 +6,7 @@
 namespace motes::MOTES_ISA {
 
 inline void jet(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {
-  // Two passes: nested dispatch over shapes would be compiled for every pair of them.
+  // Two passes, since nested dispatch over shapes would be compiled for every pair of them.
   std::int32_t inside[particles::kBlock + particles::kPadding];
   Mask some = Mask{};
   visit(p.shape[0], [&](const auto& shape) __attribute__((always_inline)) {

@@ -1,4 +1,4 @@
-// The kernels of all actions and births, in the build that suits this processor.
+// The kernels of all actions and births, compiled for this processor's instruction set.
 #pragma once
 
 #include <cstddef>
@@ -9,12 +9,13 @@
 
 namespace motes::actions {
 
-/// How newborn particles get an attribute (API: System.configure): a value, a shape, Uniform, Normal; `rotation`: any
-/// orientation, all alike probable; or what the mesh has where they are born: its normal times first[0], or its colour.
+/// The distribution of an attribute of newborn particles (API: System.configure): a value, a shape, Uniform or Normal;
+/// `rotation`: uniformly distributed orientations; `along_normal`, `surface_color`: the mesh's normal times first[0],
+/// or its colour, at the place of birth.
 struct Distribution {
   enum class Kind : std::uint8_t { value, shape, uniform, normal, rotation, along_normal, surface_color };
   Kind kind = Kind::value;
-  bool alike = false;    // uniform, normal: one draw for all components, where a vector is drawn from numbers
+  bool alike = false;    // uniform, normal: one draw for all components, if scalars were given for a vector
   float first[4] = {};   // the value | lo | mean | the length along the normal
   float second[4] = {};  //           | hi | sigma
   shapes::Shape shape;   // kind shape: attributes of three numbers only
@@ -29,7 +30,7 @@ constexpr void fields(Visitor& visit, Distribution& distribution) {
   visit(distribution.kind, distribution.alike, distribution.first, distribution.second, distribution.shape);
 }
 
-/// Who stays: low <= x < high.
+/// Particles with low <= x < high stay.
 struct Band {
   const float* x = nullptr;  // a plane of coordinates, from the block's first particle on
   float low = 0, high = 0;
@@ -38,8 +39,8 @@ struct Band {
 struct Kernels {
   Kernel action[kKinds];
 
-  /// Runs a checked expression over a block at a time of the animation, seconds: the result is at the start of `stack`
-  /// (kScratch floats).
+  /// Runs a checked expression over a block at `time` (seconds); the result is at the start of `stack` (kScratch
+  /// floats).
   void (*evaluate)(const expressions::Instruction* code, std::size_t length, const shapes::Shape* shapes, const Block&,
                    float time, float* stack);
 
@@ -48,17 +49,17 @@ struct Kernels {
   void (*draw)(const Distribution&, const Step&, const particles::Ids&, std::size_t count, float* const* planes,
                int width);
 
-  /// Jittered births: for each particle a fraction u of the step has passed: x += v u dt, age += u dt.
+  /// Jitters births, as if a random fraction u of the step had passed: x += v u dt, age += u dt.
   void (*jitter)(const Block&, const Step&);
 
-  /// Births along the way of a shape: x = before + (x - before) (end - (end - start) u), with u as in `jitter`.
+  /// Spreads births along the path of a moving shape: x = before + (x - before) (end - (end - start) u), with u random.
   void (*spread)(const Block& positions, float* const* before, float start, float end, const Step&);
 
   /// inside[i] = whether the shape contains particle i.
   void (*contains)(const shapes::Shape&, const float* const* position, std::size_t count, std::uint8_t* inside);
 
-  /// Writes the indices of dead particles to `dead`, those of living particles outside of one of at most three bands to
-  /// `left`. Indices count from `base`. Each array has room for kPadding more indices than there are particles.
+  /// Writes the indices of dead particles to `dead`, and of living particles outside at least one of up to three bands
+  /// to `left`. Indices count from `base`. Each array has room for kPadding more indices than there are particles.
   void (*collect)(const Block&, const Band* bands, std::size_t band_count, std::uint32_t base, std::uint32_t* dead,
                   std::size_t& dead_count, std::uint32_t* left, std::size_t& left_count);
 };

@@ -17,7 +17,7 @@ void contains(const shapes::Shape& shape, const float* const* position, std::siz
   });
 }
 
-// Usually at most one of 32 particles dies: that case has no branches.
+// Usually at most one of 32 particles is dead, so that case has no branches.
 void collect_dead(const actions::Block& b, std::uint32_t base, std::uint32_t* dead, std::size_t& count) {
   for (std::size_t first = 0; first < b.count; first += 32) {
     const std::size_t beyond = 32 - std::min<std::size_t>(32, b.count - first);
@@ -30,7 +30,7 @@ void collect_dead(const actions::Block& b, std::uint32_t base, std::uint32_t* de
   }
 }
 
-// Slabs have one band. As a constant, so that support for several costs slabs nothing.
+// The number of bands is a constant, so slabs, which have one, pay nothing for the support of several.
 template <std::size_t Bands>
 void collect_beyond(const actions::Block& b, const actions::Band* bands, std::uint32_t base, std::uint32_t* left,
                     std::size_t& count) {

@@ -1,12 +1,12 @@
-// sink: kills inside (or outside) a shape. sink_velocity: the same, with the velocity as a point in the shape's space.
-// kill_old: by age. kill_expired: age >= lifetime.
+// sink: kills inside (or outside) a shape. sink_velocity: tests the velocity instead of the position. kill_old: by age.
+// kill_expired: age >= lifetime.
 #pragma once
 
 #include "actions/lanes.h"
 
 namespace motes::MOTES_ISA {
 
-/// Kills by whether the attribute at component `at` lies in the shape.
+/// Kills particles whose attribute at component `at` is inside, or outside, the shape.
 MOTES_INLINE void kill_by_place(const actions::Parameters& p, const actions::Block& b, int at, bool inside) {
   visit(*p.shape, [&](const auto& shape) __attribute__((always_inline)) {
     for (std::size_t i = 0; i < b.count; i += kLanes) {

@@ -1,4 +1,4 @@
-// What the kernels share: planes of a block as vectors, the numbers of an action.
+// Helpers for kernels: a block's planes as vectors, an action's numbers.
 #pragma once
 
 #include "actions/block.h"
@@ -41,14 +41,14 @@ MOTES_INLINE void store_rotations(const actions::Block& b, std::size_t i, Rotati
   store3(b, kOrientationAt, i, {r.x, r.y, r.z});
   store(b.component[kOrientationAt + 3] + i, r.w);
 }
-/// The keys of the action's draws in this step.
+/// Returns the keys of the action's draws in this step.
 MOTES_INLINE particles::DrawKeys& draws_of(const actions::Step& s) {
   s.draws->begin(s.key, s.step, s.stream);
   return *s.draws;
 }
 MOTES_INLINE void kill(const actions::Block& b, std::size_t i, Mask mask) { b.dead[i / 32] |= bits_of(mask) << i % 32; }
 
-/// Calls work(i) for the vectors of `count` particles for which test(i) is true in some lane. Mostly it is true in
+/// Calls work(i) for each vector of the `count` particles for which test(i) is true in some lane. Usually there is
 /// none, so four vectors are tested at once.
 template <class Test, class Work>
 MOTES_INLINE void where_any(std::size_t count, const Test& test, const Work& work) {
@@ -72,8 +72,8 @@ MOTES_INLINE Numbers<T> numbers_of(const actions::Parameters& p) {
   return actions::read_numbers<Numbers, T>(p.number);
 }
 
-/// What linear drag takes of a velocity over t time constants, t >= 0: 1 - exp(-t). The series avoids cancellation
-/// where t is small.
+/// Returns the fraction of a velocity that linear drag removes over t >= 0 time constants: 1 - exp(-t). The series
+/// avoids cancellation for small t.
 MOTES_INLINE Floats part_gone(Floats t) {
   Floats series = all(1.0f / 720.0f);
   series = 1.0f / 120.0f - t * series;

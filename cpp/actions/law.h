@@ -1,11 +1,11 @@
-// law: an action of the script's own. What its expressions give is added to attributes or takes their place.
+// law: an action that the script defines. The values of its expressions are added to attributes or replace them.
 #pragma once
 
 #include "actions/evaluate.h"
 
 namespace motes::MOTES_ISA {
 
-/// Adds what is finite: a rate for `dt` seconds, or a change (dt = 1).
+/// Adds finite values to a column: rates times `dt` (seconds), or changes (dt = 1).
 MOTES_INLINE void add_finite(float* column, const float* value, std::size_t count, float dt) {
   each(count, [&](std::size_t i) __attribute__((always_inline)) {
     const Floats v = load(value + i) * dt;
@@ -13,7 +13,7 @@ MOTES_INLINE void add_finite(float* column, const float* value, std::size_t coun
   });
 }
 
-/// All values are computed from the particle as it was before the action.
+/// Runs a law. All values are computed from the particle as it was before the action.
 inline void law(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {
   const actions::LawCode& law = *p.law;
   for (std::size_t c = 0; c < law.columns; ++c) law.plane[c] = b.component[c];

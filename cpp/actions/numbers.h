@@ -1,4 +1,4 @@
-// The kinds of actions and, by name, the numbers that each of them records: both follow from list.inc.
+// The kinds of actions and the named numbers that each records, both generated from list.inc.
 #pragma once
 
 #include <cstddef>
@@ -49,8 +49,8 @@ constexpr Number vector(const char* name) { return {name, -kAny, kAny, 3}; }
 constexpr Number axis(const char* name) { return {name, -kAny, kAny, 3, Number::Rule::axis}; }
 }  // namespace rules
 
-// Expands MOTES_NUMBER(rule, name, ...) for each of (rule, name, ...) (rule, name, ...) ...: two macros call each
-// other.
+// Expands MOTES_NUMBER(rule, name, ...) for each element of (rule, name, ...) (rule, name, ...) ...: two macros call
+// each other.
 #define MOTES_EACH_NUMBER(list) MOTES_NUMBERS_END(MOTES_NUMBERS_1 list)
 #define MOTES_NUMBERS_1(...) MOTES_NUMBER(__VA_ARGS__) MOTES_NUMBERS_2
 #define MOTES_NUMBERS_2(...) MOTES_NUMBER(__VA_ARGS__) MOTES_NUMBERS_1
@@ -68,8 +68,8 @@ struct Components<T, 1> {
   using Type = T;
 };
 
-/// A struct for each kind of action, whose fields are its numbers: `numbers::wind` has `velocity[3]` and `drag`.
-/// Recorded as doubles; kernels read them as floats.
+/// One struct per kind of action, whose fields are its numbers: `numbers::wind` has `velocity[3]` and `drag`. They are
+/// recorded as doubles and read by kernels as floats.
 namespace numbers {
 using rules::kAny;
 using rules::kInf;
@@ -88,8 +88,8 @@ using rules::kInf;
 #undef MOTES_NUMBER
 }  // namespace numbers
 
-/// Returns the struct of the numbers that are recorded at `from`, with each of them as a T. Kernels of every build call
-/// it: always inline, it cannot be linked from another one.
+/// Returns the numbers recorded at `from` as a struct of T. Always inline, so that a kernel never links a copy that was
+/// compiled for another instruction set.
 template <template <class> class Numbers, class T = float>
 [[gnu::always_inline]] inline Numbers<T> read_numbers(const double* from) {
   T values[sizeof(Numbers<T>) / sizeof(T)];

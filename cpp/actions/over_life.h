@@ -7,7 +7,7 @@
 
 namespace motes::MOTES_ISA {
 
-/// Limited to where products with 0 are 0; ramps are constant beyond.
+/// Returns age / lifetime, clamped to where products with 0 are 0; ramps are constant beyond.
 MOTES_INLINE Floats life_ratio(const actions::Block& b, std::size_t i) {
   const Floats age = load(b.component[kAgeAt] + i);
   const Floats lifetime = load(b.component[kLifetimeAt] + i);
@@ -39,7 +39,7 @@ MOTES_INLINE RampPart<float, width> ramp_part(const actions::Parameters& p, int 
   return part;
 }
 
-/// Ramps whose parts fit into a register: each particle looks up its own part.
+/// Evaluates ramps whose parts fit into a register: each particle looks up its own part.
 template <int width>
 MOTES_INLINE void short_ramp(const actions::Parameters& p, const actions::Block& b, int at) {
   const int knots = p.numbers / (1 + width);
@@ -66,7 +66,7 @@ MOTES_INLINE void short_ramp(const actions::Parameters& p, const actions::Block&
   }
 }
 
-/// Longer ramps process the block with up to kParts parts at a time.
+/// Evaluates longer ramps: processes the block with up to kParts parts at a time.
 template <int width>
 MOTES_INLINE void long_ramp(const actions::Parameters& p, const actions::Block& b, int at) {
   constexpr int kParts = 8;
@@ -89,7 +89,7 @@ MOTES_INLINE void long_ramp(const actions::Parameters& p, const actions::Block& 
   }
 }
 
-/// `width` components, starting at component `at`.
+/// Sets `width` components, starting at component `at`.
 template <int width>
 MOTES_INLINE void over_life(const actions::Parameters& p, const actions::Block& b, int at) {
   if (p.numbers / (1 + width) < kTable) return short_ramp<width>(p, b, at);

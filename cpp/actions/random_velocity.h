@@ -1,4 +1,4 @@
-// Samples are uniform in a shape, drawn anew for each particle and each step:
+// Samples are uniform in a shape, one per particle and step:
 //   random_acceleration  v += sample dt        random_velocity             v = sample
 //   random_displacement  x += sample dt        random_rotational_velocity  rotational velocity = sample
 #pragma once

@@ -2,8 +2,8 @@
 // that starts at x with velocity v and ends at B at rest; its velocity one step later, with q = dt / time_left (at most
 // 1), is
 //   v' = v ((1 - q) (1 - 3 q) - 0.0002 q) + (B - x) 6 q (1 - q) / time_left
-// When no time is left, x = B and v = 0. (McAllister's Restore, whose path ends a ten-thousandth of v time_left short:
-// this is the 0.0002, kept so that results agree.)
+// When no time is left, x = B and v = 0. (McAllister's Restore, whose path ends a ten-thousandth of v time_left short;
+// the 0.0002 reproduces this.)
 // copy_vertex_b: position_b = position and up_b = up; velocity_b = velocity (his CopyVertexB).
 #pragma once
 

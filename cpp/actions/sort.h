@@ -1,5 +1,5 @@
-// sort: which particles are drawn first. A kernel sees only one block of particles and cannot sort them all: the store
-// is sorted after the list has run (program/order.h), and the list skips this action.
+// sort: sets the drawing order. A kernel sees only one block of particles and cannot sort them all, so the store is
+// sorted after the list has run (program/order.h), and the list skips this action.
 #pragma once
 
 #include "actions/lanes.h"

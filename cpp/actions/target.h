@@ -6,7 +6,7 @@
 
 namespace motes::MOTES_ISA {
 
-/// Moves one component of all particles by a part of its way to the value that is wanted.
+/// Moves one component of all particles toward `wanted` by the fraction `part`.
 MOTES_INLINE void approach(const actions::Block& b, int at, float wanted, float part) {
   for (std::size_t i = 0; i < b.count; i += kLanes) {
     const Floats y = load(b.component[at] + i);

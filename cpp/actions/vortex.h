@@ -3,7 +3,7 @@
 //   r < R               v = (along up_speed + around around_speed) dt / m
 //   R <= r < max_radius v += inward in_speed dt / m
 // along is the axis's direction, inward the direction to the axis, around = along x inward. Beyond the ends of the axis
-// and beyond max_radius nothing happens. (McAllister's Vortex; inside, it too replaces the velocity.)
+// and beyond max_radius nothing happens. (McAllister's Vortex, which also replaces the velocity inside.)
 #pragma once
 
 #include "actions/lanes.h"
@@ -21,7 +21,7 @@ struct Whirl {
             n.up_speed, n.around_speed};
   }
 
-  /// The new velocity; dt_by_m: seconds divided by mass.
+  /// Returns the new velocity. dt_by_m: seconds divided by mass.
   MOTES_INLINE Floats3 operator()(Floats3 x, Floats3 v, Floats dt_by_m) const {
     const Floats3 from_tip = x - all3(tip);
     const Floats height = dot(from_tip, all3(along));
@@ -30,7 +30,7 @@ struct Whirl {
     const Floats part = height * per_length;
     const Mask reached = (part >= 0.0f) & (part <= 1.0f) & (r2 < max_radius * max_radius);
     if (!any(reached)) return v;
-    // At the tip the logarithm is taken of a number so small that its power is 0.
+    // The lower bound keeps the logarithm finite at the tip; its power is still 0.
     const Floats width = max_radius * exp(tightness * log(min(max(part, all(1e-37f)), all(1.0f))));
     const Mask inside = r2 < width * width;
     const Floats3 inward = to_axis * select(r2 > 0.0f, 1.0f / sqrt(r2), Floats{});

@@ -22,9 +22,9 @@ using domains::Places;
 
 constexpr std::size_t kSamples = 16;  // per cell
 
-// The tree of boxes, as a sample of the particles has them.
+// Returns a tree of `count` boxes with about equally many sampled particles in each.
 domains::Domains grid_of(Axes axes, const Places& places, int count) {
-  std::array<std::vector<float>, 3> sample;  // the same particles of each plane
+  std::array<std::vector<float>, 3> sample;  // of the same particles on each axis
   Places of_sample;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (!axes.has(static_cast<int>(axis))) continue;
@@ -49,7 +49,7 @@ struct CostBox {
   std::array<float, 3> low, high;
   double cost;
 
-  // How much of it lies below a place.
+  // Returns how much of the cost lies below `at`.
   double below(std::size_t axis, float at) const {
     if (at <= low[axis]) return 0;
     if (at >= high[axis]) return cost;
@@ -70,7 +70,7 @@ std::vector<CostBox> pieces_of(std::span<const std::vector<Cell>> cells, std::sp
   return pieces;
 }
 
-// Numbers in their order, one apart.
+// Map floats to consecutive integers in the same order, and back.
 std::int64_t place_of(float x) {
   const auto bits = std::bit_cast<std::int32_t>(x);
   return bits >= 0 ? std::int64_t{bits} : std::int64_t{std::numeric_limits<std::int32_t>::min()} - bits;
@@ -80,7 +80,7 @@ float number_at(std::int64_t place) {
   return std::bit_cast<float>(static_cast<std::int32_t>(bits));
 }
 
-// The cuts of a tree, from all of space down.
+// Places the cuts of a tree, from the root down.
 class Sharing {
  public:
   Sharing(std::span<const double> shares, const domains::Domains& before) : shares_(shares), tree_(before.tree()) {}
@@ -116,7 +116,7 @@ class Sharing {
     return sum;
   }
 
-  // The place that has this part of the cost below it. Where several have, the one that is closest to `before`.
+  // Returns the position with this fraction of the cost below it; of several, the one closest to `before`.
   static float place(const std::vector<CostBox>& pieces, std::size_t axis, double part, float before) {
     double total = 0;
     float least = kInfinity;
@@ -129,7 +129,7 @@ class Sharing {
     if (!(total > 0)) return before;
     const double near = 1e-12 * total;
     const double target = total * part;
-    // The first place from `least` to `most` for which the cost below it is enough; that of `most` is.
+    // Bisects for the first position from `least` to `most` with enough cost below it; `most` always has enough.
     const auto first = [&](const auto& enough) {
       std::int64_t low = place_of(least);
       std::int64_t high = place_of(most);

@@ -1,4 +1,4 @@
-// Where to cut bricks: from all calculators' particles, counted in boxes.
+// Computes where to cut bricks, from all calculators' particles counted in boxes.
 #pragma once
 
 #include <array>
@@ -21,15 +21,15 @@ constexpr void fields(Visitor& visit, Cell& cell) {
   visit(cell.low, cell.high, cell.count);
 }
 
-/// How one calculator's particles lie along the axes that are cut: at most `most` boxes, with about equally many in
-/// each. A sample chooses them; all particles are counted, and a box is no larger than what it holds. Particles with a
-/// coordinate that is not finite are left out.
+/// Counts one calculator's particles in at most `most` boxes along the axes that are cut, with about equally many in
+/// each. A sample chooses the boxes, but all particles are counted, and each box is the bounding box of its particles.
+/// Particles with a non-finite coordinate are ignored.
 std::vector<Cell> cells(domains::Axes axes, const domains::Places& places, int most);
 
-/// All cuts of a tree at once: domain c gets shares[c] of the sum of counts * costs (costs empty: 1 each). One list of
-/// cells and one cost per calculator; cells may overlap, and what is in one counts as evenly spread. Each cut keeps its
-/// axis, and where a gap between particles or an empty part of space leaves a choice, it stays as close to `before` as
-/// possible.
+/// Computes all cuts of a tree at once: domain c gets shares[c] of the sum of counts * costs (costs empty: 1 each).
+/// There is one list of cells and one cost per calculator. Cells may overlap; particles count as evenly spread over
+/// their cell. Each cut keeps its axis. Where a gap between particles or an empty part of space leaves a choice, a cut
+/// stays as close to `before` as possible.
 domains::Domains tree_cuts(std::span<const std::vector<Cell>> cells, std::span<const double> costs,
                            std::span<const double> shares, const domains::Domains& before);
 

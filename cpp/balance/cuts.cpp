@@ -8,14 +8,14 @@
 namespace motes::balance {
 namespace {
 
-// The particles that may be given away: those inside the domain; NaN is not.
+// The particles that may be given away: those inside the domain. NaN is outside.
 struct Domain {
   std::span<const float> coordinates;
   float low, high;
 
   bool holds(float x) const { return x >= low && x < high; }
   std::uint64_t count() const { return between(low, high); }
-  // Those of the domain that lie in [from, to).
+  // Counts the particles in [from, to), a part of the domain.
   std::uint64_t between(float from, float to) const {
     std::uint64_t n = 0;
     for (const float x : coordinates) n += static_cast<std::uint64_t>((x >= from) & (x < to));
@@ -26,7 +26,7 @@ struct Domain {
     for (const float x : coordinates) most = holds(x) && x > most ? x : most;
     return most;
   }
-  // The smallest coordinate of the domain above x, or `high` where there is none.
+  // Returns the smallest coordinate of the domain above x, or `high` if there is none.
   float next(float x) const {
     float least = high;
     for (const float y : coordinates) least = y > x && y < least ? y : least;
@@ -40,9 +40,9 @@ struct Ranked {
   std::uint64_t below = 0;
 };
 
-// Three bins whose edges, taken from a sample, lie close around the rank: counting finds the bin that holds it, and
-// only that bin is sorted, as far as needed (R. W. Floyd and R. L. Rivest, "Expected time bounds for selection",
-// Communications of the ACM 18 (1975)).
+// Selects by rank. A sample gives the edges of three bins, of which the middle one should hold the rank; counting finds
+// the right one, and only that bin is partially sorted (R. W. Floyd and R. L. Rivest, "Expected time bounds for
+// selection", Communications of the ACM 18 (1975)).
 Ranked ranked(const Domain& domain, std::uint64_t count, std::uint64_t rank) {
   std::vector<float> sample = sampled(domain.coordinates, 2048);
   std::erase_if(sample, [&](float x) { return !domain.holds(x); });
@@ -64,7 +64,7 @@ Ranked ranked(const Domain& domain, std::uint64_t count, std::uint64_t rank) {
     to = next;
     inside = domain.between(from, to);
   }
-  std::vector<float> bin(inside + 1);  // one more: every coordinate is written, and kept only if the count advances
+  std::vector<float> bin(inside + 1);  // one more: every coordinate is written, but kept only if the count advances
   std::size_t kept = 0;
   for (const float x : domain.coordinates) {
     bin[kept] = x;
@@ -95,7 +95,7 @@ Gift give_right(std::span<const float> coordinates, std::uint64_t wanted, float 
   const std::uint64_t kept = count - std::min(wanted, count);
   const Ranked first_given = ranked(domain, count, kept);
   if (first_given.below == kept) return {first_given.value, count - kept};
-  // Some particles at this place have to stay, so all of them stay.
+  // Some particles at this coordinate must stay, so all of them do.
   const float cut = domain.next(first_given.value);
   return {cut, domain.between(cut, high)};
 }

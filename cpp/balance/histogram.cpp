@@ -1,4 +1,4 @@
-// How particles are distributed along the axis: counts in bins, quantiles.
+// The distribution of particles along the axis: counts in bins, quantiles.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,7 +10,7 @@
 namespace motes::balance {
 namespace {
 
-// The next number above it: the end of a half-open bin.
+// False also for the largest float, so that the next float above a coordinate, the end of a half-open bin, is finite.
 bool finite(float x) { return std::abs(x) < std::numeric_limits<float>::max(); }
 
 std::vector<float> sorted_sample(std::span<const float> coordinates, std::size_t count) {
@@ -20,8 +20,8 @@ std::vector<float> sorted_sample(std::span<const float> coordinates, std::size_t
   return sample;
 }
 
-// Ascending edges between `least` and `most`. A place that takes more of the sample than one bin's part gets a bin of
-// its own, as narrow as floats allow.
+// Returns ascending edges from `least` to `most`. A coordinate with more than one bin's part of the sample gets its own
+// bin, as narrow as floats allow.
 std::vector<float> edges_between(float least, float most, const std::vector<float>& sample, int bins) {
   std::vector<float> edges{least};
   const auto add = [&](float x) {
@@ -37,7 +37,7 @@ std::vector<float> edges_between(float least, float most, const std::vector<floa
   return edges;
 }
 
-// Counts the finite coordinates, by a search of fixed length without branches among at most 2^Steps - 1 inner edges.
+// Counts the finite coordinates by a branchless binary search of fixed length among at most 2^Steps - 1 inner edges.
 template <int Steps>
 std::vector<std::uint64_t> counted(std::span<const float> coordinates, const std::vector<float>& edges) {
   std::vector<float> inner(1u << Steps, kInfinity);
@@ -56,11 +56,11 @@ std::vector<std::uint64_t> counted(std::span<const float> coordinates, const std
   return counts;
 }
 
-constexpr std::size_t kSorted = 512;        // so many are sorted
-constexpr std::size_t kCounted = 1u << 18;  // of more than these only every second, third, ... is counted
+constexpr std::size_t kSorted = 512;        // at most this many coordinates are sorted
+constexpr std::size_t kCounted = 1u << 18;  // of more than these, only every second, third, ... is counted
 
-// Counts in bins of equal width, a power of two, with edges at its multiples: as long as particles stay about where
-// they are, the edges of two frames are the same, and differences between the frames are those of the particles.
+// Counts in bins whose width is a power of two and whose edges are its multiples. While particles stay about where they
+// are, the edges do not change between frames, so the counts change only with the particles.
 class Grid {
  public:
   Grid(std::span<const float> coordinates, const std::vector<float>& sample)
@@ -75,7 +75,7 @@ class Grid {
     count();
   }
 
-  // parts + 1 coordinates; in bins that hold many particles exact, elsewhere as if each bin were filled evenly.
+  // Returns parts + 1 coordinates: exact in bins with many particles, elsewhere as if each bin were filled evenly.
   std::vector<float> quantiles(std::size_t parts) const {
     std::vector<float> found;
     std::uint64_t before = 0;
@@ -90,9 +90,9 @@ class Grid {
   }
 
  private:
-  static constexpr int kInner = 1024;  // bins between the ends of the sample, at least half as many
-  static constexpr int kBins = 1280;   // and beyond them
-  static constexpr std::size_t kOther = kBins + 2;  // what is no finite number
+  static constexpr int kInner = 1024;  // bins between the ends of the sample; at least half of them are used
+  static constexpr int kBins = 1280;  // with those beyond the ends
+  static constexpr std::size_t kOther = kBins + 2;  // counts non-finite coordinates
 
   std::size_t bin_of(float x) const {
     const double v = (x - base_) * inverse_;

@@ -7,14 +7,14 @@ namespace motes::balance {
 
 namespace {
 
-constexpr double kNoiseGain = 0.05;   // weight of a new sample in the noise estimate, after twenty samples
-constexpr double kLeastNoise = 0.01;  // no clock is better in the long run
-constexpr double kFirstNoise = 0.05;  // and the first samples count as at most three times this
-constexpr double kMostNoise = 0.2;  // beyond this, smoothing must do: waiting for certainty would cost more than errors
+constexpr double kNoiseGain = 0.05;  // weight of a new sample in the noise estimate, after twenty samples
+constexpr double kLeastNoise = 0.01;  // lower bound in the long run: no clock is better
+constexpr double kFirstNoise = 0.05;  // lower bound for the first samples
+constexpr double kMostNoise = 0.2;  // upper bound: with more noise, waiting for certainty would cost more than errors
 
-// This many samples in a row must show a change: what disturbs a machine for a few frames would end before moving
-// particles because of it had paid off.
-constexpr double kFirstLasting = 2;  // for a speed that is hardly known
+// A change counts only if this many samples in a row show it: a disturbance of a few frames would end before moving
+// particles because of it paid off.
+constexpr double kFirstLasting = 2;  // for a speed known from few samples
 constexpr double kLasting = 5;  // for a speed that was steady for kSteady samples
 constexpr double kSteady = 24;
 constexpr double kFew = 8;  // fewer samples do not reveal the noise
@@ -35,7 +35,8 @@ void Speeds::add(int calculator, std::uint64_t particles, double seconds, std::u
   known_[static_cast<std::size_t>(calculator)].add(static_cast<double>(particles) / seconds, 1 - options_.smoothing);
 }
 
-// Disturbances make a machine slower for a frame, so a sample is the faster of the first two, then the median of three.
+// Disturbances make a machine slower for a frame, so this is the faster of the first two samples, then the median of
+// three.
 double Speeds::Known::undisturbed(double sample) {
   const double a = last[0];
   const double b = last[1];
@@ -57,7 +58,7 @@ void Speeds::Known::add(double raw, double gain) {
     note(odd * odd / (1 + quick.variance));
   }
   quick.add(sample, gain);
-  steady.add(gain < 1 ? believed(sample) : sample, gain * gain * gain);  // unless smoothing is off
+  steady.add(gain < 1 ? believed(sample) : sample, gain * gain * gain);  // without smoothing, samples count fully
   const double change = quick.value / steady.value - 1;
   const int side = change > 0 ? 1 : -1;
   const bool shows = std::abs(change) > kErrors * quick.error(noise2) && off * change > change * change / 2;
@@ -68,14 +69,14 @@ void Speeds::Known::add(double raw, double gain) {
   lasting = 0;
 }
 
-// A sample far beyond the noise counts only as far as noise reaches, until the change proves to last.
+// Clips a sample to the noise band around the known speed, until a change proves to last.
 double Speeds::Known::believed(double sample) const {
   if (steps < kFew) return sample;
   const double reach = steady.value * kErrors * std::max(std::sqrt(noise2), kLeastNoise);
   return std::clamp(sample, steady.value - reach, steady.value + reach);
 }
 
-// A value far beyond the noise known so far is a change or an accident, and counts as noise only up to that limit.
+// Updates the noise. A value far beyond the noise so far is a change or an accident, and is clipped.
 void Speeds::Known::note(double square) {
   const double least = steps < 4 ? kFirstNoise : kLeastNoise;
   const double most = kErrors * kErrors * std::max(noise2, least * least);
@@ -85,7 +86,7 @@ void Speeds::Known::note(double square) {
 
 double Speeds::error(int calculator) const {
   const Known& known = known_[static_cast<std::size_t>(calculator)];
-  // Over a hundred looks, three standard errors occur once or twice by chance; over two looks they do not.
+  // Among a hundred samples, one or two differ by three standard errors by chance; among two samples none does.
   const double looks = std::min(1.0, std::sqrt(2 * std::log1p(known.steps)) / kErrors);
   return looks * known.steady.error(known.noise2);
 }
@@ -142,7 +143,7 @@ std::vector<Load> sum_of(const std::vector<std::vector<Load>>& systems) {
   for (std::size_t c = 0; c < sum.size(); ++c) {
     double timed = 0;  // particles whose speed is known
     double takes = 0;
-    double errors = 0;  // as if all errors had the same sign: they share a processor
+    double errors = 0;  // assumes errors of the same sign, as the systems share a processor
     for (const std::vector<Load>& loads : systems) {
       const Load& load = loads[c];
       sum[c].particles += load.particles;

@@ -65,7 +65,7 @@ class Call {
     return error == std::errc() && end == text.data() + text.size();
   }
 
-  // True, "text", 64, 0.5 or [1, 2.5], as Python writes them.
+  // Parses True, "text", 64, 0.5 or [1, 2.5], as Python writes them.
   Value value(const std::string& text) const {
     if (text == "True" || text == "False") return text == "True";
     if (text.size() >= 2 && text.front() == text.back() && (text.front() == '"' || text.front() == '\''))

@@ -1,4 +1,4 @@
-// A policy from its name, as Policy::name() returns it and as logs, scenes and command lines store it.
+// Creates a policy from its name, as Policy::name() returns it and logs, scenes and command lines store it.
 #pragma once
 
 #include <map>
@@ -10,17 +10,17 @@
 
 namespace motes::balance {
 
-/// The names of all policies of the core.
+/// Returns the names of all policies of the core.
 const std::vector<std::string>& policy_names();
 
-/// A policy with its defaults; throws std::invalid_argument where no policy has this name.
+/// Returns a policy with its defaults. Throws std::invalid_argument if no policy has this name.
 std::shared_ptr<Policy> policy_made(const std::string& kind);
-/// The same with options; throws base::InvalidArgument where it has no such option, or a value is not allowed.
+/// Returns a policy with options. Throws std::invalid_argument if an option does not exist or its value is not allowed.
 std::shared_ptr<Policy> policy_made(const std::string& kind, const std::map<std::string, Value>& options);
 
-/// "Pairwise(threshold=0.1, min_particles=64)", "PrefixCuts()", "Static": options that are left out have their
-/// defaults. Throws std::invalid_argument for an unknown name or option, which includes balancers that a script defines
-/// itself.
+/// Returns the policy of a call: "Pairwise(threshold=0.1, min_particles=64)", "PrefixCuts()", "Static". Omitted options
+/// have their defaults. Throws std::invalid_argument for an unknown name or option; the names of a script's own
+/// balancers are unknown.
 std::shared_ptr<Policy> policy_named(const std::string& call);
 
 }  // namespace motes::balance

@@ -17,7 +17,7 @@ std::string text_of(const Value& value) {
   return shown(std::get<std::vector<double>>(value));
 }
 
-// Sets an option of each kind; returns what is allowed where the value is not, else null.
+// Sets an option. Returns what is allowed if the value is not, else null.
 struct Setter {
   const Value& value;
 

@@ -1,5 +1,5 @@
-// The options of a policy. Each is described once, beside the member that holds it and its default: from that follow
-// how a policy is shown in logs, read from a command line or a scene, and made and checked in Python.
+// The options of a policy. Each is described once, next to the member that holds it and its default; logs, command
+// lines, scenes and Python all use this description.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace motes::balance {
 
-/// 0 .. most.
+/// A number in 0..most.
 struct NumberOption {
   double* value;
   double most = std::numeric_limits<double>::infinity();
@@ -22,7 +22,8 @@ struct CountOption {
 struct FlagOption {
   bool* value;
 };
-/// The powers of machines, one per calculator. Required: >= 0, and not all 0. Else above 0, or none: they are measured.
+/// The powers of machines, one per calculator. If required, they are >= 0 and not all 0; otherwise above 0, or empty to
+/// measure them.
 struct PowersOption {
   std::vector<double>* value;
   bool required = false;
@@ -38,19 +39,20 @@ struct Option {
 };
 using Options = std::vector<Option>;
 
-/// What an option may be given.
+/// The values that options accept.
 using Value = std::variant<bool, std::uint64_t, double, std::string, std::vector<double>>;
 
-/// Throws base::InvalidArgument, naming the option and its `owner`, where the value is not allowed.
+/// Sets an option. Throws base::InvalidArgument naming the option and its `owner` if the value is not allowed.
 void set(const Option& option, const Value& value, const std::string& owner);
 
-/// The option's value.
+/// Returns the option's value.
 Value value_of(const Option& option);
 
-/// As Python writes it: "threshold=0.1"; empty where it is a flag, a choice or powers, and has its default.
+/// Returns the option as Python writes it: "threshold=0.1". Empty for a flag, a choice or powers with the default
+/// value.
 std::string shown(const Option& option);
 
-/// The fewest digits that read back as this number; -0 gives 0.
+/// Returns the fewest digits that read back as this number; -0 gives 0.
 std::string shown(double number);
 std::string shown(const std::vector<double>& numbers);
 

@@ -48,7 +48,7 @@ void normalise(std::vector<double>& shares) {
   for (double& share : shares) share /= sum;
 }
 
-// What moves over one cut, to the right and to the left.
+// The particles that move over one cut, to the right and to the left.
 struct CutFlow {
   std::uint64_t right = 0;
   std::uint64_t left = 0;
@@ -75,7 +75,7 @@ std::vector<CutFlow> crossings(const Plan& plan, const LoadTable& table, const s
   return cuts;
 }
 
-// No donor gives more than it has: where its orders add up to more, both neighbours get proportionally less.
+// Limits orders so that no donor gives more than it has; both neighbours then get proportionally less.
 void limit(std::vector<CutFlow>& cuts, const std::vector<Load>& loads) {
   for (std::size_t c = 0; c < loads.size(); ++c) {
     std::uint64_t none = 0;
@@ -97,7 +97,7 @@ void limit(std::vector<CutFlow>& cuts, const std::vector<Load>& loads) {
 
 std::string Policy::name() const {
   std::string text;
-  for (const Option& option : const_cast<Policy&>(*this).options()) {  // which are only read here
+  for (const Option& option : const_cast<Policy&>(*this).options()) {  // only read here
     const std::string one = shown(option);
     if (!one.empty()) text += (text.empty() ? "" : ", ") + one;
   }

@@ -16,11 +16,11 @@ namespace motes::balance {
 /// Everything that a policy may know.
 struct LoadTable {
   std::uint64_t frame = 0;
-  std::uint64_t evaluation = 0;  // how often the policy was asked about this system before
+  std::uint64_t evaluation = 0;  // number of earlier evaluations for this system
   std::string system;  // its name, or "all" for the sum over systems
   std::vector<Load> loads;  // one per calculator, in the order of the domains
   std::vector<float> cuts;  // loads.size() - 1, in the order of the domains
-  domains::Axes axes{};  // that domains cut; orders are for domains in a row
+  domains::Axes axes{};  // the axes that domains cut; orders need domains in a row
 };
 
 /// Particles to move from one domain to its left or right neighbour.
@@ -32,19 +32,19 @@ struct Order {
   bool operator==(const Order&) const = default;
 };
 
-/// What a policy wants: orders for pairs of neighbours, or every calculator's share of all particles; nothing to do
-/// where both are empty.
+/// A policy's decision: orders between neighbours, or every calculator's share of all particles. Nothing moves if both
+/// are empty.
 struct Plan {
   std::vector<Order> orders;
   std::vector<double> shares;  // one per calculator; any sum above 0
-  /// The cost of a particle on each calculator, where shares are shares of cost; empty: all cost the same.
+  /// The cost of a particle on each calculator; shares are then shares of cost. Empty: all cost the same.
   std::vector<double> costs;
-  std::vector<std::int32_t> evaluated;  // cuts that were looked at, for the log: cut i is between i and i + 1
+  std::vector<std::int32_t> evaluated;  // cuts that were examined, for the log; cut i is between i and i + 1
 
   bool empty() const { return orders.empty() && shares.empty(); }
 };
 
-/// A way to balance. Implementations keep no state: the same table always gives the same plan.
+/// A balancing policy. Implementations keep no state: the same table always gives the same plan.
 class Policy {
  public:
   Policy() = default;
@@ -55,30 +55,30 @@ class Policy {
   /// The name of the class, in C++, in Python and in logs.
   virtual const char* kind() const = 0;
 
-  /// What it can be told, in the order in which it is shown; the members hold the defaults until they are set.
+  /// The policy's options in the order in which they are shown. Members hold the defaults until they are set.
   virtual Options options() { return {}; }
 
-  /// As the script wrote it, for logs and errors: "Pairwise(threshold=0.1, min_particles=64, smoothing=0.5)".
+  /// Returns the call as a script writes it, for logs and errors: "Pairwise(threshold=0.1, min_particles=64,
+  /// smoothing=0.5)".
   virtual std::string name() const;
 
   virtual Plan plan(const LoadTable& table) const = 0;
 
-  /// Throws std::invalid_argument where the policy cannot work with this many calculators.
+  /// Throws std::invalid_argument if the policy cannot work with this many calculators.
   virtual void check(std::size_t) const {}
 
-  /// Whether cuts may move at all.
+  /// Whether cuts may move.
   virtual bool moves() const { return true; }
 
-  /// Whether neighbours decide between themselves what moves over their common cut: `between` is then called on both
-  /// sides with the same loads.
+  /// Whether neighbours decide themselves what moves over their common cut. `between` is then called on both sides with
+  /// the same loads.
   virtual bool decentralised() const { return false; }
   virtual Order between(std::int32_t left, const Load& left_load, const Load& right_load) const;
 
-  /// Whether neighbours that decide do not wait to be brought together: they compare their loads in each frame, and the
-  /// manager plans nothing.
+  /// Whether neighbours compare their loads in every frame; the manager then plans nothing.
   virtual bool unmanaged() const { return false; }
 
-  /// Whether a script's own function plans.
+  /// Whether a function of the script makes the plan.
   virtual bool scripted() const { return false; }
 
   SpeedOptions speeds;
@@ -90,14 +90,14 @@ class Policy {
   Option over() { return {"over", OverOption{&over_all}}; }
 };
 
-/// Makes any plan legal for this table: orders over the same cut are netted and sorted by cut, no donor gives more than
-/// it has (both sides together), shares sum to 1, and nothing is left to do where there are no particles or no cuts.
-/// Throws std::invalid_argument, naming policy and frame, for an invalid plan: a wrong number of shares or costs, a
-/// number that is negative or not finite, no share above 0, orders between calculators that are not neighbours or where
-/// domains are not slabs, both orders and shares.
+/// Makes a plan legal for this table: orders over the same cut are netted and sorted by cut, no donor gives more than
+/// it has (both sides together), shares sum to 1, and the plan is empty if there are no particles or no cuts. Throws
+/// std::invalid_argument naming policy and frame for an invalid plan: a wrong number of shares or costs, a negative or
+/// non-finite number, no share above 0, orders between calculators that are not neighbours or whose domains are not
+/// slabs, both orders and shares.
 Plan legal(Plan plan, const LoadTable& table, const std::string& policy);
 
-/// Turns a plan for the sum over systems into one for a system that holds `mine` of the particles of `all`: orders are
+/// Converts a plan for the sum over systems to one for a system that holds `mine` of the particles of `all`: orders are
 /// scaled in proportion, shares stay as they are.
 Plan part_of(const Plan& plan, const std::vector<Load>& mine, const std::vector<Load>& all);
 

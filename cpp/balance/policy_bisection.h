@@ -1,4 +1,4 @@
-// Recursive bisection with memory: halves that are balanced keep the cut between them.
+// Recursive bisection with memory: balanced halves keep the cut between them.
 #pragma once
 
 #include <cmath>
@@ -10,9 +10,9 @@
 
 namespace motes::balance {
 
-/// Compares the two halves of all domains, then those of each half, and so on, as bricks are divided. Where halves
-/// differ by more than `threshold`, and by more than noise can explain, the cut between them and all below it are
-/// placed anew; elsewhere they stay. So what is wrong at one end moves nothing at the other.
+/// Compares the two halves of all domains, then the halves of each half, and so on, as bricks are divided. If halves
+/// differ by more than `threshold` and by more than noise can explain, the cut between them and all cuts below it are
+/// placed again; other cuts stay. So an imbalance at one end moves nothing at the other.
 class Bisection : public Policy {
  public:
   const char* kind() const override { return "Bisection"; }
@@ -31,7 +31,7 @@ class Bisection : public Policy {
   std::uint64_t min_particles_ = 64;
 };
 
-// What planning knows: sums over the first domains, and the shares so far.
+// The state of planning: complete speeds, and the shares so far.
 struct Bisection::Tree {
   const Bisection& options;
   const std::vector<Load>& loads;
@@ -39,7 +39,7 @@ struct Bisection::Tree {
   Plan plan;
   bool moves = false;
 
-  // A part of all calculators as if it were one.
+  // Returns the calculators first..last - 1 as if they were one.
   Load half(std::size_t first, std::size_t last) const {
     Load sum;
     double error2 = 0;
@@ -52,7 +52,7 @@ struct Bisection::Tree {
     return sum;
   }
 
-  // Divides `particles` among calculators; `anew`: cuts above have moved, so these do.
+  // Divides `particles` among calculators; `anew`: a cut above has moved, so these cuts move too.
   void divide(std::size_t first, std::size_t last, double particles, bool anew) {
     if (last - first < 2) {
       plan.shares[first] = particles;

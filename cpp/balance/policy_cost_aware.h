@@ -1,4 +1,4 @@
-// All cuts at once, if moving the particles costs less than balance saves while it lasts.
+// Moves all cuts at once, if moving the particles costs less than the balance saves while it lasts.
 #pragma once
 
 #include <algorithm>
@@ -8,8 +8,8 @@
 
 namespace motes::balance {
 
-/// Shares in proportion to measured speeds, as PrefixCuts, where the time that they save in `horizon` frames is more
-/// than that of the calculator which has most to pack and unpack.
+/// Sets shares in proportion to measured speeds, like PrefixCuts, if they save more time in `horizon` frames than the
+/// calculator with the most particles to pack and unpack needs for them.
 class CostAware : public Policy {
  public:
   const char* kind() const override { return "CostAware"; }
@@ -23,10 +23,10 @@ class CostAware : public Policy {
   Plan plan(const LoadTable& table) const override;
 
  private:
-  // Seconds that the busiest calculator needs to give and take what it must to hold what it is to.
+  // Returns the seconds that the busiest calculator needs to give and take particles until it holds its share.
   double moving_s(const LoadTable& table, const std::vector<double>& wants, const std::vector<double>& speeds) const;
 
-  double move_cost_ = 1;  // of giving or taking a particle, in frames of its actions
+  double move_cost_ = 1;  // the cost of giving or taking a particle, in frames of its actions
   double horizon_ = 20;   // frames that a balance lasts
   std::uint64_t min_particles_ = 64;
 };

@@ -1,6 +1,6 @@
-// Load that flows like heat: neighbours decide between themselves. This is the paper's future work
-// (section 6); for first-order diffusion see G. Cybenko, "Dynamic load balancing for distributed memory
-// multiprocessors", Journal of Parallel and Distributed Computing 7 (1989).
+// Load that diffuses like heat: neighbours decide among themselves. This is the paper's future work (section 6); for
+// first-order diffusion see G. Cybenko, "Dynamic load balancing for distributed memory multiprocessors", Journal of
+// Parallel and Distributed Computing 7 (1989).
 #pragma once
 
 #include <algorithm>
@@ -10,8 +10,8 @@
 
 namespace motes::balance {
 
-/// Moves over each cut `rate` times half the difference in time, at the speed of the slower neighbour: stable for any
-/// speeds up to rate 1, and never more than half of the donor's particles over one cut.
+/// Moves over each cut `rate` times half the difference in time, at the speed of the slower neighbour, which is stable
+/// for any speeds up to rate 1. Never moves more than half of the donor's particles over one cut.
 class Diffusive : public Policy {
  public:
   const char* kind() const override { return "Diffusive"; }
@@ -23,19 +23,19 @@ class Diffusive : public Policy {
             smoothing(),
             over()};
   }
-  /// What all pairs of neighbours decide together.
+  /// Returns the orders of all pairs of neighbours.
   Plan plan(const LoadTable& table) const override;
   bool decentralised() const override { return true; }
   bool unmanaged() const override { return !manager_; }
   Order between(std::int32_t left, const Load& left_load, const Load& right_load) const override;
 
  private:
-  // Nothing moves where times differ by less than this part of the longer one, or by less than noise can explain,
+  // Nothing moves if times differ by less than this fraction of the longer one, or by less than noise can explain.
   double threshold_ = 0.005;
   double rate_ = 0.8;
-  std::uint64_t min_particles_ = 64;  // or where fewer would move.
-  // With a manager, that one sees which neighbours differ and brings them together; without, all neighbours compare
-  // their loads in each frame.
+  std::uint64_t min_particles_ = 64;  // nothing moves if fewer would
+  // True: the manager finds neighbours that differ and brings them together. False: all neighbours compare their loads
+  // in each frame.
   bool manager_ = true;
 };
 

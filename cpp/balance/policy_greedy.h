@@ -1,4 +1,4 @@
-// Greedy refinement: again and again the slowest calculator gives to its faster neighbour.
+// Greedy refinement: the slowest calculator repeatedly gives to its faster neighbour.
 #pragma once
 
 #include <algorithm>
@@ -11,9 +11,9 @@
 
 namespace motes::balance {
 
-/// In each step the calculator that would be slowest gives particles to that neighbour which would be faster, until
-/// both need the same, unless the two differ by no more than `threshold`, or by no more than noise can explain.
-/// What was taken is passed on in the next frame: no calculator gives more than it holds.
+/// In each step the calculator that would be slowest gives particles to its faster neighbour until both need the same
+/// time, unless they differ by no more than `threshold` or than noise can explain. No calculator gives more than it
+/// holds, so particles that it takes are passed on in the next frame.
 class Greedy : public Policy {
  public:
   const char* kind() const override { return "Greedy"; }
@@ -26,7 +26,7 @@ class Greedy : public Policy {
   Plan plan(const LoadTable& table) const override;
 
  private:
-  static constexpr std::size_t kSteps = 8;  // for each calculator
+  static constexpr std::size_t kSteps = 8;  // steps per calculator
 
   double threshold_ = 0.05;
   std::uint64_t min_particles_ = 64;
@@ -37,10 +37,10 @@ inline Plan Greedy::plan(const LoadTable& table) const {
   const std::vector<double> speeds = complete(table.loads);
   std::vector<Load> loads = table.loads;
   std::vector<double> seconds = predicted_seconds(loads);
-  std::vector<std::uint64_t> held;  // and not yet given away
+  std::vector<std::uint64_t> held;  // particles not yet given away
   held.reserve(loads.size());
   for (const Load& load : loads) held.push_back(load.particles);
-  std::priority_queue<std::pair<double, std::size_t>> slowest;  // also with seconds of before, which are passed over
+  std::priority_queue<std::pair<double, std::size_t>> slowest;  // also holds outdated seconds, which are skipped
   for (std::size_t c = 0; c < loads.size(); ++c) slowest.emplace(seconds[c], c);
   for (std::size_t step = 0; loads.size() > 1 && !slowest.empty() && step < kSteps * loads.size(); ++step) {
     const auto [then_s, slow] = slowest.top();

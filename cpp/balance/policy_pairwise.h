@@ -9,9 +9,9 @@
 
 namespace motes::balance {
 
-/// Pairs (x, x + 1) from left to right, starting with the first pair and the second pair in turn. Where a pair (x, x +
-/// 1) balances its load, the next pair considered is (x + 2, x + 3), so that each calculator only gives or only takes,
-/// and with one neighbour.
+/// Evaluates pairs (x, x + 1) from left to right, starting alternately with the first and the second pair. After a pair
+/// (x, x + 1) that balances, the next one is (x + 2, x + 3), so each calculator only gives or only takes, and with one
+/// neighbour.
 class Pairwise : public Policy {
  public:
   const char* kind() const override { return "Pairwise"; }
@@ -31,16 +31,16 @@ class Pairwise : public Policy {
   static Order equal_times(std::int32_t left, const Load& l, const Load& r, double left_speed, double right_speed);
   bool apart(const Load& l, const Load& r, double left_speed, double right_speed) const;
 
-  // A pair balances where its times differ by more than this part of the longer one, and by more than noise can
-  // explain,
+  // A pair balances if its times differ by more than this fraction of the longer one and by more than noise can
+  // explain.
   double threshold_ = 0.10;
-  std::uint64_t min_particles_ = 64;  // and at least so many would move: a smaller message costs more than it saves.
-  // As in the paper: times are those of the last frame, as they were measured, and a pair divides its particles in
+  std::uint64_t min_particles_ = 64;  // fewer particles do not move: their message costs more than it saves
+  // If given, as in the paper: times are those measured in the last frame, and a pair divides its particles in
   // proportion to its powers. Empty: both follow from measured speeds.
   std::vector<double> powers_;
 };
 
-// The order after which both hold particles in proportion to their processing power.
+// Returns the order after which both hold particles in proportion to their processing power.
 inline Order Pairwise::equal_times(std::int32_t left, const Load& l, const Load& r, double left_speed,
                                    double right_speed) {
   const double both = static_cast<double>(l.particles) + static_cast<double>(r.particles);
@@ -50,7 +50,7 @@ inline Order Pairwise::equal_times(std::int32_t left, const Load& l, const Load&
   return {left + 1, left, std::min(r.particles, static_cast<std::uint64_t>(-surplus))};
 }
 
-// Given powers say nothing about noise: then the threshold alone decides.
+// With given powers the noise is unknown, so only the threshold decides.
 inline bool Pairwise::apart(const Load& l, const Load& r, double left_speed, double right_speed) const {
   if (!powers_.empty()) return balance::apart({}, l.seconds, {}, r.seconds, threshold_);
   const double left_s = static_cast<double>(l.particles) / left_speed;

@@ -1,4 +1,4 @@
-// All cuts at once, from global prefix sums of cost along the axis: particles may move across several domains.
+// Moves all cuts at once, from global prefix sums of cost along the axis: particles may move across several domains.
 #pragma once
 
 #include "balance/policy.h"
@@ -6,8 +6,8 @@
 
 namespace motes::balance {
 
-/// Sets new cuts where a calculator is more than `threshold` above the mean, and by more than noise can explain, and
-/// some calculator is off by at least `min_particles`.
+/// Sets new cuts if a calculator's time is above the mean by more than `threshold` and by more than noise can explain,
+/// and some calculator is off by at least `min_particles`.
 class PrefixCuts : public Policy {
  public:
   const char* kind() const override { return "PrefixCuts"; }
@@ -29,12 +29,13 @@ class PrefixCuts : public Policy {
   double threshold_ = 0.05;
   std::uint64_t min_particles_ = 64;
   // Empty: the cost of a particle depends on the machine, and each calculator gets particles by its measured speed.
-  // Given: the machines are known, the cost of a particle depends on the place, and each calculator gets its power's
+  // Given: the machines are known, the cost of a particle depends on its position, and each calculator gets its power's
   // share of the total cost.
   std::vector<double> powers_;
 };
 
-// The cost of a particle in each domain, on a machine of power 1; where no speed is known, the mean of the known ones.
+// Returns the cost of a particle in each domain on a machine of power 1; the mean of the known costs where no speed is
+// known.
 inline std::vector<double> PrefixCuts::costs(const std::vector<Load>& loads) const {
   std::vector<double> costs(loads.size(), 0.0);
   double sum = 0;

@@ -8,8 +8,8 @@
 
 namespace motes::balance {
 
-/// Each calculator holds particles in proportion to its power. Sets new cuts where one is off by more than `threshold`
-/// of its share, and by at least `min_particles`.
+/// Gives each calculator particles in proportion to its power. Sets new cuts if one is off by more than `threshold` of
+/// its share and by at least `min_particles`.
 class Proportional : public Policy {
  public:
   const char* kind() const override { return "Proportional"; }

@@ -26,7 +26,7 @@ std::vector<Interval> intervals_of(std::span<const Histogram> histograms, std::s
     for (std::size_t i = 0; i < h.counts.size(); ++i) {
       const double cost = static_cast<double>(h.counts[i]) * (costs.empty() ? 1 : costs[c]);
       if (!(cost > 0)) continue;
-      // The last bin is closed: as a half-open bin it ends at the next number.
+      // The last bin is closed; as a half-open interval it ends at the next float.
       const bool last = i + 1 == h.counts.size();
       intervals.push_back({h.edges[i], last ? std::nextafter(h.edges[i + 1], kInfinity) : h.edges[i + 1], cost});
     }
@@ -41,7 +41,7 @@ bool in_order(const std::vector<Interval>& intervals) {
   return true;
 }
 
-// A sum of numbers that are added and removed: exactly 0 when all are gone, as nothing is ever subtracted.
+// A sum of numbers that are added and removed. It is exactly 0 when all are gone, as nothing is ever subtracted.
 class ChangingSum {
  public:
   explicit ChangingSum(std::size_t count) : leaves_(std::bit_ceil(count)), tree_(2 * leaves_, 0.0) {}
@@ -58,7 +58,7 @@ class ChangingSum {
   std::vector<double> tree_;
 };
 
-// The same costs as intervals that do not overlap, in ascending order.
+// Returns the same costs as disjoint intervals in ascending order.
 std::vector<Interval> flattened(const std::vector<Interval>& intervals) {
   struct Event {
     float x;
@@ -85,12 +85,13 @@ std::vector<Interval> flattened(const std::vector<Interval>& intervals) {
   return flat;
 }
 
-// A walk along the axis to the place that has a given cost to its left.
+// Walks along the axis to positions with given costs to their left.
 class Walk {
  public:
   Walk(const std::vector<Interval>& intervals, double total) : intervals_(intervals), near_(1e-12 * total) {}
 
-  /// Targets must ascend from call to call. `before`: where in a gap to stop, as closely as the gap allows.
+  /// Returns the position with a cost of `target` to its left; in a gap, the one closest to `before`. Targets must
+  /// ascend from call to call.
   float cut(double target, float before) {
     while (at_ < intervals_.size() && passed_ + intervals_[at_].cost <= target + near_)
       passed_ += intervals_[at_++].cost;

@@ -1,4 +1,4 @@
-// A few of many coordinates.
+// Samples coordinates.
 #pragma once
 
 #include <cstddef>
@@ -7,9 +7,9 @@
 
 namespace motes::balance {
 
-/// At most `count` of the coordinates, one from each of `count` stretches of equal length. The position within the
-/// stretch changes from one to the next, so that no pattern in the order of the particles stays hidden. The same
-/// coordinates always give the same sample.
+/// Returns at most `count` of the coordinates, one from each of `count` stretches of equal length. The position within
+/// the stretch varies, so that no pattern in the order of the particles is missed. The same coordinates always give the
+/// same sample.
 std::vector<float> sampled(std::span<const float> coordinates, std::size_t count);
 
 }  // namespace motes::balance

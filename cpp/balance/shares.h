@@ -7,18 +7,18 @@
 
 namespace motes::balance {
 
-/// What each calculator should hold, in particles at the cost of its own domain; costs empty: 1 each.
+/// Returns how many particles each calculator should hold, at the cost of its own domain; costs empty: 1 each.
 std::vector<double> wanted(const std::vector<Load>& loads, const std::vector<double>& shares,
                            const std::vector<double>& costs);
 
-/// The largest difference between what a calculator holds and should hold, in particles.
+/// Returns the largest difference between what a calculator holds and what it should hold, in particles.
 double most_off(const std::vector<Load>& loads, const std::vector<double>& wanted);
 
-/// Whether some calculator's predicted seconds are above the mean by more than `threshold` of it, and by more than the
-/// noise of all of them can explain: the largest of many errors is larger than a single one.
+/// Returns whether some calculator's predicted seconds are above the mean by more than `threshold` of it and by more
+/// than noise can explain, given that the largest of many errors exceeds a single one.
 bool above_mean(const std::vector<Load>& loads, double threshold);
 
-/// Throws std::invalid_argument, naming the policy, where there is not one power per calculator.
+/// Throws std::invalid_argument naming the policy unless there is one power per calculator.
 void check_powers(const Policy& policy, const std::vector<double>& powers, std::size_t calculators);
 
 }  // namespace motes::balance

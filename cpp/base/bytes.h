@@ -34,7 +34,7 @@ class Bytes {
     return *this;
   }
 
-  /// A number, or a struct of integers without padding; for other structs see base/fields.h.
+  /// Appends a number, or a struct of integers without padding; for other structs see base/fields.h.
   template <class T>
   void put(const T& value) {
     static_assert(std::is_arithmetic_v<T> || std::has_unique_object_representations_v<T>);
@@ -108,7 +108,7 @@ class Bytes {
   std::size_t capacity_ = 0;
 };
 
-/// Reads what Bytes wrote. Throws std::runtime_error where the bytes end too early.
+/// Reads what Bytes wrote. Throws std::runtime_error if the bytes end too early.
 class Reader {
  public:
   explicit Reader(std::span<const std::byte> bytes) : rest_(bytes) {}

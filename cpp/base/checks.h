@@ -1,4 +1,4 @@
-// What the checks of views, sprites, pictures and meshes share.
+// Helpers for the checks of views, sprites, pictures and meshes.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace motes::base {
 
-/// Metres, or whatever else a scene counts: farther than any scene, while its square is still far from infinity.
+/// A distance beyond any scene, in its unit (usually metres); its square is still far from float32's infinity.
 inline constexpr double kFarthest = 1e15;
 
 [[noreturn]] inline void refuse(const std::string& argument, const std::string& allowed, const std::string& got) {

@@ -15,7 +15,7 @@ static_assert(std::endian::native == std::endian::little);
 
 constexpr std::uint32_t kPolynomial = 0x82F63B78u;  // bits in reverse order
 
-// tables[k][b]: what byte b does to the checksum when k zero bytes follow it.
+// tables[k][b]: the contribution of byte b to the checksum when k zero bytes follow it.
 using Tables = std::array<std::array<std::uint32_t, 256>, 8>;
 
 constexpr Tables make_tables() {
@@ -49,8 +49,9 @@ std::uint64_t word(const std::byte* at) {
 
 #if defined(__x86_64__)
 
-// The instruction takes three cycles and can start in each, so three stretches are summed side by side. What `zeros`
-// bytes of zero do to a checksum is linear in its bits: `Shift` has the result for each value of each byte of it.
+// The instruction takes three cycles and can start in each cycle, so three stretches are summed in parallel. Appending
+// zero bytes changes a checksum linearly in its bits: `Shift` holds the result for each value of each of its four
+// bytes.
 constexpr std::size_t kStretch = 4096;
 
 using Shift = std::array<std::array<std::uint32_t, 256>, 4>;

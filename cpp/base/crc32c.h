@@ -1,4 +1,4 @@
-// CRC-32C (Castagnoli; RFC 3720, appendix B.4): finds out bytes that a disk or a transfer has changed.
+// CRC-32C (Castagnoli; RFC 3720, appendix B.4): detects bytes that a disk or a transfer has changed.
 #pragma once
 
 #include <cstddef>
@@ -7,10 +7,10 @@
 
 namespace motes::base {
 
-/// The checksum of bytes that may come in parts: `before` is that of the parts so far.
+/// Returns the checksum of bytes that may come in parts; `before` is that of the earlier parts.
 std::uint32_t crc32c(std::span<const std::byte> bytes, std::uint32_t before = 0);
 
-/// The same by tables, on any processor: what the one above must come to.
+/// Computes the same checksum with tables, on any processor; the reference for crc32c().
 std::uint32_t crc32c_by_tables(std::span<const std::byte> bytes, std::uint32_t before = 0);
 
 }  // namespace motes::base

@@ -1,4 +1,4 @@
-// The enumerators of an enumeration, from the compiler: how many there are, and their names.
+// Counts and names the enumerators of an enumeration at compile time.
 #pragma once
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 
 namespace motes::base {
 
-/// The value as GCC and Clang print it: Type::name, or (Type)7 where there is no such enumerator.
+/// Returns the value as GCC and Clang print it: Type::name, or (Type)7 if there is no such enumerator.
 template <auto kValue>
 consteval std::string_view printed() {
   constexpr std::string_view kBefore = "kValue = ";
@@ -22,7 +22,7 @@ consteval std::string_view printed() {
   return text.substr(0, text.find_first_of(";]"));
 }
 
-/// The enumerators 0, 1, 2, ... of a type. The type must not be in an unnamed namespace.
+/// Returns the number of enumerators 0, 1, 2, ... of a type. The type must not be in an unnamed namespace.
 template <class Enum, int kFrom = 0>
 consteval int enumerators() {
   static_assert(std::is_enum_v<Enum>);
@@ -34,20 +34,20 @@ consteval int enumerators() {
   }
 }
 
-/// Their names, in order.
+/// The names of all enumerators, in order.
 template <class Enum>
 inline constexpr auto kNames = []<std::size_t... kAt>(std::index_sequence<kAt...>) {
   const auto last_part = [](std::string_view text) { return text.substr(text.rfind(':') + 1); };
   return std::array{last_part(printed<static_cast<Enum>(kAt)>())...};
 }(std::make_index_sequence<static_cast<std::size_t>(enumerators<Enum>())>{});
 
-/// The name of an existing enumerator.
+/// Returns the name of an existing enumerator.
 template <class Enum>
 constexpr std::string_view name_of(Enum value) {
   return kNames<Enum>[static_cast<std::size_t>(value)];
 }
 
-/// All names, for errors: "a, b or c".
+/// Returns all names, for errors: "a, b or c".
 template <class Enum>
 std::string names_of() {
   std::string all;
@@ -58,7 +58,7 @@ std::string names_of() {
   return all;
 }
 
-/// The enumerator with that name. Throws InvalidArgument, naming the argument, where there is none.
+/// Returns the enumerator with this name. Throws InvalidArgument naming the argument if there is none.
 template <class Enum>
 Enum enumerator(const std::string& argument, std::string_view name) {
   const auto found = std::find(kNames<Enum>.begin(), kNames<Enum>.end(), name);

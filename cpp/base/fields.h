@@ -1,5 +1,5 @@
-// The fields of a struct, described once; one description both writes them as bytes and reads them back. It stands next
-// to the struct and names the fields in the order of their declaration:
+// Descriptions of a struct's fields. One description both writes the fields as bytes and reads them back. It stands
+// next to the struct and lists the fields in the order of their declaration:
 //
 //   template <class Visitor>
 //   constexpr void fields(Visitor& visit, Sent& sent) {
@@ -28,7 +28,7 @@
 
 namespace motes::base {
 
-/// Visits fields to find the smallest number of bytes that they take.
+/// Visits fields to add up the smallest number of bytes that they take.
 class FieldSizes {
  public:
   static constexpr bool kReads = false;
@@ -38,7 +38,7 @@ class FieldSizes {
     (one(values), ...);
   }
   constexpr std::size_t bytes() const { return bytes_; }
-  /// Whether any values of these bytes are valid, so that reading needs no checks.
+  /// Whether all values of these bytes are valid, so that reading needs no checks.
   constexpr bool any_value() const { return any_value_; }
 
  private:
@@ -84,7 +84,7 @@ constexpr FieldSizes field_sizes() {
   return visit;
 }
 
-/// The smallest number of bytes that a value takes, never 0.
+/// Returns the smallest number of bytes that a value takes, never 0.
 template <class T>
 std::size_t least_bytes() {
   if constexpr (std::is_trivially_copyable_v<T>) {
@@ -95,8 +95,8 @@ std::size_t least_bytes() {
   }
 }
 
-/// Whether the bytes of the fields are the bytes of the struct, without padding, and need no checks: such values, and
-/// lists of them, are copied whole.
+/// Returns whether the bytes of the fields are those of the struct, without padding, and need no checks. Such values,
+/// and lists of them, are copied whole.
 template <class T>
 consteval bool copied_whole() {
   if constexpr (std::is_trivially_copyable_v<T> && !std::is_array_v<T>) {
@@ -259,8 +259,7 @@ void write_fields(const T& value, Bytes& out) {
   FieldWriter{out}(const_cast<T&>(value));  // a writer changes nothing
 }
 
-/// Fills a value and reuses the memory it already has. Throws std::runtime_error where the bytes end too early or do
-/// not form such a value.
+/// Fills a value, reusing its memory. Throws std::runtime_error if the bytes end too early or do not form such a value.
 template <class T>
 void read_fields(Reader& in, T& value) {
   FieldReader{in}(value);

@@ -1,4 +1,4 @@
-// Bits of content: fingerprints of bytes, and numbers that follow from a number.
+// Hashes: fingerprints of bytes, and pseudorandom numbers.
 #pragma once
 
 #include <cstddef>
@@ -11,17 +11,17 @@ namespace motes::base {
 inline constexpr std::uint64_t kGolden = 0x9e3779b97f4a7c15u;
 
 /// Mixes the bits of a number: the finaliser of SplitMix64 (Steele, Lea, Flood 2014, "Fast splittable pseudorandom
-/// number generators"). Kernels of every build call it: always inline, it cannot be linked from another one.
+/// number generators"). Always inline, so that a kernel never links a copy compiled for another instruction set.
 [[gnu::always_inline]] constexpr std::uint64_t mix(std::uint64_t x) {
   x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
   x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
   return x ^ (x >> 31);
 }
 
-/// SplitMix64: the next number of the sequence that `state` stands in.
+/// Returns the next number of SplitMix64 and advances its state.
 [[gnu::always_inline]] constexpr std::uint64_t next_random(std::uint64_t& state) { return mix(state += kGolden); }
 
-/// 128 bits; different content has different hashes.
+/// 128 bits, enough that different content has different hashes.
 struct Hash {
   std::uint64_t low = 0;
   std::uint64_t high = 0;

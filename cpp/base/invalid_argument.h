@@ -1,4 +1,4 @@
-// The error of a value that a function cannot take, with its parts: Python makes an ArgumentError of them.
+// The error for a value that a function does not accept, with the parts from which Python makes an ArgumentError.
 #pragma once
 
 #include <stdexcept>
@@ -6,11 +6,11 @@
 
 namespace motes::base {
 
-/// Says "argument must rule, got value", after "owner: " where there is an owner.
+/// Its message is "argument must rule, got value", after "owner: " if there is an owner.
 class InvalidArgument : public std::invalid_argument {
  public:
-  /// `rule`: what the argument must do, such as "be 1..64" or "have a surface"; `value`: as text, empty where it is of
-  /// no use; `owner`: whose argument it is, such as an action.
+  /// `rule`: what the argument must do, such as "be 1..64" or "have a surface"; `value`: as text, empty if it would not
+  /// help; `owner`: what the argument belongs to, such as an action.
   InvalidArgument(const std::string& argument, const std::string& rule, const std::string& value = "",
                   const std::string& owner = "")
       : std::invalid_argument((owner.empty() ? "" : owner + ": ") + argument + " must " + rule +

@@ -9,14 +9,14 @@ namespace motes::base {
 inline constexpr std::size_t kPage = 4096;
 constexpr std::size_t whole_pages(std::size_t bytes) { return (bytes + kPage - 1) / kPage * kPage; }
 
-/// Allocations of at least so many bytes get huge pages.
+/// Allocations of at least this many bytes get huge pages.
 inline constexpr std::size_t kLargeMemory = std::size_t{1} << 20;
 
-/// Allocates at least `bytes`, aligned to a cache line; from kLargeMemory on in huge pages, where the kernel has them.
-/// Sets `bytes` to the size; release it with std::free. Throws std::bad_alloc.
+/// Allocates at least `bytes`, aligned to a cache line, or to huge pages from kLargeMemory on if the kernel has them.
+/// Sets `bytes` to the allocated size; release the memory with std::free. Throws std::bad_alloc.
 void* allocate(std::size_t& bytes);
 
-/// Prefetches memory for writing, where the hardware prefetcher cannot: in random order, or in rows far apart.
+/// Prefetches memory for writing where the hardware prefetcher cannot: in random order, or in rows far apart.
 inline void prefetch_for_write(const void* from, std::size_t bytes) {
   for (std::size_t i = 0; i < bytes; i += 64) __builtin_prefetch(static_cast<const char*>(from) + i, 1);
 }

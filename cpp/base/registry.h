@@ -1,5 +1,5 @@
-// Content that is named by its fingerprint, so that recorded lists and messages carry only the name: pictures, meshes,
-// tables, ties. What is kept is immutable, and stays until the process ends.
+// Content identified by its fingerprint, so that recorded lists and messages contain only the key: pictures, meshes,
+// tables, ties. Kept content is immutable and stays until the process ends.
 #pragma once
 
 #include <cstdint>
@@ -20,13 +20,13 @@
 
 namespace motes::base {
 
-/// The name of some content: equal content of one kind has an equal key, on every rank and in every run. 0 names none.
+/// The key of some content: equal content of one kind has an equal key, on every rank and in every run. 0: no content.
 using ContentKey = std::uint64_t;
 
-/// How content is named; `bytes`: its fields.
+/// Returns the key of content; `bytes`: its fields.
 using Fingerprint = ContentKey (*)(const char* kind, std::span<const std::byte> bytes);
 
-/// By the hash that records have: fast enough for tables that change in each frame.
+/// Computes a key from the hash of records, which is fast enough for tables that change in each frame.
 inline ContentKey fingerprint(const char* kind, std::span<const std::byte> bytes) {
   return mix(hash(std::as_bytes(std::span(std::string_view(kind)))).low ^ hash(bytes).low);
 }
@@ -36,7 +36,7 @@ inline ContentKey fingerprint(const char* kind, std::span<const std::byte> bytes
 template <class T>
 class Registry {
  public:
-  /// `kind`: its name in errors. It belongs to the content: a picture never has the key of a mesh.
+  /// `kind`: its name in errors, and part of the key: a picture never has the key of a mesh.
   explicit Registry(const char* kind, Fingerprint name = fingerprint) : kind_(kind), name_(name) {}
 
   /// Checks the content and keeps it; equal content is kept once.
@@ -54,27 +54,27 @@ class Registry {
     return key;
   }
 
-  /// Null where this process keeps nothing with that key.
+  /// Returns the content with this key, or null if this process does not keep it.
   std::shared_ptr<const T> find(ContentKey key) {
     const std::scoped_lock lock(mutex_);
     const auto found = all_.find(key);
     return found == all_.end() ? nullptr : found->second;
   }
 
-  /// Throws std::invalid_argument where this process keeps nothing with that key.
+  /// Returns the content with this key. Throws std::invalid_argument if this process does not keep it.
   std::shared_ptr<const T> get(ContentKey key) {
     auto found = find(key);
     if (found == nullptr) throw std::invalid_argument(std::string("no ") + kind_ + " has the key " + text(key));
     return found;
   }
 
-  /// The content of these keys as bytes, for files.
+  /// Writes the content of these keys as bytes, for files.
   void write(const std::set<ContentKey>& keys, Bytes& out) {
     out.put(static_cast<std::uint32_t>(keys.size()));
     for (const ContentKey key : keys) write_fields(*get(key), out);
   }
 
-  /// Keeps what write() wrote. Throws std::runtime_error where the bytes are damaged.
+  /// Keeps what write() wrote. Throws std::runtime_error if the bytes are damaged.
   void read(Reader& in) {
     for (auto left = in.get<std::uint32_t>(); left > 0; --left) {
       T content;

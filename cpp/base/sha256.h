@@ -14,7 +14,7 @@ class Sha256 {
   void add(std::span<const std::byte> bytes);
   void add(const std::string& text) { add(std::as_bytes(std::span(text))); }
 
-  /// 64 hexadecimal digits for everything added; nothing may be added afterwards.
+  /// Returns 64 hexadecimal digits for everything added. Nothing may be added afterwards.
   std::string finish();
 
  private:
@@ -26,7 +26,8 @@ class Sha256 {
   std::uint64_t size_ = 0;  // bytes so far
 };
 
-/// The same fingerprint as Python's Frame.digest(): of the text "<height>x<width>x3", a line feed, and the pixels.
+/// Returns the fingerprint that Python's Frame.digest() returns: of the text "<height>x<width>x3", a line feed, and the
+/// pixels.
 std::string picture_sha256(int width, int height, std::span<const std::uint8_t> pixels);
 
 }  // namespace motes::base

@@ -1,4 +1,4 @@
-// Three-vectors in double precision, in namespace motes, where each room's expressions find their operators.
+// Three-vectors in double precision, in namespace motes so that all of the core finds their operators.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@ using Vector = std::array<double, 3>;  // metres; right-handed, y up
 
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// A ball around an object; its radius is infinite around a plane.
+/// A ball around an object; around a plane, its radius is infinite.
 struct Ball {
   Vector center;
   double radius;

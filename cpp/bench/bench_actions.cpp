@@ -54,7 +54,7 @@ const std::map<std::string, Action>& usual() {
   return all;
 }
 
-// Over all of the scene: a grid of 32 nodes along each axis; a zigzag of 16 segments.
+// Actions over the whole scene: a grid of 32 nodes along each axis; a zigzag path of 16 segments.
 Action in_field() {
   actions::LookupTable table{{32, 32, 32}, 3, std::vector<float>(3 * 32 * 32 * 32, 0.5f)};
   Action action = make(numbers::field<>{.low = {-50, 0, -50}, .high = {50, 50, 50}, .strength = 1, .drag = -1});
@@ -74,7 +74,7 @@ Action along_path() {
   return action;
 }
 
-// mass = age * 2 + 1
+// Returns a law: velocity.y changes by -9.81 m/s per second.
 Action pull_down() {
   Action action = make(numbers::law<>{});
   action.values = {{{actions::Op::constant, 0, -9.81f}}};
@@ -82,6 +82,7 @@ Action pull_down() {
   return action;
 }
 
+// Returns a `set`: mass = age * 2 + 1.
 Action set_mass() {
   using actions::Op;
   Action action = make(numbers::set<>{});
@@ -94,7 +95,7 @@ Action set_mass() {
   return action;
 }
 
-// An action of this kind with valid parameters. Kinds that usual() does not know get numbers of about 1.
+// Returns an action of this kind with valid parameters. Kinds that usual() does not know get numbers of about 1.
 Action example(Kind kind) {
   const actions::Facts& facts = actions::facts(kind);
   if (kind == Kind::set) return set_mass();
@@ -123,7 +124,7 @@ Action example(Kind kind) {
   return action;
 }
 
-// A store, and lists that run over it in turn.
+// A store that lists run over in turn.
 struct Range {
   particles::Schema schema;
   Store store;
@@ -145,7 +146,7 @@ struct Range {
     return air;
   }
 
-  // Nanoseconds per particle for this many sub-steps. No particle leaves: finding migrants costs as much as with a
+  // Returns nanoseconds per particle and sub-step. No particle leaves, but finding migrants costs as much as with a
   // domain.
   double run(const program::Program& program, int substeps) {
     const double start = cpu_now();
@@ -190,8 +191,8 @@ double order_alone(Range& range, const Action& action, int repeats) {
   return least;
 }
 
-// Alternating, since a shared machine is fast at one moment and slow at the next: two lists that run one after the
-// other are compared, and the median of these comparisons counts.
+// Alternates between the lists, since a shared machine is fast at one moment and slow at the next: only lists that run
+// one after the other are compared, and the median of these comparisons counts.
 void measure(Range& range, const program::Program& base, const Action& action, int repeats, int substeps, double& alone,
              double& added) {
   const program::Program only({action});
@@ -218,7 +219,7 @@ std::vector<ActionCost> action_bench(std::size_t particles, int repeats) {
   const program::Program base(base_list());
   std::vector<ActionCost> costs;
   for (int k = 0; k < actions::kKinds; ++k) {
-    if (actions::facts(static_cast<Kind>(k)).between) continue;  // `bench meetings`
+    if (actions::facts(static_cast<Kind>(k)).between) continue;  // see `bench meetings`
     const Action action = example(static_cast<Kind>(k));
     const bool copies = actions::uses_copies(action, {});
     const bool sorts = action.kind == Kind::sort;

@@ -1,4 +1,4 @@
-// What each action costs: alone, and added to a list that runs anyway.
+// Measures what each action costs, alone and added to a list that runs anyway.
 #pragma once
 
 #include <cstddef>
@@ -9,10 +9,10 @@
 
 namespace motes::bench {
 
-/// Nanoseconds per particle and step, on one core. Alone: the minimum of the repeats, since everything else on the
-/// machine can only add to them; added: the median of comparisons. "In cache": kCached particles over many
-/// sub-steps, whose columns stay in the first-level cache, so that only arithmetic is left; sort, which does not work
-/// on blocks, uses kSorted particles.
+/// Nanoseconds per particle and step on one core. `alone` is the minimum of the repeats, since everything else on the
+/// machine can only add time; `added` is the median of comparisons. "In cache": kCached particles over many sub-steps,
+/// whose columns stay in the first-level cache, so that only arithmetic is left; sort, which does not work on blocks,
+/// uses kSorted particles.
 struct ActionCost {
   std::string action;
   double alone = 0;           // a list of this action only
@@ -27,22 +27,23 @@ struct ActionCost {
 /// Particles in the small stores.
 inline constexpr std::size_t kCached = 512, kSorted = 8192;
 
-/// All kinds of actions::Kind, in its order, with ordinary parameters: some particles are inside the shapes that push,
-/// none in those that kill, and hardly any hit a surface in the step. Throws std::invalid_argument for counts below 1.
+/// Measures all actions but those between particles, in the order of actions::Kind and with ordinary parameters: some
+/// particles are inside the shapes that push, none in those that kill, and hardly any hit a surface in the step. Throws
+/// std::invalid_argument for counts below 1.
 std::vector<ActionCost> action_bench(std::size_t particles, int repeats);
 
-/// Lists on the same columns: the fountain's five actions, these and seven more, and both without the random
-/// acceleration. Measured in turn, and compared within each turn: ratios are medians over turns.
+/// Times of four lists on the same columns: the fountain's five actions, these and seven more, and both without the
+/// random acceleration. The lists run in turn and are compared within each turn: ratios are medians over turns.
 struct ListBench {
   struct List {
     std::string name;
     double seconds = 0;  // per step, the median
-    double in_cache = 0;  // the same for kCached particles, as if there were as many: its arithmetic
-    double of_limit = 0;  // seconds of loads and stores alone, by those of the list
-    double of_roofline = 0;  // seconds of these or of its arithmetic, whichever takes longer, by those of the list
+    double in_cache = 0;  // seconds per step of kCached particles, scaled to the full number: its arithmetic
+    double of_limit = 0;  // seconds of only loads and stores, divided by the list's
+    double of_roofline = 0;  // the longer of these seconds and its arithmetic's, divided by the list's
   };
   std::vector<List> lists;
-  double limit = 0;  // seconds of loads and stores alone: position, velocity and age
+  double limit = 0;  // seconds of only loads and stores of position, velocity and age
   double ratio = 0;  // twelve / five
 };
 ListBench list_bench(std::size_t particles, int steps);

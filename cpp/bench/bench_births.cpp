@@ -24,9 +24,9 @@ using namespace engine;
 
 using particles::Store;
 
-constexpr float kMetres = 4;       // width of a domain
-constexpr std::size_t kOld = 200000;  // particles that a system has room for besides
-constexpr float kStep = 1.0f / 24;    // seconds
+constexpr float kMetres = 4;  // width of a domain
+constexpr std::size_t kOld = 200000;  // room for particles besides the newborn
+constexpr float kStep = 1.0f / 24;  // seconds
 
 recording::Birth snow(float width) {
   using actions::Distribution;
@@ -40,7 +40,7 @@ recording::Birth snow(float width) {
   return birth;
 }
 
-// Behind what its maker knows: whose each birth is.
+// Appends the number and the owner of each newborn particle.
 void add_owners(const Store& newborn, const domains::Domains& domains, std::uint64_t first, std::vector<Due>& births) {
   std::vector<std::uint32_t> owners(newborn.size());
   domains.owners_of(places_of(newborn), owners.data());
@@ -50,7 +50,7 @@ void add_owners(const Store& newborn, const domains::Domains& domains, std::uint
   }
 }
 
-// All that messages tell of, made and taken by its owner.
+// Creates the births that messages list, as their owner does, and appends them to its system.
 void make_own(std::span<const comm::Message> messages, const recording::Birth& birth, particles::Key key,
               std::uint64_t first, std::uint64_t count, Store& system) {
   std::vector<std::uint32_t> numbers;

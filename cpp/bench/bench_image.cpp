@@ -81,7 +81,7 @@ struct FrameTime {
   double whole, project;
 };
 
-// Draws the systems in one form, with buffers of its own, and collects the times.
+// Draws the systems in one form, with its own buffers, and collects the times.
 class Drawing {
  public:
   Drawing(std::string name, const Sprite& sprite, const View& view)
@@ -131,7 +131,7 @@ class Drawing {
  private:
   // Velocity in m/s whose streak is 10 pixels long in the middle of the box: frames of 1 s, 1080 pixels high.
   static constexpr float kStreak = 0.135f;
-  // Size in metres that covers 5 pixels there.
+  // Size in metres that covers 5 pixels in the middle of the box.
   static constexpr float kSize = 0.0674f;
 
   std::string name_;
@@ -154,7 +154,7 @@ View bench_view(int width, int height) {
   return view;
 }
 
-// Balls in the middle of the box, in every tile: they hide about a quarter of the particles.
+// Adds balls in the middle of the box, in every tile: they hide about a quarter of the particles.
 View with_solids(View view) {
   for (int row = -3; row <= 3; ++row) {
     for (int column = -6; column <= 6; ++column) {

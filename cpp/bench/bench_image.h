@@ -1,4 +1,4 @@
-// How fast frames are drawn: `python -m motes bench render`.
+// Measures how fast frames are drawn: `python -m motes bench render`.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +14,7 @@ struct RenderRow {
   int pixels = 0;
   double ms_per_frame = 0;  // median
   double ms_project = 0;
-  double ratio = 0;  // to additive discs: the median of the ratios of frames that were drawn one after the other
+  double ratio = 0;  // to additive discs: the median over pairs of consecutive frames
 };
 
 /// Milliseconds of CPU time on one core. A frame covers everything from the particles' planes to sRGB pixels.
@@ -31,10 +31,10 @@ struct RenderBench {
   std::vector<RenderRow> rows;
 };
 
-/// Snow: eight systems with `particles` in total, uniform in a box of which about 89 % is visible, in random order, as
-/// discs of `pixels` diameter; or the same number as eight fountains. Then the same particles as sprites of all kinds
-/// in all blends: the rows, of which the first are additive discs once more. Throws std::invalid_argument where a
-/// number is not positive or too large for a view.
+/// Draws snow: eight systems with `particles` in total, uniform in a box of which about 89 % is visible, in random
+/// order, as discs of `pixels` diameter; or as many particles of eight fountains. Then draws the same particles as
+/// sprites of all kinds in all blends: the rows, of which the first is additive discs once more. Throws
+/// std::invalid_argument if a number is not positive or too large for a view.
 RenderBench render_bench(std::size_t particles, int width, int height, int pixels, int frames, bool fountain = false);
 
 }  // namespace motes::bench

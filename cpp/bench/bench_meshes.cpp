@@ -52,7 +52,7 @@ Shape shape_of(const meshes::Mesh& mesh) {
   return shapes::mesh_shape(meshes::keep(mesh), number);
 }
 
-// Numbers in 0..1 that need not be good.
+// Pseudorandom numbers in 0..1, of low quality.
 class Numbers {
  public:
   float next() {
@@ -66,7 +66,7 @@ class Numbers {
 
 enum class Where { spread, near, away };
 
-// Places and velocities that each run starts from.
+// Particles whose runs all start from the same positions and velocities.
 class Crowd {
  public:
   Crowd(std::size_t count, Where where) : store_(schema_) {

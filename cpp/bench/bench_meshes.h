@@ -1,12 +1,12 @@
-// What it costs to bounce off a mesh, and to make its signed distance field.
+// Measures bouncing off a mesh, and making its signed distance field.
 #pragma once
 
 #include <cstddef>
 
 namespace motes::bench {
 
-/// On one core. A ball of some 10,000 triangles with a grid of 96 cells along each axis; times are the least of the
-/// repeats, nanoseconds per particle and step of `bounce` alone. Particles move 2 cells per step.
+/// Costs on one core with a ball of some 10,000 triangles and a grid of 96 cells along each axis. Times are the minimum
+/// of the repeats, in nanoseconds per particle and step of only `bounce`. Particles move 2 cells per step.
 struct MeshBench {
   std::size_t triangles = 0;
   std::size_t grid_bytes = 0;
@@ -18,7 +18,7 @@ struct MeshBench {
   double ratio = 0;     // spread / ball, the median of comparisons
 };
 
-/// Throws std::invalid_argument for counts below 1.
+/// Runs the benchmark. Throws std::invalid_argument for counts below 1.
 MeshBench mesh_bench(std::size_t particles, int repeats);
 
 }  // namespace motes::bench

@@ -20,7 +20,7 @@
 namespace motes::bench {
 namespace {
 
-constexpr double kDistance = 10;     // m, from the camera to the particles
+constexpr double kDistance = 10;  // m, from the camera to the particles
 constexpr std::size_t kPadding = 16;  // vectors read past the end
 
 image::View picture(int width, int height) {
@@ -34,7 +34,7 @@ image::View picture(int width, int height) {
 
 using Planes = std::array<std::vector<float>, 3>;
 
-// All over the picture, in no order.
+// Returns points all over the picture, in random order.
 Planes everywhere(const image::View& view, std::size_t count) {
   const double half = kDistance * std::tan(view.camera.fov_deg / 2 * std::numbers::pi / 180);
   const std::array<double, 3> reach{half * view.width / view.height, half, 0};
@@ -51,7 +51,7 @@ Planes everywhere(const image::View& view, std::size_t count) {
   return planes;
 }
 
-// Seconds of work between laps, added up.
+// Adds up the seconds of work between laps.
 class Laps {
  public:
   void start() { last_ = comm::cpu_seconds(); }
@@ -69,7 +69,7 @@ struct Seconds {
   double project = 0, paint = 0, start = 0, show = 0, keep = 0, spread = 0, mix = 0, bare = 0, save = 0, merge = 0;
 };
 
-// All tiles of one frame: whole ones, then as a rank that draws its own particles and one that owns the tile.
+// All tiles of one frame: drawn whole, as partial tiles by a rank with its own particles, and merged by their owner.
 class Frame {
  public:
   Frame(std::size_t particles, int width, int height) : view_(picture(width, height)) {
@@ -154,7 +154,7 @@ PictureBench picture_bench(std::size_t particles, int width, int height, int rep
   if (particles < 1 || repeats < 1) throw std::invalid_argument("particles and repeats must be 1 or more");
   const simd::FloatMode mode;
   Frame frame(particles, width, height);
-  frame.draw();  // the first one asks for memory
+  frame.draw();  // the first one allocates memory
   const double pixels = static_cast<double>(width) * height, records = static_cast<double>(frame.records());
   std::vector<double> project, record, pixel, bloom, spread, partial;
   for (int i = 0; i < repeats; ++i) {

@@ -33,7 +33,7 @@ struct Scene {
   }
 };
 
-// Bins of equal width along x, each a vector of particle indices that is updated after every move: a particle is
+// Bins of equal width along x, each a vector of particle indices that is updated after every move. A particle is
 // compared with the two edges of its bin; only particles in the outer bins can have left the domain.
 struct SortedBins {
   float low, width;

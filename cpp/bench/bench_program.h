@@ -1,4 +1,4 @@
-// How fast one core runs a recorded list, against what its memory allows.
+// Measures how fast one core runs a recorded list, compared with the limit of its memory.
 #pragma once
 
 #include <cstddef>
@@ -13,17 +13,17 @@ struct ActBench {
   double bytes_per_particle = 0;
 };
 
-/// The paper's snow (5.1) or fountain (5.2) list on `particles` particles, `steps` times, on this core.
-/// scene: "snow" or "fountain"; throws std::invalid_argument otherwise.
+/// Runs the paper's snow (5.1) or fountain (5.2) list on `particles` particles, `steps` times, on this core. Throws
+/// std::invalid_argument unless `scene` is "snow" or "fountain".
 ActBench act_bench(const std::string& scene, std::size_t particles, int steps);
 
 /// Four ways to find the particles that left a domain, in seconds per step for `particles` particles.
 struct LeaverBench {
-  double none = 0;     // the list alone
-  double fused = 0;    // tested in the same pass, while the block is in the first-level cache (what the engine does)
+  double none = 0;  // only the list
+  double fused = 0;  // tested in the same pass, while the block is in the first-level cache (what the engine does)
   double scanned = 0;  // a separate pass over the positions afterwards
-  double binned = 0;  // the paper's sub-domains (section 4): bins in vectors of their own, kept sorted; the edge bins
-                      // are looked at for migrants, all bins for particles that changed bin
+  double binned = 0;  // the paper's sub-domains (section 4): each bin is a vector, kept sorted; the edge bins are
+                      // searched for migrants, all bins for particles that changed bin
 };
 LeaverBench leaver_bench(std::size_t particles, int bins, int steps);
 

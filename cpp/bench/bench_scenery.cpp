@@ -43,7 +43,7 @@ meshes::Mesh dented_ball(std::uint32_t around, std::uint32_t rings) {
   const auto part = [](std::uint32_t i, std::uint32_t n) { return static_cast<float>(i) / static_cast<float>(n); };
   for (std::uint32_t ring = 0; ring <= rings; ++ring) {
     for (std::uint32_t i = 0; i < around; ++i) {
-      // A square bent round: no sine is needed.
+      // A square bent into a circle, which needs no sine.
       const float turn = 4 * part(i, around), height = 2 * part(ring, rings) - 1;
       const auto side = static_cast<int>(turn);
       const float along = 2 * (turn - static_cast<float>(side)) - 1;
@@ -77,7 +77,7 @@ View view_of(int width, int height, std::vector<Solid> objects) {
 double median_ms(View view, int frames, const std::function<void(View&, int)>& change) {
   Scenery scenery;
   std::vector<double> ms;
-  for (int frame = 0; frame <= frames; ++frame) {  // the first one gets its memory
+  for (int frame = 0; frame <= frames; ++frame) {  // the first one allocates memory
     change(view, frame);
     const double start = cpu_now_ms();
     scenery.prepare(view);

@@ -1,4 +1,4 @@
-// How fast scenery is rendered: `python -m motes bench scenery`.
+// Measures how fast scenery is rendered: `python -m motes bench scenery`.
 #pragma once
 
 #include <cstddef>
@@ -12,13 +12,13 @@ struct SceneryBench {
   std::size_t triangles = 0;  // of the mesh
   std::string isa;
   double ms_shapes = 0;         // the camera moves around eight shapes of different kinds on a plane, in the sun
-  double ms_shapes_lights = 0;  // the same, and three lights
-  double ms_light_moves = 0;    // nothing but one of these lights moves
+  double ms_shapes_lights = 0;  // as ms_shapes, with three lights
+  double ms_light_moves = 0;    // only one of these lights moves
   double ms_mesh = 0;           // the camera moves around a mesh on a plane
-  double ms_build_mesh = 0;     // once per mesh: its tree of boxes
+  double ms_build_mesh = 0;     // once per mesh: building its BVH
 };
 
-/// Throws std::invalid_argument where a number is not positive or too large for a view.
+/// Runs the benchmark. Throws std::invalid_argument if a number is not positive or too large for a view.
 SceneryBench scenery_bench(int width, int height, int frames);
 
 }  // namespace motes::bench

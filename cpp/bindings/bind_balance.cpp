@@ -1,4 +1,4 @@
-// Balancing policies as values, including those that users write; where to cut, for replays and tests.
+// Balancing policies as values, including those written in Python, and where to cut, for replays and tests.
 #include "balance/cells.h"
 #include "balance/cuts.h"
 #include "balance/named.h"
@@ -30,7 +30,7 @@ class Scripted : public Policy {
  public:
   Scripted(std::string name, py::function decide)
       : name_(std::move(name)), decide_(new py::function(std::move(decide)), [](py::function* f) {
-          const py::gil_scoped_acquire gil;  // whichever thread destroys the last one
+          const py::gil_scoped_acquire gil;  // any thread may destroy the last copy
           delete f;
         }) {}
 
@@ -58,7 +58,7 @@ const char* kind_of(const Option& option) {
   return std::visit(Kinds{}, option.of);
 }
 
-// Name, kind, default and, of a number, the most that is allowed.
+// Name, kind, default, and the maximum of a number.
 using OptionTuple = std::tuple<std::string, std::string, Value, double>;
 
 std::vector<OptionTuple> options_of(const std::string& kind) {
@@ -137,7 +137,7 @@ domains::Domains tree_of(const std::vector<int>& axes, const FloatArray& cuts) {
   return domains::Domains::of(tree);
 }
 
-// Cells of one calculator: their lower and upper ends (n, 3), and particles (n,).
+// Cells of one calculator: their lower and upper corners (n, 3), and particle counts (n,).
 using CellArrays = std::tuple<FloatArray, FloatArray, CountArray>;
 
 std::vector<Cell> cells_of(const CellArrays& arrays) {
@@ -194,7 +194,7 @@ void bind_values(py::module_& m) {
         LoadTable sum = systems.front();
         for (const LoadTable& table : systems) {
           loads.push_back(table.loads);
-          if (!table.axes.row()) sum.axes = table.axes;  // orders must be possible in all of them
+          if (!table.axes.row()) sum.axes = table.axes;  // orders must be possible in all systems
         }
         sum.system = "all";
         sum.loads = sum_of(loads);

@@ -14,8 +14,8 @@ namespace {
 
 using engine::Engine;
 
-// A function of the script. The engine may destroy it on any thread and at any time, without holding the GIL: where the
-// engine's constructor throws, or when the last copy goes.
+// Holds a function of the script. The engine may destroy it on any thread and at any time without the GIL: when the
+// engine's constructor throws, or with the last copy.
 std::shared_ptr<py::function> held(py::function call) {
   return {new py::function(std::move(call)), [](py::function* dropped) {
             const py::gil_scoped_acquire gil;
@@ -29,7 +29,8 @@ comm::Life life_of(const py::object& said) {
   return {!lives ? State::unknown : *lives ? State::lives : State::gone, text};
 }
 
-// What the engine's waits ask Python for: interrupts, and whether the process waited for is still alive.
+// Returns the callbacks of the engine's waits: they handle interrupts, and tell whether the awaited process is still
+// alive.
 comm::Watch make_watch(py::function while_waiting, py::function describe, double warn_s, std::optional<double> limit_s,
                        std::optional<py::function> life, std::optional<py::function> warn) {
   comm::Watch watch;
@@ -59,7 +60,7 @@ comm::Watch make_watch(py::function while_waiting, py::function describe, double
   return watch;
 }
 
-// Named facts of a run, as World passes them.
+// Returns the settings of a run, as World passes them.
 engine::Settings make_settings(const py::dict& facts) {
   engine::Settings settings;
   settings.seed = facts["seed"].cast<std::uint64_t>();
@@ -155,7 +156,7 @@ py::object last_row(const Engine& engine) {
   return d;
 }
 
-// Read-only views of what the engine holds while the script's function runs.
+// Return read-only views of the engine's memory, valid while the script's function runs.
 template <class T>
 py::array_t<T> view_of(const std::vector<T>& values, py::ssize_t width) {
   const auto rows = static_cast<py::ssize_t>(values.size()) / width;
@@ -222,7 +223,7 @@ py::object gather(Engine& engine, int system, bool to_all) {
   return columns;
 }
 
-// One number per bin, the last dimension fastest, or one per weight.
+// Returns one number per bin, the last dimension fastest, or one per weight.
 py::array sum(Engine& engine, int system, const std::string& verb, const program::Sum& what) {
   const auto asked = base::enumerator<recording::Verb>("verb", verb);
   program::Totals totals = released([&] { return engine.sum(system, asked, what); });
@@ -234,8 +235,7 @@ py::array sum(Engine& engine, int system, const std::string& verb, const program
       totals);
 }
 
-// The script's function gives its numbers and its bytes; the result is the totals and, on the manager, all ranks'
-// bytes.
+// Calls the script's function for its numbers and bytes; returns the totals and, on the manager, all ranks' bytes.
 std::pair<std::vector<std::int64_t>, std::vector<py::bytes>> prepare_write(Engine& engine, const std::string& what,
                                                                            bool reads, const py::function& prepare) {
   const engine::Notes notes = released([&] {
@@ -248,7 +248,7 @@ std::pair<std::vector<std::int64_t>, std::vector<py::bytes>> prepare_write(Engin
   return {notes.totals, {notes.texts.begin(), notes.texts.end()}};
 }
 
-// A reader must see computed values: a recording that skipped computing catches up first.
+// Returns a system with computed values: a recording that skipped computing catches up first.
 engine::System& computed(Engine& engine, int system) {
   engine.catch_up();
   return engine.system(system);
@@ -267,7 +267,7 @@ py::bytes scene_bytes(const Engine& engine, const Facts& facts) {
 
 std::string combined(const std::vector<particles::Digest>& systems) { return particles::combine(systems).text(); }
 
-// What reads show of this rank's particles, and what all ranks know of a system.
+// Binds reads of this rank's particles, and of what all ranks know of a system.
 void bind_reading(py::class_<Engine>& engine) {
   engine
       .def(
@@ -314,7 +314,7 @@ void bind_reading(py::class_<Engine>& engine) {
       });
 }
 
-// The picture of the last frame, on the image generator.
+// Binds the picture of the last frame, on the image generator.
 void bind_pictures(py::class_<Engine>& engine) {
   engine
       .def("take_pixels",
@@ -343,7 +343,7 @@ void bind_pictures(py::class_<Engine>& engine) {
           py::arg("bit"));
 }
 
-// What needs no engine: columns of every system, roles, the MPI library.
+// Binds what needs no engine: columns of every system, roles, the MPI library.
 void bind_facts(py::module_& m) {
   m.def("builtin_attributes", [] {
     std::vector<std::pair<std::string, int>> names;

@@ -31,7 +31,7 @@ image::Sprite make_sprite(const std::string& kind, int pixels, const std::string
   return sprite;
 }
 
-// A view is made step by step: what is not set keeps its default.
+// Binds View, which is built step by step: values that are not set keep their defaults.
 void bind_view(py::module_& m) {
   using image::View;
   py::class_<View> view(m, "View");
@@ -42,7 +42,7 @@ void bind_view(py::module_& m) {
              return made;
            }),
            py::arg("width"), py::arg("height"));
-  // What a picture keeps, and how large it is.
+  // The size and the content of the picture.
   view.def_readonly("width", &View::width)
       .def_readonly("height", &View::height)
       .def_readonly("exposure", &View::exposure)
@@ -102,7 +102,7 @@ void bind_view(py::module_& m) {
   view.def("check", [](const View& v) { image::check(v); });
 }
 
-// Pictures and meshes are kept by the process, and named by their content.
+// Binds pictures and meshes, which the process keeps by a key of their content.
 void bind_assets(py::module_& m) {
   using Bytes = py::array_t<std::uint8_t, py::array::c_style | py::array::forcecast>;
   using Indices = py::array_t<std::uint32_t, py::array::c_style | py::array::forcecast>;

@@ -1,4 +1,4 @@
-// The loss of ranks: what the core asks of the script's side when it happens.
+// The loss of ranks: what the core then calls on the script's side.
 #include "bindings/bindings.h"
 #include "engine/engine.h"
 
@@ -8,7 +8,7 @@ namespace {
 using engine::Engine;
 using engine::Loss;
 
-// May be destroyed on any thread, without the GIL.
+// Holds an object that may be destroyed on any thread, without the GIL.
 std::shared_ptr<py::object> held(py::object object) {
   return {new py::object(std::move(object)), [](py::object* dropped) {
             const py::gil_scoped_acquire gil;
@@ -36,7 +36,7 @@ void survive_losses(Engine& engine, std::uint64_t every, py::object script) {
   bystander.regroup = [side](const Loss& loss) {
     const py::gil_scoped_acquire gil;
     const py::object said = side->attr("regroup")(told(loss));
-    if (said.is_none()) throw comm::RankLost(-1);  // one more, meanwhile
+    if (said.is_none()) throw comm::RankLost(-1);  // another rank was lost meanwhile
     return said.cast<std::string>();
   };
   bystander.unsaved_from = [side](const Loss&) {

@@ -1,4 +1,4 @@
-// What the process itself does when a rank fails or is asked to stop: the crash report, signals, and its end.
+// What the process itself does when a rank fails or is asked to stop: crash report, signals, exit.
 #include "bindings/bindings.h"
 #include "comm/last_words.h"
 #include "comm/stop_signals.h"

@@ -30,7 +30,7 @@ Distribution pair_of(Distribution::Kind kind, const std::vector<double>& first, 
   return d;
 }
 
-// With the meshes that it names: another process may not have them.
+// Writes a distribution with its meshes, which another process may not have.
 py::bytes bytes_of(const Distribution& distribution) {
   base::Bytes bytes;
   const std::vector<meshes::AssetKey> meshes = shapes::meshes_of(distribution.shape);
@@ -102,7 +102,7 @@ Birth emit(std::uint64_t count, const std::vector<std::pair<int, FloatArray>>& c
   return birth;
 }
 
-// Numbers by name, in their recorded order; a ramp's as they are.
+// Returns the given numbers in their recorded order; a ramp's as they are.
 std::vector<double> numbers_of(actions::Kind kind, const py::dict& given) {
   const actions::Facts& facts = actions::facts(kind);
   const auto of = [&](const char* name) {

@@ -41,7 +41,7 @@ Shape make_mesh(std::uint64_t mesh, const std::vector<double>& given) {
   return shape;
 }
 
-// The points as three planes with room for whole vectors.
+// Returns points as three planes with room for whole vectors.
 std::vector<std::vector<float>> planes_of(const FloatArray& points) {
   const auto n = static_cast<std::size_t>(points.shape(0));
   std::vector<std::vector<float>> planes(3, std::vector<float>(n + particles::kPadding, 0.0f));

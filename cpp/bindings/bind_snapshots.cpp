@@ -1,4 +1,4 @@
-// Checkpoints: what all ranks know as bytes, parts to disk and back.
+// Checkpoints: the state that all ranks share as bytes, and parts to disk and back.
 #include "base/crc32c.h"
 #include "bindings/bindings.h"
 #include "engine/engine.h"
@@ -29,7 +29,7 @@ engine::Sample sample_of(const PartFile& part, std::size_t system, std::size_t m
   return sample;
 }
 
-// Whether a part is being written; the newest frame of which one is on disk; what was wrong with the last one.
+// Returns whether a part is being written, the newest frame whose part is on disk, and the error of the last one.
 std::tuple<bool, std::optional<std::uint64_t>, std::string> outcome_of(const Engine& engine) {
   const snapshots::Writer::Outcome outcome = engine.part_writer().outcome();
   return {engine.part_writer().busy(), outcome.written, outcome.error};

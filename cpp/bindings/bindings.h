@@ -1,4 +1,4 @@
-// The only file that includes pybind11. One bind_* function per folder of the engine.
+// The only file that includes pybind11. One bind_* function per subject.
 #pragma once
 
 #include <pybind11/functional.h>
@@ -43,17 +43,17 @@ void bind_soak(py::module_& m);
 void bind_saving(py::class_<engine::Engine>& engine);
 void bind_losses(py::class_<engine::Engine>& engine);
 
-/// Around a function of the engine that touches no Python object: other threads of Python run meanwhile.
+/// Guards a function of the engine that touches no Python object: other Python threads run meanwhile.
 using Release = py::call_guard<py::gil_scoped_release>;
 
-/// What `work` returns. Other threads of Python may run meanwhile: it must touch no Python object.
+/// Returns what `work` returns. Other Python threads may run meanwhile, so it must touch no Python object.
 template <class Work>
 auto released(const Work& work) {
   const py::gil_scoped_release release;
   return work();
 }
 
-/// An array over memory that a moved vector, or another owner of values, owns: no copy.
+/// Returns an array over the memory of a moved vector, or of another owner of values, without a copy.
 template <class Values>
 auto owned_array(Values values, const std::vector<py::ssize_t>& shape) {
   auto* held = new Values(std::move(values));
@@ -61,23 +61,24 @@ auto owned_array(Values values, const std::vector<py::ssize_t>& shape) {
   return py::array_t<std::remove_cvref_t<decltype(*held->data())>>(shape, held->data(), owner);
 }
 
-/// A writable view of an attribute's planes for the particles begin .. end - 1, (n,) or (n, 3). It keeps the memory
-/// alive but not its meaning: the store may move its particles elsewhere.
+/// Returns a writable view of an attribute's planes for the particles begin .. end - 1, (n,) or (n, 3). The view keeps
+/// the memory alive, but the store may move its particles elsewhere.
 py::array column_view(particles::Store& store, int attribute, std::size_t begin, std::size_t end);
 py::array id_copy(const particles::Store& store, std::size_t begin, std::size_t end);
 
-/// A copy; a uniform attribute stays without memory of its own.
+/// Copies a column; a uniform attribute gets no memory of its own.
 py::array column_copy(const particles::Store& store, int attribute);
 
-/// Copies of attributes and, behind them, of the ids of the first `count` particles.
+/// Copies attributes and, last, ids of the first `count` particles.
 py::list column_copies(const particles::Store& store, const std::vector<int>& attributes, std::size_t count,
                        threads::Pool& pool);
 
 /// Copies rows of an array, (n, 3) or (n,) of 4 or 8 bytes each, into one of the same form: row k is row order[k].
-/// Throws std::out_of_range for a row that there is not.
+/// Throws std::out_of_range for a row that does not exist.
 void take_rows(const py::array& rows, const py::array_t<std::int64_t>& order, py::array& into);
 
-/// For each attribute of the schema, whether any of the first `count` particles has another value than the initial one.
+/// Returns, for each attribute of the schema, whether any of the first `count` particles has a value other than the
+/// initial one.
 std::vector<bool> used_attributes(const particles::Store& store, std::size_t count);
 
 }  // namespace motes::bindings

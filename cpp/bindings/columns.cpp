@@ -48,7 +48,7 @@ bool all_are(const particles::Store& store, int attribute, int component, float 
   return std::all_of(plane, plane + count, [&](float value) { return same_bits(value, wanted); });
 }
 
-// Rows first .. last - 1 of an array of rows.
+// Copies rows first .. last - 1 into an array of rows.
 void copy_rows(const particles::Store& store, int attribute, std::size_t first, std::size_t last, float* rows) {
   const particles::Value all = store.uniform_value(attribute);
   const auto width = static_cast<std::size_t>(store.schema()[attribute].width);
@@ -109,7 +109,7 @@ py::list column_copies(const particles::Store& store, const std::vector<int>& at
 
 namespace {
 
-// The order of ids jumps: without fetching ahead each jump waits for memory.
+// The order of ids jumps; without prefetching this many rows ahead, each jump would wait for memory.
 constexpr std::size_t kRowsAhead = 32;
 
 template <std::size_t kBytes>

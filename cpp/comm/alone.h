@@ -1,4 +1,4 @@
-// A world of one rank in a process that must leave MPI alone: one that a rank has forked off.
+// A world of one rank, for a process that a rank has forked and that must not call MPI.
 #pragma once
 
 #include <memory>
@@ -7,7 +7,7 @@
 
 namespace motes::comm {
 
-/// Makes the transport of a rank that has no others. Needs no MPI, and never waits.
+/// Makes the transport of a world of one rank. Needs no MPI and never waits.
 std::unique_ptr<Transport> make_alone();
 
 }  // namespace motes::comm

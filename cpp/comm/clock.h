@@ -1,25 +1,25 @@
-// The engine's only clock: the machine's, unless a simulator keeps the time.
+// The engine's only clock: the machine's, or a simulator's.
 #pragma once
 
 namespace motes::comm {
 
-/// Whether the calling thread's time is simulated: it passes by spend(), execute() and messages alone.
+/// Tells whether the calling thread's time is simulated: then only spend(), execute() and messages advance it.
 bool simulated();
 
-/// Seconds since some moment in the past. Never goes back.
+/// Returns the seconds since some fixed moment. Never decreases.
 double wall_seconds();
 
-/// Seconds of processor time that this thread has used. Unlike wall time it is not stretched by other processes.
-/// Under a simulator: the simulated time.
+/// Returns the CPU time that this thread has used, s. Unlike wall time, it is not stretched by other processes. Under a
+/// simulator: the simulated time.
 double cpu_seconds();
 
-/// Keeps this thread busy until it has used so many seconds of processor time more.
+/// Keeps this thread busy for `seconds` of CPU time.
 void spend(double seconds);
 
-/// Under a simulator, lets the time pass that this rank's machine takes for so many operations; nothing otherwise.
+/// Under a simulator, advances the time by what this rank's machine needs for `operations`. Otherwise does nothing.
 void execute(double operations);
 
-/// Who keeps the time under a simulator.
+/// The clock of a simulator.
 class TimeSource {
  public:
   TimeSource() = default;
@@ -32,7 +32,7 @@ class TimeSource {
   virtual void execute(double operations) = 0;
 };
 
-/// From now on the calling thread has its time from `source`; null: from the machine.
+/// Makes the calling thread take its time from `source`; null: from the machine.
 void set_time_source(TimeSource* source);
 
 }  // namespace motes::comm

@@ -12,10 +12,9 @@ namespace {
 constexpr int kNobody = -2;  // nothing is waited for any more
 constexpr int kSeveral = -1;
 
-// A rank that waits may wait for one that waits itself. Who stands nearest to the one that stalls must speak first:
-// calculators talk to each other and to the image generator before they report, and the manager answers only when all
-// have reported. What others relay is waited for a little longer, by the ranks that it passes. In units of what Watch
-// says.
+// Returns the factor on Watch's times for a wait. A rank may wait for one that itself waits, and the rank nearest to
+// the stalled one must report first: calculators talk to each other and to the image generator before they report, and
+// the manager answers only when all have reported. Each rank that relays a message adds a little.
 double patience(Phase phase, int hops) {
   const double longer = 0.2 * hops;
   switch (phase) {
@@ -23,7 +22,7 @@ double patience(Phase phase, int hops) {
     case Phase::sums:
     case Phase::notes:
     case Phase::proposals: return 1.25 + longer;
-    case Phase::tiles: return 1.1 + longer;  // whose owner waits for records
+    case Phase::tiles: return 1.1 + longer;  // a tile's owner waits for records
     case Phase::begin:
     case Phase::verdict:
     case Phase::totals:
@@ -47,7 +46,7 @@ void seal(Message& message, Phase phase, Stamp stamp, std::uint64_t count, bool 
   message.set_header(header);
 }
 
-// The same watch for some of its ranks: it still speaks of them by their old numbers.
+// Returns the same watch for some of its ranks, still named by their old numbers.
 Watch renumbered(const Watch& old, const std::vector<int>& ranks) {
   const auto was = [ranks](int rank) { return rank < 0 ? rank : ranks.at(static_cast<std::size_t>(rank)); };
   Watch watch;
@@ -82,8 +81,8 @@ Communicator::Communicator(std::unique_ptr<Transport> transport, Watch watch)
   wait("to enter the world", 1, {}, [&] { return transport_->entered() ? kNobody : kSeveral; });
 }
 
-// Asks `pending` for the rank that is waited for until it says kNobody. The time goes to `whom`. What has arrived
-// already is received, not waited for; under a simulator asking may itself be the wait.
+// Calls `pending`, which returns the awaited rank, until it returns kNobody. Counts the time as a wait for `whom`,
+// unless the answer is there at once. Under a simulator the first call may itself be the wait.
 template <class Pending>
 void Communicator::wait(const std::string& purpose, double times, Waited whom, const Pending& pending) {
   const double start = wall_seconds();
@@ -193,7 +192,7 @@ std::unique_ptr<Communicator> Communicator::shrink(std::vector<int>& survivors) 
   });
   auto made = std::make_unique<Communicator>(std::move(among), renumbered(watch_, survivors));
   made->ledger_ = std::move(ledger_);
-  made->ledger_.on_wait({});  // those that were told of waits belong to the old connections
+  made->ledger_.on_wait({});  // the listener belongs to the old connections
   made->bytes_sent_ += bytes_sent_;
   return made;
 }

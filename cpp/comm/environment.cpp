@@ -10,7 +10,7 @@
 #include "comm/mpi_calls.h"
 
 #ifdef OPEN_MPI
-// Open MPI's own record of how far it is, from its first call to MPI_Finalize's end.
+// Open MPI's record of its own state, from its first call to the end of MPI_Finalize.
 extern "C" __attribute__((weak)) std::int32_t ompi_mpi_state;
 #endif
 

@@ -1,4 +1,4 @@
-// What goes wrong between ranks.
+// Errors between ranks.
 #pragma once
 
 #include <stdexcept>
@@ -6,7 +6,7 @@
 
 namespace motes::comm {
 
-/// The transport failed, or a message was not the one that the protocol has at this place.
+/// The transport failed, or a message was not the one that the protocol expects.
 class CommError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -15,17 +15,17 @@ class CommError : public std::runtime_error {
 class Stalled : public CommError {
  public:
   Stalled(int rank, const std::string& text) : CommError(text), rank_(rank) {}
-  /// The rank that was waited for; -1: several.
+  /// Returns the rank that was waited for; -1: several.
   int rank() const { return rank_; }
 
  private:
   int rank_;
 };
 
-/// The process of a rank is gone, and those that are left can go on without it: see Transport::survives.
+/// The process of a rank is gone, and the other ranks can continue without it: see Transport::survives.
 class RankLost : public CommError {
  public:
-  /// `rank`: which one, if it is known; -1 otherwise.
+  /// `rank`: the lost rank; -1 if unknown.
   explicit RankLost(int rank)
       : CommError((rank < 0 ? "another rank" : "rank " + std::to_string(rank)) +
                   " is lost: its process was killed or has crashed"),

@@ -19,14 +19,15 @@ namespace {
 std::array<char, 256> place{};
 std::array<char, 4096> mark{};
 std::array<char, 256> lost_line{};
-std::atomic<int> recoveries{0};  // of simulated ranks, several at once
+std::atomic<int> recoveries{0};  // simulated ranks may have several at once
 constexpr std::array<int, 5> kSignals = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT};
 std::array<struct sigaction, 64> before{};
 
-// A handler needs a stack, and after an overflow the usual one is full. Room also for the handlers that ran before.
+// A stack for the handler: after an overflow the usual one is full. Large enough for the handlers that were installed
+// before, too.
 alignas(16) std::array<char, 65536> spare_stack{};
 
-// The stack pointer where the signal struck; 0 where this processor is unknown here.
+// Returns the stack pointer at the time of the signal; 0 on an unknown processor.
 std::uintptr_t stack_pointer(const void* context) {
   [[maybe_unused]] const auto& machine = static_cast<const ucontext_t*>(context)->uc_mcontext;
 #if defined(__linux__) && defined(__x86_64__)
@@ -38,9 +39,9 @@ std::uintptr_t stack_pointer(const void* context) {
 #endif
 }
 
-// Memory near the stack pointer is always there, unless the stack has grown over its end.
+// Tells whether the stack has overflowed: only then is memory near the stack pointer invalid.
 bool overflowed(const siginfo_t& facts, const void* context) {
-  if (facts.si_code <= 0) return false;  // another process's signal
+  if (facts.si_code <= 0) return false;  // sent by another process
   constexpr std::uintptr_t kNear = std::uintptr_t{1} << 20;
   const std::uintptr_t stack = stack_pointer(context);
   const auto address = reinterpret_cast<std::uintptr_t>(facts.si_addr);
@@ -64,10 +65,10 @@ void say(const char* text) {
   [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, text, std::strlen(text));
 }
 
-// The first on a host that makes the mark speaks.
+// Tells whether to report: only the first process on a host that creates the mark does.
 bool may_speak() {
   if (mark[0] == '\0') return true;
-  return mkdir(mark.data(), 0700) == 0 || errno != EEXIST;  // a folder: it takes no file descriptor
+  return mkdir(mark.data(), 0700) == 0 || errno != EEXIST;  // a folder, since it needs no file descriptor
 }
 
 void keep(const std::string& text, std::span<char> buffer) {
@@ -93,7 +94,7 @@ void on_crash(int signal, siginfo_t* facts, void* context) {
   raise(signal);
 }
 
-// Unless this thread has such a stack already, and a large enough one.
+// Installs the spare stack, unless this thread already has one that is large enough.
 void use_spare_stack() {
   stack_t now{};
   sigaltstack(nullptr, &now);

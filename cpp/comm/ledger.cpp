@@ -9,7 +9,8 @@
 namespace motes::comm {
 namespace {
 
-// Reading a thread's processor time is a system call, so only work that grows with the particles is held against it.
+// Tells whether CPU time is measured for an activity. Reading it is a system call, so only work that grows with the
+// particles is measured.
 bool measured(Activity activity) {
   return activity == Activity::births || activity == Activity::act || activity == Activity::picture;
 }

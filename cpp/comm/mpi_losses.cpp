@@ -58,8 +58,8 @@ MPI_Comm shrunk(MPI_Comm comm) {
     MPI_Comm left = MPI_COMM_NULL;
     const int code = MPIX_Comm_shrink(comm, &left);
     if (code != MPI_SUCCESS && !is_loss(code)) check(code, "making a communicator of the ranks that are left");
-    // A rank that dies meanwhile may let some succeed and others fail. An agreement says so of itself, too, where it
-    // sees new losses; its flag counts all the same.
+    // If a rank dies meanwhile, some may succeed and others fail. An agreement that sees new losses also returns an
+    // error, but its flag is valid.
     int all_have_one = code == MPI_SUCCESS ? 1 : 0;
     const int agreed = MPIX_Comm_agree(comm, &all_have_one);
     if (agreed != MPI_SUCCESS && !is_loss(agreed)) check(agreed, "agreeing on the ranks that are left");

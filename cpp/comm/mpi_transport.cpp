@@ -35,12 +35,12 @@ struct Receiving {
   }
 };
 
-// All that MPI may read and write by itself, between two calls of ours.
+// All memory that MPI may read and write between two of our calls.
 struct UnderWay {
   MPI_Comm comm = MPI_COMM_NULL;
-  MPI_Request request = MPI_REQUEST_NULL;  // of the collective that is under way
+  MPI_Request request = MPI_REQUEST_NULL;  // of the collective in progress
   MPI_Request agreement = MPI_REQUEST_NULL;
-  int finished = 0;  // on all ranks, once all have agreed on it
+  int finished = 0;  // whether all ranks have finished, once they have agreed
   int come = 1;
   std::list<Sending> sending;
   std::map<std::pair<int, Phase>, Receiving> receiving;  // by sender
@@ -52,18 +52,17 @@ struct UnderWay {
   }
 };
 
-// What a failed run leaves behind. A matched receive cannot be cancelled, a send only by MPI libraries that still try,
-// a duplication not at all: MPI goes on to use this memory whenever anybody in this process calls it, until
-// MPI_Finalize. So it stays until the process ends.
+// Keeps what a failed run leaves behind until the process ends. MPI may use this memory in any of its calls until
+// MPI_Finalize: a matched receive and a duplication cannot be cancelled, a send only in some MPI libraries.
 void keep_for_ever(std::unique_ptr<UnderWay> left) {
   static auto& all = *new std::vector<std::unique_ptr<UnderWay>>;
   all.push_back(std::move(left));
 }
 
-// One wait, round by round. First busy, then polite: with more ranks than cores the one waited for needs this one's
-// core. A core that others need does not come back at once; where it does, napping would only be late, by a tenth of a
-// millisecond and more on virtual machines. Messages that are under way may need both ends for each of their pieces:
-// naps then come later still.
+// Waits in rounds: first busy, then yielding, then napping. With more ranks than cores, the awaited rank may need this
+// one's core. If a yield returns at once, no other process needs the core, and a nap would only add latency: 0.1 ms and
+// more on virtual machines. While messages are in flight, which may need both ends for each of their pieces, naps start
+// later still.
 class BackOff {
  public:
   static constexpr int kBusy = 50, kPolite = 200, kAlone = 1500;  // rounds: about 2 ms together
@@ -86,8 +85,8 @@ class BackOff {
   static constexpr double kAtOnce = 20e-6;              // s
   static constexpr int kShort = 800, kMiddling = 1200;  // naps
 
-  // A wait of a tenth of a second and more is for a script, a disk or a paused run: longer naps leave the processor
-  // alone.
+  // Sleeps, longer as the wait lasts: a wait of 0.1 s or more is for a script, a disk or a paused run and should use no
+  // CPU.
   void nap() {
     const timespec nap{0, naps_ < kShort ? 20000 : naps_ < kMiddling ? 200000 : 2000000};
     nanosleep(&nap, nullptr);
@@ -100,11 +99,11 @@ class BackOff {
 
 class MpiTransport : public Transport {
   using Source = std::pair<int, Phase>;
-  using Awaited = std::map<Source, int>;  // how many messages
+  using Awaited = std::map<Source, int>;  // number of messages
 
-  static constexpr double kProgressEvery = 50e-6;   // s
-  static constexpr std::size_t kAskedTogether = 4;  // sources of awaited messages: there may be thousands
-  static constexpr std::size_t kSpare = 16;         // messages of a phase
+  static constexpr double kProgressEvery = 50e-6;  // s
+  static constexpr std::size_t kAskedTogether = 4;  // awaited sources polled per call: there may be thousands
+  static constexpr std::size_t kSpare = 16;  // buffers kept per phase
 
  public:
   explicit MpiTransport(MPI_Comm users)
@@ -112,7 +111,7 @@ class MpiTransport : public Transport {
     count(users);
   }
 
-  /// Takes a communicator of those that are left.
+  /// Makes a transport over a communicator of the surviving ranks.
   static std::unique_ptr<MpiTransport> among(MPI_Comm left) {
     auto made = std::make_unique<MpiTransport>(left);
     made->way_->comm = left;
@@ -129,7 +128,7 @@ class MpiTransport : public Transport {
     } else if (way_->comm != MPI_COMM_NULL && size_ == 1) {
       MPI_Comm_free(&way_->comm);
     }
-    // With other ranks MPI_Comm_free is collective, and without finished() nobody knows whether they come here too.
+    // With other ranks MPI_Comm_free is collective, and without finished() they may never call it.
   }
 
   int rank() const override { return rank_; }
@@ -204,7 +203,7 @@ class MpiTransport : public Transport {
       checked(MPI_Ibarrier(way_->comm, &way_->request), "finishing");
     }
     if (!done(way_->request, "finishing")) return false;
-    // Where a rank dies meanwhile, the barrier may end well here and not elsewhere: see shrink().
+    // If a rank dies meanwhile, the barrier may succeed here and fail elsewhere: see shrink().
     if (survives_ && !decided(1)) return false;
     if (survives_ && way_->finished == 0) lose();
     const bool whole = !survives_ || losses::lost_rank(way_->comm) < 0;
@@ -218,7 +217,7 @@ class MpiTransport : public Transport {
     back_off_.pause(round, round >= BackOff::kAlone && !way_->idle());
   }
 
-  // What goes wrong here belongs to a conversation: the next question throws it.
+  // Keeps an error for the next call of a conversation, which throws it.
   void progress() noexcept override {
     if (lost_ || late_ || way_->comm == MPI_COMM_NULL || (way_->sending.empty() && awaited_.empty())) return;
     const double now = wall_seconds();
@@ -242,8 +241,8 @@ class MpiTransport : public Transport {
     losses::revoke(way_->comm);
   }
 
-  // Each rank takes part in two agreements. The first decides for all whether the end came before the loss; a rank that
-  // is at the end has its say in finished(). The second is there when all have come: MPI itself then waits for nobody.
+  // Each rank takes part in two agreements. The first decides for all whether the run finished before the loss; a rank
+  // in finished() votes there. The second completes when all have come, so MPI's own shrink need not wait.
   std::unique_ptr<Transport> shrink(std::vector<int>& survivors) override {
     if (!recoverable()) return Transport::shrink(survivors);
     if (!decided(0)) return nullptr;
@@ -273,14 +272,14 @@ class MpiTransport : public Transport {
     check(MPI_Comm_size(comm, &size_), "asking for the number of ranks");
   }
 
-  // Errors come back as codes that checked() turns into exceptions; whatever handler the user has is not inherited.
+  // Makes MPI return error codes, which checked() turns into exceptions, whatever error handler the user has set.
   void open() {
     check(MPI_Comm_set_errhandler(way_->comm, MPI_ERRORS_RETURN), "setting the error handler");
     entered_ = true;
   }
 
-  // Not by duplicating: Open MPI 5.0 crashes where a rank is lost while that goes on, for as long as the ranks need to
-  // come here. The user's communicator is not ours to revoke: each rank finds out by itself.
+  // Shrinks instead of duplicating: Open MPI 5.0 crashes if a rank is lost during a duplication, which lasts until all
+  // ranks have come here. The user's communicator is not ours to revoke, so each rank detects a loss by itself.
   bool enter_surviving() {
     entering_ = true;
     way_->comm = losses::shrunk(users_);
@@ -312,13 +311,13 @@ class MpiTransport : public Transport {
     check(code, what);
   }
 
-  // A duplication, or a barrier, in which a rank dies may call that an internal error.
+  // Tells whether a loss is known. A duplication or barrier in which a rank dies may report it as an internal error.
   bool someone_is_lost() const {
     const MPI_Comm comm = entered_ ? way_->comm : users_;
     return losses::lost_rank(comm) >= 0 || losses::revoked(comm);
   }
 
-  // Before this rank says or asks anything.
+  // Throws an earlier error or loss, before this rank sends or asks anything.
   void check_way() {
     if (late_) std::rethrow_exception(std::exchange(late_, nullptr));
     if (lost_) lose();
@@ -335,7 +334,7 @@ class MpiTransport : public Transport {
     return done != 0;
   }
 
-  // Whether all have agreed that they have finished, or that they have not. `vote`: 1 from who has.
+  // Tells whether the ranks have agreed on whether all have finished. `vote`: 1 if this rank has.
   bool decided(int vote) {
     if (decided_) return true;
     if (way_->agreement == MPI_REQUEST_NULL) {
@@ -345,7 +344,7 @@ class MpiTransport : public Transport {
     return decided_ = agreed();
   }
 
-  // Whether an agreement is there. It may tell of losses besides.
+  // Tells whether the agreement is complete. It may also report losses.
   bool agreed() {
     int done = 0;
     const int code = MPI_Test(&way_->agreement, &done, MPI_STATUS_IGNORE);
@@ -357,7 +356,7 @@ class MpiTransport : public Transport {
     if (--awaited->second == 0) awaited_.erase(awaited);
   }
 
-  // Goes on with the message of one source, each time of the next one.
+  // Continues to receive the message of one awaited source, the next one at each call.
   void take_early() {
     auto awaited = awaited_.upper_bound(last_early_);
     if (awaited == awaited_.end()) awaited = awaited_.begin();
@@ -368,7 +367,7 @@ class MpiTransport : public Transport {
     count_down(awaited);
   }
 
-  // Returns whether all of the message is here.
+  // Returns whether the whole message has arrived.
   bool take_pieces(const Source& source, Receiving& next) {
     const auto [from, phase] = source;
     while (!next.whole()) {
@@ -395,7 +394,7 @@ class MpiTransport : public Transport {
     return true;
   }
 
-  // Lets go of messages that have left.
+  // Releases messages that have left.
   void sweep() {
     for (auto it = way_->sending.begin(); it != way_->sending.end();) {
       bool all_done = true;
@@ -411,16 +410,16 @@ class MpiTransport : public Transport {
   bool entering_ = false;
   bool entered_ = false;
   bool finishing_ = false;
-  bool lost_ = false;     // a rank: every call throws
+  bool lost_ = false;  // a rank is lost: every call throws
   std::map<Phase, std::vector<base::Bytes>> spare_;  // see reuse()
-  bool decided_ = false;  // whether all have finished
-  bool coming_ = false;   // to shrink()
-  std::size_t sweep_at_ = 16;  // this many messages under way before send() looks which have left
+  bool decided_ = false;  // the ranks have agreed on way_->finished
+  bool coming_ = false;  // this rank has called shrink()
+  std::size_t sweep_at_ = 16;  // number of messages in flight at which send() sweeps
   Awaited awaited_;
-  std::map<Source, std::deque<base::Bytes>> early_;  // whole messages that nobody has asked for yet, in order
-  Source last_early_{-1, Phase{}};                        // the source that progress() asked last
+  std::map<Source, std::deque<base::Bytes>> early_;  // whole messages that no receive() has asked for yet, in order
+  Source last_early_{-1, Phase{}};  // the source that progress() polled last
   double next_progress_s_ = 0;
-  std::exception_ptr late_;  // thrown by progress(), for who asks next
+  std::exception_ptr late_;  // error of progress(), for the next call to throw
   BackOff back_off_;
   std::unique_ptr<UnderWay> way_;
 };
@@ -431,6 +430,6 @@ std::unique_ptr<Transport> make_mpi(int handle) { return std::make_unique<MpiTra
 
 bool mpi_can_survive() { return losses::can_be_survived(); }
 
-void keep_mpi_time() {}  // the machine's time will do
+void keep_mpi_time() {}  // the machine's clock is used
 
 }  // namespace motes::comm

@@ -1,4 +1,4 @@
-// Ranks that are MPI processes, or SimGrid's simulated ones: which of the two the library motes_mpi was built for.
+// Ranks that are MPI processes or SimGrid's simulated ranks, depending on which of the two motes_mpi was built for.
 #pragma once
 
 #include <memory>
@@ -7,11 +7,11 @@
 
 namespace motes::comm {
 
-/// A duplicate of the user's communicator with an error handler of its own. `handle`: MPI_Comm_c2f of the user's, of
-/// which MPI_Init has been called. Throws CommError where there is no such communicator.
+/// Makes a transport over a duplicate of the user's communicator, with its own error handler. `handle`: MPI_Comm_c2f of
+/// the user's communicator; MPI must be initialised. Throws CommError if there is no such communicator.
 std::unique_ptr<Transport> make_mpi(int handle);
 
-/// Whether this was built for an MPI whose connections can survive the loss of a rank, if its launcher says so.
+/// Tells whether this was built for an MPI that can survive the loss of a rank, if its launcher enables that.
 bool mpi_can_survive();
 
 }  // namespace motes::comm

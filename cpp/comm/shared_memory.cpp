@@ -20,7 +20,7 @@ using base::kPage;
 
 constexpr auto kKeyBytes = static_cast<ssize_t>(sizeof(SharedMemory::Address::key));
 
-// An open file that is closed again unless it is released.
+// An open file that is closed at the end of its scope unless it is released.
 class File {
  public:
   explicit File(int descriptor) : descriptor_(descriptor) {}
@@ -36,10 +36,10 @@ class File {
   int descriptor_;
 };
 
-// What a link to such a file begins with.
+// The beginning of the link target of an open memory file in /proc.
 constexpr std::string_view kLink = "/memfd:motes";
 
-// A file without a name, which is gone with the last process that has it open or mapped.
+// Makes a file in memory without a name, which exists as long as a process has it open or mapped.
 int make_file() {
 #if defined(__linux__)
   return ::memfd_create("motes", MFD_CLOEXEC);
@@ -48,14 +48,14 @@ int make_file() {
 #endif
 }
 
-// Beyond its limit a process would get a signal that ends it.
+// Tells whether files may have this size: beyond its limit, a process gets a signal that ends it.
 bool files_may_have(std::size_t bytes) {
   rlimit limit{};
   return ::getrlimit(RLIMIT_FSIZE, &limit) == 0 && (limit.rlim_cur == RLIM_INFINITY || bytes <= limit.rlim_cur);
 }
 
-// Whether this is the link to such a file: to open what another process has there, such as a device, might do
-// something.
+// Tells whether this is a link to a memory file: opening something else of that process, such as a device, might have
+// side effects.
 bool links_to_memory(const std::string& path) {
   char to[kLink.size()];
   return ::readlink(path.c_str(), to, sizeof to) == static_cast<ssize_t>(sizeof to) &&
@@ -75,7 +75,7 @@ std::shared_ptr<SharedMemory> SharedMemory::make(std::size_t bytes) {
   return map(file.release(), address);
 }
 
-// Linux shows the open files of a process to its user's other processes.
+// Opens the file by its link in /proc, where Linux shows the open files of a process to its user's other processes.
 std::shared_ptr<SharedMemory> SharedMemory::open(const Address& address) {
   const std::string path = "/proc/" + std::to_string(address.process) + "/fd/" + std::to_string(address.descriptor);
   if (!links_to_memory(path)) return nullptr;

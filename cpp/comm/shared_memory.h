@@ -1,4 +1,4 @@
-// Memory that processes of one host share: what one writes there, the others need not be sent.
+// Memory that processes of one host share, to read from it instead of receiving messages.
 #pragma once
 
 #include <array>
@@ -10,18 +10,18 @@ namespace motes::comm {
 
 class SharedMemory {
  public:
-  /// Where other processes find it; of no use on another host. Travels as bytes.
+  /// Where other processes of this host find the memory. Sent as bytes.
   struct Address {
     std::uint64_t bytes = 0;  // 0: there is none
     std::int64_t process = 0;
     std::int64_t descriptor = 0;
-    std::array<std::uint64_t, 2> key{};  // random: a process of this number may be another one where this arrives
+    std::array<std::uint64_t, 2> key{};  // random: the receiver may know another process by this number
   };
 
-  /// Zeros, of which memory is taken where something is written. Null where the system has no such memory, or not so
-  /// much.
+  /// Makes zeroed memory, which is allocated only where it is written. Null if the system has no such memory or not
+  /// enough.
   static std::shared_ptr<SharedMemory> make(std::size_t bytes);
-  /// Null where this process may not or cannot reach it: it is another user's, another container's or another host's.
+  /// Opens another process's memory. Null if it is out of reach: another user's, another container's or another host's.
   static std::shared_ptr<SharedMemory> open(const Address& address);
   SharedMemory(const SharedMemory&) = delete;
   SharedMemory& operator=(const SharedMemory&) = delete;

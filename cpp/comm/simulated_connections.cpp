@@ -6,8 +6,7 @@
 namespace motes::comm::simulation {
 namespace {
 
-// News of a loss and of a revocation take up to this many times the latency of a message: long enough for much to go
-// on.
+// The longest time that news of a loss or revocation takes, in latencies of a message: long enough for much to happen.
 constexpr double kNews = 200;
 
 }  // namespace
@@ -42,7 +41,7 @@ std::optional<base::Bytes> Connections::receive(int self, From from) {
   const double now_s = receiver.machine->clock_s;
   const bool knows = now_s >= noticed_s(self, from.first);
   std::deque<Parcel>& parcels = receiver.inbox[from];
-  // What has arrived of a lost rank's messages may be taken, or not.
+  // Messages of a lost rank that have arrived may still be taken, or not.
   if (knows && (parcels.empty() || coin(self, from.first, 1))) lose(self, from.first);
   if (parcels.empty() || parcels.front().arrival_s > now_s) return std::nullopt;
   const Parcel parcel = std::move(parcels.front());
@@ -106,7 +105,7 @@ std::shared_ptr<Connections> Connections::shrink(int self, std::vector<int>& sur
   if (!shrunk_) {
     std::vector<SimulatedMachine*> members;
     for (int rank = 0; rank < size(); ++rank) {
-      // One that came and died since may still be counted in: then it will be missed.
+      // A rank that came and has died since may still be included; its loss is noticed later.
       const End& each = end(rank);
       if (!each.lives() && (each.came_s == kNotYet || coin(rank, rank, 2))) continue;
       members.push_back(each.machine);
@@ -163,8 +162,8 @@ bool Connections::waits_for_dead(int self, Question question, From from) const {
   }
 }
 
-// Of the messages that it still held, the last ones of each kind are lost; so may be its word that it has come to the
-// end, and its revocation on the way to some.
+// Loses, at random, the last messages of each kind that the rank still held, its arrival in finished() and its
+// revocations in flight.
 void Connections::died(const SimulatedMachine& machine, Random& order) {
   const auto found =
       std::find_if(ends_.begin(), ends_.end(), [&](const End& each) { return each.machine == &machine; });
@@ -186,13 +185,13 @@ void Connections::died(const SimulatedMachine& machine, Random& order) {
   }
 }
 
-// Drawn once for all: it does not depend on when it is asked.
+// Returns a random bit that does not depend on when it is asked for.
 bool Connections::coin(int self, int other, std::uint64_t about) const {
   const auto pair = static_cast<std::uint64_t>(64 * self + other);
   return (mixed(mixed(timing_, about), pair) & 1) == 1;
 }
 
-// When a rank learns that another one is dead.
+// Returns when a rank learns that another one is dead.
 double Connections::noticed_s(int self, int other) const {
   const SimulatedMachine& dead = machine(other);
   if (dead.live() || !simulation_.survives) return kNever;
@@ -206,7 +205,7 @@ double Connections::revoked_s(int self) const {
   return first_s;
 }
 
-// When the last of all ranks came to a place.
+// Returns when the last of all ranks came to a place; kNever if some have not.
 double Connections::all_s(double End::* came_s) const {
   double latest_s = 0;
   for (const End& each : ends_) {
@@ -216,7 +215,7 @@ double Connections::all_s(double End::* came_s) const {
   return latest_s;
 }
 
-// When all that live have come to shrink(), and the deaths of the others are known.
+// Returns when all surviving ranks have come to shrink() and `self` knows of all deaths.
 double Connections::shrunk_s(int self) const {
   if (shrunk_) return shrunk_at_s_;
   double latest_s = 0;

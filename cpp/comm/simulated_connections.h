@@ -1,4 +1,4 @@
-// What is under way between simulated ranks, and when each of them learns of it. Knows time, but not who runs next.
+// Messages in flight between simulated ranks, and when each rank learns of them. Knows the time, but not who runs next.
 #pragma once
 
 #include <cstdint>
@@ -19,12 +19,12 @@ enum class Question : std::uint8_t { none, message, sent, entered, finished, shr
 
 using From = std::pair<int, Phase>;
 
-/// The connections among some ranks, who are numbered here by themselves. The first of all, then one for each shrink().
-/// Where the simulation survives losses, each function but revoke() and shrink() throws RankLost when the rank that
-/// calls knows of one that concerns it.
+/// The connections among some ranks, which have their own numbers here. The first object connects all ranks; each
+/// shrink() makes another. If the simulation survives losses, each function except revoke() and shrink() throws
+/// RankLost when the calling rank knows of a loss that concerns it.
 class Connections {
  public:
-  /// `entered`: nobody needs to wait for others to enter.
+  /// `entered`: all ranks count as entered.
   Connections(const Simulation& simulation, std::vector<SimulatedMachine*> members, bool entered);
 
   int size() const { return static_cast<int>(ends_.size()); }
@@ -35,17 +35,17 @@ class Connections {
   std::optional<int> unsent(int self);
   bool together(int self, Question which);
   void revoke(int self);
-  /// The connections among those that live, when all of them have come; null before.
+  /// Returns the connections among the surviving ranks, once all of them have called this; null before.
   std::shared_ptr<Connections> shrink(int self, std::vector<int>& survivors);
 
-  /// The time from which on the answer is known: what was asked for, or a loss. kNever: something must happen first.
+  /// Returns the time from which the answer, or a loss, is known. kNever: something must happen first.
   double answer_s(int self, Question question, From from) const;
-  /// Whether a death, of which nobody tells this rank, lets its time pass.
+  /// Tells whether this rank waits for a dead one without learning of its death.
   bool waits_for_dead(int self, Question question, From from) const;
-  /// Whose taking of a message `self` waits for.
+  /// Returns a rank that has yet to take a message of `self`.
   int taker(int self) const { return end(self).untaken.begin()->first; }
 
-  /// The rank on this machine has died: some of what it sent may be lost.
+  /// Records the death of the rank on this machine: some of what it sent may be lost.
   void died(const SimulatedMachine& machine, Random& order);
 
  private:
@@ -62,12 +62,12 @@ class Connections {
     SimulatedMachine* machine;
     std::map<From, std::deque<Parcel>> inbox;
     std::map<From, double> last_arrival_s;
-    std::map<int, int> untaken;  // its messages that others have not taken, by receiver
+    std::map<int, int> untaken;  // number of its held messages that others have not taken, by receiver
     int last_taker = 0;
-    double taken_s = 0;  // when the last of them was
+    double taken_s = 0;  // when the last of its held messages was taken
     double entered_s = kNotYet;
     double finished_s = kNotYet;
-    double came_s = kNotYet;  // to shrink
+    double came_s = kNotYet;  // when it called shrink()
     std::vector<Revocation> revoked;
     bool lost = false;  // it knows of a loss: every call throws
     bool lives() const { return machine->live(); }

@@ -28,7 +28,7 @@ class Random {
 inline std::uint64_t mixed(std::uint64_t a, std::uint64_t b) { return Random(a * 0x2545f4914f6cdd1du + b).next(); }
 
 struct SimulatedMachine final : TimeSource {
-  int number = 0;  // of its rank, among all
+  int number = 0;  // the rank's number among all ranks
   double clock_s = 0;
   double died_s = kNever;
   double operation_s = 1e-9;

@@ -72,7 +72,7 @@ class SimulatedTransport final : public Transport {
     return among_->together(rank_, which);
   }
 
-  // The time that a message takes at one end.
+  // Spends the time that a message takes at one end.
   void charge_for(const Header& header) const {
     const double bytes = static_cast<double>(sizeof header + header.payload_bytes);
     execute(weights_.message + weights_.byte * bytes * (header.count > 0 ? weights_.scale : 1));

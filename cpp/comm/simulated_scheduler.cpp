@@ -15,14 +15,14 @@ namespace {
 constexpr int kMost = 64;
 constexpr int kAllWait = -1;
 constexpr int kNoneLeft = -2;
-constexpr std::uint64_t kEndless = 100'000'000;  // points: no test means to run that long
+constexpr std::uint64_t kEndless = 100'000'000;  // points: no test is meant to run that long
 
 // Neither is a std::exception: a rank's code must not catch it by mistake.
 struct RunEnded {};
 struct Died {};
 
-// Only one of the ranks runs at a time: on one processor the next one starts at once, while another processor would
-// have to be woken. While this lives, the calling thread and the threads that it starts stay where it is.
+// While it exists, pins the calling thread and the threads that it starts to the current processor. Only one rank runs
+// at a time, and the next one starts sooner there than on a processor that must be woken.
 class OneProcessor {
  public:
 #ifdef __linux__
@@ -53,7 +53,7 @@ Scheduler::Scheduler(const Simulation& simulation, const std::function<void(int 
     throw base::InvalidArgument("ranks", "be 1.." + std::to_string(kMost), std::to_string(simulation.ranks));
   }
   const std::uint64_t timing = simulation.timing_seed.value_or(simulation.seed);
-  // One order in two lets a rank run as long as it can, while another starves: what a fair lottery hardly ever draws.
+  // Half of the orders let one rank run as long as it can while another starves, which a fair draw hardly ever does.
   by_priority_ = order_.below(2) == 1;
   std::vector<SimulatedMachine*> machines;
   for (int number = 0; number < simulation.ranks; ++number) {
@@ -83,7 +83,7 @@ SimulatedRun Scheduler::run() {
   return std::move(happened_);
 }
 
-// A rank's thread, from its first turn to its last.
+// Runs a rank's thread, from its first turn to its last.
 void Scheduler::live(int self) {
   rank(self).turn.await();
   set_time_source(&machine(self));
@@ -92,7 +92,7 @@ void Scheduler::live(int self) {
     check_ended();
     body_(self);
   } catch (const RunEnded&) {
-    last = Rank::State::returned;  // as if it had nothing more to say
+    last = Rank::State::returned;  // counts as a normal return
   } catch (const Died&) {
     last = Rank::State::dead;
   } catch (...) {
@@ -117,8 +117,8 @@ void Scheduler::asks(int self, const Connections& connections, int as, Question 
   asking.from = from;
 }
 
-// Time passes until the answer is there, or until the caller looks around. When that is depends on the other rank's
-// time alone, not on who runs when: so the wait goes on until the other rank has come so far.
+// Advances this rank's time to the answer or to `until_s`, whichever comes first. The answer's time may depend only on
+// the other rank's clock, not on the order of events, so this waits until the other rank has come that far.
 void Scheduler::pause(int self, double until_s) {
   Rank& waits = rank(self);
   waits.state = Rank::State::waiting;
@@ -132,7 +132,7 @@ double Scheduler::answer_s(const Rank& rank) const {
   return rank.among == nullptr ? 0 : rank.among->answer_s(rank.as, rank.question, rank.from);
 }
 
-// Whether a waiting rank has something to do: the answer is known, or a death lets its time pass.
+// Tells whether a waiting rank can continue: the answer is known, or the awaited rank is dead and only time passes.
 bool Scheduler::answerable(const Rank& rank) const {
   if (answer_s(rank) < kNever) return true;
   return !simulation_.survives && rank.among->waits_for_dead(rank.as, rank.question, rank.from);
@@ -172,7 +172,7 @@ void Scheduler::hand_over(int self) {
   if (!last) rank(self).turn.await();
 }
 
-// The rank that runs next; or that all that are left wait; or that none is left.
+// Returns the rank that runs next; kAllWait if all remaining ranks wait; kNoneLeft if none remains.
 int Scheduler::next() {
   candidates_.clear();
   bool left = false;

@@ -1,4 +1,4 @@
-// Simulated ranks as threads of which one runs at a time, and the generator that draws which.
+// Runs simulated ranks as threads, one at a time, in an order drawn from a seed.
 #pragma once
 
 #include <semaphore.h>
@@ -15,7 +15,7 @@
 
 namespace motes::comm::simulation {
 
-/// Lets one thread wait for another's word, and hands memory over with it.
+/// Lets one thread wait for another. Memory written before give() is visible after await().
 class Signal {
  public:
   Signal() { sem_init(&semaphore_, 0, 0); }
@@ -43,13 +43,13 @@ class Scheduler {
 
   /// The connections among all ranks.
   const std::shared_ptr<Connections>& all() const { return connections_.front(); }
-  /// From now on a death is told to these, too.
+  /// Informs these connections of deaths, too, from now on.
   void keep(const std::shared_ptr<Connections>& connections);
 
-  /// A point where another rank may go on. Throws where the run has ended, or where this rank dies.
+  /// Marks a point at which another rank may continue. Throws if the run has ended or if this rank dies here.
   void point(int self, const char* what, int other, const char* phase, Simulation::Death::At at = {});
 
-  /// From now on pause() waits for this. `as`: this rank's number among the connections.
+  /// Sets what pause() waits for. `as`: this rank's number among the connections.
   void asks(int self, const Connections& connections, int as, Question question, From from = {});
   void pause(int self, double until_s);
 

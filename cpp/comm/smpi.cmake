@@ -1,5 +1,5 @@
-# SimGrid's SMPI in the place of MPI: ranks, messages and time are simulated in one process. Its compiler wrapper is not
-# needed: it only adds these paths, and macros in the place of malloc and sleep that C++ does without.
+# SimGrid's SMPI instead of MPI: ranks, messages and time are simulated in one process. Its compiler wrapper is not
+# needed: it only adds these paths, and macros for malloc and sleep that C++ code does without.
 if(MOTES_PYTHON)
   message(FATAL_ERROR "MOTES_MPI=smpi needs MOTES_PYTHON=OFF: a simulator runs programs, not Python")
 endif()

@@ -1,6 +1,5 @@
-// SimGrid's SMPI: a simulated rank that polls or probes would let simulated time pass, so every question here waits
-// inside MPI until the answer is yes, and pause() is never called. The simulator itself says so when all ranks wait for
-// ever.
+// The transport over SimGrid's SMPI. Polling or probing would advance the simulated time, so every call here waits
+// inside MPI until the answer is yes, and pause() is never called. The simulator itself reports a deadlock.
 #include <simgrid/host.h>
 
 #include <algorithm>
@@ -19,14 +18,14 @@ namespace {
 
 constexpr std::size_t kBallast = std::size_t{1} << 26;
 
-// How much of a message is received at first; this part says how long the rest is. Births come from many at a time, a
-// few to a message.
+// Returns the number of bytes of a message that are received first; they contain the length of the rest. Messages of
+// births come from many ranks at a time, with few births each.
 std::size_t beginning(Phase phase) { return std::size_t{1} << (phase == Phase::births ? 10 : 14); }
 
 int ballast_tag(Phase phase) { return 200 + static_cast<int>(phase); }
 
-// One for all simulated ranks, which are threads that run one after another. The simulator does not copy memory of this
-// kind.
+// Returns a buffer for all simulated ranks, which are threads that run one at a time. The simulator does not copy
+// memory of this kind.
 void* ballast_bytes() {
   static void* const bytes = SMPI_SHARED_MALLOC(kBallast);
   return bytes;
@@ -80,7 +79,7 @@ class SmpiTransport : public Transport {
     charge_for(header);
   }
 
-  // One at a time: the next sets out when it is waited for.
+  // Starts one receive at a time: the next message starts when it is waited for.
   void await(int from, Phase phase, int) override {
     Receiving& next = awaited_[{from, phase}];
     if (next.request == MPI_REQUEST_NULL) begin(from, phase, next);
@@ -132,21 +131,21 @@ class SmpiTransport : public Transport {
   void weigh(Weights weights) override { weights_ = weights; }
 
  private:
-  // Bytes that a message of particles weighs.
+  // Returns the simulated size of a message, bytes.
   double weight(const Header& header) const {
     return static_cast<double>(sizeof header + header.payload_bytes) * (header.count > 0 ? weights_.scale : 1);
   }
 
-  // What it weighs above its bytes travels behind it, as bytes that nobody reads.
+  // Returns the number of filler bytes that follow a message to make up its simulated size.
   std::size_t ballast(const Header& header) const {
     const double bytes = weight(header) - static_cast<double>(sizeof header + header.payload_bytes);
     return weights_.byte <= 0 && bytes > 0 ? static_cast<std::size_t>(bytes) : 0;
   }
 
-  // The time that it takes at one end.
+  // Spends the time that a message takes at one end.
   void charge_for(const Header& header) const { execute(weights_.message + weights_.byte * weight(header)); }
 
-  // In pieces; `move` sends or receives one.
+  // Moves the filler bytes in pieces; `move` sends or receives one.
   template <class Move>
   void carry_ballast(const Header& header, const Move& move) {
     for (std::size_t left = ballast(header); left > 0;) {
@@ -187,7 +186,7 @@ class SmpiTransport : public Transport {
   std::map<std::pair<int, Phase>, Receiving> awaited_;  // by sender
 };
 
-// The time of whichever simulated rank asks.
+// The clock of the simulated rank that asks.
 class SmpiTime : public TimeSource {
  public:
   double now_s() const override { return MPI_Wtime(); }

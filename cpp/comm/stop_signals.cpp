@@ -15,7 +15,7 @@
 namespace motes::comm {
 namespace {
 
-// What a handler reads and writes: without locks.
+// A signal and its previous handler. The signal handler uses this and the variables below without locks.
 struct Noted {
   int signal = 0;
   const char* text = "";
@@ -46,19 +46,19 @@ Noted* noted(int signal) {
   return nullptr;
 }
 
-// As if nobody had noted the signal.
+// Has the effect that the signal had before it was noted.
 void do_as_before(const Noted& one, siginfo_t* facts, void* context) {
   if ((one.before.sa_flags & SA_SIGINFO) != 0) {
     one.before.sa_sigaction(one.signal, facts, context);
   } else if (one.before.sa_handler == SIG_DFL) {
     sigaction(one.signal, &one.before, nullptr);
-    raise(one.signal);  // once this handler has returned
+    raise(one.signal);  // acts once this handler has returned
   } else if (one.before.sa_handler != SIG_IGN) {
     one.before.sa_handler(one.signal);
   }
 }
 
-// Whether the user insists: the signal came before, and not only just now.
+// Tells whether the user insists: the first SIGINT or SIGTERM came at least same_s ago.
 bool insists(int signal) {
   if (signal == SIGUSR1) return false;
   const std::int64_t now = now_ns();

@@ -1,4 +1,4 @@
-// The seam under the conversations: how bytes travel between ranks. Implemented by MPI (mpi_transport.cpp), by
+// The interface below the conversations: how bytes travel between ranks. Implemented by MPI (mpi_transport.cpp), by
 // SimGrid's simulated MPI (smpi_transport.cpp) and by ranks that are threads of one process (simulated_ranks.h).
 #pragma once
 
@@ -12,23 +12,23 @@
 
 namespace motes::comm {
 
-/// What messages take under a simulator.
+/// The cost of messages under a simulator.
 struct Weights {
-  double scale = 1;    // a message with particles weighs this many times its bytes: each particle stands for so many
-  double message = 0;  // operations (see comm::execute) at each of its ends
-  double byte = 0;     // and for each byte; where this is 0, SimGrid sends the extra weight behind the message
+  double scale = 1;    // factor on the size of messages with particles: each particle stands for this many
+  double message = 0;  // operations (see comm::execute) per message at each end
+  double byte = 0;     // operations per byte at each end; if 0, SimGrid sends the extra size behind the message
 
   bool operator==(const Weights&) const = default;
 };
 
-/// One rank's end of all connections. Nothing here throws because another rank is late: the questions answer "not yet",
-/// and the caller calls pause() and asks again. Transports of simulators may answer a question only when it is time.
+/// One rank's end of all connections. No call throws because another rank is late: it answers "not yet", and the caller
+/// calls pause() and asks again. A simulator's transport may return only when the answer is yes.
 ///
-/// What is under way when a wait is given up outlives the transport: its memory stays valid.
+/// Messages in flight when a wait is given up outlive the transport: their memory stays valid.
 ///
-/// Where losses are survived, what waits for a lost rank throws RankLost, soon but not at the same moment on all ranks;
-/// those that wait for others learn of it by revoke() alone. An end that has thrown RankLost once throws nothing else:
-/// who is left goes on by shrink().
+/// Where losses are survived, calls that wait for a lost rank throw RankLost soon, but not at the same moment on all
+/// ranks. Ranks that wait for other ranks learn of the loss only by revoke(). Once an end has thrown RankLost, all its
+/// calls do; the surviving ranks continue with shrink().
 class Transport {
  public:
   Transport() = default;
@@ -39,60 +39,60 @@ class Transport {
   virtual int rank() const = 0;
   virtual int size() const = 0;
 
-  /// Whether all ranks have come to this place. Collective: comes before everything below.
+  /// Collective. Tells whether all ranks have called this. Must come before all calls below.
   virtual bool entered() = 0;
 
   /// Sends without waiting; keeps the message until it has left. Messages of one phase from one rank to another stay in
   /// order. Never to oneself.
   virtual void send(int to, Phase phase, std::shared_ptr<const Message> message) = 0;
 
-  /// This rank will receive so many messages of this phase from `from`, whatever it said before: they may arrive from
-  /// now on.
+  /// Announces that this rank will receive `messages` messages of this phase from `from`, so they may arrive from now
+  /// on. Announcements do not add up.
   virtual void await(int from, Phase phase, int messages) = 0;
 
-  /// Lets messages travel that are under way, or awaited, while this rank computes. MPI may move nothing between two
-  /// calls of it. Returns at once, and costs nothing where there is nothing to do.
+  /// Moves messages that are in flight or awaited while this rank computes, since MPI may move nothing between two of
+  /// its calls. Returns at once, and costs nothing if there is nothing to do.
   virtual void progress() noexcept {}
 
-  /// The next message of this phase from a rank, if all of it has arrived.
+  /// Returns the next message of this phase from a rank, if all of it has arrived.
   virtual std::optional<base::Bytes> receive(int from, Phase phase) = 0;
 
-  /// A rank that has not taken a message yet, or nothing if all messages have left.
+  /// Returns a rank that has not taken a message yet, or nothing if all messages have left.
   virtual std::optional<int> unsent() = 0;
 
-  /// Whether all ranks have come to the end. Collective: all messages must have left. Nothing may be sent afterwards.
-  /// Where losses are survived, all that live come to the same answer: true on all, or RankLost on all.
+  /// Collective. Tells whether all ranks have called this. All messages must have left; nothing may be sent afterwards.
+  /// Where losses are survived, all surviving ranks get the same answer: true, or RankLost.
   virtual bool finished() = 0;
 
-  /// Waits a little for what the last question was about. `round`: how many pauses came before this one in the wait;
-  /// `until_s`: the time (comm::wall_seconds) at which the caller wants to look around.
+  /// Waits briefly for what the last call asked. `round`: number of earlier pauses in this wait; `until_s`: the time
+  /// (comm::wall_seconds) at which the caller wants control back.
   virtual void pause(int round, double until_s) = 0;
 
   virtual void weigh(Weights) {}
 
-  /// Memory for a later message of this phase that arrives here: fresh memory costs more than what is copied into it.
+  /// Offers memory for a later message of this phase that arrives here: fresh memory costs more than copying into it.
   virtual void reuse(Phase, base::Bytes) {}
 
-  /// Whether ranks are processes: of simulated ones none may reach the other's memory.
+  /// Tells whether ranks are processes. Simulated ranks must not reach each other's memory.
   virtual bool between_processes() const { return false; }
 
-  /// Whether those that are left can go on when a rank is lost.
+  /// Tells whether the other ranks can continue when a rank is lost.
   virtual bool survives() const { return false; }
 
-  /// From now on every call on any rank's end throws RankLost, apart from shrink(): nobody waits for one that recovers.
+  /// Makes every later call on any rank's end throw RankLost, except shrink(), so no rank waits for one that recovers.
   /// Not collective; may be called more than once.
   virtual void revoke() { throw CommError("these connections do not survive the loss of a rank"); }
 
-  /// Connections among the ranks that live, in their order, when all of them have come here; null before: call pause()
-  /// and ask again. They have been entered already. Collective among those that live, after revoke(). `survivors`: the
-  /// old rank of each. Who dies meanwhile is left out, or calls on the new connections throw RankLost. Throws CommError
-  /// where all ranks have finished() meanwhile.
+  /// Collective among the surviving ranks, after revoke(). Returns connections among them, in their order and already
+  /// entered; null until all of them have called this: then call pause() and ask again. `survivors`: the old rank of
+  /// each. A rank that dies meanwhile is left out, or calls on the new connections throw RankLost. Throws CommError if
+  /// all ranks have finished() meanwhile.
   virtual std::unique_ptr<Transport> shrink(std::vector<int>& survivors) {
     survivors.clear();
     throw CommError("these connections do not survive the loss of a rank");
   }
 
-  /// What MPI_Comm_f2c takes, for messages beside these; -1 without MPI.
+  /// Returns the handle of the communicator (MPI_Comm_c2f), for other messages among the same ranks; -1 without MPI.
   virtual int handle() const { return -1; }
 };
 

@@ -7,7 +7,7 @@
 namespace motes::comm {
 namespace {
 
-// "60", "0.5"
+// Formats a number: "60", "0.5".
 std::string number(double value) {
   char digits[32];
   std::snprintf(digits, sizeof digits, "%.6g", value);
@@ -32,8 +32,8 @@ Wait::Wait(const Watch& watch, int self, std::string purpose, double patience, d
       limit_s_(patience * watch.limit_s), last_s_(now_s), next_look_s_(now_s + kLookEvery), next_warning_s_(warn_s_) {}
 
 void Wait::look(double now_s, int for_rank) {
-  // Waiting naps are below a millisecond. A longer gap means that this process did not run: then nobody can say that
-  // the other rank was silent. On an overloaded machine such gaps are the rule, so each counts for a little.
+  // Naps last 2 ms at most. A longer gap means that this process did not run, so the other rank may not have been
+  // silent. Such gaps are common on an overloaded machine, so each counts, but only a little.
   const double shortest = watch_.limit_s > 0 ? std::min(watch_.limit_s, watch_.warn_s) : watch_.warn_s;
   waited_s_ += std::min({now_s - last_s_, 1.0, shortest / 4});
   last_s_ = now_s;
@@ -49,8 +49,8 @@ void Wait::look(double now_s, int for_rank) {
   if (watch_.warn) warn(for_rank, life);
 }
 
-// "rank 1 (manager) waited 60 s for rank 3 (calculator 1): frame 7, phase report; its process lives, so it goes on
-// waiting (MOTES_STALL_S=seconds would limit that)"
+// Warns with a sentence like "rank 1 (manager) waited 60 s for rank 3 (calculator 1): frame 7, phase report; its
+// process lives, so it goes on waiting (MOTES_STALL_S=seconds would limit that)"
 void Wait::warn(int for_rank, const Life& life) const {
   std::string rest = "it goes on waiting (MOTES_STALL_S=seconds would limit that)";
   if (limit_s_ > 0) {

@@ -1,4 +1,4 @@
-// How long a rank waits for another: when it looks around, when it warns, and when it gives up.
+// How long a rank waits for another: when it checks, when it warns, and when it gives up.
 #pragma once
 
 #include <functional>
@@ -10,24 +10,24 @@ namespace motes::comm {
 
 /// What a rank knows of another rank's process.
 struct Life {
-  enum class State { unknown, gone, lives };  // unknown: on another host, say
+  enum class State { unknown, gone, lives };  // unknown: for example, on another host
   State state = State::unknown;
-  std::string text;  // for messages: "its process 4711 is stopped"; empty: what the state says
+  std::string text;  // for messages, such as "its process 4711 is stopped"; empty: derived from the state
 };
 
-/// What a communicator asks of its owner. Every function may be empty.
+/// What a communicator does during waits, set by its owner. Every function may be empty.
 struct Watch {
-  /// Called about every 50 ms while waiting, with the rank waited for (-1: several): may throw to end the wait.
+  /// Called about every 50 ms while waiting, with the awaited rank (-1: several). May throw to end the wait.
   std::function<void(int waited_for)> while_waiting;
-  /// "rank 3 (calculator 1)".
+  /// Returns the name of a rank for messages, such as "rank 3 (calculator 1)".
   std::function<std::string(int rank)> describe;
-  /// Whether the process of a rank lives (-1: those of all ranks).
+  /// Returns whether the process of a rank is alive (-1: those of all ranks).
   std::function<Life(int rank)> life;
-  /// Called with a sentence for the user each time that a wait has lasted `warn_s` longer.
+  /// Called with a sentence for the user each time a wait has lasted another `warn_s`.
   std::function<void(const std::string& text)> warn;
   double warn_s = 60;
-  /// Seconds after which a wait throws Stalled, whatever lives. 0: none; then it throws only where the process waited
-  /// for is gone, or where nobody could tell for kUnknown * warn_s.
+  /// Seconds after which a wait throws Stalled in any case. 0: no limit; it then throws only if the awaited process is
+  /// gone, or if that was unknown for kUnknown * warn_s.
   double limit_s = 0;
 
   std::string name(int rank) const { return describe ? describe(rank) : "rank " + std::to_string(rank); }
@@ -38,16 +38,16 @@ struct Watch {
 class Wait {
  public:
   static constexpr double kLookEvery = 0.05;  // seconds
-  static constexpr double kUnknown = 10;      // Watch::warn_s, where nobody can tell whether a process lives
+  static constexpr double kUnknown = 10;      // limit, in Watch::warn_s, if it is unknown whether a process is alive
 
-  /// `patience`: this wait's warnings and limits come so many times as late as Watch says.
+  /// `patience`: factor on Watch's times for warnings and limits.
   Wait(const Watch& watch, int self, std::string purpose, double patience, double now_s);
 
-  /// To be called over and over with the time and the rank waited for (-1: several). When a look is due it calls
-  /// Watch::while_waiting, and warns or throws Stalled where it is time.
+  /// Must be called repeatedly, with the time and the awaited rank (-1: several). When a check is due, it calls
+  /// Watch::while_waiting, and warns or throws Stalled if it is time.
   void look(double now_s, int for_rank);
 
-  /// When look() next does more than to note the time.
+  /// Returns when look() next does more than count the time.
   double next_look_s() const { return next_look_s_; }
 
  private:

@@ -12,7 +12,7 @@
 namespace motes::comm {
 namespace {
 
-// Where no thread can be started: the alarm, whose default action ends the process.
+// Sets an alarm, whose default action ends the process, for when no thread can be started.
 void end_by_alarm(double seconds) {
   struct sigaction action{};
   action.sa_handler = SIG_DFL;

@@ -7,25 +7,25 @@
 
 namespace motes::domains {
 
-/// What stands for an axis where ids decide, or the place along a curve.
+/// Axis numbers that stand for the ids and for places along a curve.
 inline constexpr int kById = 3;
 inline constexpr int kMorton = 4;
 inline constexpr int kHilbert = 5;
 
-/// One axis: slabs. Two or three: bricks. A curve: stretches of it. None: particles are dealt out by id, wherever they
-/// are.
+/// One axis: slabs. Two or three: bricks. A curve: stretches of it. None: particles are distributed by id, wherever
+/// they are.
 struct Axes {
   std::uint8_t bits = 1;  // 1: x, 2: y, 4: z; 16, 32: a curve
 
-  /// Whether domains lie in a row, so that neighbours can give each other what is at their common end.
+  /// Tells whether domains are in a row, so neighbours can exchange particles at their common end.
   constexpr bool row() const { return std::popcount(bits) == 1; }
   constexpr bool bricks() const { return std::popcount(bits) > 1; }
   constexpr bool curve() const { return bits == 1u << kMorton || bits == 1u << kHilbert; }
   constexpr bool by_id() const { return bits == 0; }
   constexpr bool valid() const { return bits < 8 || curve(); }
-  /// Whether domains end along an axis of space, 0..2.
+  /// Tells whether domains are cut along an axis of space, 0..2.
   constexpr bool has(int axis) const { return (bits >> axis & 1) != 0; }
-  /// The lowest; kById where there is none.
+  /// Returns the lowest axis; kById if there is none.
   constexpr int first() const { return bits == 0 ? kById : std::countr_zero(bits); }
 
   bool operator==(const Axes&) const = default;
@@ -36,13 +36,13 @@ constexpr void fields(Visitor& visit, Axes& axes) {
   visit(axes.bits);
 }
 
-/// "x", "y", "z"; "id", "morton", "hilbert".
+/// Returns the name of an axis: "x", "y", "z", "id", "morton" or "hilbert".
 constexpr const char* name_of(int axis) {
   constexpr const char* kNames[] = {"x", "y", "z", "id", "morton", "hilbert"};
   return kNames[axis];
 }
 
-/// "x", "xz", "xyz"; "morton", "hilbert"; "id" where ids decide.
+/// Returns the name of axes, such as "x", "xz", "xyz", "morton", "hilbert", or "id" if ids decide.
 inline std::string name_of(Axes axes) {
   if (axes.curve()) return name_of(axes.first());
   std::string name;
@@ -52,7 +52,7 @@ inline std::string name_of(Axes axes) {
   return name.empty() ? "id" : name;
 }
 
-/// The axes of such a name.
+/// Returns the axes with such a name.
 inline Axes axes_of(const std::string& name) {
   if (name == name_of(kMorton)) return {1u << kMorton};
   if (name == name_of(kHilbert)) return {1u << kHilbert};

@@ -12,7 +12,7 @@ namespace motes::domains {
 
 namespace {
 
-// Floats in their order, as integers.
+// Maps floats to integers in the same order.
 std::int32_t rank_of(float x) {
   const auto bits = std::bit_cast<std::int32_t>(x);
   return bits < 0 ? std::bit_cast<std::int32_t>(0x80000000u - static_cast<std::uint32_t>(bits)) : bits;
@@ -61,8 +61,8 @@ float Curve::farthest_end() const {
   return most;
 }
 
-// Finds the lowest coordinate in a cell, or in one above it. The numbers of cells grow with the coordinates, so that it
-// is found by halving all floats between the ends of the room.
+// Finds the lowest coordinate in a cell, or in one above it. The numbers of cells grow with the coordinates, so it is
+// found by bisecting all floats between the ends of the room.
 float Curve::face(std::size_t axis, std::uint32_t cell) const {
   if (cell == 0) return -Box::kInf;
   if (cell == kAlong) return Box::kInf;
@@ -101,13 +101,13 @@ std::uint32_t Curve::first_behind(float cut) {
   return static_cast<std::uint32_t>(std::clamp(cells, 0.0, static_cast<double>(kCells)));
 }
 
-// Goes down the tree of cells. Parts of cells that lie wholly in the stretch become boxes, and so do those that are as
-// small as need be and lie in it in part.
+// Covers a stretch of the curve with boxes, going down the tree of cells. Cells entirely in the stretch become boxes,
+// and so do the smallest cells that are partly in it.
 class Covering {
  public:
   Covering(const Curve& curve, std::uint32_t first, std::uint32_t last) : curve_(curve), first_(first), last_(last) {
-    // The largest cell that lies in the stretch may stand at any place. Two levels below it, at most forty boxes are
-    // needed, whose parts outside of the stretch are small against all of it.
+    // The smallest cells are two levels below the largest one that fits in the stretch: then at most forty boxes are
+    // needed, and their parts outside of the stretch are small compared with it.
     std::uint32_t largest = 1;
     for (std::uint32_t size = 8; size <= Curve::kCells && fits(size); size *= 8) largest = size;
     smallest_ = std::max(largest / 64, 1u);

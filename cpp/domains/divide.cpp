@@ -8,7 +8,7 @@
 namespace motes::domains {
 namespace {
 
-// The axis along which a room is longest.
+// Returns the axis, one of `axes`, along which a room is longest.
 int longest_axis(const Room& room, Axes axes) {
   int best = axes.first();
   for (int axis = best + 1; axis < 3; ++axis) {
@@ -17,7 +17,7 @@ int longest_axis(const Room& room, Axes axes) {
   return best;
 }
 
-// Halves rooms, and the particles in them, until each domain has its own. Indices are those of the room's particles.
+// Halves rooms, and the particles in them, until each domain has its own room. Indices are those of a room's particles.
 class Halving {
  public:
   Halving(Axes axes, const Places& places, int count, Across across)
@@ -49,7 +49,7 @@ class Halving {
  private:
   static bool finite(float x) { return std::abs(x) <= std::numeric_limits<float>::max(); }
 
-  // Along an axis; those that are not finite cannot be put in order.
+  // Returns the coordinates along an axis, without those that are not finite and so cannot be sorted.
   std::vector<float> coordinates(std::span<const std::uint32_t> indices, int axis) const {
     std::vector<float> found;
     found.reserve(indices.size());

@@ -1,4 +1,4 @@
-// Domains from scratch: equal parts of space, or of particles.
+// Makes domains from scratch: equal parts of space, or of particles.
 #pragma once
 
 #include <memory>
@@ -9,32 +9,33 @@
 
 namespace motes::domains {
 
-/// n equal slices of [low, high].
+/// Returns `count` equal slices of [low, high].
 Domains equal_slices(double low, double high, int count, int axis = 0);
 
-/// Returns what domains divide at the start: a period along each periodic axis, along others the space's interval.
+/// Returns the room that domains divide at the start: the period along periodic axes, the space's interval along
+/// others.
 Room room_of(const Space& space, const particles::Periods& periods);
 
-/// Tells whether that room has ends of its own on all sides, as a curve needs them.
+/// Tells whether that room is bounded on all sides, as a curve needs it.
 bool has_ends(const Space& space, const particles::Periods& periods);
 
-/// Equal parts of a room along each of the axes: slices; bricks, each halved across its longest side, in proportion to
-/// the domains on both sides of the cut; stretches of a curve through the room; or parts of the ids, whatever the room.
+/// Returns equal parts of a room: slices; bricks, each halved across its longest side in proportion to the domains on
+/// both sides of the cut; stretches of a curve through the room; or parts of the ids, whatever the room.
 Domains equal_parts(Axes axes, const Room& room, int count);
-/// Equal parts of the same interval along each of the axes.
+/// Returns equal parts of a room with the same interval along each axis.
 Domains equal_parts(Axes axes, double low, double high, int count);
 
-/// The cuts that put equally many of these coordinates (in any order) into each of n domains.
+/// Returns `count` domains that each hold equally many of these coordinates (in any order).
 Domains quantiles(std::span<const float> coordinates, int count, int axis = 0);
 
-/// The same along a curve.
+/// Returns stretches of a curve that each hold equally many of these particles.
 Domains quantiles(std::shared_ptr<const Curve> curve, const Places& places, int count);
 
-/// Across which axis a brick is halved: that along which its particles reach farthest, so that bricks are compact; or
-/// each axis in turn, so that all are resolved alike, however far they reach.
+/// The axis across which a brick is halved: the one along which its particles extend farthest, for compact bricks; or
+/// each axis in turn, to resolve all alike, however far they extend.
 enum class Across : std::uint8_t { farthest, in_turn };
 
-/// The same along any axes. Parts of the ids are equal.
+/// Returns domains along any axes that each hold equally many of these particles. Parts of the ids are equal.
 Domains quantiles(Axes axes, const Places& places, int count, Across across = Across::farthest);
 
 }  // namespace motes::domains

@@ -8,8 +8,8 @@
 namespace motes::domains {
 namespace {
 
-// So many particles are looked up side by side: with thousands of cuts and unsorted particles, a processor that takes
-// one after the other would mispredict every second branch and wait for each load.
+// Number of particles that are looked up side by side: with thousands of cuts and unsorted particles, looking them up
+// one by one would mispredict every second branch and wait for each load.
 constexpr std::size_t kAbreast = 16;
 
 void check_axis(int axis, int most) {
@@ -23,7 +23,7 @@ void check_order(const std::vector<float>& cuts) {
   }
 }
 
-// Blocks that no single domain owns.
+// Marks blocks that no single domain owns.
 constexpr std::uint32_t kDivided = UINT32_MAX;
 
 // Returns the owner of each block of a curve.
@@ -39,7 +39,7 @@ std::vector<std::uint32_t> owners_of_blocks(const std::vector<float>& cuts) {
   return owners;
 }
 
-// Each cut must lie within the part of space that it halves.
+// Throws unless each cut is within the part of space that it halves.
 void check_inside(const std::vector<Cut>& tree, int first, int last, const Box& box) {
   if (last - first < 2) return;
   const int middle = first + left_part(last - first);
@@ -88,7 +88,7 @@ Domains Domains::of(const std::vector<Cut>& tree, std::shared_ptr<const Curve> c
   domains.cuts_ = std::move(cuts);
   check_inside(tree, 0, domains.count(), {});
   domains.nodes_ = tree;
-  domains.nodes_.insert(domains.nodes_.begin(), Cut{tree[0].axis, 0});  // walk() looks at it, on an axis that is there
+  domains.nodes_.insert(domains.nodes_.begin(), Cut{tree[0].axis, 0});  // walk() reads it, so its axis must be valid
   return domains;
 }
 
@@ -100,8 +100,8 @@ std::vector<Cut> Domains::tree() const {
   return tree;
 }
 
-// The number of cuts at or below x. Each step halves the remaining range without a branch. NaN compares false with
-// every cut: its search ends at the last domain.
+// Finds the number of cuts at or below each x. Each step halves the remaining range without a branch. NaN compares
+// false with every cut, so its search ends at the last domain.
 void Domains::search(std::span<const float> x, std::uint32_t* below) const {
   const float* const cuts = cuts_.data();
   std::fill_n(below, x.size(), 0u);
@@ -114,8 +114,8 @@ void Domains::search(std::span<const float> x, std::uint32_t* below) const {
   }
 }
 
-// Down the tree, level by level, without a branch. Who has arrived has nothing left to halve, and stays: size is then 1
-// or 0, and half of it 0.
+// Finds owners by going down the tree, level by level, without a branch. A particle that has arrived stays: its size is
+// then 1 or 0, and half of that is 0.
 void Domains::walk(const Places& places, std::size_t first, std::size_t count, std::uint32_t* owners) const {
   std::uint32_t size[kAbreast];
   std::fill_n(size, count, static_cast<std::uint32_t>(this->count()));
@@ -132,7 +132,7 @@ void Domains::walk(const Places& places, std::size_t first, std::size_t count, s
   }
 }
 
-// Most blocks of a curve have one owner, so that most particles need no more than their block.
+// Finds owners along a curve. Most blocks have one owner, so most particles need only their block.
 void Domains::look_up(const Places& places, std::size_t first, std::size_t count, std::uint32_t* owners) const {
   const auto& [x, y, z] = places.position;
   for (std::size_t i = 0; i < count; ++i) {

@@ -1,5 +1,5 @@
-// The Hilbert curve: cells that follow each other have a face in common. Rules of its turns: C. H. Hamilton and
-// A. Rau-Chaplin, "Compact Hilbert indices", Information Processing Letters 105 (2008), for three dimensions.
+// The Hilbert curve: successive cells have a face in common. For the rules of its turns see C. H. Hamilton and A.
+// Rau-Chaplin, "Compact Hilbert indices", Information Processing Letters 105 (2008), for three dimensions.
 #pragma once
 
 #include <bit>
@@ -14,9 +14,9 @@ constexpr unsigned gray(unsigned i) { return i ^ i >> 1; }
 constexpr unsigned gray_inverse(unsigned g) { return g ^ g >> 1 ^ g >> 2; }
 constexpr unsigned rotated_left(unsigned bits, unsigned by) { return (bits << by | bits >> (3 - by)) & 7u; }
 constexpr unsigned rotated_right(unsigned bits, unsigned by) { return (bits >> by | bits << (3 - by)) & 7u; }
-/// The corner at which the curve enters the i-th part of a cell that it passes in the simplest way.
+/// Returns the corner at which the curve enters the i-th part of a cell in its base orientation.
 constexpr unsigned entry(unsigned i) { return i == 0 ? 0 : gray((i - 1) / 2 * 2); }
-/// The axis along which it passes through that part.
+/// Returns the axis along which it passes through that part.
 constexpr unsigned direction(unsigned i) {
   if (i == 0) return 0;
   return static_cast<unsigned>(std::countr_one(i % 2 == 0 ? i - 1 : i)) % 3;
@@ -24,7 +24,7 @@ constexpr unsigned direction(unsigned i) {
 
 }  // namespace hilbert
 
-/// A state is the corner at which the curve enters a cell, times three, and the axis along which it passes through.
+/// A state is three times the corner at which the curve enters a cell, plus the axis along which it passes through.
 inline constexpr std::array<Turns, 24> kHilbertTurns = [] {
   std::array<Turns, 24> states{};
   for (unsigned state = 0; state < states.size(); ++state) {

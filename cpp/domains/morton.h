@@ -1,4 +1,4 @@
-// The Morton curve, or z-order: bits of x, y and z in turn. It jumps, and never turns.
+// The Morton curve, or z-order: interleaved bits of x, y and z. It jumps, but never turns.
 #pragma once
 
 #include "domains/turns.h"

@@ -36,15 +36,15 @@ struct Box {
   bool operator==(const Box&) const = default;
 };
 
-/// A part of space with an end on every side, metres.
+/// A part of space that is bounded on every side, metres.
 struct Room {
   std::array<double, 3> low, high;
 
   double side(int axis) const { return high[static_cast<std::size_t>(axis)] - low[static_cast<std::size_t>(axis)]; }
 };
 
-/// Where particles are, and who they are: planes of coordinates and ids. Only what the domains look at must be there:
-/// the planes of the axes that are cut, of all three for a curve, or the ids.
+/// Positions and ids of particles. Only those that the domains need must be set: the planes of the axes that are cut,
+/// all three for a curve, or the ids.
 struct Places {
   std::array<const float*, 3> position{};  // x, y, z
   particles::Ids ids;

@@ -34,7 +34,7 @@ std::string line_of(const balance::LoadTable& table) {
   return line + " " + table.system + "\n";
 }
 
-// While it lives, writing to a pipe that nobody reads any more fails, rather than ending this process.
+// While it exists, writing to a pipe without a reader fails instead of ending this process.
 class NoPipeSignal {
  public:
   NoPipeSignal() {
@@ -55,11 +55,11 @@ class NoPipeSignal {
   sigset_t pipe_{}, before_{};
 };
 
-// Both ends of a conversation with another program, line by line.
+// Two pipes to another program, which answers line by line.
 class Pipes {
  public:
   explicit Pipes(const std::string& directory) {
-    // Without waiting for the other end: it was there first, or it has gone.
+    // Does not wait for the other end: it opened the pipe first, or it is gone.
     tables_ = open((directory + "/tables").c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC);
     plans_ = tables_ < 0 ? -1 : open((directory + "/plans").c_str(), O_RDONLY | O_CLOEXEC);
     if (plans_ < 0) {
@@ -134,7 +134,7 @@ class Asked : public balance::Policy {
  private:
   std::string directory_;
   std::string name_;
-  mutable std::unique_ptr<Pipes> pipes_;  // of the manager alone
+  mutable std::unique_ptr<Pipes> pipes_;  // only on the manager
 };
 
 }  // namespace

@@ -1,5 +1,5 @@
-// A balancer in another program, which answers over two named pipes: that of a script, where the engine runs without
-// Python.
+// A balancer in another program, which is asked over two named pipes: for the balancers of scripts, when the engine
+// runs without Python.
 #pragma once
 
 #include <string>
@@ -8,14 +8,14 @@
 
 namespace motes::driver {
 
-/// Opens the balancer that a directory describes (python/motes/cluster/deciding.py writes it). Its file `facts` has the
-/// name, the smoothing, and "system" or "all" in three lines. Into the pipe `tables` go lines
+/// Opens the balancer that a directory describes (python/motes/cluster/deciding.py writes it). Its file `facts` holds
+/// the name, the smoothing, and "system" or "all" in three lines. Each request is a line in the pipe `tables`:
 ///
 ///   frame evaluation axes N  N x (particles seconds speed error)  (N - 1) x cut  system
 ///
-/// and out of the pipe `plans` come "shares" and N numbers, "orders" and any number of "from to count", or "error" and
-/// its text. Only the manager opens the pipes. Throws std::runtime_error where the file cannot be read; planning
-/// throws it where nobody answers.
+/// Each answer is a line in the pipe `plans`: "shares" and N numbers, "orders" and any number of "from to count", or
+/// "error" and its text. Only the manager opens the pipes. Throws std::runtime_error if the file cannot be read;
+/// planning throws it if nobody answers.
 balance::PolicyPtr asked(const std::string& directory);
 
 }  // namespace motes::driver

@@ -10,7 +10,7 @@ namespace motes::driver {
 /// A file mapped into memory: ranks on one host share its pages.
 class MappedFile {
  public:
-  /// Throws std::runtime_error where the file cannot be read.
+  /// Maps a file. Throws std::runtime_error if it cannot be read.
   explicit MappedFile(const std::string& path);
   ~MappedFile();
   MappedFile(const MappedFile&) = delete;
@@ -23,11 +23,11 @@ class MappedFile {
   std::size_t size_ = 0;
 };
 
-/// Writes under a temporary name, syncs, renames: the file appears complete or not at all. Creates its directory.
-/// Throws std::runtime_error.
+/// Writes a file under a temporary name, syncs and renames it: it appears complete or not at all. Creates its
+/// directory. Throws std::runtime_error.
 void write_whole(const std::string& path, std::span<const std::byte> content);
 
-/// A picture as PPM (binary, P6): a text header, then the pixels, 3 bytes each, rows from top to bottom. ffmpeg,
+/// Writes a picture as PPM (binary, P6): a text header, then the pixels, 3 bytes each, rows from top to bottom. ffmpeg,
 /// ImageMagick, Pillow and GIMP read it, and writing it needs no library.
 void write_ppm(const std::string& path, int width, int height, std::span<const unsigned char> pixels);
 

@@ -120,7 +120,8 @@ class Player {
     return name == "shared" ? roles::cast_shared(size) : roles::cast_auto(size);
   }
 
-  // The scene stores its balancer as one of its facts; a balancer defined by the script itself is not in the scene.
+  // Returns the chosen balancer, or the one that the scene names. The scene does not contain a balancer that its script
+  // defines.
   balance::PolicyPtr policy() const {
     const std::string own = opened_.scene.fact("balancer");
     if (!options_.ask.empty()) return asked(options_.ask);
@@ -203,7 +204,7 @@ class Player {
   std::unique_ptr<engine::Engine> engine_;
 };
 
-// One rank reports what happened, and the job ends on all ranks: none is left waiting for a rank that failed.
+// Reports an error from one rank and ends the job on all ranks, so that none keeps waiting for a failed rank.
 [[noreturn]] void give_up(const comm::Environment& mpi, const std::string& text, bool others_speak) {
   const double wait_s = others_speak ? 2.5 : std::min(1.0, 0.05 * mpi.rank());
   const timespec nap{static_cast<time_t>(wait_s), static_cast<long>((wait_s - std::floor(wait_s)) * 1e9)};
@@ -253,5 +254,5 @@ int main(int argc, char** argv) {
 }  // namespace
 }  // namespace motes::driver
 
-// Visible: a simulator loads the program as a library and looks for main.
+// Visible, since a simulator loads the program as a library and looks for main.
 [[gnu::visibility("default")]] int main(int argc, char** argv) { return motes::driver::main(argc, argv); }

@@ -64,7 +64,7 @@ void write_run(const std::string& directory, const RunFacts& facts) {
     text += (text.size() == 1 ? "\n " : ",\n ") + quoted(name) + ": " + value;
   };
   field("schema", "1");
-  // A simulated run has no date: two of them write the same bytes.
+  // A simulated run has no date, so that two runs write the same bytes.
   field("started_unix_s", comm::simulated() ? "0" : std::to_string(time(nullptr)));
   field("argv", listed(facts.argv, quoted));
   field("seed", std::to_string(facts.settings.seed));

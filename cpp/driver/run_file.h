@@ -1,4 +1,4 @@
-// run.json: what was run and on what machine, in the form that python/motes/_run/run_file.py writes for a script.
+// run.json: what was run and on which machine, in the form that python/motes/_run/run_file.py writes for scripts.
 #pragma once
 
 #include <map>

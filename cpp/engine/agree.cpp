@@ -32,8 +32,9 @@ CalculatorLoad own_load(const Population& here) {
   return load;
 }
 
-// By how much births and pictures make this rank slower than its actions alone, where ranks that calculate also manage
-// or draw: as in the last frame. One that draws cannot act while it waits for what it draws, either.
+// Returns the factor by which births and pictures slowed this rank in the last frame, relative to actions only. It is 1
+// unless ranks that calculate also manage or draw. The image generator's wait for records counts too, since it cannot
+// act meanwhile.
 double slowed_by_other_work(const Rank& rank) {
   const roles::Cast& cast = rank.session.cast();
   if (cast.calculator_of(cast.manager) < 0 && cast.calculator_of(cast.image_generator) < 0) return 1;
@@ -77,8 +78,8 @@ void report_systems(const Rank& rank, const Script& script, const Calculator& ca
   }
 }
 
-// Adds viewers' orders to the report, once per conversation, in its last round: as late as all ranks can still learn of
-// them.
+// Adds viewers' orders to the report, once per conversation: in its last round, the latest one that can still reach all
+// ranks.
 void report_orders(Rank& rank, const Script& script, Round& round) {
   const bool last = round.last == script.systems.size();
   if (!script.steered() || !last || !rank.session.draws() || !rank.settings.orders) return;
@@ -105,7 +106,8 @@ void report_rank(const Rank& rank, const Script& script, Calculator& calculator,
   round.tells_tails = round.own.tail.valid && !rank.settings.log.directory.empty();
 }
 
-// The ranks outside the largest group that recorded the same list; the lowest rank's group wins a tie.
+// Returns a verdict that names the ranks outside the largest group with the same list; in a tie, the group of the
+// lowest rank wins.
 Verdict mismatch(const Script& script, int ranks, const std::vector<Dissent>& dissents) {
   std::vector<std::span<const std::byte>> lists(static_cast<std::size_t>(ranks), script.bytes.view());
   for (const Dissent& dissent : dissents) lists[static_cast<std::size_t>(dissent.rank)] = dissent.record.view();
@@ -137,8 +139,8 @@ Verdict mismatch(const Script& script, int ranks, const std::vector<Dissent>& di
   return verdict;
 }
 
-// Compares the ranks' lists. Mismatches come before failures, since a rank whose script differs says nothing reliable
-// about computing.
+// Returns a verdict on mismatches and failures. Mismatches take precedence, since failures of a rank whose script
+// differs mean little.
 Verdict compare(const Script& script, int ranks, const Report& report) {
   if (!report.dissents.empty()) return mismatch(script, ranks, report.dissents);
   Verdict verdict;
@@ -165,7 +167,7 @@ void sum_up(const Script& script, const Round& round, const Report& report, Verd
   }
 }
 
-// Returns the entries of calculators in one part of the tree; all entries are in the order of the tree.
+// Returns the entries of calculators at places first .. end - 1 of the tree. `all` must be in the order of the tree.
 template <class T, class Calculator>
 std::vector<T> within(const std::vector<T>& all, const roles::Tree& tree, int first, int end, Calculator calculator) {
   const auto before = [&](const T& one, int place) { return tree.place_of(static_cast<int>(one.*calculator)) < place; };
@@ -173,8 +175,8 @@ std::vector<T> within(const std::vector<T>& all, const roles::Tree& tree, int fi
           std::lower_bound(all.begin(), all.end(), end, before)};
 }
 
-// Passes the verdict to this rank and the ranks below, each with its own part. Flows within this part of the tree are
-// known here only.
+// Keeps this rank's part of the verdict and sends the ranks below theirs. Adds the flows within this subtree, which no
+// rank above knows.
 void pass_on(Rank& rank, Round& round, Judgement judgement, const std::vector<Flow>& staying) {
   Relay& relay = rank.session.relay();
   const roles::Tree& tree = relay.tree();
@@ -204,7 +206,7 @@ void pass_on(Rank& rank, Round& round, Judgement judgement, const std::vector<Fl
   round.verdict = std::move(judgement.verdict);
 }
 
-// Decides which warnings about pictures to give: on the last picture, and at the end on all of them.
+// Warns about systems that pictures do not show, after each picture and at the end of the run.
 void watch_pictures(const Script& script, const Tail& tail, Manager& manager) {
   const std::uint64_t frame = tail.valid ? tail.frame : script.record.frame;
   const auto look = [&](std::size_t system, Sighted sighted, bool last) {
@@ -219,7 +221,7 @@ void watch_pictures(const Script& script, const Tail& tail, Manager& manager) {
   for (std::size_t i = 0; i < script.systems.size(); ++i) look(i, Sighted::unknown, true);
 }
 
-// Decides which warnings about a system's interactions to give.
+// Warns about problems in the interactions of a round's systems.
 void watch(const Script& script, const Round& round, const std::vector<Strain>& strains, const Settings& settings,
            Manager& manager) {
   for (std::size_t i = round.first; i < round.last && i - round.first < strains.size(); ++i) {
@@ -259,7 +261,7 @@ void judge(Rank& rank, const Script& script, Manager& manager, Round& round) {
   }
   pass_on(rank, round, std::move(judgement), gathered.staying);
   if (round.verdict.failure.failed()) return;
-  // The rest happens after the verdict, when nobody waits.
+  // The rest happens after the verdict, when no rank waits for the manager.
   std::vector<Strain> strains;
   for (const SystemReport& system : gathered.report.systems) strains.push_back(system.strain);
   manager.judged.push_back({std::move(gathered.report.tail), loads_of(rank, round, gathered), std::move(strains)});
@@ -284,7 +286,7 @@ void hear_verdict(Rank& rank, Script& script, Round& round) {
     System& system = *script.systems[i];
     system.counts.alive = round.verdict.alive[i];
     system.digest = round.verdict.digests[i];
-    // Between frames, and for a read in a frame, nobody has looked for the oldest, and births may be pending.
+    // Conversations other than frames do not look for the lowest live id, and births may be pending.
     if (system.asks_oldest && script.in_frame()) system.history.forget_before(round.verdict.oldest[i]);
   }
 }

@@ -80,7 +80,7 @@ void Engine::record(int index, recording::Item item) {
     recording::check(*spawn, s.schema, system(spawn->into).schema);
     uses_copies = actions::uses_copies(spawn->where, s.schema);
     keep_copies(system(spawn->into),
-                population(spawn->into));  // their births cannot be made again from their ids alone
+                population(spawn->into));  // births of children cannot be recomputed from their ids
   }
   if (const auto* callback = std::get_if<recording::Callback>(&item)) {
     actions::check_condition(callback->where, callback->shapes, s.schema);
@@ -169,8 +169,7 @@ void Engine::Kept::keep(Script& script) {
   if (!pictures) script.record.view.reset();
 }
 
-// Computes particles by replaying the kept lists. With one rank, lists are kept without computing particles until the
-// script asks for them.
+// Replays the kept lists if they have not been computed, which only happens on a single rank.
 void Engine::catch_up() {
   if (!kept_.only) return;
   kept_.only = false;
@@ -179,7 +178,7 @@ void Engine::catch_up() {
   parts_->manager.systems.clear();
   for (const auto& s : as_they_are) add_system(s->definition);
   parts_->rank.session.frame = 0;
-  kept_.on = false;  // these are kept already
+  kept_.on = false;  // the replayed lists are kept already
   for (const base::Bytes& bytes : kept_.lists) {
     base::Reader in(bytes.view());
     replay(*this, recording::read(in), false);

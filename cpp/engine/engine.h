@@ -1,6 +1,6 @@
-// The engine: the frame of the paper's Algorithm 1, told once for all roles. Every rank calls the same functions in the
-// same order; each does its roles' part. The phases are functions over the parts that they use, one file per phase,
-// with both ends of that phase's conversation.
+// The engine: the frame of the paper's Algorithm 1, for all roles. Every rank calls the same functions in the same
+// order, and each does the part of its roles. The phases are functions over the parts that they use; each file holds
+// both ends of its phase's conversation.
 #pragma once
 
 #include <cstdint>
@@ -27,137 +27,143 @@ class Engine {
  public:
   Engine(std::unique_ptr<comm::Communicator> communicator, roles::Cast cast, Settings settings);
 
-  /// Returns this rank's conversation: its rank, roles and the frame being recorded.
+  /// Returns this rank's session, with its rank, its roles and the frame being recorded.
   const Session& session() const { return parts_->rank.session; }
-  /// The threads of this rank.
+  /// Returns this rank's thread pool.
   threads::Pool& pool() const { return *parts_->rank.pool; }
   std::uint64_t frame() const { return parts_->rank.session.frame; }
-  /// The signal that asked some rank to stop before it had reported on the last frame, the same on all ranks; or 0.
+  /// Returns the signal that asked a rank to stop before its report on the last frame, or 0. The same on all ranks.
   int stop_asked() const { return parts_->rank.session.stop; }
-  /// Seconds of this rank's phases in the last frame.
+  /// Returns the seconds of this rank's phases in the last frame.
   const PhaseTimes& times() const { return parts_->rank.watch.last(); }
 
   /// Defines a system; its index is the same on all ranks that make the same calls.
   int add_system(recording::SystemDefinition definition);
   System& system(int index) { return *parts_->script.systems[static_cast<std::size_t>(index)]; }
-  /// Throws std::invalid_argument where the system's particles cannot be drawn so.
+  /// Sets how a system's particles are drawn. Throws std::invalid_argument if they cannot be drawn that way.
   void set_sprite(int index, const image::Sprite& sprite);
   int system_count() const { return static_cast<int>(parts_->script.systems.size()); }
 
-  /// Adds to this frame's list. Throws std::invalid_argument for what the system cannot take.
+  /// Appends an item to this frame's list. Throws std::invalid_argument if the item is not valid for the system.
   void record(int system, recording::Item item);
-  /// Adds an action between the particles of two systems: it stands at this place in both of their lists.
+  /// Appends an action between the particles of two systems to both of their lists.
   void record_interaction(int first, int second, actions::Action action);
 
   /// Returns System::next_birth.
   std::pair<std::uint64_t, std::uint64_t> next_birth(int system);
 
-  /// This rank's particles as they are where the script stands: runs what was recorded so far. Communicates nothing.
-  /// Throws what that fails with: it cannot run again from its middle, so all ranks hear of it in what they say next.
+  /// Runs what was recorded so far, and returns this rank's particles as they are then. Does not communicate. Throws
+  /// any failure of that run; a run cannot be repeated from its middle, so all ranks learn of the failure in the next
+  /// conversation.
   ParticlesView local(int system);
-  /// Returns what the last local() showed.
+  /// Returns the result of the last local().
   ParticlesView seen(int system) { return engine::seen(population(system)); }
-  /// The script writes what the last local() saw, where that is a preview: see read.h.
+  /// Keeps the script's writes to the result of the last local() if that is a preview: see read.h.
   void keep_preview(int system);
-  /// The script may have moved particles of this rank.
+  /// Notes that the script may have moved particles of this rank.
   void touched(int system);
   void on_callback(std::function<void(const Call&)> call) { parts_->calculator.callback = std::move(call); }
 
-  /// Collective. The start and the end of a run: all ranks are here, with the same systems and seed.
+  /// Begins (start) and ends (finish) a run, with the same systems and seed on all ranks. Collective.
   void start();
   void finish();
-  /// Collective, between two frames: returns where no rank has failed in the frames so far, also not behind the point
-  /// at which all agreed on the last one; with the log's rows of all of them on the disk, which otherwise lag up to two
-  /// frames behind. Each rank first does `first`, which brings to the disk what it writes beside the log. Where ranks
-  /// are lost meanwhile, those that are left do it again before they return.
+  /// Waits until the log's rows of all frames so far are on disk; without it, they lag up to two frames behind. Throws
+  /// on all ranks if one has failed, even if that was after the last verdict. Each rank first calls `first`, which
+  /// flushes its other files to disk. If ranks are lost meanwhile, the remaining ones repeat the call before they
+  /// return. Collective, between two frames.
   void secure(const std::function<void()>& first = {});
 
-  /// Collective, between two frames: what each rank says, by rank, on every rank. `say` is asked again where ranks are
-  /// lost meanwhile, also on a rank that has heard the answers before: these must not depend on which time it was. It
-  /// is kept until the next call.
+  /// Returns the result of `say` on every rank, by rank. If ranks are lost meanwhile, `say` is called again, even on
+  /// ranks that already had the answers, so its result must not depend on how often it was called. `say` is kept until
+  /// the next call. Collective, between two frames.
   std::vector<std::string> tell(const std::function<std::string()>& say);
 
-  /// Collective. Ends the frame; with a view it has a picture. All ranks agree on `argument`.
+  /// Runs the recorded list and ends the frame; with a view, draws a picture. `argument` must be the same on all ranks.
+  /// Collective.
   void run_frame(const std::optional<image::View>& view, const std::string& argument = "");
-  /// Collective, between two frames. Another picture of the particles as they are, which changes nothing else.
+  /// Draws another picture of the particles; changes nothing else. Collective, between two frames.
   void redraw(const image::View& view, const std::string& argument = "");
 
-  /// Image generator: what viewers ask for, as text; asked once in each frame, and in hear_orders().
+  /// Image generator: sets the function that returns viewers' orders as text; called once per frame and in
+  /// hear_orders().
   void on_orders(std::function<std::string()> orders);
-  /// Returns viewers' orders of the last frame or hear_orders(), the same on all ranks.
+  /// Returns viewers' orders from the last frame or hear_orders(); the same on all ranks.
   const std::string& orders() const { return parts_->rank.session.orders; }
-  /// Collective, between two frames. Brings orders and signals to all ranks, as a frame does.
+  /// Sends orders and signals to all ranks, as a frame does. Collective, between two frames.
   void hear_orders(const std::string& argument = "");
 
   Painter& painter() { return parts_->painter; }
-  /// The image generator tells the log about its picture.
+  /// Image generator: sets the checksum of its picture for the log.
   void set_image_sha256(const std::string& hex) { parts_->calculator.tail.image_sha256 = hex; }
-  /// Manager: warnings of the last frames; they are not told again.
+  /// Manager: returns the warnings since the last call.
   std::vector<std::string> take_remarks() { return std::exchange(parts_->manager.remarks, {}); }
-  /// Manager: the last frame about which all is known, for progress and logs.
+  /// Manager: returns the row of the last complete frame, for progress and logs.
   const std::optional<FrameRow>& last_row() const { return parts_->manager.account.last_row(); }
 
-  /// Keeps each frame's list from now on. Without `compute` it makes no pictures, and on a single rank computes no
+  /// Keeps each frame's list from now on. Without `compute`, frames have no pictures, and a single rank computes no
   /// particles before catch_up(). Call before start(), on all ranks.
   void keep_lists(bool compute);
-  /// The recorded lists of the frames since then, as bytes.
+  /// Returns the lists kept since keep_lists(), as bytes.
   const std::vector<base::Bytes>& kept_lists() const { return kept_.lists; }
-  /// Computes what was only kept so far: particles, counts and cuts are then those of an ordinary run. Reading calls
-  /// it.
+  /// Computes the frames whose lists were only kept so far; particles, counts and cuts are then those of an ordinary
+  /// run. Called by all functions that read particles.
   void catch_up();
 
-  /// Survives losses of ranks from now on: keeps replicas of all particles before every `every`-th frame. A collective
+  /// Survives losses of ranks from now on: makes replicas of all particles before every `every`-th frame. A collective
   /// call that a loss interrupts is repeated on the remaining ranks, in the world as it was; if that is impossible, it
-  /// throws Unrecoverable on all of them. Call after start(), on all ranks, where the communicator survives losses.
+  /// throws Unrecoverable on all of them. Call after start(), on all ranks; no effect if the communicator cannot
+  /// survive losses.
   void survive_losses(std::uint64_t every, Bystander bystander);
-  /// Collective, behind restore_rows() on all ranks: replicas from here on. Throws RankLost where a rank is lost before
-  /// all have theirs.
+  /// Makes replicas of restored particles. Throws RankLost if a rank is lost before all ranks have theirs. Collective,
+  /// after restore_rows() on all ranks.
   void copy_restored();
-  /// The image generator: pictures of the frames from here on are in no file yet. UINT64_MAX: none.
+  /// Image generator: sets the first frame whose picture is not yet in a file; UINT64_MAX: none.
   void set_unsaved_from(std::uint64_t frame) { parts_->rank.session.unsaved_from = frame; }
   /// Returns how often ranks were lost so far.
   std::uint32_t losses() const { return replicas_.losses; }
 
-  /// Between two frames: what all ranks know of the world, equal on all of them.
+  /// Returns the state that all ranks share, as bytes. Call between two frames.
   base::Bytes shared_state() const;
-  /// This calculator's particles: the planes are appended to `out`.
+  /// Describes this calculator's particles and appends their planes to `out`.
   snapshots::Description copy_part(base::Bytes& out) const {
     return engine::copy_part(parts_->rank, parts_->script, parts_->calculator, out);
   }
-  /// Copies this calculator's particles, and writes them to a file while frames go on; waits for the part before. Other
-  /// ranks have no part.
+  /// Copies this calculator's particles and writes them to a file in the background, after the previous file is
+  /// complete. No effect on other ranks.
   void save_part(const std::string& path);
   snapshots::Writer& part_writer() { return writer_; }
   const snapshots::Writer& part_writer() const { return writer_; }
 
-  /// The world goes on from such a state: see engine/parts/snapshot.h. Before its first frame, equal on all ranks.
+  /// Restores a shared state: see engine/parts/snapshot.h. Call before the first frame, with the same state on all
+  /// ranks.
   void restore_state(std::span<const std::byte> state, const std::vector<Sample>& samples);
   // NOLINTNEXTLINE(readability-make-member-function-const): particles change
   void restore_rows(const snapshots::Description& description, std::span<const std::byte> planes, std::size_t system,
                     std::uint64_t first, std::uint64_t last) {
     engine::restore_rows(parts_->rank, parts_->calculator, description, planes, system, first, last);
   }
-  // NOLINTNEXTLINE(readability-make-member-function-const): speeds do
+  // NOLINTNEXTLINE(readability-make-member-function-const): speeds change
   void restore_speeds(const snapshots::Description& description) {
     engine::restore_speeds(parts_->calculator, description);
   }
 
-  /// Collective. Fingerprints of all systems' particles where the script stands.
+  /// Returns digests of all systems' particles after the items recorded so far. Collective.
   std::vector<particles::Digest> digest();
 
-  /// Collective. All particles of a system on rank 0, or on every rank; null elsewhere. Not sorted.
+  /// Returns all particles of a system on rank 0, or on every rank; null elsewhere. Not sorted. Collective.
   std::unique_ptr<particles::Store> gather(int system, bool to_all);
 
-  /// Collective. What a sum over all particles of a system comes to where the script stands, on every rank. `verb`:
-  /// total, histogram or tally. Throws std::invalid_argument for what the system cannot sum.
+  /// Returns a sum over all particles of a system after the items recorded so far, on every rank. `verb`: total,
+  /// histogram or tally. Throws std::invalid_argument if the sum is not valid for the system. Collective.
   program::Totals sum(int system, recording::Verb verb, const program::Sum& what);
 
-  /// Collective. What each rank has to tell before particles are written to files: what `prepare` returns, which may
-  /// fail. Where it reads particles, what was recorded so far runs first. All ranks agree on `what`.
+  /// Returns the notes of all ranks before particles are written to files. `prepare` returns this rank's note and may
+  /// fail. `reads`: it reads particles, so what was recorded so far runs first. `what` must be the same on all ranks.
+  /// Collective.
   Notes prepare_write(const std::string& what, bool reads, const std::function<Note()>& prepare);
 
  private:
-  // Lists that are kept for a scene file.
+  // Lists kept for a scene file.
   struct Kept {
     bool on = false;
     bool pictures = true;  // frames are drawn
@@ -167,15 +173,15 @@ class Engine {
     void keep(Script& script);
   };
 
-  // A collective call that ended on this rank; it is repeated if it did not end on others.
+  // The last collective call that ended on this rank; repeated if it did not end on others.
   struct Ended {
     std::uint64_t count = 0;  // number of calls so far, this one included
     bool frame = false;  // the call is a frame, whose list is kept
-    std::function<void()> again;  // another call, if it can be made again
-    std::vector<std::size_t> before, after;  // lengths of the lists
+    std::function<void()> again;  // repeats a call that is not a frame; empty if it cannot be repeated
+    std::vector<std::size_t> before, after;  // lengths of the lists before and after the call
   };
 
-  // The call that a loss interrupted.
+  // State of the call that a loss interrupted.
   struct Interrupted {
     std::vector<std::unique_ptr<System>> systems;
     std::function<void(const Call&)> callback;
@@ -196,7 +202,7 @@ class Engine {
   program::Totals sum_now(int system, recording::Verb verb, const program::Sum& what);
   Notes prepare_write_now(const std::string& what, bool reads, const std::function<Note()>& prepare);
 
-  /// Runs what was recorded so far; nothing where this rank has failed, in that or before.
+  /// Runs what was recorded so far; returns nothing if this rank has failed, in this or earlier work.
   std::optional<ParticlesView> try_read(int system);
   template <class Compute>
   void look_at(int system, const Compute& compute);
@@ -224,13 +230,13 @@ class Engine {
   Bystander bystander_;
   Ended last_;
   std::vector<std::size_t> before_;  // lengths of the lists when the current call began
-  std::uint64_t frame_before_ = 0;  // and where it stands
-  bool wrote_ = false;  // the script wrote to particles in the frame under way
+  std::uint64_t frame_before_ = 0;  // frame when the current call began
+  bool wrote_ = false;  // the script wrote to particles in the current frame
   bool recovering_ = false;
   std::unique_ptr<Interrupted> interrupted_;
-  std::optional<Announced> announced_;  // announced by ranks that made the current call already
+  std::optional<Announced> announced_;  // from ranks that completed the current call already
   Loss loss_;
-  double zero_ = 0;  // zero of timelines
+  double zero_ = 0;  // zero of timelines, in wall seconds
 };
 
 }  // namespace motes::engine

@@ -1,4 +1,4 @@
-// The loop: what a frame, and every other conversation of all ranks, consists of.
+// The loop: the phases of a frame and of every other conversation of all ranks.
 #include <algorithm>
 #include <iterator>
 
@@ -25,16 +25,16 @@ using recording::Verb;
 namespace {
 
 void open(Parts& p, std::size_t index) {
-  Newborn newborn = receive_births(p.rank, p.script, p.calculator, index);  // may learn that there are other rounds
+  Newborn newborn = receive_births(p.rank, p.script, p.calculator, index);  // may adopt the manager's rounds
   if (newborn.plan) p.painter.plan = *newborn.plan;
   Round& round = p.script.rounds[index];
-  act(p.rank, p.script, p.calculator, round, newborn);  // calculators run the list and set migrants aside
+  act(p.rank, p.script, p.calculator, round, newborn);  // calculators run the list and pack migrants
   report(p.rank, p.script, p.calculator, round, newborn);  // all -> manager: loads, events, failures
 }
 
 void settle(Parts& p, Round& round) {
   if (p.rank.session.manages()) judge(p.rank, p.script, p.manager, round);
-  hear_verdict(p.rank, p.script, round);               // manager -> all
+  hear_verdict(p.rank, p.script, round);  // manager -> all
   send_migrants(p.rank, p.script, p.calculator, round);  // calculators -> calculators
 }
 
@@ -43,12 +43,11 @@ void close(Parts& p, const Round& round) {
   p.rank.watch.note_messages(p.script.name_of(round), round.reported_s);
 }
 
-// Round by round; or, overlapped, what one round says travels while the next ones compute.
+// Runs all rounds, one after another or overlapped: then messages of one round travel while the next ones compute.
 void converse(Parts& p) {
   const bool manages = p.rank.session.manages();
-  if (p.script.in_frame()) take_new_cuts(p.rank, p.script, p.calculator);  // cuts that all know already
-  if (manages)
-    take_all_proposals(p.rank, p.script, p.manager);  // proposals of the last frame: new cuts go out with the births
+  if (p.script.in_frame()) take_new_cuts(p.rank, p.script, p.calculator);  // cuts from the last verdict
+  if (manages) take_all_proposals(p.rank, p.script, p.manager);  // of the last frame; new cuts are sent with the births
   std::vector<Round>& rounds = p.script.rounds;
   const bool overlaps = p.script.overlaps;
   for (std::size_t round = 0; manages && overlaps && round < rounds.size(); ++round) {
@@ -58,7 +57,7 @@ void converse(Parts& p) {
     if (step < rounds.size()) {
       if (manages && !overlaps) deal(p.rank, p.script, p.manager, rounds[step]);
       open(p, step);
-      lag = p.script.overlaps ? 1 : 0;  // in the manager's order of rounds
+      lag = p.script.overlaps ? 1 : 0;  // open() may have adopted the manager's setting
     }
     if (step >= lag && step - lag < rounds.size()) settle(p, rounds[step - lag]);
     if (step >= 2 * lag) close(p, rounds[step - 2 * lag]);
@@ -83,7 +82,7 @@ void begin(Parts& p, Verb verb, const std::optional<image::View>& view, const st
   split_rounds(p.script, run.combine, p.rank.session.turn);
 }
 
-// Notes what the log needs of each system on this calculator.
+// Collects what the log needs about each system on this calculator.
 void note_tails(const Script& script, Calculator& calculator) {
   const std::vector<Density> densities = engine::densities(script, calculator);
   const PhaseTimes& times = calculator.tail.times;
@@ -123,7 +122,7 @@ void end(Parts& p) {
                   "), frame " + std::to_string(session.frame));
 }
 
-// Outside the frame: all ranks are here and ask the same.
+// Holds a conversation outside a frame. Collective.
 void ask_all(Parts& p, Verb verb, const std::string& argument) {
   begin(p, verb, std::nullopt, argument);
   converse(p);
@@ -141,7 +140,8 @@ constexpr void fields(Visitor& visit, RankText& said) {
   visit(said.text);
 }
 
-// Rounds and conversations depend on these: ranks that differ must hear of it before they get stuck.
+// Returns the settings that rounds and conversations depend on. Ranks compare them at the start, because ranks that
+// differ would deadlock.
 std::string shared_settings(const Settings& run) {
   std::string shared(base::name_of(run.combine));
   shared.append(", ").append(run.policy ? run.policy->name() : "cuts stay");
@@ -149,9 +149,9 @@ std::string shared_settings(const Settings& run) {
   return shared.append(", fan-out ").append(std::to_string(run.fan_out));
 }
 
-// The next frame begins when all ranks have answered the plan: the one that draws does not let them wait for its
-// picture. It must get the plan from the manager itself, have nobody below it, and no neighbours to talk to first,
-// since those may wait for what it projects.
+// Returns whether this rank draws and should answer the plan before it draws. The next frame begins when all ranks have
+// answered, so they need not wait for the picture. The rank must get the plan directly from the manager, have no ranks
+// below it, and no neighbours to compare loads with first, since those may wait for its records.
 bool answers_before_drawing(const Rank& rank) {
   const roles::Tree& tree = rank.session.relay().tree();
   const balance::Policy* policy = rank.settings.policy.get();
@@ -159,7 +159,7 @@ bool answers_before_drawing(const Rank& rank) {
   return apart && rank.session.draws() && !rank.session.manages();
 }
 
-// Tells whether only the script itself can run this list.
+// Returns whether this list can only run with the script.
 bool needs_script(const Script& script) {
   return std::any_of(script.systems.begin(), script.systems.end(), [](const auto& system) {
     return std::any_of(system->list.begin(), system->list.end(),
@@ -169,7 +169,7 @@ bool needs_script(const Script& script) {
 
 }  // namespace
 
-// The paper's Algorithm 1 and section 3.2, from a recorded list on.
+// Runs the frame of the paper's Algorithm 1 and section 3.2, given the recorded list.
 void Engine::run_frame_now(const std::optional<image::View>& view, const std::string& argument) {
   Parts& p = *parts_;
   begin(p, view ? Verb::render : Verb::step, view, argument);
@@ -179,9 +179,9 @@ void Engine::run_frame_now(const std::optional<image::View>& view, const std::st
   }
   if (!kept_.only) {
     converse(p);  // create, act, agree, exchange
-    if (p.rank.session.manages()) plan(p.rank, p.script, p.manager);  // while the others go on
-    spawn(p.rank, p.script, p.calculator);  // calculators, each by itself
-    sort_all(p.rank, p.script, p.calculator);  // the same
+    if (p.rank.session.manages()) plan(p.rank, p.script, p.manager);  // while the others continue
+    spawn(p.rank, p.script, p.calculator);  // calculators, without messages
+    sort_all(p.rank, p.script, p.calculator);  // calculators, without messages
     const bool answers_first = answers_before_drawing(p.rank);
     if (answers_first) balance(p.rank, p.script, p.calculator, p.manager);
     render(p.rank, p.script, p.calculator, p.painter);  // calculators -> image generator
@@ -213,7 +213,7 @@ void Engine::redraw_now(const image::View& view, const std::string& argument) {
 
 void Engine::hear_orders_now(const std::string& argument) {
   ask_all(*parts_, Verb::orders, argument);
-  parts_->rank.watch.start();  // a pause is no part of the next frame's time
+  parts_->rank.watch.start();  // do not count a pause in the next frame's time
 }
 
 void Engine::start_now() {
@@ -221,11 +221,11 @@ void Engine::start_now() {
   const Logging& log = rank.settings.log;
   rank.watch.start();
   ask_all(*parts_, Verb::start, shared_settings(rank.settings));
-  rank.session.relay().grow(rank.session.cast(), rank.settings.fan_out);  // all have agreed on it
+  rank.session.relay().grow(rank.session.cast(), rank.settings.fan_out);  // all ranks have agreed on the fan-out
   if (rank.session.manages() && !log.directory.empty()) {
     rank.session.work("log", [&] { parts_->manager.account.open_log(log); });
   }
-  ask_all(*parts_, Verb::start, "log");  // all know now whether the manager can write its log
+  ask_all(*parts_, Verb::start, "log");  // fails on all ranks if the manager could not open the log
   if (!log.spans) return;
   if (log.lost.empty()) zero_ = comm::wall_seconds();
   const std::uint64_t first = log.lost.empty() ? 0 : log.continued_from;
@@ -234,18 +234,18 @@ void Engine::start_now() {
 
 void Engine::secure_now(const std::function<void()>& first) {
   if (first) parts_->rank.session.work("movie", first);
-  ask_all(*parts_, Verb::start, "log's rows");  // brings the last frame's tails, so its row is complete
+  ask_all(*parts_, Verb::start, "log's rows");  // sends the last frame's tails, so its row is complete
   if (parts_->rank.settings.log.directory.empty()) return;
   if (parts_->rank.session.manages()) {
     parts_->rank.session.work("log", [&] { parts_->manager.account.secure_rows(); });
   }
-  ask_all(*parts_, Verb::start, "log on the disk");  // all know now whether it is
+  ask_all(*parts_, Verb::start, "log on the disk");  // fails on all ranks if the manager could not write the rows
 }
 
 std::vector<std::string> Engine::tell_now(const std::function<std::string()>& say) {
   RankText own;
   parts_->rank.session.work("checkpoint", [&] { own.text = say(); });
-  ask_all(*parts_, Verb::start, "what each rank says");  // who cannot say it ends the run for all
+  ask_all(*parts_, Verb::start, "what each rank says");  // fails on all ranks if `say` failed on one
   std::vector<std::string> texts;
   for (RankText& said : tell_all(parts_->rank, parts_->rank.session.stamp(), own))
     texts.push_back(std::move(said.text));
@@ -253,14 +253,15 @@ std::vector<std::string> Engine::tell_now(const std::function<std::string()>& sa
 }
 
 void Engine::finish_now() {
-  ask_all(*parts_, Verb::finish, "");  // brings the last frame's tails, so its row is complete
+  ask_all(*parts_, Verb::finish, "");  // sends the last frame's tails, so its row is complete
   parts_->manager.account.write_rows();
   if (Log* log = parts_->manager.account.log()) log->event("end", frame(), "");
   replicas_.take_rest(parts_->rank);
   parts_->rank.session.comm().finish();
 }
 
-// Computes what a conversation about particles needs first, since computing may fail.
+// Runs the list so far and then `compute`, before a conversation about particles: computing may fail, conversations may
+// not.
 template <class Compute>
 void Engine::look_at(int index, const Compute& compute) {
   const std::optional<ParticlesView> seen = try_read(index);

@@ -1,7 +1,8 @@
-// The loss of ranks. A collective call that it interrupts is made again by those that are left: they find out who is
-// there, take new roles, make the world again from replicas (replicas.h) and the lists of the frames since, and call
-// once more. Ranks may have come one call further than others, never two: a call ends on one rank only when all have
-// spoken in it. Then the ranks that were ahead make their last call again, too, and nobody hears of its outcome.
+// Recovery from the loss of ranks. The remaining ranks repeat the collective call that the loss interrupted: they agree
+// on who is left, take new roles, restore the world from replicas (replicas.h), replay the lists of the frames since,
+// and make the call again. Some ranks may be one call ahead of others, but never two, since a call ends on a rank only
+// after all ranks have taken part in it. Ranks that were ahead then repeat their last call as well, and discard its
+// result.
 #include <algorithm>
 #include <type_traits>
 #include <utility>
@@ -19,7 +20,7 @@ using recording::Verb;
 
 namespace {
 
-constexpr std::size_t kSample = 4096;  // positions of each system, from which new domains are made
+constexpr std::size_t kSample = 4096;  // positions of each system from which new domains are made
 
 struct Samples {
   std::vector<Sample> systems;
@@ -30,7 +31,7 @@ constexpr void fields(Visitor& visit, Samples& samples) {
   visit(samples.systems);
 }
 
-// Collective: those of all ranks, in their order, on every rank.
+// Returns the samples of all ranks, in the order of ranks, on every rank. Collective.
 Samples exchange_samples(Rank& rank, const Samples& own) {
   Samples all;
   all.systems.resize(own.systems.size());
@@ -80,13 +81,13 @@ Settings settings_of(Settings settings, const Loss& loss) {
   try {
     if (settings.policy) settings.policy->check(loss.now.calculators.size());
   } catch (const std::invalid_argument&) {
-    settings.policy = nullptr;  // it is for another number of calculators: cuts stay
+    settings.policy = nullptr;  // the policy does not support this number of calculators: cuts stay
     settings.log.lost += "; the balancer is not for so few calculators: cuts stay";
   }
   return settings;
 }
 
-// The particles that this rank brings into the world made again: its own replica, and that of a lost neighbour.
+// Returns the replicas that this rank restores: its own, and that of a lost neighbour.
 std::vector<const Replica*> brought(const Generation& from, const std::vector<int>& holders, int rank) {
   std::vector<const Replica*> replicas;
   for (const Replica* replica : {&from.own, &from.other}) {
@@ -123,9 +124,10 @@ void restore(Parts& p, const Generation& from, const std::vector<int>& holders) 
 
 }  // namespace
 
-// --- calls that may be made again
+// --- calls that may be repeated
 
-// `now` makes the call; `again` makes it once more when it has ended here, but not elsewhere.
+// Makes a call that survives losses. `now` makes the call; `again` repeats it if it has ended on this rank but not on
+// others.
 template <class Now>
 auto Engine::surviving(const Now& now, bool frame, std::function<void()> again) {
   const auto inside = [&] {
@@ -184,7 +186,7 @@ void Engine::redraw(const image::View& view, const std::string& argument) {
   surviving([&] { redraw_now(view, argument); }, false, [this, view, argument] { redraw_now(view, argument); });
 }
 
-// While frames run again nobody is asked: what viewers say then is for the frame behind.
+// During recovery viewers are not asked for orders; new orders apply to the next frame after it.
 void Engine::on_orders(std::function<std::string()> orders) {
   parts_->rank.settings.orders = [this, asked = std::move(orders)] {
     return recovering_ || announced_ ? std::string() : asked();
@@ -220,7 +222,7 @@ void Engine::survive_losses(std::uint64_t every, Bystander bystander) {
 }
 
 void Engine::copy_restored() {
-  if (replicas_.on()) replicas_.make(*parts_, true, true);  // there is nothing else to go back to
+  if (replicas_.on()) replicas_.make(*parts_, true, true);  // no earlier replicas are valid
 }
 
 std::vector<std::size_t> Engine::lengths() const {
@@ -229,7 +231,7 @@ std::vector<std::size_t> Engine::lengths() const {
   return lengths;
 }
 
-// --- the way back
+// --- recovery
 
 void Engine::recover() {
   const struct Recovering {
@@ -237,8 +239,8 @@ void Engine::recover() {
     ~Recovering() { on_ = false; }
     bool& on_;
   } recovering(recovering_);
-  // Open MPI 5.0 itself may crash where one more rank dies while the others make their communicator. The launcher
-  // knows the words (supervisor.py).
+  // Open MPI 5.0 itself may crash if another rank dies while the others create their communicator. The launcher
+  // recognises the error message (supervisor.py).
   const comm::WhileLost lost;
   regroup();
   const Standing own = standing();
@@ -249,7 +251,7 @@ void Engine::recover() {
   interrupted_.reset();
 }
 
-// Makes new parts for the remaining ranks in their new roles, without a world as yet.
+// Creates new parts for the remaining ranks in their new roles, still without systems.
 void Engine::regroup() {
   Rank& then = parts_->rank;
   std::vector<int> survivors;
@@ -282,7 +284,7 @@ void Engine::regroup() {
   rank.session.all_unsaved_from = rank.session.unsaved_from;
 }
 
-// The frame was over here, but for the replicas of its particles.
+// Restores the lists of a frame that had ended on this rank except for its replicas.
 void Engine::bring_lists_back() {
   base::Reader in(replicas_.lists().back().record.view());
   recording::Record record = recording::read(in);
@@ -332,7 +334,7 @@ void Engine::go_back(const WayBack& way) {
   });
 }
 
-// Runs the kept lists again, up to where the script stands on this rank.
+// Replays the kept lists, up to the script's current place on this rank.
 void Engine::run_again(const WayBack& way, bool ahead) {
   const std::uint64_t end = ahead && last_.frame ? way.frame + 1 : way.frame;
   for (std::uint64_t number = way.from.frame; number < end; ++number) {
@@ -362,13 +364,13 @@ void Engine::run_again(const WayBack& way, bool ahead) {
   }
 }
 
-// Replays a frame, with its picture if the others make it or it is needed again.
+// Replays a frame, with its picture if the other ranks draw it too or if it is needed again.
 void Engine::replay_frame(const KeptList& list, const WayBack& way) {
   base::Reader in(list.record.view());
   const recording::Record record = recording::read(in);
   record_again(*this, record);
   const bool wanted = list.frame >= way.frame || list.frame >= way.unsaved_from || parts_->rank.settings.log.digest;
-  if (record.view && !wanted) {  // the next picture's streaks begin here
+  if (record.view && !wanted) {  // the next picture's streaks need this camera
     parts_->script.camera = record.view->camera;
     parts_->script.camera_frame = record.frame;
     parts_->script.camera_before = record.view->before;
@@ -378,7 +380,7 @@ void Engine::replay_frame(const KeptList& list, const WayBack& way) {
   parts_->rank.session.work("movie", [&] { bystander_.redrawn(list.frame, *record.view); });
 }
 
-// Records again what the script had recorded in the current frame.
+// Records items from[i] .. to[i] - 1 of each system's interrupted list again.
 void Engine::record_items(const std::vector<std::size_t>& from, const std::vector<std::size_t>& to) {
   for (std::size_t i = 0; i < to.size() && i < interrupted_->systems.size(); ++i) {
     const std::vector<recording::Item>& list = interrupted_->systems[i]->list;

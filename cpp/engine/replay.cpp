@@ -24,7 +24,7 @@ void record_again(Engine& engine, const recording::Record& list) {
     const int system = static_cast<int>(i);
     for (const recording::Item& item : list.lists[i]) {
       if (std::holds_alternative<recording::Read>(item)) {
-        engine.local(system);  // what stands before runs before what stands behind, as it did in the script
+        engine.local(system);  // run the items so far now, as the script did
         continue;
       }
       if (const auto* callback = std::get_if<recording::Callback>(&item)) {

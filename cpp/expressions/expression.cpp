@@ -10,7 +10,7 @@ namespace {
 struct Signature {
   Type operand = Type::number;
   Type result = Type::number;
-  Type first = operand;  // of the operands
+  Type first = operand;  // the first operand's type
 };
 
 Signature signature(Op op) {

@@ -1,5 +1,5 @@
-// Expressions of columns as plain values: what `where=` tests, `set` computes and sums add up. The script compiles them
-// into a list of instructions for a stack machine with block-wide values.
+// Expressions of columns as plain values, for `where=`, `set` and sums. The script compiles them into a list of
+// instructions for a stack machine with block-wide values.
 #pragma once
 
 #include <cstddef>
@@ -34,17 +34,17 @@ enum class Op : std::uint8_t {
   maximum,
   power,
   modulo,  // with the divisor's sign
-  angle,  // of the direction (second, first)
-  step,  // 1 where the second is not below the first, else 0
+  angle,  // atan2(first, second)
+  step,  // 1 if second >= first, else 0
   mix,  // a + (b - a) t
-  smoothstep,  // from 0 at the first to 1 at the second, of the third
-  noise,  // of x, y, z and time; index: kFields octaves + field
+  smoothstep,  // of the third: from 0 at the first to 1 at the second
+  noise,  // of x, y, z and time; index: kFields * octaves + field
   // numbers -> truth value
   less,
   less_equal,
   equal,
   // push a truth value
-  inside,  // index: whether this one of the action's shapes contains the particle
+  inside,  // index: the action's shape that may contain the particle
   // truth value(s) -> truth value
   both,
   either,
@@ -69,7 +69,7 @@ constexpr void fields(Visitor& visit, Instruction& instruction) {
 
 using Expression = std::vector<Instruction>;
 
-/// The deepest stack that an expression may need.
+/// The maximum stack depth of an expression.
 inline constexpr int kDepth = 16;
 
 /// Op::noise has this many fields, and at most this many octaves.
@@ -78,8 +78,8 @@ inline constexpr int kOctaves = 8;
 
 enum class Type : std::uint8_t { number, truth };
 
-/// How many values an operation takes from the stack. Kernels of every build call it: always inline, it cannot be
-/// linked from another one.
+/// Returns how many values an operation takes from the stack. Always inline, so that a kernel never links a copy that
+/// was compiled for another instruction set.
 [[gnu::always_inline]] constexpr int operands_of(Op op) {
   switch (op) {
     case Op::constant:
@@ -105,9 +105,9 @@ enum class Type : std::uint8_t { number, truth };
   }
 }
 
-/// The type of the value that the expression leaves on the stack. Throws std::invalid_argument where the expression is
-/// invalid: an operand is missing or of the wrong type, an index does not exist, the stack is deeper than kDepth, or
-/// not exactly one value is left.
+/// Returns the type of the value that the expression leaves on the stack. Throws std::invalid_argument if an operand is
+/// missing or of the wrong type, an index does not exist, the stack is deeper than kDepth, or not exactly one value is
+/// left.
 Type check(const Expression& expression, int components, int shapes);
 
 }  // namespace motes::expressions

@@ -10,7 +10,7 @@
 namespace motes::expressions {
 namespace {
 
-// A value: an operation and the numbers of the values that it takes.
+// A value: an operation and the numbers of its operands.
 struct Node {
   Op op = Op::constant;
   std::array<int, 4> from{-1, -1, -1, -1};
@@ -80,7 +80,8 @@ class Compiler {
 
   std::uint16_t plane(int node) const { return static_cast<std::uint16_t>(plane_of_[static_cast<std::size_t>(node)]); }
 
-  // A result that is a column is copied: who writes results to columns reads no others on the way.
+  // Returns the plane of a result. A result that is a column is copied, so that writing another result to that column
+  // does not change it.
   std::uint16_t written(int result) {
     const Node& node = nodes_[static_cast<std::size_t>(result)];
     if (node.op != Op::column) return plane(result);
@@ -88,7 +89,7 @@ class Compiler {
     return static_cast<std::uint16_t>(formula_.planes++);
   }
 
-  // A step may write where it reads: its loop loads before it stores.
+  // Appends the step that computes a node. It may write where it reads: its loop loads before it stores.
   void write(int n, std::vector<FormulaStep>& steps) {
     const Node& node = nodes_[static_cast<std::size_t>(n)];
     FormulaStep step{node.op, 0, {}, node.index, std::bit_cast<float>(node.bits)};
@@ -113,7 +114,7 @@ class Compiler {
 
   int position_;
   std::map<Node, int> numbers_;
-  std::vector<Node> nodes_;  // each after those that it takes
+  std::vector<Node> nodes_;  // operands come before the nodes that use them
   std::vector<int> results_, last_use_, plane_of_;
   std::vector<std::uint16_t> free_;
   Formula formula_;

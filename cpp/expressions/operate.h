@@ -21,8 +21,8 @@ MOTES_OUTLINE void fill(float* to, float value, std::size_t count) {
   each(count, [&](std::size_t i) __attribute__((always_inline)) { store(to + i, all(value)); });
 }
 
-/// The root mean square is 1/3 for any number of octaves, each with half the size and half the strength of the one
-/// before.
+/// Computes noise whose root mean square is 1/3 for any number of octaves; each octave has half the scale and half the
+/// strength of the one before it.
 MOTES_INLINE void noise_of(std::size_t count, float* to, const float* const (&from)[4], int index) {
   const int octaves = index / expressions::kFields;
   const auto field = static_cast<std::uint32_t>(index % expressions::kFields);
@@ -44,15 +44,15 @@ MOTES_INLINE void noise_of(std::size_t count, float* to, const float* const (&fr
   MOTES_LOOP(const Floats x = load(from[0] + i); const Floats y = load(from[1] + i); \
              const Floats z = load(from[2] + i), expression)
 
-/// Computes an operation with operands, for whole vectors of `count` values. `to` may be where an operand is. A truth
-/// value has all bits set or none.
+/// Computes an operation for whole vectors of `count` values. `to` may be the plane of an operand. A truth value has
+/// all bits set or none.
 MOTES_OUTLINE void operate(expressions::Op op, std::int32_t index, std::size_t count, float* to,
                            const float* const (&from)[4]) {
   using expressions::Op;
   switch (op) {
     case Op::constant:
     case Op::time:
-    case Op::inside: return;  // the caller's to compute
+    case Op::inside: return;  // computed by the caller
     case Op::column: MOTES_UNARY(x); return;
     case Op::negate: MOTES_UNARY(-x); return;
     case Op::absolute: MOTES_UNARY(abs(x)); return;
@@ -91,7 +91,7 @@ MOTES_OUTLINE void operate(expressions::Op op, std::int32_t index, std::size_t c
 #undef MOTES_BINARY
 #undef MOTES_TERNARY
 
-/// Writes the planes that are the same for all: of constants, and of the time in seconds.
+/// Writes the planes whose values are all equal: of constants, and of the time in seconds.
 MOTES_INLINE void write_constants(const expressions::FormulaStep* steps, std::size_t length, float* const* plane,
                                   std::size_t count, float time) {
   for (std::size_t k = 0; k < length; ++k) {

@@ -1,4 +1,4 @@
-// Large memory that is written front to back, frame after frame.
+// A large buffer that is filled again in each frame.
 #pragma once
 
 #include <cstddef>
@@ -6,9 +6,9 @@
 
 namespace motes::image {
 
-/// A growing array of bytes, aligned to a cache line. Unlike a vector it does not clear memory that is about to be
-/// overwritten. From a few megabytes on it asks for huge pages, and it keeps its memory when it shrinks, so frames
-/// after the first cause no page faults.
+/// A growing array of bytes, aligned to a cache line. Unlike std::vector it does not clear memory that is about to be
+/// overwritten. It asks for huge pages from a few megabytes on, and keeps its memory when it shrinks, so frames after
+/// the first cause no page faults.
 class Buffer {
  public:
   Buffer() = default;
@@ -20,9 +20,9 @@ class Buffer {
   std::byte* data() { return data_.get(); }
   const std::byte* data() const { return data_.get(); }
 
-  /// Keeps the content; new bytes are undefined. Pointers become invalid where the capacity was too small.
+  /// Changes the size and keeps the content; new bytes are undefined. Invalidates pointers if the capacity grows.
   void resize(std::size_t size);
-  /// Makes room for so many bytes: up to there resize() will move nothing.
+  /// Makes room for `size` bytes: resize() up to this size will not move the content.
   void reserve(std::size_t size);
 
  private:
@@ -35,7 +35,7 @@ class Buffer {
   std::size_t capacity_ = 0;
 };
 
-/// The same as an array of T, for the few places that need one.
+/// A Buffer of T instead of bytes.
 template <class T>
 class BufferOf {
  public:

@@ -58,7 +58,7 @@ struct Fault {
   Vector got;
 };
 
-// Why a camera cannot tell where right and up are, or nothing where it can.
+// Returns why a camera's directions right and up are undefined, or nothing if they are defined.
 std::optional<Fault> no_direction(const Camera& camera) {
   const Vector toward = camera.look_at - camera.position;
   if (!(length(toward) > 1e-9)) return Fault{"camera.look_at", "apart from camera.position", camera.look_at};
@@ -128,7 +128,8 @@ Lens lens_at_opening(const View& view) {
   camera.position = between(now.position, before.position);
   camera.look_at = between(now.look_at, before.look_at);
   camera.up = between(unit(now.up), unit(before.up));
-  camera.fov_deg = now.fov_deg + (before.fov_deg - now.fov_deg) * std::min(back, 1.0);  // else it may leave its range
+  camera.fov_deg =
+      now.fov_deg + (before.fov_deg - now.fov_deg) * std::min(back, 1.0);  // beyond 1 it may leave its range
   return lens_of(no_direction(camera) ? now : camera, view.height);
 }
 

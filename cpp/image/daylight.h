@@ -10,9 +10,8 @@
 
 namespace motes::image {
 
-/// How much light a sphere shows where its surface has a given direction. The
-/// light of the scenery's solids (see cast_lanes.cpp) without shadows and
-/// without colour: one number per pixel then says it all.
+/// The shade of a sphere as a function of its surface's normal. It is the light on solids (see cast_lanes.cpp) without
+/// shadows and colour, so one number per pixel is enough.
 class Daylight {
  public:
   explicit Daylight(const View& view) : sun_(length(view.sun) > 0 ? unit(view.sun) : Vector{}) {
@@ -23,19 +22,19 @@ class Daylight {
     const double background = (view.background[0] + view.background[1] + view.background[2]) / 3.0;
     low_ = kBounce;
     high_ = kSky + kTint * background;
-    // The shade is linear in each of these, with x to the right, y up and z to the camera.
+    // In the camera's axes: x to the right, y up and z to the camera.
     toward_sun_ = {dot(right_, sun_), dot(up_, sun_), dot(back_, sun_)};
     upward_ = {right_[1], up_[1], back_[1]};
   }
 
-  /// Of a unit vector; 0..1.
+  /// Returns the shade, 0..1, where the unit normal in the camera's axes is `normal`.
   double shade(const Vector& normal) const {
     const double facing = dot(normal, toward_sun_);
     const double shade = low_ + (high_ - low_) * (0.5 + 0.5 * dot(normal, upward_)) + (facing > 0 ? kSun * facing : 0);
     return shade < 1 ? shade : 1;
   }
 
-  /// The mean over a sphere's picture: over a disc.
+  /// Returns the mean shade over the disc that a sphere covers in the picture.
   double mean_shade() const {
     constexpr int kSteps = 64;
     double sum = 0;
@@ -52,7 +51,7 @@ class Daylight {
     return sum / count;
   }
 
-  /// What the shading of spheres needs: see raster/kind_sphere.h.
+  /// Parameters of shade() for kernels, see raster/kind_sphere.h.
   const Vector& toward_sun() const { return toward_sun_; }
   const Vector& upward() const { return upward_; }
   double low() const { return low_; }

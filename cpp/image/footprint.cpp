@@ -15,8 +15,7 @@ namespace {
 // The greatest weight: one below 255, which leaves room for rounding up.
 constexpr double kPeak = 254;
 
-// Light at (x, y) pixels from the centre of a disc of this diameter: flat in
-// the middle, soft at the edge.
+// Returns the light at (x, y) px from the centre of a disc: flat in the middle, soft at the edge.
 double disc_profile(double x, double y, double diameter) {
   const double radius = 0.5 * diameter;
   const double q = (x * x + y * y) / (radius * radius);
@@ -29,7 +28,7 @@ double point_profile(double x, double y) {
   return across > 0 && down > 0 ? across * down : 0;
 }
 
-// The profile at the footprint's pixels for one phase, row by row.
+// Returns the profile at the footprint's pixels for one phase, row by row.
 std::vector<double> sampled(double diameter, int size, double phase_x, double phase_y) {
   std::vector<double> values;
   for (int row = 0; row < size; ++row) {
@@ -44,7 +43,7 @@ std::vector<double> sampled(double diameter, int size, double phase_x, double ph
 
 double sum(const std::vector<double>& values) { return std::accumulate(values.begin(), values.end(), 0.0); }
 
-// Integers that add up to `total`, in proportion to the values: the largest remainders are rounded up.
+// Returns integers in proportion to the values that add up to `total`: the largest remainders are rounded up.
 std::vector<int> apportion(const std::vector<double>& values, int total) {
   const double scale = total / sum(values);
   std::vector<int> shares;
@@ -59,13 +58,12 @@ std::vector<int> apportion(const std::vector<double>& values, int total) {
   return shares;
 }
 
-// Of a point, where the diameter is 0. As bright as the greatest weight allows,
-// or with this sum of weights.
+// Builds the footprint of a disc, or of a point if `diameter` is 0. `light`: the sum of its weights; 0: as bright as
+// the greatest weight allows.
 Footprint build(double diameter, double light = 0) {
   Footprint f;
   f.size = diameter > 0 ? static_cast<int>(std::ceil(diameter)) : 2;
-  // Fine phases for small footprints; on a large soft disc steps of a quarter
-  // pixel are invisible, and its table stays small.
+  // Small footprints have fine phases. On a large soft disc steps of a quarter pixel are invisible and save memory.
   f.phase_bits = !(diameter > 0) ? 4 : f.size <= 7 ? 3 : 2;
   f.row_bytes = (3 * f.size + 15) / 16 * 16;
   const int phases = 1 << f.phase_bits;
@@ -129,8 +127,7 @@ const Footprint& footprint(const Sprite& sprite) {
   return all[static_cast<std::size_t>(drawn_as_point(sprite) ? 1 : sprite.pixels)];
 }
 
-// As bright as those of the next smaller and larger whole diameter: a picture
-// is as bright at any resolution.
+// Interpolates the brightness between the adjacent whole diameters, so a picture is equally bright at any resolution.
 Footprint footprint_of(float diameter) {
   const auto per_area = [](int pixels) {
     const Footprint& f = footprint({Sprite::Kind::disc, pixels});

@@ -1,4 +1,4 @@
-// How an image is divided: tiles, and the fixed-point positions of particles in it.
+// The tiles of an image, and the fixed-point positions of particles in it.
 #pragma once
 
 #include <cstdint>
@@ -9,19 +9,19 @@ namespace motes::image {
 inline constexpr int kTile = 64;
 inline constexpr int kTileBits = 6;
 
-/// Largest width and height: 65536 tiles, whose numbers have 16 bits, as coordinates do.
+/// Largest width and height, px: coordinates and the numbers of 65536 tiles fit into 16 bits.
 inline constexpr int kMaxSize = 16384;
 
-/// Largest footprint of a particle of fixed size in pixels, so that it touches at most 2x2 tiles.
+/// Largest footprint of a particle of fixed size, px; it touches at most 2x2 tiles.
 inline constexpr int kMaxFootprint = 15;
 
-/// Largest diameter of any particle in pixels.
+/// Largest diameter of any particle, px.
 inline constexpr int kMaxDiameter = 512;
 
 /// A tile's number and its pixels; tiles at the right and lower edge of the image may be smaller than kTile.
 struct Area {
   int tile = 0;
-  int x = 0, y = 0;  // its first pixel, from the top left corner of the image
+  int x = 0, y = 0;  // first pixel, from the top left corner of the image
   int width = 0, height = 0;
 };
 
@@ -38,16 +38,15 @@ struct Grid {
     return {tile, x, y, width - x < kTile ? width - x : kTile, height - y < kTile ? height - y : kTile};
   }
 
-  /// The same for sprites of any size and for streaks, which may begin up to
-  /// 370 pixels outside the image. 0: the image is too large for 16 bits.
+  /// Returns the fractional bits of positions (see sub_bits) of sprites of any size and of streaks, which may begin up
+  /// to 370 px outside the image; 0 if the image is too large for 16-bit positions.
   constexpr int far_bits() const {
     const int longer = width > height ? width : height;
     return longer <= 3328 ? 4 : longer <= 7424 ? 3 : 0;
   }
 
-  /// Positions are 16-bit integers in units of 2^-sub_bits pixels, relative to
-  /// the centre of the image: 1/16 px up to 4064 pixels, 1/8 px up to 8160, and
-  /// so on; a margin of 16 px holds the footprints that extend into the image.
+  /// Returns the fractional bits of positions, which are 16-bit integers relative to the centre of the image: in 1/16
+  /// px up to 4064 px, 1/8 px up to 8160, and so on. A margin of 16 px is for footprints that extend into the image.
   constexpr int sub_bits() const {
     const int longer = width > height ? width : height;
     return longer <= 4064 ? 4 : longer <= 8160 ? 3 : longer <= 16352 ? 2 : 1;

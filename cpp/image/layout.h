@@ -1,4 +1,4 @@
-// The forms of a record: which one a system's particles take follows from its sprite and the view.
+// Layouts of records. A system's sprite and the view determine the layout of its records.
 #pragma once
 
 #include <cstddef>
@@ -10,15 +10,15 @@
 
 namespace motes::image {
 
-/// Without depth, where the system is additive and nothing in the picture hides anything:
+/// Without depth, for additive systems in pictures where nothing hides anything:
 ///   plain        points and discs of fixed size, up to kMaxFootprint pixels
-///   sized        each record has its size
-///   moving       all sprites but images, while the shutter is open: each record has its size and its streak
-/// deep, deep_sized, deep_moving: the same with a depth, for any blend, and for spheres.
-/// wide: images, and sizes and streaks in very large pictures (see Grid::far_bits); always with a depth.
-/// posed: cards and meshes: wide, and how they are turned.
-/// ribbon: wide, and where the ribbon passes.
-/// tiled, posed_tiled: images and cards, and which tile of their picture they show.
+///   sized        points and discs whose records have sizes
+///   moving       points and discs while the shutter is open: records have sizes and streaks
+/// deep, deep_sized, deep_moving: the same with a depth, for any blend mode, and for spheres.
+/// wide: images, sprites lit by lamps, and sizes and streaks in very large pictures (see Grid::far_bits); with a depth.
+/// posed: cards and meshes: a wide record and its orientation.
+/// ribbon: a wide record and the points of the ribbon.
+/// tiled, posed_tiled: a wide or posed record and a tile number, for images and cards whose picture has tiles.
 enum class Layout : std::uint8_t {
   plain,
   deep,
@@ -44,54 +44,54 @@ struct DeepRecord {
   std::uint32_t depth;  // bits of the positive float view depth, m
 };
 
-/// `x`, `y` and half of the streak (`dx`, `dy`) lead to its two ends; a particle without a streak has dx = dy = 0.
+/// The streak runs from (x, y) - (dx, dy) / 2 to (x, y) + (dx, dy) / 2; without a streak dx = dy = 0.
 /// |x|, |y| < 2^22, |dx|, |dy| < 2^23.
 struct WideRecord {
   std::int32_t x, y;          // middle of the streak, 1/256 px right of and below the centre of the image
   std::uint8_t color[3], alpha;
   std::uint32_t depth;        // bits of the positive float view depth, m
   std::uint16_t size;         // diameter (of images: the longer side), 1/64 px: 2..512 px
-  std::uint16_t light;        // part of its alpha that is shown, 1/32768: below 32768 for what is narrower than 2 px
+  std::uint16_t light;        // factor on alpha, 1/32768; below 32768 for sprites narrower than 2 px
   std::int16_t up_x, up_y;  // the particle's `up` on the screen (y downwards), a unit vector * 32767; 0, 0: unknown
   std::int32_t dx : 24;  // from the start of the streak to its end, 1/256 px
   std::uint32_t gain_low : 8;  // see gain()
   std::int32_t dy : 24;
   std::uint32_t gain_high : 8;
 
-  /// Returns the factor on the light of what lamps make brighter than its colour can say; from 1 on.
+  /// Returns the factor, at least 1, by which lamps make the particle brighter than its colour can express.
   float gain() const {
     const std::uint32_t bits = ((gain_low | gain_high << 8) + kGainOne) << kGainShift;
     float factor;
     __builtin_memcpy(&factor, &bits, sizeof factor);
     return factor;
   }
-  /// The upper bits of a float, less those of 1, are what a record has of its gain: low byte, then high byte.
+  /// A record stores the upper bits of its gain (a float) minus those of 1.0f: low byte, then high byte.
   static constexpr int kGainShift = 12;
   static constexpr std::uint32_t kGainOne = 127u << (23 - kGainShift);
 };
 
-/// Its `size` says only how far its middle may be from what hides it; up_x and up_y are one number, its turn about the
-/// camera's axes while the shutter is open: see unpack_turn() in image/moments.h.
+/// A card or a mesh. `size` serves only to test its middle against surfaces (see raster/behind.h). `up_x` and `up_y`
+/// together hold its rotation about the camera's axes while the shutter is open: see unpack_turn() in image/moments.h.
 struct PosedRecord : WideRecord {
-  std::int16_t turn[4];  // a quaternion * 32767, from its own axes to the camera's: right, up, back
-  float scale;           // m per unit of length: of a card, its longer side
+  std::int16_t turn[4];  // quaternion * 32767, from its own axes to the camera's: right, up, back
+  float scale;           // m per unit of length of a mesh; longer side of a card, m
 };
 
-/// A place that a ribbon passes through.
+/// A point that a ribbon passes through.
 struct RibbonPoint {
   float x, y;    // px right of and below the centre of the image
   float depth;   // m
-  float along;   // part of the ribbon's length that lies before it; above 1: beyond its end
+  float along;   // fraction of the ribbon's length before this point; above 1: beyond its end
   std::int16_t then_x, then_y;  // from here to where it was when the shutter opened, 1/16 px
-  std::uint8_t tint[4];  // parts of the record's colour that are seen here, 1/255
+  std::uint8_t tint[4];  // factors on the record's colour at this point, 1/255
 };
 
-/// Its `depth` is that of the nearest of its points; points beyond `count` are all 0. `up_x` is 1 where it does not
-/// fade; `up_y` is the part of its length that its head ran while the shutter was open, in units of kRunUnit.
+/// A ribbon. `depth` is that of its nearest point. `up_x` is 1 if the ribbon does not fade; `up_y` is the fraction of
+/// its length that its head travelled while the shutter was open, in units of kRunUnit.
 struct RibbonRecord : WideRecord {
   float width;  // m
   std::uint32_t count;
-  RibbonPoint point[kMostPast + 1];  // from the particle backwards
+  RibbonPoint point[kMostPast + 1];  // from the particle backwards; all 0 beyond `count`
 };
 
 inline constexpr float kRunUnit = 1.0f / 4096, kMostRun = 0.98f;
@@ -99,21 +99,20 @@ inline constexpr float kRunUnit = 1.0f / 4096, kMostRun = 0.98f;
 static_assert(sizeof(PlainRecord) == 8 && sizeof(DeepRecord) == 12 && sizeof(WideRecord) == 32);
 static_assert(sizeof(PosedRecord) == 44 && sizeof(RibbonRecord) == 40 + 24 * (kMostPast + 1));
 
-/// Tiled records end with the number of a tile, 1/256: the low 8 bits say how much of the next tile is mixed in.
+/// Tiled records end with a tile number in units of 1/256: the low 8 bits are the weight of the next tile.
 inline constexpr int kTileNumberBits = 8;
 
-/// How far, px, a card or a mesh may reach from its middle; what is beyond is not drawn.
+/// Greatest distance, px, that a card or a mesh reaches from its middle; parts beyond it are not drawn.
 inline constexpr float kMostPosedReach = 2048;
 
-/// Where the other layouts keep what. They begin with a position of two 16-bit
-/// numbers (see Grid::sub_bits, far_bits), then colour and alpha. Sizes and
-/// light are those of a WideRecord; a way is half of the streak, in the units
-/// of the position. Records of a system that has one colour can do without it:
-/// what is behind it moves up.
+/// Offsets, in bytes, of a record's members; 0: the member is absent. Records that are not wide begin with a position
+/// of two 16-bit numbers (see Grid::sub_bits, far_bits), then colour and alpha; their size and light are those of a
+/// WideRecord, and `way` is half of the streak, in the units of the position. If all particles of a system have one
+/// colour, its records may omit it; the members after it move up.
 struct RecordForm {
-  int bytes;
-  int color, depth, size, way; // 0: there is none
-  int tile = 0;  // number of a tile
+  int bytes;  // of the whole record
+  int color, depth, size, way;
+  int tile = 0;  // tile number
 };
 constexpr RecordForm form(Layout layout, bool colored = true) {
   const int c = colored ? 4 : 0;
@@ -132,56 +131,57 @@ constexpr RecordForm form(Layout layout, bool colored = true) {
   }
   return {sizeof(WideRecord), 8, 12, 16, 24};
 }
-/// Whether records begin with a WideRecord. These have colours: they are large anyway.
+/// Returns whether records begin with a WideRecord. Wide records always have a colour.
 constexpr bool is_wide(Layout layout) { return layout >= Layout::wide; }
 constexpr bool may_lack_color(Layout layout) { return !is_wide(layout); }
 constexpr bool has_depth(Layout layout) { return form(layout).depth != 0; }
 constexpr bool of_fixed_size(Layout layout) { return layout == Layout::plain || layout == Layout::deep; }
 
-inline constexpr int kWideBits = 8; // of a pixel in WideRecord::x, y, dx, dy
-inline constexpr int kSizeBits = 6; // of a pixel in WideRecord::size
-inline constexpr std::uint16_t kAllLight = 1 << 15; // WideRecord::light of what is not narrower than 2 px
+inline constexpr int kWideBits = 8; // fractional bits of WideRecord::x, y, dx, dy
+inline constexpr int kSizeBits = 6; // fractional bits of WideRecord::size
+inline constexpr std::uint16_t kAllLight = 1 << 15; // WideRecord::light of sprites at least 2 px wide
 
-/// Three floats, m/s: they follow a record of an opaque system where the view has kVelocityLayer.
+/// Bytes of a velocity (three floats, m/s), which follows each record of an opaque system if the view has
+/// kVelocityLayer.
 inline constexpr std::size_t kVelocityBytes = 12;
 bool with_velocity(const Sprite& sprite, const View& view);
 
-/// Whether records of a picture are drawn in the order of their depths, which needs each one's colour with it.
+/// Returns whether a picture's records are drawn in order of depth; each of them then needs its own colour.
 bool in_order_of_depth(std::span<const Sprite> sprites);
 
-/// Whether anything in a picture hides what is behind it: objects, or a system that is opaque or blends by alpha.
+/// Returns whether a picture has anything that hides what is behind it: objects, or a system that is opaque or blends
+/// by alpha.
 bool anything_hides(const View& view, std::span<const Sprite> sprites);
 
-/// Cards, meshes and ribbons: they stand in space.
+/// Returns whether a sprite is drawn as an object in space: cards, meshes and ribbons are.
 bool is_posed(const Sprite& sprite);
 
-/// Points, and discs and spheres of one pixel.
+/// Returns whether a sprite is drawn as a point: points, and discs and spheres of one pixel, are.
 bool drawn_as_point(const Sprite& sprite);
 
-/// Pixels of a sprite whose particles all have the same size; 0: they have
-/// their own. What is drawn as a point is 2 px wide: as much light as its 2x2
-/// pixels get.
+/// Returns the diameter, px, that all particles of a sprite have; 0 if each has its own. Sprites drawn as points have
+/// 2 px, because their light goes to 2x2 pixels.
 float diameter_of(const Sprite& sprite, int height);
 
-/// Whether lamps may make particles brighter than their colours can say: then records have a gain, and are wide.
+/// Returns whether lamps may make particles brighter than their colours can express. If so, records are wide and have a
+/// gain.
 bool has_gain(const Sprite& sprite, const View& view);
 
-/// A sprite as a camera sees it: through a lens opaque particles are blended from far to near, since those that are out
-/// of focus let some of the light behind them through.
+/// Returns a sprite as a camera sees it: through a lens, opaque particles are blended from far to near, because those
+/// out of focus let some of the light behind them through.
 Sprite as_seen(Sprite sprite, const View& view);
 
-/// Equal on every rank, as view and sprites are. `any_depth`: see
+/// Returns the layout of a sprite's records; equal on every rank, as view and sprites are. `any_depth`: the result of
 /// anything_hides().
 Layout layout(const Sprite& sprite, const View& view, bool any_depth);
 
-/// Bytes of one record, without velocity.
+/// Returns the bytes of one record, without velocity.
 constexpr std::size_t record_bytes(Layout layout, bool colored = true) {
   return static_cast<std::size_t>(form(layout, colored).bytes);
 }
 
-/// A record of any layout but plain and deep, in a picture of which positions
-/// have these bits. `color`: what it gets where it has none. Always inlined:
-/// files that are compiled once for each instruction set use it.
+/// Expands a record of any layout but plain and deep. `bits`: fractional bits of the picture's positions. `color`: for
+/// records without one. Always inlined, because files compiled once for each instruction set use it.
 __attribute__((always_inline)) inline WideRecord wide_record(const RecordForm& form, int bits, const std::byte* bytes,
                                                              std::uint32_t color = 0) {
   WideRecord r{};

@@ -12,7 +12,7 @@
 namespace motes::image {
 namespace {
 
-constexpr std::size_t kWhole = 16;  // triangles of the widest vector
+constexpr std::size_t kWhole = 16;  // lanes of the widest vector
 
 void put(const std::array<Vector, 4>& rows, std::size_t at, MeshCorners& to) {
   const auto room = static_cast<std::size_t>(to.room);
@@ -23,7 +23,7 @@ void put(const std::array<Vector, 4>& rows, std::size_t at, MeshCorners& to) {
   }
 }
 
-// Triangles that face inwards are turned around.
+// Stores the colours of corners. `inwards`: the triangles face inwards and have been turned around.
 void put_colors(const meshes::Mesh& mesh, const meshes::Surface& surface, bool inwards, MeshCorners& to) {
   if (mesh.colors.empty()) return;
   const auto room = static_cast<std::size_t>(to.room);

@@ -8,19 +8,19 @@
 
 namespace motes::image {
 
-/// Most triangles of a mesh that is drawn as a sprite: each instance goes through all of them, in each of its tiles.
+/// Greatest number of triangles of a mesh that is drawn as a sprite: each instance visits all of them in each tile.
 inline constexpr std::size_t kMostSpriteTriangles = 10000;
 
 struct MeshCorners {
-  /// Twelve planes of `room` floats: x, y, z of the first corner of each triangle, of the second, of the third, m, and
-  /// of its normal, a unit vector. Triangles beyond the last are all 0.
+  /// Twelve planes of `room` floats: x, y, z of each triangle's first, second and third corner, m, and of its unit
+  /// normal. Triangles beyond the last are all 0.
   std::vector<float> planes;
-  /// Nine planes of `room` floats: linear red, green, blue of the first corner, of the second, of the third, 0..1.
-  /// Empty: the mesh has no colours.
+  /// Nine planes of `room` floats: linear red, green, blue, 0..1, of the first, second and third corner. Empty: the
+  /// mesh has no colours.
   std::vector<float> colors;
   int triangles = 0;
-  int room = 0;  // whole vectors of any width
-  /// The surface has an inside: no triangle is seen from behind.
+  int room = 0;  // `triangles` rounded up to whole vectors of any width
+  /// The surface encloses a volume, so no triangle is seen from behind.
   bool closed = false;
 };
 
@@ -28,7 +28,7 @@ struct MeshCorners {
 /// std::invalid_argument if this process has no such mesh.
 const MeshCorners& mesh_corners(meshes::AssetKey key);
 
-/// Returns how far the farthest vertex is from the mesh's origin, m.
+/// Returns the distance of the farthest vertex from the mesh's origin, m.
 float reach_of_mesh(meshes::AssetKey key);
 
 }  // namespace motes::image

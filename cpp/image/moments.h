@@ -1,6 +1,5 @@
-// What stands in space and moves, turns or is out of focus is the mean of still, sharp pictures of it, at several
-// times and from several places on the lens. Everything is always inlined: files that are compiled once for each
-// instruction set use it.
+// Motion blur and depth of field of sprites in space: the mean of still, sharp pictures at several times and from
+// several points on the lens. All of it is inlined, because files compiled once for each instruction set use it.
 #pragma once
 
 #include <cstdint>
@@ -9,18 +8,18 @@
 
 namespace motes::image {
 
-/// Numbers of moments are powers of two.
+/// Least and greatest number of moments, which is always a power of two.
 inline constexpr int kFewestMoments = 16, kMostMoments = 64;
 
 struct Moment {
   float time;            // -0.5: the shutter opens; 0.5: it closes
   float lens_x, lens_y;  // on a lens whose radius is 1
-  float round;           // 0..1, added before a weight is cut to a whole number: together they cut off nothing
-  int pixel_x, pixel_y;  // where in a pixel, 1/256 px from its middle
+  float round;  // dither, 0..1: added to a weight before it is truncated, so that errors of all moments cancel
+  int pixel_x, pixel_y;  // position in a pixel, 1/256 px from its middle
 };
 
-/// Returns how many moments show something that moves by `way` px and is spread by the lens over `spread` px without
-/// visible gaps.
+/// Returns how many moments, at least `fewest`, show a motion of `way` px and a lens blur of diameter `spread` px
+/// without visible gaps.
 MOTES_ALWAYS int moments_for(float way, float spread, int fewest) {
   int count = fewest;
   while (count < kMostMoments && (static_cast<float>(count) < way || 4 * static_cast<float>(count) < spread * spread))
@@ -28,13 +27,13 @@ MOTES_ALWAYS int moments_for(float way, float spread, int fewest) {
   return count;
 }
 
-/// Returns how far apart places on the lens let something appear that is spread over `spread` px.
+/// Returns the distance, px, between neighbouring images of a point whose lens blur has the diameter `spread`, px.
 MOTES_ALWAYS float lens_gap(float spread, int count) {
   return 1.25f * spread / __builtin_sqrtf(static_cast<float>(count));
 }
 
-/// Calls use(number, moment) for each of `count` moments. Times, places on the lens (in a spiral of golden angles) and
-/// in pixels are evenly spread, and independent of one another.
+/// Calls use(number, moment) for each of `count` moments. Times, points on the lens (in a spiral of golden angles) and
+/// positions in pixels are evenly spread, and independent of one another.
 template <class Use>
 MOTES_ALWAYS void for_each_moment(int count, const Use& use) {
   constexpr float kCosine = -0.73736888f, kSine = 0.67549029f;  // of the golden angle
@@ -58,14 +57,14 @@ MOTES_ALWAYS void for_each_moment(int count, const Use& use) {
   }
 }
 
-/// Returns by how much a lens spreads something at a depth whose inverse is given, px: the radius, with the sign of
-/// the side on which it appears. `blur`: the radius of what is infinitely far, px; `focus`: m to what is sharp.
+/// Returns the radius, px, of the lens blur at a depth of 1 / `inverse` m; negative in front of the focus.
+/// `blur`: the radius at infinity, px; `focus`: distance at which things are sharp, m.
 MOTES_ALWAYS float spread_at(float blur, float focus, float inverse) { return blur * (1 - focus * inverse); }
 
-/// A turn as 32 bits: three numbers of 9 bits, and the exponent of their unit; 0: none.
+/// A rotation in 32 bits: three numbers of 9 bits, and the exponent of their unit in the upper 5 bits; 0: no rotation.
 inline constexpr int kTurnBits = 9, kTurnExponent = 23;
 
-/// Unpacks a turn: its axis times its angle, radians.
+/// Unpacks a rotation to its axis times its angle, radians.
 MOTES_ALWAYS void unpack_turn(std::uint32_t word, float (&turn)[3]) {
   const std::uint32_t bits = ((word >> 27) + (127 - kTurnExponent)) << 23;
   float unit;

@@ -9,13 +9,13 @@
 
 namespace motes::image {
 
-/// height * width * 3 bytes: red, green, blue in sRGB, rows from top to bottom. Unlike a vector it does not clear what
-/// is about to be drawn: clearing takes as long as drawing a hundred thousand particles.
+/// height * width * 3 bytes: red, green, blue in sRGB, rows from top to bottom. Unlike std::vector it does not clear
+/// its memory, which would take as long as drawing a hundred thousand particles.
 class Pixels {
  public:
   Pixels() = default;
   explicit Pixels(std::size_t size) { resize(size); }
-  /// In memory that something else has made.
+  /// Uses memory that was allocated elsewhere.
   Pixels(std::shared_ptr<std::uint8_t[]> bytes, std::size_t size) : bytes_(std::move(bytes)), size_(size) {}
   /// Moved-from pixels are empty.
   Pixels(Pixels&& other) noexcept : bytes_(std::move(other.bytes_)), size_(std::exchange(other.size_, 0)) {}
@@ -25,7 +25,7 @@ class Pixels {
     return *this;
   }
 
-  /// Where the size is another one, the content is undefined.
+  /// Changes the size; the content is then undefined. Does nothing if the size is the same.
   void resize(std::size_t size) {
     if (size == size_) return;
     bytes_ = std::make_unique_for_overwrite<std::uint8_t[]>(size);

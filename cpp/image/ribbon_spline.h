@@ -1,4 +1,4 @@
-// The smooth line through a ribbon's points. Everything is always inlined: files that are compiled once for each
+// The smooth line through a ribbon's points. Everything is always inlined, because files compiled once for each
 // instruction set use it.
 #pragma once
 
@@ -12,8 +12,7 @@ struct OnScreen {
   float x, y;  // px
 };
 
-/// A cubic curve from one of a ribbon's points to the next: the control points of its Bezier form, in whose convex hull
-/// it lies.
+/// A cubic Bezier curve between two consecutive points of a ribbon. It lies in the convex hull of its control points.
 struct RibbonSpan {
   OnScreen from, leaving, arriving, to;
 
@@ -25,8 +24,8 @@ struct RibbonSpan {
   }
 };
 
-/// How fast a ribbon's line runs through a point, per part of its length: as a parabola through it and its neighbours
-/// does (a Catmull-Rom spline whose knots are times), so that points at unequal times leave no kinks.
+/// Returns the derivative of a ribbon's line at a point, px per length of the ribbon: that of a parabola through the
+/// point and its neighbours (a Catmull-Rom spline whose knots are times), so points at unequal times leave no kinks.
 MOTES_ALWAYS OnScreen ribbon_tangent(const RibbonRecord& r, int i) {
   const int last = static_cast<int>(r.count) - 1;
   const auto rate = [&](int from) {
@@ -42,7 +41,7 @@ MOTES_ALWAYS OnScreen ribbon_tangent(const RibbonRecord& r, int i) {
   return {(one.x * after + other.x * before) * per, (one.y * after + other.y * before) * per};
 }
 
-/// The curve from point `i` to point i + 1.
+/// Returns the curve from point `i` to point i + 1.
 MOTES_ALWAYS RibbonSpan ribbon_span(const RibbonRecord& r, int i) {
   const RibbonPoint &a = r.point[i], &b = r.point[i + 1];
   const OnScreen leaving = ribbon_tangent(r, i), arriving = ribbon_tangent(r, i + 1);
@@ -53,8 +52,8 @@ MOTES_ALWAYS RibbonSpan ribbon_span(const RibbonRecord& r, int i) {
           {b.x, b.y}};
 }
 
-/// Half of a ribbon's width, px, at a place whose depth is 1 / `inverse` m. `scale`: its width in metres times the
-/// focal length. Negative beyond its end; at most what posed sprites reach.
+/// Returns half of a ribbon's width, px, at a depth of 1 / `inverse` m: negative beyond its end, and at most
+/// kMostPosedReach. `scale`: its width, m, times the focal length, px.
 MOTES_ALWAYS float ribbon_half(float scale, float inverse, float along) {
   const float half = 0.5f * scale * inverse * (1 - along);
   if (half < -kMostPosedReach) return -kMostPosedReach;

@@ -1,4 +1,4 @@
-// What a picture shows and from where: plain values, recorded by the script, equal on every rank.
+// The contents and the camera of a picture: plain values, recorded by the script, equal on every rank.
 #pragma once
 
 #include <array>
@@ -24,8 +24,8 @@ struct Camera {
   Vector up{0, 1, 0};
   double fov_deg = 40;
   double near = 0.1;
-  double focus = 0;     // m to what is sharp; 0: everything is
-  double aperture = 0;  // m, the diameter of the lens
+  double focus = 0;     // distance at which things are sharp, m; 0: everything is sharp
+  double aperture = 0;  // diameter of the lens, m
 
   bool operator==(const Camera&) const = default;
 };
@@ -35,14 +35,14 @@ constexpr void fields(Visitor& visit, Camera& camera) {
   visit(camera.position, camera.look_at, camera.up, camera.fov_deg, camera.near, camera.focus, camera.aperture);
 }
 
-/// An external object (paper 3.2.4): it is drawn and lit, and hides the particles behind it.
+/// An external object (paper 3.2.4), which is drawn and lit, and hides the particles behind it.
 struct Solid {
   shapes::Shape shape;
   Color color{1, 1, 1};
-  meshes::AssetKey mesh = 0;  // not 0: this mesh instead of the shape; where that is a mesh, it says where this one is
-  float light = 0;  // how much of its colour it emits
-  meshes::AssetKey image = 0;  // not 0: multiplies its colour, repeated along the world's axes
-  float scale = 1;  // m that the image is wide
+  meshes::AssetKey mesh = 0;  // not 0: drawn instead of `shape`; a shape of kind mesh gives its position and rotation
+  float light = 0;  // emitted light, as a multiple of `color`
+  meshes::AssetKey image = 0;  // not 0: a picture that multiplies `color`, repeated along the world's axes
+  float scale = 1;  // width of the image, m
 
   bool operator==(const Solid&) const = default;
 };
@@ -52,12 +52,12 @@ constexpr void fields(Visitor& visit, Solid& solid) {
   visit(solid.shape, solid.color, solid.mesh, solid.light, solid.image, solid.scale);
 }
 
-/// A point that lights the external objects: `power` is the light on a surface that faces it from 1 m.
+/// A point light. `power` is the light on a surface that faces it at a distance of 1 m.
 struct Light {
   Vector position{};
   Color color{1, 1, 1};
   float power = 1;
-  float radius = 0;  // m: shadows of solids have soft edges
+  float radius = 0;  // m; above 0: shadows of solids have soft edges
 
   bool operator==(const Light&) const = default;
 };
@@ -67,15 +67,15 @@ constexpr void fields(Visitor& visit, Light& light) {
   visit(light.position, light.color, light.power, light.radius);
 }
 
-/// Bits of View::layers: pictures that are kept beside the frame.
+/// Bits of View::layers: pictures kept in addition to the frame.
 inline constexpr std::uint8_t kDepthLayer = 1;
 inline constexpr std::uint8_t kAlphaLayer = 2;
 inline constexpr std::uint8_t kVelocityLayer = 4;
 inline constexpr std::uint8_t kAllLayers = 7;
 
-/// What is infinitely far where it is not of one colour.
+/// A background of more than one colour, infinitely far away.
 struct Sky {
-  /// gradient: mixed by the sine of the height above the horizon. picture: equirectangular, its middle towards -z.
+  /// gradient: colours mixed by the sine of the elevation. picture: equirectangular, its centre towards -z.
   enum class Kind : std::uint8_t { none, gradient, picture };
 
   Kind kind = Kind::none;
@@ -90,10 +90,10 @@ constexpr void fields(Visitor& visit, Sky& sky) {
   visit(sky.kind, sky.horizon, sky.zenith, sky.ground, sky.picture);
 }
 
-/// Haze between the eye and what it sees: exp(-distance / metres) of its light comes through.
+/// Haze: the fraction exp(-distance / metres) of an object's light reaches the eye.
 struct Fog {
   Color color{};
-  float metres = 0;  // 0: there is none
+  float metres = 0;  // 0: no fog
 
   bool operator==(const Fog&) const = default;
 };
@@ -103,36 +103,36 @@ constexpr void fields(Visitor& visit, Fog& fog) {
   visit(fog.color, fog.metres);
 }
 
-/// Most of View::shutter.
+/// Greatest View::shutter.
 inline constexpr double kMostShutter = 4;
 
-/// Most of View::sun_size.
+/// Greatest View::sun_size.
 inline constexpr double kMostSunSize = 90;
 
 struct View {
-  /// Who makes the picture of particles; the pixels are the same in all of them. automatic: chosen for each frame.
-  /// gather: the image generator alone (the paper). tiles: each rank draws a part of the picture. composite: each
-  /// calculator draws its own particles, and each rank merges a part of the picture.
+  /// Which ranks draw the particles; the pixels do not depend on it. automatic: chosen for each frame. gather: only the
+  /// image generator draws (as in the paper). tiles: each rank draws a part of the picture. composite: each calculator
+  /// draws its own particles, and each rank merges a part of the picture.
   enum class Path : std::uint8_t { automatic, gather, tiles, composite };
 
   int width = 0;  // pixels
   int height = 0;  // pixels
   Camera camera;
   Color background{0, 0, 0};
-  Sky sky;  // instead of the background's colour
+  Sky sky;  // replaces `background` unless its kind is none
   Fog fog;
   float exposure = 1;
   std::vector<Solid> objects;
-  Vector sun{-0.45, 0.75, 0.55};  // the direction to the sun, of any length; all 0: no sun shines
-  float sun_size = 0;  // degrees across: shadows of solids have soft edges
+  Vector sun{-0.45, 0.75, 0.55};  // direction to the sun, of any length; all 0: no sun
+  float sun_size = 0;  // apparent diameter of the sun, degrees; above 0: shadows of solids have soft edges
   std::vector<Light> lights;
-  Path path = Path::automatic;  // who draws; changes no pixel
-  float shutter = 0;  // for how many frames' time it is open, 0..kMostShutter: particles are drawn as streaks
-  float bloom = 0;  // part of the light that spreads around what is bright, 0..1
+  Path path = Path::automatic;
+  float shutter = 0;  // exposure time in frames, 0..kMostShutter; above 0: particles are drawn as streaks
+  float bloom = 0;  // fraction of the light that bloom spreads, 0..1
   bool smooth = true;  // edges of objects are anti-aliased
-  bool linear = false;  // the picture's light is kept beside its pixels
+  bool linear = false;  // the picture's linear light is kept in addition to its pixels
   std::uint8_t layers = 0;  // kDepthLayer | kAlphaLayer | kVelocityLayer
-  std::optional<Camera> before;  // the last frame's camera, where that frame was drawn; the engine fills it in
+  std::optional<Camera> before;  // the previous frame's camera, if that frame was drawn; set by the engine
 
   bool operator==(const View&) const = default;
 };
@@ -144,7 +144,8 @@ constexpr void fields(Visitor& visit, View& view) {
         view.layers, view.before);
 }
 
-/// How a sprite's picture is cut into pictures of one size, numbered row by row from the top: the first `count` count.
+/// How a sprite's picture is divided into tiles of equal size, numbered row by row from the top; only the first `count`
+/// are used.
 struct Tiles {
   std::uint16_t columns = 1, rows = 1;
   std::uint32_t count = 1;
@@ -158,14 +159,14 @@ constexpr void fields(Visitor& visit, Tiles& tiles) {
   visit(tiles.columns, tiles.rows, tiles.count);
 }
 
-/// Most of Tiles::columns and Tiles::rows.
+/// Greatest Tiles::columns and Tiles::rows.
 inline constexpr int kMostTiles = 256;
 
-/// Which tile a particle shows: a number per particle, from 0 on, beyond the last one from the first again. Between
-/// two whole numbers it shows a mixture of the two.
+/// Which tile each particle shows: a number from 0 on, which wraps around after the last tile. A fraction blends a tile
+/// with the next one.
 struct Pick {
-  expressions::Expression number;  // empty: a whole number at random
-  std::vector<shapes::Shape> shapes;  // those that it tests
+  expressions::Expression number;  // empty: a random whole number
+  std::vector<shapes::Shape> shapes;  // shapes that `number` tests
 
   bool operator==(const Pick&) const = default;
 };
@@ -177,24 +178,24 @@ constexpr void fields(Visitor& visit, Pick& pick) {
 
 /// How the particles of one system are drawn.
 struct Sprite {
-  /// card: a picture on a plane in space. mesh: an instance of a mesh. ribbon: a band along a particle's last
+  /// card: a picture on a plane in space. mesh: an instance of a mesh. ribbon: a band along a particle's past
   /// positions.
   enum class Kind : std::uint8_t { point, disc, sphere, image, card, mesh, ribbon };
   enum class Blend : std::uint8_t { add, alpha, opaque };
-  /// Where a card's front looks, and a mesh's: along the particle's velocity, or as its orientation says.
+  /// What orients a card or a mesh: the particle's velocity, or its orientation.
   enum class Facing : std::uint8_t { velocity, orientation };
 
   Kind kind = Kind::disc;
-  int pixels = 5;  // diameter, 1..512; 0: as wide as the particle's size[0], m. Points have no diameter
+  int pixels = 5;  // diameter, 1..512; 0: the particle's size[0], m. Points have no diameter
   Blend blend = Blend::add;
-  float of_height = 0;  // above 0: the diameter as a part of the picture's height, instead of `pixels`
-  float softness = 0;  // m over which a particle fades where it touches an object
-  meshes::AssetKey picture = 0;  // kinds image, card: their picture; mesh: the mesh
+  float of_height = 0;  // above 0: the diameter as a fraction of the picture's height, instead of `pixels`
+  float softness = 0;  // distance, m, over which a particle fades where it touches an object
+  meshes::AssetKey picture = 0;  // kinds image and card: the picture; kind mesh: the mesh
   bool lit = false;  // by the sun, lights and sky
-  float shadow = 0;  // part of the light that one particle keeps from what lies behind it, 0..1
+  float shadow = 0;  // fraction of the light that one particle blocks, 0..1
   Facing facing = Facing::orientation;  // kinds card, mesh
-  float width = 0;  // m, of a ribbon at its head
-  float length = 0;  // s that a ribbon reaches back
+  float width = 0;  // of a ribbon at its head, m
+  float length = 0;  // of a ribbon, in seconds of its particle's past
   bool unfaded = false;  // a ribbon is as opaque at its end as at its head
   Tiles tiles{};  // of `picture`; kinds image, card
   Pick pick{};
@@ -208,17 +209,17 @@ constexpr void fields(Visitor& visit, Sprite& sprite) {
         sprite.shadow, sprite.facing, sprite.width, sprite.length, sprite.unfaded, sprite.tiles, sprite.pick);
 }
 
-/// Positions of a particle that a ribbon may pass through, at most.
+/// Greatest number of past positions that a ribbon passes through.
 inline constexpr std::size_t kMostPast = 16;
 
-/// Where particles were some time ago.
+/// The positions of particles `age` seconds ago.
 struct Past {
   std::array<const float*, 3> position{};
-  float age = 0;  // s
+  float age = 0;
 };
 
-/// The columns that drawing needs, as planes of `count` floats. A null plane means that all particles have the value
-/// next to it. Planes may be read up to the next multiple of 16 particles.
+/// The columns that drawing needs, as planes of `count` floats. Where a plane is null, all particles have the value
+/// `..._of_all`. Planes are readable up to the next multiple of 16 particles.
 struct Drawn {
   std::size_t count = 0;
   std::array<const float*, 3> position{};
@@ -236,10 +237,10 @@ struct Drawn {
   std::array<float, 3> spin_of_all{};
   std::array<const float*, 3> velocity{};  // m/s
   std::array<float, 3> velocity_of_all{};
-  std::array<Past, kMostPast> past{};  // of ribbons, the latest first
-  const float* past_count = nullptr;  // how many of them a particle has; null: none
-  const float* tile = nullptr;  // numbers of tiles, as Pick says
-  particles::Ids ids;  // these choose tiles at random
+  std::array<Past, kMostPast> past{};  // for ribbons, latest first
+  const float* past_count = nullptr;  // number of valid entries of `past` per particle; null: none
+  const float* tile = nullptr;  // tile numbers, see Pick
+  particles::Ids ids;  // keys of random tile numbers
 };
 
 }  // namespace motes::image

@@ -15,7 +15,7 @@ using shapes::Shape;
 }  // namespace
 
 Ball bounds(const Shape& s) {
-  // A little more than needed: anything left out by mistake would be a hole in the picture.
+  // Slightly too large: a ball that is too small would leave a hole in the picture.
   constexpr double kMore = 1 + 1e-9;
   const Vector first = vector_at(s, 0);
   switch (s.kind) {
@@ -42,7 +42,7 @@ Ball bounds(const Shape& s) {
     case Kind::line:
     case Kind::blob:
     case Kind::united:
-    case Kind::mesh: break;  // its tree knows
+    case Kind::mesh: break;  // bounded by its BVH
   }
   return {first, kInfinity};
 }

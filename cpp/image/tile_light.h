@@ -1,4 +1,4 @@
-// The light of a tile, wherever it stands.
+// A view of a tile's light in memory.
 #pragma once
 
 #include <algorithm>
@@ -15,7 +15,7 @@ struct TileLight {
 
   const std::uint32_t* row(int y) const { return first + static_cast<std::size_t>(y) * row_lanes; }
 
-  /// Rows there are `to_lanes` apart.
+  /// Copies the light to memory whose rows are `to_lanes` apart.
   void copy_to(std::uint32_t* to, std::size_t to_lanes) const {
     for (int y = 0; y < height; ++y, to += to_lanes) std::copy_n(row(y), 3 * width, to);
   }

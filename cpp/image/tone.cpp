@@ -12,8 +12,8 @@ namespace {
 
 constexpr double kKnee = 0.5;
 
-// The curve with 16 bits is a table that is linear between its entries: 256 for each octave of the light, which is
-// dense enough for an error below one step. Light below the first octave is black in 16 bits, too.
+// The 16-bit curve is a linearly interpolated table of 256 entries per octave of light, which is dense enough for an
+// error below one step. Light below the first octave is black at 16 bits, too.
 constexpr int kFirstOctave = -24;
 constexpr int kLastOctave = 40;
 constexpr int kStepBits = 8;
@@ -50,7 +50,7 @@ std::vector<std::uint8_t> tone_table(double exposure) {
     const double light = 2 * half_sum / kUnit * exposure;
     table[static_cast<std::size_t>(i)] = static_cast<std::uint8_t>(srgb(roll_off(light)) * 255 + 0.5);
   }
-  table[0] = 0;  // also where there is no light at all
+  table[0] = 0;  // pixels without light are black
   return table;
 }
 
@@ -63,7 +63,8 @@ std::vector<std::uint16_t> tone_16_bits(std::span<const float> light, double exp
   shown.reserve(light.size());
   for (const float one : light) {
     const auto exposed = static_cast<float>(one * exposure);
-    // The bits of a positive float are its logarithm in steps; of NaN they are those of a large number.
+    // The bits of a positive float are its logarithm in steps. Those of NaN look like a large number, so it is excluded
+    // by the comparison.
     const std::uint32_t bits =
         exposed > 0 ? std::clamp(std::bit_cast<std::uint32_t>(exposed), kFirst, kEnd - 1) : kFirst;
     const std::size_t entry = (bits - kFirst) >> kRest;

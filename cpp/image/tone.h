@@ -1,4 +1,4 @@
-// From sums of light to the values that a screen shows.
+// Tone mapping: from sums of light to values on a screen.
 #pragma once
 
 #include <cstdint>
@@ -11,15 +11,15 @@ namespace motes::image {
 inline constexpr int kToneBits = 8;
 inline constexpr int kToneEntries = 33 << kToneBits;
 
-/// Display value 0..1 (before sRGB) of linear light after exposure: unchanged up to a knee, then a shoulder that
-/// reaches 1 only at infinity, so that dense crowds of particles keep their contrast.
+/// Returns the display value 0..1 (before sRGB) of linear light after exposure: unchanged up to a knee, then a shoulder
+/// that reaches 1 only at infinity, so dense crowds of particles keep their contrast.
 double roll_off(double light);
 
-/// sRGB bytes, indexed by SplatLanes::tone, for the whole range of a sum.
+/// Returns sRGB bytes for the whole range of a sum, indexed by SplatLanes::tone.
 std::vector<std::uint8_t> tone_table(double exposure);
 
-/// The same curve with 16 bits: linear light before exposure to sRGB in 0..65535, within one step. What is not above 0,
-/// NaN too, is black.
+/// Returns linear light (before exposure) as 16-bit sRGB, 0..65535, by the same curve within one step. Values not above
+/// 0, and NaN, become black.
 std::vector<std::uint16_t> tone_16_bits(std::span<const float> light, double exposure);
 
 }  // namespace motes::image

@@ -16,7 +16,7 @@ namespace {
 
 using actions::Action;
 
-// Where a particle will be at the end of the step; at most `farthest` away from where it is. A ghost of it gets the
+// Predicts a particle's position at the end of the step, at most `farthest` m from its current one. Its ghosts get the
 // same bits.
 struct Ahead {
   float dt;
@@ -129,7 +129,7 @@ class Interaction {
     return placed;
   }
 
-  // Where a law looks for what it reads as it is; -1: it needs something made of it.
+  // Returns the column for a component that the law reads unchanged; -1: it reads only values derived from it.
   static int place_of(Component read) {
     switch (read.attribute) {
       case particles::velocity: return velocity_x + read.component;
@@ -230,7 +230,7 @@ class Interaction {
     return least > 0 && r2 < least * least;
   }
 
-  // Moves newborn particles to NaN, where they push nobody: whether they stay is decided when all of them are known.
+  // Moves newborn particles to NaN, where they push nothing; whether they stay is decided once all of them are known.
   void set_newborn_apart(std::size_t s) {
     const std::vector<std::uint32_t>& order = scratch_.party[s].cells.order();
     for (std::size_t k = 0; k < order.size(); ++k) {
@@ -252,7 +252,8 @@ class Interaction {
     for (std::size_t i = 0; i < crowd.size(); ++i) values[i] = radius_of_size(values[i]);
   }
 
-  // A particle whose mass is 0 or NaN is pushed away by the other alone, or touches nobody.
+  // Arranges inverse masses. A particle whose mass is 0 or NaN never pushes others, or has no contacts
+  // (Law::skips_massless).
   void arrange_masses(std::size_t s, const Column& all_masses) {
     arrange(s, inverse_mass, all_masses);
     std::vector<float>& values = scratch_.party[s].column[inverse_mass];
@@ -263,7 +264,7 @@ class Interaction {
     }
   }
 
-  // What those of one side hear of those whom they see: of their own, or of the other side.
+  // Runs the law for the targets of one side. Its sources are of the same side or, with two systems, of the other.
   void run(std::size_t s, InteractionCounts& seen) {
     if (law_.prepare != nullptr) {
       run(s, law_.prepare, crowds_[s].size(), seen);
@@ -272,7 +273,7 @@ class Interaction {
     run(s, law_.act, crowds_[s].own, seen);
   }
 
-  // `target_count`: who has an index below is a target.
+  // Runs a kernel. `target_count`: particles with a lower index are targets.
   void run(std::size_t s, void (*kernel)(const Task&), std::size_t target_count, InteractionCounts& seen) {
     Scratch::Party& party = scratch_.party[s];
     const std::size_t other = count_ == 2 ? 1 - s : s;

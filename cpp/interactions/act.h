@@ -1,5 +1,4 @@
-// Performs one action between particles on this rank's particles. Does not communicate: ghosts of other ranks'
-// particles are given.
+// Performs one action between particles on this rank's particles. Does not communicate: the caller provides the ghosts.
 #pragma once
 
 #include <cstdint>
@@ -20,32 +19,33 @@ namespace motes::interactions {
 struct Ghosts {
   std::vector<std::uint64_t> ids;
   std::vector<std::vector<float>> columns;  // in the order of read_by()
-  std::vector<std::uint8_t> images;  // in periodic space: which of its particle's places each is at; else empty
+  std::vector<std::uint8_t> images;  // in periodic space: which image of its particle each ghost is; else empty
 };
 
-/// The particles of one system: this rank's own, which of them are changed, and ghosts.
+/// One system in an interaction: this rank's own particles, which of them may change, and ghosts.
 struct Side {
   particles::Store* store = nullptr;
   const Ghosts* ghosts = nullptr;
-  const std::vector<std::uint8_t>* chosen = nullptr;  // null: all are changed
-  std::uint64_t newborn_from = UINT64_MAX;            // collide: ids from here on are newborn
-  bool adds = false;                                  // collide: add contacts to those of an earlier action
+  const std::vector<std::uint8_t>* chosen = nullptr;  // which particles may change, by index; null: all
+  std::uint64_t newborn_from = UINT64_MAX;  // collide: ids from here on are newborn
+  bool adds = false;  // collide: add to the contacts counted by an earlier action
   const std::vector<std::uint8_t>* adds_to = nullptr;  // which particles to add for; null: all
-  NeighbourList* list = nullptr;                      // contact: the kept list of this law; null: the scratch's
-  std::uint32_t law = 0;                              // contact: its number among those of the list, from 0 on
-  bool kept = false;                                  // contact: the list holds for this sub-step, on all ranks
-  float skin = 0;                                     // contact: else, of the next list, metres
-  std::uint32_t now = 0;                              // contact: the number of the sub-step, from 1 on
-  float start = 0, end = 1;                           // contact: which part of the frame it is, for walls that move
-  bool of_clumps = false;  // contact: they are spheres of clumps, and get sums of pushes: see clumps.h
+  NeighbourList* list = nullptr;  // contact: the kept neighbour list of this law; null: the scratch's
+  std::uint32_t law = 0;  // contact: number of this law among those with neighbour lists, from 0
+  bool kept = false;  // contact: all ranks' lists are still valid in this sub-step
+  float skin = 0;  // contact: skin of the next list, if not kept, m
+  std::uint32_t now = 0;  // contact: number of the sub-step, from 1
+  float start = 0, end = 1;  // contact: part of the frame that the sub-step covers, for moving walls
+  bool of_clumps = false;  // contact: the particles are spheres of clumps and get sums of pushes: see clumps.h
   bool last = false;  // last sub-step of the frame: measure overlaps, write touches to the store
 };
 
-/// Returns the columns that the action reads, in the order of read_by(), of own particles and ghosts. `second`: of the
-/// second of two systems.
+/// Returns the columns that the action reads, of own particles and ghosts, in the order of read_by(). `second`: the
+/// side is the second of two systems.
 std::vector<Column> columns_of(const actions::Action& action, const Side& side, bool second = false);
 
-/// What the list of an action is for. `second`: of the second of two systems, which only notes where these are.
+/// Returns the kind of neighbour list that an action needs. `second`: the side is the second of two systems; its list
+/// only records positions.
 NeighbourList::Kind list_kind(const actions::Action& action, const Side& side, bool second = false);
 
 /// Statistics of an interaction.
@@ -56,8 +56,8 @@ struct InteractionCounts {
   std::vector<std::uint32_t> dropped[2]{};  // collide: indices of newborn particles to remove, ascending
 };
 
-/// A script's function of pairs: returns the change of velocity of each pair's own particle, three numbers each, or
-/// nothing.
+/// A script's function of pairs: returns the change of velocity, m/s, of each pair's own particle, three numbers per
+/// pair, or nothing.
 using PairProcedure = std::function<std::vector<float>(const PairList& pairs)>;
 
 class ExpandedClumps;
@@ -73,23 +73,23 @@ struct Scratch {
   };
   Party party[2];
 
-  // Of laws that scripts write (scripted.h).
+  // For laws written by scripts (scripted.h).
   struct Compiled {
     std::vector<expressions::Expression> values;
     expressions::Formula formula;
   };
   struct ScriptedMemory {
-    std::vector<std::uint64_t> ids;  // of another system: its own particles, then ghosts
+    std::vector<std::uint64_t> ids;  // ids of the other system: own particles, then ghosts
     std::vector<std::vector<float>> copied, column, out;
     std::vector<float> radius;
   };
   std::vector<Compiled> formulas;
   ScriptedMemory scripted;
 
-  std::shared_ptr<ExpandedClumps> clumps;  // between clumps_hold() and act_on_clumps(): see clumps.h
+  std::shared_ptr<ExpandedClumps> clumps;  // passed from clumps_hold() to act_on_clumps(): see clumps.h
 };
 
-/// Tells whether a side's kept list holds as far as this rank's own particles go: see NeighbourList::holds.
+/// Tells whether a side's kept list is still valid for this rank's own particles: see NeighbourList::holds.
 bool list_holds(const actions::Action& action, const Side& side, bool second, Scratch& scratch, threads::Pool& pool);
 
 /// Calls the procedure with all pairs of this rank and adds up its changes in the order of the pairs.

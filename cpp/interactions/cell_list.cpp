@@ -10,7 +10,7 @@ namespace motes::interactions {
 namespace {
 
 constexpr std::int32_t kFarthest = 1 << 20;
-constexpr int kDigit = 11;  // bits per digit of the radix sort: its counters fit the first-level cache
+constexpr int kDigit = 11;  // bits per digit of the radix sort: its counters fit the L1 cache
 constexpr std::size_t kDigits = std::size_t{1} << kDigit;
 
 // Returns the cell number of a coordinate. Computed in double: float32 would put particles far from the origin into the
@@ -66,7 +66,7 @@ struct Shares {
         parts(std::clamp<std::size_t>(count / pool.items(kRange), 1, static_cast<std::size_t>(pool.threads()))) {}
   std::size_t first(std::size_t part) const { return size * part / parts; }
 
-  /// Like first(), but moved on while together(i - 1, i), so that no group is split.
+  /// Like first(), but moved past items with together(i - 1, i), so no group is split.
   template <class Together>
   std::size_t first_apart(std::size_t part, const Together& together) const {
     std::size_t at = first(part);
@@ -197,7 +197,7 @@ void Cells::sort_ids(const Crowd& crowd, threads::Pool& pool) {
   most_ = *std::max_element(most.begin(), most.end());
 }
 
-// Finds all rows; each part finds those that begin in it, with a table of its own.
+// Finds all rows; each part finds those that begin in it, in its own table.
 void Cells::find_rows(const Range& range, threads::Pool& pool) {
   const std::size_t count = order_.size();
   const std::uint64_t z_cells = range.z_cells();

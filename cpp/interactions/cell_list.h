@@ -1,5 +1,5 @@
 // The cell list: particles sorted by (cell, id). It tells which particles can be near each other and fixes the order of
-// sums. The order depends on positions, ids and the edge length alone, never on the order in memory or on which
+// sums. The order depends only on positions, ids and the edge length, never on the order in memory or on which
 // particles are ghosts.
 #pragma once
 
@@ -107,7 +107,8 @@ class Cells {
 /// Returns the non-empty rows among the nine around (x, y), ascending.
 std::vector<const Row*> rows_around(const Cells& cells, std::int32_t x, std::int32_t y);
 
-/// Numbers of rows, from 0 on: between two of them are about as many particles as a thread takes at once.
+/// Returns row numbers, starting at 0, that split the rows into parts with about as many particles as a thread takes at
+/// once.
 std::vector<std::size_t> parts_of(const Cells& cells, const threads::Pool& pool);
 
 /// Calls work(place) for the particles of a row in the cells z - 1 .. z + 1, in their order.

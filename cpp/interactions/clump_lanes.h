@@ -71,9 +71,10 @@ struct ClumpPush {
   }
 };
 
-/// Writes velocities and spins after the pushes on all spheres. `move` turns a clump by one spin over the whole step,
-/// so that spin is the one at the middle of the step: angular momentum is kept to rounding, and energy does not drift.
-/// It is found by fixed-point iteration; a clump turns by less than a radian per step, so a few iterations suffice.
+/// Writes velocities and spins of clumps after the pushes on all their spheres. `move` turns a clump by one spin during
+/// the whole step, so the spin is computed for the middle of the step: this conserves angular momentum up to rounding,
+/// and energy does not drift. The spin is found by fixed-point iteration; a clump turns by less than a radian per step,
+/// so a few iterations suffice.
 inline void turn_clumps(const interactions::ClumpTask& task) {
   constexpr int kIterations = 5;
   const float half = 0.5f * task.dt;

@@ -18,18 +18,18 @@ const particles::Schema& schema_of_spheres() {
   return schema;
 }
 
-// The law of the spheres: contact, whose numbers come first.
+// Returns the contact action of the spheres. The numbers of contact_clumps begin with those of contact.
 Action contact_of_spheres(const Action& clumps) {
   Action action;
   action.kind = actions::Kind::contact;
   action.numbers.assign(clumps.numbers.begin(),
                         clumps.numbers.begin() + sizeof(actions::numbers::contact<double>) / sizeof(double));
-  action.numbers[0] = 0;  // each sphere has a radius of its own
+  action.numbers[0] = 0;  // each sphere has its own radius
   action.shapes = clumps.shapes;
   return action;
 }
 
-// The inverse of a symmetric tensor (xx, yy, zz, xy, xz, yz).
+// Inverts a symmetric tensor (xx, yy, zz, xy, xz, yz).
 void invert(const double (&t)[6], double (&to)[6]) {
   const double xx = t[1] * t[2] - t[5] * t[5], xy = t[4] * t[5] - t[3] * t[2], xz = t[3] * t[5] - t[4] * t[1];
   const double part = 1 / (t[0] * xx + t[3] * xy + t[4] * xz);
@@ -49,7 +49,7 @@ void over_clumps(const ClumpTask& task, std::size_t count, void (*kernel)(const 
   });
 }
 
-// Returns the ids of all spheres: that of sphere k of clump i stands at k * count + i.
+// Returns the ids of all spheres: sphere k of clump i is at k * count + i.
 template <class CopiedIds>
 std::vector<std::uint64_t> ids_of_spheres(const CopiedIds& clumps, std::size_t count, std::size_t parts) {
   std::vector<std::uint64_t> ids;
@@ -65,7 +65,7 @@ std::vector<std::uint64_t> ids_of_spheres(const CopiedIds& clumps, std::size_t c
 // Columns of clumps, readable to the end of the last vector.
 class ClumpColumns {
  public:
-  // Those of a side's own clumps, or of the ghosts there.
+  // Copies the columns of a side's own clumps or of its ghosts.
   ClumpColumns(const Action& action, const Side& side, bool ghosts)
       : count_(!ghosts                  ? side.store->size()
                : side.ghosts != nullptr ? side.ghosts->ids.size()
@@ -92,7 +92,7 @@ class ClumpColumns {
     return task;
   }
 
-  // Writes where the spheres are.
+  // Writes the SphereAt columns of the spheres.
   void place(const std::vector<ClumpSphere>& spheres, float* const* placed, threads::Pool& pool) const {
     ClumpTask task = this->task(spheres);
     task.placed = placed;
@@ -105,7 +105,7 @@ class ClumpColumns {
   const float* columns_[clump_columns] = {};
 };
 
-// The spheres of all clumps that a rank knows, as particles. Sphere k of the i-th of n stands at k * n + i.
+// The spheres of all clumps that a rank knows, as particles. Sphere k of the i-th of n clumps is at k * n + i.
 class ExpandedClumps {
  public:
   // Expands a side's own clumps.
@@ -149,7 +149,7 @@ class ExpandedClumps {
     return spheres;
   }
 
-  // Gives each sphere what its clump remembers for it. What pairs remember that stay listed is in their list.
+  // Copies the touches of each clump to its spheres, except those of pairs in a kept list, which holds their states.
   void remember(const Side& clumps) {
     const auto needed = [&](const Touch& touch) {
       return particles::law_of(touch) == clumps.law && (!clumps.kept || (touch.law & particles::kWall) != 0);
@@ -182,8 +182,8 @@ class ExpandedClumps {
 
 namespace {
 
-// Writes to the store what the spheres remember: of walls, and in a frame's last sub-step of each other. Until then
-// that is in the list.
+// Writes the touches of the spheres to the store: those with walls and, in a frame's last sub-step, those with each
+// other, which only the list holds until then.
 void take_touches(const Side& side, const particles::Store& spheres, std::size_t parts) {
   particles::Store& store = *side.store;
   if (!spheres.remembers() && !store.remembers()) return;
@@ -209,7 +209,7 @@ void take_touches(const Side& side, const particles::Store& spheres, std::size_t
   }
 }
 
-// Sums what pushes the spheres onto their clumps.
+// Sums the pushes on the spheres onto their clumps.
 class Summing {
  public:
   Summing(const Action& action, float dt, const Side& side, const ExpandedClumps& spheres, threads::Pool& pool)
@@ -228,7 +228,7 @@ class Summing {
     }
   }
 
-  // `sums`: velocities, spins and contacts of the spheres.
+  // Moves the clumps. `sums`: changes of velocity and spin, and contacts, of the spheres.
   void run(const float* const (&sums)[7]) {
     const std::size_t count = side_.store->size();
     float* out[7];
@@ -278,7 +278,7 @@ void place_spheres(const particles::Store& store, const std::vector<ClumpSphere>
   Action action;
   action.kind = actions::Kind::contact_clumps;
   Side side;
-  side.store = const_cast<particles::Store*>(&store);  // NOLINT(cppcoreguidelines-pro-type-const-cast): read alone
+  side.store = const_cast<particles::Store*>(&store);  // NOLINT(cppcoreguidelines-pro-type-const-cast): only read
   ClumpColumns(action, side, false).place(spheres, placed, pool);
 }
 
@@ -306,7 +306,7 @@ InteractionCounts act_on_clumps(const Action& action, const Extent& extent, floa
   of_spheres.radius = extent.radius * (largest / bounding_radius(spheres.spheres())) * 1.00001f;
   const Side sides[2] = {spheres.side(side), {}};
   particles::Store& store = spheres.store();
-  if (!(of_spheres.radius > 0)) {  // nobody has a size: nobody is pushed
+  if (!(of_spheres.radius > 0)) {  // no clump has a size, so none is pushed
     for (int c = 0; c < 3; ++c) {
       std::fill_n(store.writable_plane(particles::velocity, c), store.size(), 0.0f);
       std::fill_n(store.writable_plane(particles::rotational_velocity, c), store.size(), 0.0f);

@@ -61,9 +61,9 @@ float radius_of(const Store& store, threads::Pool& pool) {
   return largest(most);
 }
 
-// Returns the largest of 1 / mass, of those that have one; 0 where all are 1 kg.
+// Returns the largest 1 / mass, 1/kg, ignoring massless particles; 0 if all masses are 1 kg.
 float lightness_of(const Store& store, threads::Pool& pool) {
-  constexpr float kNobody = 1e-30f;  // above 0, and no hindrance
+  constexpr float kNobody = 1e-30f;  // above 0, but below any real 1 / mass
   const auto lightness = [](float mass) { return mass > kLeastMass ? 1 / mass : kNobody; };
   if (store.size() == 0) return 0;
   const float* mass = store.plane(particles::mass, 0);
@@ -79,7 +79,7 @@ float lightness_of(const Store& store, threads::Pool& pool) {
   return largest(most);
 }
 
-// Of a sphere's size, the first component is its diameter.
+// Lists the components of attributes. Only the first component of size, a sphere's diameter, counts.
 std::vector<Component> components_of(std::uint32_t attributes) {
   std::vector<Component> all;
   for (int attribute = 0; attribute < particles::builtin_count; ++attribute) {
@@ -104,7 +104,7 @@ float given_radius(const Action& action, bool second) { return law_of(action).ra
 std::vector<Component> read_by(const Action& action, bool second) {
   if (action.kind != Kind::interact) return components_of(actions::facts(action.kind).reads);
   std::vector<Component> read;
-  if (action.other >= 0 && !second) return read;  // only the other system's particles are seen
+  if (action.other >= 0 && !second) return read;  // only the other system's particles are sources
   read = components_of(actions::facts(action.kind).reads);
   for (const actions::Leaf& leaf : action.leaves) {
     const Component one{leaf.attribute, leaf.component};
@@ -125,7 +125,7 @@ Extent extent_of(const Action& action, const Store& store, float dt, bool second
     (second ? extent.other_radius : extent.radius) = given > 0 ? given : radius_of(store, pool);
   }
   if (action.kind == Kind::contact_clumps)
-    extent.radius *= 2 * bounding_radius(spheres_of(action.table));  // half of the size so far
+    extent.radius *= 2 * bounding_radius(spheres_of(action.table));  // so far, half of the size
   if (law_of(action).looks_ahead) extent.displacement = displacement_of(store, dt, pool);
   if (law_of(action).inverse_masses) extent.masses = lightness_of(store, pool);
   return extent;
@@ -151,7 +151,7 @@ double range_of(const Action& action, const Extent& extent) {
   const double reach = static_cast<double>(reach_of(action, extent));
   if (action.kind == Kind::tie) return reach * (1 + 1e-5) + 4 * static_cast<double>(extent.rounding);
   const Law& law = law_of(action);
-  // Where a law prepares, those that are seen must have seen all of their own neighbours.
+  // If a law prepares, sources need all of their own neighbours, too.
   const double seen = law.prepare != nullptr ? 2 * reach : reach;
   if (!law.looks_ahead) return seen * (1 + 4 * kMargin);
   const double step =

@@ -1,4 +1,4 @@
-// What an action between particles needs before the interaction: which columns it reads of others, and how far it sees.
+// What must be known of an action between particles before it runs: the columns it reads of others, and its reach.
 #pragma once
 
 #include <cstddef>
@@ -22,23 +22,23 @@ struct Component {
   bool operator==(const Component&) const = default;
 };
 
-/// The law of an action between particles.
+/// Returns the law of an action between particles.
 const Law& law_of(const actions::Action& action);
 
-/// What an action reads of those that it sees: position first. `second`: of the second of two systems; nothing where
-/// only the other one's particles are seen.
+/// Returns the components that an action reads of its sources, position first. `second`: of the second of two systems.
+/// Empty for a system whose particles are not sources.
 std::vector<Component> read_by(const actions::Action& action, bool second = false);
-/// What it changes of its targets: its results, in this order.
+/// Returns the components of its targets that an action changes, in the order of its results.
 std::vector<Component> changed_by(const actions::Action& action);
 
 /// Maxima over all ranks, agreed on before an interaction.
 struct Extent {
-  float radius = 0;  // largest radius, m; of ties: the longest at their last interaction
+  float radius = 0;  // largest radius, m; of ties: longest tie at their last interaction
   float other_radius = 0;  // largest radius of the second system, m
   float displacement =
       0;  // largest displacement along an axis in the step, m; of tied particles: since their last interaction
   float rounding = 0;  // rounding of positions at the cuts, m: see rounding_at
-  float masses = 0;  // the largest of 1 / mass, 1/kg; 0 where all masses are 1 kg
+  float masses = 0;  // largest 1 / mass, 1/kg; 0 if all masses are 1 kg
 
   bool operator==(const Extent&) const = default;
 };
@@ -52,29 +52,29 @@ Extent extent_of(const actions::Action& action, const particles::Store& store, f
 
 /// Returns the largest distance, m, at which two particles interact, at the (predicted) positions the action uses.
 float reach_of(const actions::Action& action, const Extent& extent);
-/// Returns the largest present distance, m, of two particles that may interact.
+/// Returns the largest current distance, m, at which two particles may interact.
 double range_of(const actions::Action& action, const Extent& extent);
 
-/// Returns the fewest sub-steps of a frame, of so many seconds, in which contact's springs need not be softened, for
-/// the lightest two that may touch. 0 for other actions.
+/// Returns the fewest sub-steps per frame of `frame_s` seconds with which contact's springs are not softened, even
+/// between the two lightest particles. 0 for other actions.
 float substeps(const actions::Action& action, const Extent& extent, double frame_s);
 
-/// Tells whether the action has a neighbour list, by which pairs may remember. It is kept for several sub-steps, and
-/// ghosts with it.
+/// Tells whether the action has a neighbour list, whose pairs may have states. The list and its ghosts are kept for
+/// several sub-steps.
 bool remembers(const actions::Action& action);
 /// Tells whether the reach is the sum of two radii.
 bool has_radius(const actions::Action& action);
-/// The radius of the particles of one side that the script gave, in metres; 0: half of their size.
+/// Returns the radius, m, that the script gave for all particles of one side; 0: half of each one's size.
 float given_radius(const actions::Action& action, bool second);
 
-/// Returns the limit on predicted displacements, m. A faster particle passes through others anyway, and without a limit
+/// Returns the limit on predicted displacements, m. A faster particle passes through others anyway; without a limit,
 /// one spark would make all ranks exchange everything.
 constexpr float step_limit(float reach) { return reach; }
 
-/// Spheres that are not heavier, in kilograms, are pushed away by others alone, or touch nobody.
+/// Mass, kg, up to which a sphere counts as massless: it never pushes others, or has no contacts (Law::skips_massless).
 inline constexpr float kLeastMass = 1e-12f;
 
-/// Returns the radius, m, of a sphere of this size, m: 0 where that is no positive number.
+/// Returns the radius, m, of a sphere of this size, m: 0 unless the size is positive.
 inline float radius_of_size(float size) { return size > 0 ? 0.5f * size : 0.0f; }
 
 /// Relative margin by which cells and halos exceed the reach.

@@ -1,5 +1,5 @@
-// The laws between particles, in the build that suits this processor: the kernel of each sums, for particles in lanes,
-// over all that are within reach of them, in the order (cell, id).
+// Kernels of the laws between particles, in the build that suits this processor. Each sums over the sources within
+// reach of a target, in a fixed order.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +14,8 @@
 
 namespace motes::interactions {
 
-/// The length of a kernel's column: a vector may begin at any place and be read beyond the last one.
+/// Returns the length of a kernel's column of `count` values: a vector may begin at any place and read beyond the last
+/// one.
 constexpr std::size_t padded(std::size_t count) { return count + 2 * particles::kPadding; }
 
 /// The particles of one system as a kernel sees them: padded columns in the order of the cells.
@@ -24,7 +25,7 @@ struct Party {
   const Crowd* crowd = nullptr;  // for ids
 };
 
-/// Columns of a party: where its particles are, what the law reads of them, and what is made of that.
+/// Columns of a party: positions, what the law reads, and values derived from these.
 enum At : int {
   at_x,
   at_y,
@@ -48,22 +49,22 @@ struct KernelStats {
   std::uint64_t pairs = 0;  // pairs within reach, counted once per end
 };
 
-/// Contact: the most that a spring's stiffness may be, as a multiple of m / step^2, with m half the harmonic mean of
-/// the masses of two that touch. They touch for pi sqrt(m / stiffness), so for five steps at least: then twelve touches
-/// of one particle are no trouble either. Stiffer springs would throw particles about, and are softened.
+/// Contact: largest stiffness of a spring, in units of m / step^2, where m is the reduced mass of two spheres. A touch
+/// lasts pi sqrt(m / stiffness), at least five steps, so even a particle with twelve touches is stable. Stiffer springs
+/// would throw particles apart and are softened.
 inline constexpr float kMostStiff = 0.39f;
 
-/// What two that touch remember, seen from one of them.
+/// The state of a touching pair, as its first particle remembers it.
 struct PairState {
   float slid[3], rolled[3];  // see particles::Touch
-  std::uint32_t step;        // in which they last touched, from 1 on; 0: never
+  std::uint32_t step;        // sub-step of the last touch, from 1; 0: never
   std::uint32_t unused;
 };
 
-/// How many numbers of a pair's state one PairState holds; a law that remembers more has several, one after another.
+/// Numbers of a pair's state in one PairState; a law with more uses several consecutive PairStates per pair.
 inline constexpr int kStateNumbers = 6;
 
-/// Pairs by their first particle's place in the order of the cells:
+/// Pairs, by the place of their first particle in the order of the cells:
 ///
 ///     first   | 0 . . | 1 | 2 . . . | ...      place p has pairs begin[p] .. begin[p + 1] - 1
 ///     second  | 7 1 9 | 0 | 8 1 9 5 | ...      places, ascending by id
@@ -71,7 +72,7 @@ inline constexpr int kStateNumbers = 6;
 struct PairsView {
   const std::uint32_t* begin = nullptr;
   const std::uint32_t* second = nullptr;
-  const std::uint64_t* ids = nullptr;  // of places
+  const std::uint64_t* ids = nullptr;  // by place
   PairState* state = nullptr;
   std::uint32_t parts = 1;
 };
@@ -79,26 +80,26 @@ struct PairsView {
 /// One law over some rows of targets. Lengths in metres, times in seconds.
 struct Task {
   Party targets, sources;
-  const double* numbers = nullptr;  // the action's, by name: numbers_of
-  float reach = 0;  // who is farther away is not seen
+  const double* numbers = nullptr;  // the action's numbers: see numbers_of
+  float reach = 0;  // sources farther away are ignored
   float dt = 0;
-  int side = 0;  // 0: targets are among the sources; 1, 2: they are of the first or second of two systems
-  std::uint32_t now = 0;  // the number of the sub-step, from 1 on
-  bool radii = false, masses = false;  // whether particles have radii and masses of their own: Law::uniform
-  bool sums_alone = false;  // contact: without what the particles had
-  float* const* out = nullptr;  // planes by place: what the law says
-  PairsView pairs = {};  // of this rank's own particles: Law::remembers
-  const std::uint8_t* chosen = nullptr;  // who of them is changed, by index; null: all
-  std::size_t first_row = 0, last_row = 0;  // of the targets
+  int side = 0;  // 0: targets are among the sources; 1, 2: targets are of the first or second of two systems
+  std::uint32_t now = 0;  // number of the sub-step, from 1
+  bool radii = false, masses = false;  // whether particles have individual radii and masses: Law::uniform
+  bool sums_alone = false;  // contact: leave the particles' own velocity and spin out of the results
+  float* const* out = nullptr;  // the law's results, planes by place
+  PairsView pairs = {};  // pairs of this rank's own particles, if Law::remembers
+  const std::uint8_t* chosen = nullptr;  // which particles may change, by index; null: all
+  std::size_t first_row = 0, last_row = 0;  // rows of targets
   KernelStats* stats = nullptr;
 };
 
-/// Lists pairs whose surfaces are closer than the skin: without `second` how many there are of each place, and with it
-/// which, from begin[place] on.
+/// Lists pairs whose surfaces are closer than the skin. Without `second` it counts the pairs of each place; with it, it
+/// writes them from begin[place] on.
 struct ListTask {
-  Party spheres;  // both targets and sources: at, radius
+  Party spheres;  // targets and sources; columns: at, radius
   float skin = 0;
-  bool ghosts_alone = false;  // seconds are ghosts
+  bool ghosts_alone = false;  // all second particles are ghosts
   std::uint32_t* count = nullptr;
   const std::uint32_t* begin = nullptr;
   std::uint32_t* second = nullptr;
@@ -107,19 +108,19 @@ struct ListTask {
 
 /// Spheres and one wall, in a sub-step.
 struct WallTask {
-  const shapes::Shape* wall = nullptr;  // no union
-  std::uint32_t number = 0;             // among the walls
-  float start = 0, end = 1;             // which part of the frame the sub-step is
+  const shapes::Shape* wall = nullptr;  // not a union
+  std::uint32_t number = 0;             // number of the wall
+  float start = 0, end = 1;             // part of the frame that the sub-step covers
   const float* const* column = nullptr;  // by place: at, velocity, spin, radius, inverse_mass
   const std::uint32_t* order = nullptr;  // index of each place's particle
   std::uint32_t own = 0;                 // indices below are this rank's own
-  const std::uint8_t* chosen = nullptr;  // who is changed, by index; null: all
-  const double* numbers = nullptr;       // of contact
+  const std::uint8_t* chosen = nullptr;  // which particles may change, by index; null: all
+  const double* numbers = nullptr;       // contact's numbers
   float dt = 0;                          // seconds
   std::uint32_t first = 0, last = 0;     // places
 };
 
-/// Touches of spheres with one wall, one after another: by place, and of one place by number.
+/// Touches of spheres with one wall. Those of one place are sorted by number.
 struct WallTouches {
   static constexpr std::uint32_t kMost = 1024, kRoom = kMost + particles::kPadding;
 
@@ -130,7 +131,7 @@ struct WallTouches {
   float change[6][kRoom];                     // of velocity and rotational velocity
 };
 
-/// Columns of clumps: what contact_clumps reads, in its order.
+/// Columns of clumps, in the order in which contact_clumps reads them.
 enum ClumpAt : int {
   clump_x,
   clump_velocity = clump_x + 3,
@@ -140,7 +141,7 @@ enum ClumpAt : int {
   clump_spin = clump_orientation + 4,
   clump_columns = clump_spin + 3
 };
-/// Columns of their spheres: what contact reads, in its order.
+/// Columns of the spheres of clumps, in the order in which contact reads them.
 enum SphereAt : int {
   sphere_x,
   sphere_velocity = sphere_x + 3,
@@ -150,22 +151,22 @@ enum SphereAt : int {
   sphere_columns
 };
 
-/// A sphere of a clump of size 1: where its centre is in the clump's axes, and its radius, in metres.
+/// A sphere of a clump of size 1: its centre in the clump's axes, and its radius, m.
 struct ClumpSphere {
   float at[3], radius;
 };
 
-/// Some clumps of one template. Sphere k of clump i stands at k * stride + i in its columns.
+/// Some clumps of one template. Sphere k of clump i is at k * stride + i in the columns of spheres.
 struct ClumpTask {
   const float* const* column = nullptr;  // ClumpAt, by clump
   const ClumpSphere* spheres = nullptr;
   std::size_t count = 0;  // spheres of a clump
   std::size_t stride = 0;
   float* const* placed = nullptr;      // SphereAt: place_spheres() writes it
-  const float* const* sums = nullptr;  // of each sphere: changes of velocity and spin, and others that it touches
-  float inertia[6] = {}, inverse[6] = {};  // xx, yy, zz, xy, xz, yz of the tensor and its inverse: m^2 and 1/m^2, of
-                                           // 1 kg and size 1
-  float dt = 0;                        // seconds
+  const float* const* sums = nullptr;  // by sphere: changes of velocity and spin, and number of other spheres touched
+  float inertia[6] = {}, inverse[6] = {};  // tensor of inertia and its inverse (xx, yy, zz, xy, xz, yz) of a clump of 1
+                                           // kg and size 1, m^2 and 1/m^2
+  float dt = 0;  // seconds
   float* const* out = nullptr;  // by clump: velocity, spin and number of touches: turn_clumps() writes it
   std::size_t first = 0, last = 0;  // clumps
 };
@@ -174,11 +175,11 @@ struct ClumpTask {
 struct LeafSource {
   enum class How : std::uint8_t {
     own_by_place,  // of the target
-    own_by_index,  // the same, of a column in the order in memory
-    other,         // of the source, by place
-    same,          // one value for all
-    shared,        // the distance, or a component of the normal: `number` of kShared
-    state,         // `number` of the pair's state
+    own_by_index,  // of the target, by index in the store
+    other,  // of the source, by place
+    same,  // one value for all
+    shared,  // the distance, or a component of the normal: plane `number` of kShared
+    state,  // `number` of the pair's state
   };
   How how = How::same;
   int number = 0;
@@ -189,33 +190,33 @@ struct LeafSource {
 /// Planes that the kernel computes itself: the distance, and the normal's components.
 inline constexpr int kShared = 4;
 
-/// Pairs that a formula computes at once, and the room that a plane of them takes.
+/// Pairs that a formula computes at once, and the length of a plane for them.
 inline constexpr std::uint32_t kFormulaPairs = 256, kFormulaPlane = kFormulaPairs + 2 * particles::kPadding;
 
-/// A scripted law over some rows of targets: what its formula gives for each pair within reach is summed, or kept as
-/// the pair's state.
+/// A scripted law over some rows of targets: its formula's values for each pair within reach are summed, or kept as the
+/// pair's state.
 struct ScriptedTask {
   CellsView targets;
   PairsView pairs;
   const float* at[3] = {};  // by place
   float reach2 = 0;
   float time = 0;
-  std::uint32_t now = 0;                 // as in Task
+  std::uint32_t now = 0;  // as in Task
   const std::uint8_t* chosen = nullptr;  // as in Task
-  bool shares = false;                   // whether it reads the distance or the normal
+  bool shares = false;  // whether the formula reads the distance or the normal
   const LeafSource* leaves = nullptr;
   std::size_t leaf_count = 0;
   const expressions::FormulaStep* constants = nullptr;
   std::size_t constant_count = 0;
   const expressions::FormulaStep* steps = nullptr;
   std::size_t step_count = 0;
-  const std::uint16_t* sums = nullptr;  // planes of what is summed
+  const std::uint16_t* sums = nullptr;  // planes of the values to sum
   std::size_t sum_count = 0;
-  const std::int32_t* states = nullptr;  // by number of the state: the plane of its next value; -1: it stays
+  const std::int32_t* states = nullptr;  // plane of the next value of each number of the state; -1: unchanged
   int state_count = 0;
-  float* shared = nullptr;       // kShared planes of kFormulaPlane
-  float* const* plane = nullptr;  // the formula's, of which those of columns are written
-  float* const* out = nullptr;  // by sum: a plane by place
+  float* shared = nullptr;  // kShared planes of kFormulaPlane
+  float* const* plane = nullptr;  // the formula's planes; the kernel fills those of columns
+  float* const* out = nullptr;  // one plane per sum, by place
   std::size_t first_row = 0, last_row = 0;
   KernelStats* stats = nullptr;
 };

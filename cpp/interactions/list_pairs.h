@@ -1,11 +1,11 @@
-// The pairs of a neighbour list: first counted, then written down, each target's own one after another.
+// Builds a neighbour list in two passes: counts the pairs of each target, then writes them, target by target.
 #pragma once
 
 #include "interactions/sweep.h"
 
 namespace motes::MOTES_ISA {
 
-/// Whose surfaces are closer than the skin. Of a particle without a radius, none.
+/// Lists pairs whose surfaces are closer than the skin. A particle without a radius has none.
 template <bool kWrite>
 struct Listing {
   const interactions::ListTask& list;
@@ -44,7 +44,7 @@ struct Listing {
       }
     }
 
-    // Each is near itself, too.
+    // The count includes the particle itself, unless only ghosts are counted.
     MOTES_INLINE void finish(const Listing& law, const Task&, const Around&, std::uint32_t i, std::uint32_t last) {
       for (std::uint32_t k = i; !kWrite && k < last; ++k) {
         const std::int32_t itself = law.list.ghosts_alone ? 0 : 1;

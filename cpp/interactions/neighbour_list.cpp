@@ -15,7 +15,7 @@ namespace motes::interactions {
 
 namespace {
 
-// Vectors read beyond the last pair.
+// Slots behind the last pair that vectors may read.
 constexpr std::size_t kRoom = particles::kPadding;
 
 particles::Touch touch_of(std::uint64_t id, std::uint32_t law, std::uint32_t part, const PairState& state) {
@@ -47,7 +47,7 @@ void NeighbourList::write_down(particles::Store& store, std::uint32_t law, std::
     if (order[k] >= own_) continue;
     touches.clear();
     for (const particles::Touch& touch : store.touches(order[k])) {
-      const bool acted = particles::law_of(touch) <= law;  // those behind have yet to
+      const bool acted = particles::law_of(touch) <= law;  // later laws have yet to act
       const std::uint32_t last = acted ? now : now - 1;
       if (!particles::is_of_pair(touch, law) && touch.step == last) touches.push_back(touch);
     }
@@ -83,7 +83,7 @@ bool NeighbourList::holds(const Crowd& own, const Radii& radii, std::uint32_t no
         way2 += way * way;
         numbers &= static_cast<int>(!std::isnan(x));
       }
-      // Rounding of the way is small beside the hundredth that is kept of the skin.
+      // 0.49 instead of 0.5 leaves room for rounding.
       const float left = 0.49f * skin_ - std::max(0.0f, radii.of(i) - radius_[i]);
       most2 = way2 > most2 ? way2 : most2;
       far |= numbers & static_cast<int>(!(left > 0 && way2 < left * left));
@@ -95,9 +95,10 @@ bool NeighbourList::holds(const Crowd& own, const Radii& radii, std::uint32_t no
   return !moved;
 }
 
-// Making a list costs about as much as looking at 50 pairs of each particle. There are reach^3 of those, so what a step
-// costs is least with a skin of sqrt(kWorth * step * reach), step being how far the fastest particle gets. A list that
-// ended early for another reason, such as births or migrants, needs no skin for a longer life.
+// Chooses the skin. Building a list costs about as much as checking 50 pairs per particle, and pairs grow with the cube
+// of the reach. So the cost per step is lowest with a skin of sqrt(kWorth * step * reach), where step is the fastest
+// particle's displacement per step. If the last list ended early for another reason, such as births or migrants, a
+// thinner skin suffices.
 float skin_of(const Wear& wear, float reach) {
   constexpr float kWorth = 7;
   const float first = wear.age > 1 ? 0.02f * reach : 0.1f * reach;
@@ -162,7 +163,7 @@ void NeighbourList::build(const Crowd& crowd, const PlacedSpheres& spheres, cons
   });
 }
 
-// First how many each has, then which.
+// Counts the pairs of each particle, then lists them.
 void NeighbourList::find_pairs(const Crowd& crowd, const PlacedSpheres& spheres, threads::Pool& pool) {
   const float* columns[party_columns] = {};
   for (int c = 0; c < 3; ++c) columns[at_x + c] = spheres.at[c];
@@ -192,7 +193,7 @@ void NeighbourList::find_pairs(const Crowd& crowd, const PlacedSpheres& spheres,
   run();
 }
 
-// Spheres of one clump do not push each other.
+// Drops pairs of spheres of one clump, which do not push each other.
 void NeighbourList::drop_own_spheres() {
   std::uint32_t kept = 0, first = 0;
   for (std::size_t k = 0; k < ids_.size(); ++k) {
@@ -206,7 +207,7 @@ void NeighbourList::drop_own_spheres() {
   second_.resize(kept + kRoom);
 }
 
-// By id: the order in which what they say is summed.
+// Sorts the pairs of a place by id, the order in which their effects are summed.
 void NeighbourList::sort_pairs(std::size_t place) {
   std::sort(second_.begin() + begin_[place], second_.begin() + begin_[place + 1],
             [&](std::uint32_t a, std::uint32_t b) { return ids_[a] < ids_[b]; });
@@ -253,7 +254,7 @@ std::vector<NeighbourList::Known> NeighbourList::Remembered::touching(std::uint3
   return known;
 }
 
-// A list knows ghosts, too: what these remember is their owner's to say. A clump's spheres have places of their own.
+// Skips the ghosts in a list: their owners write their touches. In a list of clumps, each sphere has its own place.
 void write_down_touches(const NeighbourLists& lists, std::size_t system, const std::map<std::uint32_t, int>& migrants,
                         particles::Store& store) {
   std::unordered_map<std::uint64_t, std::uint32_t> index_of;

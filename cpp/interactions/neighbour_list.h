@@ -1,6 +1,6 @@
-// Who may come within reach of whom, kept until something has moved by half of the skin (Verlet 1967, "Computer
-// experiments on classical fluids"). A particle's neighbours stand in the order of their ids, so what is summed over
-// those within reach depends neither on the skin nor on when the list was made.
+// Neighbour lists: pairs that may come within reach, kept until a particle has moved by half of the skin (Verlet 1967,
+// "Computer experiments on classical fluids"). A particle's neighbours are sorted by id, so sums over those within
+// reach depend neither on the skin nor on when the list was built.
 #pragma once
 
 #include <compare>
@@ -17,13 +17,13 @@
 
 namespace motes::interactions {
 
-/// Where particles are, by place: what kernels read.
+/// Positions and radii of particles by place (their order in the cells), as kernels read them.
 struct PlacedSpheres {
   const float* at[3];   // metres
   const float* radius;  // metres
 };
 
-/// The id of a clump's sphere: the clump's, and the sphere's number.
+/// Returns the id of a clump's sphere, made of the clump's id and the sphere's number.
 constexpr std::uint64_t sphere_id(std::uint64_t clump, std::size_t sphere) {
   return clump * actions::kMostSpheres + sphere;
 }
@@ -32,12 +32,12 @@ constexpr std::uint32_t number_of(std::uint64_t sphere_id) {
   return static_cast<std::uint32_t>(sphere_id % actions::kMostSpheres);
 }
 
-/// The radii of a system's own particles, in the order in memory. Points that see each other within a reach are spheres
-/// of half of it.
+/// The radii of a system's own particles, by index. Points that interact within a reach count as spheres with half of
+/// it as radius.
 struct Radii {
   float given = 0;  // metres; 0: half of each one's size
   Column size, mass;
-  bool skips_massless = false;  // spheres without a positive mass touch nobody
+  bool skips_massless = false;  // spheres without a positive mass have no contacts
 
   float of(std::size_t i) const {
     if (skips_massless && !(mass.of(i, SIZE_MAX) > kLeastMass)) return 0;
@@ -45,49 +45,49 @@ struct Radii {
   }
 };
 
-/// How lists have worn off: what the next skin is chosen by. Its maxima over all ranks give the same skin on each.
+/// How a list has worn out, from which the next skin is chosen. All ranks use the maxima over all ranks, so they choose
+/// the same skin.
 struct Wear {
-  float step =
-      -1;  // metres: the farthest that a particle got in a step, on average since the list was made; -1: unknown
-  float age = 0;    // steps for which the list has been kept
+  float step = -1;  // largest displacement since the list was built, per step, m; -1: unknown
+  float age = 0;    // steps since the list was built
 };
 
-/// Returns the skin, m, of the next list: as thick as the fastest particle's steps make worth it.
+/// Returns the skin, m, of the next list: the one with the lowest expected cost per step.
 float skin_of(const Wear& wear, float reach);
 
-/// The pairs of one law in one system. Only this rank's own particles have pairs; their seconds may be ghosts.
+/// The pairs of one law in one system. The first particle of a pair is this rank's own; the second may be a ghost.
 class NeighbourList {
  public:
   const Cells& cells() const { return cells_; }
 
-  /// Tells whether all pairs of own particles that touch are listed, as far as these have moved: they are those that
-  /// are listed, in the same order, none has moved or grown by half of the skin, and they met in the sub-step before
-  /// this one. The owners of ghosts tell the same of them. Particles at NaN touch nobody.
+  /// Tells whether the list is still valid for own particles: they are the listed ones in the same order, none has
+  /// moved or grown by half of the skin, and the list was used in the previous sub-step. Ghosts are checked by their
+  /// owners. Particles at NaN have no contacts.
   bool holds(const Crowd& own, const Radii& radii, std::uint32_t now, threads::Pool& pool);
   const Wear& wear() const { return wear_; }
   float skin() const { return skin_; }
 
-  /// Notes particles that are seen in another system's list, for holds() to tell of them, too. `radius`: what they
-  /// count as, m.
+  /// Records particles that are sources in another system's list, so that holds() checks them, too. `radius`: the
+  /// radius they count with, m.
   void note(const Crowd& own, float radius, float skin);
 
-  /// Puts the particles in order, for columns to be put in order; then build() lists pairs.
+  /// Sorts the particles into cells. The caller then arranges their columns and calls build().
   void sort(const Crowd& crowd, float reach, float skin, threads::Pool& pool);
 
-  /// Lists all pairs whose surfaces are closer than the skin. What they remember comes from the list before, or from
-  /// the store: of sub-step `now - 1`, of this law.
+  /// Lists all pairs whose surfaces are closer than the skin. Takes their states, of this law and sub-step `now - 1`,
+  /// from the previous list or from the store.
   void build(const Crowd& crowd, const PlacedSpheres& spheres, const particles::Store& store, std::uint32_t law,
              std::uint32_t now, threads::Pool& pool);
 
-  /// The pairs, of sub-step `now`: what kernels write into their states.
+  /// Returns the pairs for sub-step `now`, in which kernels update their states.
   PairsView view(std::uint32_t now) {
     now_ = now;
     pending_ = kind_.parts > 0;
     return {begin_.data(), second_.data(), ids_.data(), state_.data(), kind_.parts};
   }
-  /// What a list is for: how many PairStates a pair has, from which part of a touch's state on, whether seconds are
-  /// ghosts alone, and whether it is of spheres of clumps: those of one clump are no pair, and a touch's part is the
-  /// sphere. What another kind of law has left here is forgotten.
+  /// What a list is for. `parts`: PairStates per pair; `first_part`: a touch's part that the first of them becomes;
+  /// `ghosts_alone`: all second particles are ghosts; `of_clumps`: the particles are spheres of clumps, those of one
+  /// clump are no pair, and a touch's part is the sphere's number. Another kind clears the list.
   struct Kind {
     std::uint32_t parts = 1, first_part = 0;
     bool ghosts_alone = false;
@@ -98,8 +98,8 @@ class NeighbourList {
   void set_kind(const Kind& kind);
   bool of_clumps() const { return kind_.of_clumps; }
 
-  /// Writes to the store what particles remember of this law's pairs, and keeps what laws before it have written in
-  /// sub-step `now`, and those behind it in the last one.
+  /// Writes the touches of this law's pairs to the store. Keeps the touches that earlier laws wrote in sub-step `now`,
+  /// and those that later laws wrote in the previous one.
   void write_down(particles::Store& store, std::uint32_t law, std::uint32_t now);
 
   std::size_t pairs() const { return begin_.empty() ? 0 : begin_.back(); }
@@ -107,10 +107,10 @@ class NeighbourList {
   const std::vector<std::uint64_t>& ids() const { return ids_; }  // by place
   bool owns(std::size_t place) const { return cells_.order()[place] < own_; }
 
-  /// Whether the store lacks what pairs remember. Between frames it has all.
+  /// Tells whether the store lacks the states of pairs. Between frames it has them all.
   bool pending() const { return pending_; }
 
-  /// Adds the touches that the particle at a place has had in the last sub-step.
+  /// Appends the touches of the particle at a place in the last sub-step.
   void recall(std::size_t place, std::uint32_t law, std::vector<particles::Touch>& to) const;
 
  private:
@@ -120,7 +120,7 @@ class NeighbourList {
 
     auto operator<=>(const Known&) const = default;
   };
-  // A list that is replaced by another one.
+  // The list that a new one replaces.
   struct Remembered {
     std::vector<std::uint64_t> ids;
     std::vector<std::uint32_t> begin, second;
@@ -142,7 +142,7 @@ class NeighbourList {
   bool pending_ = false;
   std::size_t own_ = 0;
   Kind kind_;
-  // Own particles, in the order in memory, as they were when the list was made.
+  // Own particles by index, as they were when the list was built.
   std::vector<std::uint64_t> listed_;
   std::vector<float> at_[3], radius_;
   std::vector<std::uint64_t> ids_;  // by place, of ghosts too
@@ -150,11 +150,10 @@ class NeighbourList {
   std::vector<PairState> state_;
 };
 
-/// Kept lists, by system and contact: see Side::law.
+/// Kept lists, by system and law: see Side::law.
 using NeighbourLists = std::map<std::pair<std::size_t, std::uint32_t>, NeighbourList>;
 
-/// Writes to the store what migrants remember in lists that have not been written since they were used. `migrants`: by
-/// index.
+/// Writes to the store the touches of migrants that only lists hold so far. `migrants`: new owners, by index.
 void write_down_touches(const NeighbourLists& lists, std::size_t system, const std::map<std::uint32_t, int>& migrants,
                         particles::Store& store);
 

@@ -1,4 +1,4 @@
-// Measures how deep touching spheres overlap, which tells whether sub-steps are short enough for a heap.
+// Measures how deeply touching spheres overlap: tells whether sub-steps are short enough for a pile.
 #pragma once
 
 #include "interactions/cell_list.h"
@@ -16,7 +16,7 @@ struct Spheres {
 };
 
 /// Returns the 99th percentile of overlaps of touching pairs, relative to the sum of both radii; 0 if none touch.
-/// Samples about a thousand particles of `first` and all that they touch of `second`, which may be the same.
+/// Samples about a thousand particles of `first` and all particles of `second` that they touch; both may be the same.
 float overlap_99(const Spheres& first, const Spheres& second);
 
 }  // namespace motes::interactions

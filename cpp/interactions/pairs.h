@@ -1,5 +1,5 @@
-// Lists pairs of particles within reach of each other, for a script's own function (paper 3.1.5: users add procedures
-// of collision).
+// Lists pairs of particles within reach of each other, for a script's own function (paper 3.1.5: users add collision
+// procedures).
 #pragma once
 
 #include <cstdint>

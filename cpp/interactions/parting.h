@@ -7,7 +7,7 @@
 
 namespace motes::MOTES_ISA {
 
-/// Returns a unit vector from the first particle to the second, a function of their ids.
+/// Returns a unit vector from the first particle to the second, derived from their ids.
 inline Float3 parting(std::uint64_t first, std::uint64_t second) {
   std::uint64_t bits = first * base::kGolden + second;
   const auto number = [&] {  // in [-1, 1)

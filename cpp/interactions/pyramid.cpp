@@ -70,7 +70,7 @@ std::vector<std::int64_t> parents_of(const std::vector<std::int64_t>& moments, i
   return sums;
 }
 
-// Returns the levels from the leaves up to level 2; above, no two cells are far from each other.
+// Returns the levels from the leaves up to level 2; above it, no two cells are far apart.
 std::vector<Level> levels_of(const Cube& cube, const Moments& moments, float strength) {
   std::vector<Level> levels;
   std::vector<std::int64_t> sums = moments;

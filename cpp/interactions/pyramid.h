@@ -1,6 +1,5 @@
-// gravitate(far="cells"): distant particles are grouped into cells (Barnes-Hut), of a pyramid of levels over a cube
-// that holds all particles. Moments of cells are sums of integers, so those of all ranks add up to the same bits in any
-// order.
+// gravitate(far="cells"): groups distant particles into cells (Barnes-Hut) of a pyramid of levels over a cube that
+// holds all particles. Moments of cells are integers, so their sums over all ranks have the same bits in any order.
 #pragma once
 
 #include <array>
@@ -38,8 +37,8 @@ struct Cube {
 using Moments = std::vector<std::int64_t>;
 Moments moments_of(const Cube& cube, const particles::Store& store);
 
-/// Acts on this rank's particles: sources in the 27 leaves around each are taken one by one, the others as cells.
-/// `moments`: sums over all ranks.
+/// Acts on this rank's particles: sources in the 27 leaves around a particle are summed one by one, the others as
+/// cells. `moments`: sums over all ranks.
 InteractionCounts act_by_cells(const actions::Action& action, const Cube& cube, const Moments& moments, float dt,
                                const Side& side, Scratch& scratch, threads::Pool& pool);
 

@@ -15,7 +15,7 @@ using actions::Result;
 using expressions::Formula;
 using particles::Store;
 
-// Compiles the values of a law, unless they are those of one of the last laws.
+// Returns the compiled values of a law; those of the last few laws are cached.
 const Formula& compiled(const Action& action, std::vector<Scratch::Compiled>& known) {
   constexpr std::size_t kKept = 8;
   for (const Scratch::Compiled& one : known) {
@@ -38,7 +38,7 @@ class Scripted {
     list();
     InteractionCounts seen;
     if (crowd_.own == 0) {
-      list_.view(own_.now);  // met nobody, but in this sub-step
+      list_.view(own_.now);  // no targets, but the list counts as used in this sub-step
       return seen;
     }
     for (std::size_t c = 3; c < read_.size(); ++c) arrange(c, sources_[c]);
@@ -55,7 +55,7 @@ class Scripted {
   bool between() const { return other_.store != nullptr; }
   int states() const { return actions::states_of(action_); }
 
-  // Of two systems, the other one's particles are like ghosts: they are seen, and see nobody.
+  // Gathers targets and sources. Particles of another system count as ghosts: they are sources, never targets.
   void gather() {
     crowd_.own = own_.store->size();
     crowd_.own_ids = own_.store->ids();
@@ -90,7 +90,7 @@ class Scripted {
             own_.store->uniform_value(attribute)[static_cast<std::size_t>(component)]};
   }
 
-  // A pair is within reach where spheres of half of it touch.
+  // Lists pairs. Two particles are within reach if spheres with half of it as radius touch.
   void list() {
     list_.set_kind(list_kind(action_, {}));
     scratch_.radius.assign(padded(crowd_.size()), 0.5f * reach_);
@@ -120,7 +120,7 @@ class Scripted {
     list_.cells().arrange(crowd_, from, scratch_.column[number].data(), pool_);
   }
 
-  // The number of the column that all have by place, or -1.
+  // Returns the number of the leaf's column by place, or -1 if there is none.
   int place_of(const Leaf& leaf) const {
     for (std::size_t c = 0; c < read_.size(); ++c) {
       if (read_[c].attribute == leaf.attribute && read_[c].component == leaf.component) return static_cast<int>(c);
@@ -233,14 +233,14 @@ class Scripted {
   threads::Pool& pool_;
   float reach_;
   NeighbourList& list_;
-  std::vector<Component> read_;  // columns by place: of those that are seen
-  std::vector<Column> sources_;  // where these come from
+  std::vector<Component> read_;  // components of the columns by place, as read of sources
+  std::vector<Column> sources_;  // the columns they are arranged from
   Crowd crowd_;
   std::vector<LeafSource> leaves_;
   bool shares_ = false;
   std::vector<std::uint16_t> sums_;
   std::vector<Result> summed_;
-  std::vector<std::int32_t> next_;  // by number of the state: the plane of what it becomes
+  std::vector<std::int32_t> next_;  // plane of the next value of each number of the state; -1: unchanged
 };
 
 }  // namespace

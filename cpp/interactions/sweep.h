@@ -1,8 +1,8 @@
 // The sweep over neighbours: kernels hold targets in lanes and visit sources one by one in the order (cell, id).
 //
-// A vector takes consecutive targets of a row of cells, and all sources in the nine rows around it that any of them may
-// see. A source out of a lane's reach adds +0 to a sum that began with +0, so the bits depend neither on the vector's
-// width nor on which targets share it.
+// A vector holds consecutive targets of a row of cells and visits all sources in the nine rows around it that any of
+// them may see. A source out of a lane's reach adds +0 to a sum that began with +0, so the bits depend neither on the
+// vector's width nor on which targets share it.
 #pragma once
 
 #include "interactions/kernels.h"
@@ -64,7 +64,7 @@ struct Around {
   int count = 0;
 };
 
-/// Finds the rows around target rows, which come in ascending order.
+/// Finds the rows around target rows. Target rows must come in ascending order.
 struct Cursor {
   std::size_t at[3] = {0, 0, 0};
 
@@ -113,8 +113,8 @@ MOTES_INLINE Numbers<T> numbers_of(const Task& task) {
   return actions::read_numbers<Numbers, T>(task.numbers);
 }
 
-/// Runs a law over the task's rows. A law has a type Sums, which is made for the targets first .. last - 1, at most a
-/// vector of them, and has add(source) and finish(around, first, last).
+/// Runs a law over the task's rows. A law has a type Sums: constructed for the targets first .. last - 1 (at most one
+/// vector), with add(source) and finish(around, first, last).
 template <class Law>
 MOTES_INLINE void sweep(const Task& task, const Law& law) {
   const CellsView& targets = task.targets.cells;
@@ -142,15 +142,15 @@ MOTES_INLINE void sweep(const Task& task, const Law& law) {
   }
 }
 
-/// The difference between a source and the targets in three columns, from `first` on.
+/// Returns source minus targets in three columns, starting at column `first`.
 MOTES_INLINE Floats3 difference(const Floats3& targets, const float* const* column, int first, std::uint32_t j) {
   return {column[first][j] - targets.x, column[first + 1][j] - targets.y, column[first + 2][j] - targets.z};
 }
-/// Where a source is, seen from the targets.
+/// Returns a source's position relative to the targets.
 MOTES_INLINE Floats3 seen_from(const Floats3& targets, const float* const* column, std::uint32_t j) {
   return difference(targets, column, interactions::at_x, j);
 }
-/// A source's velocity, seen from the targets.
+/// Returns a source's velocity relative to the targets.
 MOTES_INLINE Floats3 velocity_seen_from(const Floats3& targets, const float* const* column, std::uint32_t j) {
   return difference(targets, column, interactions::velocity_x, j);
 }

@@ -190,7 +190,7 @@ class Tying {
     if (own.inverse == 0) return {};
     std::array<float, 3> at = {own.at[0], own.at[1], own.at[2]};
     if (count > 0) {
-      // Damps velocity relative to the partners only, so that it does not slow a fall.
+      // Damps only the velocity relative to the partners, so a fall is not slowed.
       const float lost = (1 - terms_.kept) * terms_.dt;
       const float relaxed = std::min(kRelaxation / count, kStable / std::max(spread.most(), 1e-20f));
       for (std::size_t c = 0; c < 3; ++c) {
@@ -203,8 +203,8 @@ class Tying {
     return now;
   }
 
-  // Returns the predicted way from a partner, or from the image of it that is nearest now. The other end finds the
-  // opposite way, with the same bits.
+  // Returns the predicted vector from a partner, or from its image that is nearest now. The other end gets the opposite
+  // vector, with the same bits.
   std::array<float, 3> from_partner(const Knots::Knot& own, const Knots::Knot& other) const {
     std::array<float, 3> d = {own.at[0] - other.at[0], own.at[1] - other.at[1], own.at[2] - other.at[2]};
     for (int axis = 0; periods_.any() && axis < 3; ++axis) {
@@ -216,7 +216,7 @@ class Tying {
     return d;
   }
 
-  // Returns where a pinned particle is, or its image that is nearest to another one.
+  // Returns the position of a pinned particle, or of its image that is nearest to `own`.
   std::array<float, 3> pin_near(const Knots::Knot& own, std::uint32_t number) const {
     const float* const pin = &pins_[3 * static_cast<std::size_t>(number)];
     std::array<float, 3> at = {pin[0], pin[1], pin[2]};
@@ -227,8 +227,8 @@ class Tying {
     return at;
   }
 
-  // Limits the distance from pinned particles to the length of each tether. Where a tether is longer than half of a
-  // period, it is unknown which image it leads to.
+  // Limits the distance from pinned particles to the length of each tether. Skips tethers longer than half a period,
+  // whose image is ambiguous.
   void hold(std::uint32_t row, std::array<float, 3>& at) const {
     for (std::size_t t = bonds_.first_tether(row); t < bonds_.first_tether(row + 1); ++t) {
       const Tether& tether = bonds_.tether(t);
@@ -301,7 +301,7 @@ TieBounds stretch_of(const Bonds& bonds, const Knots& knots, const Store& store,
     const float way2 = met ? distance2(now, knots.knots[row].place, periods) : kInf;
     farthest2 = way2 <= farthest2 ? farthest2
                 : way2 < kInf     ? way2
-                                  : kInf;  // NaN: its last position was NaN, so the way is infinite
+                                  : kInf;  // NaN: its last position was NaN, so the displacement is infinite
   }
   stretch.way = std::sqrt(farthest2);
   return stretch;

@@ -12,7 +12,7 @@
 
 namespace motes::interactions {
 
-/// What a rank knows of tied particles in this step, by row of Bonds.
+/// A rank's record of tied particles in this step, by row of Bonds.
 struct Knots {
   struct Knot {
     float place[3];     // position at interaction `seen`, m
@@ -48,8 +48,9 @@ void check_together(const actions::Action& one, const actions::Action& other);
 /// Returns positions (x, y, z) of all pinned particles; -infinity for those of other ranks.
 std::vector<float> pins_of(const Bonds& bonds, const particles::Store& store);
 
-/// Acts on this rank's particles. `pins`: positions of all pinned particles. In periodic space a tie goes to the
-/// nearest image, so ghosts are where their particles are. Returns the number of ties that held, counted at both ends.
+/// Acts on this rank's particles. `pins`: positions of all pinned particles. In periodic space a tie leads to the
+/// partner's nearest image, so ghosts keep their particles' positions. Returns the number of ties that held, counted at
+/// both ends.
 std::uint64_t tie(const actions::Action& action, const Bonds& bonds, float dt, const particles::Periods& periods,
                   const Side& side, const std::vector<float>& pins, Knots& knots, threads::Pool& pool);
 

@@ -65,7 +65,7 @@ base::Registry<Ties>& registry() {
   return all;
 }
 
-// What is found out about ties once, and asked for in every frame.
+// A cache of facts about ties that every frame needs.
 struct Known {
   std::mutex lock;
   std::map<TiesKey, std::shared_ptr<const Bonds>> bonds;

@@ -11,7 +11,7 @@
 
 namespace motes::interactions {
 
-/// What a tie resists: stretching, shearing or bending. Each kind has its compliance.
+/// What a tie resists: stretching, shearing or bending. Each kind has its own compliance.
 enum class TieKind : std::uint8_t { stretch, shear, bend };
 
 struct Ties {
@@ -34,7 +34,7 @@ constexpr void fields(Visitor& visit, Ties& ties) {
 /// A key of ties: a hash of their content, never 0.
 using TiesKey = std::uint64_t;
 
-/// Throws std::invalid_argument with the argument, its value and what is allowed.
+/// Throws std::invalid_argument that names the argument, its value and what is allowed.
 void check(const Ties& ties);
 
 /// A tie as one of its ends sees it.
@@ -94,7 +94,7 @@ std::shared_ptr<const Bonds> bonds(TiesKey key);
 /// for unknown keys. Thread-safe.
 std::optional<std::uint64_t> shared_particle(TiesKey one, TiesKey other);
 
-/// Write ties to scene files, and read and keep them.
+/// Write ties to a scene file; read ties from one and keep them.
 void write_ties(const std::set<TiesKey>& keys, base::Bytes& out);
 void read_ties(base::Reader& in);
 

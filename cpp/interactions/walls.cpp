@@ -12,7 +12,7 @@ namespace {
 
 using particles::Touch;
 
-// The parts of a union are walls of their own.
+// Adds a wall, or each part of a union as a separate wall.
 void add_wall(const shapes::Shape& shape, std::vector<const shapes::Shape*>& walls) {
   if (shape.parts == 0) return walls.push_back(&shape);
   for (int i = 0; i < shape.parts; ++i) walls.push_back(shape.part + i);
@@ -25,7 +25,7 @@ std::vector<const shapes::Shape*> walls_of(const actions::Action& action) {
   return walls;
 }
 
-// A touch of this sub-step, and whose it is.
+// A touch in this sub-step, and the index of its particle.
 struct Touched {
   std::uint32_t index;
   Touch touch;
@@ -54,7 +54,7 @@ class Holding {
     task_.number = number;
   }
 
-  // By particle, of one in the order of the walls.
+  // Returns the touches sorted by particle, then in the order of the walls.
   std::vector<Touched> touched() {
     std::stable_sort(all_.begin(), all_.end(), [](const Touched& a, const Touched& b) { return a.index < b.index; });
     return std::move(all_);
@@ -92,7 +92,8 @@ class Holding {
   std::vector<Touched> all_;
 };
 
-// Those of walls that a particle no longer touches stay until the frame's last sub-step: their step is over.
+// Writes touches with walls to the store. A particle that touches no wall any more keeps its old touches until the
+// frame's last sub-step; their outdated step number makes them void.
 void write_down(const std::vector<Touched>& touched, particles::Store& store) {
   std::vector<Touch> touches;
   for (std::size_t k = 0; k < touched.size();) {

@@ -55,7 +55,7 @@ class File {
   int file_;
 };
 
-// The frame of a row: its first field. None where the line is no row.
+// Returns the frame of a row, its first field; none if the line is not a row.
 std::optional<std::uint64_t> frame_of(std::string_view line) {
   constexpr std::string_view kStart = "{\"frame\":";
   const std::size_t end = line.find_last_not_of(' ');
@@ -73,7 +73,7 @@ class Sieve {
   Sieve(std::uint64_t first_frame, const std::string& path, std::size_t line_bytes)
       : first_frame_(first_frame), path_(path), line_bytes_(line_bytes) {}
 
-  // Gives those of the text's whole lines that stay; the rest waits for more text.
+  // Returns those of the text's whole lines that stay; keeps an incomplete line until more text comes.
   std::string_view take(std::string_view text) {
     kept_.clear();
     waiting_ += text;

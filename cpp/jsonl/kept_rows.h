@@ -1,4 +1,4 @@
-// What a run that goes on after another one keeps of a table of its log.
+// Keeps the rows of an earlier run in a table of the log, for a run that continues it.
 #pragma once
 
 #include <cstddef>
@@ -8,9 +8,9 @@
 namespace motes::jsonl {
 
 /// Removes the rows of all frames from `first_frame` on, and a last line that was torn when the earlier run was killed.
-/// What stays is written aside, brought to the disk and given the table's name: a second kill loses nothing. A table
-/// that does not exist stays so. Throws LogError, naming file and line, for a row that is damaged or whose length is no
-/// multiple of `line_bytes`, before anything is changed.
+/// The remaining rows are written to another file, which is synced and then renamed, so a second kill loses nothing.
+/// Does nothing if the table does not exist. Throws LogError naming file and line, before anything is changed, if a row
+/// is damaged or its length is not a multiple of `line_bytes`.
 void keep_rows_before(std::uint64_t first_frame, const std::string& path, std::size_t line_bytes);
 
 }  // namespace motes::jsonl

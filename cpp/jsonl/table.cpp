@@ -111,7 +111,7 @@ JsonlTable& JsonlTable::operator=(JsonlTable&& other) noexcept {
 
 void JsonlTable::add(const JsonlRow& row) {
   std::string line = row.done();
-  // Only very long names of systems or hosts make it longer than one unit; such a line may cross a page.
+  // Only very long names of systems or hosts need more than one unit; such a line may cross a page.
   const std::size_t padded = (line.size() + 1 + line_bytes_ - 1) / line_bytes_ * line_bytes_;
   line.resize(padded - 1, ' ');
   lines_ += line;
@@ -128,7 +128,7 @@ void JsonlTable::write() {
 
 void JsonlTable::sync() {
   write();
-  if (file_ >= 0 && fsync(file_) != 0 && errno != EINVAL && errno != EROFS) {  // not a file of a disk
+  if (file_ >= 0 && fsync(file_) != 0 && errno != EINVAL && errno != EROFS) {  // not a file on a disk
     throw LogError("log: cannot write to " + path_ + ": " + std::strerror(errno));
   }
 }

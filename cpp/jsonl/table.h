@@ -9,16 +9,16 @@
 
 namespace motes::jsonl {
 
-/// The log cannot be written, or an earlier run's cannot be gone on with; the text names the file.
+/// The log cannot be written, or an earlier run's log cannot be continued; the text names the file.
 class LogError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// Brings the names of files in the directory of `path` to the disk, where the file system can do that.
+/// Syncs the directory of `path`, so that the names of its files are on disk, if the file system can do that.
 void sync_directory_of(const std::string& path);
 
-/// A JSON object of flat scalars, built field by field. Numbers that are not finite become null.
+/// A JSON object of flat scalars, built field by field. Non-finite numbers become null.
 class JsonlRow {
  public:
   JsonlRow& field(const char* name, const std::string& value);
@@ -27,7 +27,7 @@ class JsonlRow {
   JsonlRow& field(const char* name, int value) { return field(name, static_cast<std::int64_t>(value)); }
   JsonlRow& field(const char* name, double value);
   JsonlRow& field(const char* name,
-                  float value);  // the shortest text that gives these bits again: several times faster
+                  float value);  // shortest text that reads back as the same bits: several times faster
   JsonlRow& null(const char* name);
   std::string done() const { return text_ + "}"; }
 
@@ -37,21 +37,21 @@ class JsonlRow {
 };
 
 /// All lines have the same length, a power of two, so that no line crosses a page: the system writes page by page, and
-/// the log of a killed run is readable to its last complete line. Lines that belong together go in one write.
+/// the log of a killed run is readable to its last complete line. Lines that belong together are written at once.
 class JsonlTable {
  public:
   JsonlTable() = default;
-  /// Makes an empty file; with `first_frame` above 0, goes on behind the rows that an earlier run wrote of the frames
-  /// before it (kept_rows.h). Throws LogError where it cannot.
+  /// Creates an empty file or, with `first_frame` above 0, continues behind the rows that an earlier run wrote for the
+  /// frames before it (kept_rows.h). Throws LogError if it cannot.
   JsonlTable(std::string path, std::size_t line_bytes, std::uint64_t first_frame = 0);
   ~JsonlTable();
   JsonlTable(JsonlTable&& other) noexcept;
   JsonlTable& operator=(JsonlTable&& other) noexcept;
 
   void add(const JsonlRow& row);
-  /// Throws LogError where the disk does not accept it, as sync().
+  /// Writes the added rows. Throws LogError if the disk does not accept them, as does sync().
   void write();
-  /// Waits until all that was written is on the disk.
+  /// Writes the added rows and waits until all rows are on disk.
   void sync();
 
  private:

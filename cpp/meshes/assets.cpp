@@ -18,8 +18,8 @@ void check_side(const char* argument, std::int32_t pixels) {
   }
 }
 
-// Scripts may keep the keys of pictures and meshes beyond a run, so they stay what they were: of SHA-256.
-// The last fields, which came later, are no part of the key where they are empty: eight bytes each that say so.
+// Returns a permanent key, from SHA-256: scripts may keep the keys of pictures and meshes beyond a run. The last
+// `kLater` fields, which were added later, do not count if they are empty, that is, eight zero bytes each.
 template <int kLater>
 AssetKey lasting(const char* kind, std::span<const std::byte> bytes) {
   constexpr std::size_t kEmpty = sizeof(std::uint64_t);

@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::uint32_t kLeaf = 2;  // triangles that are not worth another split
 constexpr int kBins = 16;
-constexpr int kBalancedDepth = kMaxBvhDepth - 28;  // from here on halves: 2^28 triangles fit below it
+constexpr int kBalancedDepth = kMaxBvhDepth - 28;  // from here on nodes are halved: 2^28 triangles fit below it
 
 struct Hull {
   std::array<float, 3> low, high;
@@ -32,7 +32,7 @@ struct Hull {
     add(other.low.data());
     add(other.high.data());
   }
-  // Half of the surface.
+  // Returns half of the surface area.
   double area() const {
     const double x = double{high[0]} - low[0], y = double{high[1]} - low[1], z = double{high[2]} - low[2];
     return x * y + y * z + z * x;
@@ -45,7 +45,8 @@ struct Facet {
   std::uint32_t triangle;
 };
 
-// Splits where a ray is expected to test the fewest triangles (surface area heuristic, in bins; Wald 2007).
+// Builds the tree: splits nodes where a ray is expected to test the fewest triangles (surface area heuristic, in bins;
+// Wald 2007).
 class Builder {
  public:
   Builder(Bvh& tree, std::vector<Facet> facets) : tree_(tree), facets_(std::move(facets)) {
@@ -77,7 +78,7 @@ class Builder {
     tree_.nodes[at] = node;
   }
 
-  // Divides the facets in two parts, neither of them empty, and returns where the second one starts.
+  // Divides the facets into two parts, neither of them empty, and returns where the second one starts.
   std::uint32_t split(std::uint32_t first, std::uint32_t last, const Hull& middles, int depth) {
     std::size_t axis = 0;
     for (std::size_t i = 1; i < 3; ++i) {
@@ -101,7 +102,7 @@ class Builder {
     return half;
   }
 
-  // The first bin of the second part.
+  // Returns the first bin of the second part.
   template <class BinOf>
   int best_bin(std::uint32_t first, std::uint32_t last, const BinOf& bin_of) const {
     std::array<Hull, kBins> hull;
@@ -137,7 +138,7 @@ class Builder {
 
 Vector corner_of(const BvhTriangle& t, std::size_t i) { return {t.corner[i][0], t.corner[i][1], t.corner[i][2]}; }
 
-// False where the triangle has no area.
+// Sets the unit normal; returns false if the triangle has no area.
 bool set_normal(BvhTriangle& t) {
   const Vector normal = cross(corner_of(t, 1) - corner_of(t, 0), corner_of(t, 2) - corner_of(t, 0));
   const double size = length(normal);

@@ -1,4 +1,4 @@
-// The triangles of a mesh in a tree of boxes (BVH), in which rays find them.
+// The triangles of a mesh in a tree of boxes (BVH), to find those that a ray hits.
 #pragma once
 
 #include <cstdint>
@@ -12,9 +12,9 @@ namespace motes::meshes {
 
 struct BvhNode {
   float low[3];
-  std::uint32_t first;  // of the triangles of a leaf; elsewhere of the two children
+  std::uint32_t first;  // first triangle of a leaf; of other nodes, first of the two children
   float high[3];
-  std::uint32_t count;  // of the triangles of a leaf; 0 elsewhere
+  std::uint32_t count;  // number of triangles of a leaf; 0 for other nodes
 };
 
 struct BvhTriangle {
@@ -22,22 +22,22 @@ struct BvhTriangle {
   float normal[3];     // unit
 };
 
-/// The deepest tree that is built: what a ray needs to remember.
+/// Depth of the deepest tree that is built: the stack that a ray needs.
 inline constexpr int kMaxBvhDepth = 60;
 
-/// Nodes and triangles depend on the mesh alone. A child's box lies within its parent's. Triangles without an area are
+/// Nodes and triangles depend only on the mesh. A child's box is within its parent's. Triangles without an area are
 /// left out: they are invisible.
 struct Bvh {
   std::vector<BvhNode> nodes;  // the first is the root
   std::vector<BvhTriangle> triangles;
-  std::vector<std::uint32_t> origin;  // of each triangle: its number in the mesh
-  std::vector<float> colors;  // nine of each triangle: linear RGB of its corners; empty: they have none
+  std::vector<std::uint32_t> origin;  // number of each triangle in the mesh
+  std::vector<float> colors;  // linear RGB of each triangle's corners, nine numbers; empty: no colours
   Ball ball;
 };
 
 Bvh build_bvh(const Mesh& mesh);
 
-/// The tree of a kept mesh, built once. Thread-safe. Throws std::invalid_argument where there is no such mesh.
+/// Returns the tree of a kept mesh, built once. Thread-safe. Throws std::invalid_argument if there is no such mesh.
 std::shared_ptr<const Bvh> bvh_of(AssetKey mesh);
 
 }  // namespace motes::meshes

@@ -15,7 +15,7 @@ namespace {
 
 constexpr float kUnknown = std::numeric_limits<float>::max();
 constexpr int kMostRounds = 8;  // of eight sweeps each: only labyrinths take more than one
-constexpr std::size_t kRange = 4096;  // nodes of one part of the work
+constexpr std::size_t kRange = 4096;  // nodes per work item
 
 using Node = std::array<std::int32_t, 3>;
 
@@ -46,7 +46,7 @@ DistanceField empty_grid(const Surface& surface, int resolution) {
   return grid;
 }
 
-// The nodes of a box around the triangle that are near its plane.
+// Calls use(x, y, z) for the nodes in a box around the triangle that are near its plane.
 template <class Use>
 void each_near(const DistanceField& grid, const Vector& a, const Vector& b, const Vector& c, const Use& use) {
   const double band = kBand * double{grid.cell};
@@ -68,7 +68,7 @@ void each_near(const DistanceField& grid, const Vector& a, const Vector& b, cons
   }
 }
 
-// The numbers of the nodes that may be within the band.
+// Returns the numbers of the nodes that may be within the band.
 std::vector<std::uint32_t> band_of(const DistanceField& grid, const Surface& surface) {
   std::vector<std::uint8_t> near(grid.distance.size());
   for (const auto& [a, b, c] : surface.triangles) {
@@ -98,7 +98,7 @@ void fill_band(DistanceField& grid, const Surface& surface, threads::Pool& pool)
   });
 }
 
-// Solves |gradient| = 1 from the nearest neighbour along each axis: u_x >= 0 and so on.
+// Solves |gradient| = 1 for a node. `u`: the smallest distance of a neighbour along each axis, not negative.
 double upwind(std::array<double, 3> u, double cell) {
   std::sort(u.begin(), u.end());
   double found = u[0] + cell;

@@ -1,7 +1,8 @@
 // The signed distance to a closed surface, at the nodes of a regular grid around it.
 //
-// Exact within kBand cells of the surface, where its sign and its slope are needed; elsewhere by fast sweeping (H.
-// Zhao, 2005), which says how far a particle may fly without meeting anything. The same bits for any number of threads.
+// It is exact within kBand cells of the surface, where its sign and slope matter. Elsewhere it comes from fast sweeping
+// (H. Zhao, 2005) and tells how far a particle may fly without meeting the surface. The bits are the same for any
+// number of threads.
 #pragma once
 
 #include <array>
@@ -18,8 +19,8 @@ inline constexpr int kBand = 3;  // cells
 
 struct DistanceField {
   std::array<std::int32_t, 3> nodes{};  // along x, y, z; x varies fastest
-  std::array<float, 3> low{};  // m, the first node
-  float cell = 0;  // m, the side of a cell
+  std::array<float, 3> low{};  // position of the first node, m
+  float cell = 0;  // side of a cell, m
   std::vector<float> distance;  // m, negative inside
 
   std::size_t at(std::int32_t x, std::int32_t y, std::int32_t z) const {
@@ -32,10 +33,10 @@ struct DistanceField {
   }
 };
 
-/// The surface must be closed; where its triangles face inwards, they are taken to face outwards.
+/// Returns the distance field of a closed surface. If its triangles face inwards, they are taken to face outwards.
 DistanceField distance_grid(const Surface& surface, int resolution, threads::Pool& pool);
 
-/// The cells with a corner inside: the numbers of their first nodes, ascending.
+/// Returns the cells with a corner inside, as the numbers of their first nodes, ascending.
 std::vector<std::uint32_t> inner_cells(const DistanceField& grid);
 
 }  // namespace motes::meshes

@@ -27,7 +27,7 @@ double area_of(const Mesh& mesh, std::size_t first) {
   return 0.5 * length(cross(corner(mesh, first + 1) - a, corner(mesh, first + 2) - a));
 }
 
-// All that a form points to.
+// Everything that a form points to.
 struct Kept {
   AssetKey mesh = 0;
   int resolution = 0;
@@ -40,7 +40,7 @@ struct Kept {
   MeshForm form;
 };
 
-// Adds a triangle, one of its corners as the first.
+// Adds a triangle, starting with corner number `turn`.
 void add_triangle(Kept& kept, const Mesh& mesh, std::size_t triangle, std::size_t turn) {
   for (std::size_t k = 0; k < 3; ++k) {
     const std::size_t vertex = 3 * std::size_t{mesh.triangles[triangle + (turn + k) % 3]};
@@ -81,7 +81,8 @@ void set_volume(Kept& kept, const Mesh& mesh) {
   kept.has_volume = true;
 }
 
-// The threads of this process that may run at once: ranks of one host that build at the same time share its processors.
+// Returns how many threads of this process may run at once. Ranks of one host that build at the same time share its
+// processors.
 int threads_for_building() {
   cpu_set_t allowed;
   const bool known = ::sched_getaffinity(0, sizeof allowed, &allowed) == 0;

@@ -1,4 +1,4 @@
-// Meshes as shapes: what is made of each, once per process and kept until it ends.
+// Meshes as shapes: the data derived from each, made once per process and kept until it ends.
 #pragma once
 
 #include "meshes/assets.h"
@@ -6,13 +6,13 @@
 
 namespace motes::meshes {
 
-/// The surface of a kept mesh, for a grid of so many cells along its longest side; with its volume where it is `solid`:
-/// unions share samples out by it, also where nobody has needed the inside yet. Null where this process keeps no such
-/// mesh, or the resolution is not allowed. Thread-safe, as is the next one.
+/// Returns the form of a kept mesh with its surface, for a grid of `resolution` cells along its longest side. `solid`:
+/// with its volume, by which unions distribute samples, even if the inside has not been needed yet. Null if this
+/// process keeps no such mesh or the resolution is not allowed. Thread-safe.
 const MeshForm* form_of(AssetKey mesh, int resolution, bool solid);
 
-/// Builds the signed distance field, unless it is there already. Throws std::invalid_argument, saying what is wrong,
-/// where the surface has no inside.
+/// Builds the signed distance field, unless it exists already. Throws std::invalid_argument, saying what is wrong, if
+/// the surface has no inside. Thread-safe.
 void need_inside(const MeshForm& form);
 
 }  // namespace motes::meshes

@@ -12,11 +12,12 @@ namespace {
 // NOLINTEND(misc-unused-using-decls)
 using Part = NearestPoint::Part;
 
-// Slivers are left out: their neighbours meet where they are.
+// Returns the surface as a mesh without slivers, across which their neighbours meet. `number`: the number of each
+// triangle in the surface.
 Mesh mesh_of(const Surface& surface, const Normals& normals, std::vector<std::uint32_t>& number) {
   Mesh mesh;
   for (const Vector& v : surface.vertices) {
-    for (const double x : v) mesh.vertices.push_back(static_cast<float>(x));  // which it was made of
+    for (const double x : v) mesh.vertices.push_back(static_cast<float>(x));  // exact: it was a float
   }
   for (std::uint32_t t = 0; t < surface.triangles.size(); ++t) {
     if (normals.triangle[t] == Vector{}) continue;

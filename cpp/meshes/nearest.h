@@ -1,4 +1,4 @@
-// The place of a closed surface that is nearest to a point.
+// Finds the place of a closed surface that is nearest to a point.
 #pragma once
 
 #include <cstdint>
@@ -8,22 +8,23 @@
 
 namespace motes::meshes {
 
-/// What of a triangle is nearest: its inside, a corner, or the edge from corner k to corner k + 1.
+/// The nearest place of a triangle, and the part that it is on: the inside, corner k, or the edge from corner k to
+/// corner k + 1.
 struct NearestPoint {
   Vector point{};
   enum class Part : std::uint8_t { inside, corner, edge } part = Part::inside;
   std::uint8_t k = 0;
 };
 
-/// The nearest place of the triangle (C. Ericson, Real-Time Collision Detection, 5.1.5).
+/// Returns the nearest place of the triangle (C. Ericson, Real-Time Collision Detection, 5.1.5).
 NearestPoint nearest_on(const Vector& a, const Vector& b, const Vector& c, const Vector& point);
 
 class SignedDistance {
  public:
-  /// The surface must be closed, and outlive this. sign: -1 where its triangles face inwards, else 1.
+  /// The surface must be closed and outlive this. `sign`: -1 if its triangles face inwards, else 1.
   SignedDistance(const Surface& surface, double sign);
 
-  /// The distance to the surface, m, negative inside; `limit` where it is not below that.
+  /// Returns the distance to the surface, m, negative inside; `limit` if it is not below that.
   double distance(const Vector& point, double limit) const;
 
  private:

@@ -15,7 +15,7 @@ namespace {
 // NOLINTBEGIN(misc-unused-using-decls): it does not see that operators are used
 // NOLINTEND(misc-unused-using-decls)
 
-// A triangle whose height is below this part of its longest side faces nowhere in particular.
+// A triangle whose height is below this part of its longest side is a sliver: its direction is noise.
 constexpr double kSliver = 1e-6;
 
 // Finds the first vertex within `reach` of a point.
@@ -23,7 +23,7 @@ class VertexIndex {
  public:
   VertexIndex(const std::vector<Vector>& vertices, double reach) : vertices_(vertices), reach_(reach) {}
 
-  // The number of `point`, which is a new vertex where there is none so near.
+  // Returns the number of the vertex at `point`: a new one, `next`, if there is none within reach.
   std::uint32_t number(const Vector& point, std::uint32_t next) {
     std::uint32_t found = next;
     for (int corner = 0; corner < 8; ++corner) {
@@ -38,8 +38,8 @@ class VertexIndex {
   }
 
  private:
-  // The cell of the point itself, or of one of the corners of the cube within its reach. Cells that share a number only
-  // cost time.
+  // Returns a hash of the cell of the point itself (`corner` -1) or of a corner of the cube within its reach. Cells
+  // with the same hash only cost time.
   std::uint64_t cell_of(const Vector& point, int corner) const {
     std::uint64_t cell = 0;
     for (std::size_t i = 0; i < 3; ++i) {
@@ -56,7 +56,8 @@ class VertexIndex {
   std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> cells_;
 };
 
-// Two vertices are one up to this distance: a millionth of the extent, or the rounding of the coordinates.
+// Returns the distance, m, up to which two vertices are merged: a millionth of the extent, or the rounding of the
+// coordinates.
 double weld_distance(const Mesh& mesh) {
   Vector low{}, high{};
   low.fill(std::numeric_limits<double>::max());
@@ -72,7 +73,7 @@ double weld_distance(const Mesh& mesh) {
   return std::max({1e-6 * extent, 0x1p-22 * far, 1e-30});
 }
 
-// One side of an edge: the triangle whose corner k it starts at.
+// One side of an edge: a triangle, and its corner at which the edge starts.
 struct Side {
   std::uint32_t low, high;  // the vertices
   std::uint32_t triangle;
@@ -80,7 +81,7 @@ struct Side {
   bool upward;  // from low to high
 };
 
-// Sorted, so that the sides of an edge stand together.
+// Returns all sides, sorted so that those of an edge are adjacent.
 std::vector<Side> sides_of(const Surface& surface) {
   std::vector<Side> sides;
   sides.reserve(3 * surface.triangles.size());
@@ -106,10 +107,10 @@ void each_edge(const std::vector<Side>& sides, const Use& use) {
   }
 }
 
-// Edges that are wrong in one way.
+// The edges with one kind of fault.
 struct Fault {
   std::size_t count = 0;
-  std::uint32_t low = 0, high = 0;  // of the first
+  std::uint32_t low = 0, high = 0;  // vertices of the first one
 
   void add(const Side& side) {
     if (count++ == 0) low = side.low, high = side.high;
@@ -127,8 +128,8 @@ std::string said(const Surface& surface, const Fault& fault, const std::string& 
          text(surface.vertices[fault.low]) + " to " + text(surface.vertices[fault.high]);
 }
 
-// The angle between two unit vectors, radians: 2 atan(|a - b| / |a + b|), whose argument is halved until the series is
-// short. The C library's functions differ between processors.
+// Returns the angle between two unit vectors, radians: 2 atan(|a - b| / |a + b|), whose angle is halved until a short
+// series is enough. The C library's functions differ between processors.
 double angle_between(const Vector& a, const Vector& b) {
   const double apart = length(a - b), together = length(a + b);
   if (!(together > 0)) return std::numbers::pi;
@@ -141,7 +142,7 @@ double angle_between(const Vector& a, const Vector& b) {
   return 16 * t * sum;
 }
 
-// Zero for a sliver.
+// Returns the unit normal of a triangle; zero for a sliver.
 Vector unit_normal(const Vector& a, const Vector& b, const Vector& c) {
   const Vector normal = cross(b - a, c - a);
   const double longest = std::max({length(b - a), length(c - b), length(a - c)});
@@ -194,7 +195,7 @@ std::string opening(const Surface& surface) {
 
 double volume(const Surface& surface) {
   if (surface.vertices.empty()) return 0;
-  const Vector& from = surface.vertices[0];  // near by: little cancels
+  const Vector& from = surface.vertices[0];  // nearby, so little cancels
   double sum = 0;
   for (const auto& t : surface.triangles) {
     sum += dot(surface.vertices[t[0]] - from, cross(surface.vertices[t[1]] - from, surface.vertices[t[2]] - from));

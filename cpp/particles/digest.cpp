@@ -14,8 +14,8 @@ namespace {
 using base::kGolden;
 using base::mix;
 
-// Adds one column. The multiplication and the rotation make the result depend on the order of the columns. Which of two
-// NaNs an operation returns is up to the compiler, so all NaNs count as the same.
+// Adds one value to a hash. The multiplication and the rotation make the result depend on the order of the values. All
+// NaNs count as the same, since the compiler decides which of two NaNs an operation returns.
 std::uint64_t fold(std::uint64_t hash, float value) {
   const std::uint32_t bits = value == value ? std::bit_cast<std::uint32_t>(value) : 0x7fc00000u;
   return std::rotl((hash ^ bits) * kGolden, 29);
@@ -30,7 +30,7 @@ std::uint64_t fold(std::uint64_t hash, std::span<const Touch> touches) {
   return hash;
 }
 
-// Of the particles first .. last - 1, where `at(i)` is the index of particle i.
+// Returns the digest of particles first .. last - 1, where `at(i)` is the index of particle i.
 template <class At>
 Digest sum(const Store& store, std::size_t first, std::size_t last, const At& at) {
   Digest result;
@@ -43,7 +43,7 @@ Digest sum(const Store& store, std::size_t first, std::size_t last, const At& at
       for (int c = 0; c < store.schema()[a].width; ++c) {
         const float* plane = store.plane(a, c);
         const float value = store.uniform_value(a)[static_cast<std::size_t>(c)];
-        if (a >= contacts && a < builtin_count) {  // count where there are some
+        if (a >= contacts && a < builtin_count) {  // only values that differ from the initial one count
           const float none = store.schema()[a].initial[static_cast<std::size_t>(c)];
           for (std::size_t i = 0; i < length && (plane != nullptr || value != none); ++i) {
             const float some = plane ? plane[at(begin + i)] : value;

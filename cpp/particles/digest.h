@@ -9,7 +9,8 @@
 
 namespace motes::particles {
 
-/// Sums, modulo 2^64, of two hashes of each particle: its id and the bits of all its columns. Sums of parts add up.
+/// Sums, modulo 2^64, of two hashes per particle, each of its id and the bits of all its columns. Digests of parts add
+/// up to that of the whole.
 struct Digest {
   std::uint64_t first = 0;
   std::uint64_t second = 0;
@@ -19,7 +20,7 @@ struct Digest {
   Digest& operator-=(const Digest& other);
   bool operator==(const Digest&) const = default;
 
-  /// 48 hexadecimal digits.
+  /// Returns the digest as 48 hexadecimal digits.
   std::string text() const;
 };
 
@@ -30,10 +31,10 @@ constexpr void fields(Visitor& visit, Digest& digest) {
 
 Digest digest(const Store& store, threads::Pool& pool = threads::alone());
 
-/// The digest of these particles only (ascending indices).
+/// Returns the digest of only these particles (ascending indices).
 Digest digest(const Store& store, std::span<const std::uint32_t> indices);
 
-/// One fingerprint of several systems, in order.
+/// Returns one digest of several systems, in order.
 Digest combine(std::span<const Digest> systems);
 
 }  // namespace motes::particles

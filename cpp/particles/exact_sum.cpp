@@ -19,13 +19,13 @@ std::uint64_t add_carrying(std::uint64_t& limb, std::uint64_t value, std::uint64
   return first || second ? 1 : 0;
 }
 
-// Numbers of exponent 0 have no leading 1; those of exponent 1 have the same unit.
+// Numbers of exponent 0 (subnormals) have no leading 1, and the same unit as those of exponent 1.
 std::uint64_t mantissa_of(std::uint32_t bits, std::uint32_t exponent) {
   return (bits & kMantissa) + (std::uint64_t{exponent != 0} << 23);
 }
 unsigned shift_of(std::uint32_t exponent) { return exponent - (exponent != 0 ? 1 : 0); }
 
-/// A positive integer, lowest limb first, times 2^kLowestBit.
+/// Rounds a positive integer (lowest limb first) times 2^kLowestBit to double.
 template <std::size_t kLimbs>
 double rounded_magnitude(const std::array<std::uint64_t, kLimbs>& limbs) {
   std::size_t top = kLimbs - 1;
@@ -33,7 +33,7 @@ double rounded_magnitude(const std::array<std::uint64_t, kLimbs>& limbs) {
   const int spare = std::countl_zero(limbs[top]);
   const std::uint64_t below = top > 0 ? limbs[top - 1] : 0;
   const std::uint64_t leading = spare == 0 ? limbs[top] : limbs[top] << spare | below >> (64 - spare);
-  bool more = spare > 0 ? below << spare != 0 : below != 0;  // behind the 64 leading bits
+  bool more = spare > 0 ? below << spare != 0 : below != 0;  // whether bits are set behind the 64 leading ones
   for (std::size_t i = 0; i + 1 < top; ++i) more = more || limbs[i] != 0;
   constexpr std::uint64_t kHalf = 1u << 10;
   std::uint64_t kept = leading >> 11;

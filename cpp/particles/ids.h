@@ -1,5 +1,5 @@
-// Ids of particles, kept as halves. A system has to bear 2^32 particles before an upper half is not 0: until then it
-// takes no memory, and no step reads it.
+// Ids of particles, stored as halves. Upper halves are 0 until a system has emitted 2^32 particles: until then they
+// take no memory, and no step reads them.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +12,7 @@ namespace motes::particles {
 constexpr std::uint32_t lower_half(std::uint64_t id) { return static_cast<std::uint32_t>(id); }
 constexpr std::uint32_t upper_half(std::uint64_t id) { return static_cast<std::uint32_t>(id >> 32); }
 
-/// Ids for reading: a plane of lower halves and, where one of them is not 0, a plane of upper ones.
+/// Read-only ids: a plane of lower halves and, if any upper half is not 0, a plane of upper halves.
 struct Ids {
   const std::uint32_t* lower = nullptr;
   const std::uint32_t* upper = nullptr;  // null: all are 0
@@ -25,14 +25,14 @@ struct Ids {
     return (upper == nullptr ? 0 : std::uint64_t{upper[i]} << 32) | lower[i];
   }
 
-  /// From id number `first` on.
+  /// Returns the ids from number `first` on.
   Ids from(std::size_t first) const { return {lower + first, upper == nullptr ? nullptr : upper + first}; }
 };
 
-/// Writes `count` ids as whole numbers.
+/// Writes `count` ids as 64-bit numbers.
 void join(const Ids& ids, std::size_t count, std::uint64_t* whole);
 
-/// Ids with memory of their own.
+/// Ids in their own memory.
 class IdList {
  public:
   IdList() = default;

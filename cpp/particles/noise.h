@@ -17,8 +17,7 @@ struct Uints3 {
   Uints x, y, z;
 };
 
-/// The eight corners of a cell: the upper ones along x are every other one, along y two of every four, along z the last
-/// four.
+/// The eight corners of a cell: bit 0 of the index is set for the upper ones along x, bit 1 along y, bit 2 along z.
 struct Corners {
   Uints3 at[8];
 };
@@ -28,9 +27,10 @@ MOTES_INLINE Integer with_key(Integer w, std::uint32_t key) {
   return w * 1664525u + key;
 }
 
-/// Hash of four integers: pcg4d of M. Jarzynski and M. Olano, "Hash functions for GPU rendering", JCGT 2020. The
-/// increments are the key: a different key gives a different field. All corners advance together step by step, since
-/// each product waits for the one before it. The fourth integer comes as `with_key` returns it.
+/// Hashes four integers at all corners of a cell, with pcg4d of M. Jarzynski and M. Olano, "Hash functions for GPU
+/// rendering", JCGT 2020. The increments are the key, so a different key gives a different field. All corners advance
+/// together, step by step, since each product waits for the previous one. The fourth integer must have passed through
+/// `with_key`.
 MOTES_INLINE Corners hash(Uints x0, Uints y0, Uints z0, Uints keyed_w, const std::uint32_t key[4]) {
   const auto each = [](auto step) __attribute__((always_inline)) {
 #pragma GCC unroll 8
@@ -62,8 +62,8 @@ MOTES_INLINE Corners hash(Uints x0, Uints y0, Uints z0, Uints keyed_w, const std
   return corners;
 }
 
-/// Where a vector of points lies in its cells, along one axis: the lower corner, the fraction of the edge beyond it,
-/// the weight of the upper corner and the weight's derivative.
+/// The positions of a vector of points in their cells, along one axis: the lower corner, the fraction of the edge
+/// beyond it, the weight of the upper corner and the weight's derivative.
 struct CellAxis {
   Uints corner;
   Floats part, weight, change;
@@ -85,14 +85,14 @@ MOTES_INLINE Floats fraction(Uints word) { return (Floats)((word & (1023u << 13)
 MOTES_INLINE Floats3 fractions(Uints word) { return {fraction(word << 13), fraction(word << 3), fraction(word >> 7)}; }
 
 /// Adds to `sum` the gradient of weight(p) g . (p - corner): one corner's part of one noise, too small by the factor
-/// kGradient. The term that is left out, weight kMiddle, is the same for all components and all noises, so the curl
-/// does not contain it.
+/// kGradient. The omitted term, weight kMiddle, is the same for all components and all noises, so the curl does not
+/// contain it.
 MOTES_INLINE void add_corner(Floats3& sum, Floats3 g, Floats3 from_corner, Floats middle, Floats weight,
                              Floats3 change) {
   sum = sum + g * weight + change * (dot(g, from_corner) - middle);
 }
 
-/// The curl of three noises at one integer time, too small by the factor kGradient.
+/// Returns the curl of three noises at one integer time, too small by the factor kGradient.
 MOTES_INLINE Floats3 curl_slice(const CellAxis& x, const CellAxis& y, const CellAxis& z, std::uint32_t slice,
                                 const std::uint32_t key[4]) {
   Floats3 a{}, b{}, c{};  // gradients of the potential's components
@@ -116,23 +116,23 @@ MOTES_INLINE Floats3 curl_slice(const CellAxis& x, const CellAxis& y, const Cell
   return {c.y - b.z, a.z - c.x, b.x - a.y};
 }
 
-/// What selects a curl noise: the key of the run, and the number of the noise in it.
+/// Selects a curl noise: the key of the run, and the number of the noise in it.
 struct NoiseKey {
   particles::Key key;
   std::uint32_t stream;
 };
 
-/// A velocity without divergence at the points `p`, with a root mean square of 1 for one octave. Octave k has features
-/// of size 2^-k, and `gain`^k times the speed of the first one. At integer `time`s the fields are independent of each
-/// other; in between the field changes smoothly. |p| 2^octaves should stay below 1e6: beyond that floats run out of
-/// fraction bits.
+/// Returns a velocity without divergence at the points `p`, with a root mean square of 1 for one octave. Octave k has
+/// features of size 2^-k and `gain`^k times the speed of the first one. At integer `time`s the fields are independent
+/// of each other; in between the field changes smoothly. |p| 2^octaves should stay below 1e6: beyond that floats run
+/// out of fraction bits.
 inline Floats3 curl(Floats3 p, int octaves, float gain, double time, const NoiseKey& from) {
   constexpr float kUnit = kGradient / 1.2205f;  // measured: the root mean square of the curl
   const auto cut = static_cast<std::int64_t>(time);
   const std::int64_t floor = static_cast<double>(cut) > time ? cut - 1 : cut;
   const auto t = static_cast<float>(time - static_cast<double>(floor));
   const float later = t * t * t * (t * (t * 6.0f - 15.0f) + 10.0f), sooner = 1.0f - later;
-  // Blending two independent fields makes the result weaker: this keeps the mean speed.
+  // Blending two independent fields weakens the result; this factor keeps the mean speed.
   const float even = kUnit / __builtin_sqrtf(later * later + sooner * sooner);
   Floats3 sum{};
   float amplitude = even;
@@ -151,7 +151,7 @@ inline Floats3 curl(Floats3 p, int octaves, float gain, double time, const Noise
   return sum;
 }
 
-/// One noise at one integer time per lane, too small by the factor kGradient.
+/// Returns one noise at one integer time per lane, too small by the factor kGradient.
 MOTES_INLINE Floats noise_slice(const CellAxis& x, const CellAxis& y, const CellAxis& z, Uints slice,
                                 const std::uint32_t key[4]) {
   Floats sum{};
@@ -170,9 +170,9 @@ MOTES_INLINE Floats noise_slice(const CellAxis& x, const CellAxis& y, const Cell
   return sum;
 }
 
-/// Noise at the points `p`, with a root mean square of 1/3. It is a function of its arguments alone, not of the run.
-/// Octave k has features of size 2^-k and 2^-k times the strength of the first one. In time it changes as `curl` does.
-/// NaN where an argument is not finite.
+/// Returns noise at the points `p`, with a root mean square of 1/3. It depends only on the arguments, not on the run.
+/// Octave k has features of size 2^-k and 2^-k times the strength of the first one. It changes in time like `curl`. NaN
+/// if an argument is not finite.
 inline Floats noise(Floats3 p, Floats time, int octaves, std::uint32_t field) {
   constexpr float kUnit = kGradient / (3 * 0.1912f);  // measured: the root mean square of one octave
   const Floats strange = (p.x - p.x) + (p.y - p.y) + (p.z - p.z) + (time - time);  // NOLINT(misc-redundant-expression)

@@ -1,5 +1,5 @@
-// The periods of space: along a periodic axis, positions wrap at the ends of an interval, and what leaves at one end
-// enters at the other.
+// The periods of space. Along a periodic axis, positions wrap at the ends of an interval: particles that leave at one
+// end enter at the other.
 #pragma once
 
 #include <algorithm>
@@ -11,33 +11,33 @@
 
 namespace motes::particles {
 
-/// More crossings at once are not counted: their sum stays finite.
+/// The most crossings that are counted at once, to keep their sum finite.
 inline constexpr double kMostCrossings = 1e37;
 
-/// A position along a periodic axis, and how often it crossed the upper end on its way there: negative for the lower.
+/// A position along a periodic axis, and how often it crossed the upper end; negative: the lower end.
 struct Wrapped {
   float at = 0;  // metres
   float crossed = 0;
 };
 
-/// The half-open interval [low, high), metres, that the positions along an axis lie in.
+/// The half-open interval [low, high), m, of positions along a periodic axis.
 struct Period {
   float low = 0, high = 0;
 
-  /// The float32s of both ends give the length; exact.
+  /// Returns the length, m, in double.
   double length() const { return static_cast<double>(high) - static_cast<double>(low); }
 
-  /// Whether a position needs no wrapping. NaN does; wrapped() returns it as it is.
+  /// Tells whether a position needs no wrapping. False for NaN, which wrapped() returns unchanged.
   bool holds(float x) const { return x >= low && x < high; }
 
-  /// Returns where in the interval x lies. Infinities and NaN stay as they are. The sum of position and crossings times
-  /// length() differs from x by rounding alone.
+  /// Wraps x into the interval. Infinities and NaN stay unchanged. The position plus the crossings times length()
+  /// differs from x only by rounding.
   Wrapped wrapped(float x) const {
     if (holds(x) || !std::isfinite(x)) return {x, 0};
     const double along = length();
     double crossed = std::floor((static_cast<double>(x) - static_cast<double>(low)) / along);
     float at = static_cast<float>(static_cast<double>(x) - crossed * along);
-    if (at < low) at = low;  // rounding, so far away
+    if (at < low) at = low;  // rounding, far from the origin
     if (at >= high) {        // just below an end, where float32 has no number between
       at = low;
       crossed += 1;
@@ -45,15 +45,15 @@ struct Period {
     return {at, static_cast<float>(std::clamp(crossed, -kMostCrossings, kMostCrossings))};
   }
 
-  /// Returns what makes a way from one position in the interval to another one lead to the nearest image of that, m: 0,
-  /// or a period.
+  /// Returns the shift, m, that makes a displacement between two positions in the interval lead to the nearest image:
+  /// 0, or plus or minus a period.
   double shift(float way) const {
     const double along = length();
     if (static_cast<double>(way) > along / 2) return -along;
     return static_cast<double>(way) < -along / 2 ? along : 0;
   }
 
-  /// Returns the shortest of the ways from one position in the interval to another one, and to its images.
+  /// Returns the shortest displacement, m, from one position in the interval to another one or its images.
   float shortest(float way) const {
     const double by = shift(way);
     return by == 0 ? way : static_cast<float>(static_cast<double>(way) + by);  // keeps -0
@@ -62,7 +62,7 @@ struct Period {
   bool operator==(const Period&) const = default;
 };
 
-/// Which axes of space are periodic, and where their ends are.
+/// The periodic axes of space and their intervals.
 struct Periods {
   std::uint8_t bits = 0;  // 1: x, 2: y, 4: z
   std::array<Period, 3> along{};
@@ -73,7 +73,7 @@ struct Periods {
   float shortest(int axis, float way) const { return has(axis) ? (*this)[axis].shortest(way) : way; }
   double shift(int axis, float way) const { return has(axis) ? (*this)[axis].shift(way) : 0; }
 
-  /// Returns half of the shortest period, m; infinite where none is.
+  /// Returns half of the shortest period, m; infinite if no axis is periodic.
   float half() const {
     double least = std::numeric_limits<double>::infinity();
     for (int axis = 0; axis < 3; ++axis) {

@@ -10,7 +10,7 @@ namespace motes::particles {
 
 using Words = std::array<std::uint32_t, 4>;
 
-/// Seven rounds pass TestU01's BigCrush (table 2 of the paper); the authors recommend ten.
+/// Returns four random words. Seven rounds pass TestU01's BigCrush (table 2 of the paper); the authors recommend ten.
 constexpr Words philox(Words counter, Key key, int rounds) {
   for (int round = 0; round < rounds; ++round) {
     const std::uint64_t first = std::uint64_t{0xD2511F53u} * counter[0];

@@ -8,10 +8,10 @@
 namespace motes::particles {
 namespace {
 
-// From so many bytes on a plane gets huge pages, even if nothing else shares them.
+// Bytes from which a plane gets huge pages, even if nothing else shares them.
 constexpr std::size_t kWorthwhile = base::kLargeMemory / 2;
 
-// Sets `bytes` to what there is.
+// Allocates memory and sets `bytes` to its size.
 std::shared_ptr<std::byte[]> own_memory(std::size_t& bytes) {
   void* memory = base::allocate(bytes);
   return {static_cast<std::byte*>(memory), [](std::byte* own) { std::free(own); }};
@@ -34,7 +34,7 @@ std::shared_ptr<std::byte[]> PlaneMemory::take(std::size_t bytes) {
   if (pages > left()) {
     if (bytes < kWorthwhile) return own_memory(bytes);
     PlaneMemory next(pages);
-    if (next.left() < left() + pages) return next.take(bytes);  // the old one has more room for others
+    if (next.left() < left() + pages) return next.take(bytes);  // the old block has more room for others
     *this = std::move(next);
   }
   std::byte* piece = large_.get() + used_;

@@ -6,29 +6,29 @@
 
 namespace motes::particles {
 
-/// Deals out pieces of larger memory, so that planes which are too short for huge pages of their own share them: in
-/// pages of 4 kB a step over 200,000 particles takes 1.25 times as long. What has been dealt out is given back as a
-/// whole, when nobody holds any of it.
+/// Allocates planes from larger blocks of memory, so planes too short for their own huge pages share them: with pages
+/// of 4 kB, a step over 200,000 particles takes 1.25 times as long. A block is freed as a whole, when none of its
+/// planes is held any more.
 class PlaneMemory {
  public:
   PlaneMemory() = default;
-  /// With room for so many bytes of planes, each rounded up to whole pages.
+  /// Reserves room for this many bytes of planes, each rounded up to whole pages.
   explicit PlaneMemory(std::size_t bytes);
-  /// A copy deals out memory of its own.
+  /// A copy allocates from its own memory.
   PlaneMemory(const PlaneMemory&) {}
   PlaneMemory& operator=(const PlaneMemory& other) { return this == &other ? *this : *this = PlaneMemory(); }
   PlaneMemory(PlaneMemory&&) noexcept = default;
   PlaneMemory& operator=(PlaneMemory&&) noexcept = default;
   ~PlaneMemory() = default;
 
-  /// At the start of a page, or, where there is no larger memory to share, on a cache line. Its content is undefined.
+  /// Returns memory that starts on a page or, if there is no block to share, on a cache line. Its content is undefined.
   std::shared_ptr<std::byte[]> take(std::size_t bytes);
 
  private:
   std::size_t left() const { return large_ ? size_ - used_ : 0; }
   void open(std::size_t bytes);
 
-  std::shared_ptr<std::byte[]> large_;  // what is dealt out now; null: nothing
+  std::shared_ptr<std::byte[]> large_;  // the current block; null: none
   std::size_t size_ = 0;
   std::size_t used_ = 0;
 };

@@ -13,13 +13,13 @@ struct Uints4 {
   Uints a, b, c, d;
 };
 
-/// Uniform in 0..2^24 - 1, a whole number.
+/// Returns a uniform whole number in 0..2^24 - 1.
 MOTES_INLINE Floats whole(Uints bits) { return to_floats((Ints)(bits >> 8)); }
 
-/// Uniform in [0, 1), a multiple of 2^-24.
+/// Returns a uniform number in [0, 1), a multiple of 2^-24.
 MOTES_INLINE Floats unit(Uints bits) { return whole(bits) * 0x1p-24f; }
 
-/// Two standard normal numbers from two uint32 (Box and Muller).
+/// Makes two standard normal numbers from two uint32 (Box and Muller).
 MOTES_INLINE void normal_pair(Uints a, Uints b, Floats& first, Floats& second) {
   const Floats u = (to_floats((Ints)(a >> 8)) + 1.0f) * 0x1p-24f;  // (0, 1]: the logarithm is finite
   const Floats r = sqrt(max(-2.0f * log(u), Floats{}));
@@ -29,10 +29,10 @@ MOTES_INLINE void normal_pair(Uints a, Uints b, Floats& first, Floats& second) {
   second = r * sine;
 }
 
-/// Four words for each of kLanes ids, from number `at` on: two keyed 32-bit mixes of the id (multiply and xor-shift,
-/// after C. Wellons' search for integer hashes), then each word from both, so that no word is a permutation of the ids.
-/// The key hides what steps, places, draws, systems and seeds have in common; the mixes, what ids have.
-/// docs/notes/speed.md has the tests that it passes.
+/// Returns four words for each of kLanes ids, from number `at` on: two keyed 32-bit mixes of the id (multiply and
+/// xor-shift, after C. Wellons' search for integer hashes), then each word from both, so no word is a permutation of
+/// the ids. The key hides similarities of steps, places, draws, systems and seeds; the mixes hide those of ids.
+/// docs/notes/speed.md lists the tests that it passes.
 MOTES_INLINE Uints4 random_bits(const particles::DrawKey& key, const particles::Ids& ids, std::size_t at) {
   Uints id_a = load_uints(ids.lower + at);
   Uints id_b = id_a;
@@ -42,7 +42,7 @@ MOTES_INLINE Uints4 random_bits(const particles::DrawKey& key, const particles::
     id_b += upper * 0x85EBCA6Au;  // even: (lower, upper) -> (id_a, id_b) is one to one
   }
   const auto k = [&](int i) { return all_uints(key.word[i]); };
-  // a ^= k; a ^= a >> 16; with the key's part of it, the same for all lanes, apart
+  // a ^= k; a ^= a >> 16; the key's part is the same for all lanes and computed separately
   const auto mixed = [&](int i, int shift) { return all_uints(key.word[i] ^ key.word[i] >> shift); };
   Uints a = xor3(id_a, id_a >> 16, mixed(0, 16));
   a *= 0x7feb352du;
@@ -76,7 +76,7 @@ __attribute__((noinline)) inline Uints4 random_bits_of(particles::DrawKeys& keys
 /// The draws of one stream for the particles in one vector, one after another.
 struct Draws {
   particles::DrawKeys* keys;
-  Uints4 first;  // the first draw's words; where nobody asks for them, compilers leave them out
+  Uints4 first;  // the first draw's words; compilers drop them if unused
   const particles::Ids* ids;
   std::size_t at;  // the vector's first particle
   std::uint32_t draw = 0;
@@ -91,14 +91,13 @@ struct Draws {
   }
 };
 
-/// Calls work(first particle, draws) for each vector of `count` particles. `Together`, for work that is short and draws
-/// once: the first words of four vectors are drawn before any of them is used. What makes a vector's words is one chain
-/// of operations, each waiting for the one before, and processors do not look far enough ahead to work on several
-/// chains at once that have others' work in between.
+/// Calls work(first particle, draws) for each vector of `count` particles. `Together`, for short work that draws once:
+/// draws the first words of four vectors before any of them is used. A vector's words result from a chain of dependent
+/// operations, and processors do not look far enough ahead to overlap several chains with other work in between.
 template <bool Together, class Work>
 MOTES_INLINE void for_draws(particles::DrawKeys& keys, const particles::Ids& ids, std::size_t count, const Work& work) {
   constexpr std::size_t kVectors = 4;
-  const particles::DrawKey first = keys.first();  // a copy near by
+  const particles::DrawKey first = keys.first();  // a local copy
   const auto use = [&](std::size_t i, const Uints4& words) __attribute__((always_inline)) {
     Draws draws(keys, words, ids, i);
     work(i, draws);

@@ -1,4 +1,4 @@
-// The columns that the particles of a system have.
+// The columns of a system's particles.
 #pragma once
 
 #include <array>
@@ -22,7 +22,7 @@ enum Builtin : int {
 
 inline constexpr float kForever = std::numeric_limits<float>::infinity();
 
-/// The numbers of one attribute of a particle, as many as its width.
+/// The numbers of one attribute of a particle. The first ones count, as many as the attribute's width.
 using Value = std::array<float, 4>;
 
 struct BuiltinAttribute {
@@ -36,7 +36,7 @@ inline constexpr std::array<BuiltinAttribute, builtin_count> kBuiltins = {{
 #include "particles/attributes.inc"
 }};
 
-/// Position of a built-in attribute's first component among the components of every schema.
+/// Returns the position of a built-in attribute's first component among the components of every schema.
 consteval int first_component(Builtin attribute) {
   int components = 0;
   for (int before = 0; before < attribute; ++before) components += kBuiltins[static_cast<std::size_t>(before)].width;
@@ -58,11 +58,10 @@ struct Attribute {
   bool operator==(const Attribute&) const = default;
 };
 
-/// The attribute of systems in periodic space that counts how often a particle has crossed an axis's ends.
+/// The attribute that counts, in periodic space, how often a particle has crossed the ends of each axis.
 inline constexpr const char* kCrossings = "crossings";
 
-/// The attributes of one system: the built-in ones, then those that the user adds; and the periods of the space that
-/// its particles are in.
+/// The attributes of one system (the built-in ones, then the user's) and the periods of its space.
 class Schema {
  public:
   Schema();
@@ -71,11 +70,11 @@ class Schema {
   /// an identifier, for a width other than 1 or 3, and for more than 64 attributes.
   int add(const std::string& name, int width, Value initial);
 
-  /// Makes space periodic. Throws std::invalid_argument for an empty interval, and without an attribute kCrossings of
+  /// Makes space periodic. Throws std::invalid_argument for an empty interval, or without an attribute kCrossings of
   /// three numbers.
   void set_periods(const Periods& periods);
   const Periods& periods() const { return periods_; }
-  /// The index of kCrossings; -1 where no axis is periodic.
+  /// Returns the index of kCrossings; -1 if no axis is periodic.
   int crossings() const { return crossings_; }
 
   const std::vector<Attribute>& attributes() const { return attributes_; }
@@ -83,10 +82,10 @@ class Schema {
   int size() const { return static_cast<int>(attributes_.size()); }
   int components() const { return components_; }
 
-  /// The attribute's index, or -1.
+  /// Returns the attribute's index, or -1.
   int find(std::string_view name) const;
 
-  /// The attribute that a component belongs to.
+  /// Returns the attribute that a component belongs to.
   int attribute_of(int component) const;
 
   bool operator==(const Schema&) const = default;

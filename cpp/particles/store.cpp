@@ -22,8 +22,8 @@ enum class Packed : std::uint8_t { initial, uniform, planes };
 // Values per work item when threads copy: enough that fetching an item costs nothing.
 constexpr std::size_t kRange = std::size_t{1} << 15;
 
-// Below so many values, of all columns together, waking other threads costs more than it saves: for values in
-// sequence, and for values that are each in a cache line of its own.
+// Number of values in all columns below which waking other threads costs more than it saves: for contiguous values, and
+// for values in separate cache lines.
 constexpr std::size_t kAlone = std::size_t{1} << 15, kAloneApart = std::size_t{1} << 11;
 
 // Calls work(column, first, last) for ranges of 0..count of each column.
@@ -54,17 +54,17 @@ void gather(const PackedColumn& column, std::span<const std::uint32_t> indices, 
     std::memcpy(column.bytes + k * sizeof(float), plane + indices[k], sizeof(float));
 }
 
-// Large memory begins at a page's start, so all columns would map to the same cache sets: eight of them fill sets of
-// eight ways, and a step takes 1.5 times as long. So each column's offset within its page is kApart values larger than
+// Large allocations start on a page, so all columns would map to the same cache sets: eight of them fill sets of eight
+// ways, and a step takes 1.5 times as long. Therefore each column's offset within its page is kApart values larger than
 // that of the column before it. Short columns fit into the cache anyway.
 constexpr std::size_t kOfPage = base::kPage / 4, kApart = 128;  // values of four bytes
 constexpr std::size_t kShort = 4 * kOfPage;
 
-// Smaller planes are cleared: their memory may hold old values, and vectors read beyond the last particle.
+// Planes of fewer bytes are cleared: their memory may hold old values, and vectors read beyond the last particle.
 constexpr std::size_t kZeroed = std::size_t{4} << 20;
 
-// The distance in values between columns of one attribute: whole blocks, so that columns begin on a cache line, and
-// room for whole vectors after the last particle.
+// Returns the distance in values between columns of one attribute. Columns begin on a cache line and have room for
+// whole vectors after the last particle.
 std::size_t stride_for(std::size_t capacity) {
   const std::size_t blocks = (capacity + kPadding + kBlock - 1) / kBlock * kBlock;
   return blocks <= kShort ? blocks : (blocks - kApart + kOfPage - 1) / kOfPage * kOfPage + kApart;
@@ -151,7 +151,7 @@ void Store::set_ids(std::size_t first, std::span<const std::uint64_t> ids) {
 }
 
 void Store::part_from_holders() {
-  PlaneMemory apart;  // holders may let go at any time, and nothing deals out a part of memory again
+  PlaneMemory apart;  // separate, since holders may let go at any time and parts of a block are not reused
   const auto renew = [&](auto& memory, std::size_t count, int column) {
     if (!memory || memory.use_count() == 1) return;
     auto fresh = take_plane<std::remove_cvref_t<decltype(memory[0])>>(apart, count, column);
@@ -306,7 +306,7 @@ std::size_t Store::packed_bytes(std::size_t count) const {
 void Store::pack(std::span<const std::uint32_t> indices, base::Bytes& out, threads::Pool& pool) const {
   out.put(static_cast<std::uint64_t>(indices.size()));
   if (indices.empty()) return;
-  out.reserve(out.size() + packed_bytes(indices.size()));  // from here on the message stays where it is
+  out.reserve(out.size() + packed_bytes(indices.size()));  // so the message does not move from here on
   std::vector<PackedColumn> packed;
   const auto pack_plane = [&](const auto* plane) {
     packed.push_back({plane, out.extend(indices.size() * sizeof *plane)});
@@ -361,7 +361,7 @@ void Store::set_added(int attribute, Value value, std::size_t first) {
 
 void Store::open_added(int attribute, std::size_t first) {
   if (!uniform(attribute)) return;
-  const std::size_t all = std::exchange(size_, first);  // only those that were here before have the uniform value
+  const std::size_t all = std::exchange(size_, first);  // only the earlier particles have the uniform value
   materialize(attribute);
   size_ = all;
 }

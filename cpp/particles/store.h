@@ -21,67 +21,67 @@ namespace motes::particles {
 
 /// Structure of arrays: one plane of floats per component of each attribute, and one plane of each half of the ids. An
 /// attribute with the same value for all particles has no planes until something writes to it, and upper halves of ids
-/// have none until one is not 0. The order of particles has no meaning. What particles remember of their touches goes
-/// with them, where any do.
+/// have none until one is not 0. The order of particles has no meaning. Touches, if there are any, move with their
+/// particles.
 class Store {
  public:
-  explicit Store(const Schema& schema);  // which must outlive it
+  explicit Store(const Schema& schema);  // must outlive the store
   explicit Store(const Schema&& schema) = delete;
 
   const Schema& schema() const { return *schema_; }
   std::size_t size() const { return size_; }
 
-  /// True where all particles share one value of the attribute and no plane is allocated for it.
+  /// Tells whether all particles share one value of the attribute, without a plane for it.
   bool uniform(int attribute) const { return columns_[index(attribute)].planes == nullptr; }
   Value uniform_value(int attribute) const { return columns_[index(attribute)].value; }
 
-  /// The plane of a component (0..3) for reading, or null where the attribute is uniform.
+  /// Returns the plane of a component (0..3) for reading; null if the attribute is uniform.
   const float* plane(int attribute, int component) const;
 
-  /// The value of one particle; loops over many take the plane.
+  /// Returns the value of one particle. Loops over many should use the plane.
   float value(int attribute, int component, std::size_t i) const {
     const Column& column = columns_[index(attribute)];
     return column.planes ? column.planes.get()[index(component) * capacity_ + i] : column.value[index(component)];
   }
 
-  /// The plane for writing: allocates the planes of a uniform attribute first.
+  /// Returns the plane for writing; allocates the planes of a uniform attribute first.
   float* writable_plane(int attribute, int component);
 
-  /// Distance in floats between the planes of an attribute.
+  /// Returns the distance in floats between the planes of an attribute.
   std::size_t plane_stride() const { return capacity_; }
 
   Ids ids() const { return {lower_ids_.get(), upper_ids_.get()}; }
   void set_id(std::size_t i, std::uint64_t id) { set_ids(i, {&id, 1}); }
-  /// Of the particles from `first` on.
+  /// Sets the ids of the particles from `first` on.
   void set_ids(std::size_t first, std::span<const std::uint64_t> ids);
 
-  /// Whether any particle has ever remembered a touch.
+  /// Tells whether any particle has ever had a touch.
   bool remembers() const { return touches_ != nullptr; }
-  /// What a particle remembers, until the next call of set_touches().
+  /// Returns a particle's touches, valid until the next call of set_touches().
   std::span<const Touch> touches(std::size_t i) const {
     return touches_ ? memory_of_touches_.of(touches_.get()[i]) : std::span<const Touch>{};
   }
   void set_touches(std::size_t i, std::span<const Touch> touches);
 
-  /// Keeps a plane's memory alive as long as the result lives, whatever happens to the store.
+  /// Returns an attribute's planes. They stay alive as long as the result, whatever happens to the store.
   std::shared_ptr<float[]> planes(int attribute) const { return columns_[index(attribute)].planes; }
 
   /// Moves planes that others still hold (planes()) to fresh memory: the others then hold a copy, and writing to it
-  /// changes no particle. Planes that nobody else holds stay where they are.
+  /// changes no particle. Other planes stay where they are.
   void part_from_holders();
 
   /// Reserves room for this many particles. Existing ones are kept; views of planes become invalid.
   void reserve(std::size_t capacity);
 
-  /// Reserves room for this many more, with some to spare where there are few. Throws std::length_error where the store
-  /// would hold more than 2^32 - 1 particles: their indices are 32-bit.
+  /// Reserves room for `count` more particles. If that needs more capacity, it grows by half at least. Throws
+  /// std::length_error if the store would hold more than 2^32 - 1 particles: indices are 32-bit.
   void make_room(std::size_t count);
 
   /// Adds `count` particles with undefined ids; their values are the uniform ones or undefined. Returns the first
   /// index.
   std::size_t grow(std::size_t count);
 
-  /// Sets a uniform attribute's value. Only for stores that are still being filled: throws std::logic_error otherwise.
+  /// Sets a uniform attribute's value. Only for empty stores: throws std::logic_error otherwise.
   void set_uniform(int attribute, Value value);
 
   /// Copies one attribute of every particle to another attribute of the same width.
@@ -91,7 +91,7 @@ class Store {
   void remove(std::span<const std::uint32_t> indices, threads::Pool& pool = threads::alone());
   void clear() { size_ = 0; }
 
-  /// Swaps particles one by one, until the store moves or gets other planes.
+  /// Swaps pairs of particles. Valid until the store moves or gets other planes.
   class Swapper;
 
   /// Moves the particle at from[i] to index i, for every i: `from` holds each index once. Planes stay where they are.
@@ -100,10 +100,10 @@ class Store {
   /// Appends the particles at `indices` of this store to a message, in that order.
   void pack(std::span<const std::uint32_t> indices, base::Bytes& out, threads::Pool& pool = threads::alone()) const;
 
-  /// The most bytes that pack() appends for this many particles, besides their touches.
+  /// Returns the most bytes that pack() appends for this many particles, without their touches.
   std::size_t packed_bytes(std::size_t count) const;
 
-  /// Appends what pack() wrote. Throws std::runtime_error where the bytes do not fit the schema.
+  /// Appends the particles that pack() wrote. Throws std::runtime_error if the bytes do not fit the schema.
   void unpack(base::Reader& in, threads::Pool& pool = threads::alone());
 
   /// Appends all particles of another store of the same schema.
@@ -112,7 +112,7 @@ class Store {
   /// Appends the particles at `indices` of another store of the same schema.
   void append(const Store& from, const std::vector<std::uint32_t>& indices, threads::Pool& pool = threads::alone());
 
-  /// Bytes of memory that the planes and ids take.
+  /// Returns the bytes of memory that planes, ids and touches take.
   std::size_t memory_bytes() const;
 
  private:
@@ -123,7 +123,7 @@ class Store {
 
   using TouchRow = TouchMemory::Row;
 
-  // A plane of floats, or of halves of ids, or of where the touches are.
+  // A plane of floats, of halves of ids, or of rows of touches.
   struct Plane {
     float* values;
     std::uint32_t* ids = nullptr;
@@ -143,7 +143,7 @@ class Store {
   std::uint32_t* writable_upper_ids();
   void pack_touches(std::span<const std::uint32_t> indices, base::Bytes& out) const;
   void unpack_touches(base::Reader& in, std::size_t first);
-  /// Of particles `first` and after it, which have just been added: one value for all of them, or planes to write to.
+  /// For particles from `first` on, which have just been added: set one value for all, or make planes to write to.
   void set_added(int attribute, Value value, std::size_t first);
   void open_added(int attribute, std::size_t first);
 
@@ -151,7 +151,7 @@ class Store {
   std::vector<Column> columns_;
   std::shared_ptr<std::uint32_t[]> lower_ids_;
   std::shared_ptr<std::uint32_t[]> upper_ids_;  // null: all are 0
-  std::shared_ptr<TouchRow[]> touches_;  // null: nobody remembers any
+  std::shared_ptr<TouchRow[]> touches_;  // null: no particle has had a touch
   TouchMemory memory_of_touches_;
   PlaneMemory memory_;
   std::size_t size_ = 0;

@@ -13,7 +13,7 @@ inline constexpr std::uint32_t birth_position = 1;
 inline constexpr std::uint32_t birth_jitter = 2;
 inline constexpr std::uint32_t birth_attribute = 0x100;
 constexpr std::uint32_t birth_stream(int attribute) {
-  // Orientation and spin stand before users' attributes, which keep the streams that they had without the two.
+  // Orientation and spin come before the users' attributes but do not change their streams.
   constexpr int kMoved = builtin_count - orientation;
   const int index = attribute < orientation     ? attribute
                     : attribute < builtin_count ? 0x80 + attribute
@@ -33,7 +33,7 @@ inline constexpr std::uint32_t sprite_tile = 4;
 /// Draws of one stream: at most 16, numbered from 0.
 inline constexpr int draw_bits = 4;
 
-/// A draw made once more, because what came of it before was rejected; at most 65535 times.
+/// Returns the number of a draw that is repeated because the previous attempt was rejected; at most 65535 times.
 constexpr std::uint32_t made_again(std::uint32_t draw, std::uint32_t attempt) { return draw | attempt << 16; }
 
 /// The key of one system's draws.
@@ -47,24 +47,24 @@ struct Key {
 /// Mixes the 64-bit seed with the system's index.
 Key system_key(std::uint64_t seed, std::uint32_t system);
 
-/// What the words of one draw depend on beside the particle's id.
+/// What the words of one draw depend on besides the particle's id.
 struct DrawKey {
   std::uint32_t word[8];
 };
 
-/// Philox of all that the key of a draw depends on.
+/// Computes the key of a draw with Philox.
 DrawKey draw_key(Key key, std::uint32_t step, std::uint32_t stream, std::uint32_t draw);
 
 /// The keys of one stream's draws in one step, kept from block to block.
 class DrawKeys {
  public:
-  /// Makes the first draw's key, unless it was the last that was made.
+  /// Makes the first draw's key, unless it is the one made last.
   void begin(Key key, std::uint32_t step, std::uint32_t stream) {
     if (step != step_ || stream != stream_ || key != key_) make_first(key, step, stream);
   }
   const DrawKey& first() const { return first_; }
 
-  /// The key of a draw from 1 on.
+  /// Returns the key of draw number `draw`, from 1.
   const DrawKey& later(std::uint32_t draw);
 
  private:

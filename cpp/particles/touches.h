@@ -1,4 +1,4 @@
-// Contact history: how far the surfaces at each touch have slid and rolled, which is what holds grains by friction
+// Contact history: how far the surfaces at each touch have slid and rolled, from which friction is computed
 // (interactions/laws/law_contact.h).
 #pragma once
 
@@ -8,21 +8,22 @@
 
 namespace motes::particles {
 
-/// Marks the law of a touch with a wall, so that a wall's number is no particle's id.
+/// Marks the law of a touch with a wall, so a wall's number is not taken for a particle's id.
 inline constexpr std::uint32_t kWall = 1u << 31;
 
-/// A touch, as one of the two particles sees it.
+/// A touch, as one of the two particles remembers it.
 struct Touch {
-  std::uint64_t id;    // of the other, or the number of a wall's face
-  std::uint32_t law;   // the place of its law in the list, from 0 on, and a part of its state (law_part); or kWall
-  std::uint32_t step;  // the sub-step in which it was last felt, from 1 on
-  float slid[3];       // contact: metres: how far the other's surface has slid along this one's
-  float rolled[3];     // contact: metres: how far this one has rolled on the other; both see the same
+  std::uint64_t id;    // id of the other particle, or number of a wall's face
+  std::uint32_t law;   // number of its law, from 0, with a part of its state (law_part) or kWall
+  std::uint32_t step;  // sub-step of the last touch, from 1
+  float slid[3];       // contact: how far the other's surface has slid along this one's, m
+  float rolled[3];     // contact: how far this one has rolled on the other, m; the same for both
 
   bool operator==(const Touch&) const = default;
 };
 
-/// A law that remembers more than six numbers per pair keeps several touches of it, one for each six numbers.
+/// Returns a touch's `law` for a part of its state. A law with more than six numbers per pair has several touches per
+/// pair, one for every six numbers.
 constexpr std::uint32_t law_part(std::uint32_t law, std::uint32_t part) { return part << 24 | law; }
 constexpr std::uint32_t law_of(const Touch& touch) { return touch.law & 0xffffffu; }
 constexpr std::uint32_t part_of(const Touch& touch) { return touch.law >> 24 & 0x7f; }
@@ -31,8 +32,8 @@ constexpr bool is_of_pair(const Touch& touch, std::uint32_t law) {
   return law_of(touch) == law && (touch.law & kWall) == 0;
 }
 
-/// The touches of many particles, one after another in memory. A Row says where those of one particle are, and can be
-/// moved and copied within a store like a number.
+/// The touches of many particles, one after another in memory. A Row tells where the touches of one particle are; it
+/// can be moved and copied within a store like a number.
 class TouchMemory {
  public:
   struct Row {
@@ -44,7 +45,7 @@ class TouchMemory {
   /// Replaces a row's touches; a row without room for them moves to the end.
   void set(Row& row, std::span<const Touch> touches);
 
-  /// Compacts the memory, once rows use less than half of it.
+  /// Compacts the memory if rows use less than half of it.
   void tidy(std::span<Row> rows);
 
   std::size_t bytes() const { return all_.capacity() * sizeof(Touch); }

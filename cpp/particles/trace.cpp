@@ -19,11 +19,11 @@ Planes writable(Store& store, int attribute) {
   return {store.writable_plane(attribute, 0), store.writable_plane(attribute, 1), store.writable_plane(attribute, 2)};
 }
 
-// What one axis of a periodic space does to a particle's kept positions.
+// Moves the kept positions of particles that have wrapped along one axis.
 struct Wrapping {
   float* crossings;  // now
-  float* seen;       // when the trace was last written
-  std::array<float*, kTraced> kept;  // null: nobody has a position there
+  float* seen;       // at the last update of the trace
+  std::array<float*, kTraced> kept;  // null: no particle has a position there
   double length;
 
   void follow(const float* count, std::size_t first, std::size_t last) const {

@@ -1,5 +1,5 @@
-// Wrapping of positions in periodic space: where particles are moved, they are put back into the interval of each
-// periodic axis, and the attribute `crossings` counts how often they have crossed its ends.
+// Wrapping of positions in periodic space: after particles move, they are put back into the interval of each periodic
+// axis, and the attribute `crossings` counts how often they have crossed its ends.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +9,7 @@
 
 namespace motes::particles {
 
-/// Wraps `count` positions. `position`, `crossings`: planes of an axis, from the first particle on.
+/// Wraps `count` positions. `position`, `crossings`: planes of one axis, starting at the first particle.
 void wrap(const Period& period, std::size_t count, float* position, float* crossings);
 
 /// Wraps all positions of a store whose schema has periods; does nothing otherwise.

@@ -1,4 +1,4 @@
-// Which bin of a dimension a number belongs to.
+// Finds the bin of a dimension that a number belongs to.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -10,7 +10,7 @@ namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-// The smallest float32 that is at least, or above, an edge.
+// Return the smallest float32 that is at least an edge, or above it.
 float at_least(double edge) {
   const auto near = static_cast<float>(edge);
   return near < edge ? std::nextafter(near, kInfinity) : near;

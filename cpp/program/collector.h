@@ -1,4 +1,4 @@
-// Who of a range's particles goes: the dead, and those that left the region.
+// Collects the particles of a range that must go: the dead, and those that left the region.
 #pragma once
 
 #include <array>
@@ -12,19 +12,20 @@
 
 namespace motes::program {
 
-/// Brings particles that are to be removed to the front of a range.
+/// Moves particles to the front of a range, where they will be removed together.
 class FrontGatherer {
  public:
   FrontGatherer(const particles::Store& store, std::size_t first)
       : swapper_(store), next_(static_cast<std::uint32_t>(first)) {}
 
-  /// The dead and those that left, from these places of the lists on: none of them in both.
+  /// Moves the dead and those that left to the front, from these positions in the lists on. No particle is in both
+  /// lists.
   void gather(ListResult& outcome, std::size_t dead, std::size_t left) {
     while (dead < outcome.dead.size() || left < outcome.left.size()) {
       const bool dies =
           left == outcome.left.size() || (dead < outcome.dead.size() && outcome.dead[dead] < outcome.left[left]);
       std::uint32_t& particle = dies ? outcome.dead[dead++] : outcome.left[left++];
-      // In ascending order: who stands at the front stays, or is this one.
+      // Indices ascend, so the particle at the front stays, or it is this one.
       if (particle != next_) swapper_.swap(particle, next_);
       particle = next_++;
     }
@@ -35,10 +36,11 @@ class FrontGatherer {
   std::uint32_t next_;
 };
 
-/// Collects blocks of a range in order. Mostly nobody goes: what is read for each block stands together.
+/// Collects blocks of a range in order. Usually no particle goes, so the members that each block reads are kept
+/// together.
 class Collector {
  public:
-  /// Positions without planes are not looked at.
+  /// Axes without a plane of positions are not tested.
   Collector(const particles::Store& store, const Region& region, ListResult& outcome)
       : collect_(actions::kernels().collect), outcome_(outcome) {
     for (const Slice& slice : region.slices()) {
@@ -48,13 +50,13 @@ class Collector {
     }
   }
 
-  /// From now on, those who go are brought to the front of a range, which begins at particle `first`.
+  /// From now on, also moves the collected particles to the front of the range that begins at particle `first`.
   void gather(const particles::Store& store, std::size_t first) { front_.emplace(store, first); }
 
-  /// Where a block's dead are marked: at first, and again behind collect(), none is.
+  /// Returns the marks of a block's dead; at first, and after collect(), none is set.
   std::uint32_t* dead() { return marks_.data(); }
 
-  /// Adds those of a block, which begins at particle `at`, to the outcome. Blocks come in ascending order.
+  /// Collects the dead and those that left from a block, which begins at particle `at`. Blocks come in ascending order.
   void collect(const actions::Block& block, std::size_t at) {
     for (std::size_t k = 0; k < size_; ++k) bands_[k].x += at - at_;
     at_ = at;
@@ -80,7 +82,7 @@ class Collector {
   ListResult& outcome_;
   std::optional<FrontGatherer> front_;
 
-  // Room for one more block's indices; the kernel says how many it used.
+  // Room for one more block's indices; the kernel returns how many it used.
   using Block = std::array<std::uint32_t, particles::kBlock + particles::kPadding>;
   Block dead_, left_;
 };

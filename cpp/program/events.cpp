@@ -13,7 +13,7 @@ using particles::Store;
 using recording::Event;
 using recording::Spawn;
 
-// A child of a parent that is not finite would not be finite either: it would die at once and create children again.
+// A child of a non-finite parent would not be finite either: it would die at once and create children again.
 bool finite(const Event& event) {
   const auto is_finite = [](float v) { return std::isfinite(v); };
   return std::all_of(event.position, event.position + 3, is_finite) &&

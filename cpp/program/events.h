@@ -1,4 +1,4 @@
-// Which particles a spawn rule makes into parents.
+// Finds the particles that a spawn rule makes parents.
 #pragma once
 
 #include <cstdint>
@@ -9,8 +9,8 @@
 
 namespace motes::program {
 
-/// Those of the particles at these indices (ascending) for which `where` holds at a time of the animation (seconds), as
-/// events sorted by id.
+/// Returns the finite particles at these ascending indices for which `where` holds at `time` (seconds of the
+/// animation), as events sorted by id.
 std::vector<recording::Event> events_of(const recording::Spawn& spawn, double time, const particles::Store& parents,
                                         const std::vector<std::uint32_t>& indices);
 

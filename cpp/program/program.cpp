@@ -21,7 +21,7 @@ using particles::kBlock;
 using particles::kShortBlock;
 using particles::Store;
 
-// What move turns, and how fast.
+// An attribute that move turns, and the attribute with its rate.
 struct Turning {
   int turned, rate;
   std::uint64_t both() const { return std::uint64_t{1} << turned | std::uint64_t{1} << rate; }
@@ -29,7 +29,7 @@ struct Turning {
 constexpr Turning kUps = {particles::up, particles::rotational_velocity};
 constexpr Turning kOrientations = {particles::orientation, particles::spin};
 
-// Whether a particle of this store may turn: it already does, or an action of the list will make it.
+// Returns whether a particle of this store may turn: it already does, or an action of the list may make it turn.
 bool turns(const Turning& turning, const Store& store, const std::vector<actions::Action>& list) {
   const particles::Value rate = store.uniform_value(turning.rate);
   if (!store.uniform(turning.rate) || rate[0] != 0 || rate[1] != 0 || rate[2] != 0) return true;
@@ -38,12 +38,12 @@ bool turns(const Turning& turning, const Store& store, const std::vector<actions
   });
 }
 
-// The attributes that move leaves unchanged, since no particle turns: they take no memory.
+// Returns the attributes that move leaves unchanged, since no particle turns; they take no memory.
 std::uint64_t at_rest(const Store& store, const std::vector<actions::Action>& list) {
   return (turns(kUps, store, list) ? 0 : kUps.both()) | (turns(kOrientations, store, list) ? 0 : kOrientations.both());
 }
 
-// The keys of draws are kept from block to block, for this many sub-steps.
+// The keys of draws are kept from block to block for this many sub-steps.
 constexpr std::size_t kKeptSteps = 64;
 
 int last_of(const Span& span) { return span.last > 0 ? span.last : span.substeps; }
@@ -73,20 +73,20 @@ void append(std::vector<std::uint32_t>& to, const std::vector<std::uint32_t>& mo
   to.insert(to.end(), more.begin(), more.end());
 }
 
-// A range holds so many particles: whole blocks, long enough that starting one costs nothing; the last ones are
-// shorter, so that threads end together.
+// Particles per range: whole blocks, long enough that starting a range costs nothing. The last ranges are shorter, so
+// that threads end together.
 constexpr std::size_t kFullRange = 1024 * kShortBlock, kLastRange = 16 * kShortBlock;
 constexpr std::size_t kAlone = 64 * kShortBlock;  // fewer are not worth waking threads for
-constexpr std::size_t kWhole = 64;  // whole vectors: kernels write whole ones
+constexpr std::size_t kWhole = 64;  // ranges are multiples of this, since kernels write whole vectors
 
-// Starting an action costs as much as a dozen particles. Where the next block is fetched ahead, long lists win more by
-// longer blocks than the processor's guesses are worth.
+// Starting an action costs as much as a dozen particles. If the next block is fetched ahead, long lists gain more from
+// longer blocks than the processor's own prefetching is worth.
 constexpr std::size_t kLongList = 8;
 std::size_t block_for(std::size_t actions, bool fetched) {
   return fetched && actions > kLongList ? kBlock : kShortBlock;
 }
 
-// Calls work(first, last, outcome) for ranges of the particles, and puts the outcomes together in order.
+// Calls work(first, last, outcome) for ranges of the particles, and joins the outcomes in order.
 template <class Work>
 void share(threads::Pool& pool, std::size_t begin, std::size_t end, ListResult& outcome, const Work& work) {
   const std::size_t count = end - begin;
@@ -100,7 +100,7 @@ void share(threads::Pool& pool, std::size_t begin, std::size_t end, ListResult& 
   const std::vector<std::size_t> starts = threads::falling_ranges(pool, count, kFullRange, kLastRange, kWhole);
   std::vector<ListResult> outcomes(starts.size() - 1);
   pool.run(outcomes.size(), [&](std::size_t part, std::size_t) {
-    ListResult here;  // not among the others yet: threads would wait for each other's cache lines
+    ListResult here;  // local, so that threads do not wait for each other's cache lines
     here.wants_hits = outcome.wants_hits;
     here.gathers = outcome.gathers;
     work(begin + starts[part], begin + starts[part + 1], here);
@@ -113,7 +113,7 @@ void share(threads::Pool& pool, std::size_t begin, std::size_t end, ListResult& 
   }
 }
 
-// Tables are kept as long as the process lives.
+// Binds a table, which the process keeps until it ends.
 void bind_table(const actions::LookupTable& table, actions::Parameters& parameters) {
   parameters.table = table.values.data();
   std::copy(table.size.begin(), table.size.end(), parameters.table_size);
@@ -219,7 +219,7 @@ void Program::run(Store& store, std::size_t begin, std::size_t entry, const Span
         [&](std::size_t first, std::size_t last, ListResult& of_range) { run_range(pass, first, last, of_range); });
 }
 
-// Allocates what the list writes to; from then on parts may run at the same time.
+// Allocates what the list writes to; afterwards, ranges may run at the same time.
 Program::Pass Program::prepare(Store& store, std::size_t entry, const Span& span, particles::Key key,
                                const Region& region) const {
   const std::uint64_t still = at_rest(store, list_);
@@ -229,7 +229,7 @@ Program::Pass Program::prepare(Store& store, std::size_t entry, const Span& span
   for (const actions::Action& action : list_) {
     conditional |= !action.where.empty();
     reads |= actions::reads(action, store.schema()) & ~untouched(action, still);
-    reads |= actions::named(action, store.schema());  // by an expression, whatever the kernel does
+    reads |= actions::named(action, store.schema());  // by an expression, whatever the kernel reads
     writes |= actions::writes(action, store.schema()) & ~untouched(action, still);
   }
   const bool wraps = store.schema().periods().any() && (writes >> particles::position & 1u) != 0;
@@ -242,7 +242,7 @@ Program::Pass Program::prepare(Store& store, std::size_t entry, const Span& span
 
 void Program::run_range(const Pass& pass, std::size_t first, std::size_t last, ListResult& outcome) const {
   const simd::FloatMode mode;
-  static thread_local std::array<float, actions::kScratch> scratch;  // kept: a range is soon done
+  static thread_local std::array<float, actions::kScratch> scratch;  // reused, since a range takes little time
   static thread_local std::vector<float> work;
   if (work.size() < work_ * actions::kPlane) work.resize(work_ * actions::kPlane);
   const std::vector<Operation> operations = bind(pass.store, pass.at_rest, scratch.data(), work.data());
@@ -272,7 +272,7 @@ void Program::run_range(const Pass& pass, std::size_t first, std::size_t last, L
   }
 }
 
-// Made once for a run: for each block of particles it would take as long as an action.
+// Returns the sub-steps, prepared once per run: once per block would take as long as an action.
 std::vector<Program::Substep> Program::steps_of(std::size_t entry, const Span& span, particles::Key key) const {
   const simd::FloatMode mode;
   const float dt = static_cast<float>(span.dt / span.substeps);
@@ -314,7 +314,7 @@ void Program::run_block(const Pass& pass, const std::vector<Operation>& operatio
   }
 }
 
-// Positions have just been written.
+// Wraps the positions, which have just been written.
 void Program::wrap_block(const particles::Schema& schema, const actions::Block& block) {
   const auto plane = [&](int attribute, int axis) { return block.component[schema[attribute].first_component + axis]; };
   for (int axis = 0; axis < 3; ++axis) {
@@ -324,7 +324,7 @@ void Program::wrap_block(const particles::Schema& schema, const actions::Block& 
   }
 }
 
-// The action runs on the whole block; its writes are undone where the condition does not hold.
+// Runs the action on the whole block, then undoes its writes where the condition does not hold.
 void Program::run_where(const Operation& operation, const actions::Block& block, const actions::Step& step) {
   static thread_local std::array<std::int32_t, kBlock + particles::kPadding> mask;
   static thread_local std::array<std::int32_t, kBlock + particles::kPadding> hit;

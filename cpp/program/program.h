@@ -14,7 +14,7 @@
 
 namespace motes::program {
 
-/// The time that a run of the program covers: sub-steps `first`.. `substeps` - 1 of a frame.
+/// The time that a run of the program covers: sub-steps `first` .. `last` - 1 of a frame.
 struct Span {
   std::uint64_t frame = 0;
   int substeps = 1;
@@ -23,7 +23,7 @@ struct Span {
   int last = 0;  // one past the last sub-step; 0: all
 };
 
-/// When a sub-step starts, in seconds of the animation.
+/// Returns when a sub-step starts, in seconds of the animation.
 double time_of(const Span& span, int substep);
 
 /// A slice of space: low <= x < high along the axis (0..2).
@@ -33,7 +33,8 @@ struct Slice {
   float high = std::numeric_limits<float>::infinity();
 };
 
-/// The part of space whose particles stay: what is in all of its slices, one per axis at most. Without any: everything.
+/// The part of space whose particles stay: the intersection of its slices, at most one per axis; without slices,
+/// everything.
 class Region {
  public:
   Region() = default;
@@ -47,14 +48,14 @@ class Region {
   std::size_t count_ = 0;
 };
 
-/// Indices of particles, ascending.
+/// The results of a run: indices of particles, ascending.
 struct ListResult {
   std::vector<std::uint32_t> dead;
   std::vector<std::uint32_t> left;
-  std::vector<std::uint32_t> hits;  // bounced at least once; kept only where `wants_hits`
+  std::vector<std::uint32_t> hits;  // bounced at least once; kept only if `wants_hits`
   bool wants_hits = false;
-  /// Whether a list may change the order of particles: then each range's dead, and those that left, come to stand at
-  /// its front. They are moved while they are in the caches, and removed together later.
+  /// Whether a run may change the order of particles. Then each range's dead, and those that left, are moved to its
+  /// front while they are in the caches, to be removed together later.
   bool gathers = false;
 
   void clear() {
@@ -65,20 +66,20 @@ struct ListResult {
   }
 };
 
-/// Several passes may find the same particle dead; the dead do not leave. All lists become ascending again.
+/// Sorts all lists and removes duplicates, since several passes may find the same particle dead. The dead do not leave.
 void tidy(ListResult& outcome);
 
 class FetchAhead;
 
 class Program {
  public:
-  /// `place`: the position of the first action in the frame's list (random streams are keyed by it).
-  /// `schema`: of the systems whose particles it runs over, where the list has laws.
+  /// `place`: the position of the first action in the frame's list, which keys the random streams. `schema`: that of
+  /// the systems whose particles it runs over, if the list has laws.
   explicit Program(std::vector<actions::Action> list, std::uint32_t place = 0, const particles::Schema& schema = {});
 
   /// Runs sub-steps span.first.. of the list over particles begin.. of the store: the first sub-step from action
   /// `entry` on, the others in full. Adds the dead and those outside the region to `outcome`; removes none. An empty
-  /// list does nothing; it does not even look for migrants. The threads of the pool share the particles.
+  /// list does nothing, and finds no migrants either. The threads of the pool share the particles.
   void run(particles::Store& store, std::size_t begin, std::size_t entry, const Span& span, particles::Key key,
            const Region& region, ListResult& outcome, threads::Pool& pool = threads::alone()) const;
 
@@ -89,32 +90,32 @@ class Program {
                             threads::Pool& pool = threads::alone());
 
  private:
-  // What most actions are called with stands in one cache line. A step streams through the second-level cache, which
-  // does not see what the first level still hits, and takes such lines from both: every line that each block needs is
-  // missed once in a while, and twenty of them cost more than any action.
+  // The values that most actions are called with are in one cache line. A step streams through the second-level cache,
+  // which does not see what still hits the first level, and evicts such lines from both: every line that each block
+  // needs is missed once in a while, and twenty of them cost more than any action.
   struct alignas(64) Operation {
     Operation() = default;
     Operation(const Operation&) = delete;  // the parameters point to the numbers
     Operation& operator=(const Operation&) = delete;
 
-    std::array<double, 4> numbers{};  // the action's, where they are so few
+    std::array<double, 4> numbers{};  // the action's, if it has at most four
     actions::Kernel kernel = nullptr;
     actions::Parameters parameters{};
     const actions::Expression* where = nullptr;  // null: everywhere
     actions::LawCode law{};
-    std::vector<float*> planes;  // of a law
-    std::vector<int> written;  // components, where there is a condition
-    bool moves = false;  // positions, in periodic space
+    std::vector<float*> planes;  // of a law's formula
+    std::vector<int> written;  // components, if there is a condition
+    bool moves = false;  // whether it writes positions in periodic space
   };
 
-  // A sub-step, as its actions see it: `stream` is that of the list's first action.
+  // A sub-step as its actions see it; `stream` is that of the list's first action.
   struct Substep {
     actions::Step step;
     std::size_t entry;  // into the list
-    std::size_t kept;  // where the keys of its draws are
+    std::size_t kept;  // index of the keys of its draws
   };
 
-  // What a run is about, the same for all of its parts.
+  // The parameters of a run, shared by all of its ranges.
   struct Pass {
     particles::Store& store;
     const Span& span;
@@ -123,7 +124,7 @@ class Program {
     std::uint64_t at_rest;  // attributes that move leaves unchanged
     bool conditional;  // whether any action has a condition
     bool wraps;  // whether any action moves particles in periodic space
-    std::uint64_t touched;  // attributes
+    std::uint64_t touched;  // attributes that are read or written
   };
 
   Pass prepare(particles::Store& store, std::size_t entry, const Span& span, particles::Key key,
@@ -139,7 +140,7 @@ class Program {
 
   void bind_law(std::size_t number, float* work, Operation& operation) const;
 
-  // What a law of the list computes.
+  // A compiled law of the list.
   struct Law {
     expressions::Formula formula;
     std::vector<actions::LawResult> outcomes;
@@ -147,8 +148,8 @@ class Program {
 
   std::vector<actions::Action> list_;
   std::uint32_t place_;
-  std::vector<Law> laws_;  // by action; none where the list has no law
-  std::size_t work_ = 0;  // planes that the largest of them writes
+  std::vector<Law> laws_;  // one per action; empty if the list has no law
+  std::size_t work_ = 0;  // planes that the largest law writes
 };
 
 }  // namespace motes::program

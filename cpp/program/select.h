@@ -1,4 +1,4 @@
-// Which particles fulfil a condition, where a whole store is searched: callbacks, sort, the parents of children.
+// Selects the particles of a store that fulfil a condition: for callbacks, sort, and the parents of children.
 #pragma once
 
 #include <cstdint>
@@ -10,8 +10,8 @@
 
 namespace motes::program {
 
-/// Ascending indices of the particles begin.. for which `where` holds at a time of the animation, seconds; an empty
-/// `where` holds for all. Changes nothing.
+/// Returns ascending indices of the particles begin.. for which `where` holds at `time` (seconds of the animation); an
+/// empty `where` holds for all. Changes nothing.
 std::vector<std::uint32_t> select(const actions::Expression& where, const std::vector<shapes::Shape>& shapes,
                                   double time, particles::Store& store, std::size_t begin = 0);
 

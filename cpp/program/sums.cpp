@@ -26,7 +26,7 @@ using particles::Store;
 
 constexpr std::size_t kParticlesAtOnce = std::size_t{64} * kBlock;  // particles of one thread at a time
 
-// All expressions of a sum.
+// Visits all expressions of a sum.
 template <class Visit>
 void each_expression(const Sum& sum, const Visit& visit) {
   for (const Dimension& dimension : sum.dimensions) visit(dimension.value);
@@ -47,22 +47,22 @@ void check_edges(const std::vector<double>& edges) {
   }
 }
 
-/// The values of expressions, block by block. Each thread has its own.
+/// The values of expressions, block by block. Each thread has its own instance.
 class Values {
  public:
   Values(const Sum& sum, Store& store) : sum_(sum), store_(store), planes_(store, columns_of(sum, store.schema())) {
     chosen_.fill(~0u);
   }
 
-  /// Goes on to a block, and finds out which of its particles count.
+  /// Enters a block, and finds which of its particles count.
   void enter(std::size_t at, std::size_t count) {
     block_ = {count, planes_.at(at), store_.ids().from(at), nullptr};
     if (!sum_.where.empty()) std::memcpy(chosen_.data(), of(sum_.where), count * sizeof(float));
   }
-  /// All bits of those that count, none of the others.
+  /// Returns masks with all bits set for particles that count, and none for the others.
   const std::uint32_t* chosen() const { return chosen_.data(); }
 
-  /// Good until the next call.
+  /// Returns the values of an expression, valid until the next call.
   const float* of(const Expression& expression) {
     if (expression.size() == 1 && expression[0].op == actions::Op::column) {
       return block_.component[expression[0].index];
@@ -87,7 +87,7 @@ void over_blocks(std::size_t first, std::size_t last, const Work& work) {
   for (std::size_t at = first; at < last; at += kBlock) work(at, std::min(kBlock, last - at));
 }
 
-// Those that do not count are added as 0: nobody can foresee which they are.
+// Adds a block of values. Particles that do not count are added as 0, since branches on them would be unpredictable.
 void add_block(const std::uint32_t* chosen, const float* value, std::size_t count, particles::FloatTable& table) {
   std::array<float, kBlock> counted;
   for (std::size_t i = 0; i < count; ++i) {
@@ -96,7 +96,7 @@ void add_block(const std::uint32_t* chosen, const float* value, std::size_t coun
   table.add({counted.data(), count});
 }
 
-// One bin: each range has tables of its own, which then add up.
+// Sums all particles in one bin: each range has its own tables, which are then added.
 std::vector<ExactSum> sum_all(const Sum& sum, Store& store, std::size_t count, threads::Pool& pool) {
   constexpr std::size_t kBest = 16 * kParticlesAtOnce;
   const std::size_t range = pool.items(kBest);
@@ -131,10 +131,10 @@ class Sorter {
   Sorter(const Sum& sum, Store& store) : sum_(sum), store_(store), none_(static_cast<std::uint32_t>(results(sum))) {
     for (const Dimension& dimension : sum.dimensions) bins_.emplace_back(dimension);
   }
-  /// Stands for no bin.
+  /// Returns the number that stands for no bin.
   std::uint32_t none() const { return none_; }
 
-  /// Particles first .. last - 1 of the store, the first at place `to`.
+  /// Bins particles first .. last - 1 of the store; the results begin at index `to`.
   void sort(std::size_t first, std::size_t last, std::size_t to, Sorted& sorted) const {
     Values values(sum_, store_);
     over_blocks(first, last, [&](std::size_t at, std::size_t length) {
@@ -150,7 +150,7 @@ class Sorter {
   }
 
  private:
-  // From bins of the dimensions so far to those with one more.
+  // Divides the bins of the dimensions so far by one more dimension.
   void refine(const Bins& dimension, const float* value, std::size_t length, std::uint32_t* bins) const {
     for (std::size_t i = 0; i < length; ++i) {
       const std::uint32_t bin = dimension.of(value[i]);
@@ -164,7 +164,7 @@ class Sorter {
   std::vector<Bins> bins_;
 };
 
-// Whose turn a bin is: neighbouring bins, which are often full together, belong to different threads.
+// Returns the thread that adds to a bin. Neighbouring bins, which are often full together, belong to different threads.
 std::uint32_t thread_of(std::uint32_t bin, std::uint32_t threads) {
   return static_cast<std::uint32_t>((std::uint64_t{bin * 0x9e3779b1u} * threads) >> 32);
 }
@@ -172,12 +172,12 @@ std::uint32_t thread_of(std::uint32_t bin, std::uint32_t threads) {
 void add_one(std::int64_t& count, const Sorted&, std::size_t) { ++count; }
 void add_one(ExactSum& sum, const Sorted& sorted, std::size_t i) { sum.add(sorted.weights[i]); }
 
-// Many bins are too large for every thread to have its own. So all threads sort a stretch of particles, and then each
-// adds those in its share of the bins.
+// Many bins are too large for every thread to have its own. So all threads bin a stretch of particles, and then each
+// thread adds those in its share of the bins.
 template <class Result>
 void sum_bins(const Sum& sum, Store& store, std::size_t count, threads::Pool& pool, std::vector<Result>& into) {
   constexpr std::size_t kStretch = 32 * kParticlesAtOnce;
-  constexpr std::size_t kAhead = 16;  // bins are all over memory: each is asked for before its turn
+  constexpr std::size_t kAhead = 16;  // particles; bins are all over memory, so each is prefetched before its turn
   const Sorter sorter(sum, store);
   const std::size_t most = std::min(count, kStretch);
   Sorted sorted{std::vector<std::uint32_t>(most), std::vector<float>(sum.weights.empty() ? 0 : most)};

@@ -89,7 +89,7 @@ void draw_attribute(const Given& given, particles::Key key, Store& into) {
   const int width = into.schema()[given.attribute].width;
   float* planes[4] = {};
   for (int c = 0; c < width; ++c) planes[c] = into.writable_plane(given.attribute, c);
-  const int drawn = d.of_surface() ? particles::position : given.attribute;  // the same draws as of the place
+  const int drawn = d.of_surface() ? particles::position : given.attribute;  // the draws that placed the particle
   const auto stream = particles::birth_stream(drawn);
   particles::DrawKeys draws;
   actions::kernels().draw(d, {0, 0, stream, key, 0, &draws}, into.ids(), into.size(), planes, width);
@@ -119,8 +119,9 @@ void jitter(particles::Key key, float dt, Store& into) {
   actions::kernels().jitter(block, {dt, 0, particles::birth_jitter, key, 0, &draws});
 }
 
-// The shape moves from `before` to where it is now: each particle is on the straight way between the points that the
-// same random numbers draw from both, as far along as the frame has got when it is born.
+// Spreads births along the path of the shape from `before` to its present position: each particle is on the segment
+// between the points that the same random numbers draw from both, as far along as the frame has advanced when it is
+// born.
 void spread_along(const shapes::Shape& before, particles::Key key, const BirthStep& moment, Store& into) {
   Store first(into.schema());
   first.grow(into.size());
@@ -142,7 +143,7 @@ void spread_along(const shapes::Shape& before, particles::Key key, const BirthSt
                             {moment.dt, 0, particles::birth_jitter, key, 0, &draws});
 }
 
-// A rate that changes within the frame, as its integral.
+// Checks the integral of a rate that changes within the frame.
 void check_until(const Birth& birth) {
   const auto refuse = [](const std::string& what) { throw base::InvalidArgument("rate", "be " + what); };
   const auto wrong = [](double value) { return !(value >= 0 && value <= kMostAtAll); };

@@ -14,7 +14,7 @@
 
 namespace motes::recording {
 
-/// What newborn particles get in one attribute.
+/// The values of one attribute of newborn particles.
 struct Given {
   int attribute = 0;
   actions::Distribution distribution;
@@ -43,13 +43,13 @@ constexpr void fields(Visitor& visit, Emitted& emitted) {
 struct Birth {
   enum class Kind : std::uint8_t { source, burst, emit };
   Kind kind = Kind::burst;
-  shapes::Shape shape;           // source, burst: where
-  std::vector<shapes::Shape> before;  // source: where the shape was when the frame began; none: it does not move
-  double rate = 0;               // source: particles per second
-  // source, where the rate changes within the frame: particles since some fixed time, at the start of the frame and at
-  // the end of each sub-step; its rate is then 0
+  shapes::Shape shape;  // source, burst: where
+  std::vector<shapes::Shape> before;  // source: the shape when the frame began; empty: it does not move
+  double rate = 0;  // source: particles per second
+  // source whose rate changes within the frame: the rate's integral since some fixed time, in particles, at the start
+  // of the frame and at the end of each sub-step; `rate` is then 0
   std::vector<double> until;
-  double scale = 0;  // source: particles; what these were rounded like, where that is more than they are
+  double scale = 0;  // source: particles; rounding errors of `until` are relative to this, if it is larger
   std::uint64_t source = 0;  // source: tells a system's sources apart (recording/source_total.h)
   std::uint64_t amount = 0;  // burst, emit: particles
   bool jitter = false;  // source: spread over the step
@@ -73,7 +73,7 @@ struct BirthStep {
         end(static_cast<float>(substep + 1) / static_cast<float>(substeps)) {}
 
   float dt;  // its length, seconds
-  float start = 0, end = 1;  // which part of the frame it is: for shapes that move
+  float start = 0, end = 1;  // the part of the frame that it covers, for moving shapes
 
   bool operator==(const BirthStep&) const = default;
 };
@@ -83,28 +83,28 @@ constexpr void fields(Visitor& visit, BirthStep& moment) {
   visit(moment.dt, moment.start, moment.end);
 }
 
-/// The moment of a call's births: the same in all sub-steps where its shape does not move.
+/// Returns the moment of a call's births: the same in all sub-steps if its shape does not move.
 BirthStep moment_of(const Birth& birth, float dt, int substep, int substeps);
 
-/// Throws std::invalid_argument, naming argument, value and what is allowed.
+/// Checks a birth. Throws std::invalid_argument naming argument, value and what is allowed.
 void check(const Birth& birth, const particles::Schema& schema);
 
-/// The meshes that its shapes are made of.
+/// Returns the meshes that its shapes are made of.
 std::vector<std::uint64_t> meshes_of(const Birth& birth);
 
-/// Creates particles first_id .. first_id + count - 1 of the call: they depend only on the arguments, so any rank may
-/// create them. moment: of the step, for jitter and shapes that move. keeps_copies: the system uses the *_b attributes,
-/// so newborns without a value for them get copies. skip: how many particles of the call before first_id are created
+/// Creates particles first_id .. first_id + count - 1 of the call. They depend only on the arguments, so any rank may
+/// create them. moment: the step, for jitter and moving shapes. keeps_copies: the system uses the *_b attributes, so
+/// newborns without a value for them get copies. skip: how many particles of the call before first_id are created
 /// elsewhere; the rows of an emit start after theirs.
 particles::Store make(const Birth& birth, const particles::Schema& schema, particles::Key key, std::uint64_t first_id,
                       std::uint64_t count, const BirthStep& moment, bool keeps_copies = false, std::uint64_t skip = 0);
-/// The same with ids in any order. The rows of an emit are those of the ids from first_of_call on, or, without it, of
-/// these ids one after another.
+/// Creates particles with these ids, in any order. Row i of an emit belongs to id first_of_call + i or, without
+/// first_of_call, to ids[i].
 particles::Store make(const Birth& birth, const particles::Schema& schema, particles::Key key,
                       std::span<const std::uint64_t> ids, const BirthStep& moment, bool keeps_copies = false,
                       std::optional<std::uint64_t> first_of_call = std::nullopt);
 
-/// Whether the call gives newborns a *_b attribute.
+/// Returns whether the call gives newborns a *_b attribute.
 bool gives_copies(const Birth& birth);
 
 }  // namespace motes::recording

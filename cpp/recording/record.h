@@ -1,5 +1,5 @@
-// What a script recorded in a frame: one plain value that serialises to bytes. All ranks compare its hash; written to a
-// file it can be replayed without Python.
+// What a script recorded in a frame: one plain value that serialises to bytes. All ranks compare its hash. Written to a
+// file, it can be replayed without Python.
 #pragma once
 
 #include <array>
@@ -35,8 +35,8 @@ constexpr void fields(Visitor& visit, UserAttribute& attribute) {
 /// A particle system as the script defined it.
 struct SystemDefinition {
   std::string name;
-  std::uint64_t capacity = UINT64_MAX;  // most particles alive at once
-  domains::Axes axes;  // that domains cut
+  std::uint64_t capacity = UINT64_MAX;  // the maximum number of particles alive
+  domains::Axes axes;  // the axes that domains cut
   domains::Space space;
   std::int32_t domains_of = -1;  // the earlier system whose domains it shares; -1: it has its own
   image::Sprite sprite;
@@ -46,7 +46,7 @@ struct SystemDefinition {
   bool operator==(const SystemDefinition&) const = default;
 };
 
-/// The columns and the space of its particles. Throws std::invalid_argument where it cannot have them.
+/// Returns the columns and the space of the system's particles. Throws std::invalid_argument if they are invalid.
 particles::Schema schema_of(const SystemDefinition& system);
 
 template <class Visitor>
@@ -55,7 +55,7 @@ constexpr void fields(Visitor& visit, SystemDefinition& system) {
         system.periods);
 }
 
-/// The script read or wrote particles here: items before this one run before those after it.
+/// Marks where the script read or wrote particles: items before it run before those after it.
 struct Read {
   bool operator==(const Read&) const = default;
 };
@@ -63,12 +63,12 @@ struct Read {
 template <class Visitor>
 constexpr void fields(Visitor&, Read&) {}
 
-/// A function of the script that acts on each particle alone. It is stored by name and is the only item that needs
-/// Python to replay.
+/// A function of the script that acts on each particle independently. It is stored by name and is the only item that
+/// needs Python to replay.
 struct Callback {
   std::string name;
   std::int32_t number = 0;  // index among the callbacks of its system in this frame
-  actions::Expression where{};  // a truth value; empty: all particles
+  actions::Expression where{};  // a condition; empty: all particles
   std::vector<shapes::Shape> shapes{};  // those that `where` uses
 
   bool operator==(const Callback&) const = default;
@@ -79,7 +79,7 @@ constexpr void fields(Visitor& visit, Callback& callback) {
   visit(callback.name, callback.number, callback.where, callback.shapes);
 }
 
-/// Something outside of the lists has named a *_b attribute: it is in use from here on.
+/// Marks where something outside the lists named a *_b attribute, which is in use from here on.
 struct KeepCopies {
   bool operator==(const KeepCopies&) const = default;
 };
@@ -89,7 +89,7 @@ constexpr void fields(Visitor&, KeepCopies&) {}
 
 using Item = std::variant<Birth, actions::Action, Read, Spawn, Callback, KeepCopies>;
 
-/// What all ranks were asked to do.
+/// What all ranks are asked to do.
 enum class Verb : std::uint8_t {
   start,
   render,
@@ -105,9 +105,9 @@ enum class Verb : std::uint8_t {
   orders
 };
 std::string name(Verb verb);
-/// What a script calls it: "gravity", "burst", "callback NAME", ...
+/// Returns what a script calls an item: "gravity", "burst", "callback NAME", ...
 std::string name(const Item& item);
-/// Whether a call of the script has recorded it, rather than something that the script read.
+/// Returns whether a call of the script recorded the item, rather than something that the script read.
 bool is_call(const Item& item);
 
 /// One frame's list.
@@ -120,10 +120,9 @@ struct Record {
   std::vector<SystemDefinition> systems;  // all systems of the world so far
   std::vector<std::vector<Item>> lists;  // one per system
   std::vector<image::Sprite> sprites;  // one per system
-  std::vector<actions::TableKey> clumps;  // one per system: the template of its clumps; 0: its particles are none
+  std::vector<actions::TableKey> clumps;  // one per system: the template of its clumps; 0: it has no clumps
   std::optional<image::View> view;  // verb render
-  std::string
-      argument;  // what a verb is asked for: of gather, the system and the destination; of a frame, the controls
+  std::string argument;  // of gather: the system and the destination; of a frame: the controls
 
   bool operator==(const Record&) const = default;
 };
@@ -135,13 +134,13 @@ constexpr void fields(Visitor& visit, Record& record) {
 }
 
 void write(const Record& record, base::Bytes& out);
-/// Throws std::runtime_error where the bytes are not a record.
+/// Reads a record. Throws std::runtime_error if the bytes are not a record.
 Record read(base::Reader& in);
 
-/// Throws std::invalid_argument where a sprite is invalid, or its pick for particles of a schema.
+/// Throws std::invalid_argument if a sprite, or its pick for particles of a schema, is invalid.
 void check(const image::Sprite& sprite, const particles::Schema& schema);
 
-/// One sentence about the first thing in which two records differ.
+/// Returns a sentence about the first difference between two records.
 std::string first_difference(const Record& ours, const Record& theirs);
 
 }  // namespace motes::recording

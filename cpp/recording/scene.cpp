@@ -26,12 +26,12 @@ struct Head {
   std::uint32_t schema = kSchema;
   std::uint32_t reserved = 0;
   std::uint64_t bytes = 0;  // of the whole file
-  base::Hash content;             // of everything that follows
+  base::Hash content;  // of everything that follows
   base::Hash layout;
 };
 static_assert(sizeof(Head) == 56);
 
-// One of everything that a record can hold.
+// Returns a record with one of everything that it can hold.
 Record sample() {
   shapes::Shape both = shapes::unite({shapes::Shape{}, shapes::Shape{}});
   const actions::Expression step = {{}};
@@ -63,7 +63,7 @@ Record sample() {
   return record;
 }
 
-// Differs where another version writes records differently or numbers its actions differently.
+// Returns a hash that differs if another version writes records or numbers its actions differently.
 base::Hash layout() {
   Bytes bytes;
   write(sample(), bytes);
@@ -120,7 +120,7 @@ std::vector<particles::Schema> schemas_of(const Record& record) {
   return schemas;
 }
 
-// What the engine checks again when it gets the frames: checked here before any of them runs.
+// Checks, before any frame runs, what the engine checks again when it gets the frames.
 void check_items(const Record& record) {
   const std::vector<particles::Schema> schemas = schemas_of(record);
   for (std::size_t i = 0; i < record.lists.size(); ++i) {
@@ -183,7 +183,7 @@ void add_meshes(const std::vector<Given>& state, std::set<meshes::AssetKey>& key
   for (const Given& given : state) add_meshes(given.distribution.shape, keys);
 }
 
-// The meshes that are shapes of an item.
+// Adds the meshes among an item's shapes.
 void add_meshes(const Item& item, std::set<meshes::AssetKey>& keys) {
   if (const auto* birth = std::get_if<Birth>(&item)) {
     for (const meshes::AssetKey key : meshes_of(*birth)) keys.insert(key);
@@ -196,7 +196,7 @@ void add_meshes(const Item& item, std::set<meshes::AssetKey>& keys) {
   if (const auto* callback = std::get_if<Callback>(&item)) add_meshes(callback->shapes, keys);
 }
 
-// The pictures and meshes that frames name.
+// Returns the pictures and meshes that frames name.
 std::set<meshes::AssetKey> assets_of(const std::vector<std::span<const std::byte>>& frames) {
   std::set<meshes::AssetKey> keys;
   for (const std::span<const std::byte> frame : frames) {
@@ -217,7 +217,7 @@ std::set<meshes::AssetKey> assets_of(const std::vector<std::span<const std::byte
   return keys;
 }
 
-// The ties, or tables, that the actions of frames name.
+// Returns the ties, or tables, that the actions of frames name.
 std::set<std::uint64_t> named_by(const std::vector<std::span<const std::byte>>& frames,
                                  std::uint64_t actions::Action::* name) {
   std::set<std::uint64_t> keys;
@@ -233,7 +233,7 @@ std::set<std::uint64_t> named_by(const std::vector<std::span<const std::byte>>& 
   return keys;
 }
 
-// The templates of clumps.
+// Returns the templates of clumps that frames name.
 std::set<std::uint64_t> clumps_of(const std::vector<std::span<const std::byte>>& frames) {
   std::set<std::uint64_t> keys;
   for (const std::span<const std::byte> frame : frames) {

@@ -12,28 +12,29 @@
 namespace motes::recording {
 
 struct Scene {
-  std::string version;                                     // of motes when it was recorded
-  std::vector<std::pair<std::string, std::string>> facts;  // what changes no particle: script, roles, balancer, ...
-  std::vector<std::span<const std::byte>> frames;          // one record each, in order; the caller owns the bytes
+  std::string version;  // of motes when it was recorded
+  std::vector<std::pair<std::string, std::string>> facts;  // without effect on particles: script, roles, balancer, ...
+  std::vector<std::span<const std::byte>> frames;  // one record each, in order; the caller owns the bytes
 
-  /// The fact with that name, or an empty string.
+  /// Returns the fact with this name, or an empty string.
   std::string fact(const std::string& name) const;
 };
 
-/// The file: magic, schema, length, fingerprint of the lists' layout, hash, then the scene, and the pictures and meshes
-/// that its frames name, which this process must keep. The version of `scene` is ignored: the file gets the version of
-/// this build. Throws std::runtime_error where a frame is not a record.
+/// Writes the file: magic, schema, length, fingerprint of the lists' layout, hash, then the scene, and the pictures and
+/// meshes that its frames name, which this process must keep. The version of `scene` is ignored: the file gets the
+/// version of this build. Throws std::runtime_error if a frame is not a record.
 void write(const Scene& scene, base::Bytes& out);
 
-/// Throws std::runtime_error, saying what is wrong, where the bytes are not a scene, cut off, damaged, or recorded by a
-/// version with different lists. The frames point into `bytes`. From then on this process keeps the scene's pictures
-/// and meshes.
+/// Reads a scene, whose frames point into `bytes`. From then on this process keeps the scene's pictures and meshes.
+/// Throws std::runtime_error naming what is wrong if the bytes are not a scene, cut off, damaged, or recorded by a
+/// version with different lists.
 Scene read_scene(std::span<const std::byte> bytes);
 
-/// One frame's record, checked against what scripts may record. Throws std::runtime_error or std::invalid_argument.
+/// Reads one frame's record, and checks it against what scripts may record. Throws std::runtime_error or
+/// std::invalid_argument.
 Record read_frame(std::span<const std::byte> bytes);
 
-/// Version of motes, as in pyproject.toml.
+/// Returns the version of motes, as in pyproject.toml.
 const char* version();
 
 }  // namespace motes::recording

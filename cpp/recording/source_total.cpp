@@ -22,7 +22,7 @@ Twofold sum_of(double a, double b) {
   return {sum, (a - (sum - part)) + (b - part)};
 }
 
-// Multiplies two numbers exactly (Dekker), where neither is beyond 1e300.
+// Multiplies two numbers exactly (Dekker), if neither is beyond 1e300.
 Twofold product_of(double a, double b) {
   const auto split = [](double x) {  // into halves of 26 bits
     const double scaled = 134217729.0 * x;
@@ -34,7 +34,7 @@ Twofold product_of(double a, double b) {
   return {product, ((p.high * q.high - product) + p.high * q.low + p.low * q.high) + p.low * q.low};
 }
 
-// Adds two numbers with an error of 2^-104 parts.
+// Adds two numbers with a relative error of 2^-104.
 Twofold operator+(Twofold a, Twofold b) {
   Twofold sum = sum_of(a.high, b.high);
   const Twofold rest = sum_of(a.low, b.low);
@@ -42,14 +42,14 @@ Twofold operator+(Twofold a, Twofold b) {
   return sum_of(sum.high, sum.low + rest.low);
 }
 
-// Divides by an integer with an error of 2^-104 parts.
+// Divides by an integer with a relative error of 2^-104.
 Twofold operator/(Twofold a, int by) {
   const double quotient = a.high / by;
   const Twofold back = product_of(quotient, by);
   return sum_of(quotient, (((a.high - back.high) - back.low) + a.low) / by);
 }
 
-// The particles that a (sub)step asks for, and no whole number of them.
+// Returns how many particles a (sub)step adds to the total: not necessarily a whole number.
 Twofold asked_for(const Birth& source, double dt, int substep, int substeps) {
   if (source.until.empty()) return product_of(source.rate, dt) / substeps;
   const auto step = static_cast<std::size_t>(substep);
@@ -57,7 +57,7 @@ Twofold asked_for(const Birth& source, double dt, int substep, int substeps) {
   return sum_of(source.until[step + 1], -source.until[step]);
 }
 
-// The whole particles of a total.
+// Returns the whole particles of a total.
 std::uint64_t whole(const SourceTotal& total) {
   constexpr double kRounding = 8 * std::numeric_limits<double>::epsilon();
   constexpr double kMost = 9.0e18;  // what 64 bits hold

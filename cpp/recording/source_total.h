@@ -1,5 +1,5 @@
-// How many particles a call creates in a step: a source as many as the sum of its rate over all its steps has whole
-// ones that were not emitted before.
+// How many particles a call creates in a step. A source adds up its rate over all its steps, and emits the whole
+// particles of this total that it has not emitted before.
 #pragma once
 
 #include <cstddef>
@@ -11,14 +11,14 @@
 
 namespace motes::recording {
 
-/// What one source of a system has been asked for since its first call. It says all that births of later frames need to
-/// know of earlier rates, so it is part of what a world is between two frames.
+/// The total of one source of a system since its first call. It is all that births of later frames need to know of
+/// earlier rates, so it is part of a world's state between two frames.
 struct SourceTotal {
   std::uint64_t source = 0;   // as Birth::source
-  std::uint64_t call = 0;     // which of a frame's calls with that number, from 0
+  std::uint64_t call = 0;     // index among the frame's calls of this source
   double high = 0, low = 0;   // the sum of rate times step, particles: high + low, with twice the digits of a double
-  double scale = 0;           // particles: times and rates in the sum are rounded like this number
-  std::uint64_t emitted = 0;  // particles so far, those above the capacity included
+  double scale = 0;           // particles: rounding errors of the sum are relative to this, if it is larger
+  std::uint64_t emitted = 0;  // particles so far, including those above the capacity
 
   bool operator==(const SourceTotal&) const = default;
 };
@@ -29,8 +29,8 @@ constexpr void fields(Visitor& visit, SourceTotal& total) {
 }
 
 /// Returns how many particles a call creates in a (sub)step of a frame of `dt` seconds. A source adds the step to its
-/// total, and emits what has become whole; a total that is an integer up to rounding counts as that integer. A burst or
-/// emit creates the number that it was given, and has no total.
+/// total, and emits the new whole particles; a total that is an integer up to rounding counts as that integer. A burst
+/// or emit creates the number that it was given, and has no total.
 std::uint64_t births_in_step(const Birth& birth, double dt, int substep, int substeps, SourceTotal* total);
 
 /// Returns, for each item of a frame's list, its total among `totals` if it is a source, else null. Adds the totals of

@@ -14,7 +14,7 @@ namespace motes::recording {
 /// A rule for one frame: each event creates `count` particles of system `into` at the end of the frame, at the parent's
 /// position at that time. A particle counts once per rule and frame.
 struct Spawn {
-  enum class On : std::uint8_t { birth, death, collision, frame };  // frame: being alive at its end
+  enum class On : std::uint8_t { birth, death, collision, frame };  // frame: the particle is alive at its end
   std::int32_t into = 0;  // a system's index
   On on = On::death;
   std::uint32_t count = 1;
@@ -31,7 +31,7 @@ constexpr void fields(Visitor& visit, Spawn& spawn) {
   visit(spawn.into, spawn.on, spawn.count, spawn.inherit_velocity, spawn.state, spawn.where, spawn.shapes);
 }
 
-/// What is known about a parent.
+/// A parent at the time of the event.
 struct Event {
   std::uint64_t id = 0;
   float position[3] = {};
@@ -49,7 +49,7 @@ struct Child {
   const Event* event = nullptr;
 };
 
-/// Throws std::invalid_argument, naming the argument, its value and what is allowed.
+/// Checks a rule. Throws std::invalid_argument naming the argument, its value and what is allowed.
 void check(const Spawn& spawn, const particles::Schema& parents, const particles::Schema& children);
 
 /// Creates children at their parents' positions, with the rule's state and the inherited fraction of the parent's

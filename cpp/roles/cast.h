@@ -14,28 +14,29 @@ struct Cast {
   /// The number of the calculator that a rank plays, or -1.
   int calculator_of(int rank) const;
 
-  /// "calculator 0", "image generator, manager", or "spectator" for a rank without a role.
+  /// Returns "calculator 0", "image generator, manager", or "spectator" for a rank without a role.
   std::string describe(int rank) const;
 
   bool operator==(const Cast&) const = default;
 };
 
-/// One rank plays all roles; of two, rank 0 is image generator and manager, rank 1 calculates; of three or more, rank 0
-/// is the image generator, rank 1 the manager, and the rest calculate, as in the paper.
+/// Returns the default cast. One rank plays all roles; of two, rank 0 is image generator and manager, rank 1
+/// calculates; of three or more, rank 0 is the image generator, rank 1 the manager, and the rest calculate, as in the
+/// paper.
 Cast cast_auto(int size);
 
-/// As cast_auto, but the manager calculates, too, where it is not the image generator.
+/// Returns cast_auto, but the manager also calculates unless it is the image generator.
 Cast cast_managing(int size);
 
-/// Every rank calculates; rank 0 is also the manager and the image generator.
+/// Returns a cast in which every rank calculates; rank 0 is also the manager and the image generator.
 Cast cast_shared(int size);
 
-/// The cast of those that are left of it, who are renumbered: `survivors` has the old rank of each, ascending. Each
-/// plays what it played. A lost manager's part goes to the image generator, and the other way round, or else to the
-/// first calculator; where no calculator is left, all calculate.
+/// Returns the cast of the survivors, which are renumbered; `survivors` has their old ranks, ascending. Each keeps its
+/// roles. The role of a lost manager goes to the image generator, and vice versa; if both are lost, to the first
+/// calculator. If no calculator is left, all ranks calculate.
 Cast cast_left(const Cast& cast, const std::vector<int>& survivors);
 
-/// Throws std::invalid_argument where a rank does not exist or calculates twice, or where no rank calculates.
+/// Throws std::invalid_argument if a rank does not exist or calculates twice, or if no rank calculates.
 void check(const Cast& cast, int size);
 
 }  // namespace motes::roles

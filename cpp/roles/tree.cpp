@@ -22,7 +22,7 @@ std::vector<Range> divided(const Range& range, int fan_out) {
   return found;
 }
 
-// The first of the ranges below a head is never smaller than the others.
+// Returns the levels below the head. The first range below a head is never smaller than the others.
 int height_of(Range range, int fan_out) {
   int height = 0;
   for (; range.size() > 1; ++height) range = divided(range, fan_out).front();

@@ -1,5 +1,5 @@
-// Who relays to whom: messages between the manager and all ranks travel along a tree, so that no rank talks to more
-// than a few others.
+// The tree along which messages between the manager and all ranks travel, so that no rank talks to more than a few
+// others.
 #pragma once
 
 #include <vector>
@@ -10,7 +10,7 @@ namespace motes::roles {
 
 /// Places 0, 1, ... in the tree: the manager is the root, the calculators follow in the order of their domains, then
 /// the ranks that do not calculate. All places below a place come right after it: place p heads the range p .. end - 1.
-/// An image generator that does not calculate has no rank below it: while it waits for a picture, it delays nobody.
+/// An image generator that does not calculate has no rank below it, so it delays nobody while it waits for a picture.
 class Tree {
  public:
   struct Range {
@@ -36,23 +36,23 @@ class Tree {
   int height() const { return height_; }  // of the whole tree
   const std::vector<Range>& children() const { return children_; }
 
-  /// The place of a calculator, by its number.
+  /// Returns the place of a calculator, given its number.
   int place_of(int calculator) const {
     return calculator == manager_ ? 0 : calculator + 1 - (manager_ >= 0 && calculator > manager_ ? 1 : 0);
   }
-  /// Whether a calculator stands at the head of a range or below it.
+  /// Returns whether a calculator is in a range.
   bool holds(const Range& range, int calculator) const {
     const int place = place_of(calculator);
     return place >= range.first && place < range.end;
   }
-  /// How many calculators of the range at whose head this rank stands come before this one, which is one of them.
+  /// Returns how many calculators of this rank's own range come before this one, which must be in the range.
   int row_of(int calculator) const {
     return place_of(calculator) - own_.first - (own_.first == 0 && manager_ < 0 ? 1 : 0);
   }
 
  private:
   std::vector<int> ranks_;
-  int manager_ = -1;  // its number among the calculators, if it is one
+  int manager_ = -1;  // the manager's number as a calculator; -1: it is none
   Range own_;
   int parent_ = 0;
   int depth_ = 0;

@@ -24,7 +24,7 @@ struct BoxLanes {
     return {low.x + step.x * whole(bits.a), low.y + step.y * whole(bits.b), low.z + step.z * whole(bits.c)};
   }
 
-  /// False where a path stays clear of the faces.
+  /// Returns false where a path stays clear of the faces.
   MOTES_INLINE Mask may_meet(Floats3 p, Floats3 to) const {
     const auto beside = [](Floats a, Floats b, float lo, float hi)
                             __attribute__((always_inline)) { return (max(a, b) < lo) | (min(a, b) > hi); };
@@ -33,7 +33,7 @@ struct BoxLanes {
     return ~(outside | (contains(p) & contains(to)));
   }
 
-  /// From outside: where the path enters; from inside: where it leaves.
+  /// Returns where a path from outside enters, or one from inside leaves.
   MOTES_INLINE Hit hit(Floats3 p, Floats3 path) const {
     const Mask inside = contains(p);
     Floats enter = all(-1.0f), leave = all(2.0f);

@@ -1,11 +1,11 @@
-// On which side of a surface places are, and where paths meet it, so that rounding cannot move a particle to the other
-// side.
+// Exact tests of which side of a surface places are on and where paths meet it, so rounding cannot move a particle to
+// the other side.
 //
-// Places and numbers of shapes are of single precision. In double precision a difference of two of them is exact or
-// nearly so, and the tests of exact/ err by less than 2^-48 of the distances that occur, a 10^7th of the distance
-// between neighbouring places. That takes time, so most particles are told apart before, in single precision: a test
-// of a shape at distance d, of size r, errs by less than 2^-20 (d + r) there (at most eight roundings of 2^-24 each),
-// and what lies nearer to the surface than that is tested exactly.
+// Places and numbers of shapes have single precision. In double precision, a difference of two of them is exact or
+// nearly so, and the tests in exact_*.h err by less than 2^-48 of the distances involved, a 10^7th of the distance
+// between neighbouring places. That takes time, so most particles are decided in single precision first: there a test
+// of a shape of size r at distance d errs by less than 2^-20 (d + r) (at most eight roundings of 2^-24 each), and only
+// places nearer to the surface than that are tested exactly.
 #pragma once
 
 #include "shapes/shape.h"
@@ -13,20 +13,21 @@
 
 namespace motes::MOTES_ISA {
 
-/// More than single precision errs by, as a part of distances and of their squares.
+/// Upper bound of the error of single precision, relative to distances and to their squares.
 inline constexpr float kRounding = 0x1p-20f;
 
-/// As Hit, for half the lanes. Every path that ends on another side than it begins on is met.
+/// Like Hit, for half the lanes. The mask includes every path that ends on a different side than it starts on.
 struct Met {
   Longs mask;
   Doubles part;
   Doubles3 normal;
 };
 
-// In rare_lanes.cpp. All lanes of places must be numbers of single precision.
-/// Where paths meet a shape that has a surface.
+// Defined in rare_lanes.cpp. All lanes of places must be numbers of single precision.
+/// Returns where paths meet a shape that has a surface.
 Met meet(const shapes::Shape& shape, const Doubles3& from, const Doubles3& to);
-/// By the ends of paths, for McAllister's Bounce: planes from both sides, and not through a ball.
+/// Like meet(), but decides by the ends of paths, for McAllister's Bounce: planes are met from both sides, and a ball
+/// is not met by paths through it.
 Met meet_by_ends(const shapes::Shape& shape, const Doubles3& from, const Doubles3& to);
 Mask contains_exactly(const shapes::Shape& shape, const Floats3& p);
 

@@ -15,14 +15,15 @@ struct ExactPlane {
 
   MOTES_INLINE Longs contains(Doubles3 p) const { return (Longs)(height(p) <= 0.0); }
 
-  /// From above: every path down that ends on it or below meets it; at once, if it begins there.
+  /// Returns where paths meet the plane. One-sided: every downward path that ends on the plane or below meets it, at
+  /// once if it begins there.
   MOTES_INLINE Met meet(Doubles3 from, Doubles3 to) const {
     const Doubles before = height(from), after = height(to);
     const Longs mask = (Longs)(after <= 0.0) & (Longs)(after < before);
     if (!any(mask)) return Met{};
     return met(mask, before / (before - after), all3(normal), to - from);
   }
-  /// From both sides.
+  /// Returns where paths meet the plane, from both sides.
   MOTES_INLINE Met meet_both(Doubles3 from, Doubles3 to) const {
     return meet_piece(from, to, [](Doubles3) __attribute__((always_inline)) { return ~Longs{}; });
   }
@@ -30,7 +31,7 @@ struct ExactPlane {
   MOTES_INLINE Met meet_piece(Doubles3 from, Doubles3 to, const Within& within) const {
     const Doubles before = height(from), after = height(to);
     const Longs above = (Longs)(before > 0.0);
-    // None ends on it; what begins there may leave it to either side.
+    // No path ends on the plane; one that begins there may leave to either side.
     const Longs crosses = (above & (Longs)(after <= 0.0)) | ((Longs)(before < 0.0) & (Longs)(after >= 0.0));
     if (!any(crosses)) return Met{};
     const Doubles part = select(crosses, of_path(before / (before - after)), Doubles{});
@@ -40,10 +41,10 @@ struct ExactPlane {
   }
 };
 
-/// Pieces that share an edge leave no gap between them.
+/// Tolerance at edges, so pieces that share an edge leave no gap between them.
 inline constexpr double kSeam = 0x1p-40;
 
-/// origin + a u + b v.
+/// The piece origin + a u + b v of a plane: a and b in 0..1, and a + b <= 1 for a triangle.
 struct ExactEdges {
   ExactPlane plane;
   Double3 to_a, to_b;  // reciprocal vectors of the edges

@@ -70,8 +70,8 @@ struct ExactShell {
     return bored ? solid & (Longs)(dot(at.across, at.across) >= least * least) : solid;
   }
 
-  /// Which part of a path is within a wall: a s^2 + 2 b s + c <= 0. Where the path is steeper than a cone's side
-  /// (a < 0), it is inside the cone beyond one root, and inside the cone's mirror image beyond the other.
+  /// Returns the part of a path within a wall: a s^2 + 2 b s + c <= 0. Where the path is steeper than a cone's side (a
+  /// < 0), it is inside the cone beyond one root, and inside the cone's mirror image beyond the other.
   static MOTES_INLINE PathInterval stretch(Wall wall, const AxialPoint& at, const AxialPoint& by) {
     const Doubles radius = radius_at(wall, at), growth = wall.slope * by.height;
     const Doubles a = (dot(by.across, by.across) - growth * growth) + 0.0;  // never -0
@@ -91,7 +91,8 @@ struct ExactShell {
     return {select(steep, select(up, last, always), plain.from), select(steep, select(up, never, first), plain.to)};
   }
 
-  /// The next end of the material, which lies between caps and side without the bore: before the bore and behind it.
+  /// Returns the next border of the material, which is between caps and side without the bore: before the bore and
+  /// behind it.
   MOTES_INLINE End border_met(const AxialPoint& at, const AxialPoint& there, const AxialPoint& by) const {
     const Longs inside = contains(at), differs = inside ^ contains(there);
     const Longs beyond = ((Longs)(at.height < 0.0) & (Longs)(there.height < 0.0)) |
@@ -113,11 +114,11 @@ struct ExactShell {
       bore = {select(hollow, cut.from, never), select(hollow, cut.to, never)};
     }
     const Doubles first = max(caps.from, side.from), last = min(caps.to, side.to);
-    // Out of the material: into the bore, if that is ahead.
+    // Leaving the material: into the bore, if that is ahead.
     const Longs ahead = (Longs)(bore.from + bore.to > 0.0);
     const Doubles drops = select(ahead, bore.from, never), leaves = min(last, drops);
     const Longs falls = (Longs)(drops <= last);
-    // Into it: before the bore, unless that is behind.
+    // Entering it: before the bore, unless that part is behind.
     const Doubles ends = min(last, bore.from), begins = max(first, bore.to);
     const Longs before = (Longs)(first <= ends) & (Longs)(first + ends > 0.0);
     const Longs behind = ~before & (Longs)(begins <= last) & (Longs)(begins + last > 0.0);
@@ -131,7 +132,7 @@ struct ExactShell {
     return {hit, select(inside, leaves, enters), of_cap, of_bore, of_bore ^ ~inside};
   }
 
-  /// A wall without thickness: into it or out of it, between the caps.
+  /// Returns where a path crosses a wall without thickness between the caps, inwards or outwards.
   MOTES_INLINE End wall_met(const AxialPoint& at, const AxialPoint& there, const AxialPoint& by) const {
     const Longs inside = within(outer, at), differs = inside ^ within(outer, there);
     if (!any(differs | ~inside)) return End{};
@@ -146,7 +147,7 @@ struct ExactShell {
   }
   static MOTES_INLINE Longs select_longs(Longs mask, Longs yes, Longs no) { return (yes & mask) | (no & ~mask); }
 
-  /// The outward normal of a wall at offset `across` from the axis.
+  /// Returns the outward normal of a wall at offset `across` from the axis.
   MOTES_INLINE Doubles3 wall_normal(Doubles3 across, Longs of_bore) const {
     const Doubles slope = select(of_bore, all_doubles(inner.slope), all_doubles(outer.slope));
     return unit(unit(across) - all3(axis) * slope);

@@ -30,7 +30,7 @@ struct ExactBox {
   }
 
  private:
-  /// Whether both places are beyond the same face.
+  /// Tells whether both places are beyond the same face.
   MOTES_INLINE Longs beside(Doubles3 p, Doubles3 q) const {
     const auto along = [](Doubles a, Doubles b, double lo, double hi) __attribute__((always_inline)) {
       return ((Longs)(a < lo) & (Longs)(b < lo)) | ((Longs)(a > hi) & (Longs)(b > hi));
@@ -69,7 +69,7 @@ struct ExactBall {
     return (Longs)(distance2 <= radius * radius) & (Longs)(distance2 >= inner * inner);
   }
 
-  /// Whether the outer surface parts two places.
+  /// Tells whether two places are on different sides of the outer surface.
   MOTES_INLINE Longs parts(Doubles3 from, Doubles3 to) const { return within(from) ^ within(to); }
 
   MOTES_INLINE Met meet(Doubles3 from, Doubles3 to) const {
@@ -77,11 +77,12 @@ struct ExactBall {
     const Longs inside = within(from), differs = parts(from, to);
     const Doubles a = dot(way, way), b = dot(d, way), c = dot(d, d) - radius * radius;
     const Doubles square = b * b - a * c;
-    // Nearest to the centre within the path, and within the ball.
+    // The path is nearest to the centre between its ends, and within the ball there.
     const Longs through = ~inside & (Longs)(b < 0.0) & (Longs)(a + b > 0.0) & (Longs)(square > 0.0);
     const Longs mask = differs | through;
     if (!any(mask)) return Met{};
-    // The roots are (-b - root) / a for who comes and (-b + root) / a for who leaves, without what cancels.
+    // The roots are (-b - root) / a for paths that enter and (-b + root) / a for paths that leave, written without
+    // cancellation.
     const Doubles root = sqrt(max(square, Doubles{}));
     const Longs outwards = inside & (Longs)(b <= 0.0);
     const Doubles above = select(outwards, root - b, select(inside, -c, c));

@@ -1,5 +1,4 @@
-// The interface of every shape, one vector of particles at a time. There is one file per shape; this one holds what
-// they share.
+// What the files of all shapes share. Each shape has one file, with functions for one vector of particles at a time.
 #pragma once
 
 #include "particles/random.h"

@@ -1,10 +1,10 @@
-// A mesh: its surface, or the inside of a closed one, at a place that may change.
+// A mesh: its surface, or the inside of a closed one, with a pose that may change.
 //
 // Its numbers: position and rotation (a quaternion w x y z) of the mesh at the end of the frame, the same at its start,
 // whether samples are from the inside, and the cells of its grid along the longest side.
 //
-// Inside is where the distance, trilinear between the nodes of the mesh's grid, is not positive. Paths are followed in
-// steps of that distance, at least half a cell, until the side changes.
+// Inside is where the distance, interpolated between the nodes of the mesh's grid, is not positive. Paths are followed
+// in steps of that distance, at least half a cell, until the side changes.
 #pragma once
 
 #include "meshes/mesh_form.h"
@@ -12,7 +12,7 @@
 
 namespace motes::MOTES_ISA {
 
-/// Where a rigid body is: its origin and its axes.
+/// The pose of a rigid body: its origin and its axes.
 struct Pose {
   Float3 position, x, y, z;
 
@@ -24,7 +24,8 @@ struct Pose {
   }
 };
 
-/// `part` 0: as the last seven of fourteen numbers say, 1: as the first seven do; between them, in between.
+/// Returns the pose at a fraction of the frame, from fourteen numbers: at 0 the last seven, at 1 the first seven,
+/// interpolated in between.
 MOTES_INLINE Pose pose_at(const float* number, float part) {
   float at[7];
   for (int i = 0; i < 7; ++i) at[i] = part == 1.0f ? number[i] : number[7 + i] + (number[i] - number[7 + i]) * part;
@@ -36,7 +37,7 @@ MOTES_INLINE Pose pose_at(const float* number, float part) {
           {2.0f * (i * k + j * w), 2.0f * (j * k - i * w), 1.0f - 2.0f * (i * i + j * j)}};
 }
 
-/// Where a path changes sides: the fraction of it before that.
+/// Where a path changes sides: the fraction of the path before that.
 struct Passage {
   Mask mask;
   Floats part;
@@ -56,11 +57,12 @@ struct MeshLanes {
     if (form == nullptr || form->triangles == 0) return all3(pose.position);
     return pose.to_world(solid && has_inside() ? sample_inside(draws) : sample_surface(draws));
   }
-  /// The unit normal of the triangle, and the colour of the place, that sample() finds on the surface with these draws.
+  /// Return the unit normal of the triangle, and the colour of the point, that sample() finds on the surface with these
+  /// draws.
   MOTES_INLINE Floats3 sample_normal(Draws& draws) const {
     Floats3 origin{}, u{}, v{};
     sides_at(form->corners, draws.bits(), origin, u, v);
-    // Scaled first: squares of small triangles' areas would vanish.
+    // Scaled first: squares of small triangles' areas would underflow.
     const Floats3 a = u * (1.0f / largest(u)), b = v * (1.0f / largest(v));
     const Floats3 normal = cross(a, b);
     return pose.turn(normal * (1.0f / sqrt(max(dot(normal, normal), all(1e-30f)))));
@@ -81,7 +83,7 @@ struct MeshLanes {
   MOTES_INLINE Mask may_meet(Floats3 p, Floats3 to) const {
     return has_inside() ? may_meet_in_body(pose.to_body(p), pose.to_body(to)) : Mask{};
   }
-  /// Whether the box around a path in the body's coordinates touches the grid's.
+  /// Tells whether the box around a path, in the body's coordinates, touches the grid's box.
   MOTES_INLINE Mask may_meet_in_body(Floats3 from, Floats3 to) const {
     const auto along = [&](Floats a, Floats b, int axis) __attribute__((always_inline)) {
       return (max(a, b) >= form->first[axis]) & (min(a, b) <= grid_end(axis));
@@ -89,7 +91,7 @@ struct MeshLanes {
     return along(from.x, to.x, 0) & along(from.y, to.y, 1) & along(from.z, to.z, 2);
   }
 
-  /// In the body's coordinates, m; beyond the grid as at its border, so positive.
+  /// Returns the distance, m, at a place in the body's coordinates; beyond the grid as at its border, so positive.
   MOTES_INLINE Floats distance(Floats3 q) const {
     const Cell c = cell_of(q);
     const Floats low = mix(mix(c.corner[0], c.corner[1], c.x), mix(c.corner[2], c.corner[3], c.x), c.y);
@@ -97,7 +99,7 @@ struct MeshLanes {
     return mix(low, high, c.z);
   }
 
-  /// The unit normal on the side from which a path along `way` comes.
+  /// Returns the unit normal on the side from which a path along `way` comes.
   MOTES_INLINE Floats3 normal_at(Floats3 q, Floats3 way, Mask outside) const {
     const Cell c = cell_of(q);
     const Floats* v = c.corner;
@@ -106,12 +108,12 @@ struct MeshLanes {
                            mix(mix(v[4] - v[0], v[5] - v[1], c.x), mix(v[6] - v[2], v[7] - v[3], c.x), c.y)};
     const Floats3 out = slope * select(outside, all(1.0f), all(-1.0f));
     const Floats3 found = out * (1.0f / sqrt(max(dot(out, out), all(1e-30f))));
-    // Where the slope says nothing, or that the path leaves: straight back.
+    // If the slope is 0, or would mean that the path leaves: straight back.
     const Floats3 back = way * (-1.0f / sqrt(max(dot(way, way), all(1e-30f))));
     return select((dot(found, back) > 0.0f) | (dot(way, way) == 0.0f), found, back);
   }
 
-  /// A place near by on the side that `outside` says; q itself where that already is.
+  /// Returns a nearby place on the side given by `outside`; q itself if it already is on that side.
   MOTES_INLINE Floats3 on_side(Floats3 q, Mask outside, Floats skin) const {
     for (int i = 0; i < 4; ++i) {
       const Floats there = distance(q);
@@ -122,8 +124,8 @@ struct MeshLanes {
     return q;
   }
 
-  /// Where the path from one point to another first is on the other side than `outside` says; just before that.
-  /// `start`: the distance at `from`. Only lanes of `among` are looked at.
+  /// Returns the fraction of a path just before it first leaves the side given by `outside`. `start`: the distance at
+  /// `from`; `among`: the lanes to follow.
   MOTES_INLINE Passage follow(Floats3 from, Floats3 to, Floats start, Mask outside, Mask among) const {
     const Floats3 way = to - from;
     Floats enter{}, leave = all(1.0f);
@@ -132,7 +134,7 @@ struct MeshLanes {
     clip(from.z, way.z, 2, enter, leave);
     const Mask open = among & (enter <= leave);
     if (!any(open)) return {Mask{}, Floats{}};
-    // Within the grid's box: a long path cannot make steps vanish.
+    // Clipped to the grid's box: relative to a very long path, steps could vanish.
     const Floats3 first = into_grid(from + way * enter);
     const Floats3 last = into_grid(select(leave >= 1.0f, to, from + way * leave));
     const Stretched path{first, last};
@@ -143,7 +145,7 @@ struct MeshLanes {
     return {bracket.mask, only(bracket.mask, enter + within * (leave - enter))};
   }
 
-  /// The nearest place in the grid, in the body's coordinates.
+  /// Returns the nearest place in the grid, in the body's coordinates.
   MOTES_INLINE Floats3 into_grid(Floats3 q) const {
     return {min(max(q.x, all(form->first[0])), all(grid_end(0))), min(max(q.y, all(form->first[1])), all(grid_end(1))),
             min(max(q.z, all(form->first[2])), all(grid_end(2)))};
@@ -152,13 +154,13 @@ struct MeshLanes {
  private:
   struct Cell {
     Floats x, y, z;  // 0..1 between its nodes
-    Floats corner[8];  // the distance there, x fastest
+    Floats corner[8];  // distances at the corners, x fastest
   };
   struct Stretched {
     Floats3 first, last;
     MOTES_INLINE Floats3 at(Floats s) const { return select(s >= 1.0f, last, first + (last - first) * s); }
   };
-  /// Where the side changes: after `low`, at `high` at the latest; distances there.
+  /// Where the side changes: after `low`, and at `high` at the latest; and the distances at both.
   struct Bracket {
     Mask mask;
     Floats low, high, at_low, at_high;
@@ -208,9 +210,9 @@ struct MeshLanes {
       const Mask met = walking & ((now > 0.0f) ^ outside);
       found = {found.mask | met, select(met, before, found.low), select(met, s, found.high),
                select(met, then, found.at_low), select(met, now, found.at_high)};
-      // Far from the surface distances are a little too long.
+      // Far from the surface, distances are slightly too large.
       const Floats stride = max(abs(now) * 0.8f, all(least)) * per_metre;
-      const Mask clear = (s + stride >= 1.0f) & (abs(now) > 4.0f * form->cell);  // no need to look at the end
+      const Mask clear = (s + stride >= 1.0f) & (abs(now) > 4.0f * form->cell);  // no need to check the end
       walking &= ~met & (s < 1.0f) & ~clear;
       if (!any(walking)) return found;
       before = select(walking, s, before);
@@ -222,8 +224,8 @@ struct MeshLanes {
 
   MOTES_INLINE Floats refine(const Stretched& path, Bracket b, Mask outside) const {
     if (!any(b.mask)) return Floats{};
-    // The distance is nearly linear here, so the secant is nearly right at once. A guess just short of it mostly moves
-    // the near end, which is the answer: three such guesses leave as little as four secants.
+    // The distance is nearly linear here, so the secant is nearly exact. A guess just short of it mostly moves the near
+    // end, which is the result: three such guesses are as accurate as four secants.
     for (int i = 0; i < 3; ++i) {
       const Floats across = b.at_low - b.at_high;
       const Floats guess = 0.98f * b.at_low / select(across == 0.0f, all(1.0f), across);
@@ -243,14 +245,15 @@ struct MeshLanes {
     return mixed(form->corners, bits);
   }
 
-  // The mean of three vectors of the triangle that `bits` choose, weighted as the point that they choose is.
+  // Returns the weighted mean of three vectors, one per corner of a triangle. `bits` choose the triangle and the point
+  // in it, which gives the weights.
   MOTES_INLINE Floats3 mixed(const float* of_corners, const Uints4& bits) const {
     Floats3 origin{}, u{}, v{};
     sides_at(of_corners, bits, origin, u, v);
     Floats a = unit(bits.b), b = unit(bits.c);
     if (form->uneven) {
-      // Three points cut a line into four parts: two, one and one of them are as often as large as the shares of the
-      // first corner and the others where the density falls to 0 from that corner on.
+      // Three random points cut [0, 1] into four parts. The sum of two parts, and the other two, are distributed like
+      // the weights of the first corner and the other corners if the density falls to 0 from the first corner on.
       const Floats c = unit(bits.d);
       return origin + u * min(min(a, b), c) + v * (1.0f - max(max(a, b), c));
     }
@@ -283,7 +286,8 @@ struct MeshLanes {
     return first;
   }
 
-  /// A cell, then a point of it, until that is inside: uniform by volume. All attempts belong to one draw.
+  /// Samples uniformly by volume: draws a cell and a point in it until the point is inside. All attempts belong to one
+  /// draw.
   MOTES_INLINE Floats3 sample_inside(Draws& draws) const {
     const std::uint32_t number = draws.draw;
     Uints4 bits = draws.bits();

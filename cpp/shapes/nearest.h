@@ -1,32 +1,33 @@
 // The points of a shape's surface that are nearest to places: where a sphere around a place touches the shape.
 //
-// Surfaces have two sides, and a place is held on the side where it is. From outside, a convex body is touched at one
-// point; from inside, as in a vessel, at each of its faces. A tube or a hollow cone is convex in any half plane through
-// its axis, and is treated there as a convex body is in space.
+// Surfaces have two sides, and a sphere is held on the side of its centre. From outside, a convex body is touched at
+// one point; from inside, as in a vessel, at each of its faces. A tube or a hollow cone is convex in any half plane
+// through its axis, and is treated there like a convex body in space.
 #pragma once
 
 #include "shapes/all.h"  // written by CMake: all headers of shapes
 
 namespace motes::MOTES_ISA {
 
-/// The nearest point of a surface, or of one face of it, seen from a place.
+/// The nearest point of a surface, or of one of its faces, relative to a place.
 struct Foot {
-  Mask mask;  // lanes that see it
+  Mask mask;  // lanes that have such a point
   Floats distance;  // metres
   Floats3 towards;  // a unit vector
 };
 
-/// Returns the foot at the end of a way; `astray`: its direction where the way has no length.
+/// Returns the foot at the end of the vector `way`. `astray`: the direction to use if its length is 0.
 MOTES_INLINE Foot foot_at(Mask mask, Floats3 way, Floats3 astray) {
   const Floats distance = sqrt(dot(way, way));
   const Mask apart = distance > 0.0f;
   return {mask, distance, select(apart, way * (1.0f / select(apart, distance, all(1.0f))), astray)};
 }
 
-/// Faces are numbered below this: those of a box, and the foot from outside.
+/// Upper bound of face numbers: a box has six faces, plus the foot from outside.
 inline constexpr std::uint32_t kMostFaces = 8;
 
-// Each of these has each(p, use), which calls use(face, foot), with the face's number, for all that a place may touch.
+// Each class below has each(p, use), which calls use(face, foot) for every face that a place may touch, with its
+// number.
 
 struct PlaneFeet {
   Float3 point, normal;
@@ -92,7 +93,7 @@ struct DiscFeet {
   }
 };
 
-/// A sphere, from outside and from inside; both of its surfaces where it is a thick shell.
+/// A sphere, from outside and from inside; both of its surfaces if it is a thick shell.
 struct BallFeet {
   Float3 center;
   float radius, inner;
@@ -134,7 +135,7 @@ struct BoxFeet {
   }
 };
 
-/// A cylinder or a cone: what turns around the axis is a polygon, or a line where the wall has no thickness.
+/// A cylinder or a cone: a polygon rotated around the axis, or a line if the wall has no thickness.
 struct TurnedFeet {
   struct Corner {
     float radius, height;
@@ -191,7 +192,7 @@ struct TurnedFeet {
   }
 };
 
-/// A closed mesh, from outside and from inside: as its grid of distances says. Beyond the grid, from its border on.
+/// A closed mesh, from outside and from inside, by its grid of distances. Beyond the grid, by the nearest place in it.
 struct MeshFeet {
   MeshLanes mesh;
   Pose pose;
@@ -207,8 +208,8 @@ struct MeshFeet {
   }
 };
 
-/// Calls use(feet) with the feet of a shape that has a surface; unions go part by part. `part`: of the frame, for what
-/// moves.
+/// Calls use(feet) with the feet of a shape that has a surface. Callers pass unions part by part. `part`: time as a
+/// fraction of the frame, for meshes that move.
 template <class Use>
 MOTES_INLINE void visit_feet(const shapes::Shape& shape, float part, const Use& use) {
   switch (shape.kind) {

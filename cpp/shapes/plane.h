@@ -8,7 +8,7 @@ namespace motes::MOTES_ISA {
 
 struct ExactPlane;  // in exact_flat.h
 
-/// On which side of a plane places are; in between, rounding decides.
+/// The side of a plane that places are on; if neither is true, rounding decides.
 struct Sides {
   Mask above, below;
 };
@@ -32,15 +32,16 @@ struct PlaneLanes {
     const Floats height = x + y + z, rounding = (abs(x) + abs(y) + abs(z)) * kRounding;
     return {height > rounding, height < -rounding};
   }
-  /// False where a path stays above.
+  /// Returns false where a path ends above.
   MOTES_INLINE Mask may_meet(Floats3, Floats3 to) const { return ~sides(to).above; }
-  /// False where a path stays on one side.
+  /// Returns false where a path stays on one side.
   MOTES_INLINE Mask may_pass(Floats3 p, Floats3 to) const {
     const Sides before = sides(p), after = sides(to);
     return ~((before.above & after.above) | (before.below & after.below));
   }
 
-  /// One-sided: every path that would end below the plane meets it, and meets it at once if it is already below.
+  /// Returns where paths meet the plane. One-sided: every downward path that would end below the plane meets it, at
+  /// once if it starts below.
   MOTES_INLINE Hit hit(Floats3 p, Floats3 path) const {
     const Floats before = height(p);
     const Floats change = dot(path, all3(normal));
@@ -50,10 +51,11 @@ struct PlaneLanes {
   }
 };
 
-/// Around a flat piece of a plane: what tells the paths that stay clear of it.
+/// Bounds of a flat piece of a plane, to exclude paths that stay clear of it.
 struct Surroundings {
   float reach2;    // squared distance from its first corner, or its centre, to its farthest point
-  float rounding;  // of a height, as a part of the distance from there: more for a sliver, whose normal is unsure
+  float rounding;  // error of a height, relative to the distance from that point; larger for a sliver, whose normal is
+                   // uncertain
 
   static MOTES_INLINE Surroundings of_edges(Float3 u, Float3 v) {
     const Float3 across = cross(u, v);
@@ -61,7 +63,7 @@ struct Surroundings {
     const float blunt = __builtin_sqrtf(u2) * __builtin_sqrtf(v2) / __builtin_sqrtf(dot(across, across));
     return {2.0f * (u2 + v2), kRounding * (1.0f + blunt)};
   }
-  /// False where a path stays on one side of the plane, or far from the piece.
+  /// Returns false where a path stays on one side of the plane or far from the piece.
   MOTES_INLINE Mask may_meet(Float3 point, Float3 normal, Floats3 p, Floats3 to) const {
     const auto sides = [&](Floats3 q) __attribute__((always_inline)) {
       const Floats3 d = q - all3(point);
@@ -85,7 +87,7 @@ struct PlaneCrossing {
 MOTES_INLINE PlaneCrossing cross_plane(Float3 point, Float3 normal, Floats3 p, Floats3 path) {
   const Floats before = dot(p - all3(point), all3(normal));
   const Floats change = dot(path, all3(normal));
-  // The side on which the next step will see the particle, to the last bit: before + change may give the other side.
+  // The side that the next step will compute, to the last bit: before + change may give the other side.
   const Floats after = dot((p + path) - all3(point), all3(normal));
   const Mask mask = ((before > 0.0f) & (after <= 0.0f)) | ((before < 0.0f) & (after >= 0.0f));
   const Floats part = select(mask & (change != 0.0f), min(max(before / -change, Floats{}), all(1.0f)), Floats{});

@@ -1,5 +1,5 @@
 // Shapes that are called once per vector instead of being inlined into every loop: however many there are, the code of
-// an action that visits shapes grows only by one call.
+// an action that visits shapes grows by only one call.
 #pragma once
 
 #include "shapes/all.h"  // written by CMake: all headers of shapes
@@ -14,7 +14,7 @@ struct RareLanes {
 #include "shapes/list.inc"
   };
 
-  // In rare_lanes.cpp.
+  // Defined in rare_lanes.cpp.
   static RareLanes from(const shapes::Shape& shape);
   Mask contains(const Floats3& p) const;
   Mask may_meet(const Floats3& p, const Floats3& to) const;

@@ -20,7 +20,7 @@ MOTES_INLINE auto use_rare(const RareLanes& rare, const Use& use) {
   __builtin_unreachable();
 }
 
-// One copy for all shapes that share it.
+// Not inlined: one copy for all shapes with this exact test.
 template <class Exact>
 __attribute__((noinline)) Met meet_exactly(const shapes::Shape& shape, const Doubles3& from, const Doubles3& to) {
   return Exact::of(shape).meet(from, to);
@@ -53,7 +53,7 @@ __attribute__((noinline)) Mask may_meet_one(const shapes::Shape& shape, const Fl
   return near;
 }
 
-/// The side of a place is the sign of the mesh's distance in single precision.
+/// Finds where paths meet a mesh. The side of a place is the sign of the mesh's distance in single precision.
 __attribute__((noinline)) Met meet_mesh(const shapes::Shape& shape, const Doubles3& from, const Doubles3& to) {
   const Floats3 p = join(from, from), q = join(to, to);
   const Hit hit = MeshLanes::from(shape).meet(p, q);
@@ -160,7 +160,7 @@ Floats3 UnionLanes::sample(Draws& draws) const {
     visit(part[i],
           [&](const auto& lanes) __attribute__((always_inline)) { point = select(chosen, lanes.sample(same), point); });
   }
-  draws.draw += 1;  // no shape takes more
+  draws.draw += 1;  // no shape uses more
   return point;
 }
 

@@ -32,7 +32,8 @@ constexpr std::array<Facts, kKinds> kFacts = {{
 
 const Facts& facts(Kind kind) { return kFacts[static_cast<std::size_t>(kind)]; }
 
-// The kernels divide by the square of a length in float32: that square must be a normal number.
+// Tells whether a vector is long and short enough for a direction: kernels divide by the square of its length in
+// float32, which must be a normal number.
 bool direction(const Vector& a) {
   const double square = length(a) * length(a);
   return square > 1e-30 && square < 1e30;
@@ -50,7 +51,8 @@ void check_radii(const Shape& s, float radius, float inner) {
   }
 }
 
-// For a cylinder or cone: a cone has a third of the cylinder's volume and half the product of slant and circumference.
+// Returns the measure of a cylinder or cone. A cone has a third of the cylinder's volume; its side is half the product
+// of slant and circumference.
 double shell_measure(const Shape& s) {
   const double height = length(vector_at(s, 3) - vector_at(s, 0));
   const double radius = s.number[6], inner = s.number[7];
@@ -62,7 +64,7 @@ double shell_measure(const Shape& s) {
   return std::numbers::pi * radius * std::sqrt(height * height + radius * radius);
 }
 
-constexpr int kRotation = 3, kBefore = 7, kSolid = 14, kResolution = 15;  // numbers of a mesh
+constexpr int kRotation = 3, kBefore = 7, kSolid = 14, kResolution = 15;  // indices of a mesh's numbers
 
 bool is_rotation(const float* q) {
   double square = 0;
@@ -104,7 +106,7 @@ bool moves(const Shape& s) {
   return s.kind == Kind::mesh && !std::equal(s.number, s.number + kBefore, s.number + kBefore);
 }
 
-// Pointers do not travel with a shape's bytes.
+// Sets a mesh's form, a pointer that is not part of a shape's bytes.
 void find_form(Shape& s) {
   if (s.kind != Kind::mesh) return;
   s.form = meshes::form_of(s.mesh, static_cast<int>(s.number[kResolution]), s.number[kSolid] != 0);

@@ -30,7 +30,7 @@ struct Shell {
   Float3 start, axis, u, v;
   float length;
   Wall outer, inner;
-  bool bored, thin;  // thin: both walls are one
+  bool bored, thin;  // thin: both walls coincide
 
   static MOTES_INLINE Shell from(const shapes::Shape& s, Wall outer, Wall inner) {
     const Float3 start = of(s.number), end = of(s.number + 3);
@@ -43,15 +43,15 @@ struct Shell {
   }
 
   MOTES_INLINE Mask contains(Floats3 p) const {
-    if (thin) return Mask{};  // a surface: rounding decides on which side of it a sample is
+    if (thin) return Mask{};  // a surface: rounding would decide which side of it a sample is on
     const Rough at = rough(p);
     const Mask inside = at.between & at.side.within & at.bore.beyond;
     const Mask outside = at.below | at.above | at.side.beyond | at.bore.within;
     return any(~(inside | outside)) ? contains_exactly(*shape, p) : inside;
   }
 
-  /// The point at the fraction `along` (0..1) of the axis, at a distance from it, after `turn` (0..1) of a turn around
-  /// it.
+  /// Returns the point at the fraction `along` (0..1) of the axis, at a distance from it, after `turn` (0..1) of a turn
+  /// around it.
   MOTES_INLINE Floats3 point(Floats along, Floats distance, Floats turn) const {
     Floats cosine, sine;
     cos_sin_turn(turn, cosine, sine);
@@ -59,12 +59,12 @@ struct Shell {
     return all3(start) + all3(axis) * (along * length) + across;
   }
 
-  /// False where a path stays clear of the surface.
+  /// Returns false where a path stays clear of the surface.
   MOTES_INLINE Mask may_meet(Floats3 p, Floats3 to) const {
     const Rough before = rough(p), after = rough(to);
     const AxialPoint by = split(to - p);
-    // What lies below an end, above one, within a wall and within the bore is convex: a path between two places of it
-    // stays in it.
+    // The regions below an end, above one, within a wall and within the bore are convex: a path between two places of
+    // one stays in it.
     const Mask beyond = (before.below & after.below) | (before.above & after.above);
     const Mask within = before.side.within & after.side.within;
     const Mask clear = beyond | past(before, after, before.side.most, after.side.most, by);
@@ -103,7 +103,7 @@ struct Shell {
   }
   MOTES_INLINE AxialPoint place(Floats3 p) const { return split(p - all3(start)); }
 
-  /// On which side of a wall a place is; in between, rounding decides.
+  /// The side of a wall that a place is on; if neither is true, rounding decides.
   struct WallSide {
     Mask within, beyond;
     Floats most;  // the radius there, and what rounding may add
@@ -111,7 +111,7 @@ struct Shell {
   struct Rough {
     AxialPoint at;
     Floats across2;
-    Mask below, above, between;  // the ends of the axis
+    Mask below, above, between;  // relative to the ends of the axis
     WallSide side, bore;
   };
   MOTES_INLINE Rough rough(Floats3 p) const {
@@ -134,7 +134,7 @@ struct Shell {
     const Floats least = radius - unsure, most = max(radius, Floats{}) + unsure;
     return {(least > 0.0f) & (across2 < least * least), across2 > most * most, most};
   }
-  /// Whether a path stays further from the axis than the larger of two radii.
+  /// Tells whether a path stays further from the axis than the larger of two radii.
   static MOTES_INLINE Mask past(const Rough& before, const Rough& after, Floats radius, Floats other,
                                 const AxialPoint& by) {
     const Floats most = max(radius, other), most2 = most * most;
@@ -155,8 +155,9 @@ struct Shell {
     return select(still, standing, {min(to_start, to_end), max(to_start, to_end)});
   }
 
-  /// Where |across| < radius: a s^2 + 2 b s + c < 0 for the fraction s of the path. Where the path is steeper than a
-  /// cone's side (a < 0), it is inside the cone beyond one root, and inside the cone's mirror image beyond the other.
+  /// Returns the part of a path where |across| < radius: a s^2 + 2 b s + c < 0 for the fraction s of the path. Where
+  /// the path is steeper than a cone's side (a < 0), it is inside the cone beyond one root, and inside the cone's
+  /// mirror image beyond the other.
   static MOTES_INLINE PathInterval within(Wall wall, const AxialPoint& at, const AxialPoint& by) {
     const Floats radius = wall.start + wall.slope * at.height;
     const Floats growth = wall.slope * by.height;
@@ -174,7 +175,7 @@ struct Shell {
     const PathInterval steep =
         select(by.height > 0.0f, PathInterval{last, all(kEndless)}, PathInterval{all(-kEndless), first});
     const PathInterval still = select(c < 0.0f, PathInterval{all(-kEndless), all(kEndless)}, nowhere());
-    // From within, squares of tiny numbers alone can make it seem that the wall is nowhere.
+    // From within, the wall can only seem to be nowhere because squares of tiny numbers underflow.
     const PathInterval met = select(a < 0.0f, steep, select(square > 0.0f, PathInterval{first, last}, still));
     return select(flat, still, met);
   }
@@ -187,7 +188,8 @@ struct Shell {
     Mask outward;  // the face that is hit points away from the axis
   };
 
-  /// The material lies between caps and side, without the bore: one interval before the bore, one after it.
+  /// Returns the first border ahead. The material is between caps and side, without the bore: one interval before the
+  /// bore and one behind it.
   static MOTES_INLINE Border first_border(const PathInterval& caps, const PathInterval& side,
                                           const PathInterval& bore) {
     const PathInterval solid{max(caps.from, side.from), min(caps.to, side.to)};
@@ -210,7 +212,7 @@ struct Shell {
             (of_bore & leaves) | (~of_bore & enters)};
   }
 
-  /// The outward normal of a wall at offset `across` from the axis.
+  /// Returns the outward normal of a wall at offset `across` from the axis.
   MOTES_INLINE Floats3 wall_normal(Floats3 across, Floats slope) const {
     const Floats radius = sqrt(max(dot(across, across), all(1e-30f)));
     const Floats scale = all(1.0f) / sqrt(1.0f + slope * slope);

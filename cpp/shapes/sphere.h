@@ -1,4 +1,4 @@
-// A ball, or a thick shell where the inner radius is above 0.
+// A ball, or a thick shell if the inner radius is above 0.
 #pragma once
 
 #include "shapes/lanes.h"
@@ -37,19 +37,19 @@ struct SphereLanes {
     return all3(center) + Floats3{across * cosine, across * sine, z} * r;
   }
 
-  /// False where a path stays clear of the outer surface.
+  /// Returns false where a path stays clear of the outer surface.
   MOTES_INLINE Mask may_meet(Floats3 p, Floats3 to) const {
     const Floats3 d = p - all3(center), e = to - all3(center), way = to - p;
     const Floats d2 = dot(d, d), e2 = dot(e, e);
     const float low = radius * radius * (1.0f - kRounding), high = radius * radius * (1.0f + kRounding);
     const Mask inside = (d2 < low) & (e2 < low), outside = (d2 > high) & (e2 > high);
-    // Nearest to the centre at one of its ends, or too far from it.
+    // The path is nearest to the centre at one of its ends, or stays too far from it.
     const Floats a = dot(way, way), b = dot(d, way);
     const Mask past = (b >= 0.0f) | (a + b <= 0.0f) | (d2 * a - b * b > a * (high + d2 * (2.0f * kRounding)));
     return ~(inside | (outside & past));
   }
 
-  /// From outside: where the path enters the outer surface; from inside: where it leaves.
+  /// Returns where a path from outside enters the outer surface, or one from inside leaves it.
   MOTES_INLINE Hit hit(Floats3 p, Floats3 path) const {
     const Floats3 d = p - all3(center);
     const Floats a = dot(path, path);

@@ -11,7 +11,7 @@ struct UnionLanes {
   int parts;
 
   static MOTES_INLINE UnionLanes from(const shapes::Shape& s) { return {s.part, s.parts}; }
-  // In rare_lanes.cpp, where the code of the parts is.
+  // Defined in rare_lanes.cpp, which has the code of the parts.
   Mask contains(const Floats3& p) const;
   Mask may_meet(const Floats3& p, const Floats3& to) const;
   Floats3 sample(Draws& draws) const;

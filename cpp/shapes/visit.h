@@ -1,4 +1,4 @@
-// From a shape's kind to its code.
+// Dispatches from a shape's kind to its code.
 #pragma once
 
 #include "shapes/rare.h"

@@ -1,8 +1,8 @@
-// Declares a table of kernels in each of its builds: they are defined by the files that are compiled once for each
-// instruction set, and chosen with simd::choose (simd/isa.h).
+// Declares a table of kernels in each of its builds. Files that are compiled once for each instruction set define them;
+// simd::choose (simd/isa.h) chooses one.
 #pragma once
 
-// At the top level of a file, behind the type of the table. Builds that are not compiled in are never referred to.
+// Use it at the top level of a file, after the table's type. Builds that are not compiled in are never referenced.
 #define MOTES_DECLARE_BUILDS(Table, name) \
   namespace motes::sse2 {                 \
   extern const Table name;                \

@@ -39,7 +39,7 @@ MOTES_INLINE Doubles high_half(Floats v) {
 #endif
 }
 
-/// Rounded to nearest.
+/// Joins two halves, rounded to nearest.
 MOTES_INLINE Floats join(Doubles low, Doubles high) {
 #if MOTES_WIDTH == 512
   const __m512 first = _mm512_castps256_ps512(_mm512_cvtpd_ps((__m512d)low));
@@ -83,7 +83,7 @@ MOTES_INLINE Doubles sqrt(Doubles v) {
 #endif
 }
 
-/// Rounds to the nearest integer, for |v| < 2^51: adding this number to v drops the fraction.
+/// Adding this number to v and subtracting it again rounds to the nearest integer, for |v| < 2^51.
 inline constexpr double kWhole = 0x1.8p52;
 MOTES_INLINE Doubles round(Doubles v) { return (v + kWhole) - kWhole; }
 

@@ -1,5 +1,5 @@
-// Half the lanes in double precision, three numbers each: for places whose side of a surface must not be a matter of
-// rounding.
+// Vectors of three numbers in double precision, for half the lanes: for places whose side of a surface must not depend
+// on rounding.
 #pragma once
 
 #include "simd/doubles.h"
@@ -35,7 +35,7 @@ MOTES_INLINE bool any(Longs mask) {
 #endif
 }
 
-/// The nearest numbers of single precision.
+/// Rounds to the nearest numbers of single precision.
 MOTES_INLINE Doubles rounded(Doubles v) {
   using Singles = float __attribute__((vector_size(2 * MOTES_LANES)));
   return __builtin_convertvector(__builtin_convertvector(v, Singles), Doubles);
@@ -48,7 +48,7 @@ MOTES_INLINE Floats3 join(Doubles3 low, Doubles3 high) {
   return {join(low.x, high.x), join(low.y, high.y), join(low.z, high.z)};
 }
 
-/// The lanes that are true, by way of 1 and 0.
+/// Convert masks, by way of 1 and 0.
 MOTES_INLINE Longs low_half(Mask mask) { return (Longs)(low_half(only(mask, all(1.0f))) != 0.0); }
 MOTES_INLINE Longs high_half(Mask mask) { return (Longs)(high_half(only(mask, all(1.0f))) != 0.0); }
 MOTES_INLINE Mask join(Longs low, Longs high) {

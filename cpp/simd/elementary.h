@@ -7,7 +7,7 @@
 
 namespace motes::MOTES_ISA {
 
-// sin and cos of r within +- pi / 4: minimax polynomials (coefficients as in the Cephes library, S. Moshier).
+// Return sin and cos of r within +- pi / 4, by minimax polynomials (coefficients as in the Cephes library, S. Moshier).
 MOTES_INLINE Floats small_sin(Floats r, Floats rr) {
   return r + r * rr * (-1.6666654611e-1f + rr * (8.3321608736e-3f + rr * -1.9515295891e-4f));
 }
@@ -16,7 +16,7 @@ MOTES_INLINE Floats small_cos(Floats rr) {
          rr * rr * (4.166664568298827e-2f + rr * (-1.388731625493765e-3f + rr * 2.443315711809948e-5f));
 }
 
-/// cos and sin of `turn` whole turns, for turn in [0, 1]. Error below 1e-7.
+/// Computes cos and sin of `turn` whole turns, for turn in [0, 1]. Error below 1e-7.
 MOTES_INLINE void cos_sin_turn(Floats turn, Floats& cosine, Floats& sine) {
   const Floats quarters = turn * 4.0f;
   const Ints nearest = to_ints(quarters + 0.5f);
@@ -31,7 +31,7 @@ MOTES_INLINE void cos_sin_turn(Floats turn, Floats& cosine, Floats& sine) {
   sine = select((nearest & 2) != 0, -y, y);
 }
 
-// x minus the nearest multiple of pi / 2, and which multiple it is, modulo 4: -2..2.
+// Returns x minus the nearest multiple of pi / 2. `quarter`: which multiple it is, modulo 4: -2..2.
 MOTES_INLINE Doubles from_quarter(Doubles x, Doubles& quarter) {
   constexpr double kFirst33 = 1.57079632673412561417e+00;  // pi / 2 = kFirst33 + kRest, 33 bits of it: products with
   constexpr double kRest = 6.07710050650619224932e-11;     // whole numbers below 2^20 are exact
@@ -40,8 +40,8 @@ MOTES_INLINE Doubles from_quarter(Doubles x, Doubles& quarter) {
   return (x - k * kFirst33) - k * kRest;
 }
 
-/// cos and sin of x radians: 2 ulp for |x| <= 1e6. Beyond that the absolute error stays below 3e-7 up to 1e9; larger
-/// numbers count as 0. NaN for infinities.
+/// Computes cos and sin of x radians: 2 ulp for |x| <= 1e6. Beyond that the absolute error stays below 3e-7 up to 1e9;
+/// larger numbers count as 0. NaN for infinities.
 MOTES_INLINE void cos_sin(Floats x, Floats& cosine, Floats& sine) {
   const Floats known = select(abs(x) <= 1e9f, x, Floats{});
   Doubles low_quarter, high_quarter;
@@ -72,7 +72,7 @@ MOTES_INLINE Floats cos(Floats x) {
   return cosine;
 }
 
-/// Natural logarithm of normal positive numbers. Error below 2e-7 relative to max(1, |log|).
+/// Returns the natural logarithm of normal positive numbers. Error below 2e-7 relative to max(1, |log|).
 MOTES_INLINE Floats log(Floats v) {
   const Ints bits = (Ints)v;
   Ints exponent = (bits >> 23) - 126;
@@ -94,7 +94,7 @@ MOTES_INLINE Floats log(Floats v) {
   return (m + (m * mm * p + e * -2.12194440e-4f - 0.5f * mm)) + e * 0.693359375f;
 }
 
-/// Cube root of numbers >= 0. Error below 2e-7 relative.
+/// Returns the cube root of numbers >= 0. Error below 2e-7 relative.
 MOTES_INLINE Floats cube_root(Floats v) {
   const Floats third = to_floats((Ints)v) * (1.0f / 3.0f);
   Floats y = (Floats)(to_ints(third) + 0x2a514067);  // a third of the exponent: within 6 %
@@ -102,8 +102,8 @@ MOTES_INLINE Floats cube_root(Floats v) {
   return select(v > 0.0f, y, Floats{});
 }
 
-// e^r 2^n for r within +- ln(2) / 2 and n in -152..129. The power of two is applied as two factors: neither overflows,
-// and a result below the normal numbers is rounded only once.
+// Returns e^r 2^n for r within +- ln(2) / 2 and n in -152..129. The power of two is applied as two factors: neither
+// overflows, and a result below the normal numbers is rounded only once.
 MOTES_INLINE Floats scaled_exp(Floats r, Ints n) {
   Floats p = all(1.9875691500e-4f);  // coefficients as in the Cephes library
   p = p * r + 1.3981999507e-3f;
@@ -118,7 +118,7 @@ MOTES_INLINE Floats scaled_exp(Floats r, Ints n) {
 
 MOTES_INLINE Ints nearest(Floats v) { return to_ints(v + select(v < 0.0f, all(-0.5f), all(0.5f))); }
 
-/// e^x: 2 ulp, denormal results included; infinite above 88.73, 0 below -103.98.
+/// Returns e^x: 2 ulp, denormal results included; infinite above 88.73, 0 below -103.98.
 MOTES_INLINE Floats exp(Floats x) {
   const Floats known = max(min(x, all(89.0f)), all(-105.0f));
   const Ints n = nearest(known * 1.44269504089f);
@@ -128,7 +128,7 @@ MOTES_INLINE Floats exp(Floats x) {
   return select(x == x, scaled_exp(r, n), x);
 }
 
-/// 2^x: 2 ulp, denormal results included; infinite from 128, 0 below -150.
+/// Returns 2^x: 2 ulp, denormal results included; infinite from 128, 0 below -150.
 MOTES_INLINE Floats exp2(Floats x) {
   const Floats known = max(min(x, all(129.0f)), all(-151.0f));
   const Ints n = nearest(known);
@@ -136,7 +136,7 @@ MOTES_INLINE Floats exp2(Floats x) {
   return select(x == x, scaled_exp(r, n), x);
 }
 
-// The base-2 logarithm of x >= 0, to 40 bits; a float's denormal numbers are normal here.
+// Returns the base-2 logarithm of x >= 0, to 40 bits; a float's denormal numbers are normal here.
 MOTES_INLINE Doubles log2_half(Doubles x) {
   const Longs bits = (Longs)x;
   const Longs one = (Longs)all_doubles(1.0);
@@ -160,7 +160,7 @@ MOTES_INLINE Doubles log2_half(Doubles x) {
   return select(x == 0.0, -infinity, select(x == infinity, infinity, finite));
 }
 
-// 2^t for t clamped to the range of floats.
+// Returns 2^t, with t clamped to the range of floats.
 MOTES_INLINE Doubles exp2_half(Doubles t) {
   t = select(t < 200.0, t, all_doubles(200.0));
   t = select(t > -200.0, t, all_doubles(-200.0));
@@ -177,7 +177,7 @@ MOTES_INLINE Doubles exp2_half(Doubles t) {
   return p * (Doubles)(((Longs)shifted << 52) + (Longs)all_doubles(1.0));
 }
 
-/// x^y for x >= 0, by the C library's rules: x^0 = 1^y = 1, 0^y = 0 or infinite; NaN for x < 0. 1 ulp.
+/// Returns x^y for x >= 0, by the C library's rules: x^0 = 1^y = 1, 0^y = 0 or infinite; NaN for x < 0. 1 ulp.
 MOTES_INLINE Floats pow(Floats x, Floats y) {
   const Floats magnitude = abs(x);
   const Doubles low = exp2_half(low_half(y) * log2_half(low_half(magnitude)));
@@ -187,7 +187,7 @@ MOTES_INLINE Floats pow(Floats x, Floats y) {
   return select((x == 1.0f) | (y == 0.0f), all(1.0f), select(unclear, all(__builtin_nanf("")), power));
 }
 
-// The angle of the direction (x, y). Signs are taken from the sign bits, so -0 counts as negative.
+// Returns the angle of the direction (x, y). Signs are taken from the sign bits, so -0 counts as negative.
 MOTES_INLINE Doubles angle_half(Doubles y, Doubles x) {
   constexpr double kPi = 3.14159265358979323846;
   const Doubles a = abs(y), b = abs(x);
@@ -214,21 +214,21 @@ MOTES_INLINE Doubles angle_half(Doubles y, Doubles x) {
   return select((x == x) & (y == y), (Doubles)((Longs)angle ^ sign), x + y);
 }
 
-/// The angle in -pi..pi from the x axis to (x, y), by the C library's rules. 1 ulp.
+/// Returns the angle in -pi..pi from the x axis to (x, y), by the C library's rules. 1 ulp.
 MOTES_INLINE Floats atan2(Floats y, Floats x) {
   return join(angle_half(low_half(y), low_half(x)), angle_half(high_half(y), high_half(x)));
 }
 
-// The other leg of a right triangle with hypotenuse 1; NaN where |side| > 1.
+// Returns the other leg of a right triangle with hypotenuse 1; NaN if |side| > 1.
 MOTES_INLINE Doubles other_side(Doubles side) { return sqrt((1.0 - side) * (1.0 + side)); }
 
-/// 1 ulp; NaN where |v| > 1.
+/// Returns the arcsine: 1 ulp; NaN if |v| > 1.
 MOTES_INLINE Floats asin(Floats v) {
   const Doubles low = low_half(v), high = high_half(v);
   return join(angle_half(low, other_side(low)), angle_half(high, other_side(high)));
 }
 
-/// 1 ulp; NaN where |v| > 1.
+/// Returns the arccosine: 1 ulp; NaN if |v| > 1.
 MOTES_INLINE Floats acos(Floats v) {
   const Doubles low = low_half(v), high = high_half(v);
   return join(angle_half(other_side(low), low), angle_half(other_side(high), high));

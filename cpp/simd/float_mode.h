@@ -8,7 +8,7 @@
 
 namespace motes::simd {
 
-/// While it lives, rounding is to nearest and denormal numbers are kept; then it restores the caller's mode.
+/// While it exists, rounding is to nearest and denormal numbers are kept; its destructor restores the caller's mode.
 class FloatMode {
  public:
 #if defined(__x86_64__)

@@ -21,7 +21,7 @@ MOTES_INLINE Floats3 select(Mask mask, Floats3 yes, Floats3 no) {
   return {select(mask, yes.x, no.x), select(mask, yes.y, no.y), select(mask, yes.z, no.z)};
 }
 MOTES_INLINE Floats3 only(Mask mask, Floats3 v) { return {only(mask, v.x), only(mask, v.y), only(mask, v.z)}; }
-/// Whether all three are numbers whose sum is within the range of float32.
+/// Tells where all three numbers are finite, with a sum of magnitudes within the range of float32.
 MOTES_INLINE Mask finite(Floats3 v) { return abs(v.x) + abs(v.y) + abs(v.z) <= __FLT_MAX__; }
 MOTES_INLINE bool all_finite(Floats3 v) { return all_at_most(abs(v.x) + abs(v.y) + abs(v.z), __FLT_MAX__); }
 MOTES_INLINE Floats3 all3(const float* v) { return {all(v[0]), all(v[1]), all(v[2])}; }
@@ -50,7 +50,7 @@ MOTES_INLINE Basis basis_of(Float3 normal) {
   return {u, cross(normal, u)};
 }
 
-/// Gives one lane these numbers.
+/// Sets one lane.
 MOTES_INLINE void set_lane(Floats3& v, std::size_t lane, Float3 to) {
   v.x[lane] = to.x;
   v.y[lane] = to.y;

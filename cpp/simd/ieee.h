@@ -1,4 +1,5 @@
-// Functions that scripts call with any number: special cases as IEEE and the C library have them, the same everywhere.
+// Functions that scripts call with any number. Special cases are those of IEEE and the C library, the same on all
+// machines.
 #pragma once
 
 #include "simd/elementary.h"
@@ -12,17 +13,17 @@ MOTES_INLINE Floats floor(Floats v) {
   return select(abs(v) < 8388608.0f, down, v);
 }
 
-/// -1, 0 or 1; NaN for NaN.
+/// Returns -1, 0 or 1; NaN for NaN.
 MOTES_INLINE Floats sign(Floats v) { return select(v > 0.0f, all(1.0f), select(v < 0.0f, all(-1.0f), v)); }
 
-/// The natural logarithm: 1 ulp; -infinity for 0, NaN below.
+/// Returns the natural logarithm: 1 ulp; -infinity for 0, NaN below.
 MOTES_INLINE Floats natural_log(Floats v) {
   constexpr double kLn2 = 0.69314718055994531;
   const Floats found = join(log2_half(low_half(v)) * kLn2, log2_half(high_half(v)) * kLn2);
   return select(v >= 0.0f, found, all(__builtin_nanf("")));
 }
 
-/// x^y: 1 ulp; of a negative x for whole numbers y, else NaN.
+/// Returns x^y: 1 ulp. For a negative x, y must be a whole number, else the result is NaN.
 MOTES_INLINE Floats power(Floats x, Floats y) {
   const Floats size = pow(abs(x), y);
   const Mask negative = (Ints)x < 0;  // also -0
@@ -34,8 +35,8 @@ MOTES_INLINE Floats power(Floats x, Floats y) {
   return select((x < 0.0f) & ~whole & ~infinite, all(__builtin_nanf("")), signed_size);
 }
 
-// x minus that multiple of y which leaves a rest with the sign of x, below |y|. Exact: each turn of the loop takes
-// away a multiple of at most 24 bits, whose product with y fits into a double.
+// Returns the remainder of x / y with the sign of x, smaller than |y|. Exact: each iteration subtracts a multiple of at
+// most 24 bits, whose product with y fits into a double.
 MOTES_INLINE Doubles rest_half(Doubles x, Doubles y) {
   const Doubles size = abs(y);
   const auto far = [&] { return (Longs)(abs(x) >= size * 0x1p23) & (Longs)(size > 0.0) & (Longs)(abs(x) < 0x1p200); };
@@ -56,8 +57,7 @@ MOTES_INLINE Doubles rest_half(Doubles x, Doubles y) {
   return (Doubles)((Longs)found | ((Longs)x & (Longs)all_doubles(-0.0)));
 }
 
-/// x minus the multiple of y that leaves a rest from 0 to y, as Python's %. The rest is exact but for one rounding;
-/// NaN where y is 0.
+/// Returns the remainder of x / y between 0 and y, like Python's %. Exact except for one rounding; NaN if y is 0.
 MOTES_INLINE Floats modulo(Floats x, Floats y) {
   const Doubles low_y = low_half(y), high_y = high_half(y);
   Doubles low = rest_half(low_half(x), low_y), high = rest_half(high_half(x), high_y);

@@ -31,7 +31,7 @@ bool supports(Isa isa) {
 #endif
 }
 
-// Narrowest first, for messages: "sse2, avx2".
+// Returns the names of sets, narrowest first, for messages: "sse2, avx2".
 std::string names(bool (*has)(Isa)) {
   std::string all;
   for (const Isa isa : kIsas) {

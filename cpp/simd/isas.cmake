@@ -6,14 +6,14 @@ if(NOT MOTES_ISAS MATCHES "^(all|runnable|widest)$")
   message(FATAL_ERROR "MOTES_ISAS must be all, runnable or widest, got ${MOTES_ISAS}")
 endif()
 
-# BMI2, which processors with AVX2 have too: shifts by a variable take one operation in place of three.
+# With BMI2, which processors with AVX2 also have, shifts by a variable take one operation instead of three.
 set(MOTES_FLAGS_avx2 -mavx2 -mbmi2)
 set(MOTES_FLAGS_avx512 -mbmi2 -mavx512f -mavx512dq -mavx512vl -mavx512bw)
 set(MOTES_LANES_sse2 4)
 set(MOTES_LANES_avx2 8)
 set(MOTES_LANES_avx512 16)
 
-# Where there is nothing to choose, sse2 is the name of the portable build of four lanes.
+# If there is nothing to choose from, sse2 is the name of the portable build of four lanes.
 set(MOTES_BUILT_ISAS sse2)
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64" AND NOT MOTES_GENERIC)
   list(APPEND MOTES_BUILT_ISAS avx2 avx512)
@@ -35,7 +35,8 @@ if(NOT MOTES_ISAS STREQUAL "all")
   endif()
 endif()
 
-# In headers, not flags: what includes neither is the same in all builds, and ccache compiles it once.
+# Written to headers instead of flags: files that include neither are the same in all builds, so ccache compiles them
+# once.
 file(CONFIGURE OUTPUT cpp/generated/simd/generic.h CONTENT "#pragma once\n#cmakedefine MOTES_GENERIC\n" @ONLY)
 set(tables "")
 set(compiled "")

@@ -1,23 +1,23 @@
-// Four words of each lane, which lie behind one another in memory.
+// Four words per lane, which are consecutive in memory.
 #pragma once
 
 #include "simd/simd.h"
 
 namespace motes::MOTES_ISA {
 
-/// As vectors.
+/// Four words per lane as vectors, one vector for each of the four.
 struct FourWords {
   Uints word[4];
 };
 
 #if MOTES_WIDTH != 0
-// Words, or pairs of them, of two vectors in turn: of the lower or the upper half of each four lanes.
+// Interleave words, or pairs of words, of two vectors, from the lower or the upper half of each group of four lanes.
 MOTES_INTEGERS(Uints, interleave_low, unpacklo_epi32)
 MOTES_INTEGERS(Uints, interleave_high, unpackhi_epi32)
 MOTES_INTEGERS(Uints, interleave_low_pairs, unpacklo_epi64)
 MOTES_INTEGERS(Uints, interleave_high_pairs, unpackhi_epi64)
 
-/// Rows to columns and back, in each four lanes: lane 4 * p + r of vector c becomes lane 4 * p + c of vector r.
+/// Transposes each group of four lanes: lane 4 * p + r of vector c becomes lane 4 * p + c of vector r.
 MOTES_INLINE FourWords transposed(const FourWords& v) {
   const Uints first = interleave_low(v.word[0], v.word[1]), second = interleave_low(v.word[2], v.word[3]);
   const Uints third = interleave_high(v.word[0], v.word[1]), fourth = interleave_high(v.word[2], v.word[3]);
@@ -26,7 +26,7 @@ MOTES_INLINE FourWords transposed(const FourWords& v) {
 }
 #endif
 
-/// As in memory.
+/// Four words per lane as in memory.
 struct Quads {
   std::uint32_t word[kLanes][4];
 };
@@ -50,7 +50,7 @@ MOTES_INLINE Quads quads_of(Uints a, Uints b, Uints c, Uints d) {
 }
 
 #if MOTES_WIDTH != 0
-/// The first `kWords` at an address, three or four; no more are read.
+/// Loads `kWords` words, three or four, from an address; reads no more.
 template <int kWords>
 MOTES_INLINE __m128i load_words(const void* from) {
   if (kWords == 4) return _mm_loadu_si128(static_cast<const __m128i*>(from));
@@ -63,7 +63,7 @@ MOTES_INLINE __m128i load_words(const void* from) {
 #endif
 }
 
-/// Those at `at(lane)`, a pointer to bytes, as rows: part p of row r is of lane 4 * p + r.
+/// Loads the words at `at(lane)`, a pointer to bytes, as rows: part p of row r has those of lane 4 * p + r.
 template <int kWords = 4, class At>
 MOTES_INLINE FourWords load_rows(const At& at) {
   const auto four = [&](std::size_t lane) { return load_words<kWords>(at(lane)); };
@@ -84,7 +84,7 @@ MOTES_INLINE FourWords load_rows(const At& at) {
 }
 #endif
 
-/// Those at `at(lane)`, a pointer to bytes; of three words the fourth has no meaning.
+/// Loads the words at `at(lane)`, a pointer to bytes. With three words, the fourth is undefined.
 template <int kWords, class At>
 MOTES_INLINE FourWords load_each(const At& at) {
 #if MOTES_WIDTH != 0
@@ -108,7 +108,8 @@ MOTES_INLINE FourWords load_threes(const At& at) {
   return load_each<3>(at);
 }
 
-/// Of the eight 16-bit numbers at `at(lane)`, each of the first four with the one four behind it, in the upper half.
+/// Loads the eight 16-bit numbers at `at(lane)`: word k has number k in its lower half and number k + 4 in its upper
+/// half.
 template <class At>
 MOTES_INLINE FourWords load_pairs(const At& at) {
 #if MOTES_WIDTH != 0

@@ -11,7 +11,7 @@ struct Rotations {
   Floats x, y, z, w;
 };
 
-/// Scales quaternions to length 1. Those that are 0 or beyond float32's range become no rotation.
+/// Scales quaternions to length 1. Those that are 0 or beyond float32's range become the identity.
 MOTES_INLINE Rotations unit(Rotations q) {
   const Floats most = max(max(abs(q.x), abs(q.y)), max(abs(q.z), abs(q.w)));
   // NOLINTNEXTLINE(misc-redundant-expression): NaN differs from itself
@@ -23,7 +23,7 @@ MOTES_INLINE Rotations unit(Rotations q) {
   return {s.x * part, s.y * part, s.z * part, s.w * part};
 }
 
-/// The rotation `b`, and then `a`.
+/// Returns the rotation `b` followed by `a`.
 MOTES_INLINE Rotations operator*(Rotations a, Rotations b) {
   return {a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y, a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x,
           a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w, a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z};
@@ -33,7 +33,7 @@ MOTES_INLINE Rotations select(Mask mask, Rotations yes, Rotations no) {
   return {select(mask, yes.x, no.x), select(mask, yes.y, no.y), select(mask, yes.z, no.z), select(mask, yes.w, no.w)};
 }
 
-/// Where a unit quaternion takes the axes of space: the columns of its matrix.
+/// Return the axes of space as rotated by a unit quaternion: the columns of its matrix.
 MOTES_INLINE Floats3 turned_x(Rotations q) {
   return {1.0f - 2.0f * (q.y * q.y + q.z * q.z), 2.0f * (q.x * q.y + q.z * q.w), 2.0f * (q.x * q.z - q.y * q.w)};
 }
@@ -44,7 +44,7 @@ MOTES_INLINE Floats3 turned_z(Rotations q) {
   return {2.0f * (q.x * q.z + q.y * q.w), 2.0f * (q.y * q.z - q.x * q.w), 1.0f - 2.0f * (q.x * q.x + q.y * q.y)};
 }
 
-/// The rotation about an axis of any length: `way` is the axis times the angle, radians.
+/// Returns the rotation about an axis. `way`: the unit axis times the angle, radians.
 MOTES_INLINE Rotations rotation_by(Floats3 way) {
   const Floats angle = sqrt(dot(way, way));
   Floats cosine, sine;
@@ -53,7 +53,7 @@ MOTES_INLINE Rotations rotation_by(Floats3 way) {
   return {way.x * part, way.y * part, way.z * part, cosine};
 }
 
-/// The shortest rotation that takes one unit vector to another. Where they are opposite, it is half a turn about
+/// Returns the shortest rotation that takes one unit vector to another. If they are opposite, it is half a turn about
 /// `side`, a unit vector perpendicular to `from`.
 MOTES_INLINE Rotations shortest(Floats3 from, Floats3 to, Floats3 side) {
   const Floats3 axis = cross(from, to);

@@ -14,9 +14,9 @@ MOTES_INLINE Shorts all_shorts(int value) { return Shorts{} + static_cast<std::i
 MOTES_INLINE void store_shorts(std::uint16_t* to, Shorts v) { __builtin_memcpy(to, &v, sizeof v); }
 
 #if MOTES_WIDTH != 0
-/// Sums that stay at the greatest or least number where they would overflow.
+/// Saturating sums.
 MOTES_INTEGERS(Shorts, add_saturating, adds_epi16)
-/// Differences of unsigned numbers, at least 0.
+/// Saturating differences of unsigned numbers.
 MOTES_INTEGERS(Shorts, subtract_to_zero, subs_epu16)
 MOTES_INTEGERS(Shorts, min_shorts, min_epi16)
 MOTES_INTEGERS(Shorts, max_shorts, max_epi16)
@@ -52,7 +52,7 @@ MOTES_INLINE Shorts multiply_high_unsigned(Shorts a, Shorts b) {
 }
 #endif
 
-/// The numbers as 16 bits each; they must fit.
+/// Stores the numbers as 16 bits each; they must fit.
 template <class Number>
 MOTES_INLINE void store_narrow(Number* to, Ints v) {
   static_assert(sizeof(Number) == 2);
@@ -69,20 +69,21 @@ MOTES_INLINE void store_narrow(Number* to, Ints v) {
 }
 
 #if MOTES_WIDTH == 256 || MOTES_WIDTH == 128
-// In each four lanes: 16-bit numbers of two vectors behind one another, and those of the lower and upper half in turn.
+// In each group of four lanes: `pack` concatenates the numbers of two vectors as 16 bits each, `in_turn` interleaves
+// the 16-bit numbers of the lower and the upper half.
 MOTES_INTEGERS(Ints, pack, packs_epi32)
 MOTES_INTEGERS(Ints, interleave_low_shorts, unpacklo_epi16)
 MOTES_INLINE Ints in_turn(Ints v) { return interleave_low_shorts(v, (Ints)interleave_high_pairs((Uints)v, (Uints)v)); }
 #endif
 
-/// Three numbers of each lane as 16 bits each, one behind the other; they must fit, and not be negative. What follows
-/// in memory may be overwritten by one number.
+/// Stores three numbers per lane consecutively as 16 bits each; they must fit and not be negative. May overwrite one
+/// number behind them.
 MOTES_INLINE void store_thirds(std::uint16_t* to, Ints a, Ints b, Ints c) {
 #if MOTES_WIDTH == 512
   const auto narrow = [](Ints v) { return _mm512_maskz_cvtepi32_epi16(0xffff, (__m512i)v); };
   const __m512i two = _mm512_inserti64x4(_mm512_castsi256_si512(narrow(a)), narrow(b), 1);
   const __m512i third = _mm512_castsi256_si512(narrow(c));
-  // Number n is of lane n / 3: of `a` it is number n / 3 of the first vector, of `b` 16 more, of `c` 32 more.
+  // Number n is of lane n / 3. Its index is n / 3 if it is of `a`, 16 more for `b` and 32 more for `c`.
   using Numbers = std::uint16_t __attribute__((vector_size(64)));
   Numbers first, last{};
   for (int n = 0; n < 32; ++n) first[n] = static_cast<std::uint16_t>(n % 3 * 16 + n / 3);
@@ -91,7 +92,8 @@ MOTES_INLINE void store_thirds(std::uint16_t* to, Ints a, Ints b, Ints c) {
   const __m512i rest = _mm512_permutex2var_epi16(two, (__m512i)last, third);
   _mm256_storeu_si256(reinterpret_cast<__m256i*>(to + 32), _mm512_castsi512_si256(rest));
 #elif MOTES_WIDTH != 0
-  // Of each lane its three numbers and a fourth one, which the next lane overwrites: two lanes' in each four lanes.
+  // Writes the three numbers of each lane and a fourth one, which the next lane overwrites. Each group of four lanes
+  // holds the numbers of two.
   const Ints ab = in_turn(pack(a, b)), c0 = in_turn(pack(c, Ints{}));
   const Uints lower = interleave_low((Uints)ab, (Uints)c0), upper = interleave_high((Uints)ab, (Uints)c0);
   for (std::size_t lane = 0; lane < kLanes; ++lane) {
@@ -107,7 +109,7 @@ MOTES_INLINE void store_thirds(std::uint16_t* to, Ints a, Ints b, Ints c) {
 #endif
 }
 
-/// One number for each eight lanes: kShorts / 8 numbers are read.
+/// Loads kShorts / 8 numbers and repeats each in eight lanes.
 MOTES_INLINE Shorts by_eights(const std::int16_t* from) {
 #if MOTES_WIDTH == 512
   const __m512i four = _mm512_maskz_broadcastq_epi64(0xff, _mm_loadl_epi64(reinterpret_cast<const __m128i*>(from)));
@@ -123,7 +125,7 @@ MOTES_INLINE Shorts by_eights(const std::int16_t* from) {
   return all_shorts(*from);
 #endif
 }
-/// Eight numbers, again and again.
+/// Loads eight numbers and repeats them across the vector.
 MOTES_INLINE Shorts eight_again(const std::int16_t* from) {
 #if MOTES_WIDTH == 512
   return (Shorts)_mm512_maskz_broadcast_i32x4(0xffff, _mm_loadu_si128(reinterpret_cast<const __m128i*>(from)));
@@ -136,14 +138,14 @@ MOTES_INLINE Shorts eight_again(const std::int16_t* from) {
 #endif
 }
 
-/// Sums of two products per lane: of its lower halves, and of its upper ones.
+/// Returns, per lane, the product of the lower 16-bit halves plus the product of the upper ones.
 #if MOTES_WIDTH != 0
 MOTES_INTEGERS(Ints, pair_products, madd_epi16)
 #else
 MOTES_INLINE Ints pair_products(Ints a, Ints b) { return (a << 16 >> 16) * (b << 16 >> 16) + (a >> 16) * (b >> 16); }
 #endif
 
-/// The sums of neighbouring lanes.
+/// Returns the sums of neighbouring lanes.
 MOTES_INLINE Uints pair_sums(Shorts v) {
 #if MOTES_WIDTH == 512
   return (Uints)_mm512_madd_epi16((__m512i)v, _mm512_set1_epi16(1));
@@ -176,10 +178,10 @@ MOTES_INLINE std::uint32_t sum_of(Uints v) {
 #endif
 }
 
-/// Of numbers that are not negative.
+/// Returns the largest of numbers that are not negative.
 MOTES_INLINE int greatest_of(Shorts v) {
 #if MOTES_WIDTH != 0
-  // The maximum of halves is in the lower one, down to eight numbers; of those, and of pairs, at the front.
+  // Takes the maximum of both halves until eight numbers are left, then of 32-bit words until two numbers are left.
 #if MOTES_WIDTH == 512
   const __m256i sixteen =
       _mm256_max_epi16(_mm512_castsi512_si256((__m512i)v), _mm512_extracti64x4_epi64((__m512i)v, 1));

@@ -36,10 +36,11 @@
 #endif
 
 #define MOTES_INLINE inline __attribute__((always_inline))
-// For what is called once for many records or pixels, from several places: compiled once instead of into each of them.
+// For functions that are called once for many records or pixels, from several places: compiled once instead of inlined
+// into each of them.
 #define MOTES_OUTLINE inline __attribute__((noinline))
 
-// Defines `name`, which makes one vector of integers of two by an instruction whose intrinsics end in `form`.
+// Defines `name`, which combines two vectors of integers by the instruction whose intrinsics end in `form`.
 #if MOTES_WIDTH == 512
 #define MOTES_INTEGERS(Vector, name, form) \
   MOTES_INLINE Vector name(Vector a, Vector b) { return (Vector)_mm512_##form((__m512i)a, (__m512i)b); }
@@ -61,7 +62,7 @@ using Uints = std::uint32_t __attribute__((vector_size(4 * MOTES_LANES)));
 /// All bits of a lane set: true.
 using Mask = Ints;
 
-// One value in every lane.
+// Returns a vector with one value in every lane.
 MOTES_INLINE Floats all(float value) {
 #if MOTES_WIDTH == 512
   return (Floats)_mm512_set1_ps(value);
@@ -77,13 +78,13 @@ MOTES_INLINE Floats all(float value) {
 }
 MOTES_INLINE Uints all_uints(std::uint32_t value) { return Uints{} + value; }
 
-/// 0, 1, 2, ...
+/// Returns 0, 1, 2, ..., by lane.
 MOTES_INLINE Uints lane_numbers() {
   Uints numbers;
   for (std::size_t lane = 0; lane < kLanes; ++lane) numbers[lane] = static_cast<std::uint32_t>(lane);
   return numbers;
 }
-/// The first `count` lanes; all, if there are fewer.
+/// Returns a mask of the first `count` lanes, or of all if there are fewer.
 MOTES_INLINE Mask first_lanes(std::size_t count) {
   return (Ints)lane_numbers() < static_cast<std::int32_t>(count < kLanes ? count : kLanes);
 }
@@ -93,7 +94,7 @@ MOTES_INLINE Floats load(const float* from) {
   __builtin_memcpy(&v, from, sizeof v);
   return v;
 }
-/// Stores are of floats, which cannot change a pointer or a count: the compiler need not reload those after each store.
+/// Stores floats, which cannot alias a pointer or a count, so the compiler need not reload those after each store.
 MOTES_INLINE void store(float* to, Floats v) {
   using Anywhere __attribute__((aligned(4))) = Floats;
   *reinterpret_cast<Anywhere*>(to) = v;
@@ -118,8 +119,8 @@ MOTES_INLINE void store_uints(std::uint32_t* to, Uints v) {
   *reinterpret_cast<Anywhere*>(to) = v;
 }
 
-/// For what is used several times and has just been loaded: compilers would read it from memory each time, which costs
-/// as much as the first time where it crosses the border of a cache line.
+/// Keeps a loaded vector that is used several times in a register: compilers would read it from memory each time, which
+/// is slow if it crosses a cache line.
 template <class Vector>
 MOTES_INLINE Vector in_register(Vector v) {
 #if MOTES_WIDTH == 512
@@ -130,7 +131,7 @@ MOTES_INLINE Vector in_register(Vector v) {
   return v;
 }
 
-/// a ^ b ^ c, one operation with AVX-512.
+/// Returns a ^ b ^ c: one operation with AVX-512.
 MOTES_INLINE Uints xor3(Uints a, Uints b, Uints c) {
 #if MOTES_WIDTH == 512
   return (Uints)_mm512_ternarylogic_epi32((__m512i)a, (__m512i)b, (__m512i)c, 0x96);
@@ -150,7 +151,7 @@ MOTES_INLINE Floats select(Mask mask, Floats yes, Floats no) {
 }
 MOTES_INLINE Ints select(Mask mask, Ints yes, Ints no) { return (Ints)select(mask, (Floats)yes, (Floats)no); }
 
-/// One bit per lane, the first lane's lowest.
+/// Returns one bit per lane, with the first lane's as the lowest.
 MOTES_INLINE unsigned bits_of(Mask mask) {
 #if MOTES_WIDTH == 512
   return _mm512_movepi32_mask((__m512i)mask);
@@ -165,7 +166,7 @@ MOTES_INLINE unsigned bits_of(Mask mask) {
 #endif
 }
 
-/// The lanes whose bits are set; bits beyond those of the lanes mean nothing.
+/// Returns a mask of the lanes whose bits are set; bits beyond those of the lanes are ignored.
 MOTES_INLINE Mask mask_of(unsigned bits) {
 #if MOTES_WIDTH == 512
   return (Mask)_mm512_movm_epi32(static_cast<__mmask16>(bits));
@@ -175,9 +176,9 @@ MOTES_INLINE Mask mask_of(unsigned bits) {
 }
 
 MOTES_INLINE bool any(Mask mask) { return bits_of(mask) != 0; }
-/// Whether v <= limit in every lane; not where one is NaN.
+/// Tells whether v <= limit in every lane; false if one is NaN.
 MOTES_INLINE bool all_at_most(Floats v, float limit) {
-#if MOTES_WIDTH == 512  // without the mask as a vector, which compilers would make
+#if MOTES_WIDTH == 512  // avoids the mask as a vector, which compilers would make
   return _mm512_cmp_ps_mask((__m512)v, _mm512_set1_ps(limit), _CMP_NLE_UQ) == 0;
 #else
   return !any(~(v <= limit));
@@ -197,7 +198,8 @@ MOTES_INLINE Floats sqrt(Floats v) {
 #endif
 }
 
-/// `v` where the mask is true, elsewhere 0: cheaper than a select, which takes three operations on AVX2 processors.
+/// Returns `v` where the mask is true, elsewhere 0: cheaper than a select, which takes three operations on AVX2
+/// processors.
 MOTES_INLINE Floats only(Mask mask, Floats v) {
 #if MOTES_WIDTH == 512
   return (Floats)_mm512_maskz_mov_ps(_mm512_movepi32_mask((__m512i)mask), (__m512)v);
@@ -206,7 +208,8 @@ MOTES_INLINE Floats only(Mask mask, Floats v) {
 #endif
 }
 
-// a < b ? a : b, lane by lane; the second operand where either is NaN, as the processors' instructions do.
+// Return a < b ? a : b and a > b ? a : b, lane by lane: the second operand if either is NaN, like the processors'
+// instructions.
 MOTES_INLINE Floats min(Floats a, Floats b) {
 #if MOTES_WIDTH == 512
   return (Floats)_mm512_min_ps((__m512)a, (__m512)b);
@@ -240,14 +243,14 @@ MOTES_INLINE Ints min_ints(Ints a, Ints b) { return select(a < b, a, b); }
 
 MOTES_INLINE Floats abs(Floats v) { return (Floats)((Ints)v & 0x7fffffff); }
 
-/// How many floats `pick` looks up with one instruction; 0: there is no such instruction.
+/// Size of the tables in which `pick` looks up a number with one instruction; 0: there is no such instruction.
 #if MOTES_WIDTH >= 256
 inline constexpr int kTable = MOTES_LANES;
 #else
 inline constexpr int kTable = 0;
 #endif
 
-/// In each lane, the table's entry at the index `at` of that lane.
+/// Returns, in each lane, the table's entry at that lane's index `at`.
 MOTES_INLINE Floats pick(Floats table, Ints at) {
 #if MOTES_WIDTH == 512
   return (Floats)_mm512_permutexvar_ps((__m512i)at, (__m512)table);
@@ -260,7 +263,7 @@ MOTES_INLINE Floats pick(Floats table, Ints at) {
 #endif
 }
 
-/// In each lane, the number at the index `at` of that lane.
+/// Returns, in each lane, the number at that lane's index `at`.
 MOTES_INLINE Floats gather(const float* from, Ints at) {
 #if MOTES_WIDTH == 512
   return (Floats)_mm512_i32gather_ps((__m512i)at, from, 4);
@@ -273,14 +276,15 @@ MOTES_INLINE Floats gather(const float* from, Ints at) {
 #endif
 }
 
-/// Two numbers that are neighbours in memory.
+/// Two numbers per lane that are neighbours in memory.
 struct Pair {
   Floats first, second;
 };
 
-/// In each lane, the numbers at the index `at` of that lane and behind it: half the loads of two `gather`s.
+/// Returns, in each lane, the number at that lane's index `at` and the one behind it, with half the loads of two
+/// `gather`s.
 MOTES_INLINE Pair gather_pairs(const float* from, Ints at) {
-  // As doubles: bits that are only moved.
+  // Gathered as doubles, since the bits are only moved.
 #if MOTES_WIDTH == 512
   const auto* const pairs = reinterpret_cast<const double*>(from);
   const __m512i all = (__m512i)at;
@@ -316,7 +320,7 @@ MOTES_INLINE Ints floor_to_ints(Floats v) {
   return towards_zero + (to_floats(towards_zero) > v);  // a true lane is -1
 #endif
 }
-/// The same where `sane`; other lanes, of any value, have no meaning.
+/// Rounds down where `sane`. Other lanes may have any value, and their results are undefined.
 MOTES_INLINE Ints floor_where([[maybe_unused]] Mask sane, Floats v) {
 #if MOTES_WIDTH >= 256
   return floor_to_ints(v);
@@ -325,7 +329,7 @@ MOTES_INLINE Ints floor_where([[maybe_unused]] Mask sane, Floats v) {
 #endif
 }
 
-/// The products of lanes that are below 2^15.
+/// Returns the products of lanes that are below 2^15.
 #if MOTES_WIDTH != 0
 MOTES_INTEGERS(Uints, multiply_short, madd_epi16)
 #else

@@ -1,5 +1,5 @@
-// The selected lanes of vectors, one after another. Free of branches: processors cannot predict well which lanes are
-// selected.
+// Writes the selected lanes of vectors one after another, without branches: processors cannot predict well which lanes
+// are selected.
 #pragma once
 
 #include "simd/simd.h"
@@ -7,7 +7,7 @@
 namespace motes::MOTES_ISA {
 
 #if MOTES_WIDTH == 256
-/// For each set of lanes: their numbers, in ascending order. What follows them has no meaning.
+/// The numbers of the lanes in each set, in ascending order. The entries behind them are unused.
 struct LaneOrders {
   std::uint8_t lane[256][8];
 };
@@ -24,8 +24,8 @@ constexpr LaneOrders lane_orders() {
 inline constexpr LaneOrders kLaneOrders = lane_orders();
 #endif
 
-/// Which lanes are selected. `pressed` puts them at the front of a vector; what is in its other lanes has no meaning.
-/// `front_of` clears those in a mask that was made of pressed vectors, by comparing them with 0.
+/// A selection of lanes. `pressed` moves them to the front of a vector, whose other lanes are then undefined.
+/// `front_of` clears those other lanes in a mask that was made by comparing pressed vectors with 0.
 class Selected {
  public:
 #if MOTES_WIDTH == 512
@@ -61,7 +61,7 @@ class Selected {
     number_ = count;
   }
   MOTES_INLINE std::size_t number() const { return number_; }
-  /// Where a selected lane goes. The next one overwrites the others.
+  /// Returns where a selected lane goes. The other lanes are overwritten by the next selected one.
   MOTES_INLINE std::uint32_t place(std::size_t lane) const { return place_[lane]; }
 
  private:
@@ -79,7 +79,7 @@ MOTES_INLINE void store_selected(std::uint32_t* to, const Selected& selected, Ui
 #endif
 }
 
-/// The same as 16 bits each, which they must fit.
+/// Writes the selected lanes as 16 bits each, which they must fit; there must be room for all lanes.
 MOTES_INLINE void store_selected(std::uint16_t* to, const Selected& selected, Uints v) {
 #if MOTES_WIDTH == 512
   const __m512i pressed = (__m512i)selected.pressed(v);
@@ -93,7 +93,7 @@ MOTES_INLINE void store_selected(std::uint16_t* to, const Selected& selected, Ui
 #endif
 }
 
-/// Writes those that are chosen; returns how many they are.
+/// Writes the chosen lanes and returns their number; there must be room for all lanes.
 MOTES_INLINE std::size_t squeeze(std::uint32_t* to, Uints v, Mask chosen) {
   const Selected selected(chosen);
   store_selected(to, selected, v);

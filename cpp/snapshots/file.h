@@ -1,4 +1,4 @@
-// A part on disk, for reading.
+// Reads a part from disk.
 #pragma once
 
 #include <cstddef>
@@ -9,11 +9,11 @@
 
 namespace motes::snapshots {
 
-/// A part's file, mapped into memory: only what is read comes from the disk.
+/// A part's file, mapped into memory: only what is used is read from disk.
 class PartFile {
  public:
-  /// Throws std::runtime_error, naming the path and what is wrong, where it cannot be read or is not whole; with `sums`
-  /// also where its planes have changed.
+  /// Opens and checks a file. Throws std::runtime_error, naming the path and what is wrong, if the file cannot be read
+  /// or is not whole; with `sums`, also if its planes have changed.
   PartFile(const std::string& path, bool sums);
   ~PartFile();
   PartFile(const PartFile&) = delete;

@@ -16,7 +16,7 @@ using base::Reader;
 using particles::Store;
 using particles::Touch;
 
-// A thread copies so much at once.
+// Bytes that a thread copies at once.
 constexpr std::size_t kRange = std::size_t{1} << 18;
 
 struct Source {
@@ -25,7 +25,7 @@ struct Source {
   std::size_t bytes;
 };
 
-// Describes the planes of a system behind those before it, and says where they are now.
+// Appends a system's planes to the description, and where they are now to `sources`.
 void describe(const Store& store, std::int32_t system, Description& description, std::vector<Source>& sources,
               std::uint64_t& end) {
   const auto add = [&](SavedPlane plane, const void* from, std::size_t bytes) {
@@ -81,7 +81,7 @@ std::size_t width_of(const SavedPlane& plane) {
   }
 }
 
-// The bytes of `count` values from number `first` on.
+// Returns the bytes of `count` values from number `first` on.
 std::span<const std::byte> values(const SavedPlane& plane, std::span<const std::byte> planes, std::uint64_t first,
                                   std::uint64_t count) {
   const std::size_t width = width_of(plane);
@@ -113,7 +113,7 @@ bool same(const particles::Value& a, const particles::Value& b) {
   return std::bit_cast<std::array<std::uint32_t, 4>>(a) == std::bit_cast<std::array<std::uint32_t, 4>>(b);
 }
 
-// A store without particles takes the values that all arriving ones share.
+// Gives a store without particles the values that all arriving ones share.
 void adopt_uniform(const Description& description, std::span<const std::byte> planes, std::size_t system,
                    Store& store) {
   if (store.size() != 0) return;
@@ -124,7 +124,7 @@ void adopt_uniform(const Description& description, std::span<const std::byte> pl
   }
 }
 
-// Runs copies in ranges, by all threads.
+// Runs copies in ranges, on all threads.
 void run(threads::Pool& pool, const std::vector<std::pair<std::span<const std::byte>, std::byte*>>& copies) {
   std::vector<std::pair<std::span<const std::byte>, std::byte*>> ranges;
   for (const auto& [from, to] : copies) {
@@ -137,7 +137,7 @@ void run(threads::Pool& pool, const std::vector<std::pair<std::span<const std::b
   });
 }
 
-// Ids are whole in a part. `planes` need not be aligned.
+// Copies ids as 64-bit numbers. `planes` need not be aligned.
 void copy_ids(const Store& store, std::byte* planes, threads::Pool& pool) {
   threads::over_ranges(pool, store.size(), kRange / sizeof(std::uint64_t), [&](std::size_t first, std::size_t last) {
     std::array<std::uint64_t, particles::kBlock> whole;
@@ -173,7 +173,7 @@ void copy_touches(const Store& store, std::byte* planes) {
   }
 }
 
-// Of particles first .. last - 1 of a part, which are those of the store from `to` on.
+// Appends the touches of particles first .. last - 1 of a part to those of the store from index `to` on.
 void append_touches(std::span<const std::byte> counts, std::span<const std::byte> touches, std::uint64_t first,
                     std::uint64_t last, std::size_t to, Store& store) {
   std::vector<Touch> row;
@@ -214,7 +214,7 @@ std::string tensor(const std::string& name, const std::string& dtype, const std:
          std::to_string(begin) + "," + std::to_string(end) + "]}";
 }
 
-// "id", "position.x", "color" where all particles share it.
+// Returns a plane's name: "id", "position.x", or "color" if all particles share it.
 std::string name_of(const SavedPlane& plane) {
   switch (plane.kind) {
     case Plane::ids: return "id";
@@ -228,7 +228,7 @@ std::string name_of(const SavedPlane& plane) {
   return name;
 }
 
-// "snow/position.x": F32 [n].
+// Returns the JSON entry of a plane, such as "snow/position.x": F32 [n].
 std::string tensor(const Description& description, const SavedPlane& plane, std::uint64_t before) {
   const SavedSystem& system = description.systems[static_cast<std::size_t>(plane.system)];
   const std::string rows = std::to_string(system.rows);
@@ -246,10 +246,10 @@ std::string tensor(const Description& description, const SavedPlane& plane, std:
   }
 }
 
-// Stands before the description, which is the file's first tensor.
+// Precedes the description in the file's first tensor.
 struct Mark {
   std::array<char, 8> magic = {'m', 'o', 't', 'e', 's', '-', 'p', '1'};
-  std::uint64_t bytes = 0;  // of the description, which ends at a multiple of eight
+  std::uint64_t bytes = 0;  // of the description, padded to a multiple of eight
   std::uint32_t crc = 0;    // of the description
   std::uint32_t reserved = 0;
 };
@@ -294,7 +294,7 @@ void append(const Description& description, std::span<const std::byte> planes, s
   const std::size_t before = store.grow(count);
   std::vector<std::pair<std::span<const std::byte>, std::byte*>> copies;
   std::vector<bool> given(static_cast<std::size_t>(store.schema().size()), false);
-  std::span<const std::byte> counts;  // of touches, which follow them
+  std::span<const std::byte> counts;  // of touches, whose plane follows
   bool has_ids = false;
   for (const SavedPlane& plane : description.planes) {
     if (plane.system != static_cast<std::int32_t>(system)) continue;

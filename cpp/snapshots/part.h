@@ -1,6 +1,6 @@
-// One calculator's share of a snapshot: the particles of all systems as they lie in memory, plane by plane. On disk a
-// part is a file in the safetensors format, which others read with a library or a few lines of NumPy; in the memory of
-// another rank the same planes stand behind the same description, without that file's head.
+// One calculator's part of a snapshot: the particles of all systems as in memory, plane by plane. On disk, a part is a
+// file in the safetensors format, which a library or a few lines of NumPy can read. In another rank's memory, it is the
+// same description and planes without the file's head.
 #pragma once
 
 #include <cstddef>
@@ -15,20 +15,20 @@
 
 namespace motes::snapshots {
 
-/// What the values of a plane are.
+/// The kind of values in a plane.
 enum class Plane : std::uint8_t { ids, component, uniform, touch_counts, touches };
 
-/// A stretch of a part's planes: one value per particle or, where all share it, the value of an attribute; of touches,
-/// as many as their counts say.
+/// One plane of a part: one value per particle or, if all share it, the value of an attribute; of touches, as many as
+/// their counts tell.
 struct SavedPlane {
   std::int32_t system = 0;
   Plane kind = Plane::ids;
-  std::string attribute;  // of components and uniform values
+  std::string attribute;  // for components and uniform values
   std::int32_t component = 0;
-  std::int32_t width = 1;    // of the attribute
-  std::uint64_t offset = 0;  // bytes from the first plane on
+  std::int32_t width = 1;  // width of the attribute
+  std::uint64_t offset = 0;  // bytes from the start of the first plane
   std::uint64_t bytes = 0;
-  std::uint32_t crc = 0;     // on disk
+  std::uint32_t crc = 0;  // only on disk
 };
 
 template <class Visitor>
@@ -47,11 +47,11 @@ constexpr void fields(Visitor& visit, SavedSystem& system) {
 }
 
 struct Description {
-  std::uint64_t frame = 0;  // the next one to run
-  std::int32_t part = 0;    // the calculator
+  std::uint64_t frame = 0;  // the next frame to run
+  std::int32_t part = 0;  // number of the calculator
   std::vector<SavedSystem> systems;
   std::vector<SavedPlane> planes;
-  base::Bytes more;    // what else belongs to this calculator
+  base::Bytes more;  // other data of this calculator
 };
 
 template <class Visitor>
@@ -59,26 +59,27 @@ constexpr void fields(Visitor& visit, Description& description) {
   visit(description.frame, description.part, description.systems, description.planes, description.more);
 }
 
-/// Describes the particles of all systems, whose names the description has already, and appends their planes to `out`.
+/// Describes the particles of all systems and appends their planes to `out`. The description must already have the
+/// systems' names.
 void copy(const std::vector<const particles::Store*>& stores, Description& description, base::Bytes& out,
           threads::Pool& pool);
 
-/// Appends particles first .. last - 1 of a system to a store. Throws std::runtime_error where the planes are not those
-/// of the store's schema.
+/// Appends particles first .. last - 1 of a system to a store. Throws std::runtime_error if the planes do not match the
+/// store's schema.
 void append(const Description& description, std::span<const std::byte> planes, std::size_t system, std::uint64_t first,
             std::uint64_t last, particles::Store& store, threads::Pool& pool);
 
-/// What a file begins with; the planes follow it. Sets their checksums.
+/// Returns the beginning of a file, which the planes follow. Sets their checksums in the description.
 base::Bytes head(Description& description, std::span<const std::byte> planes);
 
-/// A file as it lies in memory.
+/// A part's file in memory.
 struct Opened {
   Description description;
   std::span<const std::byte> planes;
 };
 
-/// Throws std::runtime_error, saying what is wrong, where the bytes are no part or not whole. `sums`: planes are
-/// compared with their checksums, too.
+/// Reads a part's file in memory. Throws std::runtime_error, saying what is wrong, if the bytes are not a part or not
+/// whole. `sums`: also compares the planes with their checksums.
 Opened open(std::span<const std::byte> file, bool sums);
 
 }  // namespace motes::snapshots

@@ -15,8 +15,8 @@ namespace {
 
 static_assert(kPiece >= base::kLargeMemory, "what goes past the kernel's cache must be aligned");
 
-// Goes past the kernel's cache where the file system lets it, in whole pieces: filling the cache with what nobody will
-// read costs a core several times what the writing does, and drives out what others need.
+// A file that bypasses the kernel's page cache, in whole pieces, if the file system allows it: filling the cache with
+// data that nobody will read costs several times the CPU time of writing and evicts what others need.
 class File {
  public:
   explicit File(std::string path)
@@ -57,13 +57,13 @@ class File {
       if (count < 0 && errno == EINTR) continue;
       if (count < 0 && !(direct && errno == EINVAL)) fail("write");
       if (count > 0) rest = rest.subspan(static_cast<std::size_t>(count));
-      if (!rest.empty()) direct = go_direct(false);  // what is left is no whole page, or the file system refuses
+      if (!rest.empty()) direct = go_direct(false);  // the rest is not a whole page, or the file system refuses
     }
     if (direct) go_direct(false);
     piece_.clear();
   }
 
-  // Returns whether it does so.
+  // Switches direct I/O on or off, and returns whether it is on.
   bool go_direct([[maybe_unused]] bool on) const {
 #ifdef O_DIRECT
     const int flags = ::fcntl(file_, F_GETFL);
@@ -113,7 +113,7 @@ void Writer::write(std::string path, Description description) {
     });
   } catch (...) {
     const std::scoped_lock lock(mutex_);
-    busy_ = false;  // or others would wait for this part for ever
+    busy_ = false;  // or others would wait for this part forever
     throw;
   }
 }

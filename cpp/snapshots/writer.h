@@ -1,4 +1,4 @@
-// Parts on their way to disk, in a thread of their own, while frames go on.
+// Writes parts to disk in a separate thread, while the next frames run.
 #pragma once
 
 #include <cstddef>
@@ -13,36 +13,36 @@
 
 namespace motes::snapshots {
 
-/// Bytes that are written at once; a full disk is noticed between two of these.
+/// Bytes that are written at once; a full disk is detected between two such pieces.
 inline constexpr std::size_t kPiece = std::size_t{4} << 20;
 
-/// Writes a file under another name, brings it to the disk and gives it its name. Throws std::runtime_error, naming
-/// path and reason; then no file is left.
+/// Writes a file under a temporary name, syncs it to disk and renames it. Throws std::runtime_error, naming path and
+/// reason; then no file is left.
 void write_whole(const std::string& path, std::span<const std::byte> head, std::span<const std::byte> rest);
 
 /// Writes one part at a time.
 class Writer {
  public:
   Writer() = default;
-  /// Waits for what is being written.
+  /// Waits until the current part is written.
   ~Writer();
   Writer(const Writer&) = delete;
   Writer& operator=(const Writer&) = delete;
 
-  /// Memory for the next planes, used again from part to part. Waits for the part before.
+  /// Returns memory for the next planes, which all parts reuse. Waits until the previous part is written.
   base::Bytes& planes();
 
-  /// Starts to write what stands in planes().
+  /// Starts to write the content of planes().
   void write(std::string path, Description description);
 
   /// Waits until all is written.
   void wait();
   bool busy() const;
 
-  /// How the last part that was begun went: `written` is the newest frame of which the part is on disk.
+  /// The outcome so far: `written` is the newest frame whose part is on disk.
   struct Outcome {
     std::optional<std::uint64_t> written{};
-    std::string error{};  // of the last one
+    std::string error{};  // of the last part; empty: none
   };
   Outcome outcome() const;
 

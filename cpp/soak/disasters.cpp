@@ -11,9 +11,9 @@ namespace motes::soak {
 namespace {
 
 using Death = comm::Simulation::Death;
-constexpr std::string_view kUnstarted = "before the first frame";  // there nobody can go on without a rank
+constexpr std::string_view kUnstarted = "before the first frame";  // where no run can continue without a rank
 
-// To whom nothing happens; played once per story.
+// Returns the film of an undisturbed run, played once per story.
 const Film& model_of(const Story& story) {
   thread_local std::map<Story, Film> models;
   const auto [place, fresh] = models.try_emplace(story);
@@ -32,13 +32,13 @@ Death random_death(Random& random, int ranks, std::uint64_t points) {
   const auto rank = static_cast<int>(random.below(static_cast<std::size_t>(ranks)));
   const auto at = [&](std::uint64_t most) { return 1 + static_cast<std::uint64_t>(random.below(most)); };
   switch (random.below(8)) {
-    case 0: return {rank, at(2), Death::At::shrink};  // that recovers itself, if it comes so far
+    case 0: return {rank, at(2), Death::At::shrink};  // while it recovers from another loss, if it gets there
     case 1: return {rank, at(points / 4 + 1), Death::At::send};
     default: return {rank, at(points), Death::At::point};
   }
 }
 
-// At any moment of the run that it would be without them.
+// Draws deaths at any moment of the run as it would be without them.
 void draw_deaths(Random& random, const Story& story, const Way& way, std::size_t deaths, bool saves,
                  Accidents& accidents) {
   Film quiet;
@@ -69,7 +69,7 @@ void lose_ranks(Random& random, const Story& story, const Way& way, Disaster& di
   disaster.broken = compared(film, model_of(story));
 }
 
-// A bit flips, a file ends too early, or is gone.
+// Damages a checkpoint: a bit flips, a file is cut off or deleted.
 void damage(Random& random, Disk& disk) {
   if (disk.checkpoints.empty() || random.below(2) == 0) return;
   auto& parts = disk.checkpoints.rbegin()->second.parts;
@@ -91,7 +91,7 @@ void kill_jobs(Random& random, const Story& story, Way way, Disaster& disaster) 
     Accidents accidents;
     accidents.order = random.next();
     if (disaster.died < 3) {
-      // Ranks may be lost on the way: what the others save then is whole, too.
+      // Ranks may be lost before: what the others save then must be whole, too.
       if (way.ranks > 1 && random.below(2) == 0) draw_deaths(random, story, way, 1, true, accidents);
       accidents.killed_at = random.below(kFrames + 4);
     }

@@ -1,5 +1,5 @@
-// Disasters by the thousand: stories played by simulated ranks that die, all at once or one by one, and what must come
-// out nevertheless. One seed is one disaster, the same each time.
+// Disasters by the thousand: stories played by simulated ranks that die, all at once or one by one, and the results
+// that they must give nevertheless. One seed is one disaster, the same each time.
 #pragma once
 
 #include <cstdint>
@@ -12,14 +12,14 @@ struct Disaster {
   Kind kind = Kind::orders;
   int ranks = 0;           // at the start
   int died = 0;            // ranks, or jobs
-  int survived = 0;        // losses behind which the run went on; restarts
-  bool told = false;       // the run ended, and said why
-  std::string broken;      // which promise was not kept; empty: none
+  int survived = 0;        // losses after which the run continued; restarts
+  bool told = false;       // the run ended and reported why
+  std::string broken;      // the promise that was broken; empty: none
 };
 
-/// The promises: whatever happens, each frame has the particles and the picture of the run to which nothing happened;
-/// a run ends before its end only where a sentence says why, and never because one rank alone was lost; nobody waits
-/// for ever; a checkpoint that is damaged is never used.
+/// Plays one disaster and checks the promises: each frame has the particles and the picture of an undisturbed run; a
+/// run ends early only with a message, and never because of the loss of a single rank; no rank waits forever; a damaged
+/// checkpoint is never used.
 Disaster disaster(std::uint64_t seed);
 
 }  // namespace motes::soak

@@ -32,7 +32,7 @@ bool same(std::span<const std::byte> a, std::span<const std::byte> b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end());
 }
 
-// Files of an ordinary run.
+// Intact files of an ordinary run.
 struct Originals {
   Bytes scene, list, part, state;
   std::string table;
@@ -93,13 +93,13 @@ void hurt(Random& random, Bytes& bytes) {
   switch (random.below(6)) {
     case 0: bytes.resize(somewhere(random, bytes)); break;
     case 1: bytes.put(random.next()); break;
-    case 2: {  // a stretch comes from elsewhere
+    case 2: {  // overwrites a stretch with another
       const std::size_t from = somewhere(random, bytes), to = somewhere(random, bytes);
       const std::size_t count = 1 + random.below(std::min(bytes.size() - std::max(from, to), std::size_t{64}));
       std::memmove(bytes.data() + to, bytes.data() + from, count);
       break;
     }
-    case 3: {  // a number that says how many, perhaps
+    case 3: {  // overwrites a number, perhaps a count
       const std::uint64_t numbers[] = {0, 1, UINT32_MAX, UINT64_MAX, random.next(), random.below(1000)};
       const std::size_t width = random.below(2) == 0 ? 4 : 8;
       if (bytes.size() < width) break;
@@ -116,7 +116,7 @@ Bytes damaged(Random& random, std::span<const std::byte> original) {
   return bytes;
 }
 
-// Whether it could be read: these are the errors that a damaged file may give.
+// Returns whether `read` succeeds. A damaged file may only give these errors.
 template <class Read>
 bool could(const Read& read) {
   try {
@@ -129,7 +129,8 @@ bool could(const Read& read) {
   }
 }
 
-// A scene has a fingerprint. Its lists alone have none: what they say is checked, and recorded again.
+// Reads a damaged scene, which has a fingerprint, and a damaged list, which has none: its content is checked and
+// recorded.
 void read_scene(Random& random, DamagedFile& file) {
   const Bytes scene = damaged(random, originals().scene.view());
   const Bytes list = damaged(random, originals().list.view());

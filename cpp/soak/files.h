@@ -1,5 +1,5 @@
-// Files that something has damaged: scenes, checkpoints and logs with bits flipped, bytes lost or doubled. Reading one
-// gives an error or what was written, and touches no memory but its own (`.ci/asan python -m motes soak files`).
+// Damaged files: scenes, checkpoints and logs with flipped bits, lost or repeated bytes. Reading one gives an error or
+// what was written, and touches no foreign memory (`.ci/asan python -m motes soak files`).
 #pragma once
 
 #include <cstdint>
@@ -10,11 +10,11 @@ namespace motes::soak {
 struct DamagedFile {
   enum class Kind : std::uint8_t { scene, part, state, table };
   Kind kind = Kind::scene;
-  bool read = false;   // all the same, because the damage concerns nothing that counts
-  std::string broken;  // what was read is not what was written; or empty
+  bool read = false;   // read without an error, since the damage changed nothing that matters
+  std::string broken;  // the promise that was broken; empty: none
 };
 
-/// `directory`: where a file may be written.
+/// Damages a file and reads it. `directory`: where a file may be written.
 DamagedFile damaged_file(std::uint64_t seed, const std::string& directory);
 
 }  // namespace motes::soak

@@ -16,7 +16,7 @@ constexpr std::uint64_t kCopiesEvery = 4;
 constexpr std::uint64_t kSaveEvery = 3;
 constexpr std::size_t kSegment = 4;  // pictures that go to the film's file together, unless a checkpoint is due
 
-// The end of the whole job at once.
+// Ends the whole job at once.
 struct Killed : std::exception {};
 
 bool whole(const Saved& saved) {
@@ -42,7 +42,7 @@ Saved copied(const Saved& saved) {
   return copy;
 }
 
-// What a run goes on from: the newest checkpoint that is whole.
+// Returns the checkpoint that a run continues from: the newest whole one.
 const Saved* newest(const Disk& disk) {
   const auto& all = disk.checkpoints;
   const auto found = std::find_if(all.rbegin(), all.rend(), [](const auto& each) { return whole(each.second); });
@@ -119,7 +119,7 @@ class Player {
 
   // --- the film, as the script's side keeps it (python/motes/_film/movie.py)
 
-  // Pictures wait on the rank that draws, and go to the file some at a time.
+  // Queues pictures on the rank that draws; several are written to the file together.
   void shoot(std::uint64_t frame, const std::string& picture) {
     queue_.emplace_back(frame, picture);
     if ((film_.reel.size() + queue_.size()) % kSegment == 0) flush();
@@ -135,7 +135,8 @@ class Player {
     flush();
   }
 
-  // What the ranks that died have drawn is in the file, but for the last pictures.
+  // Continues the film of a lost rank, whose pictures are in the file except for the last ones. Returns the first frame
+  // to draw again.
   std::uint64_t take_over() {
     const std::size_t behind = written_ - unsecured_.size();
     const std::size_t held = std::min(film_.reel.size(), written_);
@@ -148,8 +149,8 @@ class Player {
 
   // --- checkpoints (python/motes/_checkpoint/saving.py)
 
-  // Each calculator writes its part; then a manifest, which one rank writes when all are there. Again where ranks were
-  // lost before all knew that it is whole.
+  // Each calculator writes its part; when all parts are there, one rank writes a manifest. Repeated if ranks were lost
+  // before all others knew that the checkpoint is whole.
   void save() {
     const std::uint64_t frame = saved_ = engine_.frame();
     while (whole_ != frame) {
@@ -186,7 +187,7 @@ class Player {
     whole_ = frame;
   }
 
-  // Each calculator takes its share of all parts.
+  // Restores this calculator's share of all parts.
   void restore(const Saved& saved) {
     std::vector<snapshots::Opened> parts;
     for (const auto& [calculator, file] : saved.parts) parts.push_back(snapshots::open(file.view(), false));
@@ -216,16 +217,16 @@ class Player {
   const Saved* from_;
   Played& played_;
   engine::Engine engine_;
-  std::uint64_t saved_ = 0;           // the frame of the last checkpoint,
-  std::uint64_t whole_ = UINT64_MAX;  // and of the last of which this rank knows that it is whole
-  std::map<std::uint64_t, std::string> orders_;  // what this rank heard in each frame
-  int asked_ = 0;                     // how often, what viewers want
+  std::uint64_t saved_ = 0;  // frame of the last checkpoint
+  std::uint64_t whole_ = UINT64_MAX;  // frame of the last one known to be whole
+  std::map<std::uint64_t, std::string> orders_;  // what this rank received in each frame
+  int asked_ = 0;  // how often it was asked for orders
 
-  std::size_t written_ = 0;                                     // pictures of the film, the same on every rank
-  std::vector<std::uint64_t> unsecured_;                        // the last of these, which may not be in its file
-  std::vector<std::uint64_t> again_;                            // frames that a rank that died was to write
-  std::vector<std::pair<std::uint64_t, std::string>> queue_;  // here, and not in the file yet
-  bool closed_ = false;                                         // the film
+  std::size_t written_ = 0;  // pictures of the film, the same on every rank
+  std::vector<std::uint64_t> unsecured_;  // frames of the last ones, which may not be in its file
+  std::vector<std::uint64_t> again_;  // to draw again: a lost rank had their pictures
+  std::vector<std::pair<std::uint64_t, std::string>> queue_;  // pictures not yet in the file
+  bool closed_ = false;  // whether the film is closed
 };
 
 }  // namespace
@@ -236,7 +237,7 @@ Played play(const Story& story, const Way& way, const Accidents& accidents, Film
   simulation.seed = accidents.order;
   simulation.survives = !accidents.deaths.empty();
   simulation.deaths = accidents.deaths;
-  std::optional<Saved> from;  // on a disk that goes on changing
+  std::optional<Saved> from;  // a copy, since the disk keeps changing
   if (const Saved* found = disk == nullptr ? nullptr : newest(*disk)) from = copied(*found);
   film.reel.resize(from ? from->reel : 0);
   Played played;

@@ -13,7 +13,7 @@ using actions::Action;
 using actions::make;
 namespace numbers = actions::numbers;
 
-// A law of a script: pairs remember how they have been placed, which pushes them apart.
+// Returns a law of a script: pairs remember the sum of their normals, which pushes them apart.
 Action law() {
   using actions::Leaf;
   using actions::Op;
@@ -115,7 +115,7 @@ void define(engine::Engine& engine, const Way& way) {
   engine.add_system(definition);
   definition.name = "children";
   definition.capacity = 90;
-  definition.sprite.kind = image::Sprite::Kind::ribbon;  // children keep where they have been
+  definition.sprite.kind = image::Sprite::Kind::ribbon;  // which keep where the children have been
   definition.sprite.width = 0.1f;
   definition.sprite.length = 0.3f;
   for (const auto& [name, width] : particles::trace_attributes(false))
@@ -129,14 +129,14 @@ void record(engine::Engine& engine, const Story& story, std::uint64_t frame) {
   spawn.into = 1;
   spawn.on = recording::Spawn::On::collision;
   spawn.count = 2;
-  engine.record(0, falling(30 + 0.45 * static_cast<double>(frame % 3)));  // fractions of particles go on, too
+  engine.record(0, falling(30 + 0.45 * static_cast<double>(frame % 3)));  // fractions of particles carry over
   if (story.reads && frame % 2 == 0) engine.digest();
   engine.record(0, spawn);
   engine.record(0, make(numbers::gravity<>{.acceleration = {0, -9.81, 0}}));
   if (story.reads && frame % 3 == 1) engine.gather(0, true);
   engine.record(0, make(numbers::bounce<>{.restitution = 0.5, .friction = 0.1, .exact_hit = 1}, {ground}));
   engine.record(0, make(numbers::kill_old<>{.age_limit = 0.4}));
-  // From here on the values at birth are asked for, also of particles that were born before.
+  // From here on values at birth are needed, also those of particles that were born before.
   if (frame > 5) engine.record(0, make(numbers::restore<>{.time_left = 1, .position = 1, .up = 1}));
   if (story.meets) {
     engine.record(0, make(numbers::match_velocity<>{.magnitude = 0.5, .epsilon = 0.1, .max_radius = 0.3}));

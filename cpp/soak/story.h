@@ -1,5 +1,5 @@
-// Small animations for simulated ranks, and the ways in which they may be played: by how many ranks, in which roles,
-// with which domains. However one is played, the same comes out.
+// Small animations for simulated ranks, and the ways to play them: on how many ranks, in which roles, with which
+// domains. The result does not depend on the way.
 #pragma once
 
 #include <cstdint>
@@ -15,11 +15,11 @@ using comm::simulation::Random;
 constexpr std::uint64_t kFrames = 16;
 constexpr int kWidth = 80, kHeight = 64;  // two tiles
 
-/// What is told: equal for all ways.
+/// What is played: equal for all ways.
 struct Story {
-  bool reads = false;     // in the middle of frames
-  bool sub_steps = false; // two; particles are not read then
-  bool meets = false;     // particles collide
+  bool reads = false;  // whether particles are read within frames
+  bool sub_steps = false;  // two per frame; particles are not read then
+  bool meets = false;  // particles collide
   bool pictures = false;
   bool streaks = false;
 
@@ -43,9 +43,9 @@ Story random_story(Random& random);
 Way random_way(Random& random);
 
 engine::Settings settings(const Story& story, const Way& way);
-/// Parents, and the children that are born where they hit the ground.
+/// Adds the systems: parents, and the children that are born where they hit the ground.
 void define(engine::Engine& engine, const Way& way);
-/// The list of a frame.
+/// Records the list of a frame.
 void record(engine::Engine& engine, const Story& story, std::uint64_t frame);
 std::optional<image::View> view(const Story& story, const Way& way, std::uint64_t frame);
 

@@ -16,7 +16,7 @@
 namespace motes::threads {
 namespace {
 
-// A thread that waits looks so often before it sleeps: a few tens of microseconds, what sleeping and waking would cost.
+// A waiting thread polls this often before it sleeps: a few tens of microseconds, the cost of sleeping and waking.
 constexpr int kLooks = 2000;
 
 double cpu_seconds() {
@@ -31,13 +31,13 @@ void rest() {
 #endif
 }
 
-// The caller counts as one that runs.
+// Returns the text of NoThread; `running` includes the caller.
 std::string refusal(int wanted, std::size_t running, const std::exception& error) {
   return "only " + std::to_string(running) + " of " + std::to_string(wanted) + " threads could be started (" +
          error.what() + "); World(threads=) or MOTES_THREADS sets fewer";
 }
 
-// Signals belong to the thread that runs the script.
+// Blocks signals, which belong to the thread that runs the script.
 class WithoutSignals {
  public:
   WithoutSignals() {
@@ -102,7 +102,7 @@ void Pool::start() {
   }
 }
 
-// In a forked copy of the process there are no other threads, and what they held stays held.
+// Returns whether this is a forked copy of the process: it has no other threads, and locks that they held stay locked.
 bool Pool::in_a_copy() const { return process_ != 0 && process_ != getpid(); }
 
 void Pool::run(std::size_t parts, const Work& work) {
@@ -157,10 +157,10 @@ void Pool::take_parts(std::size_t worker) {
   workers_[worker].busy_s = cpu_seconds() - start;
 }
 
-// What nobody has begun of a share; returns whether there was any.
+// Runs the parts of a share that have not begun; returns whether there were any.
 bool Pool::take_share(Worker& from, std::size_t worker) {
   bool took_part = false;
-  while (from.next.load(std::memory_order_relaxed) < from.end) {  // looking takes no cache line away from its owner
+  while (from.next.load(std::memory_order_relaxed) < from.end) {  // loading takes no cache line from its owner
     const std::size_t part = from.next.fetch_add(1, std::memory_order_relaxed);
     if (part >= from.end || part > lowest_failed_.load(std::memory_order_relaxed)) break;
     took_part = true;
@@ -174,7 +174,7 @@ bool Pool::take_share(Worker& from, std::size_t worker) {
   return took_part;
 }
 
-// In a handler.
+// Call only in an exception handler.
 void Pool::note_failure(std::size_t part) {
   const std::scoped_lock lock(waiting_->mutex);
   if (part > lowest_failed_.load(std::memory_order_relaxed)) return;
@@ -191,7 +191,7 @@ void Pool::serve(std::size_t worker) {
   }
 }
 
-// Waits for a task that is still open. False where the pool ends.
+// Waits for a task that is still open. Returns false when the pool ends.
 bool Pool::join_task(std::size_t& seen) {
   for (;;) {
     for (int look = 0; look < kLooks && tasks_.load(std::memory_order_acquire) == seen; ++look) rest();

@@ -1,9 +1,8 @@
-"""Crowds that meet: each calculator has 400 000 particles, its part of a cube.
+"""Crowds that interact: each calculator has 400 000 particles, its part of a cube.
 
-Fewer are recorded, and each stands for as many as are missing: a sample of the crowd, in which reach and
-speed are those of the whole. `heap`: grains that lie on each other, packed to 60 %; they see each other
-within a diameter. `flock`: birds, one per cubic metre, that circle the middle at up to 10 m/s and see 2 m
-far. `ball`: the same birds in a ball.
+Only a sample is recorded, in which each particle stands for several; reach and speed are those of the whole
+crowd. `heap`: grains at rest on each other, packed to 60 %; they interact within a diameter. `flock`: birds,
+one per cubic metre, that circle the middle at up to 10 m/s and see 2 m far. `ball`: the same birds in a ball.
 """
 
 import math
@@ -13,7 +12,7 @@ from motes import column
 from motes.shapes import Box, Sphere
 
 FULL = 400_000
-"""Particles of a calculator."""
+"""Particles per calculator."""
 DIAMETER = 0.02
 SIGHT = 2.0
 
@@ -39,9 +38,7 @@ with world:
         if frame == 0:
             crowd.burst(place, count=args.particles * args.calculators)
         if args.crowd == "heap":
-            crowd.collide(
-                radius=DIAMETER / 2, clear=1e-6
-            )  # of a sample, none would touch another but by chance
+            crowd.collide(radius=DIAMETER / 2, clear=1e-6)  # grains of a sample touch only by chance
         else:
             if frame == 0:
                 crowd.set(velocity=x * (0, 0, turn) + z * (-turn, 0, 0))

@@ -1,7 +1,7 @@
 """Write the pages of actions from the docstrings of motes.actions: `python docs/scripts/make_actions.py`.
 
-The test of actions compares the files with `pages()`, so they cannot fall behind. What actions cost is in
-costs.json: `MOTES_SIMD=avx2 python -m motes bench actions --json > docs/scripts/costs.json` measures it anew.
+A test compares the files with `pages()`, so they are always up to date. costs.json has the costs of actions:
+`MOTES_SIMD=avx2 python -m motes bench actions --json > docs/scripts/costs.json` measures them again.
 """
 
 from __future__ import annotations
@@ -62,9 +62,9 @@ What actions between particles cost depends on how many are within reach: [heaps
 `collide`.
 """
 SHORT = 240
-"""Parameters whose texts have fewer characters than these share a line."""
+"""Parameters share a line if their texts have fewer characters in total."""
 OWN_NAME = re.compile(r"McAllister's \w+\.")
-"""The usual source, which the overview names once."""
+"""The usual source, which only the overview names."""
 # Why an action adds more than 1 ns.
 REASONS = {
     "random_acceleration random_velocity random_displacement random_rotational_velocity": "random numbers, "
@@ -87,7 +87,7 @@ REASONS = {
 
 
 def words(name: str) -> str:
-    """Make the method's name of a class's."""
+    """Return the method's name for a class's name."""
     return re.sub(r"(?<!^)([A-Z])", r"_\1", name).lower()
 
 
@@ -99,7 +99,7 @@ def wrapped(text: str, indent: str = "") -> str:
 
 
 def signature(name: str) -> str:
-    """Show the method as it is called, without self and where."""
+    """Return the method's signature, without self and where."""
     parameters = list(inspect.signature(getattr(recorder.Recorder, name)).parameters.values())[1:]
     shown = []
     for p in parameters:
@@ -112,7 +112,7 @@ def signature(name: str) -> str:
 
 
 def parts(docstring: str) -> tuple[list[str], str, list[tuple[str, str]], str]:
-    """Split a docstring: what it does, the formula, the parameters, the source."""
+    """Split a docstring into description, formula, parameters and source."""
     paragraphs = inspect.cleandoc(docstring).split("\n\n")
     what = [p for p in paragraphs if not p.startswith(("Formula:", "Attributes:", "Source:"))]
     formula, attributes, source = (
@@ -148,7 +148,7 @@ def section(name: str, kind: type, heading: str) -> str:
 
 
 def cost(name: str, which: str) -> str:
-    """Show a measured cost in nanoseconds; actions between particles have none of their own."""
+    """Return a measured cost in nanoseconds; empty for actions between particles."""
     if name not in COSTS["actions"]:
         assert actions_between(name), f"{name} has not been measured: python -m motes bench actions"
         return ""
@@ -157,14 +157,14 @@ def cost(name: str, which: str) -> str:
 
 
 def actions_between(name: str) -> bool:
-    """Whether it acts between particles."""
+    """Tell whether an action acts between particles."""
     return name in [words(kind) for kind in [*between.__all__, *laws.__all__]]
 
 
 def costly() -> str:
-    """List the actions that add more than a nanosecond, with the reason.
+    """List the actions that add more than a nanosecond, with reasons.
 
-    Raises KeyError where none is known.
+    Raises KeyError if a reason is missing.
     """
     reasons = {name: (names, why) for names, why in REASONS.items() for name in names.split()}
     costs = COSTS["actions"]
@@ -183,7 +183,7 @@ def costly() -> str:
 
 
 def kinds(module: ModuleType) -> dict[str, type]:
-    """Return a module's own actions by the names of their methods."""
+    """Return the actions defined in a module, by the names of their methods."""
     own = [k for k in vars(module).values() if inspect.isclass(k) and k.__module__ == module.__name__]
     return {words(kind.__name__): kind for kind in own if issubclass(kind, actions.Action)}
 
@@ -215,7 +215,7 @@ def costs() -> str:
 
 
 def described(title: str, more: str, families: list[tuple[str, ModuleType]]) -> str:
-    """Describe the actions of families on a page; one without a name has no heading of its own."""
+    """Return a page that describes families of actions; a family without a name gets no heading."""
     lines = [f"# {title}", "", wrapped(WRITTEN), "", wrapped(SYMBOLS + more), ""]
     for family, module in families:
         lines += [f"## {family}", ""] if family else []

@@ -1,7 +1,7 @@
 """Write docs/analysis.md's plots from their docstrings, and docs/notes/log.md from the log's schema.
 
 `python docs/scripts/make_analysis.py`. A test compares the files with `page()` and `columns()`, so they
-cannot fall behind.
+are always up to date.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ COLUMNS = PAGE.parent / "notes" / "log.md"
 
 
 def page() -> str:
-    """Return the whole page: its own text, and the list of plots anew."""
+    """Return the page with a new list of plots."""
     return _between(PAGE.read_text(), "plots", plots())
 
 
 def columns() -> str:
-    """Return the page of columns: its own text, and the lists anew."""
+    """Return the page of columns with new lists."""
     tables = "\n\n".join(table(name, one) for name, one in TABLES.items())
     return _between(COLUMNS.read_text(), "tables", tables)
 
@@ -53,7 +53,7 @@ def table(name: str, one: Table) -> str:
     lines = [f"## `run.{name}{call}`: {one.file}", "", f"One row per {one.row}{when}.", ""]
     for column in one.columns:
         if column.name == "frame":
-            continue  # the page says it once
+            continue  # described once at the top of the page
         if column.name[1:] in {name[1:] for name in QUANTILES[1:]}:
             continue
         label = f"`{column.name}`"

@@ -2,9 +2,10 @@
 
 Run `python docs/scripts/make_decompositions.py [real] [virtual]`.
 
-real: snow, fountain, heap and flock of examples/ under slabs, bricks and by id, on real ranks. virtual: snow
-and the fountains again, and crowds that meet (decompositions_crowds.py), on up to 1024 virtual ranks; needs
-SimGrid. What is named is measured anew; decompositions.json keeps the figures for tables and plot.
+real: snow, fountain, heap and flock of examples/ with slabs, bricks and domains by id, on real ranks.
+virtual: snow and the fountains again, and crowds that interact (decompositions_crowds.py), on up to 1024
+virtual ranks; needs SimGrid. The named parts are measured again; decompositions.json keeps the figures for
+tables and plot.
 """
 
 from __future__ import annotations
@@ -33,13 +34,13 @@ EXAMPLES = DOCS.parent / "examples"
 
 SCENES = ("snow", "fountain", "heap", "flock")
 BALANCED = "balanced fountain"
-"""The fountains once more on virtual ranks, with cuts that follow the drops."""
+"""The fountains again on virtual ranks, with cuts that follow the drops."""
 BALLS = ("ball", "ball in equal blocks")
-"""The flock as a ball, with cuts at quantiles as everywhere else, and with domains of equal size."""
+"""The flock as a ball, with cuts at quantiles like the others, and with domains of equal size."""
 CROWDS = ("heap", "flock", *BALLS)
 WAYS = ("slabs", "bricks", "by id")
 REAL = {
-    # Cuts of the first births, which stay; the others go where nobody was born, so cuts follow them.
+    # Fixed cuts from the first births. Heap and flock leave their birthplace, so their cuts follow them.
     "snow": ("--space=fit", "--balancer=static", "--systems=2", "--particles=100000", "--frames=24"),
     "fountain": ("--space=fit", "--balancer=static", "--systems=2", "--particles=100000", "--frames=24"),
     "heap": ("--balancer=prefix", "--frames=120"),
@@ -50,19 +51,19 @@ VIRTUAL = (16, 64, 256, 1024)
 FULL = 400_000
 """Particles of a virtual calculator."""
 FRAMES = {"snow": 8, "fountain": 8, BALANCED: 8, **dict.fromkeys(CROWDS, 3)}
-"""Of a virtual run; the first one makes births and is not measured."""
+"""Frames of a virtual run; the first half, with the births, is not measured."""
 
 Figures = dict[str, dict[str, float]]
 
 
 def axis_of(way: str, scene: str, virtual: bool) -> str:
-    """Return the axes that are cut: bricks along those in which particles spread."""
+    """Return the axes to cut: for bricks, those along which particles spread."""
     crowd = dict.fromkeys(CROWDS, "xyz") if virtual else {"heap": "xy"}
     return {"slabs": "x", "bricks": crowd.get(scene, "xz"), "by id": "none"}[way]
 
 
 def figures_of(run: Run, first: int, scale: float) -> dict[str, float]:
-    """Take the means over the frames from `first` on, of what all calculators did together."""
+    """Return means over the frames from `first` on, for all calculators together."""
     frames = run.frames[run.frames["frame"] >= first]
     load = run.load[run.load["frame"] >= first]
     count = len(frames)
@@ -99,7 +100,7 @@ def virtual(scene: str, way: str, ranks: int) -> dict[str, float]:
 
     calculators = ranks - 2
     computed = min(1000, 500_000 // calculators)
-    if scene in CROWDS and way == "by id":  # everybody has ghosts of all others
+    if scene in CROWDS and way == "by id":  # every calculator has ghosts of all others
         computed = min(computed, 13_000_000 // calculators**2)
     balancer = "prefix" if scene == BALANCED else "static"
     radius = (3 / (4 * math.pi) * FULL * calculators) ** (1 / 3)
@@ -126,7 +127,7 @@ def virtual(scene: str, way: str, ranks: int) -> dict[str, float]:
 
 
 def measure(parts: list[str]) -> dict[str, Figures]:
-    """Measure these parts anew, the small runs first; after each run what is known is written."""
+    """Measure these parts, small runs first; write the figures after each run."""
     known: dict[str, Figures] = json.loads(FIGURES.read_text()) if FIGURES.exists() else {}
     for part in parts:
         for scene, way, ranks in runs(part):
@@ -139,7 +140,7 @@ def measure(parts: list[str]) -> dict[str, Figures]:
 
 
 def runs(part: str) -> list[tuple[str, str, int]]:
-    """Return what is run: on 1022 calculators neither by id, a million messages each time, nor balanced."""
+    """Return the runs: with 1022 calculators none by id (a million messages each time) and none balanced."""
     if part == "real":
         return [(scene, way, ranks) for ranks in RANKS for scene in SCENES for way in WAYS]
     every = [
@@ -164,7 +165,7 @@ def table(part: str, known: Figures) -> str:
 
 
 def cell(part: str, scene: str, found: dict[str, Any] | None) -> str:
-    """Return what one run found, as the page shows it."""
+    """Return the figures of one run as shown on the page."""
     if found is None:
         return ""
     ghosts = f", {short(100 * found['ghosts'])} %" if scene in CROWDS else ""
@@ -176,7 +177,7 @@ def cell(part: str, scene: str, found: dict[str, Any] | None) -> str:
 
 
 def short(value: float) -> str:
-    """Show three digits, or all in front of the point."""
+    """Return a number with three digits, or all digits before the point."""
     return f"{value:,.0f}" if value >= 100 else f"{value:.3g}"
 
 
@@ -211,7 +212,7 @@ PANELS: tuple[tuple[str, str, Callable[[dict[str, float]], float]], ...] = (
     ("virtual", "MB per calculator and frame", lambda found: found["bytes"] / found["calculators"] / 1e6),
     ("virtual", "ms per frame", lambda found: 1e3 * found["frame_s"]),
 )
-"""Rows of the plot: which runs, what is drawn, from one run's figures."""
+"""Rows of the plot: the part, the label, and the value to draw from one run's figures."""
 
 
 def curves(
@@ -229,7 +230,7 @@ def curves(
 
 
 def plain_ticks(ax: Axes) -> None:
-    """Write 1, 2, 5, 10, ... beside a logarithmic axis, and its numbers of calculators as they are."""
+    """Label a logarithmic y axis with 1, 2, 5, 10, ..., and the x axis with plain numbers."""
     ax.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
     ax.yaxis.set_minor_locator(NullLocator())
     ax.xaxis.set_minor_locator(NullLocator())

@@ -1,8 +1,8 @@
-"""Make what shows the effects: `make_gallery.py [--stills] [--loops] [--opening] [--page] [NAMES]`.
+"""Make the gallery: `make_gallery.py [--stills] [--loops] [--opening] [--page] [NAMES]`.
 
-A still of each effect is docs/gallery/NAME.png; a loop of four seconds, out/loops/NAME.mp4 (H.264), is kept
-out of the history. --opening writes the loop at the head of the README, docs/gallery/opening.webp. --page
-writes docs/gallery.md and the README's wall from the scripts. Without an option: all of it.
+Writes a still of each effect, docs/gallery/NAME.png, and a loop of four seconds, out/loops/NAME.mp4 (H.264),
+which is not committed. --opening writes the loop at the top of the README, docs/gallery/opening.webp. --page
+writes docs/gallery.md and the README's wall from the scripts. Without an option, writes all.
 """
 
 from __future__ import annotations
@@ -30,24 +30,24 @@ LOOPS = ROOT / "out" / "loops"
 PAGE = ROOT / "docs" / "gallery.md"
 NO_EFFECTS = ("export", "heterogeneous")
 OPENING = "autumn"
-"""The effect at the head of the README. Animated WebP needs a tenth of an APNG's bytes."""
+"""The effect at the top of the README. Animated WebP needs a tenth of an APNG's bytes."""
 
 SIZE, LOOP_SIZE, FPS = (960, 540), (640, 360), 24
 LOOP_FRAMES, BLENDED = 96, 24
 MOST_BYTES, MOST_BYTES_OPENING = 250_000, 1_500_000
 COLUMNS = 4
 WARM = {"waterfall": 60, "swirl": 110, "volcano": 120, "hail": 24, "smoke": 110, "fountain": 0, "flame": 30}
-"""Frames before an effect is in its steady state, where that is more than `USUAL_WARM`."""
+"""Frames until an effect is in its steady state, if not `USUAL_WARM`."""
 USUAL_WARM = 48
 ONE_SHOT = ("explosion", "galaxy", "dam", "heap", "photo", "two_suns", "flag", "shielding", "bounce_toy")
 ONE_SHOT += ("launch", "letters")
-"""What is shown from its start."""
+"""Effects that are shown from their start."""
 STILL = {
     **{"explosion": 30, "two_suns": 100, "galaxy": 110, "dam": 44, "heap": 110, "portal": 60, "photo": 60},
     **{"flag": 40, "smoke": 96, "flamethrower": 48, "confetti": 80, "autumn": 100, "ribbons": 60},
     **{"launch": 84, "letters": 36},
 }
-"""The frame of the still, where it is not the middle of the loop."""
+"""The frame of the still, if not the middle of the loop."""
 
 Pixels = NDArray[Any]
 
@@ -63,7 +63,7 @@ def script(name: str) -> Path:
 
 
 def still(name: str) -> Path:
-    """Return the still of an effect, which lies as its script does."""
+    """Return the path of an effect's still, which mirrors that of its script."""
     return (STILLS / script(name).relative_to(EXAMPLES)).with_suffix(".png")
 
 
@@ -72,13 +72,13 @@ def _scripts() -> list[Path]:
 
 
 def sentence(name: str) -> str:
-    """Return what the first sentence of a script says about the effect."""
+    """Return the description of the effect from its script's docstring."""
     head = ast.get_docstring(ast.parse(script(name).read_text())) or ""
     return head.split(": python -m motes")[0]
 
 
 def shows(name: str) -> list[str]:
-    """Return which recording methods of a system a script calls: the rarest among the effects first."""
+    """Return the recording methods that a script calls, the rarest among all effects first."""
     counts: dict[str, int] = {}
     for other in effects():
         for call in _calls(other):
@@ -119,7 +119,7 @@ def film(name: str, frames: int, size: tuple[int, int]) -> NDArray[np.uint8]:
 
 
 def closed(shots: Pixels) -> Pixels:
-    """Return all but the first second of frames; the last of these is blended into that first one."""
+    """Return all but the first second of frames, with the last second blended into that first one."""
     loop = shots[BLENDED:].astype(np.float32)
     part = ((np.arange(BLENDED) + 1) / (BLENDED + 1)).reshape(-1, *[1] * (shots.ndim - 1))
     loop[-BLENDED:] = (1 - part) * loop[-BLENDED:] + part * shots[:BLENDED]
@@ -127,7 +127,7 @@ def closed(shots: Pixels) -> Pixels:
 
 
 def write_loop(path: Path, frames: Pixels) -> None:
-    """Encode a loop as small as a page needs it."""
+    """Encode a loop small enough for a page."""
     import av
 
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -146,7 +146,7 @@ def write_loop(path: Path, frames: Pixels) -> None:
 
 
 def write_opening(frames: Pixels) -> None:
-    """Write the loop at the head of the README as an animated WebP."""
+    """Write the loop at the top of the README as an animated WebP."""
     from PIL import Image
 
     shots = [Image.fromarray((np.clip(shot, 0, 255) + 0.5).astype(np.uint8)) for shot in frames]
@@ -171,7 +171,7 @@ def write_still(path: Path, picture: Pixels) -> None:
 
 
 def make(name: str, *, stills: bool, loop: bool, opening: bool) -> None:
-    """Render an effect once and write its still, its loop and the README's."""
+    """Render an effect once, and write its still, its loop and the README's loop as requested."""
     warm = 0 if name in ONE_SHOT else WARM.get(name, USUAL_WARM)
     shown = STILL.get(name, warm + BLENDED + LOOP_FRAMES // 2)
     shots = film(name, warm + BLENDED + LOOP_FRAMES if loop or opening else shown + 1, SIZE)
@@ -231,7 +231,7 @@ def write_page() -> None:
 
 
 def main() -> None:
-    """Make what is asked for."""
+    """Make the files that the options request."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

@@ -1,7 +1,7 @@
 """Measure grains against published values: `python docs/scripts/make_grains.py [CASE ...] [--size N]`.
 
 Writes the figures to docs/scripts/grains.json, and the plots of docs/notes/grains.md from them. `--size 2`
-doubles all lengths but that of a grain.
+doubles all lengths except the grains' diameter.
 """
 
 from __future__ import annotations
@@ -32,17 +32,17 @@ Walls = Callable[[int], list[Shape]]
 
 
 class Box:
-    """Grains between walls, and what they do in time."""
+    """Grains between walls, simulated frame by frame."""
 
     def __init__(self, walls: Walls | list[Shape], **law: Any) -> None:
-        """Make an empty one. `walls`: those of each frame."""
+        """Make an empty box. `walls`: the walls, or a function that returns them for a frame."""
         self._walls = walls if callable(walls) else lambda _: walls
         self._law = LAW | law
         self.world = motes.World(seed=1, dt=SUBSTEPS * STEP, substeps=SUBSTEPS, threads=1, progress="off")
         self.grains = self.world.system("grains")
 
     def emit(self, position: NDArray[np.float64]) -> None:
-        """Add grains at rest, whose diameters differ by up to 5 %: they do not freeze in a lattice."""
+        """Add grains at rest, with diameters that differ by up to 5 %, so they do not form a lattice."""
         dice = np.random.default_rng(len(position))
         wide = DIAMETER * dice.uniform(0.95, 1.05, len(position))
         self.grains.emit(
@@ -52,7 +52,7 @@ class Box:
         )
 
     def frames(self, seconds: float, first: int = 0) -> Iterator[int]:
-        """Take as many frames, and stand before each."""
+        """Run frames for some seconds; yield the number of each before it runs."""
         for frame in range(first, first + round(seconds / (SUBSTEPS * STEP))):
             yield frame
             self.grains.gravity((0, -9.81, 0))
@@ -66,12 +66,12 @@ class Box:
 
 
 def _then(first: list[Shape], seconds: float, then: list[Shape]) -> Walls:
-    """Return walls that are replaced by others after some time."""
+    """Return walls that are replaced by others after some seconds."""
     return lambda frame: first if frame * SUBSTEPS * STEP < seconds else then
 
 
 def rain(radius: float, low: float, count: int, seed: int = 3) -> NDArray[np.float64]:
-    """Loose layers in an upright cylinder, from a height on."""
+    """Return positions in loose layers in an upright cylinder, from a height upward."""
     pitch = 1.15 * DIAMETER
     row = np.arange(-radius, radius, pitch)
     x, z = (grid.ravel() for grid in np.meshgrid(row, row))
@@ -84,7 +84,7 @@ def rain(radius: float, low: float, count: int, seed: int = 3) -> NDArray[np.flo
 
 
 def silo(size: float) -> dict[str, Any]:
-    """Janssen: what the ground of a silo carries, of what is poured into it."""
+    """Janssen: measure the mass that the ground of a silo carries, by the mass poured into it."""
     radius = 5 * DIAMETER * size
     poured, carried, top = pour(radius, round(240 * size**2), 9, 0.7)
     full = saturation(poured, carried)
@@ -102,7 +102,7 @@ def silo(size: float) -> dict[str, Any]:
 def pour(
     radius: float, portion: int, portions: int, seconds: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
-    """Return kg poured into a tube and kg carried by its ground, after each portion, and the last height."""
+    """Return the kg poured into a tube and carried by its ground after each portion, and the final height."""
     tube = Cylinder((0, -1, 0), (0, 9, 0), radius, radius)
     poured, carried = [], []
     with (box := Box([tube, Plane((0, 0, 0), (0, 1, 0))])).world:
@@ -122,7 +122,7 @@ def pour(
 
 
 def _on_ground(p: motes.Particles) -> float:
-    """Newtons: the springs of those that touch the ground."""
+    """Return the force, N, of the springs between grains and ground."""
     deep = 0.5 * p.size[:, 0].astype(np.float64) - p.position[:, 1]
     return float(LAW["stiffness"] * deep[deep > 0].sum())
 
@@ -134,7 +134,7 @@ def saturation(poured: NDArray[np.float64], carried: NDArray[np.float64]) -> flo
 
 
 def hopper(size: float) -> dict[str, Any]:
-    """Beverloo: how fast a silo with a flat ground runs out, by the width of its hole."""
+    """Beverloo: measure the flow out of a silo with a flat ground, by the width of its hole."""
     narrow, wide = [4.5, 5.5, 6.5, 8.0], [12.0, 16.0]
     out = flows(8 * size, round(4500 * size**3), narrow, 1.0)
     out += flows(20 * size, round(28000 * size**3), wide, 0.7)
@@ -150,7 +150,7 @@ def flows(
     filling: float = 0.55,
     after: float = 0.3,
 ) -> list[float]:
-    """Return kg/s through each hole of a silo this wide, in diameters; `filling`, `after`: s."""
+    """Return kg/s through each hole of a silo; widths are in diameters, `filling` and `after` in s."""
     tube = Cylinder((0, -0.001, 0), (0, 9, 0), radius * DIAMETER, radius * DIAMETER)
     with (box := Box([tube, Disc((0, 0, 0), (0, 1, 0), radius * DIAMETER)])).world:
         box.emit(rain(radius * DIAMETER, DIAMETER, count))
@@ -201,7 +201,7 @@ def _beverloo(holes: list[float], flows: list[float]) -> dict[str, Any]:
 
 
 def heap(size: float) -> dict[str, Any]:
-    """Repose: the slope of what stays on a disc, by rolling friction."""
+    """Repose: measure the slope of a heap on a disc, by rolling friction."""
     rolling = [0.0, 0.05, 0.1, 0.2]
     slopes = []
     for friction in rolling:
@@ -211,7 +211,7 @@ def heap(size: float) -> dict[str, Any]:
 
 
 def repose(radius: float, count: int, seconds: float, **law: float) -> float:
-    """Degrees of what stays on a disc, whose wall is taken away after 0.5 s."""
+    """Return the slope, degrees, of the heap on a disc whose wall is removed after 0.5 s."""
     plate, tube = Disc((0, 0, 0), (0, 1, 0), radius), Cylinder((0, 0, 0), (0, 9, 0), radius, radius)
     with (box := Box(_then([plate, tube], 0.5, [plate]), **law)).world:
         box.emit(rain(radius, DIAMETER, count))
@@ -222,7 +222,7 @@ def repose(radius: float, count: int, seconds: float, **law: float) -> float:
 
 
 def _slope(place: NDArray[np.float64], radius: float) -> float:
-    """Degrees: through the highest grain of each ring as wide as a grain."""
+    """Return the slope, degrees, through the highest grain of each ring as wide as a grain."""
     ring = (np.hypot(place[:, 0], place[:, 2]) / DIAMETER).astype(int)
     rings = np.arange(1, int(radius / DIAMETER))
     high = np.array([place[ring == r, 1].max(initial=0) for r in rings])
@@ -230,7 +230,7 @@ def _slope(place: NDArray[np.float64], radius: float) -> float:
 
 
 def drum(size: float) -> dict[str, Any]:
-    """The slope in a drum that turns, by its speed: rolling, then cascading."""
+    """Drum: measure the slope in a rotating drum, by its speed: rolling, then cascading."""
     slopes = []
     froudes = [1e-3, 5e-3, 2e-2]  # omega^2 R / g
     for froude in froudes:
@@ -241,7 +241,7 @@ def drum(size: float) -> dict[str, Any]:
 
 
 def turned(radius: float, length: float, froude: float, seconds: float) -> list[float]:
-    """Return slopes in a drum that turns, in degrees, every 50 ms after the first 1.2 s."""
+    """Return slopes in a rotating drum, degrees, every 50 ms after the first 1.2 s."""
     mesh = _drum(radius, length)
     turn = math.degrees(math.sqrt(froude * 9.81 / radius)) * SUBSTEPS * STEP
 
@@ -278,7 +278,7 @@ def _drum(radius: float, length: float, corners: int = 72) -> Mesh:
 
 
 def _surface(place: NDArray[np.float64], radius: float) -> float:
-    """Degrees: a line through the highest grains of the middle half of the drum."""
+    """Return the slope, degrees, of a line through the highest grains in the middle half of the drum."""
     column = np.round(place[:, 0] / DIAMETER).astype(int)
     middle = np.arange(-int(0.5 * radius / DIAMETER), int(0.5 * radius / DIAMETER) + 1)
     high = np.array([place[column == c, 1].max(initial=-radius) for c in middle])
@@ -286,7 +286,7 @@ def _surface(place: NDArray[np.float64], radius: float) -> float:
 
 
 def chute(size: float) -> dict[str, Any]:
-    """Bagnold: how fast a layer flows down a rough slope without end, and its profile, by the angle."""
+    """Bagnold: measure speed and profile of a layer on an endless rough slope, by its angle."""
     wide, deep, layers = round(10 * size), round(6 * size), 13
     periodic = {"x": (0, wide * DIAMETER), "z": (0, deep * DIAMETER)}
     dice = np.random.default_rng(2)
@@ -362,7 +362,7 @@ CASES: dict[str, Callable[[float], dict[str, Any]]] = {
 
 
 def plot(figures: dict[str, Any]) -> None:
-    """Draw what was measured beside what is published."""
+    """Draw measured and published values."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -406,7 +406,7 @@ def plot(figures: dict[str, Any]) -> None:
 
 
 def main() -> None:
-    """Measure the cases that are named, or all, and draw all that is known."""
+    """Measure the named cases, or all, and draw all known figures."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("cases", nargs="*", choices=[*CASES, []], metavar="CASE")
     parser.add_argument("--size", type=float, default=1)

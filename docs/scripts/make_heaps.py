@@ -44,7 +44,7 @@ SOLIDS: dict[str, list[Shape]] = {
 
 
 def stack(grains: int) -> NDArray[np.float64]:
-    """A column that is 1.6 times as high as wide, each layer over the gaps of the one below."""
+    """Return a column of grains 1.6 times as high as wide, each layer over the gaps of the one below."""
     wide = round((grains * 0.53) ** (1 / 3))
     y, x, z = (grid.ravel() for grid in np.mgrid[: grains // wide**2, :wide, :wide])
     place = np.stack([x - wide / 2, y, z - wide / 2], axis=1) * (0.046, 0.04, 0.046)
@@ -54,7 +54,7 @@ def stack(grains: int) -> NDArray[np.float64]:
 
 
 def overlaps(place: NDArray[np.float64]) -> NDArray[np.float64]:
-    """How deep each pair overlaps, in parts of the diameter."""
+    """Return the overlap of each touching pair, as a fraction of the diameter."""
     place = place[np.argsort(place[:, 0])]
     found = []
     for ahead in range(1, len(place)):
@@ -67,7 +67,7 @@ def overlaps(place: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def slope(place: NDArray[np.float64]) -> float:
-    """Degrees: through the highest grain in each ring of 4 cm, a fifth to four fifths of the way up."""
+    """Return the slope, degrees, through the highest grains in rings of 4 cm, at 20 to 80 % of the height."""
     ring = (np.hypot(place[:, 0], place[:, 2]) / 0.04).astype(int)
     high = np.array([place[ring == r, 1].max(initial=0) for r in range(ring.max() + 1)])
     flank = np.flatnonzero((high > 0.2 * high.max()) & (high < 0.8 * high.max()))
@@ -75,7 +75,7 @@ def slope(place: NDArray[np.float64]) -> float:
 
 
 def measure(scene: str, grains: int, substeps: int, ground: str) -> str:
-    """Let a column fall apart and come to rest; return a row of the table."""
+    """Let a column collapse and come to rest; return a row of the table."""
     world = motes.World(seed=1, substeps=substeps, threads=1, progress="off")
     sand = world.system("sand")
     spent = 0.0
@@ -114,7 +114,7 @@ def measure(scene: str, grains: int, substeps: int, ground: str) -> str:
 
 
 def main() -> None:
-    """Write the page again, with a new table."""
+    """Write the page with a new table."""
     before, _, rest = PAGE.read_text().partition(MARK)
     _, _, after = rest.partition(MARK)
     head = "| grains | sub-steps | scene | ground | overlap: mean / 99 % / largest "

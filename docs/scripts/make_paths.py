@@ -1,8 +1,8 @@
-"""Make the plot of docs/pictures.md, which path when: `python docs/scripts/make_paths.py`.
+"""Make the plot of paths in docs/pictures.md: `python docs/scripts/make_paths.py`.
 
-Snow that fills a picture of 1920x1080 pixels, on virtual clusters (docs/notes/growth.md describes them): over
-the number of particles on 16 ranks, and over the number of ranks with 3.2 million particles. It needs what
-`motes cluster` needs.
+Snow fills a picture of 1920x1080 pixels, on virtual clusters (see docs/notes/growth.md). One panel shows
+numbers of particles on 16 ranks, the other numbers of ranks with 3.2 million particles. Has the requirements
+of `motes cluster`.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ PATHS = ("gather", "tiles", "composite")
 PARTICLES = (50_000, 200_000, 800_000, 3_200_000, 12_800_000)
 RANKS = (2, 4, 8, 16, 32)
 COMPUTED = 32_000
-"""Particles that are computed; each stands for several."""
+"""Number of computed particles, each of which stands for several."""
 FRAMES, MEASURED = 8, 3
 
 
 def frame_ms(scene: Path, ranks: int, particles: int, path: str) -> float:
-    """Simulated milliseconds of a frame on ranks that all calculate and draw."""
+    """Return the simulated milliseconds of a frame on ranks that all calculate and draw."""
     options = ["--roles", "shared", "--births", "calculators", "--path", path]
     log = scene.with_name(f"{ranks}-{particles}-{path}")
     cluster = Cluster([Node("node", count=ranks)], network())
@@ -37,7 +37,7 @@ def frame_ms(scene: Path, ranks: int, particles: int, path: str) -> float:
 
 
 def measure() -> dict[tuple[int, int, str], float]:
-    """Run all of them: ranks, particles, path."""
+    """Run all cases; return ms per frame by (ranks, particles, path)."""
     cases = [(16, particles, path) for particles in PARTICLES for path in PATHS]
     cases += [(ranks, 3_200_000, path) for ranks in RANKS for path in PATHS if ranks != 16]
     with tempfile.TemporaryDirectory(prefix="motes-paths-") as folder, ThreadPoolExecutor(2) as pool:

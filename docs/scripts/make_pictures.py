@@ -30,7 +30,7 @@ SKY = (0.10, 0.15, 0.24)
 
 
 def leaf(pixels: int = 96) -> NDArray[np.uint8]:
-    """A leaf with its veins, as RGBA."""
+    """Draw a leaf with its veins, as RGBA."""
     y, x = np.mgrid[-1 : 1 : pixels * 1j, -1 : 1 : pixels * 1j]
     along = (y + 1) / 2  # 0 at the tip
     half = 0.62 * np.sin(np.pi * along**0.8) ** 1.2
@@ -44,7 +44,7 @@ def leaf(pixels: int = 96) -> NDArray[np.uint8]:
 def picture(
     sprite: motes.Sprite, fill: Callable[[motes.System], None], *, frames: int = 1, **attributes: Any
 ) -> motes.Frame:
-    """Let one system live for some frames, and render the last one."""
+    """Run one system for some frames, and render the last one."""
     attributes = {"camera": CAMERA, "background": SKY, "objects": [GROUND, PILLAR], **attributes}
     world = motes.World(seed=11, progress="off", renderer=motes.Renderer(*SIZE, **attributes))
     system = world.system("particles", sprite=sprite)
@@ -57,7 +57,7 @@ def picture(
 
 
 def cloud(count: int, alpha: float, size: Any) -> Callable[[motes.System], None]:
-    """Particles of three colours around the pillar, each as wide as `size`, m."""
+    """Emit particles of three colours around the pillar, each as wide as `size`, m."""
 
     def fill(system: motes.System) -> None:
         system.configure(up=Sphere((0, 0, 0), 1), size=size, alpha=alpha)
@@ -69,7 +69,7 @@ def cloud(count: int, alpha: float, size: Any) -> Callable[[motes.System], None]
 
 
 def of_kind(kind: str, blend: str) -> motes.Frame:
-    """A cloud of particles of this kind and blend."""
+    """Render a cloud of particles of this kind and blend."""
     if kind == "point":
         return picture(motes.Sprite("point", blend=blend), cloud(9000, 0.8, 1))
     image = leaf() if kind == "image" else None
@@ -78,7 +78,7 @@ def of_kind(kind: str, blend: str) -> motes.Frame:
 
 
 def near_and_far(sprite: motes.Sprite) -> motes.Frame:
-    """Balls of 20 cm in two rows that lead away from the camera."""
+    """Render balls of 20 cm in two rows that lead away from the camera."""
 
     def fill(system: motes.System) -> None:
         system.configure(size=0.2, color=(0.9, 0.5, 0.15))
@@ -90,7 +90,7 @@ def near_and_far(sprite: motes.Sprite) -> motes.Frame:
 
 
 def mist(softness: float) -> motes.Frame:
-    """Large puffs that touch the ground and the pillar."""
+    """Render large puffs that touch the ground and the pillar."""
 
     def fill(system: motes.System) -> None:
         system.configure(size=0.9, color=(0.75, 0.8, 0.85), alpha=0.22)
@@ -100,7 +100,7 @@ def mist(softness: float) -> motes.Frame:
 
 
 def sparks(**attributes: Any) -> motes.Frame:
-    """Sparks that fly apart, in the dark."""
+    """Render sparks that fly apart in the dark."""
 
     def fill(system: motes.System) -> None:
         system.configure(velocity=Sphere((0, 2.2, 0), 2.6), color=(1, 0.5, 0.14), alpha=1, size=0.04)
@@ -113,7 +113,7 @@ def sparks(**attributes: Any) -> motes.Frame:
 
 
 def lamps(*, smooth: bool = True, lit: bool = True, only: bool = False) -> motes.Frame:
-    """Spheres, a lamp, and a mesh, in moonlight."""
+    """Render spheres, a lamp, and a mesh, in moonlight."""
     corners = [(0, 0.9, 0), (0.35, 0, 0.35), (0.35, 0, -0.35), (-0.35, 0, -0.35), (-0.35, 0, 0.35)]
     faces = [(0, 1, 2), (0, 2, 3), (0, 3, 4), (0, 4, 1)]
     pyramid = motes.Mesh(np.array(corners) + (0.75, 0, 0.1), faces)
@@ -133,7 +133,7 @@ def lamps(*, smooth: bool = True, lit: bool = True, only: bool = False) -> motes
 
 
 def layer(name: str) -> NDArray[np.uint8]:
-    """One layer of balls that fly past the pillar and smoke in front of them, as grey or as colours."""
+    """Return a layer of balls that fly past the pillar, and of smoke in front of them, as grey or colours."""
     renderer = motes.Renderer(*SIZE, camera=CAMERA, objects=[GROUND, PILLAR], layers=[name])
     world = motes.World(seed=11, progress="off", renderer=renderer)
     balls = world.system("balls", sprite=motes.Sprite("sphere", pixels=None, blend="opaque"))
@@ -154,7 +154,7 @@ def layer(name: str) -> NDArray[np.uint8]:
 
 
 def pictures() -> Iterator[tuple[str, Callable[[], Any]]]:
-    """Return the name of each picture and what makes it: a frame, or an array of its pixels."""
+    """Yield the name of each picture and the function that makes it: a frame, or an array of pixels."""
     for kind in KINDS:
         for blend in BLENDS:
             yield f"{kind}-{blend}", partial(of_kind, kind, blend)
@@ -175,7 +175,7 @@ def pictures() -> Iterator[tuple[str, Callable[[], Any]]]:
 
 
 def main() -> None:
-    """Write those pictures whose names contain one of the arguments, or all."""
+    """Write the pictures whose names contain one of the arguments, or all."""
     FOLDER.mkdir(exist_ok=True)
     for name, make in pictures():
         if len(sys.argv) == 1 or any(word in name for word in sys.argv[1:]):

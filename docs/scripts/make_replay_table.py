@@ -1,8 +1,8 @@
-"""Compare what replays foresee with what happens, for seven policies and four loads, on a virtual cluster.
+"""Compare predictions of replays with real runs, for seven policies and four loads, on a virtual cluster.
 
-`python docs/scripts/make_replay_table.py` prints the tables of docs/notes/balancing.md, the same in each
-repeat. One run of each load is recorded, under static cuts; its log is replayed under each policy, with the
-cluster's costs of a migrant. The same scene then runs under that policy. Needs SimGrid and
+`python docs/scripts/make_replay_table.py` prints the tables of docs/notes/balancing.md, with the same
+figures each time. Each load runs once under static cuts; its log is replayed under each policy, with the
+cluster's cost per migrant. The same scene then runs under that policy. Needs SimGrid and
 `python -m motes cluster build`.
 """
 
@@ -24,7 +24,7 @@ SCALE = 20.0
 SIZES = {"step": 28, "wave": 28, "drift": 36, "jet": 36}
 """Bytes of a particle in a message."""
 SKIP = 10
-"""First frames, in which speeds are learnt, do not count."""
+"""First frames, in which speeds are learned, are ignored."""
 
 
 class BySpeed(Balancer):
@@ -36,7 +36,7 @@ class BySpeed(Balancer):
 
 
 def policies() -> list[Balancer]:
-    """Return those of the table."""
+    """Return the policies of the table."""
     return [Static(), Pairwise(), Diffusive(), PrefixCuts(), Bisection(), CostAware(move_cost=1.0), BySpeed()]
 
 

@@ -1,6 +1,6 @@
-"""Make the table of the exchange of shadows in docs/notes/speed_of_pictures.md: lit smoke, a virtual cluster.
+"""Measure the exchange of shadows for docs/notes/speed_of_pictures.md: lit smoke on a virtual cluster.
 
-`python docs/scripts/make_shadow_table.py [RANKS ...]`; needs what `python -m motes cluster` needs.
+`python docs/scripts/make_shadow_table.py [RANKS ...]`; has the requirements of `python -m motes cluster`.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ with world:
 
 
 def recorded(folder: Path) -> Path:
-    """Record the scene in `folder`, and write beside it the costs, by which work on particles is free."""
+    """Record the scene in `folder`, and write costs beside it: work on particles is free."""
     script, scene = folder / "smoke.py", folder / "smoke.motes"
     script.write_text(SCENE)
     (folder / "no.costs").write_text("")
@@ -38,7 +38,7 @@ def recorded(folder: Path) -> Path:
 
 
 def exchange_ms(ranks: int, scene: Path) -> float:
-    """Return the longest time that the exchange takes a calculator per frame."""
+    """Return the slowest calculator's time for the exchange in a frame, ms."""
     folder = scene.parent
     run = simulate(
         scene,

@@ -21,12 +21,12 @@ def play(name: str) -> None:
         for frame in world.frames(FRAMES):
             game.step(system, frame)
             for _ in range(4):
-                system.gravity((0, 0, 0))  # work, and nothing else
+                system.gravity((0, 0, 0))  # no effect but work
             world.step()
 
 
 def stream(speed: float, life: float) -> None:
-    """Let particles be born on the left, drift, and die."""
+    """Emit particles on the left that drift and die."""
     world = motes.World(seed=3, space=(-10, 10), progress="off")
     system = world.system("particles")
     system.configure(velocity=motes.Normal((speed, 0, 0), (1.0, 1.0, 0)), lifetime=life)

@@ -8,7 +8,7 @@ from motes.shapes import Box, Cylinder, Mesh
 
 args = motes.script.options(__doc__, space="-0.3,0.3", systems=1, particles=3000, frames=240, size="960x540")
 
-# Metres. What holds grains is a closed mesh, which turns with its surface; what is drawn is a ring.
+# Metres. A closed, turning mesh holds the grains; a ring is drawn instead of it.
 radius, depth, degrees = 0.25, 0.1, 3.0
 turn = np.arange(96) * 2 * np.pi / 96
 ring = np.stack([radius * np.cos(turn), radius * np.sin(turn)], axis=1)
@@ -32,7 +32,7 @@ renderer = motes.Renderer(*args.size, camera=camera, background=(0.02, 0.025, 0.
 world = motes.World(**args.world, substeps=500, renderer=renderer)
 grains = world.system("grains", sprite=motes.Sprite("sphere", pixels=None, blend="opaque"))
 
-# On a grid in the lower part; one in six is twice as wide.
+# Grains start on a grid in the lower part; one in six is twice as wide.
 pitch = 0.0125
 x, y, z = (g.ravel() for g in np.mgrid[-20:21, -20:21, 0:8])
 place = np.stack([x * pitch, y * pitch, (z + 0.5) * depth / 8], axis=1)

@@ -33,7 +33,7 @@ renderer = motes.Renderer(*args.size, camera=camera, background=(0.02, 0.025, 0.
 world = motes.World(**args.world, substeps=200, renderer=renderer)
 grains = world.system("grains", sprite=motes.Sprite("sphere", pixels=None, blend="opaque"))
 
-# Layers on a grid, in stripes of colour, let fall into the closed hopper.
+# Layers on a grid, in coloured stripes, fall into the closed hopper.
 x, z = (grid.ravel() for grid in np.meshgrid(np.arange(-14, 15) * 1.15, np.arange(0.6, 9.5, 1.1)))
 layers = -(-args.particles // len(x))
 y = mouth / diameter - 6 + np.repeat(np.arange(layers), len(x)) * 1.15

@@ -8,7 +8,7 @@ from motes.shapes import Cylinder, Disc, Plane
 
 args = motes.script.options(__doc__, space="-0.4,0.4", systems=1, particles=900, frames=200, size="960x540")
 
-# Metres: balls in a row that overlap; a disc on a floor, which ends pegs that slip off.
+# Metres. A peg is a row of overlapping balls; the disc lies on a floor that removes pegs that slip off.
 width, disc = 0.03, 0.3
 peg = [(x * 0.6 * width, 0, 0, 0.5 * width) for x in (-1.5, -0.5, 0.5, 1.5)]
 plate = Disc((0, 0, 0), (0, 1, 0), disc)
@@ -20,12 +20,12 @@ solids = [
 camera = motes.Camera((0.5, 0.5, 1.0), (0, 0.09, 0), fov_deg=38)
 renderer = motes.Renderer(*args.size, camera=camera, background=(0.02, 0.025, 0.03), objects=solids)
 
-# Two pegs touch for pi sqrt(mass / (2 stiffness)) = 6 ms, their ends for half of that.
+# Two pegs touch for pi sqrt(mass / (2 stiffness)) = 6 ms, their ends for half as long.
 world = motes.World(**args.world, substeps=200, renderer=renderer)
 pegs = world.system("pegs", sprite=motes.Sprite("sphere", pixels=None, blend="opaque"))
 pegs.clumps(peg, density=700)
 
-# Falling layers, each turned at random.
+# Falling layers, each peg turned at random.
 dice = np.random.default_rng(args.seed)
 pitch = 2.9 * width
 x, z = (grid.ravel() * pitch for grid in np.meshgrid(np.arange(-2, 3), np.arange(-2, 3)))

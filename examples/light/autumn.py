@@ -9,7 +9,7 @@ from motes.shapes import Box, Cylinder, Plane, Sphere, Triangle
 args = motes.script.options(__doc__, space="-3,3", systems=2, particles=2600, frames=144, size="960x540")
 rng = np.random.default_rng(args.seed)
 
-# The right sides of two leaves' rims, from the stalk to the tip: x, y.
+# The right halves of two leaves' outlines, from the stalk to the tip: x, y.
 MAPLE = (
     ".02 -.6  .02 0  .3 -.2  .34 -.02  .66 .02  .5 .18  .85 .55  .5 .5  .28 .42  .34 .74  .2 .72  .01 1.05"
 )
@@ -17,7 +17,7 @@ BEECH = ".04 -.45  .04 -.05  .22 .02  .38 .28  .37 .52  .22 .82  .01 1.1"
 
 
 def leaf(half, curl):
-    """Make a leaf of triangles around its middle, bent, and folded along its rib."""
+    """Make a leaf from triangles around its middle, bent, and folded along its rib."""
     right = np.array(half.split(), float).reshape(-1, 2)
     x, y = np.concatenate([[(0, 0.15)], right, right[::-1] * (-1, 1)]).T
     z = curl * (0.5 * x * x + 0.35 * y * y) + 0.25 * np.abs(x)
@@ -37,7 +37,7 @@ for x, z, wide in np.array(trees.split(), float).reshape(-1, 3):
     trunk = Cylinder((x, -0.1, z), (x + 0.4, 30, z), wide)
     solids.append(motes.Solid(trunk, (0.09, 0.06, 0.045), image=bark, scale=0.5))
 
-# The sky is a picture: light around a sun that is seen, and shines against the camera.
+# The sky is a picture: a glow around a visible sun that shines toward the camera.
 sun = np.array([-0.17, 0.22, -0.96])
 down, right = np.mgrid[0.5:128, 0.5:256] * np.pi / 128
 sky = np.stack([-np.sin(down) * np.sin(right), np.cos(down), np.sin(down) * np.cos(right)], axis=2)
@@ -49,7 +49,7 @@ renderer = motes.Renderer(
     background=(sky + (0.3, 0.16, 0.065)).round(3),
     fog=((0.56, 0.29, 0.1), 26),
     objects=solids,
-    lights=[motes.Light((3, 4, 6), (1, 0.75, 0.5), 6)],  # what the wood behind the camera throws back
+    lights=[motes.Light((3, 4, 6), (1, 0.75, 0.5), 6)],  # reflected light from the wood behind the camera
     sun=sun,
     exposure=1.5,
     shutter=0.25,
@@ -69,7 +69,7 @@ for i in range(args.systems):
 
 
 def glide(particles):
-    """Slow leaves across their blades, and not along them: they flutter to and fro."""
+    """Slow leaves across their blades but not along them, so they flutter to and fro."""
     x, y, z, w = particles.orientation.T
     front = np.stack([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])
     vx, vy, vz = particles.velocity.T
@@ -80,7 +80,7 @@ air = Box((-99, 0.05, -99), (99, 99, 99))
 with world, motes.Movie(f"{args.out}/autumn.mp4") as movie:
     for frame in world.frames(args.frames):
         for leaves in foliage:
-            if frame == 0:  # most lie already, more or less flat; some are on their way
+            if frame == 0:  # most already lie on the ground, more or less flat; some are falling
                 leaves.configure(landed=1, spin=Sphere((0, 0, 0), 9))
                 leaves.burst(Box((-3.4, 0.005, -5), (3.4, 0.045, 2.4)), count=args.particles * 3 // 4)
                 leaves.align(to=(0, 1, 0))

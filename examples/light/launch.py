@@ -17,7 +17,7 @@ pad += [motes.Solid(Union(*tower), (0.35, 0.09, 0.05))]
 
 
 def puff(rng, pixels=64):
-    """Draw a billow of many balls, lit from the upper left, as RGBA."""
+    """Draw a billow of smoke from many balls, lit from the upper left, as RGBA."""
     y, x = np.mgrid[1 : -1 : pixels * 1j, -1 : 1 : pixels * 1j]
     light, cover = np.zeros((2, pixels, pixels))
     for _ in range(40):
@@ -66,7 +66,7 @@ fire = [(0, (7, 4.5, 2)), (0.25, (5, 1.8, 0.3)), (0.7, (2, 0.35, 0.03)), (1, (0.
 
 with world, motes.Movie(f"{args.out}/launch.mp4") as movie:
     for frame in world.frames(args.frames):
-        # The nozzle's height, now and at the frame's end; for the first 0.6 s it stands.
+        # The nozzle's height, now and at the frame's end; it stays in place for the first 0.6 s.
         last, now = (1.3 + 1.5 * max(0, world.time + ahead - 0.6) ** 2 for ahead in (0, world.dt))
         renderer.objects = [*pad, *rocket(now)]
         power = 44 + 3 * (frame * 7 % 5)  # it flickers
@@ -75,7 +75,7 @@ with world, motes.Movie(f"{args.out}/launch.mp4") as movie:
         flame.source(nozzle, rate=args.particles / 2, jitter=True, moving_from=before)
         sparks.source(nozzle, rate=args.particles / 30, jitter=True, moving_from=before)
         for i, cloud in enumerate(clouds):
-            side = 1 - 2 * (i % 2)  # the pad turns the jet aside, to the left and to the right
+            side = 1 - 2 * (i % 2)  # the pad deflects the jet to the left and right
             cloud.configure(velocity=Box((24 * side - 9, 0, -4), (24 * side + 9, 9, 4)))
             cloud.source(Sphere((3 * side, 0.8, 0), 0.8), args.particles / (4 + (now / 6) ** 2), jitter=True)
             cloud.configure(velocity=Sphere((0, -9, 0), 3))

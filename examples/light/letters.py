@@ -22,7 +22,7 @@ STROKES = {
 
 
 def dust(word, count, rng):
-    """Draw places in the tubes of the word's letters, (count, 3)."""
+    """Draw random positions in the tubes of the word's letters, (count, 3)."""
     lines, start, t = [], 0.0, np.linspace(0, 1, 65)
     for letter in word:
         drawn = []
@@ -66,12 +66,12 @@ wait, burst, back, end = (
     2.1,
     3.4,
     5.6,
-)  # seconds: at rest, bursting from left to right, blown about, on the way home
+)  # seconds: at rest, bursting from left to right, blown about, returning
 with world, motes.Movie(f"{args.out}/letters.mp4") as movie:
     for frame in world.frames(args.frames):
         time = world.time
         front = -3.7 + 7.4 * (time - wait) / (burst - wait)
-        calm = min(1, abs(time - 0.5 * (wait + end)) / (0.5 * (end - wait)))  # 1 while the word stands
+        calm = min(1, abs(time - 0.5 * (wait + end)) / (0.5 * (end - wait)))  # 1 while the word is at rest
         tone = np.array((1, 0.55, 0.2)) * calm + np.array((0.3, 0.35, 1)) * (1 - calm)
         renderer.lights = [motes.Light((x, 0.7, 0.5), tone, power=0.35) for x in (-2, 0, 2)]
         for grains in word:

@@ -22,7 +22,7 @@ world = motes.World(**args.world, renderer=renderer)
 glow = world.system("glow", sprite=motes.Sprite("ribbon", width=0.035, length=1.5))
 silk = world.system("silk", sprite=motes.Sprite("ribbon", width=0.07, length=2.2, blend="alpha", lit=True))
 COLORS = ("#ff5a36", "#ffb347", "#5ad1ff", "#9d6bff")
-# A band is many threads that are born side by side, and stay so; its colour changes across it.
+# A band is many threads that are born and stay side by side; its colour changes across it.
 across = np.linspace(-1, 1, max(2, args.particles // 2))[:, None]
 BANDS = [
     ((1.1, 0.6, 0), (0.1, 0.5, 0.1), (0.75, 0.05, 0.12), (0.95, 0.45, 0.08)),
@@ -46,7 +46,7 @@ with world, motes.Movie(f"{args.out}/ribbons.mp4") as movie:
         ]
         renderer.lights += (motes.Light((0, 2.5, 4), (0.95, 0.95, 1), power=30),)
         for system, push, flat, wide in ((glow, 7.5, 5, 1.5), (silk, 5, 3, 2.8)):
-            # Around the middle, and back to it; neighbours have the same noise and flow side by side.
+            # Circle the middle and return to it; neighbours have the same noise, so they stay side by side.
             place = column("position")
             around = cross((0, 3.2, 0), place) - place * (2.4, flat, 2.4)
             system.set(velocity=column("velocity") + around * world.dt)

@@ -1,4 +1,4 @@
-// Flying sparks in C++ alone: the engine without Python. docs/native.md shows how to build and run it.
+// Flying sparks in C++, using the engine without Python. docs/native.md shows how to build and run this program.
 #include <cstdio>
 #include <memory>
 
@@ -15,7 +15,7 @@ shapes::Shape disc() { return {shapes::Kind::disc, {0, 0.1f, 0, 0, 1, 0, 0.5f, 0
 shapes::Shape sphere(float x, float y, float z, float radius) { return {shapes::Kind::sphere, {x, y, z, radius}}; }
 shapes::Shape ground() { return {shapes::Kind::plane, {0, 0, 0, 0, 1, 0}}; }
 
-// Records what a script would record in each frame.
+// Records the calls that a script would record in each frame.
 void record_frame(engine::Engine& engine, int sparks) {
   recording::Birth source;
   source.kind = recording::Birth::Kind::source;

@@ -3,8 +3,8 @@
 A script issues the same calls on every rank; the engine gives each rank its role. See `World`.
 
 `import motes` is quick and starts nothing: each name is loaded when it is first used, and MPI starts with the
-first name that needs the compiled core. Only in a rank that a launcher started does MPI start at once,
-so that a script that fails on its first line ends the job instead of leaving the other ranks waiting.
+first name that needs the compiled core. In a rank that a launcher started, MPI starts at once: a script that
+fails on its first line then ends the job instead of leaving the other ranks waiting.
 """
 
 from __future__ import annotations
@@ -200,13 +200,12 @@ __all__ = [
 ]
 
 
-if not TYPE_CHECKING:  # a checker reads the imports above, and knows each name's type
+if not TYPE_CHECKING:  # type checkers use the imports above, which give each name its type
 
     def __getattr__(name: str) -> Any:
         """Load a public name when it is first used."""
         if name == "_core":
-            # Modules say `from . import _core`, which asks here first: the core binds to the MPI library that
-            # mpi4py has loaded.
+            # `from . import _core` calls this function. The core binds to the MPI library that mpi4py loads.
             _start_mpi()
             return importlib.import_module("._core", __name__)  # loaded by now
         if name == "__version__":
@@ -228,7 +227,7 @@ def __dir__() -> list[str]:
 
 
 def _near(name: str) -> str:
-    if name.startswith("_"):  # `from . import _extras` asks `__getattr__` first
+    if name.startswith("_"):  # `from . import _extras` calls `__getattr__` first
         return ""
     from .errors import near
 
@@ -236,7 +235,7 @@ def _near(name: str) -> str:
 
 
 def _start_mpi() -> None:
-    """Start MPI, unless mpi4py was told not to; from then on, a failure of this rank ends the whole job."""
+    """Start MPI, unless mpi4py is configured not to; afterwards a failure of this rank ends the whole job."""
     from ._mpi import loading, presence
 
     presence.waits_for_mpi()

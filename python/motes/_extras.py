@@ -1,4 +1,4 @@
-"""Optional packages, imported when they are needed; `MissingExtraError` where they are not installed."""
+"""Import optional packages when they are needed; raise `MissingExtraError` if they are not installed."""
 
 from __future__ import annotations
 
@@ -62,19 +62,19 @@ def require_openexr() -> None:
 
 
 def pillow(module: str = "PIL.Image") -> Any:
-    """Import a part of Pillow, which reads pictures. Raises MissingExtraError if it is not installed."""
+    """Import a module of Pillow, which reads pictures. Raises MissingExtraError if it is not installed."""
     return _import(module, "a sprite's image that is a path", "image", package="Pillow")
 
 
 def require_live(need: str = _LIVE) -> None:
-    """Raise MissingExtraError if what serves a live run is not installed; does not import it."""
+    """Raise MissingExtraError if a package that live runs need is not installed; imports none of them."""
     for package in ("websockets", "simplejpeg"):
         if importlib.util.find_spec(package) is None:
             raise MissingExtraError(need, extra="live" if need == _LIVE else "notebook", package=package)
 
 
 def require_anywidget() -> None:
-    """Raise MissingExtraError if what a widget is made with is not installed; does not import it."""
+    """Raise MissingExtraError if anywidget is not installed; does not import it."""
     if importlib.util.find_spec("anywidget") is None:
         raise MissingExtraError("the widget of a run", extra="notebook", package="anywidget")
 
@@ -85,7 +85,7 @@ def simplejpeg() -> Any:
 
 
 def websockets(part: str) -> Any:
-    """Import a module of websockets: "asyncio.server". Raises MissingExtraError if it is not installed."""
+    """Import a part of websockets: "asyncio.server". Raises MissingExtraError if it is not installed."""
     return _import(f"websockets.{part}", _LIVE, "live")
 
 
@@ -110,15 +110,15 @@ def usd(need: str) -> Any:
 
 
 def usd_writer(need: str) -> Any:
-    """Import the same to write, without threads: USD's wait in a loop, on cores that others need."""
-    # USD reads them when it is first imported.
+    """Import USD for writing, limited to one thread: USD's idle threads spin on cores that others need."""
+    # USD reads these variables when it is first imported.
     with _environment(PXR_WORK_THREAD_LIMIT="1", TF_ENV_SETTING_ALERTS_ENABLED="0"):
         return usd(need)
 
 
 @contextlib.contextmanager
 def _environment(**wishes: str) -> Iterator[None]:
-    """Set what is not set, for a while."""
+    """Set environment variables that are not set yet; remove them on exit."""
     own = {name: value for name, value in wishes.items() if name not in os.environ}
     os.environ.update(own)
     try:

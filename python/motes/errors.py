@@ -1,4 +1,4 @@
-"""Every error that motes raises on purpose. `MotesError` stands above all of them."""
+"""Every error that motes raises on purpose. Their common base is `MotesError`."""
 
 from __future__ import annotations
 
@@ -26,15 +26,15 @@ def __dir__() -> list[str]:
 
 
 class MotesError(Exception):
-    """Base of all errors of motes."""
+    """Base class of all errors of motes."""
 
     speaker: int | None = None
-    """The one rank that prints, for an error that all ranks raise together by agreement; else None."""
+    """The only rank that prints this error, if all ranks raise it together; otherwise None."""
     lost: bool = False
-    """Whether ranks were lost with what they held: another start, from a checkpoint, may come to the end."""
+    """Whether ranks were lost with their particles: a restart from a checkpoint may succeed."""
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle by attributes: ranks send errors to each other, and constructors take keywords."""
+        """Pickle by attributes: ranks send errors to each other, and the constructors take keywords."""
         return _rebuild, (type(self), self.args, self.__dict__)
 
 
@@ -46,19 +46,19 @@ def _rebuild(kind: type[MotesError], args: tuple[Any, ...], attributes: dict[str
 
 
 class ArgumentError(MotesError, ValueError):
-    """A call got a value that it cannot use; names the argument, the value and what is allowed."""
+    """A call got an invalid value; the message names the argument, the value and what is allowed."""
 
     def __init__(
         self, argument: str, value: object, allowed: str, *, known: Iterable[str] = (), hint: str = ""
     ) -> None:
-        """Say what an argument must be, and what it is instead.
+        """Say what an argument must be, and what was given.
 
         Args:
-            argument: its name.
-            value: what was given.
-            allowed: what it must be.
-            known: names, of which the one nearest to `value` is suggested.
-            hint: what else helps.
+            argument: the argument's name.
+            value: the value that was given.
+            allowed: what the value must be.
+            known: valid names; the one closest to `value` is suggested.
+            hint: more advice, added to the message.
         """
         more = near(value, known) + (f"; {hint}" if hint else "")
         super().__init__(f"{argument} must be {allowed}, got {_short(value)}{more}")
@@ -68,7 +68,7 @@ class ArgumentError(MotesError, ValueError):
 
 
 class RankError(MotesError, RuntimeError):
-    """One rank failed; every rank raises this together at the end of the frame."""
+    """One rank failed; all ranks raise this together at the end of the frame."""
 
     def __init__(
         self,
@@ -85,12 +85,12 @@ class RankError(MotesError, RuntimeError):
 
         Args:
             text: what went wrong.
-            rank: that failed.
-            role: of that rank.
-            frame: in which it failed.
-            action: in which it failed.
-            line: of the script, as "snow.py:21".
-            speaker: the one rank that prints the error.
+            rank: the rank that failed.
+            role: the role of that rank.
+            frame: the frame in which it failed.
+            action: the action in which it failed.
+            line: the line of the script, as "snow.py:21".
+            speaker: the only rank that prints the error.
         """
         where = place(rank, role=role, frame=frame)
         if action is not None:
@@ -108,16 +108,16 @@ class RankError(MotesError, RuntimeError):
 
 
 class ScriptMismatchError(MotesError, RuntimeError):
-    """Ranks recorded different lists in the same frame: the script does not do the same on every rank."""
+    """Ranks recorded different lists in the same frame: the script did not make the same calls everywhere."""
 
     def __init__(self, text: str, *, frame: int, ranks: tuple[int, ...], speaker: int | None = None) -> None:
         """Say which ranks differ, and in what.
 
         Args:
-            text: names the first of the ranks that differ from most others, the frame and what differs.
-            frame: in which they differ.
-            ranks: those that differ.
-            speaker: the one rank that prints the error.
+            text: names the first rank that differs from the majority, the frame and what differs.
+            frame: the frame in which they differ.
+            ranks: the ranks that differ from the majority.
+            speaker: the only rank that prints the error.
         """
         super().__init__(text)
         self.text = text
@@ -129,17 +129,17 @@ class ScriptMismatchError(MotesError, RuntimeError):
 class Stopped(SystemExit):
     """SIGINT, SIGTERM or SIGUSR1 has stopped the run: `render` and `step` raise this from then on.
 
-    Like `sys.exit(code)` it ends the script, without an error: `with world:` ends the run in an orderly way
-    on all ranks, and a movie is closed, not removed. The code is 130 after SIGINT, 143 after the other two.
+    Like `sys.exit(code)`, it ends the script without an error: `with world:` ends the run cleanly on all
+    ranks, and movies are closed, not removed. The exit code is 130 after SIGINT, 143 after the other two.
     """
 
 
 class NotHereError(MotesError, AttributeError):
-    """What was asked for is on another rank."""
+    """The requested data is on another rank."""
 
 
 class NotAssignableError(MotesError, AttributeError):
-    """An assignment to something that cannot be assigned; says what to do instead."""
+    """An assignment to an attribute that cannot be assigned; the message says what to do instead."""
 
 
 class CheckpointError(MotesError):
@@ -165,15 +165,15 @@ EXTRAS = {
 
 
 class MissingExtraError(MotesError, ImportError):
-    """A package that only this part of motes needs is not installed; says how to install it."""
+    """An optional package is not installed; the message says how to install it."""
 
     def __init__(self, need: str, *, extra: str, package: str, reason: object = None) -> None:
-        """Say who needs the package and how to install it.
+        """Say what needs the package and how to install it.
 
         Args:
-            need: who needs it, such as "Movie".
+            need: what needs the package, such as "Movie".
             extra: a name of `EXTRAS`.
-            package: that is missing.
+            package: the missing package.
             reason: why it cannot be imported; None: it is not installed.
         """
         wanted = " ".join(f'"{name}"' for name in EXTRAS[extra])
@@ -186,7 +186,7 @@ class MissingExtraError(MotesError, ImportError):
         self.extra = extra
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle the name, too, which ImportError does not keep among its attributes."""
+        """Pickle the name too: ImportError does not keep it in `__dict__`."""
         return _missing_extra, (self.args, self.name, self.extra)
 
 
@@ -197,12 +197,12 @@ def _missing_extra(args: tuple[Any, ...], package: str, extra: str) -> MissingEx
 
 
 class MotesWarning(UserWarning):
-    """Something that runs, but is probably not what the script means."""
+    """The script runs, but probably does not do what its author intended."""
 
 
 def near(name: object, known: Iterable[str]) -> str:
-    """Suggest the known name that is nearest: "; did you mean 'velocity'?", or nothing."""
-    if not isinstance(name, str) or name.startswith("__"):  # Python asks each module for `__path__`
+    """Return a suggestion of the closest known name, such as "; did you mean 'velocity'?", or ""."""
+    if not isinstance(name, str) or name.startswith("__"):  # Python looks up `__path__` in each module
         return ""
     import difflib
 
@@ -219,17 +219,17 @@ _MEANT = {
     **{"pos": ("position",), "vel": ("velocity",), "target": ("look_at",), "fov": ("fov_deg",)},
     **{"resolution": ("width",), "bg": ("background",), "n": ("count",), "number": ("count",)},
 }
-"""What scripts that were written for other programs say -> what may be meant, where it is known."""
+"""Names that other programs use -> the names that motes may have for them."""
 
 
 def missing(owner: str, name: str, known: Iterable[str]) -> AttributeError:
-    """Make the error for an attribute that does not exist, with the nearest one that does."""
-    # With `name` given, Python itself adds no suggestion of its own.
+    """Return the error for an attribute that does not exist, suggesting the closest one that does."""
+    # Since `name` is given, Python adds no suggestion.
     return AttributeError(f"{owner} has no attribute {name!r}{near(name, known)}", name=name, obj=None)
 
 
 def argument_error(text: str, argument: str = "", value: str = "", allowed: str = "") -> ArgumentError:
-    """Make the error of the engine's sentence and its parts; one about several values has none."""
+    """Return an error with the engine's message `text` and its parts; some messages have only a text."""
     error = ArgumentError.__new__(ArgumentError, text)
     error.args = (text,)
     error.argument, error.value, error.allowed = argument, value or None, allowed
@@ -245,6 +245,6 @@ def place(rank: int, *, role: str = "", frame: int | None = None) -> str:
 def _short(value: object, *, limit: int = 200) -> str:
     try:
         text = repr(value)
-    except Exception:  # of a user's class; of an int of more digits than Python shows
+    except Exception:  # raised by a user's class, or for an int with more digits than Python converts
         text = f"a value of type {type(value).__name__}"
     return text if len(text) <= limit else text[: limit - 3] + "..."

@@ -1,4 +1,4 @@
-"""What scripts that are run by hand share: command-line options, and the end of a frame according to them."""
+"""Helpers for scripts that are run by hand: parse command-line options, and end frames accordingly."""
 
 from __future__ import annotations
 
@@ -34,26 +34,26 @@ def options(
     argv: Sequence[str] | None = None,
     **own: str | int | float,
 ) -> argparse.Namespace:
-    """Read a script's command line; the arguments are its defaults.
+    """Parse a script's command line; the arguments set its defaults.
 
     There are also `--seed`, `--out` and `--log` (directories), `--digest`, `--no-images`, and `--axis` x, xz,
     ..., hilbert, morton or none.
 
     Args:
-        description: what `--help` says: the script's `__doc__`.
-        space: of `--space`: LO,HI in metres, infinite or fit.
-        systems: of `--systems`.
-        particles: of `--particles`, of each system.
-        frames: of `--frames`.
-        size: of `--size`, WxH in pixels.
-        balancer: of `--balancer`: static, pairwise, diffusive or prefix.
+        description: the text of `--help`, usually the script's `__doc__`.
+        space: the default of `--space`: LO,HI in metres, infinite or fit.
+        systems: the default of `--systems`.
+        particles: the default of `--particles`, the particles of each system.
+        frames: the default of `--frames`.
+        size: the default of `--size`, WxH in pixels.
+        balancer: the default of `--balancer`: static, pairwise, diffusive or prefix.
         argv: the command line; None: that of the process.
         **own: the script's own options with their defaults: `wind=2.5` adds `--wind`, a float.
 
     Returns:
         The options as attributes: `size`, `axis`, `space` and `balancer` as Renderer and World take them,
-        `images` for the opposite of `--no-images`, and `world` for all that World takes: `World(**args.world,
-        renderer=...)`.
+        `images` is the opposite of `--no-images`, and `world` holds all arguments for World:
+        `World(**args.world, renderer=...)`.
     """
     parser = Parser(description=description)
     parser.add_argument("--systems", type=_count, default=systems)
@@ -90,9 +90,9 @@ def end_frame(world: World, movie: Movie, args: argparse.Namespace) -> None:
     """End the frame as `options` say: render or step, write the movie, print digests. Collective.
 
     Args:
-        world: whose frame ends.
-        movie: which gets the picture; the one in the middle of the movie is also saved as a PNG beside it.
-        args: what `options` returned.
+        world: the world whose frame ends.
+        movie: the movie to write to; its middle picture is also saved as a PNG beside it.
+        args: the result of `options`.
     """
     picture = world.render() if args.images else world.step()
     movie.write(picture)
@@ -106,8 +106,8 @@ def print_digest(world: World, picture: Frame) -> None:
     """Print `frame particles_digest image_sha256` of the frame that has just ended. Collective.
 
     Args:
-        world: whose frame it was.
-        picture: what ended it; its part is "-" where there is none.
+        world: the world whose frame has ended.
+        picture: the frame that `render` or `step` returned; without a picture its hash is printed as "-".
     """
     particles = world.digest()
     if picture:
@@ -117,7 +117,7 @@ def print_digest(world: World, picture: Frame) -> None:
 
 
 def _joined(argv: Sequence[str]) -> list[str]:
-    """Write `--space -30,30` as `--space=-30,30`: argparse would take the value for an option."""
+    """Rewrite `--space -30,30` as `--space=-30,30`: argparse would mistake the value for an option."""
     joined: list[str] = []
     for argument in argv:
         if joined and joined[-1] == "--space" and argument[:1] == "-" and argument[1:2].isdigit():

@@ -1,4 +1,4 @@
-"""Particles that see each other across the ends of periodic space."""
+"""Interactions across the ends of periodic space."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ LAWS: dict[str, Acts] = {
 
 
 def moved(act: Acts, position: Any, periodic: Any, velocity: Any = None, frames: int = 1) -> NDArray[Any]:
-    """Play, and return positions unwrapped, velocities and spins."""
+    """Run `act` in each frame; return unwrapped positions, velocities and spins."""
     world = motes.World(seed=1, dt=0.0625, periodic=periodic, progress="off")
     s = world.system("s")
     spin = np.arange(3.0 * len(position)).reshape(-1, 3)
@@ -53,7 +53,7 @@ def moved(act: Acts, position: Any, periodic: Any, velocity: Any = None, frames:
 @pytest.mark.parametrize("name", LAWS)
 @pytest.mark.parametrize("axes", ["x", "z", "yz", "xyz"])
 def test_what_is_near_across_an_end_is_near(name: str, axes: str):
-    """Two on both sides of an end, or a corner, do what they do in the middle."""
+    """Two particles on both sides of an end, or of a corner, behave as in the middle."""
     here = np.array([[-0.25, -0.125, -0.125], [0.25, 0.125, 0.125]])
     ends = {axis: (-4, 4) for axis in axes}
     velocity = [(0.5, 0, 0), (-0.5, 0, 1)]
@@ -87,7 +87,7 @@ def test_a_world_that_is_moved_does_the_same(shift: tuple[float, float, float]):
 
 
 def test_grains_remember_their_touches_across_an_end():
-    """Two press on each other and slide: friction holds them as it does in the middle."""
+    """Two grains press on each other and slide: friction holds them as in the middle."""
 
     def act(s: motes.System) -> None:
         s.set(velocity=motes.column("velocity") * (0, 1, 0))
@@ -101,7 +101,7 @@ def test_grains_remember_their_touches_across_an_end():
 
 
 def test_a_lattice_that_fills_space_is_at_rest():
-    """Each has the same neighbours, so nothing moves: of a fluid, of gravity, of springs."""
+    """All particles have the same neighbours, so gravity, springs and a fluid move none of them."""
     grid = np.stack(np.meshgrid(*[np.arange(8) * 0.25] * 3), axis=-1).reshape(-1, 3)
     ends = {axis: (0, 2) for axis in "xyz"}
     for act in (
@@ -113,7 +113,7 @@ def test_a_lattice_that_fills_space_is_at_rest():
 
 
 def test_a_ring_of_ties_goes_around_space():
-    """It has no end, so it pulls alike everywhere, and does the same wherever it begins."""
+    """A ring has no end: it pulls equally everywhere and behaves the same wherever it begins."""
     count = 8
     start = np.stack([np.arange(count) + 0.5, np.zeros(count), np.zeros(count)], axis=1)
     ring = motes.Ties([(i, (i + 1) % count) for i in range(count)], 0.75)
@@ -129,7 +129,7 @@ def test_a_ring_of_ties_goes_around_space():
 
 
 def test_tethers_hold_across_an_end_unless_they_are_too_long_to_tell_the_end():
-    """The first of a rope is held at the length of its tether; the second's is longer than half a period."""
+    """The first tether of the rope holds; the second is longer than half a period."""
     rope = motes.Ties([(0, 1), (1, 2)], 1.25, pinned=[0])
     start = np.array([(3, 0, 0), (0.5, 0, 0), (0.9, 1.9, 0)])
     found = moved(lambda s: s.tie(rope, stretch=1e9), start, {"x": (0, 4), "y": (0, 4)})

@@ -1,4 +1,4 @@
-"""What each action does to particles, against what physics or its formula says."""
+"""Each action's effect on particles, against physics or its formula."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def test_ramps_go_straight_from_knot_to_knot(knots: int):
 
 
 def test_circular_orbits():
-    # magnitude / r^2 is Newton's law: at speed sqrt(magnitude / r) particles go round, once in 2 pi r / v.
+    # The pull is magnitude / r^2: speed sqrt(magnitude / r) gives circles with a period of 2 pi r / v.
     r, magnitude = np.array([1.0, 2.0, 4.0]), 5.0
     speed = np.sqrt(magnitude / r)
     state = {"position": np.outer(r, (1, 0, 0)), "velocity": np.outer(speed, (0, 0, 1))}
@@ -78,7 +78,7 @@ def test_vortex_inside_outside_and_beyond():
         tip=(0, 0, 0), axis=(0, 4, 0), tightness=0.5, max_radius=2, in_speed=8, up_speed=6, around_speed=4
     )
     v = after(state, whirl).velocity
-    # At height 1 of 4 the whirl is 2 sqrt(1 / 4) = 1 m wide; inward is -x, around is y x -x = z.
+    # At height 1 of 4 the vortex radius is 2 sqrt(1 / 4) = 1 m; inward is -x, around is y x -x = z.
     np.testing.assert_allclose(v[0], (0, 0.3, 0.2), atol=1e-6)
     np.testing.assert_allclose(v[1], (-0.2, 0.3, 0), atol=1e-6)
     np.testing.assert_allclose(v[2], (1 - 0.4, 1, 1), atol=1e-6)
@@ -153,7 +153,7 @@ def test_targets_are_approached_by_the_same_part_of_the_difference():
 
 
 def restored(frames: int) -> motes.Particles:
-    """Let particles return within a second, in so many frames, and one frame more."""
+    """Restore particles in one second; return the largest errors of position and up before the last frame."""
     world = motes.World(seed=3, dt=1 / frames, progress="off")
     system = world.system("all")
     with world:
@@ -210,7 +210,7 @@ def test_ramps_at_knots_between_and_outside():
         actions.ColorOverLife(ramp=colors),
         actions.SizeOverLife(ramp=ramp),
     )
-    #          -0.5  0    0.2  0.25 0.375 0.5: behind the jump, 0.75, 1, 1.5, lives forever
+    # at age / lifetime -0.5, 0, 0.2, 0.25, 0.375, 0.5 (after the jump), 0.75, 1, 1.5, 0 (lives forever)
     wanted = np.array([5, 5, 5, 1, 2, 10, 0, 0, 0, 5], np.float32)
     np.testing.assert_array_equal(p.alpha, wanted)
     np.testing.assert_array_equal(p.color, np.stack([wanted, np.ones(10), -wanted], axis=1))
@@ -263,7 +263,7 @@ def test_sink_velocity_kills_by_speed_and_direction():
 
 
 def test_special_places_stay_finite():
-    """At the centre, on the axis, at rest, on a surface, straight at a shape: no direction does no harm."""
+    """At the centre, on the axis, at rest, on a surface, straight at a shape: undefined directions do no harm."""
     places = [(0, 0, 0), (0, 1, 0), (1, 0, 0), (0, -1, 0), (0, 4, 0), (1e-20, 0, 0), (0, 3, 1e-25)]
     speeds = [(0, 0, 0), (0, -5, 0), (1e-20, 0, 0), (-3, 0, 0), (1e9, 0, 0)]
     state = {

@@ -1,4 +1,4 @@
-"""Ages: exact at the borders of frames, whatever the step, its parts and the time that has passed."""
+"""Ages are exact between frames, for any step, any number of sub-steps and any elapsed time."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def test_an_age_of_hours_is_exact_with_many_sub_steps(start_frames):
     ("dt", "substeps"), [(1 / 24, 1), (0.1, 1), (1 / 25, 8), (1 / 30, 7), (1001 / 24000, 3)]
 )
 def test_particles_die_in_the_frame_that_their_limit_says(dt, substeps):
-    """Each is in as many pictures as its limit has frames: `kill_old`, a lifetime, and an expression."""
+    """A particle is in as many pictures as its limit has frames: `kill_old`, a lifetime, an expression."""
     for lives in (1, 7, 24, 100):
         w = world(dt, substeps)
         old, expired, asked = (w.system(name) for name in ("old", "expired", "asked"))
@@ -77,7 +77,7 @@ def test_particles_die_in_the_frame_that_their_limit_says(dt, substeps):
 
 
 def test_births_in_sub_steps_and_before_a_frame_keep_their_distance():
-    """Births of each sub-step, with ages that somebody chose, and jittered ones."""
+    """Births in each sub-step, births with given ages, and jittered births."""
     dt, substeps, frames = 1 / 24, 5, 400
     w = world(dt, substeps)
     each, chosen, spread = (w.system(name) for name in ("each", "chosen", "spread"))
@@ -104,7 +104,7 @@ def test_births_in_sub_steps_and_before_a_frame_keep_their_distance():
 
 
 def test_a_trail_is_left_at_the_same_ages_after_hours():
-    """`trail` asks for multiples of an age: with drifting ages it would skip or double some."""
+    """`trail` emits at multiples of an age: drifting ages would skip or double some."""
     dt = 1 / 24
     w = world(dt)
     s, left = w.system("s"), w.system("left")

@@ -1,4 +1,4 @@
-"""Warnings about meetings: crowded cells, overlaps that stay, springs that are too stiff."""
+"""Warnings about interactions: crowded cells, lasting overlaps, springs that are too stiff."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from motes.shapes import Box
 
 
 def told(frames: int, record, *, substeps: int = 2, log: Path | None = None, **state) -> list[str]:
-    """Run some frames of particles in a given state; the warnings."""
+    """Run particles with the given state for some frames; return the warnings."""
     world = motes.World(seed=1, substeps=substeps, progress="off", log=log)
     sand = world.system("sand")
     with warnings.catch_warnings(record=True) as caught, world:
@@ -52,7 +52,7 @@ def test_springs_that_are_too_stiff_are_told():
     soft, stiff = (told(3, lambda s, k=k: s.contact(k, radius=0.1), position=pair) for k in (10.0, 1e6))
     assert soft == []
     assert len(stiff) == 1 and "softened" in stiff[0]
-    # sqrt(0.39 m / 2 / stiffness) is the longest sub-step for grains of 1 kg, in frames of 1/24 s.
+    # The longest sub-step is sqrt(0.39 mass / 2 / stiffness); grains have 1 kg, a frame lasts 1/24 s.
     assert "at most 0.00044 s (World(substeps=95), now 2)" in stiff[0]
 
 
@@ -66,7 +66,7 @@ def test_springs_are_judged_by_the_lightest_grain_before_anything_touches():
 
 
 def squeeze(substeps: int, frames: int = 30, log: Path | None = None) -> list[str]:
-    """A tall stack of grains that are too large for their number of sub-steps."""
+    """Return the warnings about a tall stack of grains that needs many sub-steps."""
     grid = np.stack(np.meshgrid(np.arange(3), np.arange(40), np.arange(3), indexing="ij"), -1).reshape(-1, 3)
     walls = Box((-0.05, 0, -0.05), (0.25, 99, 0.25))
 

@@ -1,4 +1,4 @@
-"""How many particles sources emit, against exact sums: rates that change and pause, curves, sub-steps."""
+"""The number of particles that sources emit, against exact sums: changing rates, pauses, curves, sub-steps."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ from standing import COMMAND_LINE, on_ranks
 import motes
 from motes import (
     Curve,
-    _core,  # noqa: F401  (MPI starts, before it is asked without a start what it can do)
+    _core,  # noqa: F401  (starts MPI before `starting` asks for its abilities)
 )
 from motes._launch import starting
 
 FILM = Fraction(1, 24)
 STEPS = [FILM, Fraction(1, 60), Fraction(1001, 30000), Fraction(1, 10), Fraction(1, 8)]
 Calls = Sequence[Fraction | None]
-"""Rates of one source in each frame, particles per second; None: it is not called."""
+"""The rate of each source in one frame, in particles per second; None: not called."""
 
 
 def born(frames: Sequence[Sequence[Any]], dt: Fraction = FILM, substeps: int = 1) -> list[int]:
-    """Return how many particles are born until the end of each frame, in which sources have these rates."""
+    """Return the particles born until the end of each frame; `frames` holds the rates of all sources."""
     world = motes.World(seed=1, dt=float(dt), substeps=substeps, progress="off")
-    s = world.system("s", capacity=0)  # they are only counted
+    s = world.system("s", capacity=0)  # particles are only counted
     counts = []
     with world:
         for frame in world.frames(len(frames)):
@@ -45,7 +45,7 @@ def born(frames: Sequence[Sequence[Any]], dt: Fraction = FILM, substeps: int = 1
 
 
 def wanted(frames: Sequence[Calls], dt: Fraction) -> list[int]:
-    """Return the same by exact sums: of each source the whole particles of all frames so far."""
+    """Return the particles born until the end of each frame, rounding each source's exact sum down."""
     sums = [Fraction(0)] * max(map(len, frames))
     counts = []
     for calls in frames:
@@ -96,10 +96,10 @@ def test_sources_emit_the_whole_particles_of_exact_sums_in_many_ways(frames, dt,
     [
         (lambda f: 12 if f % 2 else 0, 240, 60),
         (lambda f: 12 if f % 2 else None, 240, 60),
-        (lambda f: Fraction(20 * f, 240), 240, 99),  # 99.58
-        (lambda f: Fraction(5000 + f, 1000), 240, 51),  # 51.195
+        (lambda f: Fraction(20 * f, 240), 240, 99),  # floor(99.58)
+        (lambda f: Fraction(5000 + f, 1000), 240, 51),  # floor(51.195)
         (lambda f: 24 if f >= 5 else None, 10, 5),
-        (lambda f: 30 if f >= 1 else None, 4, 3),  # 3.75, which it would not be at times that count from 0
+        (lambda f: 30 if f >= 1 else None, 4, 3),  # floor(3.75); counting from time 0 would give 4
         (lambda f: Fraction(24 if f == 7 else 1, 10**6), 24, 0),
         (lambda _: Fraction(1, 7), 24 * 70, 10),
     ],
@@ -112,7 +112,7 @@ def test_rates_that_a_script_changes_lose_and_gain_nothing(
 
 
 def test_the_rate_of_a_curve_goes_on_where_a_number_has_stopped():
-    rise = Curve([(0, 0), (10, 240)])  # in frame k, k + 1/2 in 24 parts
+    rise = Curve([(0, 0), (10, 240)])  # emits (k + 1/2) / 24 particles in frame k
     frames: list[list[Any]] = [[12], [rise], [None], [rise], [12.0], [Curve([(-3, 12)])]]
     sums = [12, 12 + 1.5, 13.5, 13.5 + 3.5, 29, 41]
     assert born(frames) == [math.floor(one / 24) for one in sums]
@@ -124,7 +124,7 @@ def test_the_rate_of_a_curve_goes_on_where_a_number_has_stopped():
 
 @pytest.mark.parametrize("late", [100.0, 1000.0])
 def test_curves_that_set_in_late_are_as_exact_as_early_ones(late: float) -> None:
-    """Times are rounded, the more the later: yet the particle of each frame is born in that frame."""
+    """Rounding errors grow with time, yet each frame's particle is born in that frame."""
     world = motes.World(seed=1, dt=1 / 24, progress="off")
     s = world.system("s", capacity=0)
     jump = Curve([(0, 0), (late, 0), (late, 24)])
@@ -148,7 +148,7 @@ def test_redrawing_is_no_frame():
             assert s.dropped == 3 * (frame + 1) // 4
 
 
-# --- which source goes on
+# --- how a source is identified in later frames
 
 
 def test_sources_are_known_again_by_their_line():
@@ -182,8 +182,8 @@ def test_calls_of_one_line_are_known_by_their_order_or_key():
                 found.append(s.dropped)
         return found
 
-    assert counts(True) == [0, 0, 1, 2, 3, 3]  # 0.75 each in frames 0, 2, 3; 0.25 each in 0, 1, 3, 4, 5
-    assert counts(False) == [0, 1, 1, 2, 2, 3]  # the first call of a frame: .75, 1, 1.75, 2.5, 2.75, 3
+    assert counts(True) == [0, 0, 1, 2, 3, 3]  # 0.75 in each of frames 0, 2, 3; 0.25 in each of 0, 1, 3, 4, 5
+    assert counts(False) == [0, 1, 1, 2, 2, 3]  # sums of a frame's first call: .75, 1, 1.75, 2.5, 2.75, 3
 
 
 @pytest.mark.parametrize("key", [1.5, True, b"left", ("left",)])
@@ -196,7 +196,7 @@ def test_keys_are_texts_or_integers(key: Any) -> None:
         assert s.recorded == []
 
 
-# --- wherever a frame may be computed
+# --- the same births on any ranks, and after a restart
 
 SCENE = """
 import json, os, sys

@@ -1,4 +1,4 @@
-"""Clumps: rigid groups of spheres that move, meet, touch walls and cross borders."""
+"""Clumps: rigid groups of spheres that move, collide, touch walls and migrate."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def test_clumps_meet_alike_on_any_ranks(axes: str, periodic: Any):
 
 
 def moments(p: motes.Particles, template: Any, dt: float) -> tuple[NDArray[Any], NDArray[Any], float]:
-    """Return momentum, angular momentum about the origin, and energy; spins are those of half a step ago."""
+    """Return momentum, angular momentum about the origin, and energy; spins lag by half a step."""
     v, w = p.velocity.astype(float), p.spin.astype(float)
     back = np.eye(3) - np.cross(np.eye(3)[None], 0.5 * dt * w[:, None, :])
     axes = np.linalg.qr(back @ turns(p))[0]
@@ -86,7 +86,7 @@ def turns(p: motes.Particles) -> NDArray[Any]:
 
 
 def test_a_clump_that_nothing_touches_keeps_energy_and_angular_momentum():
-    """About its middle axis it turns over and over (Dzhanibekov)."""
+    """A rotation about the intermediate axis flips over and over (Dzhanibekov)."""
     world = motes.World(seed=1, dt=0.02, substeps=10, progress="off")
     s = world.system("s")
     template = s.clumps(BRICK, density=10)
@@ -106,7 +106,7 @@ def test_a_clump_that_nothing_touches_keeps_energy_and_angular_momentum():
             np.testing.assert_allclose(turning, first, atol=1e-4 * np.linalg.norm(first))
             assert energy == pytest.approx(worth, rel=1e-4)
     assert min(turned) < -0.9
-    assert p.contacts[0] == 0  # its spheres overlap, and do not touch each other
+    assert p.contacts[0] == 0  # spheres of the same clump do not touch
 
 
 def test_clumps_that_meet_keep_momentum_and_angular_momentum():
@@ -128,7 +128,7 @@ def test_clumps_that_meet_keep_momentum_and_angular_momentum():
             if frame == 0:
                 before = moments(s.gather(), template, world.dt / 50)
         after = moments(s.gather(), template, world.dt / 50)
-        assert s.gather().velocity[0, 1] < 1.5  # they have met
+        assert s.gather().velocity[0, 1] < 1.5  # they have collided
     np.testing.assert_allclose(after[0], before[0], atol=1e-4)
     np.testing.assert_allclose(after[1], before[1], atol=1e-3)
     assert after[2] == pytest.approx(before[2], rel=0.02)
@@ -160,7 +160,7 @@ def test_a_clump_of_one_sphere_moves_as_a_sphere():
 
 
 def test_a_dumbbell_across_a_slope_rolls_as_its_moment_says():
-    """Its axis lies across the way down: a rolls at g sin / (1 + I / (m r^2))."""
+    """With its axis across the slope, the acceleration is g sin(angle) / (1 + I / (m r^2))."""
     angle, radius = 0.2, 0.25
     world = motes.World(seed=1, dt=0.01, substeps=40, progress="off")
     s = world.system("s")
@@ -179,7 +179,7 @@ def test_a_dumbbell_across_a_slope_rolls_as_its_moment_says():
     rate = 9.81 * np.sin(angle) / (1 + template.inertia[2, 2] / radius**2)
     assert float(p.velocity[0] @ down) == pytest.approx(rate * 0.5, rel=0.01)
     assert float(p.spin[0, 2]) == pytest.approx(-rate * 0.5 / radius, rel=0.01)
-    assert p.contacts[0] == 0  # walls are no others
+    assert p.contacts[0] == 0  # walls do not count as contacts
 
 
 def test_the_template_says_volume_centre_and_inertia():
@@ -189,11 +189,11 @@ def test_the_template_says_volume_centre_and_inertia():
     np.testing.assert_allclose(ball.inertia, np.eye(3) * 0.4 * 0.25, atol=1e-12)
     apart = motes.World(progress="off").system("s").clumps([(0, 0, 0, 0.5), (0, 2, 0, 0.25)])
     assert apart.center[1] == pytest.approx(2 / 9)
-    # A sphere that holds another one is that sphere, whatever is in it.
+    # A sphere inside another adds nothing.
     union = motes.World(progress="off").system("s").clumps([(0, 0, 0, 0.5), (0.1, 0.1, 0, 0.2)])
     assert union.volume == pytest.approx(np.pi / 6, rel=2e-4)
     np.testing.assert_allclose(union.inertia, np.eye(3) * 0.1, atol=1e-4)
-    # Two that overlap: a cap is cut off each.
+    # Two overlapping spheres: a cap is cut off each.
     overlapping = motes.World(progress="off").system("s").clumps([(0, 0, 0, 1), (1, 1, 0, 1)])
     h = 1 - np.sqrt(0.5)
     assert overlapping.volume == pytest.approx(2 * (4 / 3 * np.pi - np.pi * h * h * (3 - h) / 3), rel=2e-4)

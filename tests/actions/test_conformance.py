@@ -18,7 +18,7 @@ SCALARS = ("alpha", "mass", "age", "lifetime")
 
 
 def reference() -> Path | None:
-    """Find the file of cases: where MOTES_CONFORMANCE says, else beside the checkout."""
+    """Find the file of cases: at MOTES_CONFORMANCE if set, otherwise beside the checkout."""
     told = os.environ.get("MOTES_CONFORMANCE")
     place = Path(told) if told else Path(__file__).resolve().parents[3] / "shared" / "conformance"
     file = place / NAME if place.is_dir() else place
@@ -40,7 +40,7 @@ def title(number: int) -> str:
 
 @pytest.fixture(scope="session")
 def results(tmp_path_factory: pytest.TempPathFactory) -> list[dict[str, Any]]:
-    """Run all cases, in one job."""
+    """Run all cases in one job."""
     out = tmp_path_factory.mktemp("conformance") / "results"
     ended = on_ranks(1, SCENE, FILE, out)
     assert ended.code == 0, ended.text
@@ -49,7 +49,7 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> list[dict[str, Any]]:
 
 
 def close(got: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """Compare with a library that computes in float32 with other expressions."""
+    """Compare with tolerances: the library evaluates other expressions in float32."""
     return np.abs(got.astype(np.float64) - wanted) <= 1e-5 + 1e-4 * np.abs(wanted)
 
 

@@ -1,4 +1,4 @@
-"""What grains remember: from list to list, of several contacts, and on ranks that keep lists and ghosts."""
+"""Contact memory: from frame to frame, with several contacts, on ranks that keep lists and ghosts."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def test_lists_beside_an_interaction_that_moves_particles_to_their_owners():
 
 
 def touching() -> tuple[motes.World, motes.System]:
-    """Return a world of two pairs of spheres that overlap, far from each other, and not yet open."""
+    """Return a world that is not yet open, and its system."""
     world = motes.World(seed=1, dt=0.001, progress="off")
     return world, world.system("s")
 
@@ -109,7 +109,7 @@ def test_what_grains_remember_when_contact_stops_is_the_same_on_any_ranks():
 
 @pytest.mark.parametrize("place", [0, 1])
 def test_of_two_contacts_the_first_remembers(place: int):
-    """The other one, too soft to push, would forget how far a pair has slid."""
+    """The second contact, too soft to push, must not overwrite how far a pair has slid."""
 
     def slid(others: int) -> np.ndarray:
         world, s = touching()

@@ -49,7 +49,7 @@ with world:
 
 @pytest.fixture(scope="module")
 def from_the_start():
-    """Give what a script sees that named the targets in its first frame."""
+    """Return the output of the scene that reads birth values from its first frame on."""
     return on_ranks(1, SCENE, 0).lines
 
 

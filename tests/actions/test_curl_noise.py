@@ -1,4 +1,4 @@
-"""The field of `curl_noise` as a user meets it: what the action does to particles at rest."""
+"""The effect of `curl_noise` on particles at rest."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def stirred(
     seed: int = 8,
     name: str = "",
 ) -> np.ndarray:
-    """Return the velocities that actions give to particles at rest at x in the last of some frames."""
+    """Return velocities after actions in the last frame, in which particles are born at rest at x."""
     world = motes.World(seed=seed, dt=DT, substeps=substeps, progress="off")
     first, system = world.system("first"), world.system("second")
     chosen = first if name == "first" else system
@@ -36,7 +36,7 @@ def stirred(
 
 
 def noise(**given: Any) -> actions.CurlNoise:
-    """Make the action, of strength 1 and cells of 1 m unless said."""
+    """Make the action; strength 1 and cells of 1 m by default."""
     return actions.CurlNoise(**{"strength": 1, "scale": 1, **given})
 
 
@@ -65,14 +65,14 @@ def test_scale_stretches_and_octaves_add_detail():
 
 def test_it_changes_with_the_animations_time():
     x = scattered(3000, 10)
-    still, flows = noise(), noise(speed=0.5)  # another field every 2 s, 8 frames
+    still, flows = noise(), noise(speed=0.5)  # a new field every 2 s (8 frames)
     np.testing.assert_array_equal(stirred(x, still), stirred(x, still, frames=7))
     start = stirred(x, flows)
     near = [likeness(start, stirred(x, flows, frames=frames)) for frames in (2, 3, 5, 9)]
     assert near[0] > 0.99 and near[0] > near[1] > near[2] > near[3]
     assert abs(near[3]) < 0.1
     np.testing.assert_array_equal(start, stirred(x, noise()))  # at time 0
-    # The time of a sub-step is its own: of two, the second starts half a frame later.
+    # Each sub-step has its own time: the second of two starts half a frame later.
     halves = stirred(x, flows, frames=2, substeps=2)
     assert likeness(halves, stirred(x, flows, frames=2)) > 0.99
     assert (halves != stirred(x, flows, frames=2)).any()

@@ -1,4 +1,4 @@
-"""fluid against what is known: the density of still water, the front of a dam that breaks."""
+"""`fluid` against known results: the density of still water, the front of a breaking dam."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ MARTIN_MOYCE = [
     (3.345, 4.134),
     (4.034, 4.944),
 ]
-"""Time sqrt(2 g / width) and front / width of a column of water twice as high as wide (2.25 inches).
+"""Time * sqrt(2 g / width) and front / width for a column of water twice as high as wide (2.25 inches).
 
 Martin and Moyce (1952), "An experimental study of the collapse of liquid columns on a rigid horizontal
 plane", figure 3.
@@ -30,7 +30,7 @@ plane", figure 3.
 def poured(
     counts: tuple[int, int, int], tank: Box, frames: int, substeps: int
 ) -> Iterator[NDArray[np.float64]]:
-    """Let a lattice of water go in a tank; positions after each frame."""
+    """Release a block of water in a tank; yield positions after each frame."""
     grid = np.stack(np.meshgrid(*map(np.arange, counts), indexing="ij"), -1).reshape(-1, 3)
     jitter = np.random.default_rng(2).uniform(-1e-3, 1e-3, grid.shape)
     world = motes.World(seed=1, substeps=substeps, progress="off")
@@ -50,7 +50,7 @@ def poured(
 
 
 def test_still_water_is_as_dense_in_all_layers():
-    """Where sub-steps are short: what is too dense falls with their square."""
+    """Sub-steps must be short: excess density falls with their square."""
     wide = 6 * SPACING
     *_, x = poured((6, 16, 6), Box((0, 0, 0), (wide, 9, wide)), 60, substeps=60)
     radius2 = (2 * SPACING) ** 2
@@ -59,13 +59,13 @@ def test_still_water_is_as_dense_in_all_layers():
     density = 1000 * SPACING**3 * spread.sum(axis=1)
     inner = (np.abs(x[:, ::2] - wide / 2) < 1.2 * SPACING).all(axis=1)
     layer = (x[:, 1] / SPACING).astype(int)
-    layers = [density[inner & (layer == one)].mean() for one in range(layer.max() - 1)]  # below the surface
+    layers = [density[inner & (layer == one)].mean() for one in range(layer.max() - 1)]  # layers below the surface
     assert len(layers) >= 6
     np.testing.assert_allclose(layers, 1000, rtol=0.03)
 
 
 def test_a_dam_breaks_as_fast_as_in_experiments():
-    """The lattice has to sag before it presses, so the front starts late; then it is as fast."""
+    """The lattice must settle before it builds up pressure: the front starts late, then moves as measured."""
     wide = 10
     width = wide * SPACING
     times, fronts = [], []

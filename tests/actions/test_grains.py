@@ -1,4 +1,4 @@
-"""Grains against published values: docs/scripts/make_grains.py in vessels that take a few seconds."""
+"""Grains against published values: docs/scripts/make_grains.py with vessels small enough to run in seconds."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ def cases() -> Any:
 
 
 def test_the_walls_of_a_silo_carry_most_of_what_is_poured(cases: Any):
-    """Janssen (1895): what the ground carries grows no more."""
+    """Janssen (1895): the load on the ground saturates."""
     radius = 3 * cases.DIAMETER
     poured, carried, top = cases.pour(radius, 80, 5, 0.35)
     assert carried[0] > 0.85 * poured[0]
     assert carried[-1] < 0.6 * poured[-1]
     assert abs(carried[-2:] - carried[-3]).max() < 0.2 * poured[0]
     depth = cases.saturation(poured, carried) / poured[-1] * (top - 2 * cases.DIAMETER)
-    across = radius / (2 * cases.LAW["friction"] * depth)  # of the stress along the axis
+    across = radius / (2 * cases.LAW["friction"] * depth)  # lateral stress / axial stress
     assert 0.25 < across < 0.8, "between Rankine's active state, and almost as a liquid"
 
 
 def test_a_hopper_runs_out_as_fast_as_its_hole_is_wide(cases: Any):
-    """Beverloo et al. (1961): by (hole - 1.4 diameters)^2.5."""
+    """Beverloo et al. (1961): flow grows with (hole - 1.4 diameters)^2.5."""
     narrow, wide = flows = cases.flows(6, 900, [4.5, 6.5], 0.5, filling=0.35, after=0.15)
     holes = np.array([4.5, 6.5]) - 1.4
     assert math.log(wide / narrow) / math.log(holes[1] / holes[0]) == pytest.approx(2.5, abs=0.35)
@@ -38,7 +38,7 @@ def test_a_hopper_runs_out_as_fast_as_its_hole_is_wide(cases: Any):
 
 
 def test_heaps_are_steeper_the_more_their_grains_resist(cases: Any):
-    """Zhou et al. (2002): spheres that roll freely spread; rolling friction without friction holds none."""
+    """Zhou et al. (2002): a heap needs both sliding and rolling friction."""
 
     def slope(**law: float) -> float:
         return float(cases.repose(6 * cases.DIAMETER, 400, 1.3, **law))

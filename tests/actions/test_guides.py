@@ -1,4 +1,4 @@
-"""Vector fields on grids and paths: what they do, that their tables travel, and what is refused."""
+"""Vector fields on grids, and paths: what they do, how their tables reach other ranks, what is refused."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ LOW, HIGH = (-2.0, -1.0, 0.0), (2.0, 1.0, 3.0)
 
 
 def nodes(shape: tuple[int, int, int]) -> np.ndarray:
-    """Return the places of a grid's nodes."""
+    """Return the positions of a grid's nodes."""
     axes = [
         np.linspace(a, b, n) if n > 1 else np.array([a]) for a, b, n in zip(LOW, HIGH, shape, strict=True)
     ]
@@ -31,7 +31,7 @@ def inside(p: np.ndarray) -> np.ndarray:
 
 
 def affine(p: np.ndarray) -> np.ndarray:
-    """A field that trilinear interpolation gives exactly, its products too."""
+    """Return a field that trilinear interpolation reproduces exactly, products included."""
     x, y, z = p[..., 0], p[..., 1], p[..., 2]
     return np.stack([1 + x - 2 * y + z * x, 3 * z * y, x * y * z - 1], axis=-1)
 
@@ -140,7 +140,7 @@ POINTS = [(0, 0, 0), (4, 0, 0), (4, 4, 0)]
 
 
 def steered(x: np.ndarray, v: np.ndarray, points: Any, dt: float, **options: Any) -> np.ndarray:
-    """What the formula says, in float64."""
+    """Return the velocities after `follow_path`, by its formula in float64."""
     speed, strength = options["speed"], options.get("strength", 2)
     ends = np.array([*points, points[0]] if options.get("loop") else points, np.float64)
     ways = np.diff(ends, axis=0)
@@ -180,7 +180,7 @@ def test_particles_are_steered_as_the_formula_says(options: dict[str, Any]):
     found = after(state, actions.FollowPath(points=POINTS, **options), dt=0.1).velocity
     wanted = steered(x, v, POINTS, 0.1, **options)
     wrong = np.abs(found - wanted).max(axis=1) > 1e-4
-    assert wrong.mean() < 0.002  # equally near in two places, up to rounding
+    assert wrong.mean() < 0.002  # equally near two points of the path, up to rounding
     if "radius" in options:
         assert 0.05 < (found == np.float32(v)).all(axis=1).mean() < 0.95
 
@@ -203,7 +203,7 @@ def test_particles_arrive_at_the_end_and_go_round_a_loop():
     straight, around = run(False), run(True)
     assert np.linalg.norm(straight[-1] - (4, 4, 0), axis=1).max() < 0.01
     ahead = np.diff(around[100:, 0], axis=0)
-    assert np.linalg.norm(ahead, axis=1).mean() > 0.1  # goes on at about 4 m/s
+    assert np.linalg.norm(ahead, axis=1).mean() > 0.1  # still moving at about 4 m/s
     assert around[100:, 0].max() < 4.6 and around[100:, 0].min() > -0.6
     crossed = np.diff(np.sign(around[:, 0, 0] - 2)) != 0
     assert crossed.sum() >= 4
@@ -216,7 +216,7 @@ def test_a_smooth_path_goes_through_its_points_and_bends_less():
     np.testing.assert_allclose(sharp, (0, 1, 0), atol=1e-3)
     np.testing.assert_allclose(
         smooth, (0.7, 0.7, 0), atol=0.12
-    )  # the way from the point before to that behind
+    )  # tangent: from the previous to the next point
     for point in POINTS[:2]:
         near = {"position": [point]}
         held = after(near, actions.FollowPath(points=POINTS, speed=1, radius=1e-4, smooth=True)).velocity
@@ -254,7 +254,7 @@ def test_wrong_paths_are_refused(arguments: dict[str, Any], message: str):
         actions.FollowPath(**{"points": POINTS, "speed": 1, **arguments})
 
 
-# --- values, and tables that travel
+# --- equality, pickles, and tables on other ranks
 
 
 def test_both_are_values():

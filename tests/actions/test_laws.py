@@ -1,4 +1,4 @@
-"""Laws that scripts write as expressions: what they compute, what they remember, and what they refuse."""
+"""Laws written as expressions: what they compute, what they remember, and what they refuse."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Array = NDArray[Any]
 
 
 def crowd(count: int = 300, seed: int = 1) -> dict[str, Array]:
-    """Draw particles in a box of 2 m."""
+    """Draw random particles in a cube with edges of 2 m."""
     rng = np.random.default_rng(seed)
     return {
         "position": rng.uniform(-1, 1, (count, 3)).astype(np.float32),
@@ -38,7 +38,7 @@ def crowd(count: int = 300, seed: int = 1) -> dict[str, Array]:
 def played(
     record: Any, particles: dict[str, Array], *, steps: int = 1, substeps: int = 1, threads: int = 1
 ) -> motes.Particles:
-    """Emit particles, let them obey what `record` says, and return them."""
+    """Emit particles, call `record` in each step, and return the particles."""
     facts: dict[str, Any] = {"dt": DT * substeps, "substeps": substeps, "threads": threads}
     with motes.World(seed=3, progress="off", **facts) as world:
         system = world.system("one", attributes={"heat": 0, "wind": (0, 0, 0)})
@@ -51,7 +51,7 @@ def played(
 
 
 def pairs_of(x: Array, radius: float) -> tuple[Array, Array, Array, Array]:
-    """Return a and b of all pairs within the radius, their distances and normals, in double."""
+    """Return a, b, distance and normal of all pairs within the radius, in float64."""
     d = x[None].astype(float) - x[:, None].astype(float)
     r = np.sqrt((d * d).sum(-1))
     a, b = np.nonzero((r < radius) & ~np.eye(len(x), dtype=bool))
@@ -60,7 +60,7 @@ def pairs_of(x: Array, radius: float) -> tuple[Array, Array, Array, Array]:
 
 
 def summed(values: Array, a: Array, count: int) -> Array:
-    """Add up what each b does to its a."""
+    """Sum the values of all pairs of each a."""
     out = np.zeros((count, *values.shape[1:]))
     np.add.at(out, a, values)
     return out
@@ -135,7 +135,7 @@ def test_what_is_not_finite_adds_nothing():
 def test_pairs_remember_while_they_are_within_the_radius(
     skin: float, widths: dict[str, int], monkeypatch: pytest.MonkeyPatch
 ):
-    """Two come together, part, and meet again: the count begins anew, though a list may keep the pair."""
+    """Two particles meet, part and meet again: the count restarts, even if a list keeps the pair."""
     monkeypatch.setenv("MOTES_SKIN", str(skin))
     place = {
         "position": np.array([[0, 0, 0], [0.35, 0, 0], [5, 0, 0]], np.float32),
@@ -228,7 +228,7 @@ with world:
 
 
 def test_lists_of_two_systems_are_kept_and_change_no_bit():
-    """One that flies by far away makes lists last for one sub-step."""
+    """A fast particle far away limits lists to one sub-step."""
     kept = alike(BETWEEN.format(0), ranks=(1, 2, 3, 5))
     assert len(set(kept)) == 6
     assert on_ranks(3, BETWEEN.format(900)).lines == kept
@@ -291,17 +291,17 @@ def test_neighbours_are_counted_at_any_radius(count: int, radius: float, seed: i
 
 
 def divides_by_columns(text: str) -> bool:
-    """Tell whether no divisor is the number 0, which laws refuse at the call."""
+    """Return whether no divisor is the literal 0, which laws refuse at the call."""
     return re.search(r"[/%] -?0\.?0*\b(?!\.?[0-9])", text) is None
 
 
 @settings(max_examples=30, deadline=None)
 @given(st.lists(expressions(scalars()).filter(divides_by_columns), min_size=1, max_size=4))
 def test_laws_compute_what_set_does(texts: list[str]):
-    """Their formulas share what is common and use planes again; `set` runs each expression by itself."""
+    """Laws share common subexpressions and reuse planes; `set` evaluates each expression by itself."""
     names = ["alpha", "heat", "lifetime", "mass"][: len(texts)]
     space: dict[str, Any] = {}
-    exec(HEADER, space)  # noqa: S102 (what the lists of the slow suite do)
+    exec(HEADER, space)  # noqa: S102 (as the lists of the slow suite do)
     values = {name: eval(text, space) for name, text in zip(names, texts, strict=True)}  # noqa: S307
     p = crowd(40)
     law = played(lambda s: s.law(set=values), p)

@@ -1,6 +1,6 @@
-"""Particles that see each other.
+"""Interactions between particles.
 
-The same bits on any ranks, errors that all ranks hear, piles that stand still.
+The same bits on any ranks, errors that reach all ranks, piles that come to rest.
 """
 
 from __future__ import annotations
@@ -21,18 +21,18 @@ from motes.errors import ArgumentError
 
 SCENE = Path(__file__).parents[1] / "scenes" / "meeting.py"
 BALANCERS = ("Static", "Pairwise", "Diffusive", "Alone", "PrefixCuts", "Proportional")
-THIN = [-0.05, 0.05]  # domains far thinner than the reach; the outer ones hold nearly all
+THIN = [-0.05, 0.05]  # domains far thinner than the reach; the outer ones hold nearly all particles
 
 
 @cache
 def alone() -> list[list[str]]:
-    """Frames of the scene on one rank."""
+    """Return the scene's frames on one rank."""
     frames = table(on_ranks(1, SCENE, json.dumps([{}])).lines)
     return [frames[0, frame] for frame in range(len(frames))]
 
 
 def assert_equal(result: Result, variants: list[dict[str, Any]]) -> None:
-    """Compare every variant's frames with those of one rank."""
+    """Compare each variant's frames with those of one rank."""
     frames, wanted = table(result.lines), alone()
     assert len(frames) == len(wanted) * len(variants)
     for (variant, frame), row in sorted(frames.items()):
@@ -40,7 +40,7 @@ def assert_equal(result: Result, variants: list[dict[str, Any]]) -> None:
 
 
 def run(size: int, variants: list[dict[str, Any]], env: dict[str, str] | None = None) -> None:
-    """Play variants in one job, and compare."""
+    """Run variants in one job and compare them with one rank."""
     assert_equal(on_ranks(size, SCENE, json.dumps(variants), timeout=240, env=env), variants)
 
 
@@ -438,7 +438,7 @@ with world:
 
 
 def test_collisions_of_some_count_contacts_as_one_of_all_does():
-    """The two kinds are far from each other."""
+    """The two kinds are too far apart to touch."""
     assert on_ranks(1, SHARED_OUT, "two").lines == on_ranks(1, SHARED_OUT, "all").lines
 
 

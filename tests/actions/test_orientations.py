@@ -18,7 +18,7 @@ AXES = np.eye(3)
 
 
 def turned(q: Array, v: Array) -> Array:
-    """Turn vectors by unit quaternions (n, 4)."""
+    """Rotate vectors by unit quaternions of shape (n, 4)."""
     q = np.asarray(q, np.float64)
     u, w = q[:, :3], q[:, 3:]
     v = np.broadcast_to(v, u.shape)
@@ -27,7 +27,7 @@ def turned(q: Array, v: Array) -> Array:
 
 
 def rotated(v: Array, way: Array) -> Array:
-    """Turn vectors about axes by angles, radians (Rodrigues)."""
+    """Rotate `v` about the axes `way`, by their lengths in radians (Rodrigues)."""
     angle = np.linalg.norm(way, axis=1, keepdims=True)
     axis = way / angle
     along = axis * (axis * v).sum(axis=1, keepdims=True)

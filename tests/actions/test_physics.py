@@ -1,4 +1,4 @@
-"""What particles that see each other obey: conservation, collisions of two, heaps that stand still."""
+"""Physics of interacting particles: conservation, collisions of two, heaps that stand still."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ import motes
 from motes.shapes import Plane
 
 Record = Callable[[motes.System], None]
-FLOOR = Plane((0, 0.02, 0), (0, 1, 0))  # of the centres of grains with a radius of 2 cm
+FLOOR = Plane((0, 0.02, 0), (0, 1, 0))  # for the centres of grains with a radius of 2 cm
 
 
 def states(
     state: dict[str, Any], record: Record, frames: int, *, every: int = 1, **world: Any
 ) -> Iterator[motes.Particles]:
-    """Let particles of a given state obey a list; the state before, and every so many frames after."""
+    """Yield particles before the recorded list acts on them, and then after every `every` frames."""
     made = motes.World(seed=3, progress="off", **world)
     system = made.system("all")
     with made:
@@ -43,7 +43,7 @@ def speeds(particles: motes.Particles) -> NDArray[np.float64]:
     return particles.velocity.astype(np.float64)
 
 
-@pytest.mark.parametrize("part", [1.0, 0.8])  # of the speed of a circular orbit
+@pytest.mark.parametrize("part", [1.0, 0.8])  # fraction of a circular orbit's speed
 def test_two_bodies_keep_their_energy(part: float):
     pull, apart = 2.0, 1.5
     speed = part * math.sqrt(pull / (2 * apart))
@@ -58,20 +58,20 @@ def test_two_bodies_keep_their_energy(part: float):
 
     moments = list(states(start, orbit, 1001, dt=1 / 100))
     apart_now = np.array([at(p)[1] - at(p)[0] for p in moments])
-    # Each step pulls before it moves: a place lies between the velocities before and after it (a leapfrog).
+    # A leapfrog: each position lies in time between the velocities before and after it.
     v = np.array([speeds(p) for p in moments])
     kinetic = (((v[1:] + v[:-1]) / 2) ** 2).sum(axis=(1, 2)) / 2
     energies = (kinetic - pull / np.linalg.norm(apart_now[:-1], axis=1))[1:]
     assert np.abs(energies / energies[0] - 1).max() < 0.005
     turns = np.unwrap(np.arctan2(apart_now[:, 1], apart_now[:, 0])) / (2 * math.pi)
-    # Half the orbit's length, by the vis-viva equation; then Kepler's third law.
+    # The semi-major axis by the vis-viva equation, the period by Kepler's third law.
     a = apart / (2 - part**2)
     period = 2 * math.pi * math.sqrt(a**3 / (2 * pull))
     assert turns[round(100 * period)] - turns[0] == pytest.approx(1, abs=0.005)
 
 
 def cluster(n: int, seed: int = 0) -> dict[str, NDArray[np.float64]]:
-    """Particles that fly towards their middle."""
+    """Return particles that fly towards their centre."""
     dice = np.random.default_rng(seed)
     place = dice.normal(0, 0.5, (n, 3))
     return {"position": place, "velocity": -2 * place + dice.normal(0, 0.3, (n, 3)) + (0.5, -0.3, 0.1)}
@@ -114,17 +114,17 @@ def test_grains_keep_their_momentum_and_turn():
     all_push = np.linalg.norm(mass * speeds(first), axis=1).sum()
     for p in later:
         assert np.linalg.norm((mass * (speeds(p) - speeds(first))).sum(axis=0)) < 1e-5 * all_push
-        assert np.linalg.norm(turning(p) - turning(first)) < 1e-4 * all_push  # with arms of up to a metre
+        assert np.linalg.norm(turning(p) - turning(first)) < 1e-4 * all_push  # lever arms of up to a metre
 
 
 @pytest.mark.parametrize(
     ("friction", "rolling_friction", "acceleration"),
     [
-        (0.5, 0.5, 0),  # stands
-        (0.5, 0, 5 / 7 * math.sin(math.radians(10))),  # rolls as a solid sphere does
+        (0.5, 0.5, 0),  # stays at rest
+        (0.5, 0, 5 / 7 * math.sin(math.radians(10))),  # rolls like a solid sphere
         (0, 0, math.sin(math.radians(10))),  # slips
-        (0.1, 0, 5 / 7 * math.sin(math.radians(10))),  # rolls too: 2/7 of tan 10 degrees would be enough
-        (0.02, 0, math.sin(math.radians(10)) - 0.02 * math.cos(math.radians(10))),  # slips and turns
+        (0.1, 0, 5 / 7 * math.sin(math.radians(10))),  # rolls too: friction is above 2/7 tan 10 degrees
+        (0.02, 0, math.sin(math.radians(10)) - 0.02 * math.cos(math.radians(10))),  # slips and rotates
     ],
 )
 def test_a_grain_on_a_slope(friction: float, rolling_friction: float, acceleration: float):
@@ -132,7 +132,7 @@ def test_a_grain_on_a_slope(friction: float, rolling_friction: float, accelerati
 
     def roll(
         grains: motes.System,
-    ) -> None:  # on a sphere that stands still, as good as a plane
+    ) -> None:  # on a fixed sphere so large that it acts as a plane
         small = motes.column("mass") < 10
         grains.gravity(tuple(down), where=small)
         grains.contact(
@@ -153,18 +153,18 @@ def test_a_grain_on_a_slope(friction: float, rolling_friction: float, accelerati
         assert way[2] == pytest.approx(0.5 * 9.81 * acceleration * 4, rel=0.02)
 
 
-SPACING = 0.05  # m, in water
+SPACING = 0.05  # m, between water particles
 
 
 def water(*counts: int) -> dict[str, Any]:
-    """A block of water, with nearly still particles."""
+    """Return a block of water, with slightly jittered particles."""
     grid = np.stack(np.meshgrid(*map(np.arange, counts), indexing="ij"), -1).reshape(-1, 3)
     jitter = np.random.default_rng(2).uniform(-1e-3, 1e-3, grid.shape)
     return {"position": (grid + 0.5) * SPACING + jitter, "mass": np.full(len(grid), 1000 * SPACING**3)}
 
 
 def densities(p: motes.Particles) -> NDArray[np.float64]:
-    """kg/m3, by the spread of Mueller et al. (2003) over two spacings."""
+    """Return densities in kg/m3, with the kernel of Mueller et al. (2003) over two spacings."""
     radius2 = (2 * SPACING) ** 2
     apart2 = ((at(p)[:, None] - at(p)[None]) ** 2).sum(axis=2)
     spread = 315 / (64 * np.pi * radius2**4.5) * np.clip(radius2 - apart2, 0, None) ** 3
@@ -268,7 +268,7 @@ def test_a_few_at_the_origin_and_at_one_place(law: str):
 
 
 def column_of(grains: int) -> dict[str, NDArray[np.float64]]:
-    """Grains of 4 cm, stacked as high as wide and a half; each layer over the gaps of the one below."""
+    """Return a column of 4 cm grains, each layer over the gaps of the one below."""
     wide = round((grains * 0.53) ** (1 / 3))
     high = grains // wide**2
     y, x, z = (grid.ravel() for grid in np.mgrid[:high, :wide, :wide])
@@ -296,7 +296,7 @@ def test_a_heap_at_rest_changes_no_bit(grains: int, seconds: int):
 
 
 def flown_down(angle_deg: float, seconds: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the mean speed of a layer on a slope of held grains in time, and its profile at the end."""
+    """Return a layer's mean speed on a slope of fixed grains by frame, and its final profile of speeds."""
     wide, deep, layers, width, step = 5, 4, 6, 0.01, 1.25e-4
     dice = np.random.default_rng(2)
     x, y, z = (g.ravel() for g in np.mgrid[0:wide, 0 : layers + 1, 0:deep])
@@ -326,7 +326,7 @@ def flown_down(angle_deg: float, seconds: float) -> tuple[NDArray[np.float64], N
 
 
 def test_a_layer_of_grains_rests_on_a_slope_or_flows_steadily_down():
-    """Speeds grow with height (Silbert et al. 2001, as in docs/notes/grains.md)."""
+    """Speed grows with height (Silbert et al. 2001, as in docs/notes/grains.md)."""
     still, _ = flown_down(16, 0.6)
     assert abs(still[-10:]).max() < 0.01
     speeds, profile = flown_down(27, 2)

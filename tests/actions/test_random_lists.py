@@ -1,4 +1,4 @@
-"""Random lists of actions give the same particles and pictures on any ranks, threads and vector width."""
+"""Random lists of actions give the same particles and pictures with any ranks, threads and vector width."""
 
 from __future__ import annotations
 

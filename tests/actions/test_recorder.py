@@ -1,4 +1,4 @@
-"""Parameters of the calls that record: which, in which order, and which may stand without a name."""
+"""Signatures of the recording calls: parameters, their order, and which may be positional."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ DT = 0.125
 
 
 def run(record: Any, frames: int = 1, **attributes: Any) -> tuple[motes.Particles, motes.Particles]:
-    """Let `record(system, frame)` act on 400 particles; return them before and after."""
+    """Call `record(system, frame)` in each frame; return 400 particles before and after."""
     world = motes.World(seed=5, dt=DT, progress="off")
     system = world.system("only", attributes=attributes)
     with world:
@@ -114,7 +114,7 @@ def test_expressions_refuse_what_they_cannot_say():
 
 
 def spawn(on: str, count: int, **keywords: Any) -> tuple[motes.Particles, motes.Particles, int]:
-    """Parents at the end of the frame of their events, the children of that frame, and drops."""
+    """Return parents and children at the end of the events' frame, and the number of dropped children."""
     world = motes.World(seed=9, dt=DT, progress="off")
     parents = world.system("parents")
     children = world.system("children", capacity=keywords.pop("capacity", None))

@@ -1,4 +1,4 @@
-"""No particle passes what it bounces off: any shape, size, place, speed and number of sub-steps."""
+"""No particle passes through what it bounces off: any shape, size, place, speed and number of sub-steps."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ import motes
 from motes import shapes
 from motes.errors import ArgumentError
 
-COUNT = 24  # particles of one combination
-TOGETHER = 25  # combinations of one world
+COUNT = 24  # particles per combination
+TOGETHER = 25  # combinations per world
 KINDS = ("Plane", "Box", "Sphere", "Cylinder", "Pipe", "Tube", "Cone", "Funnel", "Hat", "Disc", "Ring")
 KINDS += ("Rectangle", "Triangle", "Union")
 
 
 @st.composite
 def directions(draw: st.DrawFn) -> np.ndarray:
-    """Draw a unit vector: along an axis, or any."""
+    """Draw a unit vector, along an axis or in any direction."""
     axis = draw(st.integers(-1, 5))
     if axis >= 0:
         return np.eye(3)[axis % 3] * (1 - 2 * (axis // 3))
@@ -31,7 +31,7 @@ def directions(draw: st.DrawFn) -> np.ndarray:
 
 
 def magnitudes(low: float, high: float) -> st.SearchStrategy[float]:
-    """Draw numbers of any magnitude between powers of ten."""
+    """Draw numbers between 10**low and 10**high, of any magnitude."""
     return st.floats(low, high).map(lambda power: 10.0**power)
 
 
@@ -43,7 +43,7 @@ def across(axis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 @st.composite
 def made(draw: st.DrawFn, kind: str, at: np.ndarray, size: float) -> shapes.Shape:
-    """Draw a shape of a size around a place."""
+    """Draw a shape of the given kind and size around a position."""
     part = st.integers(1, 9).map(lambda n: n / 9)
     axis, some, other = draw(directions()), draw(part), draw(part)
     u, v = across(axis)
@@ -73,13 +73,13 @@ def made(draw: st.DrawFn, kind: str, at: np.ndarray, size: float) -> shapes.Shap
 
 @st.composite
 def combinations(draw: st.DrawFn) -> dict[str, Any]:
-    """Draw a shape and who bounces off it."""
+    """Draw a shape, and how particles fly at it and bounce."""
     size, away = draw(magnitudes(-3, 4)), draw(directions())
-    # Around the origin, with the origin at the surface, or anywhere.
+    # The shape is around the origin, has the origin on its surface, or is anywhere.
     far = draw(st.one_of(st.sampled_from([0.0, size, size]), magnitudes(-2, 6)))
     try:
         shape = draw(made(draw(st.sampled_from(KINDS)), away * far, size))
-    except ArgumentError:  # too small for single precision there
+    except ArgumentError:  # too small for float32 at that distance
         shape = draw(made("Sphere", away * far, size))
     part = st.one_of(st.sampled_from([0.0, 0.2, 0.5, 1.0]), st.floats(0, 1))
     return {
@@ -97,7 +97,7 @@ def combinations(draw: st.DrawFn) -> dict[str, Any]:
 
 
 def born(combination: dict[str, Any]) -> tuple[np.ndarray, np.ndarray]:
-    """Return positions around the surface, some at it, and velocities."""
+    """Return positions near the surface or on it, and velocities."""
     dice = np.random.default_rng(combination["seed"])
     apart = dice.normal(0, 1, (COUNT, 3)) * 10.0 ** dice.uniform(-4, 0.1, (COUNT, 1))
     points = combination["shape"].sample(COUNT, seed=int(combination["seed"]))
@@ -112,7 +112,7 @@ def passed(wall: Sheet, start: np.ndarray, end: np.ndarray, way: np.ndarray, ste
 
 
 def check(list_of: list[dict[str, Any]], frames: int, substeps: int, every: int) -> None:
-    """Run combinations side by side; nobody may be beyond a wall."""
+    """Run combinations side by side and check that no particle passes through a wall."""
     dt = 1 / 24
     world = motes.World(seed=1, dt=dt, substeps=substeps, progress="off")
     systems = [world.system(f"s{i}", capacity=COUNT) for i in range(len(list_of))]
@@ -222,7 +222,7 @@ def test_sink_and_where_find_nobody_beyond_the_surface(shape):
 
 
 def globe(lobes: float) -> motes.Mesh:
-    """Make a closed surface that bulges, so that paths between its bulges have many hits."""
+    """Make a closed surface with bulges, between which a path has many hits."""
     across, along = np.meshgrid(
         np.linspace(0, 2 * np.pi, 24, endpoint=False), np.linspace(0, np.pi, 14)[1:-1]
     )

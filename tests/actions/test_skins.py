@@ -1,4 +1,4 @@
-"""The skin of kept lists, and when these are made anew, change no bit."""
+"""The skin of neighbour lists, and when they are rebuilt, change no bit."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ FAR = 1.5  # three radii of the largest grain
 
 
 def digests(ranks: int, clumps: int, count: int, folder: Path, **env: str) -> list[str]:
-    """Play the scene; the frames that a checkpoint has saved are not played again."""
+    """Run the scene, from its checkpoint if there is one; return the lines of digests."""
     lines = on_ranks(ranks, SCENE, clumps, count, folder, env=env, timeout=300).lines
     return [line for line in lines if line.startswith("digest")]
 
 
 def compare(clumps: int, count: int, skins: list[float], folder: Path) -> None:
-    """Compare runs of one rank and of three with each skin, and one that goes on with others."""
+    """Compare runs on one and three ranks with each skin, and a run that resumes with another skin."""
     expected = digests(1, clumps, count, folder / "own")
     assert expected[-1] == "digest touching True" and len(set(expected)) == 7
     for number, skin in enumerate(skins):
@@ -48,7 +48,7 @@ def test_no_skin_changes_a_bit_of_many(clumps: int, tmp_path: Path):
 
 @pytest.mark.parametrize("skin", ["", "0", "0.5", "3"])
 def test_a_pair_goes_on_from_one_image_to_another(skin: str, monkeypatch: pytest.MonkeyPatch):
-    """Two that are half a period apart see each other across one end of space, and then within it."""
+    """A pair half a period apart interacts across one end of space, and then within it."""
     monkeypatch.setenv("MOTES_SKIN", skin)
     world = motes.World(seed=1, dt=0.01, periodic={"x": (0, 1)}, progress="off")
     s = world.system("s", attributes={"seen": 0})

@@ -1,4 +1,4 @@
-"""sort: the order of drawing, on one rank and on several, and that nothing else changes by it."""
+"""`sort`: the drawing order, on one rank and on several; nothing else changes."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def test_one_two_three_and_five_ranks_sort_and_nothing_else_changes():
 
 
 def sorted_views(**wish: Any) -> tuple[dict[str, np.ndarray], motes.Particles]:
-    """Particles by `local` behind a sort, and by `gather`."""
+    """Return columns as `local` shows them after a sort, and the particles from `gather`."""
     world = motes.World(seed=2, progress="off")
     system = world.system("only", attributes={"heat": 0.0, "wind": (0, 0, 0)})
     with world:
@@ -112,7 +112,7 @@ def test_those_for_which_the_condition_does_not_hold_keep_their_places():
     chosen = column("position").y > 0.25
     seen, gathered = sorted_views(where=chosen)
     rises = gathered.position[:, 1] > 0.25
-    places = np.flatnonzero(rises)  # born in the order of ids
+    places = np.flatnonzero(rises)  # without a sort, ids are in order
     np.testing.assert_array_equal(seen["id"][~rises], gathered.id[~rises])
     np.testing.assert_array_equal(np.sort(seen["id"][places]), places)
     distance = (seen["position"].astype(np.float64) - EYE) @ LOOK

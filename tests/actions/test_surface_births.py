@@ -32,7 +32,7 @@ def test_velocities_are_along_the_outward_normals():
 
 def test_colours_are_mixed_between_vertices():
     p = born(motes.Mesh(CORNERS, FACES, colors=COLORS), color=motes.surface_color())
-    # A tetrahedron's barycentric coordinates are those of the place.
+    # Barycentric coordinates in the tetrahedron: half the position, and the rest to 1.
     parts = p.position.astype(float) / 2
     parts = np.concatenate([1 - parts.sum(axis=1, keepdims=True), parts], axis=1)
     np.testing.assert_allclose(p.color, parts @ COLORS, atol=1e-5)
@@ -40,8 +40,8 @@ def test_colours_are_mixed_between_vertices():
 
 def test_a_picture_colours_vertices_at_their_places():
     picture = np.zeros((4, 4, 3), np.uint8)
-    picture[:2, :, 0] = 255  # the upper half
-    picture[2:, 2:, 2] = 255  # lower right
+    picture[:2, :, 0] = 255  # upper half: red
+    picture[2:, 2:, 2] = 255  # lower right: blue
     uv = [(0.25, 0.75), (0.75, 0.25), (0.125, 0.125), (0.5, 0.75)]
     mesh = motes.Mesh(CORNERS, FACES, colors=picture, uv=uv)
     np.testing.assert_allclose(mesh.colors, [(1, 0, 0), (0, 0, 1), (0, 0, 0), (1, 0, 0)], atol=1e-6)

@@ -16,7 +16,7 @@ COUNT = 200_000
 
 
 def shares(corners, places):
-    """Return the barycentric coordinates of places on a triangle."""
+    """Return the barycentric coordinates of positions on a triangle."""
     a, b, c = np.asarray(corners, float)
     sides = np.stack([b - a, c - a], axis=1)
     two = np.linalg.lstsq(sides, (places - a).T, rcond=None)[0].T
@@ -29,7 +29,7 @@ def test_births_are_as_dense_as_a_linear_density_says(density):
     mesh = motes.Mesh(corners, [(0, 1, 2)], density=density)
     found = shares(corners, born(mesh, COUNT).position.astype(float))
     assert found.min() > -1e-5
-    # Small triangles that fill it: of each the mean of a linear density is that in its middle.
+    # In each of the small triangles, the mean of a linear density is its value at the centre.
     cells = 6
     down = np.clip(np.floor(found * cells), 0, cells - 1)
     upright = down.sum(axis=1) == cells - 1
@@ -115,7 +115,7 @@ def test_a_density_needs_a_surface_and_a_place_for_a_picture():
         motes.Mesh(CORNERS, FACES, density=np.full((2, 2, 3), 255, np.uint8))
     with pytest.raises(ArgumentError, match="density.*solid"):
         motes.Mesh(CORNERS, FACES, density=np.ones(4), solid=True)
-    # Above 0 only where there is no area.
+    # The density is above 0 only where there is no area.
     flat = motes.Mesh([*CORNERS, (3, 3, 3)], [*FACES, (4, 4, 4)], density=[0, 0, 0, 0, 1])
     with pytest.raises(ArgumentError, match="density above 0"):
         born(flat, COUNT)

@@ -20,7 +20,7 @@ def test_bounce_as_mcallister_turns_velocities_alone(name: str):
     assert (length(p.velocity) <= length(np.float32(state["velocity"])) * (1 + 1e-5))[turned].mean() > 0.99
     crossing = actions.Bounce(shape=SOLIDS[name], exact_hit=True)
     met = (after(state, crossing, dt=0.2).velocity != np.float32(state["velocity"])).any(axis=1)
-    if name == "Plane":  # his planes have two sides
+    if name == "Plane":  # McAllister's planes act on both sides
         height = np.float32(state["position"])[:, 1]
         change = np.float32(state["velocity"])[:, 1] * np.float32(0.2)
         np.testing.assert_array_equal(turned, height * (height + change) < 0)

@@ -1,4 +1,4 @@
-"""Ties, followers, a script's own pairs, far cells: the same bits however the world is divided."""
+"""Ties, followers, pairs read by a script, far cells: the same bits however the world is divided."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ SCENE = Path(__file__).parents[1] / "scenes" / "tied.py"
 
 
 def frames_of(lines: list[str]) -> dict[tuple[int, int], list[str]]:
-    """Read what the scene printed."""
+    """Return the scene's columns by variant and frame."""
     rows = [line.split() for line in lines if not line.startswith("torn")]
     return {(int(row[0]), int(row[1])): row[2:] for row in rows}
 
 
 @cache
 def alone() -> tuple[str, ...]:
-    """What one rank prints."""
+    """Return what one rank prints."""
     return tuple(on_ranks(1, SCENE, json.dumps([{}])).lines)
 
 
@@ -86,7 +86,7 @@ def test_a_rope_of_200_hangs_as_a_catenary():
             w.step()
         p = s.gather()
     a = 0.5
-    for _ in range(60):  # sinh(1 / (2a)) 2a = 1.25
+    for _ in range(60):  # Newton's method for sinh(1 / (2a)) 2a = 1.25
         a -= (2 * a * np.sinh(span / (2 * a)) - length) / (
             2 * np.sinh(span / (2 * a)) - span / a * np.cosh(span / (2 * a))
         )
@@ -143,15 +143,15 @@ def test_ties_that_tear_share_no_particle_with_others_of_the_list():
             with pytest.raises(ArgumentError, match=wrong) as caught:
                 s.tie(second, break_at=later)
             assert (caught.value.argument, float(caught.value.value)) == ("break_at", 1.5)
-            s.tie(first, break_at=3)  # the same ties
+            s.tie(first, break_at=3)  # the same Ties again
             s.tie(apart, break_at=1.5)
-            s.tie(pinned, break_at=1.5)  # which has no tie of 0 and 1
+            s.tie(pinned, break_at=1.5)  # pins 0 and 1, but ties neither
             other.tie(second, break_at=1.5)
             w.step()
         s.tie(first)
         s.tie(second)
         w.step()
-        s.tie(second, break_at=1.5)  # first is not in this frame's list
+        s.tie(second, break_at=1.5)  # `first` is not in this frame's list
         w.step()
         assert s.count == 8
 
@@ -241,8 +241,8 @@ def test_ghosts_are_those_within_reach_of_the_ties(tmp_path: Path):
     ghosts = load.groupby("frame")["ghosts"].sum()
     assert load.groupby("frame")["neighbour_ranks"].max()[[0, 1]].tolist() == [3, 2]
     assert ghosts[0] >= 3 * 1200, "nobody knows how long the ties are: all become ghosts once"
-    # The longest ties reach over two of the 20 rows, of 60 each; what moves by a 20th of a row widens that.
-    sides = 2 * 3 * 2  # of three cuts, in two sub-steps
+    # The longest ties span two of the 20 rows (60 particles each); moving by 1/20 row widens the reach.
+    sides = 2 * 3 * 2  # of three cuts, both systems' ghosts in two sub-steps
     assert all(sides * 2 * 60 <= ghosts[frame] <= sides * 3 * 60 for frame in range(1, 8))
     assert ghosts[8] > 4 * ghosts[7], "a jump is a long way"
 
@@ -303,13 +303,13 @@ def test_newborn_particles_that_are_in_the_way_are_cleared():
         s.collide(radius=0.5, clear=0.1)
         w.step()
         assert s.count == 2
-        # 2 overlaps an old one, 3 is free, 4 overlaps 3 a little, 5 overlaps 3 much.
+        # 2 overlaps an old particle, 3 is free, 4 overlaps 3 slightly, 5 overlaps 3 deeply.
         s.emit(position=[(0.5, 0, 0), (6, 0, 0), (6.97, 0, 0), (6, 0.5, 0)])
         s.collide(radius=0.5, clear=0.1)
         w.step()
         p = s.gather()
         assert p.id.tolist() == [0, 1, 3, 4]
-        np.testing.assert_array_equal(p.velocity, 0)  # the newborn have pushed nobody
+        np.testing.assert_array_equal(p.velocity, 0)  # newborn particles have pushed nothing
         s.collide(radius=0.5, clear=0.1)
         w.step()
         p = s.gather()
@@ -329,9 +329,9 @@ def test_contacts_are_those_of_all_collisions_of_a_sub_step():
 
 
 def stretch(substeps: int, falls: bool) -> tuple[float, float]:
-    """Let 100 x 100 particles hang by two corners, or fall over a ball, for 3 s.
+    """Hang a cloth of 100 x 100 particles by two corners, or drop it over a ball, for 3 s.
 
-    Returns by how much edges between neighbours are off their length: mean, and the longest; parts of it.
+    Returns the strain of edges between neighbours: the mean of its absolute value, and the largest.
     """
     side = 0.02 * 99
     with world(dt=1 / 24, substeps=substeps) as w:

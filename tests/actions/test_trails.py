@@ -1,4 +1,4 @@
-"""Trails: what particles leave behind as they live, each frame or every so many seconds."""
+"""Trails: what particles leave behind in each frame, or each time their age reaches a multiple."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from motes import column
 def run(
     frames: int, *, dt: float = 0.25, substeps: int = 1, **options: Any
 ) -> tuple[motes.Particles, list[int]]:
-    """Let two particles fly along x; return what they left behind, and how many until each frame."""
+    """Let two particles fly along x; return what they left behind, and its count after each frame."""
     world = motes.World(seed=1, dt=dt, substeps=substeps, progress="off")
     rockets, smoke = world.system("rockets"), world.system("smoke")
     born = []
@@ -53,7 +53,7 @@ def test_particles_leave_children_as_their_age_passes_multiples(dt: float, subst
     [(Fraction(1, 24), 1), (Fraction(1, 24), 3), (Fraction(1, 10), 1), (Fraction(1, 30), 1)],
 )
 def test_trails_leave_children_at_each_multiple_once(every: Fraction, dt: Fraction, substeps: int) -> None:
-    """Also where ages are half way between two frames at each other multiple; `every` counts frames here."""
+    """Also if every other multiple lies halfway between two frames; `every` is in frames here."""
     world = motes.World(seed=1, dt=float(dt), substeps=substeps, progress="off")
     s, left = world.system("s"), world.system("left")
     frames = []

@@ -1,4 +1,4 @@
-"""contact(walls=...): forces at walls of any shape, what particles remember of them, walls that move."""
+"""contact(walls=...): forces at walls of any shape, memory of contacts, moving walls."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ RADIUS = 0.1
 def rolling(
     walls: Any, state: dict[str, Any], *, frames: int, gravity: Any = (0, -9.81, 0), **contact: Any
 ) -> motes.Particles:
-    """Let balls of 1 kg and 10 cm meet walls, in 200 sub-steps per 24th of a second; returns them."""
+    """Run balls of 1 kg and 10 cm radius against walls, 200 sub-steps per 1/24 s; return the balls."""
     balls = len(state["position"])
     world = motes.World(seed=1, substeps=200, progress="off")
     system = world.system("balls")
@@ -55,7 +55,7 @@ def rolling(
 
 
 def moved(shape: Shape, x: float) -> Shape:
-    """Put a shape elsewhere along the x axis: in these, every vector but of a size is a place."""
+    """Shift a shape along x: all its vectors are positions, except those in `sizes`."""
     sizes = {"normal", "u", "v"}
     places = {
         name: (value[0] + x, *value[1:]) if isinstance(value, tuple) and name not in sizes else value
@@ -98,7 +98,7 @@ def test_every_shape_carries_a_ball_by_its_spring():
 
 
 def test_edges_and_corners_hold_too():
-    """From a corner, a ball is pushed along the way from it, whatever shape the corner is of."""
+    """A corner pushes a ball straight away, whatever shape the corner belongs to."""
     corner = (-1, -1, -1), (0, 0, 0)
     way = np.array((1, 1, 1)) / math.sqrt(3)
     for box in (Box(*corner), Mesh(*block(*corner), resolution=64)):
@@ -109,7 +109,7 @@ def test_edges_and_corners_hold_too():
             gravity=(0, 0, 0),
             restitution=1,
         )
-        tolerance = 0.02 if isinstance(box, Box) else 0.2  # a grid rounds corners off
+        tolerance = 0.02 if isinstance(box, Box) else 0.2  # the distance field's grid rounds corners off
         np.testing.assert_allclose(last.velocity[0], way, atol=tolerance)
     inside = rolling(
         [Box(*corner)],
@@ -119,7 +119,7 @@ def test_edges_and_corners_hold_too():
         restitution=1,
         friction=0,
     )
-    np.testing.assert_allclose(inside.velocity[0], (-1, -1, -1), atol=0.02)  # three faces at once
+    np.testing.assert_allclose(inside.velocity[0], (-1, -1, -1), atol=0.02)  # hits three faces at once
 
 
 @pytest.mark.parametrize("restitution", [0.1, 0.5, 1])
@@ -131,13 +131,13 @@ def test_head_on_a_wall(restitution: float):
 
 @pytest.mark.parametrize("angle_deg", [20, 45, 60])
 def test_oblique_impacts_slide_as_coulomb_says(angle_deg: float):
-    """Who slides all the way loses friction (1 + restitution) v_n, and turns by 5/2 of that per radius."""
+    """A ball that slides throughout loses friction (1 + restitution) v_n; its spin is 5/2 of that per radius."""
     normal, along = math.cos(math.radians(angle_deg)), math.sin(math.radians(angle_deg))
     start = {"position": [(0, 0.2, 0)], "velocity": [(along, -normal, 0)]}
     friction, restitution = 0.05, 0.8
     last = rolling([GROUND], start, frames=6, gravity=(0, 0, 0), friction=friction, restitution=restitution)
     lost = friction * (1 + restitution) * normal
-    assert along - lost > 2.5 * lost  # it never rolls
+    assert along - lost > 2.5 * lost  # it slides throughout
     assert last.velocity[0, 0] == pytest.approx(along - lost, abs=0.005)
     assert last.rotational_velocity[0, 2] * RADIUS == pytest.approx(-2.5 * lost, abs=0.01)
 
@@ -145,15 +145,15 @@ def test_oblique_impacts_slide_as_coulomb_says(angle_deg: float):
 @pytest.mark.parametrize(
     ("friction", "rolling_friction", "acceleration"),
     [
-        (0.5, 0.5, 0),  # stands: rolling_friction is above tan 20 degrees
-        (0.5, 0, 5 / 7 * math.sin(math.radians(20))),  # rolls as a solid sphere does
+        (0.5, 0.5, 0),  # stays at rest: rolling_friction is above tan 20 degrees
+        (0.5, 0, 5 / 7 * math.sin(math.radians(20))),  # rolls like a solid sphere
         (0, 0, math.sin(math.radians(20))),  # slips
-        (0.12, 0, 5 / 7 * math.sin(math.radians(20))),  # rolls: 2/7 of tan 20 degrees is 0.104
-        (0.08, 0, math.sin(math.radians(20)) - 0.08 * math.cos(math.radians(20))),  # slips and turns
+        (0.12, 0, 5 / 7 * math.sin(math.radians(20))),  # rolls: friction is above 2/7 tan 20 degrees = 0.104
+        (0.08, 0, math.sin(math.radians(20)) - 0.08 * math.cos(math.radians(20))),  # slips and rotates
     ],
 )
 def test_a_ball_on_a_slope(friction: float, rolling_friction: float, acceleration: float):
-    """The slope is oblique: a plane, and a mesh that is turned."""
+    """The slope is an oblique plane, or a rotated mesh."""
     a = math.radians(20)
     normal = np.array((math.sin(a), math.cos(a), 0))
     slopes = (
@@ -195,19 +195,19 @@ def test_energy_at_a_wall_is_kept_without_friction_and_never_grows():
 def test_a_belt_takes_its_load_along_and_a_turning_disc_spins_it():
     belt = Mesh(*block((-5, -1, -1), (5, 0, 1)), resolution=40)
 
-    def running(frame: int) -> list[Shape]:  # 2 m/s
+    def running(frame: int) -> list[Shape]:  # at 2 m/s
         return [belt.at(((frame + 1) / 12, 0, 0), moving_from=belt.at((frame / 12, 0, 0)))]
 
     last = rolling(running, {"position": [(0, 0.099, 0)]}, frames=24, restitution=0.1)
-    # Rolls on the belt: 2/7 of its speed, and turns by what is left.
+    # The ball rolls on the belt: it moves at 2/7 of the belt's speed, and spins at the other 5/7.
     assert last.velocity[0, 0] == pytest.approx(2 * 2 / 7, rel=0.02)
     assert last.rotational_velocity[0, 2] * RADIUS == pytest.approx(2 * 5 / 7, rel=0.02)
 
-    def turning(frame: int) -> list[Shape]:  # a quarter of a turn per second, around the ball
+    def turning(frame: int) -> list[Shape]:  # a quarter turn per second about the y axis
         return [belt.at(angle_deg=(frame + 1) * 90 / 24, moving_from=belt.at(angle_deg=frame * 90 / 24))]
 
     last = rolling(turning, {"position": [(0.5, 0.099, 0)]}, frames=12, rolling_friction=0.5, restitution=0.1)
-    # It stands on it, and goes around with it.
+    # The ball rests on the disc and goes around with it.
     spin = np.array((0, math.pi / 2, 0))
     np.testing.assert_allclose(last.velocity[0], np.cross(spin, last.position[0]) * (1, 0, 1), atol=0.02)
 
@@ -226,7 +226,7 @@ def test_who_turns_with_a_wall_is_not_braked_by_it():
         "rotational_velocity": [(0, 0, omega)],
     }
     last = rolling(turning, start, frames=1, gravity=(0, 0, 0), rolling_friction=0.5)
-    assert last.velocity[0, 1] > 0.005  # it was pressed
+    assert last.velocity[0, 1] > 0.005  # the wall has pushed it
     np.testing.assert_allclose(last.rotational_velocity[0], (0, 0, omega), rtol=0.01, atol=1e-3)
 
 
@@ -309,13 +309,13 @@ def test_walls_hold_those_that_are_chosen():
 
 
 def test_who_is_not_chosen_remembers_no_wall():
-    """One that has slid along a wall unchosen goes on like one that comes from elsewhere."""
+    """A ball that slid along a wall before it was chosen behaves like one that has just arrived."""
     start = {"position": [(0, 0.099, 0), (0, 0.2, -1)], "velocity": [(0.1, 0, 0), (0, 0, 0)]}
     free = {"gravity": (0, 0, 0), "frames": 2}
-    chosen = motes.column("age") - motes.column("position").z > 1 / 24 - 1e-4  # the other one, always
+    chosen = motes.column("age") - motes.column("position").z > 1 / 24 - 1e-4  # always includes the second ball
     later = rolling([GROUND], start, where=chosen, **free)
     comes = rolling(lambda frame: [GROUND if frame > 0 else Plane((0, -9, 0), (0, 1, 0))], start, **free)
-    assert later.velocity[0, 0] < 0.09  # it was slowed
+    assert later.velocity[0, 0] < 0.09  # friction has slowed it
     np.testing.assert_array_equal(later.velocity, comes.velocity)
 
 

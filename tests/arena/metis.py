@@ -1,4 +1,4 @@
-"""A balancer of the arena that asks METIS: `pip install pymetis`, `motes arena --balancer metis.py:Metis`."""
+"""A balancer for the arena that uses METIS: `pip install pymetis`, `motes arena --balancer metis.py:Metis`."""
 
 import numpy as np
 import pymetis
@@ -6,14 +6,14 @@ import pymetis
 from motes.balance import Balancer, LoadTable, Targets
 
 PIECES = 64
-"""Vertices for each calculator's particles: METIS parts a path of equal pieces."""
+"""Vertices per calculator, each with an equal part of its particles."""
 
 
 class Metis(Balancer):
-    """Gives each calculator the part that METIS makes for its speed."""
+    """Sets shares by a METIS partition, weighted by the calculators' speeds."""
 
     def decide(self, load: LoadTable) -> Targets:
-        """Part a path, whose vertices weigh as many particles as they hold, into one part per calculator."""
+        """Partition a path, whose vertices weigh as much as their particles, into a part per calculator."""
         count = len(load) * PIECES
         weights = np.repeat(np.maximum(load.particles // PIECES, 1), PIECES).astype(np.int64)
         ends = [[v for v in (i - 1, i + 1) if 0 <= v < count] for i in range(count)]

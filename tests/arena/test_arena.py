@@ -1,4 +1,4 @@
-"""The arena: scores against the best cuts, the same in each repeat, on virtual machines and on ranks."""
+"""The arena: reproducible scores against the best cuts, on virtual machines and on ranks."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ class Mine(motes.balance.Balancer):
 
 
 class Keen(Balancer):
-    """Moves all the time."""
+    """Moves particles in every frame."""
 
     def decide(self, load: object) -> Targets:
-        """Shift a particle in five."""
+        """Alternate between equal and graded shares."""
         return Targets(1 + np.arange(4) * (0.2 if load.frame % 2 else 0.0))  # type: ignore[attr-defined]
 
 
@@ -77,10 +77,10 @@ def test_scores_are_the_same_in_each_repeat() -> None:
 
 
 class Slow(Keen):
-    """Thinks for longer than a frame takes."""
+    """Takes longer to decide than a frame lasts."""
 
     def decide(self, load: object) -> Targets:
-        """Sleep."""
+        """Sleep, then decide."""
         time.sleep(0.01)
         return super().decide(load)
 

@@ -1,4 +1,4 @@
-"""Workloads: their best cuts are the best there are, and scripts that play them do what they say."""
+"""Workloads: their best cuts are optimal, and the scripts that run them behave as described."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def test_best_cuts_of_many_calculators_are_those_of_the_plain_recurrence() -> No
     random = np.random.default_rng(4)
     counts, speeds = random.integers(0, 1000, 120), random.uniform(0.5, 2, 17)
     below = np.concatenate([[0], np.cumsum(counts)])
-    least = below / speeds[0]  # of the first calculators with the cells up to each
+    least = below / speeds[0]  # shortest time of the first calculators with all cells below each
     for speed in speeds[1:]:
         least = np.array(
             [min(max(least[i], (below[j] - below[i]) / speed) for i in range(j + 1)) for j in range(121)]

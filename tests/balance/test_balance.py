@@ -1,4 +1,4 @@
-"""Balancing in real runs: cuts follow the load, particles the cuts, and no bit changes."""
+"""Balancing in real runs: cuts follow the load, particles follow the cuts, and no bit changes."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ POLICIES = {
     "prefix-all": "balance.PrefixCuts(threshold=0.02, over='all')",
 }
 
-# Particles fly through the domains, die, have children; the script reads and moves some on the way.
+# Particles fly through the domains, die and have children; in between, the script reads and moves some.
 SCENE = """
 import json, sys
 from mpi4py import MPI
@@ -105,7 +105,7 @@ def variant(
     roles: str = "auto",
     logs: Path | None = None,
 ) -> dict[str, Any]:
-    """Describe a run of the scene, with a name and, in `logs`, a log of its own."""
+    """Describe a run of the scene: its name, its settings and, if `logs` is given, its log folder."""
     name = f"{policy}-{combine}"
     log = None if logs is None else str(logs / name)
     known = {"space": space, "combine": combine, "roles": roles, "log": log}
@@ -113,7 +113,7 @@ def variant(
 
 
 def play(ranks: int, *variants: dict[str, Any]) -> dict[str, list[str]]:
-    """Run variants of the scene, one after the other in one job; return what each printed, sorted."""
+    """Run variants of the scene one after another in one job; return each one's lines, sorted."""
     said: dict[str, list[str]] = {one["name"]: [] for one in variants}
     assert len(said) == len(variants)
     for line in on_ranks(ranks, SCENE, json.dumps(variants), timeout=110).lines:
@@ -124,7 +124,7 @@ def play(ranks: int, *variants: dict[str, Any]) -> dict[str, list[str]]:
 
 @pytest.fixture(scope="module")
 def alone():
-    """Give what one rank prints: the reference for all others."""
+    """Return what one rank prints, the reference for all other runs."""
     (said,) = play(1, variant("static")).values()
     assert len(said) == 20
     return said
@@ -209,9 +209,9 @@ def last_counts(log: Path) -> list[int]:
 
 
 def last_times(log: Path) -> list[float]:
-    """Each calculator's time for its particles at the end, by the speeds that the balancer knew.
+    """Return each calculator's time for its particles at the end, by the speeds that the balancer knew.
 
-    It knows nothing else: if no speeds were measured, or all are equal, the counts decide.
+    If no speeds were measured, or all are equal, only the counts matter.
     """
     rows = rows_of(log / "balance.jsonl")
     told = {row[f"{side}_rank"]: row[f"speed_{side}"] for row in rows for side in ("left", "right")}
@@ -268,10 +268,10 @@ with world:
     ],
 )
 def test_work_is_shared_by_speed(policy, frames, tmp_path):
-    """A tenth of the speed: more time for each particle, and less of the work.
+    """A rank with a tenth of the speed needs more time per particle, and gets less work.
 
-    How much less depends on what else the machine does; tests of policies and of simulated clusters, which
-    have no clock, look at that.
+    How much less depends on the machine's other load, so only tests without a clock check it: those of
+    policies and of simulated clusters.
     """
     env = {"MOTES_SPEEDS": "2:1.0,3:0.1"}
     on_ranks(4, SLOW, policy, tmp_path / "log", frames, env=env)
@@ -293,7 +293,7 @@ def test_work_is_shared_by_speed(policy, frames, tmp_path):
 
 
 def nearer_to_told(row: dict[str, Any]) -> bool:
-    """Whether what went over a cut made the two times more alike, by the speeds that the manager knew."""
+    """Return whether moving particles over a cut made the two times more alike, by the manager's speeds."""
 
     left = row["speed_left"] or row["speed_right"] or 1
     right = row["speed_right"] or left
@@ -304,11 +304,11 @@ def nearer_to_told(row: dict[str, Any]) -> bool:
     return apart(row["given"]) < apart(0)
 
 
-# --- what the log says about it
+# --- what the log records
 
 
 def expected(row: dict[str, Any], given: dict[Any, int | None]) -> int:
-    """Count what neighbours know before the exchange: who was alive, and what new cuts brought and took."""
+    """Return a calculator's particles before the exchange: those alive, and what new cuts brought and took."""
     last, rank = (row["frame"] - 1, row["system"]), row["rank"]
     brought = (given.get((*last, rank - 1)) or 0) - (given.get((*last, rank)) or 0)
     return int(row["n_start"] + row["created"] - row["killed"] + brought)
@@ -327,7 +327,7 @@ def test_rows_of_balance(policy, tmp_path):
         assert row["right_rank"] == row["left_rank"] + 1
         if policy != "alone":
             assert (row["n_left"], row["n_right"]) == (left["n_end"], right["n_end"])
-        elif row["system"] != "dust":  # children come at the frame's end
+        elif row["system"] != "dust":  # children are created at the frame's end
             assert (row["n_left"], row["n_right"]) == (expected(left, given), expected(right, given))
         assert row["cut_before"] == pytest.approx(left["domain_hi"])
         if not row["ordered"]:

@@ -1,4 +1,4 @@
-"""Balancing that fails: wrong answers, wrong settings, ranks that fail between rounds."""
+"""Failures of balancing: wrong answers, wrong settings, ranks that fail between rounds."""
 
 from __future__ import annotations
 
@@ -114,7 +114,7 @@ for combine in ("together", "one_by_one", "overlapped"):
 
 
 def test_wrong_answers_of_a_policy_reach_all_ranks_and_odd_ones_become_legal():
-    """The next world in the same job works, too: nobody is left waiting for a message of the last one."""
+    """The next world in the same job works too: no rank still waits for a message of the previous one."""
     lines = on_ranks(4, ANSWERS, timeout=120).lines
     assert len(lines) == 4 * 3 * 2 * 18
     assert {line.partition(" ")[2] for line in lines} == {"as it should"}

@@ -1,4 +1,4 @@
-"""Who creates births: the manager or the calculators, as their number says, with the same particles."""
+"""The manager or the calculators create births, depending on their number; the particles are the same."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def test_the_log_says_who_created_births_and_all_are_the_same(tmp_path, combine)
 
 
 def crowded(ranks: int) -> bool:
-    """Tell whether there are more ranks than processors here."""
+    """Return whether there are more ranks than available processors."""
     return int.from_bytes(processors(), "little").bit_count() < ranks
 
 

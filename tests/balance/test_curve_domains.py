@@ -1,4 +1,4 @@
-"""Domains that are stretches of a Hilbert or Morton curve: the same bits, and what logs tell of them."""
+"""Domains along a Hilbert or Morton curve: the same bits, and what logs record about the domains."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ for name, balancer in {"Static": None, "PrefixCuts": balance.PrefixCuts(0.02),
 
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, motes.Run]:
-    """Give runs on three ranks along a curve."""
+    """Return runs on three ranks with domains along a curve."""
     log = tmp_path_factory.mktemp("curves")
     ended = on_ranks(3, RUN, log)
     assert ended.code == 0, ended.text

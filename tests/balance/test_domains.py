@@ -1,4 +1,4 @@
-"""Domains as a script sees them: slabs, bricks, parts of the ids, and systems that share them."""
+"""Domains as a script sees them: slabs, bricks, parts of the ids, and systems that share domains."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def test_cuts_of_bricks_name_their_axes():
 
 def test_equal_bricks():
     told = lines(6, "axis='xz', space=(-2, 2), roles='shared'")
-    # Three of six below x = 0; of these one below z = -2/3, and the other two are parted across z again.
+    # Three of six domains lie below x = 0: one of these below z = -2/3, and a second cut in z divides the rest.
     assert told[0].startswith("a [('z', -0.66")
     assert [word for word in told[0] if word in "xz"] == ["z", "z", "x", "z", "z"]
 
@@ -140,7 +140,7 @@ def test_shared_domains_stay_the_same(axis: str | None, combine: str):
 
 @pytest.mark.parametrize(("combine", "ranks"), [("overlapped", 3), ("overlapped", 5), ("one_by_one", 3)])
 def test_births_of_a_later_system_may_fit_domains_of_one_that_meets(combine, ranks):
-    """The manager acts, too: it must not know cuts that the others do not know yet."""
+    """The manager is also a calculator: it must not use new cuts before the other ranks know them."""
     script = f"""
 import motes
 from motes.shapes import Sphere

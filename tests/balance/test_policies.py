@@ -115,7 +115,7 @@ def test_fixed_powers_must_fit_the_calculators() -> None:
 
 
 class BySpeed(motes.balance.Balancer):
-    """A user's balancer."""
+    """A user-defined balancer."""
 
     def __init__(self) -> None:
         self.seen: list[LoadTable] = []
@@ -223,7 +223,7 @@ def test_natives_decide_as_their_policies_do() -> None:
 
 @pytest.mark.parametrize("name", motes.balance.BALANCERS)
 def test_options_that_are_not_given_are_the_core_s(name: str) -> None:
-    """The driver takes a balancer by its name, and its options from the core; scripts see them in Python."""
+    """The driver uses the core's defaults, scripts those of Python: both must agree."""
     ours = Proportional([1.0, 2.0]) if name == "Proportional" else getattr(motes.balance, name)()
     core = _core.policy_named(f"{name}(powers=[1, 2])" if name == "Proportional" else name)
     assert repr(ours) == core.name

@@ -161,7 +161,7 @@ def test_a_replay_is_a_run_and_can_be_replayed(runs: dict[str, motes.Run]) -> No
 
 
 class Halves(motes.balance.Balancer):
-    """A user's balancer: everything goes to the two calculators in the middle."""
+    """A user-defined balancer that gives everything to the two calculators in the middle."""
 
     def decide(self, load: motes.balance.LoadTable) -> motes.balance.Targets:
         middle = len(load) // 2
@@ -178,7 +178,7 @@ def test_a_users_balancer_is_replayed(runs: dict[str, motes.Run]) -> None:
 
 def test_known_powers_make_the_rest_the_cost_of_places(runs: dict[str, motes.Run]) -> None:
     run = runs[repr(Static())]
-    # Equal machines: particles are expensive where calculators were slow, no matter who gets them.
+    # Machines are equal, so particles are expensive where calculators were slow, whoever gets them.
     predicted = run.replay(PrefixCuts(powers=[1, 1, 1, 1]), powers=[1, 1, 1, 1])
     same = run.replay(Static(), powers=[1, 1, 1, 1])
     np.testing.assert_allclose(same.by_rank().sum(axis=1), run.by_rank().sum(axis=1), rtol=1e-3)
@@ -218,7 +218,7 @@ def test_a_killed_run_is_replayed_to_its_last_whole_frame(runs: dict[str, motes.
 def test_two_machines_share_by_their_true_speeds(
     balancer: motes.balance.Balancer, by_frame: int, noise: float
 ) -> None:
-    """Within a tenth, starting from equal shares, though the clock is off by some percent in each frame."""
+    """From equal shares, reach the true ratio within 10 %, although measured times are off by some percent."""
     random = np.random.default_rng(5)
     speeds = [np.array([2e7, 1e7]) * np.exp(noise * random.standard_normal(2)) for _ in range(40)]
     even = Synthetic(40, lambda k: speeds[k], lambda _: np.ones(2), calculators=2, particles=400_000)
@@ -300,5 +300,5 @@ def test_a_replay_predicts_real_runs(tmp_path: Path) -> None:
     for name, run in real.items():
         for other, target in real.items():
             predicted = run.replay(eval(other, vars(motes.balance)))
-            guess, found = (one.imbalance().median() for one in (predicted, target))  # others disturb some
+            guess, found = (one.imbalance().median() for one in (predicted, target))  # other processes disturb some frames
             assert math.isclose(guess, found, rel_tol=0.1), f"{name} -> {other}"

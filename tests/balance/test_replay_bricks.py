@@ -1,4 +1,4 @@
-"""A replay of bricks, and of particles dealt out by id: the core's own policies, on what the log tells."""
+"""Replays of bricks and of particles dealt out by id: the core's policies, run on the log."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ for name in ("Static", "Proportional", "Rising"):
 
 
 class Rising(motes.balance.Balancer):
-    """A user's balancer: each calculator gets more than the one before."""
+    """A user-defined balancer that gives each calculator more than the one before."""
 
     def decide(self, load: motes.balance.LoadTable) -> motes.balance.Targets:
         return motes.balance.Targets([1.0 + c for c in range(len(load))])
@@ -53,7 +53,7 @@ SHARES: dict[str, motes.balance.Balancer] = {
 
 @pytest.fixture(scope="module", params=["xz", "xyz", "none"])
 def bricks(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> dict[str, motes.Run]:
-    """Give runs on five ranks, in bricks or by id, whose balancers do not look at the clock."""
+    """Return runs on five ranks, in bricks or by id, with balancers that ignore measured times."""
     log = tmp_path_factory.mktemp("bricks")
     on_ranks(5, BRICKS, log, request.param, timeout=60)
     return {name: motes.open_run(log / name) for name in SHARES}
@@ -70,7 +70,7 @@ def test_a_replay_of_bricks_that_stay_is_the_run(bricks: dict[str, motes.Run]) -
     ends = [name for name in run.load if name.startswith("domain_")]
     np.testing.assert_allclose(again.load[ends], run.load[ends], rtol=1e-6)
     np.testing.assert_array_equal(again.frames["exchanged"], run.frames["exchanged"])
-    busy = run.load["n_start"] + run.load["created"] > 0  # of who has nothing to do the time does not count
+    busy = run.load["n_start"] + run.load["created"] > 0  # times of idle calculators do not count
     np.testing.assert_allclose(again.load["t_compute_s"][busy], run.load["t_compute_s"][busy], rtol=1e-6)
 
 

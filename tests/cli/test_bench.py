@@ -1,6 +1,6 @@
-"""Benchmarks: every action is measured, and figures are of what they name.
+"""Benchmarks: every action is measured, and figures match their names.
 
-Times are not judged: machines differ.
+Times are not checked, because machines differ.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ ACTIONS = [name for name in _core.action_names() if name not in MEETINGS]
 
 
 def figures(capsys: pytest.CaptureFixture[str], *argv: str) -> dict[str, Any]:
-    """Run a benchmark for its JSON object."""
+    """Run a benchmark and return its JSON object."""
     assert main(["bench", *argv, "--json"]) == 0
     result: dict[str, Any] = json.loads(capsys.readouterr().out)
     return result
@@ -200,7 +200,7 @@ def test_a_viewers_wait_is_measured(capsys):
 
 
 class Slow:
-    """An engine whose disk is so slow that each border has to wait for the checkpoint before."""
+    """An engine on a disk so slow that every checkpoint is still being written."""
 
     def __init__(self, engine):
         self._engine = engine
@@ -215,7 +215,7 @@ def test_checkpoints_on_a_slow_disk_are_measured_too(capsys, monkeypatch):
 
     def slow_for(session, call):
         engine = engine_for(session, call)
-        begun = call == "bench" and next(looks) >= 3  # the first checkpoint
+        begun = call == "bench" and next(looks) >= 3  # from the first checkpoint on
         return Slow(engine) if begun else engine
 
     monkeypatch.setattr(Session, "engine_for", slow_for)

@@ -1,4 +1,4 @@
-"""A bed of grains beside LAMMPS: what LAMMPS is asked for, and what is shown.
+"""A bed of grains compared with LAMMPS: the commands that LAMMPS gets, and the output.
 
 `MOTES_TEST_LAMMPS` names a Python that has LAMMPS.
 """
@@ -32,7 +32,7 @@ BED: dict[str, Any] = {
 
 
 class Asked:
-    """Notes what it is asked for, as LAMMPS' class would be."""
+    """Stands in for LAMMPS' class and records its commands."""
 
     def __init__(self, cmdargs: list[str]) -> None:
         self.said: list[str] = []

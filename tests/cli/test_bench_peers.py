@@ -1,6 +1,6 @@
-"""`bench peers`: each peer does the same physics, and what is not installed is said.
+"""`bench peers`: each peer computes the same physics, and missing peers are reported.
 
-Times are not judged: machines differ.
+Times are not checked, because machines differ.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def test_what_is_not_installed_is_said(only_numpy: None, capsys: pytest.CaptureF
 
 @pytest.mark.parametrize("name", OPTIONAL)
 def test_a_peer_agrees_with_the_engine(name: str):
-    """The command compares the particles itself. In a process of its own: peers print and warn."""
+    """The command compares the particles itself; it runs in its own process, as peers print and warn."""
     if find_spec(PEERS[name].module) is None:
         pytest.skip(f"{PEERS[name].package} is not installed")
     command = [

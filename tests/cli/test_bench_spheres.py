@@ -1,6 +1,6 @@
-"""`collide` beside LAMMPS: what LAMMPS is asked for, and what is said where it is not installed.
+"""`collide` compared with LAMMPS: the commands that LAMMPS gets, and the output if it is not installed.
 
-A module of the same name stands for LAMMPS; `MOTES_TEST_LAMMPS` names a Python that has the real one.
+A module of the same name stands in for LAMMPS; `MOTES_TEST_LAMMPS` names a Python that has the real one.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class lammps:
 
 
 class Asked:
-    """Notes what it is asked for, as LAMMPS' class would be."""
+    """Stands in for LAMMPS' class and records its commands."""
 
     def __init__(self, cmdargs: list[str]) -> None:
         self.said: list[str] = []
@@ -55,13 +55,13 @@ class Asked:
         return len(arguments[2])
 
     def extract_compute(self, name: str, style: int, kind: int) -> float:
-        assert (name, style, kind) == ("mean", 0, 0)  # global, a scalar
+        assert (name, style, kind) == ("mean", 0, 0)  # style 0: global, type 0: scalar
         return 7.1
 
 
 @pytest.fixture
 def python(tmp_path: Path):
-    """Make a program that runs this Python with a module `lammps` that sees so many neighbours."""
+    """Make a program that runs this Python with a stand-in for `lammps` that reports these contacts."""
 
     def make(contacts: float) -> str:
         (tmp_path / "lammps.py").write_text(MODULE.replace("CONTACTS", repr(contacts)))
@@ -82,12 +82,12 @@ def test_lammps_is_asked_for_the_same_spheres(lists: str, built: str, skin: str)
     run = lammps_run.Run(Asked, positions, velocities, 1.25, lists)
     asked: Any = run._lammps
     assert asked.made == (2, None, [1, 1], positions, velocities)
-    assert "region box block -3 5 -3 5 -3 5" in asked.said  # metres beyond all of them
+    assert "region box block -3 5 -3 5 -3 5" in asked.said  # more than a metre beyond all spheres
     assert "set group all diameter 1.25 density 1" in asked.said
     assert f"neigh_modify {built}" in asked.said and f"neighbor {skin} bin" in asked.said
     assert "pair_style gran/hooke 10000 2857 50 25 0.5 1" in asked.said
     assert run.contacts == 7.1
-    assert asked.said[-1] == "run 0 post no"  # nothing is computed in a measurement but the steps
+    assert asked.said[-1] == "run 0 post no"  # measurements compute only the steps
     assert asked.said.index("uncompute contacts") > asked.said.index("compute contacts all contact/atom")
     assert run.seconds(10) >= 0
     assert asked.said[-1] == "run 10 pre no post no"
@@ -99,7 +99,7 @@ def test_both_are_timed_in_turn(python: Any):
     assert list(rows) == ["collide", "lammps, list built each step", "lammps, list kept"]
     assert rows["collide"]["engine_by_peer"] == 1
     each = rows["lammps, list built each step"]
-    assert 1000 < each["ns"] < 2000  # 0.02 s for ten steps of 2000
+    assert 1000 < each["ns"] < 2000  # 0.02 s for ten steps of 2000 spheres
     assert each["engine_by_peer"] == pytest.approx(each["ns"] / rows["collide"]["ns"], rel=0.5)
     assert figures["lammps"] == "20990101"
     text = shown(

@@ -1,4 +1,4 @@
-"""The command line: one grammar for all commands, errors in a sentence, JSON wherever figures are printed."""
+"""The command line: one grammar for all commands, errors in one sentence, JSON wherever figures are printed."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def test_each_command_of_a_command_explains_itself(name, capsys):
 
 
 def _explains_itself(said: str, name: str) -> None:
-    """A sentence behind the usage, and an example that stands by itself."""
+    """Check that a sentence follows the usage, and that an example has its own line."""
     about = said.partition("\n\n")[2]
     assert re.match(r"[A-Z][^\n]*(\n[^\n]+)*[.:]\n", about), said
     assert re.search(rf"^  (python -m )?motes {name}\b", about, re.MULTILINE), said
@@ -204,7 +204,7 @@ def test_record_without_a_file_says_what_to_add(script, capsys):
 
 
 def test_doctor_says_what_is_wrong_where_the_core_does_not_load(tmp_path):
-    # A copy of the package without its compiled core, as a failed build leaves it.
+    # A copy of the package without its compiled core, as after a failed build.
     package = Path(importlib.import_module("motes").__file__).parent
     copy = tmp_path / "motes"
     copy.mkdir()

@@ -1,4 +1,4 @@
-"""Virtual clusters: their files, and runs on them, where SimGrid is there."""
+"""Virtual clusters: their files, and runs on them if SimGrid is installed."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ TWO_NETWORKS = Cluster(
 
 
 def links(text: str) -> dict[tuple[str, str], list[str]]:
-    """The links between each two hosts of a platform file."""
+    """Return the links between each pair of hosts in a platform file."""
     zone = ElementTree.fromstring(text)[0]
     return {
         (route.attrib["src"], route.attrib["dst"]): [link.attrib["id"] for link in route]
@@ -147,7 +147,7 @@ def test_what_stands_in_the_papers_text_alone(monkeypatch: pytest.MonkeyPatch, c
     wanted = []
 
     def measure(asked, jobs):
-        """Eight A are worth the less the more B there are, and more beside two processes on each."""
+        """Model eight A that add less the more B there are, and more if each machine runs two processes."""
         wanted.extend(asked)
         for cell in asked:
             assert model.cluster(cell).ranks == cell.processes, cell
@@ -239,7 +239,7 @@ def test_slow_ranks_draw_fewer_tiles(simulated_replay: Path, tmp_path: Path, mon
     run = simulate(scene, cluster, log=tmp_path / "log", scale=400, options=options)
     drawn = run.spans[run.spans["phase"] == "draw"]
     took = (drawn["end_s"] - drawn["start_s"]).groupby([drawn["frame"], drawn["rank"]]).sum().unstack()
-    # The first tiles are dealt out as if all were alike: then the slow ones would take twice as long.
+    # At first, tiles are dealt out as if ranks were equal; slow ranks then take twice as long.
     assert took.loc[7:].max(axis=1).max() < 1.35 * took.loc[7:].min(axis=1).min()
 
 
@@ -322,7 +322,7 @@ def test_a_virtual_run_is_an_ordinary_run_and_repeats_to_the_byte(simulated_repl
     for name in names:
         assert (logs[0] / name).read_bytes() == (logs[1] / name).read_bytes(), name
     rows = [json.loads(line) for line in (logs[0] / "load.jsonl").read_text().splitlines()]
-    # Particles really are computed, and time is the model's: 11 actions per particle.
+    # Particles are really computed, but time comes from the model: 11 actions per particle.
     sums = Counter[int]()
     for row in rows:
         sums[row["frame"]] += row["n_end"]
@@ -333,11 +333,11 @@ def test_a_virtual_run_is_an_ordinary_run_and_repeats_to_the_byte(simulated_repl
     assert sums[3] > 1000
 
 
-# --- what compiles, what is found, what work costs
+# --- compiling, finding the program, the cost of work
 
 
 def test_no_command_but_build_compiles_anything(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """A source tree as the current folder is no request to run CMake on it."""
+    """Other commands do not run CMake, even if the current folder is a source tree."""
     (tmp_path / "cpp" / "driver").mkdir(parents=True)
     (tmp_path / "cpp" / "driver" / "CMakeLists.txt").write_text("message(FATAL_ERROR here)")
     monkeypatch.chdir(tmp_path)
@@ -358,7 +358,7 @@ def test_build_compiles_a_clone_and_puts_the_program_where_it_is_found(tmp_path:
     tools.mkdir()
     for name, text in {
         "smpirun": "exit 0",
-        # Configuring makes the cache, building the program; both say what they were asked for.
+        # Configuring writes the cache, building writes the program; both record their arguments.
         "cmake": f'echo "$@" >> {tmp_path}/asked; mkdir -p {clone}/build/smpi/cpp/driver; '
         f"touch {clone}/build/smpi/CMakeCache.txt; echo built > {clone}/build/smpi/cpp/driver/motes_replay",
     }.items():

@@ -1,4 +1,4 @@
-"""The course as written: notebooks in nbgrader's format that run, logs and scenes that tell no speed."""
+"""The written course: notebooks in nbgrader's format that run, logs and scenes that reveal no speed."""
 
 from __future__ import annotations
 

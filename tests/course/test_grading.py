@@ -1,4 +1,4 @@
-"""Grades are the same in each repeat, and a submission that fails says why."""
+"""Grades are reproducible, and the grade of a failed submission says why."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from motes.course._secret import Secret
 
 EVENINGS = range(1, 7)
 WORTH = {1: 100, 2: 100, 3: 85, 4: 70, 5: 75, 6: 50}
-"""What the course's own solutions get at least, whatever the key."""
+"""The least points of the course's own solutions by evening, for any key."""
 
 
 def hand_in(folder: Path, text: str) -> Path:

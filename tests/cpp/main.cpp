@@ -6,7 +6,8 @@
 
 namespace {
 
-// "2/3": every third test, from the second one on. Any other word: those whose name contains it.
+// Returns whether to run a test. "2/3": every third test, from the second one on; any other word: tests whose names
+// contain it.
 bool wanted(const char* word, int number, const char* name) {
   char* slash = nullptr;
   const long part = std::strtol(word, &slash, 10);
@@ -16,7 +17,7 @@ bool wanted(const char* word, int number, const char* name) {
 
 }  // namespace
 
-// Runs all tests, or those that the first argument says; exit code 1 where one failed.
+// Runs all tests, or those that the first argument selects. Returns 1 if one failed.
 int main(int count, char** words) {
   int ran = 0, number = 0;
   for (const check::Test& test : check::tests()) {

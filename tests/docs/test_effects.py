@@ -1,4 +1,4 @@
-"""The effects of the gallery: what a small run of each comes to, its still, and the page that shows all."""
+"""The effects of the gallery: what a small run of each yields, its still, and the page that shows all."""
 
 from __future__ import annotations
 

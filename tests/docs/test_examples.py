@@ -25,7 +25,7 @@ ELSEWHERE = {"snow": "infinite", "fountain": "fit"}
 
 
 def run(name: str, ranks: int, *arguments: object) -> list[list[str]]:
-    """Run an example; return the fields of each line: frame, particles' digest, picture's digest."""
+    """Run an example; return the fields of each line: frame, digests of particles and picture."""
     said = on_ranks(ranks, EXAMPLES / f"{name}.py", *SMALL, *arguments, timeout=40).lines
     lines = [line for line in said if line[0].isdigit()]
     frames = arguments[arguments.index("--frames") + 1] if "--frames" in arguments else FRAMES
@@ -34,7 +34,7 @@ def run(name: str, ranks: int, *arguments: object) -> list[list[str]]:
 
 
 def run_with_pictures(name: str, ranks: int, out: Path) -> list[list[str]]:
-    """Run an example that makes pictures, and look at what it wrote."""
+    """Run an example that makes pictures, and check the files that it wrote."""
     lines = run(name, ranks, "--out", out)
     assert sorted(path.name for path in out.iterdir()) == [f"{name}.mp4", f"{name}.png"]
     assert movie_frames(out / f"{name}.mp4") == FRAMES
@@ -56,7 +56,7 @@ def pixels(path: Path) -> NDArray[np.uint8]:
 
 
 def movie_frames(path: Path) -> int:
-    """Decode a movie and count."""
+    """Decode a movie; return the number of frames."""
     av = pytest.importorskip("av")
     with av.open(str(path)) as movie:
         return sum(1 for _ in movie.decode(video=0))
@@ -116,7 +116,7 @@ def test_others_run_and_are_the_same_on_any_ranks(name: str, tmp_path: Path):
 
 
 def through_a_slab(photons: int, path: float, thick: float = 2.0) -> float:
-    """Part of the photons that half-absorbing collisions let through a slab, by another Monte Carlo."""
+    """Return the fraction of photons that pass a half-absorbing slab, by an independent Monte Carlo."""
     rng = np.random.default_rng(3)
     x, cosine = np.zeros(photons), np.ones(photons)
     through = 0

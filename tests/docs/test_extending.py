@@ -1,4 +1,4 @@
-"""docs/extending.md shows real code: each of its blocks is a piece of the file that it names."""
+"""docs/extending.md shows real code: each of its blocks is an excerpt from the file that it names."""
 
 from __future__ import annotations
 
@@ -30,16 +30,16 @@ def test_every_file_that_the_page_names_exists():
 
 
 def test_the_list_is_the_only_place_that_registers():
-    """The page says that a new action is one entry: no other file of the core names the one it shows."""
+    """The page says that a new action is one entry: no other file of the core names the action it shows."""
     core = [path for path in (ROOT / "cpp").rglob("*") if path.suffix in (".h", ".cpp", ".inc", ".txt")]
     named = {str(path.relative_to(ROOT)) for path in core if re.search(r"\bwind\b", path.read_text())}
-    # The word stands for a user's column in a comment or two; as code it is the kernel's and the list's.
+    # A comment or two also use the word, for a user's column; in code, only the kernel and the list do.
     code = {path for path in named if re.search(r"\bwind\b", re.sub(r"//.*", "", (ROOT / path).read_text()))}
     assert code == {"cpp/actions/wind.h", "cpp/actions/list.inc"}
 
 
 def test_a_law_is_named_where_the_page_says():
-    """All else that the core knows of a law between particles follows from its file and its entry."""
+    """The core derives everything else about a law between particles from its file and its entry."""
     core = [path for path in (ROOT / "cpp").rglob("*") if path.suffix in (".h", ".cpp", ".inc", ".txt")]
     named = {str(path.relative_to(ROOT)) for path in core if re.search(r"\bfluid\b", code_of(path))}
     assert named == {"cpp/interactions/laws/law_fluid.h", "cpp/actions/list.inc"}
@@ -50,7 +50,7 @@ def code_of(path: Path) -> str:
 
 
 def test_a_shape_is_named_where_the_page_says():
-    """All else that the core knows of a shape follows from its line in the list."""
+    """The core derives everything else about a shape from its line in the list."""
     core = [path for path in (ROOT / "cpp").rglob("*") if path.suffix in (".h", ".cpp", ".inc", ".txt")]
     named = {str(path.relative_to(ROOT)) for path in core if re.search(r"\b(blob|Blob)", code_of(path))}
     table = PAGE.read_text().split("# Adding a shape")[1].split("# Adding a kind of sprite")[0]
@@ -59,7 +59,7 @@ def test_a_shape_is_named_where_the_page_says():
 
 
 def test_the_compiler_finds_a_shape_that_was_forgotten():
-    """A switch over shapes without a default: the compiler names the kinds that it leaves out."""
+    """No switch over shapes has a default, so the compiler names the kinds that it omits."""
     core = [path for path in (ROOT / "cpp").rglob("*") if path.suffix in (".h", ".cpp")]
     kinds = re.compile(r"case (?:shapes::)?Kind::(?:plane|kind):")
     switches = {path.name: code_of(path) for path in core if kinds.search(code_of(path))}

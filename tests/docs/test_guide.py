@@ -1,4 +1,4 @@
-"""The code of the guide's pages runs as it stands there."""
+"""The code of the guide's pages runs as printed."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ PAGES = ("guide", "keyframes", "meetings", "shapes", "reading", "running", "rank
 
 
 def blocks() -> dict[str, str]:
-    """Return the code under each heading; several blocks under one are one script."""
+    """Return the code under each heading; several blocks under one heading form one script."""
     if not (DOCS / "guide.md").is_file():
         return {}
     code = {}

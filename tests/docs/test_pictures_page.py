@@ -1,4 +1,4 @@
-"""docs/pictures.md shows what its script makes, and its code runs."""
+"""docs/pictures.md shows the pictures that its script makes, and its code runs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The documentation's links work on a forge; the site has a place for each page and each public name."""
+"""The documentation's links work on a forge; the site contains every page and every public name."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ if not (DOCS / "conf.py").is_file():
 
 
 def pages() -> list[Path]:
-    """Return what people wrote, not what a build generates."""
+    """Return the pages that people wrote, without those that a build generates."""
     found = [path for suffix in ("md", "ipynb") for path in DOCS.rglob(f"*.{suffix}")]
     return [path for path in found if path.relative_to(DOCS).parts[0] not in (*GENERATED, "_site")]
 
 
 def anchors(page: Path) -> set[str]:
-    """Return the anchors of a Markdown page's headings, as forges name them."""
+    """Return the anchors of a Markdown page's headings, as forges generate them."""
     text = re.sub(r"^```.*?^```", "", page.read_text(), flags=re.MULTILINE | re.DOTALL)
     headings = re.findall(r"^#+ (.*)$", text, re.MULTILINE)
     return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
@@ -129,7 +129,7 @@ struct Last;
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Build the site, with a loop for one effect of the gallery; every warning is an error."""
+    """Build the site, with a loop video for one effect of the gallery; every warning is an error."""
     missing = [name for name in PACKAGES if importlib.util.find_spec(name) is None]
     if missing:
         pytest.skip(f"the site needs {', '.join(missing)}: pip install motes[docs]")
@@ -147,7 +147,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 class Links(HTMLParser):
-    """What a page of the site links to and shows, and the anchors that it has."""
+    """The link and media targets of a page of the site, and its anchors."""
 
     def __init__(self, path: Path) -> None:
         super().__init__()

@@ -1,4 +1,4 @@
-"""The others wait for a rank that takes long to close a movie, but not for one that is stuck. Real jobs."""
+"""Ranks wait for a rank that takes long to close a movie, but not for one that is stuck. Real jobs."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from standing import on_ranks
 
 pytest.importorskip("av")
 
-# The image generator's movie takes `seconds` to close: in the middle of the run, or behind its last frame.
+# The image generator takes `seconds` to close its movie: in the middle of the run, or after the last frame.
 SCENE = """
 import sys, time
 import motes
@@ -57,7 +57,7 @@ world.say(f"done {sparks.count}")
 )
 def test_closing_a_movie_does_not_count_as_a_stall(tmp_path, ranks, roles, where):
     film = tmp_path / "a.mp4"
-    # Closing syncs twice, the file and its directory: longer than the limit.
+    # Closing syncs twice, the file and its directory, which takes longer than the limit.
     result = on_ranks(ranks, SCENE, 1.5, roles, where, film, timeout=60, env={"MOTES_STALL_S": "2"})
     assert result.code == 0, result.text
     assert result.out.splitlines() == ["done 4"]

@@ -1,7 +1,6 @@
 """A rank fails: one message, and the job ends by itself. Real jobs, each with a time limit.
 
-Nobody gives up waiting for a silent rank while a job may take: a job that ends in time ended because
-somebody noticed.
+MOTES_STALL_S exceeds a job's time limit: a job that ends in time ended because a rank noticed the failure.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ from motes._run import ending, peers, speaking
 from motes._run.peers import Peer, PeerWatch
 from motes.errors import RankError
 
-# Rank `who` fails in the way `how` while the others wait for a message that never comes.
+# The ranks `who` fail in the way `how` while the others wait for a message that never comes.
 SCRIPT = """
 import os, resource, sys, threading, time
 from mpi4py import MPI
@@ -131,7 +130,7 @@ class Job:
 
     @property
     def reports(self) -> list[str]:
-        """The first line of each report."""
+        """Return the first line of each report."""
         return said(self.text, "*** motes: ")
 
 
@@ -202,7 +201,7 @@ def test_ranks_may_end_well_at_different_times(job, how):
     assert (ended.code, ended.text) == (0, "")
 
 
-# Two worlds are open at once; rank 2 leaves the script when the first is closed.
+# Two worlds are open at once; rank 2 leaves the script when the first one is closed.
 TWO = """
 import os, sys, time
 import motes

@@ -1,6 +1,6 @@
 """A rank fails inside a run: one message, and every rank ends by itself. Real jobs on four ranks.
 
-MOTES_STALL_S is longer here than a job may take: a job that ends in time ended because somebody noticed.
+MOTES_STALL_S exceeds a job's time limit: a job that ends in time ended because a rank noticed the failure.
 """
 
 from __future__ import annotations
@@ -23,19 +23,19 @@ FRAME = 3
 LIMIT_S = 60
 PATIENT = {"MOTES_STALL_S": "600"}
 END_S = 3.0
-"""From a fault to the end of the job, where nothing else keeps the cores busy: with --slow only."""
+"""Limit from a fault to the end of the job, in seconds. Checked only with --slow, when the cores are idle."""
 
 
 @dataclass(frozen=True)
 class Kind:
-    """How a rank fails, and what must be said about it."""
+    """How a rank fails, and what the report must contain."""
 
     name: str
     message: str
     code: int | None = 1
-    """None: any but 0."""
+    """None: any nonzero code."""
     trace: str = ""
-    """What the guilty rank's own traceback shows; empty: it has none."""
+    """Text in the failing rank's own traceback; empty if it prints none."""
 
 
 KINDS = (
@@ -59,9 +59,9 @@ def reports(result: Result) -> list[str]:
 def faulty(
     kind: str, rank: int, *, env: dict[str, str] | None = None, ranks: int = RANKS
 ) -> tuple[Result, float]:
-    """Run the faulty scene; what it printed, and the seconds from the fault to the end."""
+    """Run the faulty scene; return its result and the seconds from the fault to the end."""
     agreed = rank == -1 or kind == "bad log" or kind.startswith("another")
-    start = on_ranks if agreed else mpirun  # the others wait for a rank that fails alone
+    start = on_ranks if agreed else mpirun  # if one rank fails, the others still wait for it
     result = start(ranks, FAULTY, kind, rank, timeout=LIMIT_S, env={**PATIENT, **(env or {})})
     ended = time.time()
     failing = re.search(r"failing at ([\d.]+)", result.out + result.err)
@@ -70,7 +70,7 @@ def faulty(
 
 
 def assert_told(kind: Kind, rank: int, env: dict[str, str] | None = None) -> float:
-    """One fault: the job ends with one message that names rank, role and frame. Returns its seconds."""
+    """Check that the job ends with one message naming rank, role and frame; return the seconds it took."""
     result, seconds = faulty(kind.name, rank, env=env)
     told = reports(result)
     assert len(told) == 1, result.text
@@ -84,7 +84,7 @@ def assert_told(kind: Kind, rank: int, env: dict[str, str] | None = None) -> flo
     return seconds
 
 
-# Each kind of fault on one rank, and each rank with some kind; the slow suite has them all.
+# Each kind of fault on one rank, and each rank with at least one kind; the slow suite runs all pairs.
 FAULTS = [
     pytest.param(
         *(kind, rank),
@@ -101,7 +101,7 @@ def test_a_fault_on_one_rank(kind: Kind, rank: int):
     assert_told(kind, rank)
 
 
-@pytest.mark.parametrize("rank", [0, 2])  # 1, the manager, sends to 2, which relays to 3, which relays to 0
+@pytest.mark.parametrize("rank", [0, 2])  # messages go from the manager, rank 1, to 2, then 3, then 0
 @pytest.mark.parametrize("kind", ["raise", "kill", "another action", "another call"])
 def test_a_fault_where_ranks_relay_messages(kind: str, rank: int):
     (found,) = (each for each in KINDS if each.name == kind)
@@ -125,7 +125,7 @@ def test_the_scene_without_a_fault():
 @pytest.mark.parametrize("kind", ["raise", "exit 3", "break"])
 def test_all_ranks_make_the_same_mistake(kind: str):
     result, _ = faulty(kind, -1)
-    if kind == "break":  # then all leave the loop together, which is no fault
+    if kind == "break":  # all ranks leave the loop together, which is no fault
         assert result.code == 0, result.text
         assert reports(result) == []
         return
@@ -175,7 +175,7 @@ def test_a_stalled_rank_is_named(rank: int, fan_out: int, tmp_path: Path):
     stopped: list[int] = []
 
     def stop(launcher: int) -> None:
-        # The rank writes its number into a file when it may be stopped.
+        # The rank writes its process id to a file when it may be stopped.
         if not stopped and mark.exists() and (text := mark.read_text()).endswith("\n"):
             stopped.append(int(text))
             os.kill(stopped[0], signal.SIGSTOP)
@@ -189,11 +189,11 @@ def test_a_stalled_rank_is_named(rank: int, fan_out: int, tmp_path: Path):
     )
     told = reports(result)
     assert len(told) == 1, result.text
-    # Whoever notices first names the rank that it waits for; that rank may itself wait for the stopped one.
+    # The first rank to notice names the rank it waits for, which may itself wait for the stopped one.
     assert re.search(r"rank \d \(.*\) waited \d+ s for rank \d \(.*\): frame \d+, phase \w+", told[0]), (
         result.text
     )
-    if rank == 1:  # everybody waits for the manager
+    if rank == 1:  # every rank waits for the manager
         assert "for rank 1 (manager)" in told[0], result.text
     assert result.code != 0
 

@@ -1,4 +1,4 @@
-"""Exceptions of other pybind11 modules stay what pybind11 makes of them, with motes imported too."""
+"""Importing motes does not change how other pybind11 modules translate exceptions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""SIGINT, SIGTERM and SIGUSR1 stop a run after its frame, on all ranks after the same. Real jobs."""
+"""SIGINT, SIGTERM and SIGUSR1 stop a run at the end of its frame, the same frame on all ranks. Real jobs."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ CODES = {INT: 130, TERM: 143, USR1: 143}
 
 
 def job_of(launcher: int) -> list[int]:
-    """Return a process and all that it has started, as a scheduler that ends a job signals them."""
+    """Return the ids of a process and all its descendants, which a scheduler signals to end a job."""
     children = Path(f"/proc/{launcher}/task/{launcher}/children").read_text().split()
     return [launcher, *(pid for child in children for pid in job_of(int(child)))]
 
 
 class Sender:
-    """Sends signals once `ranks` ranks may get them: to "run", "all" ranks, the whole "job", or a rank."""
+    """Signals "run" (the launcher), "all" ranks, the whole "job" or a rank when `ranks` are ready."""
 
     def __init__(self, folder: Path, to: object, numbers: list[int], *, ranks: int, every_s: float = 1.2):
         self.folder, self.to, self.numbers, self.ranks = folder, to, numbers, ranks
@@ -41,7 +41,7 @@ class Sender:
         files = sorted(self.folder.glob("*.pid"))
         if len(files) < self.ranks or self.sent == len(self.numbers) or time.monotonic() < self.at:
             return
-        if self.sent == 0 and self.at == 0:  # let them go on to where they wait
+        if self.sent == 0 and self.at == 0:  # let the ranks reach the point where they wait
             self.at = time.monotonic() + 0.2
             return
         pids = {int(file.stem): int(file.read_text()) for file in files}
@@ -54,7 +54,7 @@ class Sender:
 
 
 def stopped_after(result: Result, folder: Path, ranks: int, number: int) -> int:
-    """Check that the run has stopped in an orderly way; after how many frames."""
+    """Check that the run stopped in an orderly way; return the number of frames."""
     assert result.code == CODES[number], result.text
     ends = sorted(line for line in result.out.splitlines() if "stopped after" in line)
     frames = int(ends[0].split()[-1])
@@ -103,10 +103,10 @@ def test_all_ranks_stop_after_the_same_frame(tmp_path, ranks, to, number):
     ("kind", "ranks", "to", "most"),
     [
         ("first", 3, "run", 8),
-        ("callback", 3, 2, 3),  # the frame that is under way is the last
-        # rank 0 has reported on its frame before
+        ("callback", 3, 2, 3),  # the current frame is the last
+        # rank 0 has already reported on its frame
         pytest.param("wait", 3, 0, 4, marks=pytest.mark.slow),
-        ("wait", 3, "job", 4),  # as `scancel` does; the frame takes longer than mpirun leaves ranks
+        ("wait", 3, "job", 4),  # as `scancel` does; the frame takes longer than mpirun's grace period
         ("gather", 3, 0, 3),
         pytest.param("gather", 1, "run", 8, marks=pytest.mark.slow),
     ],

@@ -1,6 +1,6 @@
-"""A job that is stopped and continued (Ctrl-Z, a laptop's lid) goes on, however long it was stopped.
+"""A job that is suspended and resumed (Ctrl-Z, a laptop's lid) continues, however long it was suspended.
 
-So does one of which a single rank is stopped, or slow: its process lives.
+So does a job with a single suspended or slow rank, because its process is alive.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ def test_a_job_that_was_stopped_for_long_goes_on(tmp_path: Path):
     assert "waited" not in result.err, result.text
 
 
-# Warnings come four times a second here instead of once a minute.
+# Warnings come four times per second here instead of once per minute.
 LONG = """
 import os, sys, time
 from pathlib import Path
@@ -100,7 +100,7 @@ world.say("all frames")
     ],
 )
 def test_a_rank_whose_process_lives_is_waited_for_forever(tmp_path: Path, ranks: int, births: str):
-    # More than ten times the time between two warnings, after which nobody waits for an unknown process.
+    # More than ten warning intervals, after which ranks stop waiting for an unknown process.
     result = mpirun(ranks, LONG, tmp_path, births, timeout=60)
     assert result.lines == ["all frames"], result.text
     told = said(result.err, f"for rank {ranks - 1} ")
@@ -128,7 +128,7 @@ def test_a_stopped_rank_is_waited_for_and_its_state_is_said(tmp_path: Path):
         if not stopped:
             os.kill(pid, signal.SIGSTOP)
             stopped.append(time.monotonic())
-        elif time.monotonic() > stopped[0] + 3:  # ten warnings and more
+        elif time.monotonic() > stopped[0] + 3:  # more than ten warnings
             os.kill(pid, signal.SIGCONT)
             stopped.append(time.monotonic())
 

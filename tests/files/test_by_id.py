@@ -1,4 +1,4 @@
-"""Columns in the order of ids: the order that NumPy finds, whatever the ids, and rows with their bits."""
+"""Columns sorted by id: the same order as NumPy's stable sort for any ids, and rows keep their bits."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What an export has written comes back with the bits of `gather`, whoever wrote it."""
+"""An exported frame reads back with the same bits as `gather`, whichever ranks wrote it."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def same(one, other) -> bool:
 
 
 def check_all(folder, name, *, frames=range(FRAMES), columns=None) -> None:
-    """Compare each frame of each system with what gather showed."""
+    """Compare each frame of each system with what `gather` returned."""
     reference = np.load(folder / "reference.npz")
     systems = motes.open_particles(folder / name).systems
     assert systems == ("snow", "rain, fine", "empty", "late")
@@ -95,7 +95,7 @@ def test_writing_in_the_middle_of_a_frame_shows_what_gather_shows_there_and_chan
 
 
 def short_run(*exports, frames=3, count=50, each=None):
-    """Run a small scene that writes to all of these; return what gather shows of each frame."""
+    """Run a small scene that writes to all these exports; return the result of `gather` for each frame."""
     world = motes.World(seed=2, progress="off")
     system = world.system("s", attributes={"heat": 1.0})
     shown = []
@@ -281,7 +281,7 @@ def test_ranks_that_do_not_see_each_others_files_are_told(tmp_path):
 
 
 def test_a_frame_can_be_read_as_soon_as_its_files_are_whole(tmp_path):
-    """Although nobody has told the manager yet."""
+    """The manager need not have received any report yet."""
 
     def look(frame, world):
         while not (tmp_path / "a" / f"s.{frame:06d}.r0000.npz").exists():
@@ -308,7 +308,7 @@ def test_at_most_two_frames_are_under_way(tmp_path, monkeypatch):
 
     def look(frame, world):
         written.append(frame)
-        if frame == 1:  # both writes have returned, and nothing is on disk: the third has to wait
+        if frame == 1:  # two writes have returned, but nothing is on disk: the third must wait
             assert not list((tmp_path / "a").glob("*.npz"))
             threading.Timer(0.3, lambda: (waiting.append(len(written)), go.set())).start()
 
@@ -319,7 +319,7 @@ def test_at_most_two_frames_are_under_way(tmp_path, monkeypatch):
 
 
 def test_what_is_written_is_of_the_frame_it_was_asked_for(tmp_path, monkeypatch):
-    """The thread is late: meanwhile the script changes the particles."""
+    """The writing thread is late: meanwhile the script changes the particles."""
     go = threading.Event()
     write = formats.Place.write_part
     late = lambda *given, **more: go.wait(20) and write(*given, **more)  # noqa: E731
@@ -440,7 +440,7 @@ def test_births_from_files(tmp_path):
 
 
 def test_particles_from_a_file_remember_where_they_were_emitted(tmp_path):
-    """Not the zeros that stand for birth values where a system kept none; what was kept is kept."""
+    """Birth positions are restored, not the zeros that stand for birth values where a system kept none."""
     short_run(motes.Export(tmp_path / "a"))
     kept = start = motes.open_particles(tmp_path / "a")[-1]
     world = motes.World(seed=5, progress="off")

@@ -1,4 +1,4 @@
-"""A format of exports is one row: whatever writes, cleans up or names formats follows from it."""
+"""Adding an export format takes one table row: writing, cleaning up and naming follow from it."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ TOY = Format(
 def test_a_new_format_is_a_row(tmp_path, monkeypatch):
     monkeypatch.setitem(formats.FORMATS, "toy", TOY)
     target = tmp_path / "snow.toys"
-    for _ in range(2):  # the second replaces the first, whatever it has left
+    for _ in range(2):  # the second export replaces all files of the first
         world = motes.World(seed=1, progress="off")
         snow = world.system("snow")
         with world, motes.Export(target) as export:

@@ -1,4 +1,4 @@
-"""Particles in files of other programs, and in hostile ones: right, or one kind of error and a sentence."""
+"""Particle files of other programs, and hostile ones: read correctly, or rejected with one error type."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ COLUMNS = {
     "velocity": DICE.normal(size=(COUNT, 3)),
 }
 PACKERS = {"vtkZLibDataCompressor": zlib.compress, "vtkLZMADataCompressor": lzma.compress}
-BLOCK = 700  # bytes, so that there are several blocks, and a last one that is shorter
+BLOCK = 700  # bytes; gives several blocks, the last one shorter
 
 
 def encoded(content: bytes, length: np.dtype[Any], packer: str | None, text: bool) -> bytes:

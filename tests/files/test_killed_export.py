@@ -1,4 +1,4 @@
-"""A run that is killed with -9 at a random moment leaves files that open up to the last whole frame."""
+"""A run killed with -9 at a random moment leaves files that can be read up to the last complete frame."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ NAMES = ["out", "out.pvd", *(["out.usd"] if importlib.util.find_spec("pxr") else
 
 
 class Killer:
-    """Kills one rank, some time after the first file has appeared."""
+    """Kills one rank, some time after the first file appears."""
 
     def __init__(self, folder, rank, delay_s):
         self.folder, self.rank, self.delay_s, self.at = folder, rank, delay_s, None
@@ -56,7 +56,7 @@ class Killer:
 
 
 def check(folder, name, reference):
-    """Compare what is left with an undisturbed run on one rank; return how many frames there are."""
+    """Compare the remaining frames with an undisturbed run on one rank; return their number."""
     systems = [motes.open_particles(folder / name, system=system) for system in ("a", "b")]
     frames = systems[0].frames
     assert frames == systems[1].frames == tuple(range(len(frames)))
@@ -67,7 +67,7 @@ def check(folder, name, reference):
             read, wanted = system[frame].columns(), whole[frame].columns()
             assert sorted(read) == sorted(wanted)
             assert all(read[column].tobytes() == wanted[column].tobytes() for column in wanted), (name, frame)
-    # Whatever is on the disk in all parts is among these frames, but for one that was just announced.
+    # All frames whose parts are all on disk can be read, except the last few, which may not be announced yet.
     parts = [
         path.name.split(".")[1] for path in systems[0].folder.glob("[ab].*.r*") if path.name[-3:] != "tmp"
     ]
@@ -78,7 +78,7 @@ def check(folder, name, reference):
 
 @pytest.fixture(scope="module")
 def reference(tmp_path_factory):
-    """An undisturbed run."""
+    """Run the scene undisturbed on one rank."""
     folder = tmp_path_factory.mktemp("whole")
     assert on_ranks(1, SCENE, folder, "reference", 600).code == 0
     return folder / "reference"
@@ -106,10 +106,11 @@ def test_what_is_whole_is_read(tmp_path, number, reference):
         assert count - 4 <= len(shown) <= count
     folder = motes.open_particles(tmp_path / name).folder
     (folder / ".a.000003.r0000.usdc.0123456789abcdef.pWtm9T").write_text("USD's own draft")
-    if folder.name != name:  # as if it had been killed while it wrote the index
+    if folder.name != name:  # as if the run had been killed while it wrote the index
         (tmp_path / f".{name}.0123456789abcdef.tmp").write_text("half an ind")
     with contextlib.suppress(FileNotFoundError):
-        (folder / "manifest.json" if number % 2 else folder / ".lock").unlink()  # each alone says whose it is
+        # Either file alone marks the folder as an export.
+        (folder / "manifest.json" if number % 2 else folder / ".lock").unlink()
     short_run(motes.Export(tmp_path / name), frames=1)
     left = [path.name for path in folder.iterdir() if path.suffix not in (".json", ".usda")]
     assert not list(tmp_path.rglob("*.tmp"))
@@ -117,7 +118,7 @@ def test_what_is_whole_is_read(tmp_path, number, reference):
 
 
 def stage_counts(path):
-    """Return how many points USD shows of system a at each frame."""
+    """Return the number of points that USD shows of system a at each frame."""
     from pxr import Usd, UsdGeom
 
     stage = Usd.Stage.Open(str(path))

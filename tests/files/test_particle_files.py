@@ -1,4 +1,4 @@
-"""Files of particles: each format gives back what was put in, packing joins parts by id, damage is told."""
+"""Particle files: each format round-trips, packing joins parts by id, and damage is reported."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ SPECIAL = np.array([0.0, -0.0, np.nan, np.inf, -np.inf, 1e-45, 3.4e38, 1.5], np.
 
 
 def columns_of(count: int, seed: int) -> dict[str, np.ndarray]:
-    """Columns of any bits, ids in no order and above 2^31 among them."""
+    """Return columns with arbitrary bits and shuffled ids, some above 2^31."""
     dice = np.random.default_rng(seed)
     ids = dice.permutation(count).astype(np.uint64) + np.uint64(dice.choice([0, 2**31, 2**63 - count - 1]))
 
@@ -70,7 +70,7 @@ def test_each_format_gives_back_every_bit(kind, tmp_path_factory, count, seed, f
 
 
 def test_other_readers_read_vtp(tmp_path):
-    """VTK's own reader."""
+    """VTK's own reader gets the same columns."""
     io = pytest.importorskip("vtkmodules.vtkIOXML")
     from vtkmodules.util.numpy_support import vtk_to_numpy
 
@@ -275,7 +275,7 @@ def test_manifests_are_read_as_they_were_written(tmp_path_factory, names, initia
     made.write(folder)
     read = Manifest.read(folder)
     if not parts:
-        made.frames, made.announced = [*made.frames, missing], []  # nothing of it is missing
+        made.frames, made.announced = [*made.frames, missing], []  # all parts are present
     assert repr(read) == repr(made)
     assert len({one.stem.lower() for one in systems}) == len(systems)
     assert all(one.stem.isascii() and one.stem.isidentifier() for one in systems)

@@ -39,7 +39,7 @@ water = world.system("water")
 
 @dataclass(frozen=True)
 class Recorded:
-    """A scene, what its recording printed, and what the script prints on one rank."""
+    """A scene, the output of its recording, and the output of the script on one rank."""
 
     scene: Path
     text: str
@@ -52,7 +52,7 @@ def record(scene: Path, script: object, *arguments: object, own: tuple[str, ...]
 
 
 def record_text(tmp_path: Path, text: str, *own: str) -> Result:
-    """Record a script given as text; the scene's name is x.motes."""
+    """Record a script given as text; the scene's file is x.motes."""
     script = tmp_path / "script.py"
     script.write_text(text)
     return record(tmp_path / "x.motes", script, own=own)
@@ -60,7 +60,7 @@ def record_text(tmp_path: Path, text: str, *own: str) -> Result:
 
 @pytest.fixture(scope="session")
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Recorded]:
-    """Each script run once and recorded once."""
+    """Run each script once and record it once."""
     folder = tmp_path_factory.mktemp("scenes")
     found = {}
     for name, (script, *arguments) in SCRIPTS.items():
@@ -75,20 +75,20 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Recorded]:
 
 
 def replay(program: Path, ranks: int, *arguments: object, env: dict[str, str] | None = None) -> Result:
-    """Run `motes_replay`, under mpirun where there are several ranks."""
+    """Run `motes_replay`, under mpirun for several ranks."""
     argv = [str(program), *map(str, arguments)]
     return command(argv if ranks == 1 else starting.command(ranks, argv), timeout=60, env=env)
 
 
 def complaints(result: Result) -> list[str]:
-    """The lines in which the driver complains."""
+    """Return the lines in which the driver reports errors."""
     return said(result.err, "motes_replay: ")
 
 
 def test_a_balancers_program_that_ends_is_named(
     motes_replay: Path, recorded: dict[str, Recorded], tmp_path: Path
 ):
-    """Nobody reads the second table: no signal ends the ranks, whose error says why."""
+    """The program never reads the second table: no signal kills the ranks, and their error says why."""
     (tmp_path / "facts").write_text("Mine\n0.5 system\n")
     for name in ("tables", "plans"):
         os.mkfifo(tmp_path / name)
@@ -207,7 +207,7 @@ def test_balancers_and_rounds_of_its_own_choice(
         repr(motes.balance.PrefixCuts(min_particles=1)),
         "overlapped",
     )
-    # The driver has defaults of its own, which follow those of Python.
+    # The driver's own defaults match those of Python.
     for name in ("Static", "Pairwise", "Diffusive", "PrefixCuts"):
         replay(motes_replay, 1, scene, "--frames", 0, "--log", tmp_path, "--balancer", name)
         run = json.loads((tmp_path / "run.json").read_text())
@@ -291,7 +291,7 @@ def scene_hash(content: bytes) -> bytes:
 
 
 def repaired(scene: bytes | bytearray) -> bytes:
-    """The scene with the hash of its content, as if it had been written so."""
+    """Return the scene with the hash recomputed from its content."""
     return bytes(scene[:24]) + scene_hash(bytes(scene[56:])) + bytes(scene[40:])
 
 
@@ -312,7 +312,7 @@ def damaged(scene: bytes, seed: int) -> bytes:
 
 
 def survives(program: Path, scene: Path, *, memory: int | None = 4 << 30) -> None:
-    """Replay a scene that may be damaged: it runs, or one line says why not. It may ask for too much work."""
+    """Replay a scene that may be damaged: it runs, times out, or prints one line saying why not."""
 
     def limit() -> None:
         if memory is not None:
@@ -421,7 +421,7 @@ with world:
 
 
 def test_a_recorded_rope_ties_its_own_particles(motes_replay: Path, tmp_path: Path):
-    """Ids depend on how many children there were, which a recording has to find out."""
+    """Ids depend on the number of children, so a recording must count them."""
     record_text(tmp_path, ROPE_AFTER_CHILDREN)
     again = replay(motes_replay, 1, tmp_path / "x.motes", "--digest")
     assert again.lines == on_ranks(1, ROPE_AFTER_CHILDREN, "--digest").lines
@@ -476,7 +476,7 @@ def test_same_digests_and_equal_logs_on_a_simulated_cluster(
     flags = ["--log=root.thresh:warning", *(f"--cfg=smpi/{flag}" for flag in FLAGS)]
     where = ["-hostfile", tmp_path / "hosts", "-platform", tmp_path / "cluster.xml"]
     for name in SCRIPTS:
-        many = ["--births", "calculators", "--fan-out", "3"]  # 38 calculators: two steps along a ring
+        many = ["--births", "calculators", "--fan-out", "3"]  # 38 calculators: two steps along the ring
         for ranks, log, more in ((1, "a", []), (4, "b", []), (18, "c", []), (18, "d", []), (40, "e", many)):
             argv = ["smpirun", "-np", ranks, *where, *flags, simulated_replay, recorded[name].scene]
             played = command([*argv, *more, "--digest", "--log", tmp_path / log])

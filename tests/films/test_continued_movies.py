@@ -1,4 +1,4 @@
-"""Films of killed processes are playable, and go on in another process without a seam."""
+"""Films of killed processes are playable; another process continues them without a seam."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def test_a_continued_film_is_the_uninterrupted_one(tmp_path, suffix, fps, at, si
     assert (movie.frames, movie.written) == (75, 75)
     assert packets(film) == expected
     assert len(expected[0]) == 75
-    if suffix != ".mkv":  # before PyAV 18 it does not declare its rate
+    if suffix != ".mkv":  # PyAV before 18 does not declare the rate of an mkv
         assert expected[2] == Fraction(fps).limit_denominator(60000)
     assert sorted(os.listdir(tmp_path)) == [f"a{suffix}", f"b{suffix}"]
     assert shown(film) == pytest.approx([k / fps for k in range(75)], abs=6e-4)
@@ -85,7 +85,7 @@ def test_any_film_goes_on_behind_any_secured_frame(tmp_path_factory, suffix, fps
 
 
 def test_a_segment_depends_on_its_frames_alone(tmp_path):
-    """The same second of film has the same bytes wherever in a film it stands, and on any number of cores."""
+    """A second of film has the same bytes at any position in any film, and on any number of cores."""
     second = [frame.pixels for frame in moving(24, height=256)]
     other = [255 - pixels for pixels in second]
     for name, parts in {"a": [second, other, second], "b": [other, second]}.items():
@@ -133,7 +133,7 @@ def test_continuing_twice_and_at_the_same_place_again(tmp_path):
 
 @pytest.mark.parametrize("suffix", [".mp4", ".mkv", ".mov"])
 def test_a_film_that_was_finished_goes_on(tmp_path, suffix):
-    """The run was killed behind the last frame of the movie: at the checkpoint it had fewer."""
+    """The run was killed after the movie's last frame; at the checkpoint the movie was shorter."""
     expected = whole(tmp_path / f"a{suffix}", 60, secure={30})
     film = tmp_path / f"b{suffix}"
     whole(film, 44, secure={30})
@@ -237,7 +237,7 @@ def test_another_rank_takes_a_film_over(tmp_path):
     assert (other.written, writer_of(other).first_unsaved()) == (30, 26)
     for frame in moving(4, first=26):
         writer_of(other).write_again(frame.index, frame)
-        writer_of(other).write_again(frame.index, frame)  # once only
+        writer_of(other).write_again(frame.index, frame)  # written only once
     assert other.written == 30
     for frame in moving(10, first=30):
         other.write(frame)
@@ -274,7 +274,7 @@ def test_a_movie_finds_by_itself_where_it_goes_on(tmp_path, monkeypatch):
     assert len(packets(tmp_path / "real" / "new.mp4")[0]) == 14
     assert len(packets(tmp_path / "none.mp4")[0]) == 14
     continued.end()
-    with Movie(film) as movie:  # a later world in this process continues nothing
+    with Movie(film) as movie:  # a later world in this process starts its films from scratch
         movie.write(next(moving(1)))
     assert len(packets(film)[0]) == 1
 
@@ -288,7 +288,7 @@ def test_a_film_that_is_gone_is_told_at_the_first_write(tmp_path):
 
 @pytest.mark.parametrize("suffix", [".mp4", ".mkv"])
 def test_a_film_to_which_nothing_is_added_is_finished(tmp_path, suffix):
-    """The run was killed behind the film's last frame, before it was closed."""
+    """The run was killed after the film's last frame, before the film was closed."""
     expected = whole(tmp_path / f"a{suffix}", 30, secure={30})
     film = tmp_path / f"b{suffix}"
     cut_off(film, 30, secure={30})
@@ -298,12 +298,12 @@ def test_a_film_to_which_nothing_is_added_is_finished(tmp_path, suffix):
         with Movie(film) as movie:
             assert (movie.written, continuing.frames_of_movies()[writer_of(movie).place]) == (30, 30)
         assert film.exists() == draws
-        Movie(tmp_path / "gone.mp4").close()  # a film that was moved away meanwhile
+        Movie(tmp_path / "gone.mp4").close()  # a film that was moved away in the meantime
     assert place_of(film) not in {movie.place for movie in continuing._held.values()}
     assert packets(film) == expected
     assert not partial(film).exists()
     before = film.read_bytes()
-    Movie(film).close()  # whole already
+    Movie(film).close()  # already complete
     assert film.read_bytes() == before
     movie = Movie(film)
     writer_of(movie).continue_at(30)
@@ -312,11 +312,11 @@ def test_a_film_to_which_nothing_is_added_is_finished(tmp_path, suffix):
 
 
 def test_a_stop_within_a_second_changes_the_film_until_that_second_ends(tmp_path):
-    """Its film has a key frame more, and from the next second on the same bits."""
+    """The stopped film has one extra key frame; from the next second on, the bits are the same."""
     at, count = 31, 80
     uninterrupted = whole(tmp_path / "a.mp4", count)[0]
     film = tmp_path / "b.mp4"
-    cut_off(film, at, secure={at})  # as a stop does, by its checkpoint
+    cut_off(film, at, secure={at})  # as a stop does, through its checkpoint
     go_on(film, at, count)
     stopped = packets(film)[0]
     assert stopped[:24] == uninterrupted[:24] and stopped[48:] == uninterrupted[48:]

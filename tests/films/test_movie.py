@@ -1,4 +1,4 @@
-"""Movies are whole or not there, and hold the frames that were written."""
+"""Movies are complete or absent, and hold the frames that were written."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ av = pytest.importorskip("av")
 
 
 def frames(count: int, *, height: int = 48, width: int = 64) -> list[Frame]:
-    """Flat frames, each of another colour."""
+    """Return frames of one colour each, all different."""
     colours = np.random.default_rng(1).integers(30, 220, (count, 3), np.uint8)
     return [Frame(k, k / 24, np.broadcast_to(colours[k], (height, width, 3)).copy()) for k in range(count)]
 
@@ -35,7 +35,7 @@ def read(path) -> tuple[list[np.ndarray], float]:
         assert stream.codec_context.name == "h264"
         assert stream.codec_context.pix_fmt == "yuv420p"
         rate = float(stream.average_rate)
-        # Older PyAV takes any movie for BT.601, unless it is told of two colour spaces that differ.
+        # Older PyAV assumes BT.601 for any movie unless it is given two different colour spaces.
         told = {"format": "rgb24", "src_colorspace": "ITU709", "dst_colorspace": "ITU601"}
         decoded = [frame.reformat(**told) for frame in container.decode(stream)]
         return [frame.to_ndarray() for frame in decoded], rate
@@ -78,7 +78,7 @@ def test_a_notebook_shows_a_closed_movie(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     movie = Movie("out/a film.mp4")
     movie.write(frames(1)[0])
-    assert movie._repr_html_() is None  # not before it is whole
+    assert movie._repr_html_() is None  # not before the movie is complete
     movie.close()
     shown = movie._repr_html_()
     content = base64.b64decode(re.search('src="data:video/mp4;base64,([^"]*)"', shown)[1])
@@ -121,7 +121,7 @@ def test_leaving_by_an_exception_keeps_the_partial_film(tmp_path):
     writer_of(movie)._thread.join()
     assert os.listdir(tmp_path) == ["a.partial.mp4"]
     assert len(read(tmp_path / "a.partial.mp4")[0]) == 30
-    with Movie(tmp_path / "a.mp4") as movie:  # the next one starts its own
+    with Movie(tmp_path / "a.mp4") as movie:  # the next movie starts from scratch
         movie.write(frames(1)[0])
     assert os.listdir(tmp_path) == ["a.mp4"]
     assert len(read(tmp_path / "a.mp4")[0]) == 1
@@ -154,7 +154,7 @@ def test_an_error_at_the_end_reaches_close(tmp_path, monkeypatch):
     movie.write(frames(1)[0])
     with pytest.raises(MotesError, match="No space left"):
         movie.close()
-    assert not list(tmp_path.iterdir())  # not even the partial film could get its name
+    assert not list(tmp_path.iterdir())  # not even the partial film could be renamed
 
 
 def test_the_queue_is_bounded(tmp_path, monkeypatch):
@@ -163,7 +163,7 @@ def test_the_queue_is_bounded(tmp_path, monkeypatch):
     monkeypatch.setattr(segment, "picture", lambda pixels: go.wait() and picture(pixels))
     movie = Movie(tmp_path / "a.mp4")
     for frame in frames(5):
-        movie.write(frame)  # one is being encoded, four wait: none of these calls waits for the encoder
+        movie.write(frame)  # one is being encoded, four are queued: no call has to wait for the encoder
     sixth = threading.Thread(target=movie.write, args=frames(1))
     sixth.start()
     sixth.join(0.3)

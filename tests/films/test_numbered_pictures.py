@@ -1,4 +1,4 @@
-"""`motes movie`: a film of numbered pictures, and what is wrong with them."""
+"""`motes movie`: makes a film of numbered pictures, and reports what is wrong with them."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ def picture(path: Path, grey: int, size: tuple[int, int] = (64, 48)) -> None:
 
 
 def series(folder: Path, numbers: tuple[int, ...] = (8, 9, 10, 11), name: str = "snow.") -> Path:
-    """Without leading zeros, so that names and numbers are in different orders."""
+    """Write pictures numbered without leading zeros, so names and numbers sort differently."""
     for number, grey in zip(numbers, GREYS, strict=False):
         picture(folder / f"{name}{number}.png", grey)
     return folder
 
 
 def shown(film: Path) -> list[int]:
-    """The mean grey of each picture of a film, to the nearest of those that were written."""
+    """Return the mean grey of each picture of a film, rounded to the nearest grey that was written."""
     import av
 
     with av.open(str(film)) as movie:

@@ -1,4 +1,4 @@
-"""A film that is not closed yet: a partial file that players open, and what all ranks know of it."""
+"""A film that is not closed yet: players can open its partial file, and all ranks know its state."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def test_what_was_secured_is_in_the_file(tmp_path):
         if count in (5, 6, 13):
             assert writer_of(movie).secure() == count
             assert len(packets(partial(film))[0]) == count
-    assert writer_of(movie).secure() == 13  # and again, with nothing new
+    assert writer_of(movie).secure() == 13  # again, without new frames
     movie.close()
     assert len(packets(film)[0]) == 13
 
@@ -108,7 +108,7 @@ def test_a_killed_process_leaves_a_film(tmp_path, number):
 
 @pytest.mark.parametrize("moment", ["before", "behind"])
 def test_a_process_that_is_killed_while_it_closes_a_film(tmp_path, moment):
-    """Before the whole film gets its name, or behind that, while the partial one is still there."""
+    """Before the complete film gets its name, or after that, while the partial one is still there."""
     film = tmp_path / "a.mp4"
     script = (
         "import os, sys\nfrom films import moving\nfrom motes._film.movie import Movie\n"
@@ -165,7 +165,7 @@ except MotesError as error:
 
 
 def test_a_full_disk_is_told_and_leaves_what_there_is(tmp_path):
-    """At any moment: while segments are written, and while they become the whole film."""
+    """At any moment: while segments are written, and while they are joined into the complete film."""
     whole(tmp_path / "whole.mp4", 200, secure=())
     cut_off(tmp_path / "b.mp4", 200, secure=())
     size, most = (tmp_path / "whole.mp4").stat().st_size, partial(tmp_path / "b.mp4").stat().st_size
@@ -261,7 +261,7 @@ def test_open_movies_are_known_in_the_order_of_their_creation(tmp_path):
     second.close()
     assert open_movies() == [*before, *map(writer_of, (first, third))]
     third.write(Frame(0, 0.0, None, home=0, rank=1))
-    del first, third  # the script forgot one that has frames: all ranks still know it
+    del first, third  # the script dropped a movie that has frames: all ranks still know it
     assert [movie.path.name for movie in open_movies()[len(before) :]] == ["c.mp4"]
     open_movies()[-1].close()
     assert open_movies() == before

@@ -1,4 +1,4 @@
-"""Processes that a rank starts: they are no ranks, run by themselves, and leave the rank's MPI alone."""
+"""Processes that a rank starts are not ranks: they run by themselves and do not disturb the rank's MPI."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SAYS = "import motes; print(motes.World(seed=1).size, flush=True)"
 
 
 def told(result: Result, ranks: int) -> list[str]:
-    """Return what ranks printed, once; each must have said the same."""
+    """Return what the ranks printed, once; all ranks must have printed the same."""
     assert result.code == 0, result.text
     lines = sorted(result.out.split("\n")[:-1])
     assert lines == sorted(lines[::ranks] * ranks), result.text
@@ -28,7 +28,7 @@ def told(result: Result, ranks: int) -> list[str]:
 
 
 def expected(where: str, forks: list[int], helper: bool = True) -> list[str]:
-    """Return what `child_processes.py` prints."""
+    """Return the expected output of `child_processes.py`."""
     lines = [f"{where} forks {forks}", *(f"{where} {way} (0, 1, 6)" for way in WAYS)]
     return [*lines, f"{where} helper 0 1 6 "] if helper else lines
 
@@ -76,7 +76,7 @@ def test_a_job_that_a_rank_starts_has_ranks():
 
 
 def settled(folder: Path, **variables: str) -> list[str]:
-    """Return what a process, its child and its grandchild make of these variables: whether they are ranks."""
+    """Return which of a process, its child and its grandchild count as ranks under these variables."""
     shows = "print(settle(), flush=True)"
     child = "if len(sys.argv) < 3: os.system(f'{sys.executable} {__file__} - ' + ' '.join(sys.argv[1:]))"
     (folder / "script.py").write_text(f"{Path(rank_process.__file__).read_text()}\n{shows}\n{child}\n")

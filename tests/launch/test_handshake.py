@@ -1,4 +1,4 @@
-"""What ranks agree on before a run starts: who is there, what they were told, who started them."""
+"""What ranks agree on before a run starts: which ranks are there, their settings, their launcher."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from motes._run import waiting
 from motes._run.settings import RunSettings
 from motes.errors import MotesError
 
-# --- what they were told
+# --- settings
 
 DIFFERENT = """
 import sys
@@ -116,7 +116,7 @@ def test_a_seed_that_was_drawn_is_told_whatever_progress_is(progress):
         assert said(ended.err, "seed ") == list(set(ended.lines)), ended.text
 
 
-# --- who started them
+# --- launcher
 
 
 @pytest.mark.parametrize(
@@ -179,7 +179,7 @@ def test_a_part_of_an_allocation_is_pointed_out():
 
 
 def advance(monkeypatch, wait, now, seconds):
-    """Let time pass for a wait, in steps that count whole."""
+    """Advance the clock of a wait, in steps short enough to count fully."""
     monkeypatch.setattr(waiting.time, "monotonic", lambda: now[0])
     for _ in range(round(seconds / 0.5)):
         now[0] += 0.5

@@ -1,4 +1,4 @@
-"""Runs over three hosts, which are network namespaces of this machine: one slower than others, one lost."""
+"""Runs on three hosts, simulated by network namespaces of this machine; one host is slow, one gets lost."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def scene(tmp_path):
 
 
 def held(log: Path, *, since: int) -> list[int]:
-    """Particles of each calculator, summed over the frames from one on."""
+    """Return the particles of each calculator, summed over the frames from `since` on."""
     rows = [json.loads(line) for line in (log / "load.jsonl").read_text().splitlines()]
     return [sum(row["n_end"] for row in rows if row["rank"] == c and row["frame"] >= since) for c in (1, 2)]
 
@@ -83,7 +83,7 @@ def test_everything_is_the_same_on_three_hosts(hosts):
     assert sorted(run(hosts, "c,a,b", EVERYTHING, VARIANTS).lines) == sorted(wanted)
 
 
-@pytest.mark.slow  # what a host with a quota gets depends on measured seconds
+@pytest.mark.slow  # the share of a host with a quota depends on measured seconds
 def test_the_log_names_the_hosts_and_a_slow_one_gets_less_work(hosts, scene, tmp_path):
     a, b, c = hosts.names
     if not hosts.limit(c):
@@ -113,7 +113,7 @@ def test_a_lost_host_ends_the_run(hosts, scene, tmp_path):
 
     ended = run(hosts, "a,b,c", scene, "None", tmp_path / "log", 100_000, 1000, 1, watch=pull)
     assert lost
-    # A rank notices and ends the job; or Open MPI 5 ends the other ranks and returns 0 (test_launch.py).
+    # A rank notices and ends the job, or Open MPI 5 ends the other ranks and returns 0 (test_launch.py).
     assert ended.code != 0, ended.text
     assert not motes.open_run(tmp_path / "log").finished
 

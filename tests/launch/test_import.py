@@ -1,4 +1,4 @@
-"""`import motes` is quick and starts nothing; names are loaded when they are used."""
+"""`import motes` is quick and starts nothing; names are loaded on first use."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ SELDOM = {
     ),
     *("motes._live.server", "motes._notebook.cells", "motes._run.log_directory", "motes._run.run_file"),
 }
-"""What only some runs need."""
+"""Modules that only some runs need."""
 WORLD = """
 import motes
 from motes import shapes
@@ -55,14 +55,14 @@ snow.configure(velocity=shapes.Box((0, 0, 0), (1, 1, 1)))"""
 
 
 def alone(code: str, **changes: str) -> subprocess.CompletedProcess[str]:
-    """Run Python in a process that no launcher started."""
+    """Run Python in a process without a launcher."""
     env = {name: value for name, value in os.environ.items() if name not in LAUNCHERS}
     job = [sys.executable, "-c", code]
     return subprocess.run(job, capture_output=True, text=True, env=env | changes, timeout=60)
 
 
 def loaded(code: str, **changes: str) -> set[str]:
-    """Run Python and return the modules that are then loaded."""
+    """Run Python and return the modules that it has loaded at the end."""
     made = alone(code + SHOW, **changes)
     assert made.returncode == 0, made.stderr
     return set(json.loads(made.stdout.splitlines()[-1]))
@@ -88,7 +88,7 @@ def test_a_world_is_made_without_what_only_some_runs_need():
     always = loaded("import numpy, numpy.typing; from mpi4py import MPI")
     found = loaded(WORLD) - always
     assert found & SELDOM == set()
-    assert len(found) <= 134  # 133 on Python 3.11: each module takes 0.1 to 2 ms of each rank's start
+    assert len(found) <= 134  # 133 on Python 3.11; each module adds 0.1 to 2 ms to each rank's start
 
 
 def test_reading_a_log_needs_neither_mpi_nor_the_core(tmp_path):
@@ -130,8 +130,8 @@ def test_mpi_starts_before_the_core_is_loaded(code):
 
 @pytest.mark.parametrize("name", ["World", "Frame", "Mesh", "shapes", "replay", "_core"])
 def test_settings_are_made_before_mpi_starts(name):
-    # Modules stand in sys.modules in the order of their first import. Settings made later cost each script
-    # that runs without a launcher a second.
+    # sys.modules lists modules in the order of their first import. Late settings cost each script that runs
+    # without a launcher a second.
     made = alone(f"import motes, sys; motes.{name}; print(*sys.modules)")
     assert made.returncode == 0, made.stderr
     modules = made.stdout.split()
@@ -142,7 +142,7 @@ def test_settings_are_made_before_mpi_starts(name):
 
 @pytest.mark.parametrize("variable", LAUNCHERS)
 def test_under_a_launcher_mpi_starts_at_once(variable):
-    # MPI must not start, since there is no launcher to talk to; a size of 1 says that nobody else waits.
+    # MPI must not start, since there is no launcher to talk to.
     code = "import mpi4py; mpi4py.rc.initialize = mpi4py.rc.finalize = False; import motes"
     assert {"mpi4py.MPI"} <= loaded(code, **{variable: "1"})
 

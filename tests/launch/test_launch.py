@@ -1,4 +1,4 @@
-"""Finding the right mpirun and its flags; `run` and `doctor`, with real launches and with fake launchers."""
+"""Finding the right mpirun and its flags; `run` and `doctor`, with real and fake launchers."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def motes(*argv: str, limit: float = 40, **changes: str) -> subprocess.Completed
 
 
 def toy_launcher(folder: Path, *, says: str) -> str:
-    """Make an mpirun of another MPI: it starts the ranks, but they do not see each other."""
+    """Make a fake mpirun of another MPI: it starts the ranks, but they do not see each other."""
     path = folder / "mpirun"
     path.write_text(
         f'#!/bin/sh\nif [ "$1" = --version ]; then echo "{says}"; exit; fi\n'
@@ -100,7 +100,7 @@ def test_launchers_of_another_mpi_are_named(monkeypatch, tmp_path):
 
 @pytest.fixture
 def two_cores(monkeypatch):
-    """Fix what depends on the machine and the user."""
+    """Fix the settings that depend on the machine and the user."""
     for name in ("SLURM_JOB_ID", "SLURM_NTASKS", "PBS_NODEFILE"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr(os, "cpu_count", lambda: 2)
@@ -149,7 +149,7 @@ def test_who_asks_for_a_binding_gets_it(two_cores, monkeypatch, options, variabl
 
 
 def test_ranks_on_several_hosts_are_not_bound():
-    """More ranks than cores have their places there, too."""
+    """Including more ranks than cores."""
     script = "import motes, os; print(motes.World(seed=1).size, len(os.sched_getaffinity(0)), flush=True)"
     ranks = (os.cpu_count() or 1) + 1
     ended = motes("run", "-n", str(ranks), "--hosts", f"localhost:{ranks}", "-c", script)
@@ -264,7 +264,7 @@ def test_run_starts_a_script_and_passes_on_its_exit_code(tmp_path, ranks):
 
 
 def test_the_launchers_files_are_its_own_and_do_not_stay(tmp_path):
-    """mpirun does not start where a killed one of the same process number left its files."""
+    """mpirun fails to start if a killed mpirun with the same process id left its files."""
     script = tmp_path / "where.py"
     script.write_text("import os; from mpi4py import MPI; print(os.environ['PMIX_SERVER_TMPDIR'])")
     jobs = [motes("run", "-n", "2", str(script), TMPDIR=str(tmp_path)) for _ in range(2)]
@@ -278,7 +278,7 @@ def test_an_interrupt_reaches_the_job(tmp_path):
     argv = [sys.executable, "-m", "motes", "run", "-n", "2", "-c", code]
     job = subprocess.Popen(argv, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     assert job.stdout is not None
-    assert "up" in job.stdout.readline()  # of one rank, or of both
+    assert "up" in job.stdout.readline()  # from one rank, or from both
     job.send_signal(signal.SIGINT)
     job.communicate(timeout=60)
     assert job.returncode != 0

@@ -1,4 +1,4 @@
-"""MPI libraries and launchers of other installations: one sentence, said by one process of the job."""
+"""MPI libraries and launchers of other installations: one process of the job prints one sentence."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ STEP = "import motes\nwith motes.World(seed=1, progress='off') as w: w.step()\np
 
 
 def started_by_mpich(ranks: int, script: str, **variables: str) -> list[Result]:
-    """Start processes as MPICH's mpirun does, or srun with `--mpi=pmi2`."""
+    """Start processes as MPICH's mpirun does, or `srun --mpi=pmi2`."""
     common = {"PMI_SIZE": str(ranks), "MPI_LOCALNRANKS": str(ranks), **variables}
 
     def start(rank: int) -> Result:

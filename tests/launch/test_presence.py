@@ -29,7 +29,7 @@ print("ran")
 
 
 def run(script: str, *options: str, ranks: int = 2) -> Result:
-    """Run a script's text by `motes run`."""
+    """Run a script, given as text, with `motes run`."""
     return command([sys.executable, "-m", "motes", "run", *options, "-n", ranks, "-c", script], timeout=30)
 
 
@@ -72,7 +72,7 @@ def test_all_ranks_may_make_the_same_mistake(options):
 
 
 def watched(script: str) -> str:
-    """Run one process under a watcher; returns what the watcher told."""
+    """Run one process under a watcher; return the watcher's output."""
     argv = started_by([sys.executable, "-c", script], is_rank=True)
     env = {"OMPI_COMM_WORLD_RANK": "7", "PATH": "/usr/bin:/bin"}
     ended = subprocess.run(argv, env=env, stderr=subprocess.PIPE, text=True, timeout=30)
@@ -101,7 +101,7 @@ def test_the_process_that_is_started_is_the_rank_itself():
 
 
 def told(*words: str) -> tuple[Presence, threading.Event]:
-    """Tell a fresh Presence what watchers say: "1 waits"."""
+    """Feed a new Presence with messages of watchers, such as "1 waits"."""
     ended = threading.Event()
     presence = Presence(ended.set)
     for word in words:

@@ -1,4 +1,4 @@
-"""`World(progress="bar")`: one line that is drawn again in place."""
+"""`World(progress="bar")`: one line that is redrawn in place."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`motes run` watches over its launcher: what it prints, what ends with it, what it does with signals."""
+"""`motes run` supervises its launcher: what it prints, what ends with it, how it handles signals."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ WARNING = RULE + b"WARNING: there is no network here.\n" + RULE
 
 
 def relayed(*pieces: bytes) -> tuple[bytes, Relay]:
-    """Feed pieces of output; what was passed on before the end, and the relay."""
+    """Feed pieces of output; return the bytes passed on before the end, and the relay."""
     out: list[bytes] = []
     relay = Relay(out.append)
     for piece in pieces:
@@ -64,7 +64,7 @@ def test_nulls_behind_the_launchers_texts_are_left_out():
 
 
 def test_a_run_without_a_standard_error_ends_as_it_did(tmp_path):
-    """The first pipe that is opened would take its place."""
+    """The first pipe opened would otherwise get file descriptor 2."""
     line = shlex.join([sys.executable, "-m", "motes", "run", "-n", "2", "-c", "import motes; print('well')"])
     ended = subprocess.run(f"{line} 2>&-", shell=True, stdout=subprocess.PIPE, text=True, timeout=60)
     assert ended.returncode == 0 and ended.stdout == "well\n" * 2
@@ -139,7 +139,7 @@ def test_a_full_disk_behind_standard_error_loses_only_the_text():
 
 @contextmanager
 def job(*options: str) -> Iterator[subprocess.Popen[str]]:
-    """Start `motes run` in a session of its own; nothing of it is left behind."""
+    """Start `motes run` in its own session; kill the session afterwards."""
     argv = [sys.executable, "-m", "motes", "run", *options]
     process = subprocess.Popen(
         argv, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, start_new_session=True
@@ -171,7 +171,7 @@ def test_the_launcher_and_the_ranks_end_with_it(hosts, how):
 
 
 def lives(pid: int) -> bool:
-    """Whether a process is there, and no zombie."""
+    """Return whether a process exists and is not a zombie."""
     with suppress(OSError):
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] not in "ZX"
     return False

@@ -1,7 +1,7 @@
-"""Messages with a real MPI: over TCP, and where the kernel copies nothing from one process to another.
+"""Messages with a real MPI: over TCP, and without single-copy transfers by the kernel.
 
-In both a large message moves only while both ends call MPI. And pictures in memory that the ranks of a host
-share, where there is no message.
+In both cases a large message progresses only while both ends call MPI. Also pictures in memory shared by the
+ranks of a host, which need no message.
 """
 
 from __future__ import annotations

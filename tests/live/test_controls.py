@@ -1,4 +1,4 @@
-"""Controls, orders and poses by themselves: what is allowed, what is clamped, what is refused."""
+"""Controls, orders and poses in isolation: which values are allowed, clamped or refused."""
 
 from __future__ import annotations
 
@@ -131,7 +131,7 @@ def test_numbers_are_clamped_and_snapped(wish, low, width, steps):
     assert low <= settled <= low + width
     assert abs((settled - low) / step - round((settled - low) / step)) < 1e-6
     assert abs(settled - min(max(wish, low), low + width)) <= step / 2 * (1 + 1e-9)
-    assert control._settled(settled) == settled  # as a replay needs it
+    assert control._settled(settled) == settled  # settling twice changes nothing, which a replay relies on
     assert json.loads(json.dumps(settled)) == settled
 
 
@@ -397,7 +397,7 @@ def test_the_films_speed_is_kept_where_viewers_want_it(monkeypatch):
     monkeypatch.setattr(viewing.time, "sleep", sleep)
     seen = object.__new__(viewing.Viewing)
     seen._orders, seen._due_s = Orders("steer.jsonl"), 0.0
-    for took in (0.01, 0.01):  # as fast as they come
+    for took in (0.01, 0.01):  # frames come as fast as possible
         now[0] += took
         seen.keep_pace(0.04)
     assert slept == []
@@ -433,7 +433,7 @@ def test_a_wait_ends_with_an_order():
     ],
 )
 def test_pauses_and_steps_count_in_their_order(given, paused, frames):
-    for apart in (True, False):  # at two borders, or at one
+    for apart in (True, False):  # orders taken at separate borders between frames, or at the same one
         orders, state, done = known(), Steering(), 0
         for order in given:
             orders.put(order)

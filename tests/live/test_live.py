@@ -1,4 +1,4 @@
-"""The server of a live run: who gets in, what viewers get, and that nothing they do holds up the run."""
+"""The server of a live run: who gets access, what viewers receive, and that no viewer can delay the run."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ async def soon(true: Callable[[], bool], seconds: float = 10) -> None:
         await asyncio.sleep(0.01)
 
 
-# --- who gets in
+# --- access
 
 
 def test_the_page_is_there_for_those_who_know_the_token():
@@ -170,7 +170,7 @@ def test_a_viewer_has_two_pictures_in_flight_at_most_and_then_the_newest():
             await viewer.say(ack=viewer.pictures[0][0])
             await viewer.until(lambda: len(viewer.pictures) == 3)
             assert viewer.pictures[-1][1] == 30
-            await viewer.say(ack=12345)  # never sent
+            await viewer.say(ack=12345)  # a number that was never sent
             await viewer.say(ack="x")
             await asyncio.sleep(0.1)
             assert len(viewer.pictures) == 3

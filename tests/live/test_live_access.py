@@ -1,4 +1,4 @@
-"""Who may look at a live run."""
+"""Who may watch a live run."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ def test_the_token_must_be_there(target, fits):
         ("http://127.0.0.1:8080", "127.0.0.1:8080", True, True),
         ("http://localhost:9000", "localhost:9000", True, True),  # a tunnel from another port
         ("http://[::1]:8080", "[::1]:8080", True, True),
-        (None, "127.0.0.1:8080", True, True),  # no browser
+        (None, "127.0.0.1:8080", True, True),  # not a browser
         ("http://evil.example", "127.0.0.1:8080", True, False),
         ("http://127.0.0.1:9999", "127.0.0.1:8080", True, False),
         ("null", "127.0.0.1:8080", True, False),
-        ("http://evil.example:8080", "evil.example:8080", True, False),  # a name that points to this machine
+        ("http://evil.example:8080", "evil.example:8080", True, False),  # a name that points to this host
         (None, "evil.example:8080", True, False),
         ("http://node17:8080", "node17:8080", False, True),
         ("http://evil.example", "node17:8080", False, False),

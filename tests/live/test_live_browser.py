@@ -1,4 +1,4 @@
-"""A person at the page of a live run: turns the camera, moves a slider, pauses, steps, ends the run."""
+"""A person at the page of a live run turns the camera, moves a slider, pauses, steps and ends the run."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ EXACT = f"{PICTURE}.exact === 'true'"
 
 
 def brightness(screen: np.ndarray) -> float:
-    """Of the picture's part of the page."""
+    """Return the mean brightness of the picture's part of the page."""
     return float(screen[:, :700].mean())
 
 
 def visit(server: Server, person: Callable[[], Coroutine[None, None, None]]) -> None:
-    """Let a person look at a page, then close its server."""
+    """Let a person use a page, then close its server."""
     try:
         asyncio.run(person())
     finally:
@@ -44,7 +44,7 @@ def visit(server: Server, person: Callable[[], Coroutine[None, None, None]]) -> 
 
 
 async def until_as_before(page: Page, screen: np.ndarray, path: Path) -> None:
-    """Wait until the picture is seen as it was: the page shows those of earlier orders first."""
+    """Wait until the picture looks as before; the page first shows the pictures of earlier orders."""
     limit = time.monotonic() + 30
     while not ((await page.screenshot(path))[:, :700] == screen[:, :700]).all():
         assert time.monotonic() < limit, f"not as before: {path}"
@@ -168,7 +168,7 @@ def test_a_person_steers_a_run_in_a_browser(tmp_path):
             first = await page.screenshot(tmp_path / "first.png")
             assert first.shape[:2] == (640, 1000) and brightness(first) > 0.5
 
-            # Paused: the camera turns, the frame stays.
+            # Paused: the camera turns, the frame stays the same.
             number = await page.value(f"{PICTURE}.number")
             await page.drag("[data-part=picture]", 120, -40)
             await page.until(f"{PICTURE}.number > {number} && {EXACT}")
@@ -180,7 +180,7 @@ def test_a_person_steers_a_run_in_a_browser(tmp_path):
             await page.call("Input.dispatchMouseEvent", type="mouseWheel", x=x, y=y, deltaX=0, deltaY=-300)
             await page.until(f"{PICTURE}.number > {number} && {EXACT}")
 
-            # Back to the script's camera: what was there before.
+            # Back to the script's camera: the first picture again.
             await page.click("[data-part=reset]")
             await page.until("document.querySelector('[data-part=reset]').disabled")
             await until_as_before(page, first, tmp_path / "back.png")
@@ -231,7 +231,7 @@ def test_a_person_steers_a_run_in_a_browser(tmp_path):
     assert rows[-1]["stop"] and rows[-2]["camera"]["look_at"] == [0.0, 2.0, 0.0]
     film = (tmp_path / "log" / "frames.jsonl").read_text().splitlines()
 
-    # And the same film again, without a browser.
+    # The same film again, without a browser.
     again = tmp_path / "again"
     again.mkdir()
     more = f"dict(steering={str(tmp_path / 'log' / 'steer.jsonl')!r}, {options})"

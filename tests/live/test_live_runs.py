@@ -1,4 +1,4 @@
-"""Real runs with viewers: pauses, steps, redraws, waits, on several ranks and in all roles."""
+"""Real runs with viewers: pauses, steps, redraws and waits, on several ranks and in all roles."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def test_an_address_that_cannot_be_served_ends_the_job_with_one_report(tmp_path)
 
 
 def test_paused_from_the_start_then_stepped_looked_around_and_stopped(tmp_path):
-    """On 3 ranks; the picture turns while no frame is made."""
+    """On 3 ranks; the camera moves while no frame is made."""
     seen: dict[str, Any] = {}
 
     async def conversation() -> None:
@@ -77,7 +77,7 @@ def test_paused_from_the_start_then_stepped_looked_around_and_stopped(tmp_path):
             assert viewer.pictures[-1][1] == 2 and viewer.state["frame"] == 3 and viewer.state["turned"]
             await viewer.say(camera=None)
             await viewer.until(lambda: not viewer.state["turned"])
-            await viewer.until(lambda: viewer.last == seen["third"])  # the same pixels: the same PNG
+            await viewer.until(lambda: viewer.last == seen["third"])  # the same pixels give the same PNG
             await viewer.say(stop=True)
             await viewer.until(lambda: bool(viewer.state.get("ended")))
 
@@ -91,7 +91,7 @@ def test_paused_from_the_start_then_stepped_looked_around_and_stopped(tmp_path):
 
 
 def test_a_paused_run_sleeps(tmp_path):
-    """Four ranks together take less than a fifth of a processor."""
+    """Four ranks together use less than a fifth of a processor."""
     pids: list[int] = []
 
     def ticks() -> float:
@@ -271,7 +271,7 @@ def test_a_redraw_has_the_streaks_of_its_frame():
             picture = world.render()
             assert np.count_nonzero(picture.pixels[..., 0].any(0)) > (5 if x else 0)
             assert np.array_equal(world.redraw().pixels, picture.pixels)
-        renderer.camera = motes.Camera((0, 0, 9), (0, 0, 0))  # where it did not move to
+        renderer.camera = motes.Camera((0, 0, 9), (0, 0, 0))  # a place to which the camera did not move
         assert np.count_nonzero(world.redraw().pixels[..., 0].any(0)) == 5
 
 

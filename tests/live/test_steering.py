@@ -1,4 +1,4 @@
-"""What viewers do in a run happens again, bit for bit, on any number of ranks. Real jobs."""
+"""A replay repeats what viewers did in a run, bit for bit, on any number of ranks. Real jobs."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def rows(folder: Path, name: str = "frames.jsonl") -> list[dict[str, Any]]:
 
 
 def film(folder: Path) -> list[tuple[int, str, str]]:
-    """What identifies each frame: its particles and its picture."""
+    """Return the fields that identify each frame: the digests of its particles and its picture."""
     return [(row["frame"], row["particles_digest"], row["image_sha256"]) for row in rows(folder)]
 
 
@@ -58,7 +58,7 @@ def kill_rank(rank: int, folder: Path, number: int) -> None:
 
 
 async def steer(folder: Path, frames: int) -> None:
-    """Do whatever a person might, until the run is through."""
+    """Send random orders, like a person, until the run is nearly over."""
     dice = random.Random(5)
     async with Client.of(await url_of(folder)) as viewer:
         await viewer.until(lambda: viewer.state.get("frame", 0) > 3)
@@ -93,7 +93,7 @@ async def steer(folder: Path, frames: int) -> None:
 
 @pytest.fixture(scope="module")
 def steered(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """200 frames on 4 ranks, steered all the time."""
+    """Make a run of 200 frames on 4 ranks, steered all the time."""
     folder = tmp_path_factory.mktemp("steered")
     with Beside(lambda: steer(folder, 200)) as beside:
         result = run(4, folder, 200, "dict(live=motes.Live(0, wait=True), pause_s=0.02)", watch=beside.check)
@@ -139,7 +139,7 @@ def test_without_the_orders_it_is_another_film(steered, tmp_path):
     assert film(tmp_path) != film(steered)[:60]
 
 
-# --- what cannot be repeated is refused, on all ranks, before anything is lost
+# --- what cannot be repeated is refused on all ranks, before anything is lost
 
 
 @pytest.mark.parametrize("ranks", [pytest.param(1, marks=pytest.mark.slow), 3])
@@ -261,7 +261,7 @@ def test_ranks_that_declare_other_controls_are_found(live, what):
     assert "different arguments: controls {" in result.err and "rank 1" in result.err, result.text
 
 
-# --- together with stops, checkpoints and loops of one's own
+# --- together with stops, checkpoints and the script's own loops
 
 
 def test_a_stop_ends_the_replay_where_it_ended_the_run(tmp_path):
@@ -295,7 +295,7 @@ def test_a_signal_is_a_stop_too_also_in_a_pause(tmp_path, held):
             if held:
                 await viewer.say(pause=True)
                 await viewer.until(lambda: viewer.state["paused"])
-                await viewer.say(set={"dense": 60})  # no frame will see it
+                await viewer.say(set={"dense": 60})  # no frame will use it
                 await viewer.until(lambda: viewer.state["controls"]["dense"]["value"] == 60)
             kill_rank(1, tmp_path, signal.SIGTERM)
             await viewer.until(lambda: bool(viewer.state.get("ended")))
@@ -312,7 +312,7 @@ def test_a_signal_is_a_stop_too_also_in_a_pause(tmp_path, held):
 
 
 def test_a_steered_run_goes_on_from_its_checkpoint(tmp_path):
-    """Killed in the middle, steered again by others; the whole is one film, and happens again as one."""
+    """Killed in the middle, then steered again: the whole is one film, and replays as one."""
     saving = f"motes.Checkpoint({str(tmp_path / 'c')!r}, every=8)"
     options = f"dict(live=motes.Live(0, wait=True), pause_s=0.03, checkpoint={saving})"
 
@@ -328,7 +328,7 @@ def test_a_steered_run_goes_on_from_its_checkpoint(tmp_path):
             await viewer.until(lambda: viewer.state["paused"])
             await viewer.say(set={"wind": -3})
             await viewer.until(lambda: viewer.state["controls"]["wind"]["value"] == -3)
-            await viewer.say(step=1)  # beyond the last checkpoint, perhaps
+            await viewer.say(step=1)  # perhaps beyond the last checkpoint
             at = viewer.state["frame"]
             await viewer.until(lambda: viewer.state["frame"] == at + 1)
             killing.append(at)
@@ -375,7 +375,7 @@ def test_a_replay_goes_on_from_its_checkpoint(steered, tmp_path):
     path = str(steered / "log" / "steer.jsonl")
     options = f"dict(steering={path!r}, checkpoint=motes.Checkpoint({str(tmp_path / 'c')!r}, every=20))"
     assert run(2, tmp_path, 50, options).code == 0
-    result = run(3, tmp_path, 120, options, env={"MOTES_ANYWAY": "1"})  # the frames are an argument
+    result = run(3, tmp_path, 120, options, env={"MOTES_ANYWAY": "1"})  # the arguments differ
     assert result.code == 0 and "goes on with frame 50" in result.err, result.text
     assert film(tmp_path) == film(steered)[:120]
 
@@ -430,7 +430,7 @@ def test_a_replay_can_be_watched_and_paused_but_not_steered(steered, tmp_path):
 
 
 def test_a_recorded_scene_has_the_first_values(tmp_path):
-    """`motes record` serves no viewers, whatever the script or the environment says."""
+    """`motes record` serves no viewers, whatever the script or the environment requests."""
     argv = ["record", SCENE, tmp_path, 5, "-o", tmp_path / "a.motes"]
     result = on_ranks(1, COMMAND_LINE, *argv, env={"MOTES_LIVE": "0,paused"})
     assert result.code == 0 and (tmp_path / "a.motes").exists(), result.text

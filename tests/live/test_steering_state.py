@@ -1,4 +1,4 @@
-"""What all ranks agree on of what viewers did: values, the camera, what is kept, what is repeated."""
+"""State that all ranks share about what viewers did: values, the camera, what is kept and replayed."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def test_a_checkpoint_brings_values_back_also_of_controls_made_later():
     assert later.commit(9) == {}
     changed = Steering()
     changed.restore(kept)
-    assert changed.control("wind", True, None, None, None, None).value is True  # another script's
+    assert changed.control("wind", True, None, None, None, None).value is True  # not the kept number
 
 
 def test_ranks_agree_on_what_controls_are():

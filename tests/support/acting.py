@@ -1,4 +1,4 @@
-"""Particles in a given state, and what actions make of them."""
+"""Particles in a given state, and the effects of actions on them."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ SOLIDS = {
 
 
 def born(where: shapes.Shape, count: int = 2000, **state: Any) -> motes.Particles:
-    """Let particles be born on a shape, and return them."""
+    """Emit particles from a shape, and return them."""
     world = motes.World(seed=4, progress="off")
     system = world.system("all")
     with world:

@@ -1,4 +1,4 @@
-"""Chromium without a window, driven by its DevTools protocol: mouse, keys, screenshots."""
+"""Headless Chromium, driven by its DevTools protocol: mouse, keys, screenshots."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ SIZE = (1000, 640)
 
 
 def chromium() -> str:
-    """Find the program; skip the test where there is none, unless MOTES_TEST_CHROMIUM=required."""
+    """Find the program; skip the test if it is missing, unless MOTES_TEST_CHROMIUM=required."""
     names = ("chromium", "chromium-browser", "google-chrome", "chrome")
     found = next(filter(None, map(shutil.which, names)), None)
     if found is None:
@@ -72,7 +72,7 @@ class Page:
                     await page.call("Emulation.setDeviceMetricsOverride", **size)
                     await page.call("Page.navigate", url=url)
                     await page.until("document.readyState === 'complete' && location.protocol !== 'about:'")
-                    await page.call("Page.captureScreenshot")  # before it has painted it drops clicks
+                    await page.call("Page.captureScreenshot")  # until it has painted, it ignores clicks
                     try:
                         yield page
                     finally:
@@ -80,7 +80,7 @@ class Page:
             finally:
                 process.terminate()
                 process.wait(20)
-                kill_session(process.pid)  # its helpers go on writing below `home` for a moment
+                kill_session(process.pid)  # its helpers keep writing to `home` for a moment
 
     async def call(self, method: str, **parameters: Any) -> Any:
         """Call the protocol, and return the result."""
@@ -90,13 +90,13 @@ class Page:
         return await asyncio.wait_for(self._answers[number], 30)
 
     async def value(self, expression: str) -> Any:
-        """Return what an expression of JavaScript comes to."""
+        """Return the value of a JavaScript expression."""
         said = await self.call("Runtime.evaluate", expression=expression, returnByValue=True)
         assert "exceptionDetails" not in said, said
         return said["result"].get("value")
 
     async def until(self, expression: str, seconds: float = 30) -> Any:
-        """Wait until it is true."""
+        """Wait until a JavaScript expression is true."""
         limit = time.monotonic() + seconds
         while not (value := await self.value(expression)):
             assert time.monotonic() < limit, f"not within {seconds} s: {expression}"
@@ -104,13 +104,13 @@ class Page:
         return value
 
     async def middle(self, selector: str) -> tuple[float, float]:
-        """Return where an element is."""
+        """Return the middle of an element, px."""
         box = f"document.querySelector({selector!r}).getBoundingClientRect()"
         x, y = await self.value(f"(b => [b.x + b.width / 2, b.y + b.height / 2])({box})")
         return x, y
 
     async def mouse(self, kind: str, x: float, y: float, **more: Any) -> None:
-        """One event of the mouse, whose left button is held or changes."""
+        """Send a mouse event with the left button held, pressed or released."""
         buttons = {"button": "left", "buttons": 0 if kind == "mouseReleased" else 1, "clickCount": 1} | more
         await self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, **buttons)
 
@@ -136,7 +136,7 @@ class Page:
         await self.call("Input.dispatchKeyEvent", type="keyUp", key=key, code=key)
 
     async def screenshot(self, path: Path) -> np.ndarray:
-        """Return what is seen, and write it to a file."""
+        """Return a screenshot, and write it to a file."""
         import PIL.Image
 
         said = await self.call("Page.captureScreenshot", format="png")

@@ -14,7 +14,7 @@ SCRIPTS = Path(__file__).resolve().parents[2] / "docs" / "scripts"
 
 
 def script_of_docs(name: str) -> Any:
-    """Load a script; the test is skipped where only the tests are there."""
+    """Load a script; skip the test if the source tree has only the tests."""
     path = SCRIPTS / f"{name}.py"
     if not path.is_file():
         pytest.skip(f"docs/scripts/{name}.py stands in the source tree", allow_module_level=True)

@@ -20,11 +20,11 @@ from typing import NamedTuple
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = ROOT / "examples"
 TABLE = Path(__file__).with_name("effect_digests")
-NO_EFFECTS = ("export", "heterogeneous")  # they show what to do with particles, not how they look
+NO_EFFECTS = ("export", "heterogeneous")  # they show how to use particles, not effects
 
 
 class Small(NamedTuple):
-    """A small run of an effect, and what its last frame was."""
+    """A small run of an effect, and the digests of its last frame."""
 
     systems: int
     particles: int
@@ -32,18 +32,18 @@ class Small(NamedTuple):
     digests: tuple[str, str]
 
     def options(self, out: str | Path) -> list[str]:
-        """What the script is started with."""
+        """Return the script's arguments."""
         counts = ("--systems", self.systems, "--particles", self.particles, "--frames", self.frames)
         return [*map(str, counts), "--size", "160x90", "--digest", "--out", str(out)]
 
 
 def names() -> list[str]:
-    """Every effect."""
+    """Return the names of all effects."""
     return sorted(path.stem for path in _scripts() if path.stem not in NO_EFFECTS)
 
 
 def script(name: str) -> Path:
-    """The script of an effect."""
+    """Return the script of an effect."""
     return next(path for path in _scripts() if path.stem == name)
 
 
@@ -52,7 +52,7 @@ def _scripts() -> list[Path]:
 
 
 def table() -> dict[str, Small]:
-    """The small runs, by the name of the effect."""
+    """Return the small runs by the name of the effect."""
     rows = (line.split() for line in TABLE.read_text().splitlines())
     return {row[0]: Small(int(row[1]), int(row[2]), int(row[3]), (row[4], row[5])) for row in rows}
 
@@ -70,7 +70,7 @@ def lines(name: str, options: Sequence[str]) -> list[list[str]]:
 
 
 def main() -> None:
-    """Print the table anew."""
+    """Run all effects and print the table."""
     os.environ["MOTES_PROGRESS"] = "off"
     with TemporaryDirectory() as out:
         for name, small in table().items():

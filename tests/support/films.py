@@ -1,4 +1,4 @@
-"""Films for tests: moving pictures, files that are whole, cut off or continued, and their packets."""
+"""Films for tests: moving pictures; files that are complete, cut off or continued; their packets."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from motes._picture.frame import Frame
 
 
 def moving(count, *, height=48, width=64, first=0):
-    """Frames of which no two are equal: a gradient with points that move across it."""
+    """Return frames of which no two are equal: a gradient with points that move across it."""
     for k in range(first, first + count):
         random = np.random.default_rng(5)
         at = (random.random((60, 2)) + k * random.normal(0, 0.02, (60, 2))) % 1
@@ -22,7 +22,7 @@ def moving(count, *, height=48, width=64, first=0):
 
 
 def packets(path):
-    """All packets of a film, and the frames that it shows, in time."""
+    """Return all packets of a film, and the frames that it shows, in the order of time."""
     with av.open(str(path)) as film:
         stream = film.streams.video[0]
         found = [
@@ -32,13 +32,13 @@ def packets(path):
 
 
 def decoded(path):
-    """The pictures of a film, as floats of 0..255."""
+    """Return the pictures of a film, as floats of 0..255."""
     with av.open(str(path)) as film:
         return [frame.to_ndarray(format="rgb24").astype(float) for frame in film.decode(video=0)]
 
 
 def shown(path):
-    """How many frames a player shows, and the time of each in seconds."""
+    """Return how many frames a player shows, and the time of each in seconds."""
     with av.open(str(path)) as film:
         return [frame.time for frame in film.decode(video=0)]
 
@@ -48,7 +48,7 @@ def partial(path):
 
 
 def cut_off(path, count, *, secure, fps=24, size=(48, 64), more=3):
-    """Write a film, secured behind `secure` frames each, and leave it as a killed process does."""
+    """Write a film, secured after each number of frames in `secure`, and leave it like a killed process."""
     movie = Movie(path, fps=fps)
     for frame in moving(count, height=size[0], width=size[1]):
         movie.write(frame)

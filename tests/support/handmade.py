@@ -1,4 +1,4 @@
-"""Logs written by hand, for tests of what reads them."""
+"""Logs written by hand, for tests of code that reads them."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def load_row(frame: int, system: str, rank: int, **columns: Any) -> dict[str, An
 def time_row(
     frame: int, rank: int, *, chain_s: float, messages_s: float = 0.0, **spent: float
 ) -> dict[str, Any]:
-    """Make a row of times.jsonl from seconds by activity: `act=0.2, wait=0.1`; those not given are zero."""
+    """Make a row of times.jsonl from seconds by activity: `act=0.2, wait=0.1`; others are zero."""
     names = ("script", "births", "act", "talk", "picture", "log", "other", "wait")
     assert set(spent) <= set(names), spent
     seconds = {f"{name}_s": spent.get(name, 0.0) for name in names}
@@ -102,9 +102,9 @@ def write_log(
 
 
 def moving_spot(folder: Path, *, frames: int = 40, calculators: int = 4, particles: int = 40_000) -> Path:
-    """Write a log in which a cloud of particles moves and cuts follow it, half of the way per frame.
+    """Write a log in which a cloud of particles moves; cuts follow it by half of the distance per frame.
 
-    The last calculator has half the speed, and the log has all files that a log can have.
+    The last calculator has half the speed. The log has all possible files.
     """
     import numpy as np
 

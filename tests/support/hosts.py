@@ -17,7 +17,7 @@ from pathlib import Path
 
 __all__ = ["Hosts", "missing", "three_hosts"]
 
-PERIOD_US = 10_000  # of a quota: short, so that short work is slowed down, too
+PERIOD_US = 10_000  # of a quota; short, to slow down short work, too
 CONTROLLERS = ("/sys/fs/cgroup/cpu", "/sys/fs/cgroup")
 
 
@@ -29,7 +29,7 @@ def missing() -> str:
         if shutil.which(tool) is None:
             return f"network namespaces need {tool}"
     with contextlib.suppress(subprocess.CalledProcessError):
-        probe = f"motes-probe-{os.getpid()}"  # two sessions may ask at once
+        probe = f"motes-probe-{os.getpid()}"  # two sessions may probe at once
         _ip("netns", "add", probe)
         _ip("netns", "del", probe)
         return ""
@@ -49,12 +49,12 @@ class Hosts:
         return self.folder / "agent"
 
     def options(self) -> list[str]:
-        """Arguments for mpirun: start daemons through the agent; between hosts, TCP alone."""
+        """Return arguments for mpirun: start daemons through the agent; between hosts use only TCP."""
         argv = ["--prtemca", "plm_ssh_agent", str(self.agent), "--prtemca", "prte_if_include", "eth0"]
         return [*argv, "--mca", "btl", "tcp,self,sm", "--mca", "btl_tcp_if_include", "eth0"]
 
     def limit(self, name: str) -> bool:
-        """Let whatever starts on a host from now on be slowed down; False if no control group can do that."""
+        """Prepare to slow down processes that start on a host later; False if no control group can do so."""
         group = _group(name)
         if group is None:
             return False
@@ -73,23 +73,23 @@ class Hosts:
             (group / "cpu.cfs_quota_us").write_text(quota)
 
     def lose(self, name: str) -> None:
-        """Kill everything on a host at once, as its power supply would."""
+        """Kill all processes of a host at once, like a power failure."""
         for pid in _run("ip", "netns", "pids", name).split():
             with contextlib.suppress(ProcessLookupError):
                 os.kill(int(pid), signal.SIGKILL)
 
     def cut_off(self, name: str) -> None:
-        """Pull its network cable."""
+        """Disconnect a host from the network."""
         _ip("-n", name, "link", "set", "eth0", "down")
 
 
 @contextlib.contextmanager
 def three_hosts(folder: Path) -> Iterator[Hosts]:
-    """Put three hosts on a switch; all that belongs to them goes at the end."""
+    """Put three hosts on a switch; remove them at the end."""
     prefix = f"m{os.getpid()}"
     names, switch = [f"{prefix}{letter}" for letter in "abc"], f"{prefix}s"
     hosts = Hosts(names, folder)
-    # A host's name in its own namespace of names; its group, if it has one, was put there by limit.
+    # Each host has its own UTS namespace for its name; limit sets its control group, if any.
     hosts.agent.write_text(
         "#!/bin/sh\nhost=$1\nshift\n"
         f'group={folder}/$host/cgroup.procs\nif [ -e "$group" ]; then echo $$ > "$group"; fi\n'
@@ -132,7 +132,7 @@ def _host(name: str, number: int, switch: str) -> None:
 
 
 def _group(name: str) -> Path | None:
-    """Make a control group that has a share of a core to give, in either of the kernel's ways."""
+    """Make a control group that can limit the share of a core, with version 1 or 2 of control groups."""
     for root in map(Path, CONTROLLERS):
         with contextlib.suppress(OSError):
             group = root / f"motes-{name}"

@@ -1,4 +1,4 @@
-"""Which modules of the package import which: at the start, later in functions, or for type checkers alone."""
+"""Imports between the package's modules: at the start, later in functions, or only for type checkers."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ START, LATER, TYPES = "start", "later", "types"
 
 
 def modules(*kinds: str) -> dict[str, set[str]]:
-    """Map each module to those that it imports in one of these ways; `motes` itself is no module here."""
+    """Map each module to those that it imports in one of these ways; `motes` itself is excluded."""
     graph = {}
     for path in PACKAGE.rglob("*.py"):
         name = ".".join(
@@ -35,14 +35,14 @@ def rooms(graph: dict[str, set[str]]) -> dict[str, set[str]]:
 
 
 def room_of(name: str) -> str:
-    """Return the folder of a module; one that is in no folder is a room of its own."""
+    """Return the room of a module: its folder, or the module itself if it is in no folder."""
     if (PACKAGE.joinpath(*name.split(".")) / "__init__.py").is_file():
         return name
     return name.rpartition(".")[0] or name
 
 
 def reached(graph: dict[str, set[str]], start: str) -> set[str]:
-    """All modules that importing one of them loads, packages on the way included."""
+    """Return all modules that importing one of them loads, including parent packages."""
     seen, waiting = set(), [start]
     while waiting:
         for name in graph.get(waiting.pop(), ()):

@@ -1,4 +1,4 @@
-"""A notebook's kernel for tests, spoken with as a front end does: cells, interrupts, messages of widgets."""
+"""A notebook kernel for tests, with a simple front end: cells, interrupts, messages of widgets."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ LIMIT_S = 60
 
 @dataclass
 class Cell:
-    """What a cell has shown."""
+    """The output of a cell."""
 
     text: str = ""
-    """What it has printed."""
+    """The printed text."""
     error: str = ""
     """The error that ended it, as "ValueError: text"."""
     result: str = ""
-    """Its last expression, as text."""
+    """The value of its last expression, as text."""
     displays: dict[str, list[dict[str, Any]]] = field(default_factory=dict)
-    """By display's name: what it has shown, the first and then each update."""
+    """The contents of each display by its name: the first, then each update."""
     status: str = ""
 
 
 @dataclass
 class Widget:
-    """What the front end knows of a widget."""
+    """The front end's state of a widget."""
 
     comm: str
     state: dict[str, Any]
@@ -47,7 +47,7 @@ class Widget:
 
     @property
     def shown(self) -> dict[str, Any]:
-        """What its page shows beside the picture."""
+        """Return the values that its page shows beside the picture."""
         return self.state["state"]
 
 
@@ -72,7 +72,7 @@ class Kernel:
         return cell
 
     def run(self, code: str) -> Cell:
-        """Run a cell to its end, which must be one without an error."""
+        """Run a cell to its end; it must not raise an error."""
         cell = self.ended(self.begin(code))
         assert not cell.error, f"{cell.error}\n{cell.text}"
         return cell
@@ -87,13 +87,13 @@ class Kernel:
         self.process.interrupt_kernel()
 
     def say(self, widget: Widget, **content: Any) -> None:
-        """Send what a widget's page sends."""
+        """Send a message as a widget's page does."""
         data = {"method": "custom", "content": content}
         message = self.client.session.msg("comm_msg", {"comm_id": widget.comm, "data": data})
         self.client.shell_channel.send(message)
 
     def until(self, true: Callable[[], Any], seconds: float = LIMIT_S) -> None:
-        """Hear the kernel until something is true."""
+        """Process the kernel's messages until a condition is true."""
         limit = time.monotonic() + seconds
         while not true():
             left = limit - time.monotonic()

@@ -27,7 +27,7 @@ class Hang(AssertionError):
 def said(text: str, opening: str) -> list[str]:
     """Return the text after an opening, to the end of the line, for each line that contains it.
 
-    Not only at a line's start: mpirun may leave a stray byte between its notice of an abort and a line.
+    The opening may also be inside a line: mpirun may leave a stray byte after its notice of an abort.
     """
     return re.findall(f"{re.escape(opening)}(.*)$", text, re.MULTILINE)
 
@@ -41,7 +41,7 @@ class Result:
     err: str
     seconds: float
     trailer: str = ""
-    """What mpirun itself printed about a failed run, which `motes run` puts into a file."""
+    """mpirun's own output about a failed run, which `motes run` writes to a file."""
 
     @property
     def text(self) -> str:
@@ -57,27 +57,27 @@ class Result:
 
 @dataclass
 class Count:
-    """What the session's jobs cost."""
+    """Counts of the session's jobs, and their costs."""
 
     jobs: int = 0
     seconds: float = 0.0
     bodies: int = 0
-    """What has run in standing jobs (tests/support/standing.py)."""
+    """Number of scripts run in standing jobs (tests/support/standing.py)."""
     body_seconds: float = 0.0
     replaced: list[str] = field(default_factory=list)
     """Why standing jobs had to be replaced."""
 
     def told(self) -> list[Any]:
-        """Return all of it as plain values."""
+        """Return all counts as plain values."""
         return [self.jobs, self.seconds, self.bodies, self.body_seconds, self.replaced]
 
     def add(self, told: list[Any] | None) -> None:
-        """Add what another process told, if it did."""
+        """Add the counts reported by another process, if any."""
         for name, value in zip(vars(self), told or [], strict=False):
             setattr(self, name, getattr(self, name) + value)
 
     def lines(self) -> list[str]:
-        """Return what a summary says."""
+        """Return the lines of a summary."""
         jobs = f"{self.jobs} jobs started, {self.seconds:.0f} s in them"
         bodies = f"{self.bodies} bodies in standing jobs, {self.body_seconds:.0f} s in them"
         replaced = [f"a standing job was replaced after {why}" for why in self.replaced]
@@ -128,7 +128,7 @@ def command(
     env: dict[str, str] | None = None,
     watch: Callable[[int], None] | None = None,
 ) -> Result:
-    """Run any program with its arguments; once more if mpirun itself crashed."""
+    """Run any program with its arguments; repeat it once if mpirun itself crashes."""
     result = _once(argv, timeout, env, watch)
     # mpirun of Open MPI 5 may crash in libpmix, once in thousands of aborts; a rank's crash has another code.
     if argv[0] != sys.executable and result.code == -signal.SIGSEGV:
@@ -172,7 +172,7 @@ def _once(
 
 
 def take_trailer(err: str) -> str:
-    """Return what mpirun said, and remove the files into which `motes run` put it."""
+    """Return mpirun's output, and remove the files to which `motes run` wrote it."""
     files = [Path(name) for name in said(err, "mpirun's own messages: ")]
     trailer = "".join(file.read_text(errors="replace") for file in files)
     for file in files:
@@ -191,7 +191,7 @@ def _wait(process: subprocess.Popen[bytes], limit: float, watch: Callable[[int],
 
 
 def kill_session(session: int) -> None:
-    """End what is left of a job: the launcher gives ranks process groups of their own, but not sessions."""
+    """Kill what remains of a job: its ranks have their own process groups, but the same session."""
     for _ in range(3):
         left = [pid for pid, its in _sessions() if its == session]
         for pid in left:
@@ -202,7 +202,7 @@ def kill_session(session: int) -> None:
 
 
 def _sessions() -> list[tuple[int, int]]:
-    """Pairs of process and session, without zombies."""
+    """Yield pairs of process and session, without zombies."""
     found = []
     for entry in Path("/proc").iterdir():
         if not entry.name.isdigit():

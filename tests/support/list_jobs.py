@@ -1,7 +1,7 @@
-"""Jobs that play random scripts side by side, and are compared.
+"""Jobs that run random scripts side by side, to compare their results.
 
-Jobs of 1, 2, 3 and 5 ranks run side by side and play each script that hypothesis draws, so that a script
-costs milliseconds and a failing one is made small. What is shown then runs by itself, with note = print.
+Jobs of 1, 2, 3 and 5 ranks run side by side and take each script that hypothesis draws, so a script costs
+milliseconds, and hypothesis can minimise a failing one. The printed script runs by itself, with note = print.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ LIMIT_S = 60  # for one script
 
 @dataclass
 class Job:
-    """A running player."""
+    """A running job that takes scripts."""
 
     folder: Path
     name: str
@@ -52,7 +52,7 @@ class Job:
             self.ended.append(error)
 
     def answer(self, number: int) -> str:
-        """Wait for its answer to a script."""
+        """Wait for the job's answer to a script."""
         path, limit = self.folder / f"{number}.{self.name}", time.monotonic() + LIMIT_S
         while not path.exists():
             if not self.thread.is_alive() and not path.exists():
@@ -71,7 +71,7 @@ class Job:
 
 
 class Jobs:
-    """The jobs that are compared; one that has ended is started again."""
+    """The jobs to compare; one that has ended is started again."""
 
     def __init__(self, folder: Path, kinds: dict[str, tuple[int, dict[str, str]]]) -> None:
         """Take the jobs' names, sizes and environments."""
@@ -79,7 +79,7 @@ class Jobs:
         self.running: dict[str, Job] = {}
 
     def ask(self, text: str) -> dict[str, str]:
-        """Let every job play a script."""
+        """Let every job run a script."""
         for name, (size, env) in self.kinds.items():
             if name not in self.running or not self.running[name].thread.is_alive():
                 self.running[name] = Job(self.folder, name, size, env, self.number)
@@ -107,7 +107,7 @@ MakeJobs = Callable[[dict[str, tuple[int, dict[str, str]]]], Jobs]
 
 @pytest.fixture
 def jobs(tmp_path: Path) -> Iterator[MakeJobs]:
-    """Give what starts jobs; they end with the test."""
+    """Return a function that starts jobs; they end with the test."""
     made: list[Jobs] = []
 
     def make(kinds: dict[str, tuple[int, dict[str, str]]]) -> Jobs:
@@ -123,7 +123,7 @@ def jobs(tmp_path: Path) -> Iterator[MakeJobs]:
 
 
 def searched(examples: int) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Let hypothesis draw that many scripts, the same ones each time."""
+    """Let hypothesis draw this many scripts, the same ones each time."""
     return settings(
         max_examples=examples,
         derandomize=True,
@@ -135,10 +135,10 @@ def searched(examples: int) -> Callable[[Callable[..., None]], Callable[..., Non
 
 
 def threads(count: int) -> dict[str, str]:
-    """The environment of jobs whose ranks have so many threads, which share even a few particles."""
+    """Return the environment of jobs whose ranks have this many threads, which share even a few particles."""
     return {"MOTES_THREADS": str(count), "MOTES_GRAIN": "64"}
 
 
 def by_width() -> dict[str, dict[str, str]]:
-    """Environments that choose an instruction set."""
+    """Return environments that each choose an instruction set."""
     return {name: {"MOTES_SIMD": name} for name in widths()}

@@ -1,13 +1,10 @@
-"""Random losses of ranks, each from a seed that repeats it, and what must come out nevertheless.
+"""Random losses of ranks, each repeatable by its seed, and checks that results are unaffected.
 
-`python tests/support/losses.py --from 0 --seeds 50` runs them and says which broke a promise.
+`python tests/support/losses.py --from 0 --seeds 50` runs them and reports which fail.
 
-Any call at which something is handed on, to other ranks or to the disk, is a place to die, before and behind
-it, in either of two worlds. Earlier random kills missed that: they had a film and a log, but no checkpoints,
-one world, and one moment, some milliseconds behind the begin of a pass of the loop. So no rank was lost
-between two frames while something was brought to the disk there, behind the last frame, or in a second world,
-and nothing was asked of a world behind its end. Simulated disasters had losses of ranks or checkpoints, never
-both, and their pictures were in the film as soon as they were drawn.
+A rank can die before or after any call that sends something to other ranks or writes to disk, in either of
+two worlds. So ranks are also lost between two frames while files are written, after the last frame, and in a
+second world.
 """
 
 from __future__ import annotations
@@ -40,7 +37,7 @@ Plan = dict[str, Any]
 
 # With several ranks gone, replicas may be lost with their holders, and Open MPI 5.0 may crash itself.
 SEVERAL = r"lost together with the next one|segmentation fault|replicas of particles do not go back so far"
-# A rank may be needed for good: docs/checkpoints.md, "Without a restart".
+# Some losses end the run: docs/checkpoints.md, "Without a restart".
 EXPORTED = r"lack the lost ranks' particles"
 UNSTARTED = r"is lost \(killed or crashed\)|is lost: its process was killed|was killed or has crashed"
 
@@ -65,7 +62,7 @@ def plan_of(seed: int) -> tuple[int, Plan]:
 
 
 def death(drawn: random.Random, ranks: int, plan: Plan) -> list[Any]:
-    """Draw when and where a rank dies: somewhere in a frame, or at a place that this rank comes to."""
+    """Draw when and where a rank dies: somewhere in a frame, or at a call that this rank makes."""
     world = drawn.randrange(plan["worlds"])
     if drawn.random() < 0.25:
         return [
@@ -91,16 +88,16 @@ def death(drawn: random.Random, ranks: int, plan: Plan) -> list[Any]:
 
 
 def play(out: Path, ranks: int, plan: Plan) -> Result:
-    """Run the scene; raises Hang where it does not end."""
+    """Run the scene; raises Hang if it does not end."""
     arguments = ["-m", "motes", "run", "--survive", "-n", ranks, SCENE, out, json.dumps(plan)]
     return command([sys.executable, *arguments], timeout=60)
 
 
-# --- what comes out
+# --- results
 
 
 def rows_of(here: Path) -> list[tuple[int, str, str]]:
-    """Return what the log says of each frame's particles and picture."""
+    """Return each frame's digests of particles and picture from the log."""
     rows = map(json.loads, (here / "log" / "frames.jsonl").read_text().splitlines())
     return [(row["frame"], row["particles_digest"], row["image_sha256"]) for row in rows]
 
@@ -111,7 +108,7 @@ def kinds_of(here: Path) -> list[str]:
 
 
 def saved_in(here: Path) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
-    """Return what the last checkpoint says of itself, and its particles in the order of their ids."""
+    """Return the facts of the last checkpoint, and its particles in the order of their ids."""
     place = folder.whole(here / "checkpoints")[0][1]
     manifest = Manifest.from_bytes((place / folder.MANIFEST).read_bytes(), place)
     parts = [planes_of(place / part.file) for part in manifest.parts if part.rows[0] > 0]
@@ -154,7 +151,7 @@ def planes_of(file: Path) -> dict[str, NDArray[Any]]:
 
 
 def difference(here: Path, model: Path, plan: Plan) -> str:
-    """Say what a world has made that differs from the model's; nothing where all is the same."""
+    """Describe the first result of a world that differs from the model's; empty if all are the same."""
     if rows_of(here) != rows_of(model):
         return "the log's rows differ"
     pictures = sorted(path.name for path in model.glob("*.png"))
@@ -194,7 +191,7 @@ def exported(here: Path) -> list[bytes]:
 
 @functools.cache
 def model(folder_name: str, checkpoint: int, film: str) -> Path:
-    """Return what comes out where nothing happens, on one rank; made once."""
+    """Return the results of an undisturbed run on one rank; computed once."""
     out = Path(folder_name) / f"model-{checkpoint}-{film}"
     plan = {"worlds": 2, "frames": FRAMES, "checkpoint": checkpoint, "film": film, "export": "all"}
     result = play(out, 1, {**plan, "live": False, "deaths": []})
@@ -203,7 +200,7 @@ def model(folder_name: str, checkpoint: int, film: str) -> Path:
 
 
 def broken(out: Path, models: Path, seed: int) -> str:
-    """Run a seed's losses; return which promise was not kept, or nothing."""
+    """Run a seed's losses; return which promise was broken, or nothing."""
     ranks, plan = plan_of(seed)
     try:
         result = play(out, ranks, plan)
@@ -211,13 +208,13 @@ def broken(out: Path, models: Path, seed: int) -> str:
         return f"it hangs: {hang}"
     try:
         told = judged(result, out, model(str(models), plan["checkpoint"], plan["film"]), plan)
-    except Exception as error:  # any: of files that are not there, or not whole
+    except Exception as error:  # any error: files may be missing or incomplete
         told = f"{type(error).__name__}: {error}"
     return f"{told}: {plan} on {ranks}\n{result.text}" if told else ""
 
 
 def judged(result: Result, out: Path, expected: Path, plan: Plan) -> str:
-    """Say which promise a run has not kept; nothing where it has kept all."""
+    """Return which promise a run has broken; nothing if it has kept all."""
     if result.code != 0:
         allowed = [UNSTARTED] if any(unstarted(one, plan) for one in plan["deaths"]) else []
         allowed += [SEVERAL] if len(plan["deaths"]) > 1 else []
@@ -232,7 +229,7 @@ def judged(result: Result, out: Path, expected: Path, plan: Plan) -> str:
 
 
 def unstarted(dies: list[Any], plan: Plan) -> bool:
-    """Whether a rank may be lost while a world starts, or before the first one."""
+    """Tell whether a rank may be lost while a world starts, or before the first one."""
     _, world, place, _, ms = dies
     late = ("end", "leave", "close", "name", "last checkpoint", "wait", "report", "manifest")
     return place.endswith(("the run", "the meeting")) or (
@@ -241,7 +238,7 @@ def unstarted(dies: list[Any], plan: Plan) -> bool:
 
 
 def main() -> int:
-    """Run many seeds, and say which broke a promise."""
+    """Run many seeds, and print which fail."""
     parser = argparse.ArgumentParser(description=main.__doc__)
     parser.add_argument("--from", type=int, default=0, dest="first")
     parser.add_argument("--seeds", type=int, default=20)

@@ -16,7 +16,7 @@ TETRAHEDRON: Arrays = (
 
 
 def sheet(points: NDArray[np.float64]) -> Arrays:
-    """Join rows and columns of points, shape (n, m, 3), by two triangles for each cell."""
+    """Join a grid of points, shape (n, m, 3), by two triangles per cell."""
     rows, columns = points.shape[:2]
     number = np.arange(rows * columns).reshape(rows, columns)
     a, b, c, d = number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]
@@ -25,7 +25,7 @@ def sheet(points: NDArray[np.float64]) -> Arrays:
 
 
 def globe(parallels: int = 40, meridians: int = 60, radius: float = 1) -> Arrays:
-    """Make a ball around the origin; its seam and poles are there several times."""
+    """Make a ball around the origin; vertices on its seam and poles are repeated."""
     down, turn = np.meshgrid(
         np.linspace(0, np.pi, parallels + 1), np.linspace(0, 2 * np.pi, meridians + 1), indexing="ij"
     )

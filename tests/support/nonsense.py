@@ -1,6 +1,6 @@
-"""Calls with any nonsense at all, over the whole public interface as Python itself describes it.
+"""Calls with random nonsense, over the whole public interface as Python's introspection describes it.
 
-Only values are listed by hand: what can be called, and with which names, comes from signatures.
+Only values are listed by hand: callables and their arguments come from signatures.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class Failing:
 
 
 class Odd(np.ndarray):
-    """An array of a class of its own."""
+    """An array of a subclass."""
 
 
 NONSENSE: list[Any] = [
@@ -202,7 +202,7 @@ ATTRIBUTES = ("velocity", "mass", "heat", "wind", "size", "color", "position", "
 
 
 def drawn(dice: Dice, call: Callable[..., Any], system: motes.System) -> tuple[list[Any], dict[str, Any]]:
-    """Draw arguments by a call's signature: few of them nonsense, half of them, or all."""
+    """Draw arguments for a signature, of which few, half or all are nonsense."""
     share = dice.choice([0.1, 0.5, 1.0])
 
     def value(name: str, annotation: str) -> Any:
@@ -229,14 +229,14 @@ def drawn(dice: Dice, call: Callable[..., Any], system: motes.System) -> tuple[l
 
 
 def methods(owner: Any, *without: str) -> list[Callable[..., Any]]:
-    """Bound methods that a user may call."""
+    """Return the bound methods that a user may call."""
     kind = type(owner)
     names = [name for name in dir(kind) if not name.startswith("_") and name not in without]
     return [getattr(owner, name) for name in names if inspect.isfunction(inspect.getattr_static(kind, name))]
 
 
 def constructors() -> list[Callable[..., Any]]:
-    """What makes values, and their operators; not what a script does not make itself."""
+    """Return constructors and operators of values, except those that scripts do not call."""
     not_made = (motes.System, motes.Particles, motes.Frame, motes.Run, motes.Runs, BaseException)
     made: list[Callable[..., Any]] = []
     for module in (motes, shapes, actions, motes.balance):
@@ -247,7 +247,7 @@ def constructors() -> list[Callable[..., Any]]:
     for one in (motes.column("age"), motes.column("velocity"), motes.column("age") > 1, BALL, BALL | BALL):
         names = [name for name in OPERATORS if hasattr(one, name)]
         made += [getattr(one, name) for name in names] + methods(one)
-    nowhere = motes.Frame(0, 0.0, None)  # a frame that another rank holds: checks, and writes nothing
+    nowhere = motes.Frame(0, 0.0, None)  # a frame held by another rank: checks arguments and writes nothing
     return [
         *made,
         motes.World(seed=1, progress="off").system,

@@ -1,4 +1,4 @@
-"""Frames with single particles, no MPI, no clock: the reference for replays, which know no particles."""
+"""Frames with single particles, without MPI or clock: the reference for replays, which have no particles."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ __all__ = ["play"]
 
 
 def play(balancer: Balancer, *, frames: int = 60, particles: int = 40_000, seed: int = 1) -> Run:
-    """Run a cloud that spreads and drifts, with births at a point, over four machines of unlike speed.
+    """Run a spreading, drifting cloud with births at a point, over four machines of different speeds.
 
-    In each frame, as in the engine: births go by the new cuts, old particles act where they were,
-    all move, what is outside its domain goes to its owner, loads are reported, the balancer plans.
+    As in the engine, in each frame births follow the new cuts, old particles act where they were,
+    all move, migrants go to their owners, loads are reported, and the balancer plans.
     """
     random = np.random.default_rng(seed)
     machine = np.array([8e6, 4e6, 8e6, 2e6])

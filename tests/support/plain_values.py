@@ -1,4 +1,4 @@
-"""What the tests of values share: an image, a mesh, numbers that are none, and what makes a value."""
+"""Shared by tests of values: an image, a mesh, invalid numbers, and constructors of values."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ NAN, INF = float("nan"), float("inf")
 
 
 def equal_and_immutable(one: Any, other: Any) -> None:
-    """Check two values that were made alike: equal, with equal copies, and closed to assignment."""
+    """Check that two values made in the same way are equal, have equal copies, and refuse assignment."""
     assert one is not other
     assert one == other
     assert hash(one) == hash(other)

@@ -1,4 +1,4 @@
-"""Random clumps as hypothesis draws them: systems whose particles are groups of spheres."""
+"""Random clumps drawn by hypothesis: systems whose particles are groups of spheres."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ WALLS = ("()", "(Plane((0, -1, 0), (0, 1, 0)),)", "(Box((-2, -2, -2), (2, 2, 2))
 
 
 def thousandths(low: int, high: int) -> st.SearchStrategy[float]:
-    """Draw numbers."""
+    """Draw numbers in steps of a thousandth."""
     return st.integers(low, high).map(lambda n: n / 1000)
 
 
 @st.composite
 def templates(draw: st.DrawFn) -> dict[str, list[tuple[float, ...]]]:
-    """Draw which of the systems a and b are of clumps, by name: the spheres of each."""
+    """Draw which of the systems a and b have clumps: the spheres by the system's name."""
     sphere = st.tuples(*[thousandths(-200, 200)] * 3, thousandths(50, 200))
     chosen = draw(st.sampled_from(["", "", "", "a", "b", "ab"]))
     return {name: draw(st.lists(sphere, min_size=1, max_size=3)) for name in chosen}
@@ -29,7 +29,7 @@ def templates(draw: st.DrawFn) -> dict[str, list[tuple[float, ...]]]:
 def with_clumps(draw: st.DrawFn, lines: list[str], names: dict[str, object], periodic: bool) -> list[str]:
     """Let the clumps of each of these systems meet once, each sphere with its own radius.
 
-    Where space is periodic they are small, so that they do not see farther than half a period.
+    In periodic space they are small, so they do not see farther than half a period.
     """
     for name in names:
         contact = f"{name}.apply(Contact("

@@ -1,4 +1,4 @@
-"""Random laws as hypothesis draws them: `Law` and `Interact`, of one particle and of pairs."""
+"""Random laws drawn by hypothesis: `Law` for single particles and `Interact` for pairs."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ STATE = '{"slip": 3, "n": 1, "way": 3}'
 
 
 def places(of: str, names: Sequence[str]) -> list[str]:
-    """Name attributes of one of the two."""
+    """Return expressions for the attributes of one end of a pair."""
     return [f"motes.{of}.{name}" for name in names]
 
 
@@ -30,7 +30,7 @@ def law(
     scalars: Sequence[str],
     triples: Sequence[str],
 ) -> str:
-    """Draw a law: what changes velocities, attributes, and what pairs remember."""
+    """Draw a law that changes velocities, attributes, and the state of pairs."""
     pairs = kind == "Interact"
     numbers, vectors = places("a", scalars), places("a", triples)
     remembers = pairs and draw(st.booleans())
@@ -59,7 +59,7 @@ def law(
 
 
 def readable(lines: list[str]) -> list[str]:
-    """Leave out what reads particles behind a place where they meet: that is refused."""
+    """Remove calls that read particles after an interaction in the list: they are refused."""
     met: set[str] = set()
     kept = []
     for line in lines:

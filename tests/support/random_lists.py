@@ -1,6 +1,6 @@
-"""Random scripts as hypothesis draws them: births and lists of 1 to 12 actions, as users write them.
+"""Random scripts drawn by hypothesis: births and lists of 1 to 12 actions, as users write them.
 
-The arguments of an action follow from the fields of its class: a new action is drawn without a line here.
+The arguments of an action follow from the fields of its class: a new action needs no change here.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ def repel(p):
 
 @cache
 def numbers(low: float, high: float) -> st.SearchStrategy[float]:
-    """Draw numbers that are short in decimals and, as a rule, rounded in float32."""
+    """Draw numbers with few decimals, which float32 usually rounds."""
     return st.integers(round(low * 1000), round(high * 1000)).map(lambda n: n / 1000)
 
 
@@ -77,7 +77,7 @@ SURFACES = ("Plane", "Box", "Sphere", "Disc", "Rectangle", "Triangle", "Cylinder
 @cache
 @st.composite
 def simple_shapes(draw: st.DrawFn, kinds: tuple[str, ...]) -> str:
-    """Draw a shape that is no union."""
+    """Draw a shape other than a union."""
     kind, place = draw(st.sampled_from(kinds)), draw(triples(-2, 2))
     radius = draw(numbers(0.125, 2))
     ring = f"{radius}, {radius * draw(st.sampled_from([0.0, 0.5, 1.0]))}"
@@ -102,7 +102,7 @@ def simple_shapes(draw: st.DrawFn, kinds: tuple[str, ...]) -> str:
 
 @cache
 def shapes(kinds: tuple[str, ...] = WITHOUT_SURFACE + SURFACES) -> Text:
-    """Draw any shape, unions too."""
+    """Draw any shape, including unions."""
     one = simple_shapes(kinds)
     return one | one | st.lists(one, min_size=2, max_size=4).map(lambda parts: f"Union({', '.join(parts)})")
 
@@ -112,14 +112,14 @@ def shapes(kinds: tuple[str, ...] = WITHOUT_SURFACE + SURFACES) -> Text:
 
 @cache
 def scalars() -> Text:
-    """Draw a column of one number, or what makes one of a vector."""
+    """Draw a scalar column, or a scalar computed from a vector column."""
     vector = st.sampled_from(TRIPLES)
     part = st.tuples(vector, st.sampled_from([".x", "[1]", ".z", ".length()"]))
     return st.sampled_from(SCALARS).map(column) | part.map(lambda drawn: column(drawn[0]) + drawn[1])
 
 
 def column(name: str) -> str:
-    """Name a column."""
+    """Return the expression for a column."""
     return f'column("{name}")'
 
 
@@ -142,14 +142,14 @@ THREE = ("mix", "smoothstep", "clamp")
 
 @cache
 def names() -> dict[str, Any]:
-    """Return what scripts name."""
+    """Return the names that an expression uses."""
     known: dict[str, Any] = {}
     exec(HEADER, known)
     return known
 
 
 def fits(text: str) -> bool:
-    """Tell whether an expression has no more operations than allowed, also multiplied by a vector."""
+    """Tell whether an expression has few enough operations, even if multiplied by a vector."""
     try:
         return getattr(eval(text, names()), "_size", 0) <= MOST_STEPS - 8
     except ArgumentError as error:
@@ -181,7 +181,7 @@ def expressions(leaves: Text) -> Text:
 
 @cache
 def conditions() -> Text:
-    """Draw what `where=` takes."""
+    """Draw a value for `where=`."""
     signs = st.sampled_from(["<", "<=", ">", ">=", "==", "!="])
     other = numbers(-1, 2).map(str) | scalars()
     compared = st.tuples(expressions(scalars()), signs, other).map(lambda p: f"({p[0]} {p[1]} {p[2]})")
@@ -193,7 +193,7 @@ def conditions() -> Text:
     return st.recursive(shapes() | compared, larger, max_leaves=4).filter(fits)
 
 
-# --- actions: what a field of this name takes, else what one of this type takes
+# --- actions: values by the name of a field, else by its type
 
 NAMED: dict[str, st.SearchStrategy[Any]] = {
     "acceleration": triples(-20, 20),
@@ -234,7 +234,7 @@ def ties() -> Text:
     return st.tuples(pairs, numbers(0, 1), pinned).map(lambda p: f"motes.Ties({p[0]}, {p[1]}, pinned={p[2]})")
 
 
-BETWEEN: dict[str, st.SearchStrategy[Any]] = {  # the same of actions between particles
+BETWEEN: dict[str, st.SearchStrategy[Any]] = {  # values for actions between particles
     "magnitude": numbers(0, 4),
     "max_radius": st.just(0.0) | numbers(0.001, 0.5),
     "radius": numbers(0.001, 0.25),
@@ -243,7 +243,7 @@ BETWEEN: dict[str, st.SearchStrategy[Any]] = {  # the same of actions between pa
     "stiffness": numbers(1, 1000),
     "rest_density": numbers(1, 1000),
     "clear": numbers(0, 1),
-    "other": st.just("$"),  # the system of the two whose list it is not
+    "other": st.just("$"),  # the other of the two systems
     "far": st.sampled_from(["'exact'", "'cells'"]),
     "ties": ties(),
     "damping": numbers(0, 3),
@@ -276,9 +276,9 @@ KINDS: dict[str, type[actions.Action]] = {
 
 @cache
 def field(kind: str, name: str, annotation: str) -> st.SearchStrategy[Any]:
-    """Draw what a field of an action takes."""
+    """Draw a value for a field of an action."""
     annotation = annotation.replace("Vector", "ArrayLike").replace("Number", "float")
-    annotation = annotation.replace("'", '"')  # as some versions of Python write them
+    annotation = annotation.replace("'", '"')  # some versions of Python use the other quotes
     if kind in actions.between.__all__ and name in BETWEEN:
         return BETWEEN[name]
     if name == "ramp":
@@ -310,7 +310,7 @@ def sets(draw: st.DrawFn, where: Text) -> str:
 @cache
 @st.composite
 def one_action(draw: st.DrawFn, meets: bool) -> str:
-    """Draw an action, in two of three cases without a condition; one in three between particles, or none."""
+    """Draw an action: two in three have no condition; one in three or none is between particles."""
     alone = st.sampled_from(sorted(KINDS.keys() - BETWEEN_KINDS))
     kind = draw(alone | alone | st.sampled_from(BETWEEN_KINDS) if meets else alone)
     where = st.just("None") | st.just("None") | conditions()
@@ -337,7 +337,7 @@ def one_action(draw: st.DrawFn, meets: bool) -> str:
 @cache
 @st.composite
 def distribution(draw: st.DrawFn, width: int, low: float, high: float) -> str:
-    """Draw what `configure` takes for an attribute of 1 or 3 numbers."""
+    """Draw a value that `configure` takes for an attribute of 1 or 3 numbers."""
     one = numbers(low, high) if width == 1 else triples(low, high)
     first, second = draw(one), draw(one)
     kind = draw(st.sampled_from(["value", "Uniform", "Normal", "shape"]))
@@ -442,7 +442,9 @@ def calls(draw: st.DrawFn, meets: bool) -> list[str]:
     others = (*OTHERS, "@.pairs(repel, 0.25)") if meets else OTHERS
     lines = draw(st.lists(one_action(meets).map(lambda text: f"@.apply({text})"), min_size=1, max_size=12))
     ties = [line for line in lines if "Tie(" in line]
-    if any("break_at=" in tie and "np.inf" not in tie for tie in ties):  # what can tear shares no particles
+    if any(
+        "break_at=" in tie and "np.inf" not in tie for tie in ties
+    ):  # ties that can tear must not share particles
         lines = [line for line in lines if line not in ties[1:]]
     extras = draw(st.lists(births() | spawns() | st.sampled_from(others), max_size=5))
     for extra in extras:
@@ -453,7 +455,7 @@ def calls(draw: st.DrawFn, meets: bool) -> list[str]:
 
 
 def called(line: str, name: str) -> str:
-    """Fill in the system whose list it is, and the other one."""
+    """Fill in the names of the list's system and of the other one."""
     return line.replace("@", name).replace("$", "b" if name == "a" else "a")
 
 
@@ -461,7 +463,7 @@ def called(line: str, name: str) -> str:
 def script(draw: st.DrawFn) -> str:
     """Draw a script of two systems, with a list for even and one for odd frames.
 
-    `note` takes what identifies the frame: the particles' digest and the picture.
+    `note` is called with the particles' digest and the picture of each frame.
     """
     axes = st.sampled_from(["x", "y", "z", "xy", "zx", "yz", "xyz", None, "hilbert", "morton"])
     space = st.sampled_from(["None", "'fit'", *(rooms := ["(-2, 2)", "(0.5, 0.75)"])])

@@ -1,4 +1,4 @@
-"""Random pictures as hypothesis draws them: systems of every kind, size and blend in one scene."""
+"""Random pictures drawn by hypothesis: systems of every kind, size and blend in one scene."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def sprite(draw: st.DrawFn) -> str:
 def renderer(draw: st.DrawFn) -> list[str]:
     """Draw the lines that make a renderer."""
     width, height = draw(st.integers(1, 200)), draw(st.integers(1, 150))
-    if draw(st.integers(0, 7)) == 0:  # light that spreads is averaged from 500 pixels on
+    if draw(st.integers(0, 7)) == 0:  # bloom averages pixels from 500 pixels on
         width, height = min(width, 24), 640
     facts = [f"path={draw(st.sampled_from(PATHS))!r}", f"exposure={draw(numbers(0.25, 2))}"]
     optional = {
@@ -131,7 +131,7 @@ def picture_script(draw: st.DrawFn) -> str:
         }
         body.append(f"{name}.configure({', '.join(f'{key}={value}' for key, value in states.items())})")
         body.append(f"{name}.burst(Sphere((0, 0, 0), 2), count={draw(st.sampled_from([1, 60, 600]))})")
-        if draw(st.integers(0, 7)) == 0:  # a sum of light has room for some 4000
+        if draw(st.integers(0, 7)) == 0:  # the sum of light is limited to some 4000
             body.append(f"{name}.burst((0.1, 0.2, 0), count=3000)")
         body.append(f"{name}.move()")
     if draw(st.booleans()):

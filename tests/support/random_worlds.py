@@ -1,4 +1,4 @@
-"""Random worlds: balancers, and periodic space, where particles may not see farther than half a period."""
+"""Random worlds: balancers, and periodic space, where reach is limited to half a period."""
 
 from __future__ import annotations
 
@@ -31,16 +31,16 @@ FAR = re.compile(
 
 
 def allowed(periods: str, lines: list[str]) -> list[str]:
-    """Leave out what is refused, or may see too far when particles have grown."""
+    """Remove calls that are refused, or whose reach may become too large when particles grow."""
     kept = [line for line in lines if not periods or not FAR.search(line)]
     return kept or ["a.move()"]
 
 
 @cache
 def balancers(*, rows: bool) -> list[str]:
-    """Name every balancer that needs no argument, with options that make it balance as often as possible.
+    """Return every balancer that needs no argument, with options that make it balance as often as possible.
 
-    `rows`: whether domains stand in rows, as some balancers need them.
+    `rows`: whether domains form rows, as some balancers require.
     """
     calls = ["None"]
     eager = {"threshold": 0.001, "min_particles": 1}

@@ -1,4 +1,4 @@
-"""The scene with everything in it on any ranks, and whether its frames are those of one rank."""
+"""Runs a scene with all features on any ranks, and compares its frames with those on one rank."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ EVERYTHING = Path(__file__).parents[1] / "scenes" / "everything.py"
 
 @cache
 def alone(variants: str) -> dict[tuple[int, int], list[str]]:
-    """Frames of the scene on one rank, by variant and frame."""
+    """Return the frames of the scene on one rank, by variant and frame."""
     return table(on_ranks(1, EVERYTHING, variants).lines)
 
 
@@ -27,13 +27,13 @@ def table(lines: list[str]) -> dict[tuple[int, int], list[str]]:
 
 
 def expected() -> list[list[str]]:
-    """The frames that every variant must show."""
+    """Return the frames that every variant must show."""
     frames = alone(json.dumps([{"roles": "auto", "space": None}]))
     return [frames[0, frame] for frame in range(len(frames))]
 
 
 def roles(size: int) -> list[Any]:
-    """Ordinary and unusual roles for a number of ranks: [manager, image generator, calculators]."""
+    """Return ordinary and unusual roles for a number of ranks: [manager, image generator, calculators]."""
     ranks = list(range(size))
     wishes: list[Any] = ["auto", "shared", [size - 1, size // 2, ranks[::-1]]]
     if size > 2:
@@ -42,7 +42,7 @@ def roles(size: int) -> list[Any]:
 
 
 def assert_same(size: int, variants: list[dict[str, Any]], env: dict[str, str] | None = None) -> None:
-    """Play variants on this many ranks, and compare."""
+    """Run variants on this many ranks, and compare."""
     lines = on_ranks(size, EVERYTHING, json.dumps(variants), timeout=200, env=env).lines
     assert_equal(table(lines), variants)
 
@@ -56,7 +56,7 @@ def assert_equal(frames: dict[tuple[int, int], list[str]], variants: list[dict[s
 
 
 def widths() -> list[str]:
-    """Names of the instruction sets that this processor has."""
+    """Return the names of the instruction sets that this processor has."""
     flags = Path("/proc/cpuinfo").read_text().split() if Path("/proc/cpuinfo").exists() else []
     needs = {"sse2": [], "avx2": ["avx2"], "avx512": ["avx512f", "avx512dq", "avx512vl", "avx512bw"]}
     return [name for name, wanted in needs.items() if all(flag in flags for flag in wanted)]

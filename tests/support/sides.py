@@ -1,4 +1,4 @@
-"""On which side of a shape's surface places are: in float64, from its numbers, without the engine."""
+"""Tells on which side of a surface points are: in float64, from a shape's numbers, without the engine."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ Distance = Callable[[Floats], Floats]
 
 
 def rounding(position: Floats) -> Floats:
-    """Return four units in the last place of each place's largest coordinate, m."""
+    """Return four units in the last place of each point's largest coordinate, m."""
     return 4 * np.spacing(np.abs(position).max(axis=1).astype(np.float32)).astype(np.float64)
 
 
 @dataclass(frozen=True)
 class Wall:
-    """A closed surface or an infinite one: `height` is above 0 outside, and in metres near it."""
+    """A closed or infinite surface. `height` is positive outside; near the surface it is the distance, m."""
 
     height: Distance
-    one_sided: bool = False  # only what is outside stays there
+    one_sided: bool = False  # only particles outside must stay on their side
 
     def crossed(self, start: Floats, end: Floats) -> NDArray[np.bool_]:
-        """Tell who clearly was on one side and clearly is on the other."""
+        """Tell which points were clearly on one side and are now clearly on the other."""
         before, after = self.height(start), self.height(end)
         out = (before > rounding(start)) & (after < -rounding(end))
         if self.one_sided:
@@ -39,21 +39,21 @@ class Wall:
 
 @dataclass(frozen=True)
 class Sheet:
-    """A surface with edges: `inward` is how far a place is from the nearest of them, m."""
+    """A surface with edges; `inward` is a point's distance from the nearest edge, m."""
 
     height: Distance
     inward: Distance
     flat: bool
 
     def crossed(self, start: Floats, end: Floats, way: Floats) -> NDArray[np.bool_]:
-        """Tell who passed through it, having gone `way` metres at most."""
+        """Tell which points passed through it, having moved at most `way` metres."""
         before, after = self.height(start), self.height(end)
         sides = (before * after < 0) & (np.abs(before) > rounding(start)) & (np.abs(after) > rounding(end))
         margin = np.minimum(self.inward(start), self.inward(end))
         return sides & (margin > way + rounding(start) + rounding(end))
 
     def pierced(self, start: Floats, end: Floats) -> NDArray[np.bool_]:
-        """Tell whose straight way from one place to the other leads through a flat one."""
+        """Tell which straight paths between two points pass through a flat sheet."""
         before, after = self.height(start), self.height(end)
         sides = (before * after < 0) & (np.abs(before) > rounding(start)) & (np.abs(after) > rounding(end))
         part = np.where(sides, before / np.where(sides, before - after, 1), 0)[:, None]
@@ -61,7 +61,7 @@ class Sheet:
 
 
 def singles(value: object) -> Floats:
-    """Round to what the engine keeps."""
+    """Round to float32, as the engine stores it."""
     return np.asarray(value, np.float32).astype(np.float64)
 
 
@@ -71,7 +71,7 @@ def plane_height(point: Floats, normal: Floats) -> Distance:
 
 
 def round_parts(shape: shapes.Cylinder | shapes.Cone) -> tuple[Distance, Distance, Distance | None]:
-    """Return the heights above the ends, above the outer wall, and above the bore's."""
+    """Return the heights above the ends, above the outer wall, and above the bore."""
     cone = isinstance(shape, shapes.Cone)
     start, end = singles(shape.apex if cone else shape.p0), singles(shape.base if cone else shape.p1)
     length = np.linalg.norm(end - start)
@@ -136,10 +136,10 @@ def disc_inward(shape: shapes.Disc) -> Distance:
 
 
 def walls_of(shape: shapes.Shape) -> list[Wall | Sheet]:
-    """Return what particles must not pass."""
+    """Return the surfaces that particles must not pass."""
     if isinstance(shape, shapes.Union):
         walls = [wall for part in shape.shapes for wall in walls_of(part)]
-        # Off one part, a particle may go round the edge of another.
+        # After a bounce off one part, a particle may pass around the edge of another.
         return [replace(wall, flat=False) if isinstance(wall, Sheet) else wall for wall in walls]
     if isinstance(shape, shapes.Plane):
         return [Wall(plane_height(singles(shape.point), singles(shape.normal)), one_sided=True)]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 __all__ = ["SCENE"]
 
-# Arguments: clumps (0 or 1), particles of each system, folder of checkpoints. KILL: the frame to die in.
+# Arguments: clumps (0 or 1), particles per system, folder of checkpoints. KILL: the frame to die in.
 SCENE = """
 import os, sys
 import numpy as np

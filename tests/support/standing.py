@@ -1,10 +1,10 @@
-"""Standing jobs: ranks that are started once and then run one script after another, each as its own body.
+"""Standing jobs: ranks that are started once and then run one script (a body) after another.
 
-`on_ranks(3, SCRIPT, *arguments)` takes what `launching.mpirun` takes and gives the same `Result`, for a small
-part of its cost. A job of its own is for what is about starting, ending, dying, signals and launchers.
+`on_ranks(3, SCRIPT, *arguments)` takes the arguments of `launching.mpirun` and returns the same `Result` at a
+fraction of the cost. Tests of starting, ending, dying, signals and launchers need separate jobs.
 
 A body runs on the first ranks of a job of 5 or 9, in `tests/scenes/standing_rank.py`. The others sleep. A job
-is replaced where a body kills it, hangs, or leaves behind what cannot be undone.
+is replaced if a body kills it, hangs, or makes changes that cannot be undone.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from launching import POLL_S, Hang, Result, kill_session, launches, mpirun, pyth
 __all__ = ["COMMAND_LINE", "alike", "end", "on_ranks"]
 
 COMMAND_LINE = "import sys; from motes.cli import main; sys.exit(main())"
-"""The script that is `python -m motes`, with these arguments."""
+"""A script equivalent to `python -m motes`, with these arguments."""
 
 SIZES = (5, 9)
 READ_ONCE = ("GLIBC_", "LD_", "MOTES_SIMD", "OMPI_", "PYTHON")
@@ -50,8 +50,8 @@ def on_ranks(
 ) -> Result:
     """Run a script (a path, or its text) on `n` ranks of a standing job; `watch(pid)` is called meanwhile.
 
-    Where `env` sets variables that a process reads only once, it has a job of its own. Raises Hang, with all
-    that was printed, where it does not end within `timeout` seconds.
+    If `env` sets variables that a process reads only once, the script gets a separate job. Raises Hang, with
+    everything printed, if it does not end within `timeout` seconds.
     """
     if any(name.startswith(READ_ONCE) for name in env or {}):
         return mpirun(n, script, *arguments, timeout=timeout, env=env, watch=watch)
@@ -72,9 +72,9 @@ def on_ranks(
 
 
 def assert_goes_on(script: str, place: Path) -> None:
-    """Check that two ranks print the digests of one, behind the checkpoint of one that died in frame 5.
+    """Check that two ranks continue from the checkpoint of one that died in frame 5, with the same digests.
 
-    The script keeps its checkpoints in its first argument, one every two frames: the first is whole when the
+    The script writes checkpoints to its first argument, one every two frames: the first is complete when the
     second begins. It dies with code 9 in frame KILL.
     """
     whole = on_ranks(1, script, place / "whole").lines
@@ -149,7 +149,7 @@ class _Job:
         self._links[int.from_bytes(link.recv(4), "little")] = link
 
     def lives(self) -> bool:
-        """Tell whether it still runs."""
+        """Tell whether the job still runs."""
         if self._process.poll() is None:
             return True
         self.kill()
@@ -202,7 +202,7 @@ class _Job:
             told = [*told, *self._own]
         else:
             code = next((answer["code"] for answer in answers if answer["code"] != 0), 0)
-            self._round += code != 0  # messages may be left that nobody has received
+            self._round += code != 0  # some messages may not have been received
             left = sorted({text for answer in answers for text in answer["left"]})
             if left:
                 self.usable = False
@@ -221,7 +221,7 @@ class _Job:
     def _answers(
         self, order: dict[str, Any], limit: float, watch: Callable[[int], None] | None
     ) -> tuple[list[dict[str, Any]], bool]:
-        """Send an order; return the answers, and whether there can be no more: all came, or the job ended."""
+        """Send an order; return the answers, and whether they are final: all are here, or the job ended."""
         answers: list[dict[str, Any]] = []
         with selectors.DefaultSelector() as waiting:
             for rank in range(order["ranks"]):
@@ -237,7 +237,7 @@ class _Job:
                 for key, _ in waiting.select(left_s if watch is None else POLL_S):
                     line = key.data.readline()
                     waiting.unregister(key.fileobj)
-                    if not line:  # the rank has died; `motes run` ends the others and says why
+                    if not line:  # the rank has died; `motes run` ends the others and reports why
                         return answers, self._has_ended(limit)
                     answers.append(json.loads(line))
                     if answers[-1]["code"] != 0:
@@ -260,7 +260,7 @@ class _Job:
         self.kill()
 
     def kill(self) -> None:
-        """End what is left of it."""
+        """Kill the remaining processes."""
         kill_session(self._process.pid)
         self._process.wait()
         for link in self._links.values():
@@ -269,10 +269,10 @@ class _Job:
 
 
 def _send(link: socket.socket, order: dict[str, Any]) -> None:
-    with contextlib.suppress(OSError):  # the rank has died: reading tells
+    with contextlib.suppress(OSError):  # the rank has died: reading will show it
         link.sendall(json.dumps(order).encode() + b"\n")
 
 
 _jobs: dict[int, _Job] = {}
 _lock = threading.Lock()
-atexit.register(end)  # where no session of pytest does it
+atexit.register(end)  # if no session of pytest does it

@@ -47,4 +47,4 @@ BAD = {
         "two runs of it differ",
     ),
 }
-"""By what is wrong: the file, and what the grade says of it."""
+"""For each kind of error: the file, and a part of the grade's message."""

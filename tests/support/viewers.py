@@ -1,4 +1,4 @@
-"""Viewers for tests: programs that speak with a live run as its page does."""
+"""Viewers for tests: clients that communicate with a live run as its page does."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ START_S = 40
 
 
 def address(url: str) -> str:
-    """Return the socket's address that belongs to a page's."""
+    """Return the address of a page's socket."""
     parts = urlsplit(url)
     return f"ws://{parts.netloc}/live?{parts.query}"
 
 
 async def url_of(folder: Path) -> str:
-    """Wait until the run says where it is."""
+    """Wait until the run prints its address."""
     limit = time.monotonic() + START_S
     while not (folder / "url").exists():
         assert time.monotonic() < limit, "the run does not say where it is"
@@ -39,7 +39,7 @@ async def url_of(folder: Path) -> str:
 
 
 class Client:
-    """A viewer that keeps what it gets, and acknowledges pictures."""
+    """A viewer that stores all messages, and acknowledges pictures."""
 
     def __init__(self, socket: Any) -> None:
         self.socket = socket
@@ -69,7 +69,7 @@ class Client:
         await self.socket.send(json.dumps(order))
 
     async def until(self, true: Callable[[], bool], seconds: float = 20) -> None:
-        """Wait until something is true of what has come."""
+        """Wait until a condition on the received messages is true."""
         async with self._news:
             try:
                 await asyncio.wait_for(self._news.wait_for(true), seconds)
@@ -83,7 +83,7 @@ class Client:
                     self._take(message)
                     self._news.notify_all()
                 if isinstance(message, bytes) and self.acknowledges:
-                    # Closed: there may be more to read.
+                    # Closed, but there may be more to read.
                     with contextlib.suppress(websockets.exceptions.ConnectionClosed):
                         await self.say(ack=self.pictures[-1][0])
         async with self._news:
@@ -105,7 +105,7 @@ class Client:
 
 
 class Beside:
-    """Runs viewers in a thread while a job runs, and raises what they raise."""
+    """Runs viewers in a thread while a job runs, and re-raises their errors."""
 
     def __init__(self, play: Callable[[], Awaitable[None]]) -> None:
         self._failure: BaseException | None = None
@@ -119,7 +119,7 @@ class Beside:
             self._failure = error
 
     def check(self, _: int) -> None:
-        """End the job, whose `watch` this is, if they have failed."""
+        """End the job if the viewers have failed; the job calls this as its `watch`."""
         if self._failure is not None:
             raise self._failure
 

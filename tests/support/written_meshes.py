@@ -1,4 +1,4 @@
-"""Files of meshes as programs write them, made as bytes: .obj, .ply, .stl, .glb."""
+"""Mesh files as other programs write them, as bytes: .obj, .ply, .stl, .glb."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Faces = Sequence[Sequence[int]]
 
 
 def _solid(outline: Sequence[tuple[float, float]]) -> tuple[NDArray[np.float64], Faces]:
-    """Raise an outline in the xz plane, seen from above, by 1 m: two large faces and a quad per edge."""
+    """Extrude an outline in the xz plane, seen from above, by 1 m: two large faces and a quad per edge."""
     n = len(outline)
     points = np.array([(x, y, -z) for y in (0, 1) for x, z in outline], np.float64)
     sides = [(k, (k + 1) % n, (k + 1) % n + n, k + n) for k in range(n)]
@@ -28,7 +28,7 @@ def _solid(outline: Sequence[tuple[float, float]]) -> tuple[NDArray[np.float64],
 
 
 SOLID_L = _solid([(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)])
-"""Two large faces are concave: 3 m2 each, 8 m2 around them, 3 m3."""
+"""An L: two concave faces of 3 m2 each, 8 m2 around them, 3 m3."""
 
 
 def obj(points: Any, faces: Faces, *, relative: bool = False) -> bytes:
@@ -40,7 +40,7 @@ def obj(points: Any, faces: Faces, *, relative: bool = False) -> bytes:
 def ply(
     points: Any, faces: Faces, order: str = "ascii", *, kinds: str = "float", name: str = "indices"
 ) -> bytes:
-    """With an element that no reader needs in front, and a property behind each list."""
+    """Return a .ply file with an unused element at the start, and a property after each list."""
     head = ["ply", f"format {order} 1.0", "comment made", "element camera 1", "property uchar kind"]
     head += ["property list uchar short sizes", f"element vertex {len(points)}"]
     head += [f"property {kinds} {axis}" for axis in "xyz"]

@@ -21,13 +21,13 @@ BALL = shapes.Sphere((0, 0, 0), 1)
 
 
 def world_of(**arguments: Any) -> motes.World:
-    """Make a world that shows nothing."""
+    """Make a world without progress output."""
     return motes.World(**{"seed": 1, "progress": "off", **arguments})
 
 
 @pytest.fixture(scope="module")
 def system():
-    """Give a system of a world that runs; its calls are recorded, never run."""
+    """Return a system of an open world; its calls are recorded, never run."""
     world = world_of()
     made = world.system("a", attributes={"heat": 0.0, "wind": (0, 0, 0)})
     with world:
@@ -283,7 +283,7 @@ def test_an_error_carries_its_parts():
         shapes.Sphere((0, 0, 0), -2)
     assert isinstance(caught.value, ValueError)
     assert (caught.value.argument, caught.value.value) == ("radius", -2)
-    with pytest.raises(ArgumentError) as caught:  # an error of the engine's
+    with pytest.raises(ArgumentError) as caught:  # raised by the engine
         shapes.Sphere((0, 0, 0), 1, 2)
     assert caught.value.argument == "inner_radius"
 
@@ -300,7 +300,7 @@ def test_what_numpy_makes_of_it_is_taken(system):
 
 @pytest.mark.parametrize("seed", range(4))
 def test_ordinary_scripts_give_finite_particles(seed):
-    """Random calls with numbers of ordinary size run, and nothing becomes infinite."""
+    """Random calls with numbers of ordinary size run, and all particles stay finite."""
     dice = random.Random(seed)
 
     def vector(scale: float = 5) -> tuple[float, float, float]:

@@ -15,7 +15,7 @@ import motes
 from motes import Curve
 from motes.errors import ArgumentError
 
-ORANGE = (1.0, 0.246201, 0.0)  # of "#ff8800"
+ORANGE = (1.0, 0.246201, 0.0)  # "#ff8800" in linear light
 
 
 def light(encoded: float) -> float:
@@ -95,7 +95,7 @@ def test_a_spline_does_not_halt_at_keys_on_its_way():
         return (curve(t + 1e-6) - curve(t - 1e-6)) / 2e-6
 
     assert slope(smooth, 2) == pytest.approx(0, abs=1e-4)
-    assert slope(spline, 2) == pytest.approx(1.5, abs=1e-4)  # the mean of both sides
+    assert slope(spline, 2) == pytest.approx(1.5, abs=1e-4)  # the mean slope of both sides
     assert slope(spline, 1 - 1e-5) == pytest.approx(slope(spline, 1 + 1e-5), abs=1e-3)
     assert slope(spline, 0) == pytest.approx(0, abs=1e-4) == slope(spline, 3)
 

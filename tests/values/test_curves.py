@@ -1,4 +1,4 @@
-"""Key frames: values, integrals, births by the integral of the rate, and where a curve may stand."""
+"""Key frames: values, integrals, births by the integral of the rate, and where curves are accepted."""
 
 from __future__ import annotations
 
@@ -169,7 +169,7 @@ def test_a_constant_curve_emits_as_the_constant():
 
 
 def test_copies_of_births_are_made_again_from_their_history():
-    """The *_b attributes of a rate that changes are those of births, however late they are asked for."""
+    """With a changing rate, *_b attributes hold the birth values, however late they are requested."""
     found = []
     for early in (True, False):
         world = motes.World(seed=3, substeps=2, progress="off")
@@ -188,7 +188,7 @@ def test_copies_of_births_are_made_again_from_their_history():
     np.testing.assert_array_equal(found[0], found[1])
 
 
-# --- wherever a number or a vector may stand
+# --- curves in place of numbers and vectors
 
 
 def test_actions_get_the_value_at_the_frames_start():
@@ -277,7 +277,7 @@ def test_cameras_renderers_and_lights_move():
     assert moving == pictures(False)
 
 
-# --- emission along the way of a shape
+# --- emission along a shape's path
 
 
 def trail(frames: int, speed: float, substeps: int = 1, **options: Any) -> motes.Particles:
@@ -298,9 +298,9 @@ def test_a_moving_source_leaves_no_gaps(substeps: int):
     p = trail(4, speed=20, substeps=substeps, jitter=True)
     assert len(p) == 8000
     counts, _ = np.histogram(p.position[:, 0], np.linspace(0, 40, 41))
-    assert counts.min() > 150 and counts.max() < 250  # 200 per metre
+    assert counts.min() > 150 and counts.max() < 250  # expected: 200 per metre
     assert np.abs(p.position[:, 1:]).max() <= 0.5
-    # Who was born early in a frame is older, and farther back.
+    # Particles born early in a frame are older and farther back.
     frame = p.id // 2000
     wanted = 20 * (2 - p.age)
     assert np.abs(p.position[:, 0] - wanted).max() < 0.51
@@ -338,7 +338,7 @@ def test_a_shape_that_grows_fills_what_it_crosses():
         s.source(Sphere((0, 0, 0), 3, 3), rate=48000, moving_from=Sphere((0, 0, 0), 1, 1))
         world.step()
         r = np.linalg.norm(s.gather().position, axis=1)
-    assert np.histogram(r, np.linspace(1, 3, 9))[0].min() > 200  # 250 each
+    assert np.histogram(r, np.linspace(1, 3, 9))[0].min() > 200  # expected: 250 each
     assert r.min() > 0.99 and r.max() < 3.01
 
 

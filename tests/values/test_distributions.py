@@ -1,4 +1,4 @@
-"""Distributions of numbers where a vector stands: one draw for all of its components."""
+"""Distributions of numbers in place of a vector: one draw for all components."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One table of environment variables: what reads them, what the documents and `doctor` say."""
+"""The table of environment variables agrees with the code that reads them, the docs and `doctor`."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Expressions: every operation against NumPy, NumPy's own names, the time, and what is refused.
 
-Random trees are checked node by node: what the engine gives for a node must be what NumPy makes of what the
-engine gave for its operands. So errors do not add up, and jumps (floor, %, step) are no problem.
+Random trees are checked node by node: the engine's result for a node must equal NumPy's for the same
+operands, as the engine computed them. So errors do not add up, and jumps (floor, %, step) are no problem.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from motes.expressions._expression import as_expression
 from motes.shapes import Sphere
 
 Array = np.ndarray
-NOTHING = np.float32(-4321.5)  # what an attribute keeps where the result is not finite
+NOTHING = np.float32(-4321.5)  # kept by an attribute where the result is not finite
 COUNT = 200
 
 
@@ -45,7 +45,7 @@ STATE = particles()
 
 
 def computed(values: list[ex.Expression], widths: list[int], **world: Any) -> list[Array]:
-    """Let the engine compute expressions; NOTHING stands for what is not finite."""
+    """Evaluate expressions in the engine; NOTHING stands for results that are not finite."""
     keep: dict[str, Any] = {f"v{i}": (NOTHING,) * w if w > 1 else NOTHING for i, w in enumerate(widths)}
     run = motes.World(seed=1, progress="off", **world)
     system = run.system("all", attributes={"heat": 0.0, "whole": 0.0, **keep})
@@ -62,13 +62,13 @@ def one(value: Any, width: int = 1) -> Array:
     return computed([value], [width])[0]
 
 
-# --- each operation on float32 values: what NumPy says, and by how many ulp the engine may differ
+# --- each operation on float32 values: NumPy's result, and the allowed difference in ulp
 
 f32, f64 = np.float32, np.float64
 
 
 def wide(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compute in float64."""
+    """Make a function that computes in float64."""
     return lambda *values: function(*(np.asarray(v, f64) for v in values))
 
 
@@ -130,10 +130,10 @@ TRIPLES = {"position": column("position"), "velocity": column("velocity")}
 
 
 class Node:
-    """An operation, its operands, and whether it makes a vector."""
+    """An operation, its operands, and whether its result is a vector."""
 
     def __init__(self, name: str, parts: tuple[Node, ...] = (), number: float = 0.0) -> None:
-        """Make the expression from those of the operands."""
+        """Build the expression from those of the operands."""
         self.name, self.parts, self.number = name, parts, number
         if name in RULES:
             self.value = RULES[name][1](*(part.value for part in parts))
@@ -143,7 +143,7 @@ class Node:
         self.vector = name in TRIPLES or (name in ("cross", "normalize") if name in VECTORS else inner)
 
     def leaf(self) -> Array:
-        """Return its value where it is no operation: (n, 1) or (n, 3)."""
+        """Return the values of a number or column, of shape (n, 1) or (n, 3)."""
         if self.name == "number":
             return np.full((COUNT, 1), self.number, f32)
         array = STATE["position"][:, 0] if self.name == "x" else STATE[self.name]
@@ -174,7 +174,7 @@ def trees() -> st.SearchStrategy[Node]:
 
 
 def check(node: Node, found: dict[int, Array]) -> None:
-    """Compare a node with what NumPy makes of its operands."""
+    """Compare a node's result with NumPy's for the same operands."""
     operands = [found[id(part)] if part.parts else part.leaf() for part in node.parts]
     known = np.ones((COUNT, 1), bool)
     for operand in operands:
@@ -185,11 +185,11 @@ def check(node: Node, found: dict[int, Array]) -> None:
         wanted = np.asarray(exact, f32)
         finite = np.isfinite(wanted)
         near = np.abs(ours.astype(f64) - exact) <= RULES[node.name][3] * ulp(exact)
-        if node.name in TURNS:  # the reduction of large angles
+        if node.name in TURNS:  # large angles are reduced with errors
             near |= (np.abs(operands[0]) > 1e6) & (np.abs(ours - exact) < 3e-7)
             near |= np.abs(operands[0]) > 1e9
     right = np.where(finite, near | (ours == wanted), ours == NOTHING)
-    right |= np.abs(exact) > 3.4e38  # rounds to the largest number or to infinity
+    right |= np.abs(exact) > 3.4e38  # rounds to the largest float32 or to infinity
     wrong = np.argwhere(~right & known)
     if len(wrong):
         i, c = wrong[0]

@@ -1,4 +1,4 @@
-"""Files of meshes: each feature gives the right area, volume and bounds, or is refused by name."""
+"""Mesh files: each feature yields the right area, volume and bounds, or is refused by name."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ STRIPS = (
 
 
 def three_cubes(*, relative: bool) -> bytes:
-    """Faces follow the vertices of their part, as programs append them."""
+    """Return three cubes, each with its faces after its vertices, as programs append them."""
     if relative:
         return b"\n".join(obj(CUBE + (3 * k, 0, 0), QUADS, relative=True) for k in range(3))
     rows = [(CUBE + (3 * k, 0, 0), [[i + 8 * k for i in quad] for quad in QUADS]) for k in range(3)]
@@ -109,7 +109,7 @@ TEXTS: dict[str, tuple[str, bytes, Wanted]] = {
 
 
 def glb(**feature: Any) -> bytes:
-    """A cube whose vertices and indices are stored by `feature`; the rest stands beside the accessors."""
+    """Return a cube as .glb; `feature` tells how vertices and indices are stored, and adds top-level entries."""
     file = Glb()
     given = dict(feature)
     points = file.array(given.pop("points", CUBE), given.pop("kind", "f4"), **given.pop("stored", {}))
@@ -120,7 +120,7 @@ def glb(**feature: Any) -> bytes:
 
 
 def square(mode: int, order: tuple[int, ...]) -> Any:
-    """Add a square of 1 m2 beside the cube, as a fan or a strip."""
+    """Add a square of 1 m2 beside the cube, as a triangle fan or strip."""
 
     def made(file: Glb, _: Any) -> list[Any]:
         points = file.array([(5, 0, 0), (6, 0, 0), (6, 1, 0), (5, 1, 0)])
@@ -160,7 +160,7 @@ def skin(file: Glb, primitive: Any) -> list[Any]:
 
 
 def uncompressed(name: str) -> Any:
-    """Mark the primitive as compressed, beside the same without compression."""
+    """Add a compression extension to the primitive, which also has uncompressed data."""
 
     def made(file: Glb, primitive: Any) -> list[Any]:
         primitive["extensions"] = {name: {"bufferView": file.view(bytes(40)), "attributes": {"POSITION": 0}}}
@@ -170,7 +170,7 @@ def uncompressed(name: str) -> Any:
 
 
 def meshopt(file: Glb, primitive: Any) -> list[Any]:
-    """Compress the positions; what stands for them has no bytes."""
+    """Move the positions to a buffer without bytes, like the fallback of compressed data."""
     view = file.views[file.accessors[primitive["attributes"]["POSITION"]]["bufferView"]]
     view.update(buffer=1, byteOffset=0)
     return []
@@ -308,7 +308,7 @@ def check(path: Path, content: bytes, wanted: Wanted) -> None:
         np.testing.assert_allclose(
             [mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)], [low, high], atol=1e-4
         )
-    if volume is not None:  # which only a closed surface has, whose triangles face the same side
+    if volume is not None:  # given only for closed surfaces with consistent winding
         assert motes.Mesh.load(path, solid=True, resolution=16).measure == pytest.approx(volume, rel=1e-4)
 
 
@@ -338,7 +338,7 @@ def test_numbers_that_are_not_finite_name_the_file(tmp_path):
 
 
 def test_random_polygons_are_covered_once():
-    """Random points in a triangulation lie in one triangle where the polygon has them, elsewhere in none."""
+    """A random point lies in one triangle if the polygon contains it, otherwise in none."""
     dice = np.random.default_rng(3)
     for _ in range(60):
         n = int(dice.integers(4, 40))

@@ -1,4 +1,4 @@
-"""Meshes as shapes: what they hold, samples, bounces, places, and the same bits on any ranks."""
+"""Meshes as shapes: what they contain, samples, bounces, placement, and the same bits on any ranks."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ pytestmark = pytest.mark.usefixtures("children_import_tests")
 SCENE = Path(__file__).parents[1] / "scenes" / "on_meshes.py"
 BALL = motes.Mesh(*globe())
 RING = motes.Mesh(*torus(), resolution=64)
-# --- what it holds, its measure, samples
+# --- containment, measure, samples
 
 
 def test_unions_conditions_and_births_take_meshes():
@@ -111,7 +111,7 @@ def test_a_mesh_that_moves_gives_particles_its_velocity():
         system.move()
         world.step()
         p = system.gather()
-    # At 5 m/s the top, first at 0.1, needs half of the step; the particle leaves it at 5 + 0.5 * 5 m/s.
+    # The top starts at 0.1 and moves at 5 m/s: it hits after half the step; the rebound is 5 + 0.5 * 5 m/s.
     np.testing.assert_allclose(p.velocity, [(0, 7.5, 0), (0, 0, 0)], atol=1e-3)
     np.testing.assert_allclose(p.position[0], (0.05, 0.35 + 7.5 * 0.05, 0.02), atol=2e-3)
 
@@ -133,12 +133,12 @@ def test_a_mesh_that_turns_pushes_by_the_velocity_of_the_place_that_hits():
 
 
 def test_a_mesh_that_turns_meets_who_is_on_its_way_alone_or_beside_others():
-    """The way is an arc, beyond the boxes around where it begins and where it ends."""
+    """The mesh moves along an arc that leaves the bounding boxes of its start and end."""
     far = motes.Mesh(*block((9.5, -0.3, -0.5), (10.5, 0.3, 0.5)))
     before = far.at(axis=(0, 0, 1), angle_deg=-7.5)
     moved = far.at(axis=(0, 0, 1), angle_deg=7.5, moving_from=before)
     waiting = [(10.48, 0, z) for z in np.linspace(-0.3, 0.3, 16)]
-    met = (10.3, 1.2, 0)  # where it ends
+    met = (10.3, 1.2, 0)  # where the arc ends
     speeds = []
     for positions in (waiting, [*waiting[:5], met, *waiting[5:]]):
         world = motes.World(seed=1, progress="off")
@@ -176,7 +176,7 @@ def test_nothing_gets_into_a_mesh_that_moves_through_a_crowd():
     assert (length(p.velocity) > 0.1).sum() > 500
 
 
-# --- places
+# --- placement
 
 
 @settings(max_examples=30, deadline=None)
@@ -322,7 +322,7 @@ def test_a_placed_mesh_is_drawn_where_it_is():
 
 @pytest.fixture(scope="module")
 def alone() -> list[str]:
-    """What the scene prints on one rank."""
+    """Return what the scene prints on one rank."""
     lines = on_ranks(1, SCENE, "--digest").lines
     assert len({line.split()[1] for line in lines}) == len({line.split()[2] for line in lines}) == 8
     return lines

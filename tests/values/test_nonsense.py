@@ -1,4 +1,4 @@
-"""Whatever a call gets, it refuses by ArgumentError or takes; what it takes runs and stays finite."""
+"""A call refuses nonsense with an ArgumentError or accepts it; what is accepted runs and stays finite."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ SPEEDS = [(0, 0, 0), (0, 0.125, 1), (-1, -2, -3), (0, -1, 0), (1e4, 0, 0)]
 
 
 class Fuzz:
-    """Makes random calls, runs what was taken, and keeps an example of each thing that went wrong."""
+    """Makes random calls, runs those that were accepted, and keeps one example of each failure."""
 
     def __init__(self, seed: int) -> None:
         """Start from a seed."""
@@ -33,7 +33,7 @@ class Fuzz:
         self.recorded: list[str] = []
 
     def make(self, calls: list[Callable[..., Any]], system: motes.System) -> Any:
-        """Make one of the calls; its result, or None where it was refused."""
+        """Make one of the calls at random; return its result, or None if it was refused."""
         call = self.dice.choice(calls)
         places, named = drawn(self.dice, call, system)
         name = getattr(call, "__qualname__", str(call))
@@ -50,7 +50,7 @@ class Fuzz:
         return result
 
     def run(self, count: int) -> None:
-        """Make calls in worlds that step after every few of them."""
+        """Make `count` calls, in worlds that step after every few calls."""
         while self.taken + self.refused < count:
             dt, substeps = self.dice.choice(STEPS_S), self.dice.choice([1, 2])
             world = motes.World(seed=1, dt=dt, substeps=substeps, progress="off")
@@ -67,7 +67,7 @@ class Fuzz:
                     self.step(system, last=frame % 4 == 3)
 
     def step(self, system: motes.System, *, last: bool) -> None:
-        """Run the frame and look at the particles; the last of four frames kills them all."""
+        """Run the frame and check the particles; the last of four frames kills them all."""
         system.move()
         if last:
             system.world.renderer = self.renderer(system)
@@ -83,7 +83,7 @@ class Fuzz:
             recorded_of(system).newborn.restore(({}, {}))
 
     def renderer(self, system: motes.System) -> motes.Renderer:
-        """Make a renderer of nonsense where one is taken, else an ordinary one."""
+        """Make a renderer from nonsense if it is accepted, otherwise an ordinary one."""
         made = [self.make([motes.Renderer, motes.Camera, motes.Sprite], system) for _ in range(3)]
         sprites = [one for one in made if isinstance(one, motes.Sprite)]
         system.sprite = sprites[0] if sprites else system.sprite
@@ -98,11 +98,11 @@ class Fuzz:
 
 
 def nonsense_calls(count: int, seed: int) -> None:
-    """Make calls, and fail with all that went wrong."""
+    """Make random calls, and fail with a list of all errors."""
     fuzz = Fuzz(seed)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        warnings.simplefilter("ignore", motes.MotesWarning)  # much of it is an oversight, if one looks
+        warnings.simplefilter("ignore", motes.MotesWarning)  # nonsense causes many of these
         fuzz.run(count)
     assert not fuzz.wrong, "\n".join(f"{what}\n    {how}" for what, how in sorted(fuzz.wrong.items()))
     assert min(fuzz.taken, fuzz.refused) > count / 10, "both happen"
@@ -187,7 +187,7 @@ def test_options_of_balancers_are_checked_when_set_later_too(kind, name):
     ["dt", "substeps", "axis", "space", "roles", "digest", "seed", "balancer", "combine", "clock", "spans"],
 )
 def test_worlds_of_nonsense_run(wish):
-    """Whatever a world takes, it runs with."""
+    """A world runs with every setting that it accepts."""
     ran = 0
     sense = [(-1e12, 1e15), "fit", "shared", "y", 2**64 - 1, 1e-9, 1e9, "overlapped", "wall"]
     for value in [*NONSENSE, *sense, motes.balance.Pairwise()]:

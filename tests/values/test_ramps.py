@@ -1,4 +1,4 @@
-"""Curves of a number of each particle: ramps that are shifted, chosen and mixed per particle."""
+"""Ramps, curves of a per-particle number: shifted, chosen and mixed per particle."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ PLACES = [(float(x), 0, 0) for x in np.linspace(-0.2, 1.3, 61)]
 
 
 def computed(**values: Any) -> motes.Particles:
-    """Particles along x, with these values."""
+    """Return particles along x after setting these values."""
     world = motes.World(seed=1, progress="off")
     system = world.system("one")
     with world:
@@ -36,7 +36,7 @@ def computed(**values: Any) -> motes.Particles:
 
 @pytest.mark.parametrize("interpolation", ["linear", "smooth", "hold", "spline"])
 def test_a_ramp_has_the_values_of_its_curve(interpolation: Any) -> None:
-    """At, between, before and behind its keys, at jumps, and where curves are combined."""
+    """At, between, before and after its keys, at jumps, and for combined curves."""
     fire = motes.Curve(FIRE, interpolation)
     fade = motes.Curve([(0.1, 0.3), (0.4, 0.9), (2, 0.1)], interpolation)
     both = 1 - fade * 0.5 * fade

@@ -1,4 +1,4 @@
-"""Shapes as values: what they hold, where their samples fall, how large they are, what they refuse."""
+"""Shapes as values: what they contain, where their samples fall, their measure, what they refuse."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ START, AXIS = np.array([1.0, -2.0, 0.5]), np.array([2.0, 1.0, -2.0])  # the axis
 
 
 def around_axis(points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Part of the axis, distance from it, turn around it."""
+    """Return the fraction of the axis, the distance from it, and the angle around it in turns."""
     unit = AXIS / 3
     offset = points - START
     along = offset @ unit
@@ -53,7 +53,7 @@ def in_rectangle(points: np.ndarray) -> list[np.ndarray]:
 
 
 def in_triangle(points: np.ndarray) -> list[np.ndarray]:
-    a, b = in_rectangle(points)  # of the parallelogram of its edges
+    a, b = in_rectangle(points)  # coordinates in the parallelogram of two edges
     return [(a + b) ** 2, b / (a + b)]
 
 
@@ -120,7 +120,7 @@ UNIFORM = [
 
 @pytest.mark.parametrize(("shape", "cells"), UNIFORM, ids=[repr(shape) for shape, _ in UNIFORM])
 def test_samples_are_uniform(shape: Shape, cells: Cells):
-    # Each coordinate's distribution function is uniform: cells of equal measure are hit equally often.
+    # `cells` returns coordinates that are uniform in [0, 1] if samples are uniform in the shape.
     points = shape.sample(COUNT, seed=7).astype(float)
     places = cells(points)
     index = np.zeros(COUNT, int)
@@ -144,7 +144,7 @@ def test_solids_hold_their_samples_and_measure_what_they_hold(shape: Shape):
     if thin:
         assert not isinstance(shape, (Cylinder, Cone)) or not shape.contains(points).any()
         return
-    assert shape.contains(points).mean() > 0.999  # but for the rounding of those at the border
+    assert shape.contains(points).mean() > 0.999  # all except those rounded across the border
     low, high = points.min(0) - 0.1, points.max(0) + 0.1
     around = np.random.default_rng(1).uniform(low, high, (400_000, 3))
     held = shape.contains(around).mean() * np.prod(high - low)
@@ -155,9 +155,9 @@ def test_what_shapes_hold():
     cylinder, cone = Cylinder((0, 0, 0), (0, 4, 0), 2, 1), Cone((0, 4, 0), (0, 0, 0), 4, 2)
     points = [(1.5, 2, 0), (0.5, 2, 0), (2.5, 2, 0), (1.5, -0.1, 0), (1.5, 4.1, 0)]
     assert cylinder.contains(points).tolist() == [True, False, False, False, False]
-    # Halfway up, the cone reaches from 1 to 2 m.
+    # Halfway up, the cone spans radii of 1 to 2 m.
     assert cone.contains(points).tolist() == [True, False, False, False, False]
-    assert cone.contains((3, 0.5, 0)) and not cone.contains((1.5, 5, 0))  # nothing behind the apex
+    assert cone.contains((3, 0.5, 0)) and not cone.contains((1.5, 5, 0))  # nothing beyond the apex
     assert Blob((1, 0, 0), 0.5).contains([(1.4, 0, 0), (1.6, 0, 0)]).tolist() == [True, False]
     for flat in (Point((0, 0, 0)), Line((0, 0, 0), (2, 0, 0)), Triangle((0, 0, 0), (2, 0, 0), (0, 2, 0))):
         assert not flat.contains([(0, 0, 0), (0.5, 0.5, 0)]).any()
@@ -183,7 +183,7 @@ def parts_hit(union: Union, shapes: list[Shape]) -> list[float]:
 def test_a_union_is_drawn_by_measure_or_evenly():
     small, large, far = Box((0, 0, 0), (1, 1, 1)), Box((2, 0, 0), (4, 2, 2)), Sphere((9, 9, 9), 0.01)
     assert parts_hit(small | large, [small, large]) == pytest.approx([1 / 9, 8 / 9], abs=0.005)
-    # A part of a union is drawn like the shape itself.
+    # Samples in a part of a union are distributed as in the part by itself.
     points = (small | large).sample(COUNT, seed=2)
     mean, spread = points[large.contains(points)].mean(0), points[large.contains(points)].std(0)
     assert mean == pytest.approx([3, 1, 1], abs=0.01) and spread == pytest.approx(2 / math.sqrt(12), abs=0.01)

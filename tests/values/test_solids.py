@@ -1,4 +1,4 @@
-"""Meshes, solids, lights, and a renderer's arguments: what they take, and what they refuse at the call."""
+"""Meshes, solids, lights and renderer arguments: what is accepted, and what is refused at the call."""
 
 from __future__ import annotations
 
@@ -138,7 +138,7 @@ def test_layers_have_one_order_and_suggest_near_names():
 
 
 def test_a_plane_is_hidden_by_its_own_distance_at_the_horizon():
-    camera = motes.Camera((0, 1000, 1e5), (0, 1000 - 1.2e-13, 0))  # the middle row meets it beyond 1e18 m
+    camera = motes.Camera((0, 1000, 1e5), (0, 1000 - 1.2e-13, 0))  # the middle row meets the plane beyond 1e18 m
     background = (0.1, 0.2, 0.3)
     renderer = motes.Renderer(
         33,

@@ -1,4 +1,4 @@
-"""Sprites as values: what they take, and what they refuse at the call."""
+"""Sprites as values: what they accept, and what they refuse at the call."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def test_a_path_without_a_picture_is_refused(tmp_path, content):
 
 @pytest.mark.parametrize(("width", "height"), [(14_000, 14_000), (10_000, 10_000), (1, 8193)])
 def test_a_path_to_a_picture_that_is_too_large_is_refused(tmp_path, width, height):
-    """Pillow refuses what is beyond 179 million pixels, and warns beyond 89 million: here an error."""
+    """Pillow refuses more than 179 million pixels and warns above 89 million; here both are errors."""
     images = pytest.importorskip("PIL.Image")
     images.new("1", (width, height)).save(tmp_path / "wide.png")
     with pytest.raises(ArgumentError, match=r"image must be a picture of 1\.\.8192 pixels") as caught:

@@ -1,4 +1,4 @@
-"""The time and noise in expressions, and what becomes of NaN and infinities."""
+"""Time and noise in expressions, and the treatment of NaN and infinities."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def test_time_limits_children():
             s.emit(position=[(0, 0, 0), (1, 0, 0)])
             s.spawn(into=children, on="birth", count=1, where=motes.time() > 0.9)
             world.step()
-    assert children.born == 4  # of the frames at 1.0 and 1.5 s
+    assert children.born == 4  # two each in the frames at 1.0 and 1.5 s
 
 
 @pytest.mark.parametrize("kind", ["gravitate", "follow"])
@@ -59,7 +59,7 @@ def test_time_limits_meetings_by_substep(kind: str):
                 world.step()
             return s.gather().velocity[0, 0]
 
-    each = pushed(motes.time() < 0.1)  # one sub-step of four: nobody moves, so all push alike
+    each = pushed(motes.time() < 0.1)  # one sub-step of four; nothing moves, so all push equally
     assert each > 0
     for since, substeps in ((0.2, 3), (0.3, 2), (0.6, 1), (0.8, 0)):
         assert pushed(motes.time() > since) == pytest.approx(substeps * each, rel=1e-5)
@@ -119,7 +119,7 @@ def test_nan_stays_nan():
         *(ex.noise(column("position"), nan), ex.dot((nan_of(nan)), (1, 0, 0)), ex.length(nan_of(nan))),
     ):
         assert math.isnan(motes_total(value)), value
-    assert motes_total(ex.step(0, nan)) == 0  # comparisons with NaN do not hold
+    assert motes_total(ex.step(0, nan)) == 0  # comparisons with NaN are false
     assert motes_total(nan**0) == 3
 
 

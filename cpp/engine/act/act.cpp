@@ -18,7 +18,7 @@ namespace {
 
 using particles::Store;
 
-// Charges the cost of the list for every particle it ran over, the dead and the migrants included.
+// Charges the cost of the list for every particle it ran over, including the dead and migrants.
 void charge_list(const Rank& rank, const System& system, const Population& here) {
   const Costs& costs = rank.machine.costs();
   const auto newborn = static_cast<double>(here.tally.created);
@@ -33,14 +33,14 @@ std::uint64_t lowest_id(const Store& store) {
   return lowest;
 }
 
-// The list has run: what happened to whom.
+// Completes a run of the list: keeps traces, finds migrants and events, and charges the cost.
 void end_list(const Rank& rank, const System& system, Population& here) {
   if (system.sprite.kind == image::Sprite::Kind::ribbon) {
     const auto times = particles::TraceTimes::over(system.sprite.length, rank.settings.dt, rank.session.frame);
     particles::keep_trace(here.store, times, *rank.pool);
   }
   if (here.moved && here.outcome.left.empty())
-    find_migrants(rank, system, here);  // a list without actions does not look
+    find_migrants(rank, system, here);  // a list without actions has not looked for migrants
   here.tally.killed += here.outcome.dead.size();
   note_events(rank, system, here);
   here.oldest = system.asks_oldest ? lowest_id(here.store) : UINT64_MAX;
@@ -64,7 +64,7 @@ void act_on(Rank& rank, const System& system, std::size_t index, Population& her
   });
 }
 
-// The dead are removed; those that left their domain are packed for their owners and removed too.
+// Removes the dead, and packs the migrants for their owners and removes them.
 void pack_migrants(const Rank& rank, const System& system, Population& here, Round& round, std::uint32_t index) {
   Store& store = here.store;
   if (rank.settings.log.digest) {
@@ -93,7 +93,7 @@ void pack_migrants(const Rank& rank, const System& system, Population& here, Rou
   here.outcome.clear();
 }
 
-// Systems in which nobody meets; of the others, the births.
+// Runs the lists of systems without interactions; of the other systems, takes the births.
 void act_on_all(Rank& rank, const Script& script, const Calculator& calculator, Round& round, Newborn& newborn,
                 InteractionSchedule& course) {
   std::uint64_t received = 0;
@@ -130,7 +130,7 @@ void run_lists(Rank& rank, const Script& script, Calculator& calculator, Round& 
     if (script.in_frame()) act_on_all(rank, script, calculator, round, newborn, course);
   });
   if (!newborn.interact) return;
-  if (rank.session.failed()) return say_failed(rank, round);  // perhaps its list is another one
+  if (rank.session.failed()) return say_failed(rank, round);  // its list may differ
   course.run();
   rank.session.work("act", [&] { end_interactions(rank, script, calculator, round); });
 }

@@ -1,4 +1,4 @@
-// act and move (paper 3.2.2, 3.2.3): calculators run the recorded list in one pass and set migrants aside.
+// act and move (paper 3.2.2, 3.2.3): calculators run the recorded list and pack migrants.
 #pragma once
 
 #include "engine/births/create.h"
@@ -8,17 +8,17 @@
 
 namespace motes::engine {
 
-/// Runs a round's lists; what leaves this domain is packed for its owners.
+/// Runs a round's lists and packs migrants for their owners.
 void act(Rank& rank, Script& script, Calculator& calculator, Round& round, Newborn& newborn);
 
-/// Sorts each calculator's particles into drawing order at the frame's end, where the list says `sort`.
+/// Sorts this calculator's particles into drawing order at the frame's end, for lists that contain `sort`.
 void sort_all(Rank& rank, const Script& script, Calculator& calculator);
 
-/// Calls the script's function of one system's particles, at a time of the animation (seconds).
+/// Calls a callback of the script for one system's particles from `begin` on. `time`: seconds of the animation.
 void call_back(const Calculator& calculator, std::size_t system, const recording::Callback& callback, double time,
                std::size_t begin);
 
-/// Calls the script's function, which meanwhile sees all that the list runs over.
+/// Calls a function of the script, which can read all particles that the list runs over.
 void ask_script(const Calculator& calculator, Population& here, const Call& call);
 
 }  // namespace motes::engine

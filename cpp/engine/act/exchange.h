@@ -1,4 +1,4 @@
-// exchange (paper 3.2.4): particles that left their domain go straight to their owner, all systems in one message.
+// exchange (paper 3.2.4): migrants go directly to their new owners, those of all systems in one message.
 #pragma once
 
 #include "engine/session/rank.h"

@@ -23,12 +23,12 @@ constexpr float kInf = std::numeric_limits<float>::infinity();
 
 using Position = std::array<float, 3>;
 
-// A particle as its keeper knows it.
+// A particle as known to the keeper of its id.
 struct Known {
   std::uint64_t id;
   Position at;
-  std::uint32_t from;   // calculator
-  std::uint32_t entry;  // number in its message
+  std::uint32_t from;   // calculator that owns it
+  std::uint32_t entry;  // index in that calculator's message
 };
 
 class Following {
@@ -44,7 +44,7 @@ class Following {
     if (all_reduce_max(rank_, round_, {rank_.session.failed() ? 1.0f : 0.0f})[0] > 0) return false;
     std::vector<Message> told(static_cast<std::size_t>(count_));
     compute([&] { tell(told); });
-    trade(told);  // now: what the others told this keeper
+    trade(told);  // `told` now holds the messages to this keeper
     compute([&] { note(told); });
     const Maxima firsts = all_reduce_max(rank_, round_, first_places());
     if (firsts[0] > 0) return false;
@@ -64,7 +64,7 @@ class Following {
     });
   }
 
-  // Equal ranges of the ids given so far.
+  // Returns the calculator that keeps an id; each keeps an equal range of the ids assigned so far.
   std::size_t keeper_of(std::uint64_t id) const {
     const std::uint64_t width = system_.counts.born / static_cast<std::uint64_t>(count_) + 1;
     return std::min<std::size_t>(id / width, static_cast<std::size_t>(count_) - 1);
@@ -88,7 +88,8 @@ class Following {
     }
   }
 
-  // Exchanges one message between every two calculators, including to itself.
+  // Exchanges one message between each pair of calculators, and with itself: replaces `messages`, by receiver, with
+  // those received, by sender.
   void trade(std::vector<Message>& messages) {
     comm::Communicator& comm = rank_.session.comm();
     std::vector<Message> heard(messages.size());
@@ -123,7 +124,7 @@ class Following {
     std::sort(known_.begin(), known_.end(), [](const Known& a, const Known& b) { return a.id < b.id; });
   }
 
-  // Returns, per keeper, whether it knows a particle and where the first one is.
+  // Returns a failure flag and, per keeper, whether it knows a particle and the position of the one with the lowest id.
   Maxima first_places() const {
     Maxima numbers(1 + 4 * static_cast<std::size_t>(count_), -kInf);
     numbers[0] = rank_.session.failed() ? 1.0f : 0.0f;
@@ -136,7 +137,7 @@ class Following {
 
   void answer(const Maxima& firsts, std::vector<Message>& answers) {
     Position last{};
-    bool more = false;  // after this keeper's last one
+    bool more = false;  // a later keeper knows a particle; `last` is its position
     for (int keeper = self_ + 1; keeper < count_ && !more; ++keeper) {
       const float* first = &firsts[1 + 4 * static_cast<std::size_t>(keeper)];
       more = first[0] > 0;
@@ -155,9 +156,9 @@ class Following {
     }
   }
 
-  // v += toward magnitude dt / (r (r^2 + epsilon)), as McAllister's Follow.
+  // Applies v += d magnitude dt / (r (r^2 + epsilon)), where d points to the next particle (McAllister's Follow).
   void act(const std::vector<Message>& answers) {
-    if (silent_) return;  // all give up at the next all-reduce, or at the report
+    if (silent_) return;  // all ranks give up at the next all-reduce, or at the report
     const actions::Action& action = *interaction_.action;
     const float dt = static_cast<float>(rank_.settings.dt / rank_.settings.substeps);
     const auto given = actions::numbers_of<actions::numbers::follow, float>(action);
@@ -193,7 +194,7 @@ class Following {
   int count_, self_;
   std::vector<std::uint32_t> keepers_;
   std::vector<Known> known_;
-  bool silent_ = false;  // somebody failed while we talked
+  bool silent_ = false;  // another calculator failed during the exchange
 };
 
 }  // namespace

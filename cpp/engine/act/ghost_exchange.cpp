@@ -16,8 +16,8 @@ using particles::Store;
 
 namespace {
 
-// Marks the particles that lie in a box, farther than `range` from each of its faces. Returns false where positions
-// have no plane.
+// Marks the particles inside a box that are farther than `range` metres from each of its faces. Returns false if
+// positions have no plane.
 bool mark_deep(const Store& store, const domains::Box& box, double range, std::vector<std::uint8_t>& deep) {
   const float* x[3];
   double low[3], high[3];
@@ -57,7 +57,7 @@ GhostExchange::Migrants migrants_of(const Rank& rank, const System& system, cons
   return migrants;
 }
 
-// Lists the migrants that are noted here, for their new owner to know.
+// Appends the ids of those migrants in `gone` that are in `noted`, for their new owner.
 template <class Ids>
 void put_noted(const Population& here, const Ids& noted, const std::vector<std::uint32_t>& gone, base::Bytes& out) {
   std::vector<std::uint64_t> found;
@@ -77,8 +77,6 @@ void take_noted(base::Reader& in, Ids& noted) {
 
 }  // namespace
 
-// Tells whether the lists hold, as far as this calculator knows; measures how they wear off. What it keeps of
-// particles that have left its domain since, it says as a bound.
 bool GhostExchange::holds() {
   bool all = true;
   for (std::size_t side = 0; side < in_.interaction.count; ++side) {
@@ -89,6 +87,7 @@ bool GhostExchange::holds() {
     all = all && holds && kept(side).domains == in_.system(side).domains;
     wear_.step = std::max(wear_.step, list_of(side).wear().step);
     wear_.age = std::max(wear_.age, list_of(side).wear().age);
+    // While lists are kept, particles do not migrate; the skin bounds how far outside their domain they are.
     migrants_[side].farthest = static_cast<double>(list_of(side).skin());
   }
   return all;
@@ -100,14 +99,14 @@ void GhostExchange::find_migrants() {
     migrants_[side] = migrants_of(in_.rank, in_.system(side), images_, in_.population(side));
 }
 
-// Returns the part of a domain that particles can be in.
+// Returns the part of a calculator's domain that particles can be in.
 const domains::BoxCover& GhostExchange::cover(std::size_t side, int calculator) const {
   const auto [found, is_new] = covers_[side].try_emplace(calculator);
   if (is_new) found->second = images_.ends(in_.system(side).domains.cover(calculator));
   return found->second;
 }
 
-// Tells whether one calculator may have migrants or ghosts for another.
+// Returns whether `from` may have migrants or ghosts for `to`.
 bool GhostExchange::concerns(int from, int to) const {
   for (std::size_t a = 0; a < in_.interaction.count; ++a) {
     const domains::BoxCover& own = cover(a, from);
@@ -121,7 +120,7 @@ void GhostExchange::await(const std::vector<int>& from) const {
   for (const int source : from) in_.rank.session.comm().await(in_.rank.session.rank_of(source), Phase::interaction);
 }
 
-// Messages of a rank whose compute failed are empty.
+// Sends the messages; those of a rank whose compute failed are empty.
 void GhostExchange::send(std::map<int, Message>& messages) {
   const bool failed = in_.rank.session.failed();
   for (auto& [target, message] : messages) {
@@ -182,7 +181,7 @@ void GhostExchange::forget_ghosts() {
   }
 }
 
-// From here on, owners tell what has changed of the ghosts that others keep.
+// Keeps the ghosts just exchanged, on both ends, so that refresh() can send only what changes.
 void GhostExchange::keep_ghosts(const std::vector<int>& others) {
   for (std::size_t side = 0; side < in_.interaction.count; ++side) {
     KeptGhosts& ghosts_here = kept(side);
@@ -202,7 +201,7 @@ void GhostExchange::keep_ghosts(const std::vector<int>& others) {
   }
 }
 
-// Sends and hears what has changed of the ghosts since the last interaction.
+// Sends and receives the changed columns of kept ghosts since the last interaction.
 void GhostExchange::refresh() {
   if (images_.any()) in_.compute([&] { refresh_own_images(); });
   std::map<int, Message> messages;
@@ -260,8 +259,8 @@ void GhostExchange::unpack_changes(int source, const Message& message) {
     throw std::runtime_error("kept ghosts differ from what their owner sends");
 }
 
-// Adds the places, from number `first` on, at which particles in a box may see one of this calculator's. Ties find the
-// nearest image themselves: they get each particle once, where it is.
+// Adds the places, from number `first` on, at which particles of the domain `seer` may see particle `p`. Ties find the
+// nearest image themselves, so they get each particle once, at its own position.
 void GhostExchange::choose(std::size_t side, const domains::BoxCover& seer, std::uint32_t p, std::uint8_t first,
                            Chosen& chosen) const {
   const Store& store = in_.population(side).store;
@@ -278,8 +277,8 @@ void GhostExchange::choose(std::size_t side, const domains::BoxCover& seer, std:
   }
 }
 
-// The particles that somebody else may see, or that leave: all but those that stand deep in a part of space that
-// belongs to this calculator.
+// Returns the particles that other calculators may see or that migrate: all except those deep inside this calculator's
+// domain.
 std::vector<std::uint32_t> GhostExchange::near_the_border(std::size_t side) const {
   if (!seen(side)) return {};
   const System& sees = in_.system(in_.seer(side));
@@ -298,7 +297,7 @@ std::vector<std::uint32_t> GhostExchange::near_the_border(std::size_t side) cons
   return found;
 }
 
-// Packs, for each calculator, its new migrants and ghosts of particles within reach of its own.
+// Packs, for each calculator, its new particles and ghosts of the particles within reach of its domain.
 void GhostExchange::pack(std::size_t side, std::map<int, Message>& messages) {
   Population& here = in_.population(side);
   const int self = in_.rank.session.calculator();
@@ -320,7 +319,7 @@ void GhostExchange::pack(std::size_t side, std::map<int, Message>& messages) {
     here.store.pack(gone, bytes, *in_.rank.pool);
     put_noted(here, here.bounced, gone, bytes);
     put_noted(here, here.collided, gone, bytes);
-    // A particle is a ghost everywhere but at its owner, where only its images are.
+    // A particle is a ghost on other calculators; on its owner, only its images are ghosts.
     const domains::BoxCover& seer = cover(in_.seer(side), target);
     Chosen copied;
     for (const std::uint32_t p : near) choose(side, seer, p, owner_of(p) == target ? 1 : 0, copied);
@@ -329,7 +328,7 @@ void GhostExchange::pack(std::size_t side, std::map<int, Message>& messages) {
     here.interaction.ghosts += copied.size();
     in_.rank.machine.charge(in_.rank.machine.costs().copy * static_cast<double>(copied.size()));
   }
-  base::Bytes kept;  // migrants and images that this calculator sees, packed
+  base::Bytes kept;  // ghosts of leaving migrants and images that this calculator sees
   const domains::BoxCover& own = cover(in_.seer(side), self);
   Chosen copied;
   for (const auto& [p, owner] : owners) {

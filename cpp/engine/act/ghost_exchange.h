@@ -1,5 +1,5 @@
-// Swaps migrants and ghosts for a pair interaction. Where neighbour lists are kept, ghosts are kept with them, and
-// between two lists nobody migrates: owners send what has changed of the same ghosts.
+// Exchanges migrants and ghosts for a pair interaction. If neighbour lists are kept, ghosts are kept with them: until
+// the lists are rebuilt no particle migrates, and owners send only the changed columns of the same ghosts.
 #pragma once
 
 #include <algorithm>
@@ -15,46 +15,47 @@
 
 namespace motes::engine {
 
-/// Both conversations of one interaction: a full exchange, or a refresh of the ghosts that are kept.
+/// The exchange of one interaction: a full exchange, or a refresh of kept ghosts.
 class GhostExchange {
  public:
-  /// Who has left this domain since the last interaction.
+  /// Particles that have left this domain since the last exchange.
   struct Migrants {
     std::map<int, std::vector<std::uint32_t>> to;  // by new owner
-    double farthest = 0;                           // metres outside
+    double farthest = 0;                           // maximum distance outside the domain, m
   };
 
-  /// `bonds`: of a tie; else null.
+  /// `bonds`: of a tie; null for other actions.
   GhostExchange(const Parties& parties, const interactions::Bonds* bonds, const Images& images)
       : in_(parties), bonds_(bonds), images_(images) {}
 
   bool has_lists() const { return lists_; }
-  /// Tells whether the lists hold, as far as this calculator knows; measures how they wear off.
+  /// Returns whether this calculator's neighbour lists are still valid, and measures their wear.
   bool holds();
   const interactions::Wear& wear() const { return wear_; }
   interactions::NeighbourList& list_of(std::size_t side) const { return in_.calculator.neighbours[key(side)]; }
 
-  /// Finds who has left this domain since the last exchange.
+  /// Finds the particles that have left this domain since the last exchange.
   void find_migrants();
-  /// Returns how far outside their domain particles may be, m.
+  /// Returns the maximum distance of particles outside their domain, m.
   double farthest() const { return std::max(migrants_[0].farthest, migrants_[1].farthest); }
 
-  /// Calculators, collective: migrants go to their owners, ghosts to all that may see them. What all agreed on: how far
-  /// outside any migrant is, and how far the action sees with the skin, m.
+  /// Sends migrants to their owners, and ghosts to all calculators that may see them. `farthest`: the maximum of
+  /// farthest() over all calculators; `range`: the action's reach plus the skin, m. Collective over calculators.
   void exchange(double farthest, double range);
-  /// Calculators, collective: sends and hears what has changed of kept ghosts.
+  /// Sends and receives the changed columns of kept ghosts. Collective over calculators.
   void refresh();
 
   interactions::Ghosts& ghosts(std::size_t side) { return lists_ ? kept(side).ghosts : ghosts_[side]; }
 
  private:
-  // Laws are numbered by the system that they act on: what one sees of another system has a key of its own.
+  // Returns the key of a side's neighbour list and ghosts. Laws are numbered per system that they act on, so the key of
+  // the second side depends on both systems.
   std::pair<std::size_t, std::uint32_t> key(std::size_t side) const {
     const std::size_t system = in_.interaction.systems[side];
     const std::size_t seen_by = side == 0 ? 0 : in_.script.systems.size() * (1 + in_.interaction.systems[0]);
     return {seen_by + system, in_.interaction.law};
   }
-  // Tells whether anybody sees the particles of a side.
+  // Returns whether the action reads the particles of a side.
   bool seen(std::size_t side) const { return !interactions::read_by(*in_.interaction.action, side == 1).empty(); }
   KeptGhosts& kept(std::size_t side) const { return in_.calculator.ghosts[key(side)]; }
   bool concerns(int from, int to) const;
@@ -83,9 +84,9 @@ class GhostExchange {
   Migrants migrants_[2];
   double farthest_ = 0;
   double range_ = 0;
-  std::map<int, std::uint64_t> sent_;  // migrants and ghosts
-  interactions::Ghosts ghosts_[2];     // where no list is kept
-  mutable std::map<int, domains::BoxCover> covers_[2];  // of calculators' domains, as soon as one asks
+  std::map<int, std::uint64_t> sent_;  // number of migrants and ghosts, by calculator
+  interactions::Ghosts ghosts_[2];     // if no list is kept
+  mutable std::map<int, domains::BoxCover> covers_[2];  // cache of cover(), by calculator
 };
 
 }  // namespace motes::engine

@@ -16,7 +16,7 @@ double interval_gap(double low, double high, double other_low, double other_high
   return std::max({0.0, low - other_high, other_low - high});
 }
 
-// Of a column; those from 31 on share the last bit.
+// Returns the mask bit of a column; columns from 31 on share the last bit.
 std::uint32_t bit_of(std::size_t column) { return std::uint32_t{1} << std::min<std::size_t>(column, 31); }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Ghosts in messages: chosen anew, with ids, or those that are kept, of which only columns that changed travel.
+// Ghosts in messages: newly chosen ghosts with their ids, or the changed columns of kept ghosts.
 #pragma once
 
 #include <cstdint>
@@ -14,45 +14,46 @@
 
 namespace motes::engine {
 
-/// Returns the distance of two boxes along the axis where it is largest, m.
+/// Returns the distance of two boxes along the axis on which it is largest, m.
 double gap(const domains::Box& a, const domains::Box& b);
-/// Returns the distance of a point from the box, m; infinite for NaN, which may belong to any calculator.
+/// Returns the distance of a point from the box along the axis on which it is largest, m; infinite for NaN, which may
+/// belong to any calculator.
 double outside(const domains::Box& box, const float (&x)[3]);
-/// Tells whether a point is at most so far from one of the boxes around a domain, m.
+/// Returns whether a point is at most `range` metres from one of the boxes that cover a domain.
 bool within(const domains::BoxCover& cover, const float (&x)[3], double range);
 
-/// Particles that become ghosts, each at one of its places.
+/// Particles to send as ghosts, each at one of its places (see Images).
 struct Chosen {
   std::vector<std::uint32_t> particles;  // indices
-  std::vector<std::uint8_t> images;      // numbers of places; empty where space is not periodic
+  std::vector<std::uint8_t> images;      // numbers of places; empty if space is not periodic
 
   std::size_t size() const { return particles.size(); }
 };
 
-/// Appends ghosts of these particles: ids, then what the action reads, column by column, then the numbers of their
-/// places. Their columns are those of the particles themselves. `second`: of the second of two systems.
+/// Appends ghosts of these particles: ids, then the columns that the action reads, then the numbers of their places.
+/// The columns hold the particles' own positions. `second`: the particles are of the second of two systems.
 void put_ghosts(const actions::Action& action, bool second, const particles::Store& store, const Chosen& chosen,
                 base::Bytes& out);
-/// Reads ghosts behind those that are there; returns how many. `images`: whether space is periodic.
+/// Reads the ghosts of a message and appends them to `ghosts`; returns how many. `images`: whether space is periodic.
 std::uint64_t take_ghosts(base::Reader& in, const actions::Action& action, bool second, bool images,
                           interactions::Ghosts& ghosts);
-/// Moves ghosts, which stand where their particles are, to their places.
+/// Moves ghosts from their particles' positions to their places.
 void place_ghosts(const Images& images, interactions::Ghosts& ghosts);
 
-/// Appends, of the ghosts that a calculator keeps of this one, the columns that have changed since they were sent:
+/// Appends the columns that have changed since they were last sent, of the ghosts that calculator `target` keeps:
 ///
-///     u32 mask | column, column, ...     bit c: column c of what the action reads follows (31: all from there on), one
-///     float per ghost
+///     u32 mask | column | column | ...
 ///
-/// Returns the number of ghosts.
+/// Bit c of the mask: column c of those that the action reads follows, one float per ghost; bit 31: all columns from 31
+/// on. Returns the number of ghosts.
 std::uint64_t put_changes(const actions::Action& action, bool second, const particles::Store& store, int target,
                           KeptGhosts& kept, base::Bytes& out);
-/// Reads what put_changes has written on another calculator; returns the number of ghosts.
+/// Reads the message of put_changes from calculator `source`; returns the number of ghosts.
 std::uint64_t take_changes(base::Reader& in, int source, const Images& images, KeptGhosts& kept);
 
-/// Finds whose ghosts those here are, and so in which order their owners will send them. They have not been placed yet.
+/// Finds the owners of ghosts, and the order in which each will send them. Call before place_ghosts.
 void find_owners(const domains::Domains& domains, KeptGhosts& kept);
-/// Puts indices of particles in the order of ids; those of the same particle keep their order.
+/// Sorts indices of particles by id; equal ids keep their order.
 void sort_by_id(const particles::Store& store, std::vector<std::uint32_t>& indices);
 
 }  // namespace motes::engine

@@ -86,14 +86,14 @@ float Images::most_skin(float reach) const {
 }
 
 void Images::check(const actions::Action& action, float reach) const {
-  if (!any() || action.kind == actions::Kind::tie) return;  // a tie goes to the nearest image, however far that is
+  if (!any() || action.kind == actions::Kind::tie) return;  // ties go to the nearest image at any distance
   const std::string name = actions::call_of(action.kind);
   if (interactions::uses_cells(action)) {
     throw std::invalid_argument(name + " does not see across the ends of periodic space");
   }
   for (int axis = 0; axis < 3; ++axis) {
     if (!periods_.has(axis)) continue;
-    const double most = periods_[axis].length() / 2 * (1 + 1e-6);  // float32s round radii
+    const double most = periods_[axis].length() / 2 * (1 + 1e-6);  // tolerates the rounding of float32 radii
     if (static_cast<double>(reach) <= most) continue;
     throw std::invalid_argument(name + " reaches " + std::to_string(reach) +
                                 " m; in periodic space it must be at most " +

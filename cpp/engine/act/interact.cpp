@@ -32,7 +32,7 @@ using particles::Store;
 
 namespace {
 
-// One interaction on this calculator, and what all calculators agreed on for it.
+// One interaction on this calculator, and the values that all calculators agreed on for it.
 class PairInteraction {
  public:
   explicit PairInteraction(const Parties& parties) : in_(parties) {
@@ -57,7 +57,7 @@ class PairInteraction {
   }
   float dt() const { return static_cast<float>(in_.rank.settings.dt / in_.rank.settings.substeps); }
 
-  // Clears the dead, finds who left unless the neighbour list may be kept, and what all must know.
+  // Clears the dead, finds migrants unless the neighbour lists can be kept, and computes the values to agree on.
   void prepare() {
     in_.compute([&] {
       for (std::size_t side = 0; side < in_.interaction.count; ++side)
@@ -80,7 +80,7 @@ class PairInteraction {
 
   void prepare_ties(const Store& store) {
     pins_ = interactions::pins_of(*bonds_, store);
-    if (in_.rank.session.calculators() == 1) return;  // sees all that there is
+    if (in_.rank.session.calculators() == 1) return;  // sees all particles
     const interactions::TieBounds stretch =
         interactions::stretch_of(*bonds_, knots(), store, in_.system(0).definition.periods);
     extent_.radius = stretch.longest;
@@ -114,14 +114,14 @@ class PairInteraction {
     range_ = interactions::range_of(*in_.interaction.action, extent_) + static_cast<double>(skin_);
     if (held && !kept_) in_.compute([&] { exchange_.find_migrants(); });
     if (interactions::uses_cells(*in_.interaction.action)) {
-      const Counts& counts = in_.system(0).counts;  // at most so many live: all ranks know the same
+      const Counts& counts = in_.system(0).counts;  // an upper bound that is the same on all ranks
       cube_ = interactions::Cube::around(bounds_, counts.alive_at_start + counts.born - counts.born_at_start);
       range_ = 2 * cube_.leaf;
     }
     return true;
   }
 
-  // Returns the skin, m, of lists that are made now.
+  // Returns the skin of newly built neighbour lists, m.
   float skin(const interactions::Wear& wear) const {
     const float reach = interactions::reach_of(*in_.interaction.action, extent_);
     const std::optional<float>& told = in_.rank.settings.skin;
@@ -129,7 +129,7 @@ class PairInteraction {
   }
 
   float farthest_face() const {
-    float most = 2 * images_.farthest_end();  // images are beyond it
+    float most = 2 * images_.farthest_end();  // images are beyond the ends of space
     for (std::size_t side = 0; side < in_.interaction.count; ++side) {
       most = std::max(most, in_.system(side).domains.farthest_face());
     }
@@ -142,7 +142,7 @@ class PairInteraction {
     in_.population(0).interaction.bytes += all_reduce_sum(in_.rank, in_.round, Phase::interaction, moments_);
   }
 
-  // Calls the script's function with these pairs and returns its changes.
+  // Calls the script's function of pairs and returns its changes.
   std::vector<float> ask(const interactions::PairList& pairs) {
     std::vector<float> changes;
     if (pairs.size() == 0) return changes;
@@ -156,7 +156,7 @@ class PairInteraction {
     return changes;
   }
 
-  // Removes newborn particles that overlapped others. They never took part, so no spawn rule counts their death.
+  // Removes newborn particles that overlapped others. They never took part, so spawn rules do not count their deaths.
   void drop(Population& here, const std::vector<std::uint32_t>& dropped) const {
     if (dropped.empty()) return;
     here.store.remove(dropped, *in_.rank.pool);
@@ -222,7 +222,7 @@ class PairInteraction {
     }
     for (std::size_t side = 0; side < in_.interaction.count; ++side) {
       drop(in_.population(side), seen.dropped[side]);
-      particles::wrap(in_.population(side).store, *in_.rank.pool);  // a law of the script's may set positions
+      particles::wrap(in_.population(side).store, *in_.rank.pool);  // a scripted law may set positions
     }
     InteractionStats& stats = in_.population(0).interaction;
     stats.pairs += seen.pairs;
@@ -233,17 +233,17 @@ class PairInteraction {
   }
 
   const Parties& in_;
-  const std::shared_ptr<const interactions::Bonds> bonds_ =  // tie; else null
+  const std::shared_ptr<const interactions::Bonds> bonds_ =  // null unless the action is a tie
       in_.interaction.action->kind == actions::Kind::tie ? interactions::bonds(in_.interaction.action->ties) : nullptr;
   const Images images_{in_.system(0).definition.periods};
   GhostExchange exchange_{in_, bonds_.get(), images_};
-  bool kept_ = false;  // the neighbour lists, and so the ghosts
+  bool kept_ = false;  // neighbour lists and ghosts are kept
   float skin_ = 0;     // metres
   Extent extent_;
   double farthest_ = 0;
   double range_ = 0;
-  std::vector<float> pins_;                       // tie: where the pinned ones are
-  interactions::Bounds bounds_{};                     // gravitate by cells
+  std::vector<float> pins_;                       // tie: positions of the pinned particles
+  interactions::Bounds bounds_{};                     // actions by cells: bounds of all particles
   interactions::Cube cube_;
   interactions::Moments moments_;
 };

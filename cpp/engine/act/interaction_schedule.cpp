@@ -51,7 +51,8 @@ void InteractionSchedule::run() {
   }
 }
 
-// Systems take turns; where one waits for another that it meets, the other goes on to that place in its own list.
+// Runs the lists in turn. A list that reaches an interaction with another system waits until the other system's list
+// gets there too.
 bool InteractionSchedule::run_substep(int substep) {
   for (Runner& runner : runners_) {
     runner.next_segment = 0;
@@ -137,7 +138,7 @@ const ListSegment* InteractionSchedule::run_to_interaction(Runner& runner, int s
   return nullptr;
 }
 
-// Old particles run the segment; those that are born in it join behind their birth.
+// Runs a segment on existing particles, and on particles born in it the part after their birth.
 void InteractionSchedule::run_segment(Runner& runner, const ListSegment& segment, int substep) {
   const System& system = *script_.systems[runner.system];
   Population& here = *calculator_.populations[runner.system];

@@ -1,4 +1,4 @@
-// Lists with interactions: all particles go through them in step, since they see each other on the way.
+// Lists with interactions: all particles run them in lockstep, since they see each other at the interactions.
 #pragma once
 
 #include "engine/act/interact.h"
@@ -10,16 +10,16 @@
 
 namespace motes::engine {
 
-/// Calculators, collective: runs the lists of the round's systems in which particles meet, sub-step by sub-step.
-/// `newborn`: what they got of the round's births; taken from it where the systems before them have taken theirs.
+/// Runs the lists of a round's systems with interactions, sub-step by sub-step. Collective over calculators.
 class InteractionSchedule {
  public:
   InteractionSchedule(Rank& rank, const Script& script, Calculator& calculator, const Round& round);
 
-  /// Takes a system's births out of the round's; they join the others where the list says so.
+  /// Takes a system's births from `newborn`, in the order of systems; run() adds them at their places in the list.
   void take_births(std::size_t system, Newborn& newborn);
 
-  /// Runs the lists of all systems whose births were taken. Where a rank fails, all leave together.
+  /// Runs the lists of all systems whose births were taken. If a calculator fails, all of them stop at the next
+  /// interaction.
   void run();
 
  private:
@@ -29,9 +29,9 @@ class InteractionSchedule {
     std::vector<particles::Store> births;  // one per group
     std::size_t next_group = 0;
     std::size_t next_segment = 0;
-    std::uint64_t newborn_from = 0;  // ids from here on have met nobody
+    std::uint64_t newborn_from = 0;  // ids from here on have not collided yet
     Collided collided = Collided::none;  // collisions of this sub-step
-    std::uint32_t laws = 0;              // laws with kept lists that have acted in this sub-step
+    std::uint32_t laws = 0;              // number of laws with kept lists that have acted in this sub-step
   };
 
   bool run_substep(int substep);

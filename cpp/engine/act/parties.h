@@ -1,4 +1,4 @@
-// Who takes part in a pair interaction on this calculator.
+// The participants of a pair interaction on this calculator.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +12,7 @@
 
 namespace motes::engine {
 
-/// One system, or two that see each other: their sides are numbered 0 and 1.
+/// One system, or two systems that see each other, as sides 0 and 1.
 struct Parties {
   Rank& rank;
   const Script& script;
@@ -26,7 +26,7 @@ struct Parties {
   /// Returns the side whose particles see those of this side: itself, or the other system.
   std::size_t seer(std::size_t side) const { return interaction.count == 1 ? 0 : 1 - side; }
 
-  /// Does work that may fail. Its time counts for each system by the number of particles.
+  /// Runs work that may fail, and splits its time between the systems by their numbers of particles.
   template <class Work>
   void compute(const Work& work) const {
     rank.session.work("interact", [&] {

@@ -19,7 +19,7 @@ using comm::Message;
 using comm::Phase;
 using particles::Store;
 
-// The particles now stand in another order, from[i] at place i: what happened happened to the same ones.
+// Adapts the indices in `outcome` to a new order of the particles: place i now holds particle from[i].
 void follow(program::ListResult& outcome, const std::vector<std::uint32_t>& from) {
   std::vector<std::uint32_t> now(from.size());
   for (std::uint32_t p = 0; p < from.size(); ++p) now[from[p]] = p;
@@ -29,11 +29,11 @@ void follow(program::ListResult& outcome, const std::vector<std::uint32_t>& from
   }
 }
 
-// The dead of a list that has run in part move behind the living: a script does not see them, but they keep moving
-// until the frame ends.
+// Moves the dead to the end of the store after a partial run of the list: the script does not see them, but they keep
+// moving until the frame ends.
 void set_dead_aside(const Rank& rank, Population& here) {
   program::ListResult& outcome = here.outcome;
-  outcome.left.clear();  // looked for at the frame's end
+  outcome.left.clear();  // migrants are found at the frame's end
   if (outcome.dead.empty()) return;
   std::vector<std::uint32_t> from;
   from.reserve(here.store.size());
@@ -74,14 +74,14 @@ void end_part(System& system) {
   system.mark_run();
 }
 
-// Runs the list so far in place: the rest gives the same result whether it runs with this part or after it.
+// Runs the list so far in place. The result of the whole list does not change if it runs in two parts.
 void run_in_place(Rank& rank, Script& script, const Calculator& calculator, std::size_t index) {
   Population& here = *calculator.populations[index];
   here.tally.compute_s += rank.machine.timed([&] { run_and_arrange(rank, script, calculator, index); });
   here.moved = true;
 }
 
-// Runs the list so far on a copy, so that everything stays as it was.
+// Runs the list so far on a copy, and leaves everything else unchanged.
 void run_preview(Rank& rank, Script& script, const Calculator& calculator, std::size_t index) {
   System& system = *script.systems[index];
   Population& here = *calculator.populations[index];
@@ -117,7 +117,7 @@ void run_preview(Rank& rank, Script& script, const Calculator& calculator, std::
   restore();
 }
 
-// A message that is passed around or sent to rank 0; its content does not count if its sender failed.
+// A message that is passed around the ring or sent to rank 0; empty if its sender failed.
 struct Passing {
   Message message;
   std::uint64_t count = 0;
@@ -155,7 +155,7 @@ void take(Rank& rank, const Passing& passing, Store& gathered) {
   });
 }
 
-// Passes each message once around the ring: in step s a rank forwards what it received in step s - 1.
+// Passes each message once around the ring: in step s each rank forwards the message received in step s - 1.
 void pass_around(Rank& rank, Passing passing, Store& gathered) {
   Session& session = rank.session;
   const int next = (session.rank() + 1) % session.size();
@@ -209,11 +209,11 @@ void keep_preview(Rank& rank, Script& script, Calculator& calculator, int index)
   System& system = *script.systems[i];
   std::vector<recording::Item>& list = system.list;
   const std::unique_ptr<Preview> written = std::move(here.preview);
-  const auto later = list.begin() + static_cast<std::ptrdiff_t>(written->items);  // recorded since it was read
+  const auto later = list.begin() + static_cast<std::ptrdiff_t>(written->items);  // items that have not run on it
   std::vector<recording::Item> rest(std::make_move_iterator(later), std::make_move_iterator(list.end()));
   list.erase(later, list.end());
   rank.session.work("act", [&] {
-    run_in_place(rank, script, calculator, i);  // the same particles in the same order
+    run_in_place(rank, script, calculator, i);  // the same particles in the same order as the preview
     here.store = std::move(written->store);
   });
   end_part(system);
@@ -252,7 +252,7 @@ std::unique_ptr<Store> gather(Rank& rank, const System& system, const ParticlesV
     }
     if (!takes) gathered.reset();
   }
-  session.rethrow();  // the others hear of it in what they say next
+  session.rethrow();  // the other ranks learn of the failure in the next conversation
   return gathered;
 }
 

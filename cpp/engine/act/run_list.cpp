@@ -11,9 +11,9 @@ namespace {
 
 using program::ListResult;
 
-constexpr std::size_t kRange = std::size_t{1} << 14;  // particles, whose owners one thread looks up in one go
+constexpr std::size_t kRange = std::size_t{1} << 14;  // particles per task of a thread
 
-// Finds the particles that another calculator owns, by the owner of each.
+// Finds the particles that other calculators own, by looking up the owner of each.
 void find_others(const Rank& rank, const System& system, Population& here) {
   std::vector<std::uint32_t> owners(here.store.size());
   const domains::Places places = places_of(here.store);
@@ -30,9 +30,8 @@ bool calls_back(const std::vector<ListSegment>& segments) {
   return segments.size() > 1 || segments[0].callback != nullptr;
 }
 
-// Callbacks act between segments of the list, so each sub-step runs segment by segment; without them all is one pass.
-//
-// `newborn`: whose births they are; null: of those that were here before.
+// Runs the list in one pass, or segment by segment in each sub-step if there are callbacks between segments, on
+// particles from `begin` on. `newborn`: the group that they belong to; null: existing particles.
 void run_segments(const Rank& rank, const System& system, Population& here, const std::vector<ListSegment>& segments,
                   const CallBack& call_back, std::size_t begin, const BirthGroup* newborn) {
   particles::Store& store = here.store;
@@ -78,7 +77,7 @@ void find_migrants(const Rank& rank, const System& system, Population& here) {
   if (axes.curve()) {
     if (rank.session.calculators() > 1) find_others(rank, system, here);
   } else if (axes.by_id()) {
-    if (here.moved) find_others(rank, system, here);  // ids stay the same: only new cuts make migrants
+    if (here.moved) find_others(rank, system, here);  // ids never change, so only new cuts make migrants
   } else {
     program::Program::find_migrants(here.store, 0, region_of(rank, system), here.outcome, *rank.pool);
   }
@@ -99,7 +98,7 @@ std::map<int, std::vector<std::uint32_t>> migrants_by_owner(const Rank& rank, co
 void run_list(const Rank& rank, const System& system, Population& here, const Append& append, const CallBack& call_back,
               bool keep_hits) {
   const std::vector<ListSegment> segments = system.pending_segments();
-  const bool again = !here.outcome.dead.empty() || !here.outcome.hits.empty();  // the list has run in part before
+  const bool again = !here.outcome.dead.empty() || !here.outcome.hits.empty();  // a part of the list has run before
   here.outcome.wants_hits = keep_hits || asks_for(system, recording::Spawn::On::collision);
   here.outcome.gathers = !again && !calls_back(segments) && !here.outcome.wants_hits;
   run_segments(rank, system, here, segments, call_back, 0, nullptr);

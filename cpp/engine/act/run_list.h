@@ -1,4 +1,4 @@
-// The recorded list on one calculator's particles: actions in fused passes, births where they stand, callbacks between.
+// Runs the recorded list on one calculator's particles: actions in fused passes, births at their places, and callbacks.
 #pragma once
 
 #include <cstdint>
@@ -11,30 +11,29 @@
 
 namespace motes::engine {
 
-/// Adds a group's particles to the population.
+/// Adds a birth group's particles to the population.
 using Append = std::function<void(const BirthGroup&)>;
-/// Calls a function of the script, of the particles from this one on.
+/// Calls a callback of the script for the particles from `begin` on.
 using CallBack = std::function<void(const recording::Callback&, double time, std::size_t begin)>;
 
-/// Runs the items that have not run yet. Old particles run all of them; newborn ones enter the list behind the call
-/// that made them. What happened adds to `here.outcome`: the dead stay where they are, and keep moving, until the frame
-/// ends, so a list that runs in parts comes to the same. `keep_hits`: all that bounced are noted, whatever the rules
-/// say so far.
+/// Runs the pending items: existing particles run all of them, newborn ones those after their birth. Adds the outcome
+/// to `here.outcome`. The dead stay in place and keep moving until the frame ends, so a list that runs in parts gives
+/// the same result. `keep_hits`: note all particles that bounced, even if no spawn rule needs them yet.
 void run_list(const Rank& rank, const System& system, Population& here, const Append& append, const CallBack& call_back,
               bool keep_hits);
 
-/// The part of space that belongs to this calculator; everything where ids or a curve decide.
+/// Returns this calculator's part of space; all of space if domains are cut by id or along a curve.
 program::Region region_of(const Rank& rank, const System& system);
 
-/// Looks through all particles for those outside the domain.
+/// Finds the particles outside the domain, into here.outcome.left.
 void find_migrants(const Rank& rank, const System& system, Population& here);
 
-/// Returns the particles of here.outcome.left by owner. A particle at infinity or NaN may belong to this calculator all
-/// the same.
+/// Returns the particles of here.outcome.left by owner, except those that this calculator owns, as it may for infinite
+/// and NaN positions.
 std::map<int, std::vector<std::uint32_t>> migrants_by_owner(const Rank& rank, const System& system,
                                                             const Population& here);
 
-/// Obeys the sorts from item `first` of the list on: the particles stand in the order of drawing.
+/// Sorts the particles into drawing order, by the `sort` actions from item `first` of the list on.
 void sort(const Rank& rank, const System& system, particles::Store& store, std::size_t first);
 
 }  // namespace motes::engine

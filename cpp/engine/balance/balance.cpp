@@ -16,8 +16,8 @@ using comm::Phase;
 
 namespace {
 
-// Bins of a calculator's histogram: many where many particles are, so that a bin holds under a hundredth of a fair
-// share, and all histograms together grow with the number of calculators alone.
+// Returns the number of bins of a calculator's histogram, proportional to its particles: a bin holds less than a
+// hundredth of a fair share, and the size of all histograms together depends only on the number of calculators.
 std::uint64_t bins_for(const std::vector<Load>& loads, std::size_t calculator) {
   double all = 0;
   for (const Load& load : loads) all += static_cast<double>(load.particles);
@@ -26,14 +26,14 @@ std::uint64_t bins_for(const std::vector<Load>& loads, std::size_t calculator) {
   return std::max<std::uint64_t>(8, static_cast<std::uint64_t>(bins * part));
 }
 
-// The loads of a system and of those that share its domains.
+// Returns the loads of a system, summed with those of the systems that share its domains.
 std::vector<Load> loads_of(const Script& script, const Manager& manager, std::size_t system) {
   std::vector<std::vector<Load>> loads;
   for (const std::size_t i : script.sharing(system)) loads.push_back(manager.systems[i].loads);
   return loads.size() == 1 ? loads[0] : balance::sum_of(loads);
 }
 
-// The row of a cut that is being looked at; made where there is none yet.
+// Returns the log's row of a cut that is being evaluated; creates it if there is none.
 BalanceRow& row_of(const Rank& rank, const Script& script, Manager& manager, std::size_t system, std::int32_t cut) {
   const auto [found, is_new] = manager.rows.try_emplace({system, cut});
   BalanceRow& row = found->second;
@@ -52,7 +52,7 @@ BalanceRow& row_of(const Rank& rank, const Script& script, Manager& manager, std
   return row;
 }
 
-// Neighbours whose loads the manager sees to be apart shall compare them. What goes over a cut is theirs to say.
+// Asks neighbours between which the plan moves particles to compare their loads; they decide how many to give.
 void bring_together(const balance::Plan& plan, std::vector<Inquiry>& inquiries) {
   for (const balance::Order& order : plan.orders) {
     for (const auto& [one, other] : {std::pair{order.from, order.to}, std::pair{order.to, order.from}}) {
@@ -73,7 +73,7 @@ void ask(const Rank& rank, const Script& script, Manager& manager, std::size_t s
     if (alone) row.ordered = 0;
   }
   if (alone) return bring_together(plan, inquiries);
-  // A plan for all cuts has rows of the frame that it was made in, also from a policy that names no cuts.
+  // A plan with shares concerns all cuts, so all get rows with this frame's number, even if the policy names none.
   for (std::size_t cut = 0; !plan.shares.empty() && cut < script.systems[system]->domains.cuts().size(); ++cut) {
     row_of(rank, script, manager, system, static_cast<std::int32_t>(cut));
   }
@@ -151,11 +151,11 @@ void take_proposals(Rank& rank, const Script& script, Manager& manager, const As
       }
     });
   }
-  // A failed calculator says so with its next report; until then cuts stay.
+  // A failed calculator reports its failure in the next frame; until then cuts stay.
   if (whole) rank.session.work("balance", [&] { move_cuts(rank, script, manager, asked.systems); });
 }
 
-// Turns the round's loads into questions to the calculators, by the policy.
+// Lets the policy plan from the round's loads, and turns the plans into requests to calculators.
 void make_plan(const Rank& rank, const Script& script, Manager& manager, const Round& round,
                std::vector<Inquiry>& inquiries) {
   const balance::Policy& policy = *rank.settings.policy;
@@ -167,7 +167,7 @@ void make_plan(const Rank& rank, const Script& script, Manager& manager, const R
     for (const std::size_t i : systems) loads.push_back(loads_of(script, manager, i));
     sum = balance::sum_of(loads);
     const std::size_t first = systems.front();
-    // Orders must be possible in all of them.
+    // Orders must be possible in all systems, so prefer the axes of a system whose domains do not lie in a row.
     const auto of_no_row = std::find_if(systems.begin(), systems.end(),
                                         [&](std::size_t i) { return !script.systems[i]->definition.axes.row(); });
     const domains::Axes axes = script.systems[of_no_row == systems.end() ? first : *of_no_row]->definition.axes;
@@ -209,7 +209,7 @@ void tell_plan(Rank& rank, const Round& round, const std::vector<Inquiry>& inqui
   rank.session.relay().tell(Phase::plan, rank.session.stamp(round), common, parts, planned.failure.failed());
 }
 
-// Donors look where their particles are.
+// Computes the proposals for this donor's requests, or for what it decides together with its partners.
 void propose_all(Rank& rank, const Script& script, Calculator& calculator, const Round& round, const Inquiry& inquiry,
                  base::Bytes& proposals) {
   std::vector<Request> requests = inquiry.requests;
@@ -230,8 +230,7 @@ Heard hear_plan(Rank& rank, const Script& script, const Round& round) {
   return rank.session.relay().hear(Phase::plan, rank.session.stamp(round));
 }
 
-// The plan of a round is heard, and answered. Nobody waits for the answers: the manager reads them while other work
-// goes on.
+// Receives the plan of a round and answers it. The manager reads the answers later, so no rank waits for them.
 void answer(Rank& rank, const Script& script, Calculator& calculator, Manager& manager, const Round& round) {
   Session& session = rank.session;
   const Heard heard = hear_plan(rank, script, round);
@@ -269,7 +268,7 @@ void write_rows(Rank& rank, Manager& manager) {
   manager.rows.clear();
 }
 
-// Only a script's own balancer can be made faster by its writer.
+// Warns about a slow balancer, but only about scripted ones, which their authors can make faster.
 void watch_balancer(const Rank& rank, const Script& script, Manager& manager, double decided_s) {
   const balance::Policy& policy = *rank.settings.policy;
   const std::optional<FrameRow>& last = manager.account.last_row();
@@ -305,7 +304,7 @@ bool plans(const Rank& rank, const Script& script, const Round& round) {
 void note_loads(const Rank& rank, const Script& script, Manager& manager, const Round& round, const Loads& loads) {
   const roles::Tree& tree = rank.session.relay().tree();
   const std::size_t calculators = rank.session.calculators();
-  const bool alone = rank.settings.policy->unmanaged();  // then as neighbours saw them
+  const bool alone = rank.settings.policy->unmanaged();  // then use the loads that neighbours compared
   for (std::size_t i = round.first; i < round.last; ++i) {
     std::vector<Load>& of_all = manager.systems[i].loads;
     of_all.resize(calculators);

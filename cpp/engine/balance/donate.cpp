@@ -11,7 +11,7 @@
 namespace motes::engine {
 namespace {
 
-// Returns coordinates along an axis, or what stands for them where a curve or ids decide.
+// Returns coordinates along an axis or a curve, or the numbers by which ids are cut.
 std::span<const float> coordinates(const System& system, const Population& here, int axis, std::vector<float>& room) {
   if (axis < domains::kById) return {here.store.plane(particles::position, axis), here.store.size()};
   room.resize(here.store.size());

@@ -1,5 +1,5 @@
-// donate (paper 3.2.5): where a calculator's particles are, and the cut beyond which lie those that it gives away. They
-// go to their owner with the next frame's exchange.
+// donate (paper 3.2.5): finds where a calculator's particles are, and the cut beyond which it gives particles away.
+// These migrate in the next frame's exchange.
 #pragma once
 
 #include <vector>
@@ -14,7 +14,7 @@ namespace motes::engine {
 /// Calculator: answers a request.
 Proposal propose(const Rank& rank, const Script& script, const Calculator& calculator, const Request& request);
 
-/// Calculator, for the log: where particles are at the frame's end, per system.
+/// Calculator, for the log: returns where each system's particles are at the frame's end.
 std::vector<Density> densities(const Script& script, const Calculator& calculator);
 
 }  // namespace motes::engine

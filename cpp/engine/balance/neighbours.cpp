@@ -18,7 +18,7 @@ using comm::Phase;
 
 namespace {
 
-// This calculator's, as the manager would see it.
+// Returns this calculator's load after the exchange, as the manager would compute it.
 Load load_of(const Population& here) {
   const std::uint64_t processed = here.tally.at_start + here.tally.created;
   return {here.store.size(), balance::rescaled(here.tally.compute_s, processed, here.store.size()), here.speeds.of(0),
@@ -60,8 +60,8 @@ std::vector<std::uint64_t> counts_between(const balance::Policy& policy, int sel
   return counts;
 }
 
-// Partners tell each other their loads; what this one has to give to them. Who failed says nothing, and nothing moves
-// between it and the others.
+// Exchanges loads with the partners; returns what this calculator gives to them. A failed calculator sends no loads,
+// and no particles move between it and its partners.
 std::vector<Request> compare(Rank& rank, const Round& round, const std::vector<std::size_t>& systems,
                              const std::vector<Load>& own, const std::vector<std::int32_t>& partners) {
   Session& session = rank.session;
@@ -92,8 +92,8 @@ std::vector<Request> compare(Rank& rank, const Round& round, const std::vector<s
   return requests;
 }
 
-// Tells whether particles are still on their way to this calculator over the same cut. The donor cannot see them yet
-// and would give them all back.
+// Returns whether particles are still migrating to this calculator across the same cut. It does not have them yet, and
+// would give the same number back.
 bool comes_back(const Script& script, const Request& request, int self) {
   const bool right = request.kind == Request::Kind::give_right;
   const int cut = right ? self : self - 1;
@@ -103,7 +103,8 @@ bool comes_back(const Script& script, const Request& request, int self) {
   });
 }
 
-// Donors give to both sides at once: half of what is here to each, or the two cuts would cross.
+// Finds the cut for a gift of this donor. As it may give to both sides, each gets at most half of its particles;
+// otherwise its two cuts could cross.
 Decision decide(const Rank& rank, const Script& script, const Calculator& calculator, Request request) {
   const auto system = static_cast<std::size_t>(request.system);
   const bool right = request.kind == Request::Kind::give_right;
@@ -190,7 +191,7 @@ void take_new_cuts(Rank& rank, Script& script, const Calculator& calculator) {
     }
     for (auto& [system, after] : cuts) {
       script.divide(system, script.systems[system]->domains.with(std::move(after)));
-      // Particles may be outside now: the next exchange takes them to their owners.
+      // Particles may be outside their domain now; they migrate in the next exchange.
       for (const std::size_t i : script.sharing(system)) calculator.populations[i]->moved = true;
     }
   });

@@ -11,7 +11,7 @@ using comm::Message;
 
 namespace {
 
-// Births of one group, as they stand in a message behind their group's number.
+// Reads the births of one group from a message, after the group's number.
 std::span<const std::byte> births_in(Reader& in) { return in.take(in.get<std::uint32_t>() * sizeof(Due)); }
 
 using DigitCounts = std::array<std::uint32_t, roles::Ring::kDigits>;
@@ -27,7 +27,7 @@ DigitCounts digits_of(std::span<const Due> births, const roles::Ring ring, int s
   return counts;
 }
 
-// Makes room for `count` births of a group in a message and returns its place.
+// Appends room for `count` births of a group to a message and returns its address.
 std::byte* make_room(std::uint32_t group, std::uint32_t count, Message& message) {
   base::Bytes& bytes = message.bytes();
   bytes.reserve(bytes.size() + sizeof group + sizeof count + count * sizeof(Due));

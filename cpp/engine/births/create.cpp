@@ -19,8 +19,8 @@ using comm::Phase;
 
 namespace {
 
-// Groups are made and dealt out in pieces of so many particles: a large burst needs no memory of its own, and a piece
-// stays in the second cache.
+// Particles per piece in which groups are created and dealt out: large bursts need little memory, and a piece fits into
+// the L2 cache.
 constexpr std::uint64_t kPiece = std::uint64_t{1} << 16;
 
 void put_cuts(const System& system, Balancing& balancing, base::Bytes& out) {
@@ -37,11 +37,11 @@ void take_cuts(Script& script, Calculator& calculator, std::size_t index, base::
   const auto bytes = in.take(cuts.size() * sizeof(domains::Cut));
   if (!cuts.empty()) std::memcpy(cuts.data(), bytes.data(), bytes.size());
   script.divide(index, domains::Domains::of(cuts, script.systems[index]->domains.curve()));
-  // Particles may be outside now: the next exchange takes them to their owners.
+  // Particles may be outside their domain now; they migrate in the next exchange.
   for (const std::size_t i : script.sharing(index)) calculator.populations[i]->moved = true;
 }
 
-// Makes so many births in pieces, as many at a time as there are threads; they are used in order.
+// Creates `births` particles in pieces, one per thread at a time, and calls `use` with each piece, in order.
 template <class Make>
 void make_pieces(const Rank& rank, const System& system, std::uint64_t births, const Make& make,
                  const std::function<void(const particles::Store&)>& use) {
@@ -85,14 +85,14 @@ void deal_groups(const Rank& rank, const System& system, std::size_t index, std:
   }
 }
 
-// Other rounds than this rank's: its list differs.
+// Adopts the manager's number of rounds, since this rank's list differs.
 void follow(Script& script, std::uint32_t rounds) {
   const std::size_t before = script.rounds.size();
   script.rounds.resize(rounds);
   for (std::size_t r = before; r < script.rounds.size(); ++r) script.rounds[r].turn = script.rounds[r - 1].turn + 1;
 }
 
-// New cuts of all systems: children of the first round may belong to a system of a later one.
+// Applies the new cuts of all systems at once, since children of the first round may belong to a system of a later one.
 void take_next_cuts(Script& script, Manager& manager) {
   for (std::size_t i = 0; i < script.systems.size(); ++i) {
     Balancing& balancing = manager.systems[i];
@@ -103,8 +103,8 @@ void take_next_cuts(Script& script, Manager& manager) {
   }
 }
 
-// Fits all domains in the first round: systems that share domains may be fitted to births of a later one, and the
-// manager must use the same cuts as the ranks of its round.
+// Fits all domains in the first round: systems that share domains may be fitted to births of a later round, and all
+// ranks must use the same cuts in a round.
 void fit_all(const Rank& rank, Script& script, Manager& manager) {
   for (std::size_t i = 0; i < script.systems.size(); ++i) {
     if (fit(rank, script, i)) manager.systems[script.sharing(i).front()].untold = true;
@@ -161,7 +161,7 @@ Newborn receive_births(Rank& rank, Script& script, Calculator& calculator, std::
   newborn.interact = in.get<bool>();
   newborn.compare = in.get<bool>();
   if (hash != script.hash) {
-    if (!rank.session.failed()) {  // else that is why
+    if (!rank.session.failed()) {  // otherwise the earlier failure is the reason
       rank.session.fail(
           {Failure::Kind::mismatch, recording::name(script.record.verb), "another list than the manager's"});
     }

@@ -1,6 +1,6 @@
-// create (paper 3.2.1): the manager counts, numbers and makes the births of the frame and deals them out by domain; its
-// message is also the notice that transmission has ended, and says what it was asked to do. share.h is another way: the
-// calculators make births.
+// create (paper 3.2.1): the manager counts, numbers and creates the births of the frame and deals them out by domain.
+// Its message also marks the end of transmission, and carries the hash of its list. Alternatively, calculators create
+// births (share.h).
 #pragma once
 
 #include <functional>
@@ -18,38 +18,39 @@ namespace motes::engine {
 /// A calculator's part of a round's births.
 struct Newborn {
   Heard heard;  // the manager's message
-  std::optional<RenderPlan> plan;  // plan of the frame's picture, with the first round
-  base::Reader dealt{{}};  // births where the manager makes them
-  bool interact = false;  // particles of the round meet
+  std::optional<RenderPlan> plan;  // plan of the frame's picture, only in the first round
+  base::Reader dealt{{}};  // births that the manager created
+  bool interact = false;  // the round has pair interactions
   bool compare = false;  // neighbours compare their loads
-  bool shared = false;  // the calculators made them:
+  bool shared = false;  // calculators create the births; the next three members apply
   std::vector<comm::Message> shares;  // messages from several ranks, each with numbers of births by group, in order
   std::vector<base::Reader> readers;  // readers of `shares`
-  std::uint32_t group = 0;  // the next to be taken
-  std::uint64_t count = 0;  // particles in all of it
+  std::uint32_t group = 0;  // the next group to take
+  std::uint64_t count = 0;  // number of particles
 };
 
-/// Manager: makes and deals out a round's births, with the cuts that others do not know yet.
+/// Manager: creates and deals out a round's births, together with cuts that have not been sent yet.
 void deal(Rank& rank, Script& script, Manager& manager, const Round& round);
 
-/// Receives the manager's message of a round. If this rank's list differs it fails, but follows the manager's rounds
-/// until all agree on that. Collective.
+/// Receives the manager's message of a round. If this rank's list differs, the rank fails, but follows the manager's
+/// rounds until all ranks agree on the failure. Collective.
 Newborn receive_births(Rank& rank, Script& script, Calculator& calculator, std::size_t round);
 
-/// Calculator: takes its particles of the next group into the store.
+/// Calculator: adds its particles of the next group to the store.
 void take_births(const Rank& rank, const System& system, const BirthGroup& group, Newborn& newborn,
                  particles::Store& store);
 
-/// Makes what belongs to this calculator of a group, where all ranks do so.
+/// Creates a group's particles that this calculator owns, without messages: every rank creates the whole group and
+/// drops the rest.
 void create_own(const Rank& rank, const System& system, const BirthGroup& group, particles::Store& store);
 
-/// space "fit": the first births decide where the domains lie. Returns whether they did.
+/// Fits the domains of a system with space "fit" to its first births. Returns whether it did.
 bool fit(const Rank& rank, Script& script, std::size_t system);
 
-/// Makes particles first .. last - 1 of a group, by their numbers in it, piece by piece.
+/// Creates particles first .. last - 1 of a group, and calls `use` with each piece.
 void make_births(const Rank& rank, const System& system, const BirthGroup& group, std::uint64_t first,
                  std::uint64_t last, const std::function<void(const particles::Store&)>& use);
-/// Makes those with these numbers, in this order.
+/// Creates the particles of a group with these numbers, in this order, and calls `use` with each piece.
 void make_births(const Rank& rank, const System& system, const BirthGroup& group,
                  std::span<const std::uint32_t> numbers, const std::function<void(const particles::Store&)>& use);
 

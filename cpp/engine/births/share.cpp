@@ -15,22 +15,22 @@ using comm::Phase;
 
 namespace {
 
-// Seconds on one core of 2020, by which the quicker way is chosen. `python -m motes bench births` measures those of a
-// birth; a message is a small one on one host, sent and taken. In each step of the ring all calculators wait for each
-// other, which takes as long as the last one is late: on busy hosts far longer than the messages.
-constexpr double kDeal = 35e-9;    // manager: makes a birth, finds its owner, packs it
-constexpr double kTake = 4e-9;     // calculator: unpacks one
-constexpr double kShare = 32e-9;   // calculators: make one, find its owner, sort its number, and make it again there
-constexpr double kForward = 5e-9;  // calculator: passes a number on, in each step but the last
-constexpr double kMessage = 2e-6;  // calculator: a message to another one
+// Costs by which quicker_births() chooses, in seconds on one core of 2020. `python -m motes bench births` measures
+// those per birth; a message is a small one on one host, sent and received. In each step of the ring all calculators
+// wait for the slowest, which on busy hosts takes far longer than the messages.
+constexpr double kDeal = 35e-9;    // manager: create a birth, find its owner, pack it
+constexpr double kTake = 4e-9;     // calculator: unpack a birth
+constexpr double kShare = 32e-9;  // calculators: create a birth, find its owner, sort its number, create it there
+constexpr double kForward = 5e-9;  // calculator: forward a number, in each step except the last
+constexpr double kMessage = 2e-6;  // calculator: a message to another calculator
 constexpr double kStep = 100e-6;   // calculators: the wait for the slowest
 
-// The first number of calculator c's part of so many births.
+// Returns the first number of calculator c's part of `count` births.
 std::uint64_t share(std::uint64_t count, std::size_t calculators, std::size_t c) {
   return count / calculators * c + std::min<std::uint64_t>(c, count % calculators);
 }
 
-// Adds births first .. last - 1 of a group with their owners. Where ids decide, nobody needs to know where they are.
+// Adds births first .. last - 1 of a group with their owners. If domains are cut by id, positions are not computed.
 void find_owners(const Rank& rank, const System& system, const BirthGroup& group, std::uint64_t first,
                  std::uint64_t last, std::vector<Due>& births) {
   births.reserve(births.size() + (last - first));
@@ -52,7 +52,7 @@ void find_owners(const Rank& rank, const System& system, const BirthGroup& group
   }
 }
 
-// This calculator's part of all groups.
+// Returns this calculator's part of all groups.
 std::vector<BirthNumbers> make_share(const Rank& rank, const Script& script, const Round& round) {
   std::vector<BirthNumbers> groups;
   const std::size_t calculators = rank.session.calculators();
@@ -70,7 +70,7 @@ std::vector<BirthNumbers> make_share(const Rank& rank, const Script& script, con
   return groups;
 }
 
-// Returns all births that are here between two steps.
+// Returns the births at this calculator between two steps.
 std::vector<BirthNumbers> between_steps(const Rank& rank, const Script& script, const Round& round,
                                         const std::vector<Message>& messages) {
   std::vector<BirthNumbers> groups;
@@ -83,7 +83,7 @@ std::vector<BirthNumbers> between_steps(const Rank& rank, const Script& script, 
   return groups;
 }
 
-// Sends the step's messages; returns those that came, and what stays.
+// Sends the step's messages; returns the births that stay and the received messages.
 std::vector<Message> pass_on(Rank& rank, const Round& round, const roles::Ring& ring, int step,
                              std::vector<Message> messages) {
   Session& session = rank.session;

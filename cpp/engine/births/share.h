@@ -1,6 +1,6 @@
-// create, another way: each calculator makes a part of the births, by their numbers, finds their owners, and sends them
-// the numbers in a few steps along a ring. Particles depend on their numbers alone, so that owners make them again, and
-// they are those that the manager would make.
+// create by calculators: each calculator creates a part of the births, finds their owners, and sends the births'
+// numbers to the owners in a few steps along a ring. Particles depend only on their numbers, so the owners create them
+// again, the same as if the manager had created them.
 #pragma once
 
 #include <cstdint>
@@ -11,23 +11,25 @@
 
 namespace motes::engine {
 
-/// Who creates with that name; "auto" is automatic. Throws std::invalid_argument where there is none.
+/// Returns the enumerator of a name; "auto" is Births::automatic. Throws std::invalid_argument for unknown names.
 Births births_named(const std::string& name);
 
-/// Who creates so many births on so many calculators: the quicker of both, as estimated from these numbers alone.
+/// Returns the quicker way to create `births` particles on `calculators` calculators, estimated only from these
+/// numbers.
 Births quicker_births(std::uint64_t births, std::size_t calculators);
 
-/// Manager: who creates this frame's births, never automatic; nobody where there are none.
+/// Manager: returns who creates this frame's births, never automatic; nothing if there are no births.
 std::optional<Births> births_by(const Rank& rank, const Script& script);
 
-/// Manager: whether calculators make this round's births. All of them send and receive then, also what is empty: nobody
-/// needs to be told who will.
+/// Manager: tells whether calculators create this round's births. Then all of them exchange messages, even empty ones,
+/// so no rank needs to announce its messages.
 bool shares_births(const Rank& rank, const Script& script, const Round& round);
 
-/// Calculators: makes this one's part and sends it on its way. One that fails takes part with empty messages.
+/// Creates this calculator's part of the births and exchanges their numbers along the ring. A calculator that fails
+/// takes part with empty messages. Collective over calculators.
 void share_births(Rank& rank, const Script& script, const Round& round, Newborn& newborn);
 
-/// Makes this calculator's particles of the next group, into the store.
+/// Creates this calculator's particles of the next group in the store.
 void take_shares(const Rank& rank, const System& system, const BirthGroup& group, Newborn& newborn,
                  particles::Store& store);
 

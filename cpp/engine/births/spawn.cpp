@@ -15,8 +15,8 @@ namespace {
 using recording::Event;
 using recording::Spawn;
 
-// Ids are given in the order of birth, so who is new in this frame has the highest ones: the last frame's children, and
-// this frame's births. Looking for them takes a pass over all ids: nobody is found where no rule asks.
+// Returns the particles that are new in this frame: the last frame's children and this frame's births, which have the
+// highest ids. This takes a pass over all ids, so the result is empty if no rule needs them.
 std::vector<std::uint32_t> newborn_of(const System& system, const particles::Store& store) {
   std::vector<std::uint32_t> found;
   if (!asks_for(system, Spawn::On::birth)) return found;
@@ -26,7 +26,7 @@ std::vector<std::uint32_t> newborn_of(const System& system, const particles::Sto
   return found;
 }
 
-// Their indices change where particles meet; their ids do not.
+// Notes the ids of particles that bounced, since interactions change indices.
 void note_bounced(Population& here) {
   for (const std::uint32_t p : here.outcome.hits) here.bounced.insert(here.store.ids()[p]);
   here.outcome.hits.clear();
@@ -40,7 +40,7 @@ std::vector<std::uint32_t> bounced_of(const Population& here) {
   return found;
 }
 
-// Returns the live particles; none if no rule asks for them.
+// Returns the live particles; empty if no rule needs them.
 std::vector<std::uint32_t> living_of(const System& system, const Population& here) {
   std::vector<std::uint32_t> found;
   if (!asks_for(system, Spawn::On::frame)) return found;
@@ -51,7 +51,7 @@ std::vector<std::uint32_t> living_of(const System& system, const Population& her
   return found;
 }
 
-// Adds the events of each rule for particles that were born, died or bounced.
+// Adds the events of each rule for the particles it applies to, sorted by id.
 void add_events(const Rank& rank, const System& system, Population& here, const std::vector<std::uint32_t>& newborn,
                 const std::vector<std::uint32_t>& dead, const std::vector<std::uint32_t>& bounced,
                 const std::vector<std::uint32_t>& living) {
@@ -71,7 +71,7 @@ void add_events(const Rank& rank, const System& system, Population& here, const 
   }
 }
 
-// The calculators that children of this event belong to: the owner of the place, or of each child's id.
+// Returns the calculators that own children of this event: the owner of its position, or of each child's id.
 std::vector<int> owners_of_children(const System& system, const Event& event, std::uint64_t first_id,
                                     std::uint32_t count) {
   const std::array<float, 3> place{event.position[0], event.position[1], event.position[2]};
@@ -86,7 +86,7 @@ std::vector<int> owners_of_children(const System& system, const Event& event, st
   return owners;
 }
 
-// The place in a list of its spawn rule number `rule`.
+// Returns the index in a list of its spawn rule number `rule`.
 std::size_t item_of_rule(const std::vector<recording::Item>& list, std::int32_t rule) {
   std::size_t item = 0;
   for (; !std::holds_alternative<Spawn>(list[item]) || rule-- > 0; ++item) {
@@ -94,7 +94,7 @@ std::size_t item_of_rule(const std::vector<recording::Item>& list, std::int32_t 
   return item;
 }
 
-// Parents of one rule that stand next to each other make their children in one go.
+// Creates the children of parents begin .. end - 1, which all have the same rule.
 void make_children(const Script& script, Calculator& calculator, int self, const std::vector<Parent>& parents,
                    std::size_t begin, std::size_t end, const std::vector<std::uint64_t>& children) {
   const System& from = *script.systems[static_cast<std::size_t>(parents[begin].system)];
@@ -123,7 +123,7 @@ void note_events(const Rank& rank, const System& system, Population& here) {
   if (here.bounced.empty()) {
     add_events(rank, system, here, newborn_of(system, here.store), here.outcome.dead, here.outcome.hits,
                living_of(system, here));
-  } else {  // some did before an interaction
+  } else {  // some bounced before an interaction
     note_bounced(here);
     add_events(rank, system, here, newborn_of(system, here.store), here.outcome.dead, bounced_of(here),
                living_of(system, here));

@@ -1,6 +1,7 @@
-// spawn: events in the lives of particles make others. Children are born at the end of the frame, where their parents
-// are then. Calculators report the events; the manager numbers the children in the order of systems, rules and parents'
-// ids, and tells each calculator, with the verdict, which parents' children belong to it; the calculators make them.
+// spawn: particles create children at events such as birth, death or collision. Children are born at the end of the
+// frame, at their parents' positions. Calculators report the events; the manager numbers the children in the order of
+// systems, rules and parents' ids, and sends each calculator, with the verdict, the parents whose children it owns; the
+// calculators create the children.
 #pragma once
 
 #include <functional>
@@ -12,15 +13,14 @@
 
 namespace motes::engine {
 
-/// Calculator, before the dead of this frame are removed: the events that the spawn rules ask for. Each rule counts a
+/// Calculator: notes the events that spawn rules apply to, before this frame's dead are removed. Each rule counts a
 /// particle once.
 void note_events(const Rank& rank, const System& system, Population& here);
 
-/// Calculator, before an interaction: the dead so far are removed, with the events that the spawn rules ask of them
-/// noted.
+/// Calculator, before an interaction: notes the events of the dead so far that spawn rules apply to, and removes them.
 void clear_dead(const Rank& rank, const System& system, Population& here);
 
-/// Manager: numbers the children of a round's events, and says to whom they belong.
+/// Manager: numbers the children of a round's events and finds their owners.
 void collect_parents(const Rank& rank, const Script& script, Manager& manager, const Round& round,
                      const std::vector<SystemReport>& reports, Judgement& judgement);
 

@@ -31,7 +31,7 @@ Opening opening_of(const Logging& logging) {
 void Account::open_log(const Logging& logging) {
   const std::uint64_t first = logging.continued_from;
   log_ = std::make_unique<Log>(logging.directory, logging.hosts, first);
-  for (const Opening& earlier : logging.openings) {  // those that went with the rows of frames from here on
+  for (const Opening& earlier : logging.openings) {  // rewrite those that were removed with the rows of later frames
     if (earlier.frame >= first) log_->event(earlier.kind, first, earlier.text);
   }
   const Opening opening = opening_of(logging);

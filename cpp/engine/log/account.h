@@ -1,5 +1,5 @@
-// The manager's account of a frame: reports become rows of the log. What a rank did after its report (exchange,
-// render) comes with its next report, so a frame's row is complete one turn later.
+// The manager's account of a frame: turns reports into rows of the log. What a rank does after its report (exchange,
+// render) is part of its next report, so a frame's row is complete one frame later.
 #pragma once
 
 #include <memory>
@@ -16,39 +16,39 @@
 
 namespace motes::engine {
 
-/// Returns how the run of this log began: anew, from a checkpoint, or after a loss of ranks.
+/// Returns how the run of this log began: as a new run, from a checkpoint, or after a loss of ranks.
 Opening opening_of(const Logging& logging);
 
 class Account {
  public:
-  /// Makes the log's directory and tables, or goes on with those of an earlier run, and says so in an event. Throws
-  /// LogError, naming the path, where it cannot.
+  /// Creates the log's directory and tables, or continues those of an earlier run, and writes an event about it. Throws
+  /// LogError, naming the path, on failure.
   void open_log(const Logging& logging);
   Log* log() { return log_.get(); }
 
-  /// Notes a judged round; the first one begins a row.
+  /// Notes a judged round; the first round begins a row.
   void note_round(const Script& script, const Round& round, const Judged& judged, const roles::Cast& cast,
                   const roles::Tree& tree);
-  /// Who created the frame's births.
+  /// Notes who created the frame's births.
   void note_births(Births by);
-  /// Children that a calculator gets at the frame's end.
+  /// Notes the number of children that a calculator gets at the frame's end.
   void note_children(std::size_t system, int calculator, std::uint64_t count);
-  /// Closes the row when all rounds are judged and children numbered; tails of the ranks are still to come.
+  /// Closes the row when all rounds are judged and children numbered; the ranks' tails are added later.
   void close_row(const Script& script, const roles::Cast& cast, bool digest);
 
-  /// Adds what ranks did after their last report to the last row.
+  /// Adds the merged tail of all ranks to the last row.
   void note_tail(const Tail& tail);
-  /// Adds what each calculator did to the last row, which is then complete.
+  /// Adds each calculator's tails to the last row.
   void note_tails(const std::vector<CalculatorTail>& tails, const roles::Tree& tree);
-  /// Adds where each rank's time went to the last row.
+  /// Adds what each rank spent its time on to the last row.
   void note_times(std::vector<RankTimes> times);
-  /// Complete rows go to the log. A row is written a turn after it is complete: nobody waits for the disk then.
+  /// Writes complete rows to the log. Call when no rank waits for the manager, so none waits for the disk.
   void write_rows();
-  /// Writes them now, and waits until the disk has them. After a conversation outside the frame, which brings the last
-  /// frame's tails, these are the rows of all frames so far. Throws LogError where the disk does not accept them.
+  /// Writes complete rows and waits until they are on disk. After a conversation outside a frame, which brings the last
+  /// frame's tails, these are the rows of all frames so far. Throws LogError if they cannot be written.
   void secure_rows();
 
-  /// The last frame about which all is known.
+  /// Returns the row of the last complete frame.
   const std::optional<FrameRow>& last_row() const { return last_row_; }
 
  private:
@@ -58,9 +58,9 @@ class Account {
 
   std::unique_ptr<Log> log_;
   FrameRow row_;                      // row of the frame whose rounds are being judged
-  std::optional<FrameRow> open_row_;  // waits for the tails
+  std::optional<FrameRow> open_row_;  // a closed row without tails
   std::optional<FrameRow> last_row_;
-  bool row_is_new_ = false;  // the log does not have it yet
+  bool row_is_new_ = false;  // `last_row_` is not in the log yet
 };
 
 }  // namespace motes::engine

@@ -9,7 +9,7 @@ namespace motes::engine {
 
 namespace {
 
-// Two digits are enough for advice.
+// Formats a number with two digits, enough for advice.
 std::string brief(double number) {
   char text[32];
   std::snprintf(text, sizeof text, "%.2g", number);
@@ -71,7 +71,7 @@ std::vector<Alarm> Alarms::look(std::size_t system, const std::string& name, con
   }
   if (!(strain.overlap_99 > kDeep)) {
     watched.frames = 0;
-  } else if (watched.frames == 0 || strain.overlap_99 < 0.9f * watched.deepness) {  // grains born so make way
+  } else if (watched.frames == 0 || strain.overlap_99 < 0.9f * watched.deepness) {  // overlaps are decreasing
     watched.frames = 1;
     watched.deepness = strain.overlap_99;
   } else if (++watched.frames >= kPatience) {

@@ -5,7 +5,7 @@
 namespace motes::engine {
 namespace {
 
-// Seven digits are more than a clock knows.
+// Converts seconds to float: seven digits exceed the precision of clocks.
 float seconds(double value) { return static_cast<float>(value); }
 
 jsonl::JsonlRow row_of(const FrameRow& frame) {
@@ -29,7 +29,8 @@ jsonl::JsonlRow row_of(const FrameRow& frame) {
   return row;
 }
 
-// Along the first axis that is cut, by id or along a curve; bricks have columns of their own for the others.
+// Writes the bounds of a domain: domain_lo and domain_hi for the first axis that is cut, the ids or the curve; bricks
+// have further columns for the other axes.
 void put_domain(const LoadRow& load, jsonl::JsonlRow& row) {
   static const char* const kNames[3][2] = {
       {"domain_x_lo", "domain_x_hi"}, {"domain_y_lo", "domain_y_hi"}, {"domain_z_lo", "domain_z_hi"}};
@@ -68,8 +69,8 @@ jsonl::JsonlRow row_of(const FrameRow& frame, const LoadRow& load, const std::st
   return row;
 }
 
-// Along the first axis that is cut, by id or along a curve, the names say x; bricks have columns of their own for the
-// others.
+// Returns a row of quantiles: columns x_q00, x_q01, ... for the first axis that is cut, the ids or the curve; bricks
+// have further columns, named y or z, for the other axes.
 jsonl::JsonlRow density_of(const FrameRow& frame, const LoadRow& load) {
   jsonl::JsonlRow row;
   row.field("frame", frame.frame).field("system", load.system).field("rank", load.rank);

@@ -18,10 +18,10 @@ struct LoadRow {
   std::string system;
   int rank = 0;
   Tally tally;
-  std::uint64_t children = 0;  // born at the frame's end: no time was spent on them
+  std::uint64_t children = 0;  // born at the frame's end, so they took no time
   std::uint64_t n_end = 0;
   double rescaled_s = 0, exchange_s = 0, wait_s = 0, image_s = 0;
-  domains::Box domain;  // metres; infinite at the ends
+  domains::Box domain;  // metres; infinite at the ends of space
   domains::Axes axes;   // axes that are cut
   double speed = 0;                    // particles per second
   Density density;
@@ -54,24 +54,24 @@ struct FrameRow {
   std::string image_sha256;
   std::vector<particles::Digest> digests;  // one per system; empty if not asked for
   std::vector<LoadRow> load;               // ordered by system, then calculator
-  std::vector<RankTimes> ranks;            // where each rank's time went
+  std::vector<RankTimes> ranks;            // what each rank spent its time on
   std::size_t systems = 0;                 // number of systems in `load`
-  bool has_tail = false;                   // ranks told what they did after their reports
+  bool has_tail = false;                   // the ranks' tails have been added
 };
 
 /// The tables of a run, written frame by frame. run.json and the spans are elsewhere.
 class Log {
  public:
-  /// Makes the directory and empty tables; with `first_frame` above 0, goes on with those of an earlier run, of which
-  /// the rows of earlier frames stay. Throws LogError, naming the path, where it cannot.
+  /// Creates the directory and empty tables; with `first_frame` above 0, continues an earlier run's tables and keeps
+  /// their rows of earlier frames. Throws LogError, naming the path, on failure.
   Log(const std::string& directory, std::vector<std::string> hosts, std::uint64_t first_frame = 0);
 
   void add(const FrameRow& row);
-  void add(const BalanceRow& row);  // kept until
+  void add(const BalanceRow& row);  // buffered until write_balance()
   void write_balance();
   /// kind: "start", "continued", "end", "crowded", ...
   void event(const std::string& kind, std::uint64_t frame, const std::string& text);
-  /// Waits until all rows so far are on the disk. Throws LogError where it does not accept them.
+  /// Waits until all rows so far are on disk. Throws LogError if they cannot be written.
   void sync();
 
  private:

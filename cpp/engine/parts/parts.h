@@ -13,10 +13,10 @@ struct Parts {
   explicit Parts(std::unique_ptr<comm::Communicator> communicator, roles::Cast cast, Settings settings)
       : rank(std::move(communicator), std::move(cast), std::move(settings)) {}
 
-  Rank rank;              // who this is, and how it talks
-  Script script;          // what was recorded: all ranks know the same
+  Rank rank;              // settings, session, threads, clocks
+  Script script;          // what was recorded; the same on all ranks
   Calculator calculator;  // the particles of this rank
-  Manager manager;        // cuts, loads and the account; used by one rank alone
+  Manager manager;        // cuts, loads and the account; used only on the manager
   Painter painter;        // projecting and drawing
 };
 

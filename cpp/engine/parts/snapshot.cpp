@@ -84,7 +84,7 @@ SharedState shared_state(const Parts& parts) {
   return state;
 }
 
-// Meshes come first: the shapes of the histories find them when they are read.
+// Meshes come first, because reading the shapes in the histories looks them up.
 void write(const SharedState& state, base::Bytes& out) {
   std::set<meshes::AssetKey> meshes;
   for (const SharedSystem& system : state.systems) {
@@ -172,7 +172,7 @@ void restore_rows(const Rank& rank, const Calculator& calculator, const snapshot
   Population& here = *calculator.populations.at(system);
   snapshots::append(description, planes, system, first, last, here.store, *rank.pool);
   here.tally.at_start = here.store.size();
-  here.moved = true;  // any of them may belong to another calculator
+  here.moved = true;  // any particle may belong to another calculator
 }
 
 void restore_speeds(const Calculator& calculator, const snapshots::Description& description) {

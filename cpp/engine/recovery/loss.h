@@ -1,4 +1,4 @@
-// A loss of ranks as the script's side of each remaining rank sees it.
+// The loss of ranks, as seen by the callers of the engine on the remaining ranks.
 #pragma once
 
 #include <cstdint>
@@ -13,28 +13,29 @@
 
 namespace motes::engine {
 
-/// Ranks were lost, and there is no way back to what they held. The same on all ranks that are left.
+/// Ranks were lost and their particles cannot be restored. Thrown on all remaining ranks.
 class Unrecoverable : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// What changed for the remaining ranks.
+/// The changes for the remaining ranks.
 struct Loss {
-  std::vector<int> survivors;  // the old rank of each, ascending
-  std::vector<int> lost;       // old ranks
-  roles::Cast before, now;     // each in the ranks of its time
+  std::vector<int> survivors;  // old rank numbers of the remaining ranks, ascending
+  std::vector<int> lost;       // old rank numbers of the lost ranks
+  roles::Cast before, now;     // `before` with old rank numbers, `now` with new ones
   int handle = -1;             // see Communicator::handle
 };
 
-/// Every function may be empty, and may throw RankLost; whatever else `resumed` and `redrawn` throw ends the run.
+/// Callbacks for recovery. Each may be empty and may throw RankLost; any other exception from `resumed` or `redrawn`
+/// ends the run.
 struct Bystander {
-  /// Collective: finds the others again. Returns why this rank cannot go on, or nothing.
+  /// Adapts to the new ranks. Returns why this rank cannot continue, or an empty string. Collective.
   std::function<std::string(const Loss&)> regroup;
-  /// The first frame of which this rank, who makes pictures now, needs the picture again; UINT64_MAX: none.
+  /// Returns the first frame whose picture this rank, the new image generator, needs again; UINT64_MAX: none.
   std::function<std::uint64_t(const Loss&)> unsaved_from;
-  /// The world is what it was before this frame; frames from here on run again.
+  /// Called when the world is restored to its state before this frame; frames from here on run again.
   std::function<void(std::uint64_t frame)> resumed;
-  /// The image generator has made the picture of a frame again.
+  /// Image generator: called when the picture of a frame has been drawn again.
   std::function<void(std::uint64_t frame, const image::View& view)> redrawn;
   /// How the remaining ranks watch each other while waiting; empty functions: as before.
   comm::Watch watch;

@@ -11,9 +11,9 @@ namespace {
 
 using comm::Phase;
 
-// So many frames after it was made a generation is taken and counts, and one frame later all ranks have it. A replica
-// has time to travel then; and the log has the rows of all frames before it, because the manager has written them
-// before it took part in the frame behind.
+// The number of frames after which a generation is received and becomes valid; one frame later, all ranks have it. This
+// gives replicas time to travel. By then the log has the rows of all frames before the generation, because the manager
+// writes them before it takes part in the next frame.
 constexpr std::uint64_t kLag = 2;
 
 // Returns the calculator that holds the replica of this one's particles.
@@ -23,7 +23,7 @@ int holder_of(const Session& session, int calculator) {
   return (session.rank_of(calculator) + 1) % session.size();
 }
 
-// Whose replica comes to this rank; -1: nobody's.
+// Returns the calculator whose replica this rank holds; -1: none.
 int held_by(const Session& session) {
   const int count = static_cast<int>(session.calculators());
   if (session.size() == 1) return -1;
@@ -75,7 +75,7 @@ void Replicas::forget_lists_from(std::uint64_t frame) {
 
 void Replicas::forget_behind(GenerationId of) {
   while (generations_.back().of > of) generations_.pop_back();
-  for (Generation& generation : generations_) generation.arrived = true;  // what has not come will not come
+  for (Generation& generation : generations_) generation.arrived = true;  // pending replicas will not arrive
 }
 
 void Replicas::at_border(Parts& parts, std::uint64_t unsaved_from) {
@@ -121,7 +121,7 @@ void Replicas::make(Parts& parts, bool alone, bool wait) {
   made.other.calculator = held_by(session);
   made.arrived = made.other.calculator < 0;
   if (wait && !made.arrived) take(rank, made);
-  made.counts = wait;  // then the log ends here
+  made.counts = wait;  // valid at once: the log ends here
   generations_.push_back(std::move(made));
 }
 
@@ -139,7 +139,8 @@ void Replicas::take(Rank& rank, Generation& generation) {
   generation.arrived = true;
 }
 
-// Behind a generation that all ranks have, earlier ones are needed for pictures alone: then the newest that does.
+// Forgets the generations before the newest one that all ranks have, except one that pictures may need: the newest at
+// or before `unsaved_from`.
 void Replicas::forget(Rank& rank, std::uint64_t unsaved_from, std::uint64_t now) {
   std::optional<std::size_t> whole, wanted;
   for (std::size_t i = 0; i < generations_.size(); ++i) {
@@ -165,7 +166,7 @@ void Replicas::forget(Rank& rank, std::uint64_t unsaved_from, std::uint64_t now)
   while (!lists_.empty() && lists_.front().frame < generations_.front().of.frame) lists_.pop_front();
 }
 
-// The memory of a message that nobody needs any more: fresh memory costs more than what is copied into it.
+// Returns the memory of a message that is no longer used: allocating new memory costs more than copying into it.
 base::Bytes Replicas::spare() {
   for (const std::shared_ptr<const comm::Message>& message : used_) {
     if (!message || message.use_count() > 1) continue;

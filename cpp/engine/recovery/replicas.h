@@ -1,9 +1,9 @@
-// Replicas in memory, against the loss of ranks. Every few frames each calculator keeps its own particles and a replica
-// of its neighbour's; all ranks keep what they know of the world and the lists of the frames since:
+// In-memory replicas, to survive the loss of ranks. Every few frames each calculator copies its own particles and gets
+// a replica of its neighbour's; all ranks keep the shared state and the lists of the frames since:
 //
 //   calculator 0: own 0, replica of n-1    calculator 1: own 1, replica of 0    ...
 //
-// From these recover.cpp restores the world, unless a calculator is lost together with the holder of its replica.
+// recover.cpp restores the world from these, unless a calculator is lost together with the holder of its replica.
 #pragma once
 
 #include <cstdint>
@@ -34,19 +34,19 @@ constexpr void fields(Visitor& visit, GenerationId& of) {
 
 /// A calculator's particles as a message.
 struct Replica {
-  int calculator = -1;  // whose particles; -1: none
+  int calculator = -1;  // owner of the particles; -1: none
   std::shared_ptr<const comm::Message> message;
 };
 
-/// A generation as one rank holds it.
+/// One rank's part of a generation.
 struct Generation {
   GenerationId of;
-  std::uint32_t parts = 0;  // calculators then; 0: there were no particles yet
+  std::uint32_t parts = 0;  // number of calculators; 0: there were no particles yet
   std::size_t systems = 0;
   base::Bytes state;  // SharedState
-  Replica own, other;  // own particles, and the replica that the neighbour sent
-  bool arrived = false;  // `other` is here, if one comes
-  bool counts = false;  // the world may be made again from it
+  Replica own, other;  // this rank's particles, and the replica of a neighbour's
+  bool arrived = false;  // `other` has arrived, or none is expected
+  bool counts = false;  // the world may be restored from it
 };
 
 /// The list of a frame that has run.
@@ -58,29 +58,29 @@ struct KeptList {
 
 class Replicas {
  public:
-  /// Copies are made before each frame whose number is a multiple of `every`, which is at least kLag + 2.
+  /// Starts keeping replicas, made before each frame whose number is a multiple of `every`, which is at least kLag + 2.
   void begin(const Parts& parts, std::uint64_t every);
   bool on() const { return every_ > 0; }
 
-  /// The frame under way has this list.
+  /// Keeps the list of the current frame.
   void note_list(std::uint64_t frame, const base::Bytes& record, bool needs_script);
-  /// Collective, between two frames: sends and takes what is due, and forgets what is no longer needed. `unsaved_from`:
-  /// the first frame whose picture may have to be made again.
+  /// Sends and receives the replicas that are due, and forgets those no longer needed. `unsaved_from`: the first frame
+  /// whose picture may be needed again. Collective, between two frames.
   void at_border(Parts& parts, std::uint64_t unsaved_from);
-  /// Collective: takes what is under way, which its sender must be rid of before the end.
+  /// Receives all pending replicas, so their senders can finish. Collective.
   void take_rest(Rank& rank);
-  /// Collective: makes a generation here and now, in place of all earlier ones where `alone` says so. `wait`: until
-  /// this rank has what is sent to it.
+  /// Makes a generation now. `alone`: it replaces all earlier ones. `wait`: wait until this rank has received its
+  /// replica. Collective.
   void make(Parts& parts, bool alone, bool wait);
 
   const std::deque<Generation>& generations() const { return generations_; }
   const Generation* find(GenerationId of) const;
   const std::deque<KeptList>& lists() const { return lists_; }
-  /// The world is made again from this generation: those behind it are of frames that have not run.
+  /// Forgets the generations after this one, from which the world is restored.
   void forget_behind(GenerationId of);
-  /// How often ranks were lost so far.
+  /// Number of losses of ranks so far.
   std::uint32_t losses = 0;
-  /// Frames from this one on have not run: their lists are noted again.
+  /// Forgets the lists from this frame on, which will be noted again.
   void forget_lists_from(std::uint64_t frame);
 
  private:
@@ -90,8 +90,8 @@ class Replicas {
 
   std::uint64_t every_ = 0;
   std::deque<Generation> generations_;  // the oldest first
-  std::deque<KeptList> lists_;  // without gaps, from the oldest generation on
-  std::vector<std::shared_ptr<const comm::Message>> used_;  // none of them const: their memory may be used again
+  std::deque<KeptList> lists_;  // of consecutive frames, from the oldest generation on
+  std::vector<std::shared_ptr<const comm::Message>> used_;  // created non-const: their memory may be reused
 };
 
 /// The content of a replica message.

@@ -7,8 +7,8 @@
 namespace motes::engine {
 namespace {
 
-// The rank that has each calculator's particles of a generation; nothing where some are lost, or where a rank does not
-// have it.
+// Returns the rank that holds each calculator's particles of a generation; nothing if some particles are lost or a rank
+// does not have the generation.
 std::optional<std::vector<int>> holders_of(const std::vector<Standing>& standings, GenerationId of) {
   std::vector<int> holders, owners;
   for (std::size_t rank = 0; rank < standings.size(); ++rank) {
@@ -32,7 +32,7 @@ void refuse(WayBack& way, const std::string& why) {
   if (way.refusal.empty()) way.refusal = why;
 }
 
-// Frames that would have to run without their script.
+// Refuses recovery if frames cannot run again without the script.
 void check_lists(const std::vector<Standing>& standings, WayBack& way) {
   for (const Standing& standing : standings) {
     const bool ahead = standing.call > way.call;
@@ -64,7 +64,7 @@ WayBack way_back(const std::vector<Standing>& standings) {
     if (!standing.refusal.empty()) refuse(way, standing.refusal);
     if (standing.call > way.call) {
       way.anyone_ahead = true;
-      way.announced = standing.announced;  // the same on all of them
+      way.announced = standing.announced;  // the same on all ranks that are ahead
     }
     way.unsaved_from = std::min(way.unsaved_from, standing.unsaved_from);
   }

@@ -7,9 +7,9 @@ namespace motes::engine {
 namespace {
 
 constexpr double kNewest = 0.3;   // weight of the newest sample
-constexpr double kNoise = 0.02;   // changes below are noise
-constexpr double kLeast = 1e-4;   // seconds of drawing that say something
-constexpr double kSlowest = 1.0 / 32;  // a rank that was held up once must not be left out forever
+constexpr double kNoise = 0.02;   // relative changes below this are noise
+constexpr double kLeast = 1e-4;   // minimum seconds of drawing for a sample
+constexpr double kSlowest = 1.0 / 32;  // minimum speed, so a rank that was delayed once still gets tiles
 
 }  // namespace
 

@@ -7,26 +7,26 @@
 
 namespace motes::engine {
 
-/// What one rank drew of a picture.
+/// A rank's drawing of its part of a picture.
 struct DrawSample {
   int rank = 0;
   double expected_s = 0;  // seconds at speed 1
-  double seconds = 0;     // time it took, s
+  double seconds = 0;     // measured
 };
 
-/// Smooths a number that varies from picture to picture; before = 0: not known.
+/// Returns `before` smoothed with a new sample; before = 0: not known.
 double smoothed(double before, double now);
 
-/// Speeds relative to the mean of all that draw: 1 until something else is known. They are smoothed over pictures, and
-/// small changes count for nothing: where all ranks are alike, tiles stay with their owners.
+/// Drawing speeds relative to the mean of all drawing ranks; 1 until measured. They are smoothed over pictures, and
+/// small changes are ignored, so tiles stay with their owners if all ranks are equally fast.
 class DrawSpeeds {
  public:
-  /// Adds the samples of one picture; ranks that drew next to nothing do not count.
+  /// Adds the samples of one picture; samples that are too short are ignored.
   void add(std::span<const DrawSample> samples);
 
   double of(std::size_t rank) const { return rank < speeds_.size() ? speeds_[rank].used : 1; }
 
-  /// Returns how many times as long as expected all ranks take together; 1 until known.
+  /// Returns the measured time of all ranks divided by the expected one; 1 until known.
   double slowness() const { return slowness_ > 0 ? slowness_ : 1; }
 
  private:

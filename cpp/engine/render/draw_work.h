@@ -1,4 +1,4 @@
-// Runs a rank's work on a picture and reports when its memory is too small.
+// Runs a rank's work on a picture and reports insufficient memory.
 #pragma once
 
 #include <new>
@@ -9,7 +9,7 @@
 
 namespace motes::engine {
 
-/// A picture larger than a rank's memory.
+/// Thrown if a picture does not fit into a rank's memory.
 class TooLarge : public std::bad_alloc {
  public:
   explicit TooLarge(const image::View& view)
@@ -21,7 +21,7 @@ class TooLarge : public std::bad_alloc {
   std::string text_;
 };
 
-/// Runs work like talk.work, but reports missing memory as TooLarge, with the picture's size.
+/// Runs work like Session::work, but reports insufficient memory as TooLarge, with the picture's size.
 template <class Work>
 void draw_work(Rank& rank, const image::View& view, const Work& draw) {
   rank.session.work("render", [&] {

@@ -32,18 +32,18 @@ image::Drawn drawn(const particles::Store& store) {
   d.alpha_of_all = store.uniform_value(particles::alpha)[0];
   d.size = store.plane(particles::size, 0);
   d.size_of_all = store.uniform_value(particles::size)[0];
-  if (d.position[0] == nullptr) d.count = 0;  // no particle was ever here
+  if (d.position[0] == nullptr) d.count = 0;  // there was never a particle
   return d;
 }
 
 namespace {
 
-// The number of the frame that is drawn: after a frame the next one is already being recorded.
+// Returns the number of the frame that is drawn; a redraw happens while the next one is recorded.
 std::uint64_t drawn_frame(const Script& script) {
   return script.record.frame - (script.record.verb == recording::Verb::redraw ? 1 : 0);
 }
 
-// Adds the past positions of a system whose sprite asks for them.
+// Returns a system's columns, with past positions if its sprite is a ribbon.
 image::Drawn traced(const Script& script, std::size_t system, const particles::Store& store) {
   image::Drawn d = drawn(store);
   const image::Sprite& sprite = script.record.sprites[system];
@@ -65,7 +65,7 @@ image::Drawn traced(const Script& script, std::size_t system, const particles::S
   return d;
 }
 
-// Computes the numbers of tiles of all particles at a time of the animation, s.
+// Computes the sprite tile numbers of all particles. `time`: seconds of the animation.
 void number_tiles(const image::Pick& pick, particles::Store& store, double time, float* numbers, threads::Pool& pool) {
   constexpr std::size_t kRange = std::size_t{1} << 15;
   const std::uint64_t read = actions::columns_of(pick.number, store.schema());
@@ -99,7 +99,7 @@ DrawnSystem::DrawnSystem(const Script& script, std::size_t system, particles::St
   if (clumps != 0 && !whole && drawn_.count > 0) expand(store, clumps, pool);
 }
 
-// Sphere k of the i-th of n clumps stands at k * n + i.
+// Replaces clumps with their spheres: sphere k of clump i of n is at index k * n + i.
 void DrawnSystem::expand(const particles::Store& store, actions::TableKey clumps, threads::Pool& pool) {
   const std::vector<interactions::ClumpSphere> spheres = interactions::spheres_of(clumps);
   const std::size_t count = store.size();
@@ -124,7 +124,7 @@ void DrawnSystem::expand(const particles::Store& store, actions::TableKey clumps
   drawn_.size = placed[interactions::sphere_size];
 }
 
-// Gives each sphere its clump's value.
+// Returns a plane that gives each sphere its clump's value.
 const float* DrawnSystem::repeat(const float* plane, std::size_t clumps) {
   if (plane == nullptr) return nullptr;
   std::vector<float>& values = planes_.emplace_back(drawn_.count + 2 * particles::kPadding);

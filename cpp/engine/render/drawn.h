@@ -1,4 +1,4 @@
-// What a system contributes to a picture.
+// The particles of a system as a picture shows them.
 #pragma once
 
 #include <cstddef>
@@ -13,16 +13,16 @@
 
 namespace motes::engine {
 
-/// The columns that a picture shows. They point into the store.
+/// Returns the columns that a picture shows, as pointers into the store.
 image::Drawn drawn(const particles::Store& store);
 
-/// What a picture shows of a system: its particles, or the spheres of its clumps (but where each clump is a mesh or a
-/// ribbon), whose columns live as long as this.
+/// The particles of a system as a picture shows them: the particles themselves, or the spheres of clumps unless each
+/// clump is drawn as a mesh or ribbon. Owns the columns of spheres.
 class DrawnSystem {
  public:
   DrawnSystem(const Script& script, std::size_t system, particles::Store& store, threads::Pool& pool);
   DrawnSystem(DrawnSystem&&) noexcept = default;
-  /// Which system it is.
+  /// Returns the system's index.
   std::size_t number() const { return number_; }
   const image::Drawn& columns() const { return drawn_; }
 
@@ -36,13 +36,13 @@ class DrawnSystem {
   particles::IdList ids_;  // of spheres
 };
 
-/// What pictures show of all systems.
+/// Returns a DrawnSystem for each system.
 std::vector<DrawnSystem> drawn_systems(const Script& script, const Calculator& calculator, threads::Pool& pool);
 
-/// `count` of them, from the first one on.
+/// Returns `count` of the particles, from `first` on.
 image::Drawn part_of(const image::Drawn& all, std::size_t first, std::size_t count);
 
-/// Returns how records of a system are made, if the current record has a view; equal on every rank.
+/// Returns how records of a system are made, if the current record has a view; the same on all ranks.
 image::Projection projection(const Script& script, std::size_t system);
 
 }  // namespace motes::engine

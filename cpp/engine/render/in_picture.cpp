@@ -10,8 +10,8 @@
 namespace motes::engine {
 namespace {
 
-// Tells where the particles are relative to the picture. Particles in the picture without a record are too dark or too
-// small, which is no reason to warn.
+// Returns where the particles are relative to the picture. Particles in view without a record are too dark or too
+// small, which is no reason for a warning.
 Sighted look(const image::View& view, const image::Drawn& particles) {
   const image::Lens lens = image::lens(view);
   Sighted found = Sighted::unknown;

@@ -1,4 +1,4 @@
-// Finds out whether a picture shows anything of a system, for warnings.
+// Finds out whether a picture shows any particles of a system, for warnings.
 #pragma once
 
 #include <cstddef>
@@ -11,9 +11,10 @@
 
 namespace motes::engine {
 
-/// Returns where this calculator's particles of each system are to the picture that it has projected to so many
-/// records. Where there are none, particles are looked at one by one, but only in the first picture of a system and in
-/// each kLaterPictures-th; in others they are `unknown`. `pictures`: counted here, for each system.
+/// Returns where this calculator's particles of each system are relative to the picture. `records`: the number of
+/// records they were projected to, per system. Without records all particles are checked, but only in a system's first
+/// picture and every kLaterPictures-th; in other pictures the result is `unknown`. `pictures`: a counter per system,
+/// updated here.
 std::vector<Sighted> sighted(const Script& script, const Calculator& calculator,
                              const std::vector<std::uint64_t>& records, std::vector<std::uint64_t>& pictures);
 

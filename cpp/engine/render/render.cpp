@@ -18,14 +18,14 @@ std::size_t bytes_of(const image::View& view) {
   return std::size_t{3} * static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height);
 }
 
-// Receives calculators' records at the image generator and counts the particles they stand for.
+// Image generator: receives the calculators' records, and adds their number to `records`.
 std::vector<comm::Message> receive_all(Rank& rank, double& records) {
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::render, "wait for records");
   std::vector<comm::Message> messages;
   for (const int from : rank.session.cast().calculators) {
     if (from == rank.session.rank()) continue;
     messages.push_back(rank.session.comm().expect(from, comm::Phase::records, rank.session.stamp()));
-    // No frame without a calculator's part may reach the script: here the run is over, for the reason that it gives.
+    // A frame that lacks a calculator's part must not reach the script: end the run with that calculator's failure.
     if (messages.back().header().failed != 0) give_up_for(rank, messages.back());
     const auto count = static_cast<double>(messages.back().header().count);
     rank.machine.charge(rank.machine.costs().collect * count);
@@ -34,9 +34,9 @@ std::vector<comm::Message> receive_all(Rank& rank, double& records) {
   return messages;
 }
 
-// Path gather: the image generator draws all of it.
+// Path gather: the image generator draws the whole picture.
 void draw_all(Rank& rank, const image::View& view, Painter& painter) {
-  double records = static_cast<double>(painter.drawing.records);  // its own
+  double records = static_cast<double>(painter.drawing.records);  // this rank's
   const std::vector<comm::Message> messages = receive_all(rank, records);
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::draw, "draw");
   draw_work(rank, view, [&] {
@@ -61,7 +61,7 @@ void draw_all(Rank& rank, const image::View& view, Painter& painter) {
   });
 }
 
-// Memory of what other ranks draw of the picture: before they ask for it.
+// Sets up the picture's shared memory before other ranks look for it.
 void share_memory(Rank& rank, const image::View& view, Painter& painter) {
   const image::Grid grid{view.width, view.height};
   const std::size_t bytes = view.linear ? image::PictureLight::bytes(grid) : bytes_of(view);
@@ -77,8 +77,7 @@ void share_memory(Rank& rank, const image::View& view, Painter& painter) {
   });
 }
 
-// Prepares drawing tiles on the paths tiles and composite: the scene, the picture's memory, and this rank's own
-// records.
+// Prepares for drawing tiles on the paths tiles and composite: the scene, the picture's memory, this rank's records.
 void open_tiles(Rank& rank, const image::View& view, Painter& painter) {
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::draw, "open tiles");
   draw_work(rank, view, [&] {
@@ -93,7 +92,7 @@ void open_tiles(Rank& rank, const image::View& view, Painter& painter) {
   });
 }
 
-// Messages may arrive while this rank still projects or draws.
+// Announces all expected messages, so they can arrive while this rank projects or draws.
 void await_all(Rank& rank, const image::View& view, const Painter& painter) {
   Session& session = rank.session;
   if (painter.plan.draws(session.rank())) {
@@ -122,7 +121,7 @@ void render(Rank& rank, const Script& script, const Calculator& calculator, Pain
   const Session& session = rank.session;
   const image::View& view = *script.record.view;
   if (!painter.plan.covers(image::Grid{view.width, view.height}.tiles(), session.size())) {
-    throw std::logic_error("the plan of a picture is one for another picture");  // on all ranks: they have the same
+    throw std::logic_error("the plan of a picture is one for another picture");  // on all ranks, which share the plan
   }
   painter.drawing.width = view.width;
   painter.drawing.height = view.height;

@@ -16,7 +16,7 @@ namespace {
 
 using image::CellArea;
 
-// Calls work(rank) for each one that draws and is not the image generator.
+// Calls work(rank) for each drawing rank except the image generator.
 template <class Work>
 void each_other(const Rank& rank, const Painter& painter, const Work& work) {
   for (int other = 0; other < rank.session.size(); ++other) {
@@ -24,7 +24,7 @@ void each_other(const Rank& rank, const Painter& painter, const Work& work) {
   }
 }
 
-// Adds the averages of another rank's tiles to the picture's cells, and takes their layers.
+// Adds the averages of another rank's tiles to the picture's cells, and reads their layers.
 void take_averages(const comm::Message& message, int from, Painter& painter) {
   base::Reader in = message.reader();
   for (int slot = painter.plan.first(from); slot < painter.plan.end(from); ++slot) {
@@ -36,7 +36,7 @@ void take_averages(const comm::Message& message, int from, Painter& painter) {
   if (!in.done()) throw std::runtime_error("a message has more light than its sender's tiles");
 }
 
-// The glow around the tiles of a rank, one after the other.
+// Appends the glow around each tile of a rank.
 void put_glow(int to, const Painter& painter, base::Bytes& out) {
   const image::BloomCells all = painter.bloom.cells();
   std::vector<CellArea> tiles;
@@ -58,7 +58,7 @@ void send_glow(Rank& rank, int to, comm::Message message, bool failed, Painter& 
   rank.session.comm().post(to, comm::Phase::glow, rank.session.stamp(), std::move(message), 0, failed);
 }
 
-// Tells the ranks that wait for the glow of a failed rank's tiles why it failed.
+// Sends the failure of rank `failed` to the other drawing ranks, which wait for glow.
 void tell_others(Rank& rank, int failed, const comm::Message& why, Painter& painter) {
   each_other(rank, painter, [&](int to) {
     if (to == failed) return;
@@ -80,7 +80,7 @@ std::vector<comm::Message> receive_averages(Rank& rank, Painter& painter) {
   return messages;
 }
 
-// The image generator.
+// Image generator: spreads the averages of all ranks and sends each rank the glow around its tiles.
 void spread_all(Rank& rank, const image::View& view, Painter& painter) {
   Session& session = rank.session;
   std::vector<comm::Message> messages;
@@ -103,7 +103,7 @@ void spread_all(Rank& rank, const image::View& view, Painter& painter) {
   for (comm::Message& message : messages) session.comm().reuse(std::move(message));
 }
 
-// Another one that draws.
+// Other drawing ranks: receives the glow around this rank's tiles.
 void take_glow(Rank& rank, const image::View& view, Painter& painter) {
   Session& session = rank.session;
   comm::Message message = [&] {

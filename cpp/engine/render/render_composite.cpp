@@ -9,8 +9,11 @@ namespace motes::engine {
 
 namespace {
 
-// tile u32, records u64, size u64, then the partial tile; nothing where no record touches the tile. Returns how many
-// do.
+// Draws the records that touch a tile into a partial tile and appends it, or nothing if there are no records:
+//
+//     u32 tile | u64 records | u64 size | partial tile
+//
+// Returns the number of records.
 std::uint64_t put_partial(Painter& painter, int tile, std::size_t worker, base::Bytes& out) {
   image::TileWorker& by = painter.workers[worker];
   painter.pieces.collect(tile, by.pieces);
@@ -18,7 +21,7 @@ std::uint64_t put_partial(Painter& painter, int tile, std::size_t worker, base::
   std::uint64_t records = 0;
   for (const image::Piece& piece : by.pieces) records += piece.count;
   if (records == 0) return 0;
-  painter.scene.render(tile, worker);  // objects hide what is behind them
+  painter.scene.render(tile, worker);  // solids hide particles behind them
   by.painter.start_bare(painter.scene.grid().area(tile));
   by.painter.paint(by.pieces);
   by.partial.resize(0);
@@ -34,7 +37,7 @@ std::uint64_t put_partial(Painter& painter, int tile, std::size_t worker, base::
 
 std::uint64_t put_partials(const Rank& rank, Painter& painter, int first, int end, base::Bytes& out) {
   std::atomic<std::uint64_t> all{0};
-  std::atomic<int> made{0};  // partial tiles
+  std::atomic<int> made{0};  // number of partial tiles
   put_slots(*rank.pool, first, end, out, [&](int slot, std::size_t worker, base::Bytes& bytes) {
     const std::uint64_t records = put_partial(painter, painter.slots.tile(slot), worker, bytes);
     all += records;

@@ -1,6 +1,6 @@
-// render, path composite: a calculator draws its own particles into partial tiles, which the ranks that own these tiles
-// merge. Only additive particles where there are no others, or opaque ones: sums of sums are the same bits, and so is
-// the nearest of the nearest. All others are blended by the owner, which has their records (see merged_blend).
+// render, path composite: calculators draw their own particles into partial tiles, which the tiles' owners merge. This
+// works for additive particles if there are no others, or for opaque ones: sums and nearest depths are the same bits in
+// any order. All other particles are sent as records and blended by the owner (see merged_blend).
 #pragma once
 
 #include <cstdint>
@@ -10,19 +10,19 @@
 
 namespace motes::engine {
 
-/// Appends what this calculator's particles make of those tiles in slots first .. end - 1 that they touch: only those
-/// of the blend that is merged. Returns how many records that stands for.
+/// Draws this calculator's particles of the merged blend into partial tiles, for the slots from `first` to `end` - 1
+/// that they touch, and appends these. Returns how many records they contain.
 std::uint64_t put_partials(const Rank& rank, Painter& painter, int first, int end, base::Bytes& out);
 
-/// Partial tiles of one message, for the slots first .. end - 1. Threads may ask for different tiles at the same time.
+/// Partial tiles of one message, for slots first .. end - 1. Threads may access different tiles concurrently.
 class Partials {
  public:
-  /// Throws std::runtime_error where the message has a tile that is in none of these slots, or twice the same.
+  /// Throws std::runtime_error if the message has a tile outside these slots, or the same tile twice.
   Partials(base::Reader in, const Painter& painter, int first, int end);
 
-  /// Merges what the message has of a tile into the painter's; returns how many records that stands for.
+  /// Merges the message's partial tile, if any, into the painter's tile; returns how many records it contains.
   std::uint64_t add_to(int slot, image::TilePainter& painter) const;
-  /// Tells whether the message has a part of this tile.
+  /// Returns whether the message has a partial tile for this slot.
   bool has(int slot) const { return !of(slot).bytes.empty(); }
 
  private:

@@ -9,7 +9,7 @@
 namespace motes::engine {
 namespace {
 
-// Before the first report: what is alive and will be born, taken as evenly distributed.
+// Estimates loads before the first report: live particles and births, evenly distributed over calculators.
 void expect_births(const Script& script, RenderLoad& load) {
   double particles = 0;
   for (const auto& system : script.systems) {
@@ -21,8 +21,8 @@ void expect_births(const Script& script, RenderLoad& load) {
   }
 }
 
-// The domains of most particles are slices along this axis. Bricks count for the axis of the cut through all of space,
-// and parts of the ids for none.
+// Returns the axis along which most particles' domains are cut. Bricks count for the axis of the first cut, through all
+// of space; domains by id count for no axis.
 int axis_of_most(const Script& script) {
   std::array<std::uint64_t, 3> particles{};
   for (const auto& system : script.systems) {
@@ -65,8 +65,8 @@ double pixels_of(const DrawnTiles& tiles, const image::Slots& slots, const image
   return pixels;
 }
 
-// Whose tiles took how long. The sprites are those of now, not of that picture: what takes all ranks longer makes no
-// difference.
+// Updates the drawing speeds from a picture's measured times. Expected times use the current sprites instead of that
+// picture's, since only ratios between ranks matter.
 void note_speeds(const Drawings& drawn, const Script& script, RenderLoad& load) {
   if (!script.record.view) return;
   const image::Slots slots = slots_of(drawn.order, load.grid);

@@ -11,14 +11,13 @@
 
 namespace motes::engine {
 
-/// Manager: a round's reports tell the work of calculators in it, and with the first one what ranks did for the last
-/// picture.
+/// Manager: notes the calculators' work in a round and, in the first round, all ranks' work on the last picture.
 void note_pictures(const Rank& rank, const Script& script, const Round& round, const Judged& judged, RenderLoad& load);
 
-/// Notes the image generator's work on other ranks' tiles, for a picture whose counts are noted already.
+/// Notes the image generator's time to assemble other ranks' tiles, for a picture whose counts are noted already.
 void note_assembly(const Drawings& drawn, int image_generator, RenderLoad& load);
 
-/// Manager: the plan of the frame's picture, where it has one and this is its first round.
+/// Manager: in the first round of a frame with a picture, plans the picture and appends the plan.
 void put_plan(const Rank& rank, const Script& script, const Round& round, RenderLoad& load, base::Bytes& out);
 /// Reads the plan from *begin*, on all ranks.
 std::optional<RenderPlan> take_plan(base::Reader& in);

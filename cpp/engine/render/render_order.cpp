@@ -8,13 +8,13 @@
 namespace motes::engine {
 namespace {
 
-// A rank and the desired place of its stretch of tiles: 0 at the first tile, 1 at the last.
+// A rank and the desired position of its stretch of tiles, from 0 (first tile) to 1 (last tile).
 struct Placed {
   double at;
   int rank;
 };
 
-// Orders ranks by their domains, with ranks without a domain evenly in between, so that stretches of tiles lie near
+// Orders ranks by their domains, with ranks without a domain evenly in between, so stretches of tiles are near the
 // calculators' own particles.
 std::vector<int> spread_out(const roles::Cast& cast, int ranks) {
   std::vector<Placed> placed;
@@ -29,7 +29,7 @@ std::vector<int> spread_out(const roles::Cast& cast, int ranks) {
   }
   spread(cast.calculators);
   spread(others);
-  // At equal places calculators stand further outside: their particles reach to the picture's edge.
+  // At equal positions, calculators go further outside, since their particles reach the picture's edge.
   std::stable_sort(placed.begin(), placed.end(), [&](const Placed& a, const Placed& b) {
     if (a.at != b.at) return a.at < b.at;
     const bool a_calculates = cast.calculator_of(a.rank) >= 0, b_calculates = cast.calculator_of(b.rank) >= 0;

@@ -15,11 +15,11 @@ using image::Area;
 using image::TileLight;
 using image::TilePainter;
 
-// Content of a tile in a message: sums of light if the picture's light is kept, otherwise sRGB.
+// The content of a tile in a message: sums of light if the picture's light is kept, otherwise sRGB.
 enum class Content : std::uint8_t {
   one_color,
   pixels,
-  drawn_one_color,  // nothing: they stand in memory that both ranks share
+  drawn_one_color,  // no pixels in the message: they are in shared memory
   drawn_pixels
 };
 
@@ -35,8 +35,8 @@ std::size_t row_of(const image::View& view) { return 3 * static_cast<std::size_t
 
 }  // namespace
 
-// Splits a rank's part of the picture into messages: one below 2 * kBytes, otherwise several of at least kBytes, less
-// what blank tiles save.
+// Splits a rank's part of the picture into messages: one if it is below 2 * kBytes, otherwise several of at least
+// kBytes each, not counting what blank tiles save.
 std::vector<Parcel> parcels_of(const RenderPlan& plan, int rank, const image::View& view) {
   constexpr double kBytes = 1 << 19;
   const int first = plan.first(rank), tiles = plan.end(rank) - first;

@@ -1,5 +1,5 @@
-// render, paths tiles and composite: where the light of drawn tiles goes, into the image generator's picture in the
-// end.
+// render, paths tiles and composite: writes drawn tiles to the image generator's picture, directly, through shared
+// memory or in messages.
 #pragma once
 
 #include <cstdint>
@@ -16,24 +16,25 @@
 
 namespace motes::engine {
 
-/// Tiles that travel in one message.
+/// The tiles of one message.
 struct Parcel {
   int first, end;  // slots
 };
 
-/// Returns a rank's tiles by message, in the order of drawing: while it draws the next message's tiles, the image
-/// generator can take the last one. All ranks get the same result.
+/// Returns a rank's tiles by message, in the order of drawing: the image generator can read a message while the rank
+/// draws the next one's tiles. The same on all ranks.
 std::vector<Parcel> parcels_of(const RenderPlan& plan, int rank, const image::View& view);
 
-/// Shows tiles: sRGB, or sums of light where the picture's light is kept. Several threads may show different tiles.
+/// Writes tiles as sRGB, or as sums of light if the picture's light is kept. Threads may write different tiles
+/// concurrently.
 class TileOutput {
  public:
   TileOutput(const Rank& rank, const image::View& view, Painter& painter);
 
-  /// Writes a tile into the picture, on the image generator.
+  /// Image generator: writes a tile into the picture.
   void show(const image::TilePainter& by, const image::TileLight& light, int slot) const;
 
-  /// Writes a tile into shared memory or a message, on other ranks. `blank`: all pixels are alike.
+  /// Other ranks: writes a tile into shared memory or a message. `blank`: all pixels are equal.
   void put(const image::TilePainter& by, const image::TileLight& light, int slot, bool blank, base::Bytes& out) const;
 
  private:
@@ -42,31 +43,31 @@ class TileOutput {
 
   const image::View& view_;
   Painter& painter_;
-  std::uint8_t* shared_;  // the whole picture, in memory of the image generator's; null: tiles travel
+  std::uint8_t* shared_;  // the picture in memory shared with the image generator; null: send tiles in messages
 };
 
-/// The image generator: takes what put() wrote of a tile. Returns whether it is blank. `shared`: others may have found
-/// the picture's memory. Throws std::runtime_error where the bytes are malformed.
+/// Image generator: reads a tile that put() wrote. Returns whether it is blank. `shared`: other ranks may have drawn
+/// into shared memory. Throws std::runtime_error if the bytes are malformed.
 bool take_tile(base::Reader& in, int slot, const image::View& view, bool shared, Painter& painter);
 
-/// Sends a message of tiles, or of what is known of them, to the image generator.
+/// Sends a message with tiles or their averages to the image generator.
 void send_to_image_generator(Rank& rank, comm::Phase phase, comm::Message message, bool failed, Painter& painter);
 
-/// Draws some tiles; the seconds count as those of drawing. Returns whether this rank has not failed.
+/// Runs `draw` and counts its time as drawing. Returns false if this rank has failed.
 template <class Work>
 bool draw_some(Rank& rank, const image::View& view, Painter& painter, const Work& draw) {
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::draw, "draw");
   const double start = rank.machine.compute_seconds();
   draw_work(rank, view, draw);
   rank.machine.slow_down(start);
-  // On path composite owners only merge tiles, which tells nothing about their speed.
+  // On path composite owners mostly merge tiles, which does not measure their drawing speed.
   if (painter.plan.path == image::View::Path::tiles) {
     painter.drawing.draw_s += rank.machine.compute_seconds() - start;
   }
   return !rank.session.failed();
 }
 
-/// Calls draw(bytes) to fill a message for the image generator; if that fails, the message says why.
+/// Calls draw(bytes) to fill a message and sends it to the image generator; if that fails, sends the failure.
 template <class Work>
 bool draw_and_send(Rank& rank, const image::View& view, Painter& painter, comm::Phase phase, const Work& draw) {
   comm::Message out;

@@ -11,19 +11,19 @@ namespace costs = render_costs;
 
 constexpr double kNano = 1e-9;
 
-// The work of a picture, in seconds and records.
+// The work of a picture.
 struct Work {
   std::vector<double> records;    // in each slot
   std::vector<double> pixels;     // in each slot
   double all_records = 0;
   double all_pixels = 0;
-  double active = 0;              // tiles with records
+  double active = 0;              // number of tiles with records
   double particles = 0;
-  double record_s = 0;            // drawing one record, the mean over systems
+  double record_s = 0;            // seconds to draw a record, mean over systems
   double record_bytes = 0;        // mean bytes per record
   double byte_s = costs::kByte * kNano;
-  double crossing = 0;            // the part of records that go to other ranks' tiles
-  double merged = 0;              // the part of records that may be drawn into partial tiles
+  double crossing = 0;            // fraction of records that go to other ranks' tiles
+  double merged = 0;              // fraction of records that may be drawn into partial tiles
   double partial_bytes = 0;       // bytes per pixel of a partial tile
   double pixel_s = 0;
   double glow_bytes = 0;          // extra bytes per pixel for bloom
@@ -36,7 +36,7 @@ double mean_record_s(const image::View& view, std::span<const image::Sprite> spr
   return record * kNano / static_cast<double>(std::max<std::size_t>(1, sprites.size()));
 }
 
-// Returns the time of drawing on a rank of speed 1, s.
+// Returns the seconds to draw on a rank of speed 1.
 double draw_s(double records, double record_s, double pixels, double pixel_s) {
   return records * record_s + pixels * pixel_s;
 }
@@ -74,7 +74,7 @@ Work work_of(const image::View& view, std::span<const image::Sprite> sprites, co
   return w;
 }
 
-// When a rank can begin to draw, and how fast it is.
+// A rank's other work, and its drawing speed.
 struct Drawer {
   double busy = 0;  // seconds
   double speed = 1;
@@ -87,13 +87,13 @@ double sum_of_speeds(const std::vector<Drawer>& drawers) {
                          [](double sum, const Drawer& d) { return sum + d.speed; });
 }
 
-// Work is dealt out so that all ranks end together: `work` is what a rank of speed 1 takes for all of it. Returns when
-// they end.
+// Returns when the ranks finish if work is dealt out so they finish together. `work`: seconds that a rank of speed 1
+// takes for all of it.
 double level_of(std::vector<Drawer> drawers, double work) {
   std::sort(drawers.begin(), drawers.end(), less_busy);
   double level = drawers.front().busy;
   double left = work;
-  double speed = 0;  // sum of speeds of those that draw until then
+  double speed = 0;  // sum of the speeds of ranks that are drawing at `level`
   for (std::size_t i = 0; i < drawers.size(); ++i) {
     speed += drawers[i].speed;
     const bool last = i + 1 == drawers.size();
@@ -105,9 +105,8 @@ double level_of(std::vector<Drawer> drawers, double work) {
   return level;
 }
 
-// Returns how much more each rank has to do than the one with the least, limited to an even share of the work: times of
-// one frame say little of the next if many particles were born, and a rank thought to be idle must not keep all others
-// waiting.
+// Returns how much busier each rank is than the least busy one, limited to an even share of the work. After many
+// births, times of one frame predict the next badly, and all ranks would wait for one that was thought to be idle.
 std::vector<Drawer> ahead(const std::vector<Drawer>& drawers, double work) {
   const double least = std::min_element(drawers.begin(), drawers.end(), less_busy)->busy;
   const double most = work / sum_of_speeds(drawers);
@@ -117,14 +116,14 @@ std::vector<Drawer> ahead(const std::vector<Drawer>& drawers, double work) {
   return next;
 }
 
-// Cuts the row of slots into stretches, one per rank, whose work comes near what each rank has time for.
+// Cuts the sequence of slots into one stretch per rank, by the time that each rank has.
 RenderPlan deal_tiles(Path path, const Deal& deal, const std::vector<double>& work,
                       const std::vector<Drawer>& drawers) {
   const double all = std::accumulate(work.begin(), work.end(), 0.0);
   const std::vector<Drawer> next = ahead(drawers, all);
   const double level = level_of(next, all);
   RenderPlan plan{path, deal.order, std::vector<std::uint32_t>(next.size()), std::vector<std::uint32_t>(next.size())};
-  // Sums are rounded: what is left goes to the last rank that draws at all.
+  // Sums are rounded, so remaining slots go to the last rank that draws.
   const auto draws = [&](int rank) { return level > next[static_cast<std::size_t>(rank)].busy; };
   const auto found = std::find_if(deal.ranks.rbegin(), deal.ranks.rend(), draws);
   const int last = found == deal.ranks.rend() ? deal.ranks.back() : *found;
@@ -141,7 +140,7 @@ RenderPlan deal_tiles(Path path, const Deal& deal, const std::vector<double>& wo
   return plan;
 }
 
-// When the last rank ends, with the tiles that each really got.
+// Returns when the last rank finishes, with the tiles of this plan, in seconds.
 double end_of(const RenderPlan& plan, const std::vector<double>& work, const std::vector<Drawer>& drawers) {
   double most = 0;
   for (std::size_t r = 0; r < drawers.size(); ++r) {
@@ -152,8 +151,8 @@ double end_of(const RenderPlan& plan, const std::vector<double>& work, const std
   return most;
 }
 
-// Keeps tiles with their owners unless other stretches are better by more than times vary from frame to frame, because
-// owners keep the rendered scenery of tiles with objects.
+// Keeps the last plan unless the next one is better by more than the noise of measured times, because owners cache the
+// rendered scenery of tiles with objects.
 RenderPlan steady(RenderPlan next, const image::View& view, const RenderLoad& load, const std::vector<double>& work,
                   const std::vector<Drawer>& drawers) {
   constexpr double kNoise = 1.02;
@@ -163,10 +162,10 @@ RenderPlan steady(RenderPlan next, const image::View& view, const RenderLoad& lo
   return end_of(load.last, work, drawers) <= kNoise * end_of(next, work, drawers) ? load.last : next;
 }
 
-// When the picture's records are there, each rank has this to do beside drawing until the next frame's actions are
-// over: in the time of the machine whose costs are known, as all estimates are. Calculators act; the manager acts on
-// nothing before it has told the births of the next frame, for which all calculators wait; the image generator alone
-// may go on drawing meanwhile. If it is the manager, too, nobody acts before the picture is complete.
+// Returns each rank's drawing speed and its work other than drawing, from the arrival of records to the end of the next
+// frame's actions, in seconds of the machine of render_costs.h. Calculators act. The manager must deal the next frame's
+// births before any calculator can act, so it counts as busy as the slowest calculator. Only the image generator can
+// continue drawing meanwhile. If it is also the manager, no calculator acts before the picture is complete.
 std::vector<Drawer> drawers_of(const RenderLoad& load, const roles::Cast& cast, int ranks) {
   std::vector<Drawer> drawers(static_cast<std::size_t>(ranks));
   for (std::size_t r = 0; r < drawers.size(); ++r) drawers[r].speed = load.speeds.of(r);
@@ -181,7 +180,7 @@ std::vector<Drawer> drawers_of(const RenderLoad& load, const roles::Cast& cast, 
   return drawers;
 }
 
-// When the last rank has nothing else to do.
+// Returns when the last rank has finished its other work, in seconds.
 double last_free(const std::vector<Drawer>& drawers) {
   return std::max_element(drawers.begin(), drawers.end(), less_busy)->busy;
 }
@@ -211,7 +210,7 @@ RenderEstimate estimate_gather(const Work& w, const RenderLoad& load, const role
   return e;
 }
 
-// The image generator puts together what others have drawn.
+// Returns the image generator's seconds to assemble the tiles of other ranks.
 double assembly(const Work& w, const RenderLoad& load, std::size_t ranks) {
   const double pixels = w.all_pixels * (1 - 1 / static_cast<double>(ranks));
   const double known = load.assembled_pixel_s / load.speeds.slowness();
@@ -220,13 +219,14 @@ double assembly(const Work& w, const RenderLoad& load, std::size_t ranks) {
   return pixels * (pixel_s + glow_s) + static_cast<double>(ranks) * costs::kMessage * kNano;
 }
 
-// Records that go from `senders` to `ranks`: that part of all which is sent at all.
+// Returns the seconds to send records from `senders` calculators to `ranks` ranks. `part`: fraction of all records that
+// are drawn by tile owners.
 double exchange(const Work& w, double part, double senders, double ranks) {
   const double bytes = w.all_records * part * w.crossing * w.record_bytes;
   return bytes * w.byte_s * (1 / senders + 1 / ranks) + (ranks + senders) * costs::kMessage * kNano;
 }
 
-// Seconds that each slot takes if one rank draws all of it.
+// Returns the seconds to draw each slot on a rank of speed 1.
 std::vector<double> drawing(const Work& w) {
   std::vector<double> work(w.pixels.size());
   for (std::size_t s = 0; s < work.size(); ++s) work[s] = draw_s(w.records[s], w.record_s, w.pixels[s], w.pixel_s);
@@ -252,8 +252,8 @@ RenderEstimate estimate_composite(const Work& w, const RenderLoad& load, const r
   const auto senders = static_cast<double>(std::max<std::size_t>(1, load.calculators.size()));
   const double tile_pixels = w.all_pixels / static_cast<double>(w.pixels.size());
   const double partial_pixel_s = (costs::kPartialPixel + w.partial_bytes * costs::kByte) * kNano;
-  double most = 0;      // the slowest calculator's own particles
-  double partials = 0;  // partial tiles that calculators send
+  double most = 0;      // seconds of the slowest calculator for its own particles
+  double partials = 0;  // number of partial tiles that calculators send
   for (std::size_t i = 0; i < load.calculators.size(); ++i) {
     const RenderLoad::Calculator& c = load.calculators[i];
     const double sent = (c.active > 0 ? c.active : w.active) * w.crossing;
@@ -263,14 +263,14 @@ RenderEstimate estimate_composite(const Work& w, const RenderLoad& load, const r
     most = std::max(most, own_s / load.speeds.of(static_cast<std::size_t>(cast.calculators[i])));
   }
   drawers[static_cast<std::size_t>(cast.image_generator)].busy += assembly(w, load, drawers.size());
-  const double others = 1 - w.merged;  // part of the records
+  const double others = 1 - w.merged;  // fraction of records that are not merged
   std::vector<double> work(w.pixels.size());
   for (std::size_t t = 0; t < work.size(); ++t) {
     const double added = w.records[t] > 0 && w.active > 0 ? partials / w.active : 0;
     work[t] = w.pixels[t] * (w.pixel_s + added * partial_pixel_s) + others * w.records[t] * w.record_s;
   }
-  // Deals tiles as if owners drew everything: then most stretches lie over calculators' own particles, which are not
-  // sent.
+  // Deals tiles as if owners drew everything: then most stretches are over calculators' own particles, which need not
+  // be sent.
   e.plan = deal_tiles(Path::composite, w.deal, drawing(w), drawers);
   e.seconds = slowest_projection(load) + most + exchange(w, others, senders, ranks) + end_of(e.plan, work, drawers);
   return e;

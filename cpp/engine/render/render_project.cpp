@@ -26,14 +26,14 @@ void add_up(const std::vector<std::vector<std::uint32_t>>& by_thread, Painter& p
       static_cast<std::uint32_t>(std::count(painter.counts.begin(), painter.counts.end(), std::uint32_t{0}));
 }
 
-// Particles of a system that one thread projects; where they begin, as a part of all.
+// Particles of a system that one thread projects.
 struct PartOfSystem {
   std::size_t system;
   image::Drawn particles;
-  double place = 0;
+  double place = 0;  // index of the first one, as a fraction of the system's particles
 };
 
-// Returns the size of equal parts of a system's particles, none larger than allowed.
+// Returns the size of the parts into which a system's particles are divided, at most pool.items(kParticles).
 std::size_t size_of_part(const threads::Pool& pool, std::size_t count) {
   constexpr std::size_t kParticles = std::size_t{1} << 15, kWhole = 16;  // planes start with whole vectors
   if (pool.threads() == 1 || count == 0) return std::max(count, std::size_t{1});
@@ -41,27 +41,28 @@ std::size_t size_of_part(const threads::Pool& pool, std::size_t count) {
   return ((count + parts - 1) / parts + kWhole - 1) / kWhole * kWhole;
 }
 
-// With one thread a system is one part: each part has a message of its own.
+// Splits the systems' particles into parts for threads. With one thread, each system is one part, since each part is a
+// batch of its own.
 std::vector<PartOfSystem> parts_of(const threads::Pool& pool, const std::vector<DrawnSystem>& systems) {
   std::vector<PartOfSystem> parts;
   for (std::size_t i = 0; i < systems.size(); ++i) {
     const image::Drawn& all = systems[i].columns();
     const std::size_t size = size_of_part(pool, all.count);
     std::size_t first = 0;
-    do {  // a system without particles has an empty message
+    do {  // a system without particles has one empty part
       parts.push_back({i, part_of(all, first, std::min(size, all.count - first)),
                        static_cast<double>(first) / static_cast<double>(std::max(all.count, std::size_t{1}))});
       first += size;
     } while (first < all.count);
   }
-  // A thread projects about those particles that it has acted on.
+  // Lets threads project roughly the same particles that they acted on.
   std::stable_sort(parts.begin(), parts.end(),
                    [](const PartOfSystem& a, const PartOfSystem& b) { return a.place < b.place; });
   return parts;
 }
 
-// The records in slots first .. end - 1, system by system, without those that are sent as partial tiles; returns how
-// many there are.
+// Appends the records in slots first .. end - 1, batch by batch, except those that are sent as partial tiles. Returns
+// their number.
 std::uint64_t put_records(const Painter& painter, int first, int end, base::Bytes& out) {
   std::uint64_t records = 0;
   std::uint32_t systems = 0;
@@ -132,11 +133,11 @@ void send_records(Rank& rank, Painter& painter) {
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::project, "send records");
   const double start = rank.machine.compute_seconds();
   const RenderPlan& plan = painter.plan;
-  for (int step = 1; step < session.size(); ++step) {  // not all to the same rank at once
+  for (int step = 1; step < session.size(); ++step) {  // ranks start with different receivers
     const int to = (session.rank() + step) % session.size();
     if (!plan.draws(to)) continue;
     comm::Message message;
-    std::uint64_t records = 0, merged = 0;  // partial tiles are as large whatever number they stand for
+    std::uint64_t records = 0, merged = 0;  // records sent as such; records in partial tiles
     session.work("render", [&] {
       records = put_records(painter, plan.first(to), plan.end(to), message.bytes());
       if (painter.merged) merged = put_partials(rank, painter, plan.first(to), plan.end(to), message.bytes());

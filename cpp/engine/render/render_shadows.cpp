@@ -12,14 +12,14 @@ namespace {
 using image::ShadowExtent;
 using image::ShadowGrids;
 
-constexpr std::size_t kParticles = std::size_t{1} << 16;  // that a thread takes at once: whole vectors
+constexpr std::size_t kParticles = std::size_t{1} << 16;  // particles per task of a thread; whole vectors
 
 struct ShadowPart {
   image::ParticleShadows shadows;
   std::size_t first, last;
 };
 
-// The systems that throw shadows.
+// Returns the systems that cast shadows.
 std::vector<DrawnSystem> shadowing(const Script& script, const Calculator& calculator, threads::Pool& pool) {
   std::vector<DrawnSystem> systems;
   for (std::size_t i = 0; i < calculator.populations.size(); ++i) {
@@ -42,8 +42,7 @@ std::vector<ShadowPart> shadow_parts(const Script& script, const image::View& vi
   return parts;
 }
 
-// The greatest places and the negated least ones, light by light, behind the number that says whether a rank has
-// failed.
+// Returns a failure flag, followed by the maximum and the negated minimum along each axis, light by light.
 Maxima word_of_extents(const std::vector<ShadowExtent>& extents, bool failed) {
   Maxima word{failed ? 1.0f : 0.0f};
   for (const ShadowExtent& extent : extents) {
@@ -96,7 +95,7 @@ void add_depths(threads::Pool& pool, const std::vector<ShadowPart>& parts, std::
   }
 }
 
-// Ranks that draw but do not calculate hear the result from the first calculator.
+// Sends the result from the first calculator to the ranks that draw but do not calculate.
 void tell_drawers(Rank& rank, const Painter& painter, Maxima& word, std::vector<std::int64_t>& sums) {
   Session& session = rank.session;
   const std::vector<int>& calculators = session.cast().calculators;

@@ -1,4 +1,4 @@
-// render: the threads of a rank write tiles into one message.
+// render: lets the threads of a rank write tiles into one message.
 #pragma once
 
 #include <algorithm>
@@ -9,8 +9,7 @@
 
 namespace motes::engine {
 
-/// Calls put(slot, worker, bytes) for the slots first .. end - 1, on all threads; appends what it writes for each of
-/// them, in their order.
+/// Calls put(slot, worker, bytes) for slots first .. end - 1 on all threads; appends the bytes in the order of slots.
 template <class Put>
 void put_slots(threads::Pool& pool, int first, int end, base::Bytes& out, const Put& put) {
   if (pool.threads() == 1) {
@@ -20,7 +19,7 @@ void put_slots(threads::Pool& pool, int first, int end, base::Bytes& out, const 
     }
     return;
   }
-  constexpr int kSlots = 8;  // a thread takes so many at once
+  constexpr int kSlots = 8;  // slots per task of a thread
   std::vector<base::Bytes> parts(static_cast<std::size_t>((end - first + kSlots - 1) / kSlots));
   pool.run(parts.size(), [&](std::size_t part, std::size_t worker) {
     const int begin = first + static_cast<int>(part) * kSlots;

@@ -24,7 +24,7 @@ std::vector<comm::Message> receive_records(Rank& rank) {
   for (const int from : rank.session.cast().calculators) {
     if (from == rank.session.rank()) continue;
     messages.push_back(rank.session.comm().expect(from, comm::Phase::records, rank.session.stamp()));
-    if (messages.back().header().failed != 0) break;  // nothing else matters
+    if (messages.back().header().failed != 0) break;  // the other messages do not matter then
   }
   return messages;
 }
@@ -48,7 +48,7 @@ class TilesOfRank {
     painter_.drawing.counts.assign(static_cast<std::size_t>(end_ - first_), 0);
   }
 
-  // Draws into the picture itself.
+  // Image generator: draws its tiles into the picture.
   void draw_here() {
     rank_.pool->run(static_cast<std::size_t>(end_ - first_), [&](std::size_t part, std::size_t worker) {
       const int slot = first_ + static_cast<int>(part);
@@ -71,7 +71,7 @@ class TilesOfRank {
   }
 
  private:
-  // Draws a tile into shared memory or a message; where it glows, what is known of it so far.
+  // Draws a tile and writes it into shared memory or a message; with bloom, writes its averages instead.
   void put(int slot, std::size_t worker, base::Bytes& out) {
     image::TileWorker& by = painter_.workers[worker];
     const bool blank = paint(slot, worker, by);
@@ -84,7 +84,7 @@ class TilesOfRank {
     if (!blank) image::Layers::send(view_, by.painter, by.pieces, painter_.area(slot), out);
   }
 
-  // Returns whether the tile is background and nothing else.
+  // Draws a tile; returns whether it is only background.
   bool paint(int slot, std::size_t worker, image::TileWorker& by) {
     const int tile = painter_.slots.tile(slot);
     std::uint64_t records = painter_.pieces.collect(tile, by.pieces);
@@ -102,7 +102,7 @@ class TilesOfRank {
 
   void charge(int tiles) {
     rank_.machine.charge(rank_.machine.costs().draw * static_cast<double>(drawn_.exchange(0)));
-    const double passes = tiles * render_costs::passes(view_) + added_.exchange(0);  // over the pixels of a tile
+    const double passes = tiles * render_costs::passes(view_) + added_.exchange(0);  // passes over a tile's pixels
     rank_.machine.charge_once(rank_.machine.costs().picture * passes / painter_.scene.grid().tiles());
   }
 
@@ -113,10 +113,10 @@ class TilesOfRank {
   TileOutput output_;
   std::vector<Partials> partials_;
   std::atomic<std::uint64_t> drawn_{0};  // records that are not charged yet
-  std::atomic<int> added_{0};            // partial tiles, likewise
+  std::atomic<int> added_{0};            // partial tiles that are not charged yet
 };
 
-// Another rank has failed: its message goes on to the image generator in place of tiles.
+// Gives up because another rank has failed, and forwards its message to the image generator in place of tiles.
 void pass_on(Rank& rank, const comm::Message& message, const image::View& view, Painter& painter) {
   const Session& session = rank.session;
   if (!session.draws()) {
@@ -132,7 +132,7 @@ void pass_on(Rank& rank, const comm::Message& message, const image::View& view, 
   if (!session.failed()) give_up_for(rank, message);
 }
 
-// Waits for one message of another rank's tiles, and puts them into the picture.
+// Waits for one message with another rank's tiles and copies them into the picture.
 void take_parcel(Rank& rank, const image::View& view, int from, const Parcel& parcel, Painter& painter) {
   Session& session = rank.session;
   comm::Message message = [&] {
@@ -147,7 +147,7 @@ void take_parcel(Rank& rank, const image::View& view, int from, const Parcel& pa
     const bool shared = painter.shared.opened(session.stamp());
     for (int slot = parcel.first; slot < parcel.end; ++slot) {
       const bool blank = take_tile(in, slot, view, shared, painter);
-      if (view.bloom > 0) continue;  // its layers have come already
+      if (view.bloom > 0) continue;  // layers arrived with the averages
       const Area area = painter.area(slot);
       blank ? painter.layers.keep_blank(area) : painter.layers.take(area, in);
     }

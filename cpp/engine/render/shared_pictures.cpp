@@ -12,8 +12,8 @@ namespace {
 using base::kPage;
 using base::whole_pages;
 
-// Counts forks of this process. A child keeps seeing the pictures that the script held then, so they must not be drawn
-// into again.
+// Counts the forks of this process. A child keeps seeing the pictures that the script held at the fork, so these must
+// not be drawn into again.
 const std::atomic<std::uint64_t>& forks() {
   static std::atomic<std::uint64_t> count{0};
   static const int registered = ::pthread_atfork([] { ++count; }, [] { ++count; }, nullptr);

@@ -1,5 +1,5 @@
-// Memory of pictures in which the ranks of the image generator's host draw their tiles: no message holds those pixels,
-// and nobody copies them.
+// Shared memory for pictures, into which ranks on the image generator's host draw their tiles without messages or
+// copies.
 #pragma once
 
 #include <array>
@@ -16,25 +16,24 @@
 
 namespace motes::engine {
 
-/// A few pictures, used in turn: pixels, or sums of light where the picture is shown as a whole (see
-/// image::PictureLight). One that somebody still holds, such as the script, is not drawn into again.
+/// A few pictures, used in turn: pixels, or sums of light if the picture is tone-mapped as a whole (see
+/// image::PictureLight). A picture that is still held, for example by the script, is not drawn into again.
 class SharedPictures {
  public:
-  /// More than a script holds that looks at one frame after the other.
+  /// More pictures than a script holds that handles one frame after the other.
   static constexpr std::size_t kPictures = 4;
-  /// Bytes of a picture above which its tiles travel in messages: there may be no room for several such pictures.
+  /// Maximum bytes of a picture; tiles of larger ones are sent in messages, since several might not fit into memory.
   static constexpr std::size_t kLargest = std::size_t{1} << 29;
 
-  /// The image generator tells those that draw for the first time where the memory is: this makes room for pictures of
-  /// so many bytes. All ranks call it with the same size and plan, before they draw; a rank that draws for the first
-  /// time waits for the image generator.
+  /// Makes room for pictures of `bytes` bytes, and sends the memory's address to ranks that draw for the first time;
+  /// these wait for it. All ranks call it with the same size and plan before they draw.
   void interact(Rank& rank, std::size_t bytes, const RenderPlan& plan);
 
-  /// Image generator: memory for a picture, which the others then find. Null where there is none that nobody uses.
+  /// Image generator: returns memory for a picture, which other ranks can then find; null if no picture is free.
   std::shared_ptr<std::uint8_t[]> open(std::size_t bytes, comm::Stamp stamp);
-  /// Image generator: whether others may have found the memory of this picture.
+  /// Image generator: tells whether other ranks may have found the memory of this picture.
   bool opened(comm::Stamp stamp) const { return opened_ == sign_of(stamp); }
-  /// The others: the memory of this picture; null where it has none, or the image generator has not opened it yet.
+  /// Other ranks: returns the memory of this picture; null if it has none or the image generator has not opened it yet.
   std::uint8_t* find(comm::Stamp stamp);
 
  private:
@@ -55,7 +54,7 @@ class SharedPictures {
   void hear(Rank& rank);
 
   std::size_t bytes_ = 0;  // bytes of the largest picture so far, the same on all ranks
-  std::vector<bool> met_;  // by rank: has been told of this memory
+  std::vector<bool> met_;  // by rank: has received the memory's address
   std::shared_ptr<comm::SharedMemory> memory_;  // signs, then pictures
   std::shared_ptr<Uses> uses_;
   std::uint64_t opened_ = 0;

@@ -1,4 +1,4 @@
-// All-reduce among calculators: each has some numbers, and all hear the largest, or the sum, of each.
+// All-reduce among calculators: every calculator gets the maximum, or the sum, of each number.
 #pragma once
 
 #include <cstdint>
@@ -9,16 +9,16 @@
 
 namespace motes::engine {
 
-/// The first number says whether a calculator has failed; what has failed may say no more than that.
+/// Element 0 is a failure flag; a calculator that has failed may send only that.
 using Maxima = std::vector<float>;
 
-/// Calculators, collective: the maxima over all of them. log2(n) messages each: in step s a calculator tells the one
-/// 2^s places ahead what it has heard so far (dissemination; Hensgen, Finkel, Manber 1988).
+/// Returns the elementwise maxima over all calculators. Collective over calculators. Each sends log2(n) messages: in
+/// step s, its maxima so far, to the calculator 2^s places ahead (dissemination; Hensgen, Finkel, Manber 1988).
 Maxima all_reduce_max(Rank& rank, const Round& round, Maxima numbers);
 
-/// Calculators, collective: adds up the numbers of all, as many everywhere. Each sums its part of them and tells it to
-/// the others (reduce-scatter, then all-gather): 2 (n - 1) messages, which together carry the numbers twice. Returns
-/// the bytes that were sent.
+/// Replaces `numbers`, equally many on all calculators, with their elementwise sums over all of them. Returns the bytes
+/// sent. Collective over calculators. Each sums one part and sends it to the others (reduce-scatter, then all-gather):
+/// 2 (n - 1) messages per calculator, in which each number is sent twice.
 std::uint64_t all_reduce_sum(Rank& rank, const Round& round, comm::Phase phase, std::vector<std::int64_t>& numbers);
 
 }  // namespace motes::engine

@@ -14,7 +14,7 @@ std::string trimmed(const std::string& text) {
   return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
 }
 
-// Lines as names and numbers, each name with the line that it came from.
+// The value of a name, and the number of its line.
 struct Entry {
   double value = 0;
   int line = 0;

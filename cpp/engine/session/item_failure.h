@@ -13,7 +13,7 @@
 
 namespace motes::engine {
 
-/// The error of a piece of work and the item it was done for.
+/// An error, and the item of the list in which it occurred.
 class ItemFailure : public std::runtime_error {
  public:
   ItemFailure(std::exception_ptr original, const std::string& text, std::string action, ItemPlace place)
@@ -28,7 +28,7 @@ class ItemFailure : public std::runtime_error {
   ItemPlace place_;
 };
 
-/// Runs `work`, done for item `item` of a system's list: what it throws becomes an ItemFailure.
+/// Runs `work` for item `item` of a system's list; rethrows its exceptions as ItemFailure.
 template <class Work>
 void of_item(const std::vector<recording::Item>& list, std::size_t system, std::size_t item, const Work& work) {
   try {

@@ -9,25 +9,25 @@ namespace motes::engine {
 
 class Machine {
  public:
-  /// The pool must outlive it.
+  /// The pool must outlive the machine.
   Machine(const Settings& settings, const threads::Pool& pool)
       : wall_clock_(settings.wall_clock), speed_(settings.speed), costs_(settings.costs), pool_(&pool) {}
 
   const Costs& costs() const { return costs_; }
 
-  /// Seconds of work so far, by the clock that the run chose. What n threads do at the same time counts as the n-th
-  /// part of their processor time: a rank with four threads is four times as fast.
+  /// Returns the seconds of work so far, by the clock chosen for the run. CPU time is divided by the number of threads:
+  /// a rank with four threads is four times as fast.
   double compute_seconds() const {
     if (wall_clock_) return comm::wall_seconds();
     return comm::cpu_seconds() + (comm::simulated() ? 0 : pool_->beyond_caller_s());
   }
 
-  /// Spends the extra time that a slower machine would have taken for the work since `start`.
+  /// Spends the extra time that a slower machine would have needed for the work since `start`.
   void slow_down(double start) const {
     if (speed_ < 1) comm::spend((compute_seconds() - start) * (1 / speed_ - 1));
   }
 
-  /// Does some work as this machine does, and returns the compute seconds that it took.
+  /// Runs `work` at this machine's speed, and returns the compute seconds that it took.
   template <class Work>
   double timed(const Work& work) const {
     const double start = compute_seconds();
@@ -36,11 +36,11 @@ class Machine {
     return compute_seconds() - start;
   }
 
-  /// Under a simulator, lets the time pass that this work takes on a machine of speed 1, where each computed particle
-  /// stands for `scale` others. Elsewhere nothing happens.
+  /// Under a simulator, advances the clock by the time of this work, given for a machine of speed 1 and multiplied by
+  /// `messages.scale`. No effect elsewhere.
   void charge(double nanoseconds) const { comm::execute(nanoseconds * costs_.messages.scale); }
 
-  /// Charges the cost of work that does not grow with the number of particles.
+  /// Charges work that does not grow with the number of particles: like charge(), without `messages.scale`.
   void charge_once(double nanoseconds) const { comm::execute(nanoseconds); }
 
  private:

@@ -1,4 +1,4 @@
-// What every phase of a frame needs of its rank: settings, conversation, threads, cost of work, stopwatch.
+// The state of a rank that every phase of a frame uses: settings, session, threads, machine, stopwatch.
 #pragma once
 
 #include <memory>
@@ -23,15 +23,16 @@ struct Rank {
   Rank(const Rank&) = delete;
   Rank& operator=(const Rank&) = delete;
 
-  /// The only calculator, when it is the manager too, makes births where they stay: no message holds them.
+  /// Returns whether births are created in place: this rank is the manager and the only calculator, so no message is
+  /// needed.
   bool creates_in_place() const { return session.manages() && session.calculator() == 0 && session.calculators() == 1; }
 
-  /// When the frame under way starts, seconds of the animation.
+  /// Returns the start time of the current frame, in seconds of the animation.
   double frame_time() const { return static_cast<double>(session.frame) * settings.dt; }
 
   Settings settings;
   Session session;
-  std::unique_ptr<threads::Pool> pool;  // shares this rank's work; only the thread that runs the frame talks
+  std::unique_ptr<threads::Pool> pool;  // only the thread that runs the frame communicates
   Machine machine;
   Stopwatch watch;
 };

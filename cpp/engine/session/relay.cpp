@@ -12,7 +12,7 @@ using comm::Phase;
 using comm::Stamp;
 using Range = roles::Tree::Range;
 
-// Down: the common part, then for each place of the range count, size and bytes.
+// Layout of a message down: size and bytes of the common part, then count, size and bytes for each place of the range.
 void put_common(std::span<const std::byte> common, Bytes& out) {
   out.put(static_cast<std::uint64_t>(common.size()));
   out.put_raw(common.data(), common.size());
@@ -86,7 +86,7 @@ Heard Relay::hear(Phase phase, Stamp stamp) {
   return heard;
 }
 
-// Up: for each place of the range whether it failed, size and bytes.
+// Layout of a message up: for each place of the range, the size, whether the rank failed, and the bytes.
 void Relay::say(Phase phase, Stamp stamp, std::span<const std::byte> answer, bool failed) {
   Message message;
   message.bytes().put(static_cast<std::uint64_t>(answer.size()));
@@ -144,7 +144,7 @@ void Relay::pass_up(Phase phase, Stamp stamp, Message message, bool failed) {
 }
 
 Message Relay::from_above(Phase phase, Stamp stamp) {
-  // Ranks higher in the tree are served first, and report first when a rank is silent.
+  // Ranks higher in the tree allow shorter waits, so they are the first to report a silent rank.
   const int patience = tree_.height() + tree_.depth();
   return comm_.expect(tree_.parent(), phase, stamp, tree_.root() ? 0 : patience - 2);
 }

@@ -63,7 +63,7 @@ void join(Drawings& into, Drawings&& other) {
   into.record_bytes += other.record_bytes;
   into.sent += other.sent;
   into.bytes += other.bytes;
-  into.assemble_s += other.assemble_s;  // only one rank has any
+  into.assemble_s += other.assemble_s;  // nonzero on one rank only
   append(into.active, std::move(other.active));
   append(into.tiles, std::move(other.tiles));
   into.sighted.resize(std::max(into.sighted.size(), other.sighted.size()));
@@ -111,7 +111,7 @@ void join(Report& into, Report&& other) {
   append(into.dissents, std::move(other.dissents));
   into.stop = std::max(into.stop, other.stop);
   into.unsaved_from = std::min(into.unsaved_from, other.unsaved_from);
-  into.orders += other.orders;  // at most one rank has any
+  into.orders += other.orders;  // nonempty on one rank only
   if (other.failure.failed() && (!into.failure.failed() || other.failed_rank < into.failed_rank)) {
     into.failure = std::move(other.failure);
     into.failed_rank = other.failed_rank;

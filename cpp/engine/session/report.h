@@ -1,4 +1,4 @@
-// Plain values that ranks exchange about a frame: reports to the manager, and its verdict.
+// Plain structs that ranks exchange about a frame: reports to the manager, and its verdict.
 #pragma once
 
 #include <cstdint>
@@ -18,17 +18,17 @@ namespace motes::engine {
 
 /// Seconds that a rank spent in each phase of a frame.
 struct PhaseTimes {
-  double create = 0;    // births made, dealt, received
-  double act = 0;       // the recorded list, fused
-  double report = 0;    // report and verdict, with the wait for the slowest
-  double exchange = 0;  // particles to their owners
-  double balance = 0;   // cuts moved
-  double render = 0;    // the picture: the three below, and waits for what others do for it
-  double project = 0;   // particles to records, on their way
-  double draw = 0;      // records to pixels
-  double assemble = 0;  // tiles of all ranks to one picture
-  double wait = 0;      // part of all these spent waiting for messages
-  double frame = 0;     // the whole frame, the script's own part included
+  double create = 0;    // create, deal and receive births
+  double act = 0;       // run the recorded list
+  double report = 0;    // report and verdict, including the wait for the slowest rank
+  double exchange = 0;  // send particles to their owners
+  double balance = 0;   // move cuts
+  double render = 0;    // the picture: project, draw, assemble, and waits for other ranks
+  double project = 0;   // turn particles into records and send them
+  double draw = 0;      // draw records
+  double assemble = 0;  // assemble the tiles of all ranks
+  double wait = 0;      // the part of all phases spent waiting for messages
+  double frame = 0;     // the whole frame, including the script
 };
 
 template <class Visitor>
@@ -37,7 +37,7 @@ constexpr void fields(Visitor& visit, PhaseTimes& times) {
         times.assemble, times.wait, times.frame);
 }
 
-/// An item of a list: its system, and the number of script calls before it in the list; -1: unknown.
+/// The place of an item: its system, and the number of script calls before it in the system's list; -1: unknown.
 struct ItemPlace {
   std::int32_t system = -1;
   std::int32_t item = -1;
@@ -48,13 +48,13 @@ constexpr void fields(Visitor& visit, ItemPlace& place) {
   visit(place.system, place.item);
 }
 
-/// Why a rank could not compute its part.
+/// Why a rank failed.
 struct Failure {
   enum class Kind : std::uint8_t { none, compute, mismatch };
   Kind kind = Kind::none;
   std::string action;  // what the rank was doing
   std::string text;
-  ItemPlace place{};  // the item of the list that it was doing this for
+  ItemPlace place{};  // the list item it was running
 
   bool failed() const { return kind != Kind::none; }
 };
@@ -64,7 +64,7 @@ constexpr void fields(Visitor& visit, Failure& failure) {
   visit(failure.kind, failure.action, failure.text, failure.place);
 }
 
-/// Particles on their way to one domain.
+/// The number of migrants to one domain.
 struct Sent {
   std::int32_t domain = 0;
   std::uint64_t count = 0;
@@ -81,19 +81,19 @@ struct Tally {
   double compute_s = 0;
 };
 
-/// Statistics of the pair interactions of one system on one calculator in a frame. For two systems, kept with the
-/// first.
+/// Statistics of one system's pair interactions on one calculator in a frame. Interactions between two systems count
+/// for the first.
 struct InteractionStats {
-  std::uint64_t pairs = 0;   // pairs within reach, counted at both ends
+  std::uint64_t pairs = 0;   // pairs within reach, counted once for each of the two particles
   std::uint64_t ghosts = 0;  // sent to other calculators
-  std::uint64_t bytes = 0;   // sent: ghosts, and migrants in interactions
+  std::uint64_t bytes = 0;   // bytes sent in interactions: ghosts and migrants
   std::uint64_t moved_in = 0, moved_out = 0;  // migrants in interactions
   std::uint32_t interactions = 0;
   std::uint32_t most_in_a_cell = 0;
-  float interact_s = 0, wait_s = 0;  // time in interactions, waits included; waits alone, s
+  float interact_s = 0, wait_s = 0;  // seconds in interactions, waits included; seconds of those waits
   float overlap_99 = 0;          // see interactions/overlap.h
-  std::uint16_t substeps = 0;    // the fewest per frame in which no spring of contact need be softened
-  std::uint16_t neighbour_ranks = 0;  // most calculators that an interaction's messages went to
+  std::uint16_t substeps = 0;    // fewest substeps per frame with which no spring of `contact` is softened
+  std::uint16_t neighbour_ranks = 0;  // maximum number of calculators that an interaction sent messages to
 };
 
 template <class Visitor>
@@ -103,7 +103,7 @@ constexpr void fields(Visitor& visit, InteractionStats& interaction) {
         interaction.overlap_99, interaction.substeps, interaction.neighbour_ranks);
 }
 
-/// Maxima over calculators of what may need a warning in a system's interactions.
+/// Maxima over calculators of those statistics of a system's interactions that can cause a warning.
 struct Strain {
   std::uint32_t most_in_a_cell = 0;
   float overlap_99 = 0;
@@ -115,11 +115,11 @@ constexpr void fields(Visitor& visit, Strain& strain) {
   visit(strain.most_in_a_cell, strain.overlap_99, strain.substeps);
 }
 
-/// A particle that has children at the end of this frame, for the calculator that they belong to.
+/// A particle that has children at the end of this frame, as sent to the calculator that owns the children.
 struct Parent {
-  std::int32_t system = 0;   // the parent's
-  std::int32_t rule = 0;     // its number among that system's spawn rules
-  std::uint64_t first = 0;   // number of its first child among all of the frame, in the children's system
+  std::int32_t system = 0;   // the parent's system
+  std::int32_t rule = 0;     // index among that system's spawn rules
+  std::uint64_t first = 0;   // index of its first child among the frame's children in their system
   recording::Event event;
 };
 
@@ -128,12 +128,12 @@ constexpr void fields(Visitor& visit, Parent& parent) {
   visit(parent.system, parent.rule, parent.first, parent.event);
 }
 
-/// One system on all calculators of a part of the tree, after its list ran and before the exchange.
+/// One system on all calculators of a subtree, after its list has run and before the exchange.
 struct SystemReport {
   std::uint64_t particles = 0;  // particles, migrants included
   Strain strain;
   particles::Digest digest;
-  std::uint64_t oldest = UINT64_MAX;  // the lowest id, where the birth history asks for it
+  std::uint64_t oldest = UINT64_MAX;  // the lowest live id, if the birth history needs it
   std::vector<std::vector<recording::Event>> events;  // one list per spawn rule, sorted by id
 };
 
@@ -142,10 +142,10 @@ constexpr void fields(Visitor& visit, SystemReport& system) {
   visit(system.particles, system.strain, system.digest, system.oldest, system.events);
 }
 
-/// One system on one calculator: what the policy and the log need of each. A rank holds fewer than 2^32 particles.
+/// One system on one calculator, as the policy and the log need it. A rank holds fewer than 2^32 particles.
 struct CalculatorLoad {
   std::uint32_t at_start = 0, created = 0, killed = 0, kept = 0, sent = 0;
-  std::uint32_t received = 0;  // counted by the rank at which the senders' reports meet the receiver's
+  std::uint32_t received = 0;  // added by the rank at which the senders' reports meet the receiver's
   double compute_s = 0;
   double speed = 0, error = 0;  // as in balance::Load
 };
@@ -156,10 +156,10 @@ constexpr void fields(Visitor& visit, CalculatorLoad& load) {
         load.error);
 }
 
-/// Particles of a system on their way between two calculators.
+/// The number of a system's migrants between two calculators.
 struct Flow {
   std::uint32_t from = 0, to = 0;  // calculators
-  std::uint32_t system = 0;        // among those of the round
+  std::uint32_t system = 0;        // index within the round
   std::uint32_t count = 0;
 };
 
@@ -168,20 +168,21 @@ constexpr void fields(Visitor& visit, Flow& flow) {
   visit(flow.from, flow.to, flow.system, flow.count);
 }
 
-/// Where a calculator's particles of one system are, for the log.
 inline constexpr int kQuantiles = 16;
+/// Where a calculator's particles of one system are, for the log.
 struct Density {
   std::uint64_t particles = 0;
-  // Metres along the axes that are cut, in their order. Where ids decide: what stands for them.
+  // Positions along the axes that are cut, in their order, in metres. For domains cut by id or along a curve: the
+  // coordinates that are cut instead.
   float quantiles[3 * (kQuantiles + 1)] = {};
 };
 
-/// Slots of tiles that a rank drew, one after the other.
+/// Consecutive tile slots that a rank drew.
 struct DrawnTiles {
   std::uint32_t first = 0;
   std::vector<std::uint32_t> counts;  // records in each
   std::int32_t rank = 0;
-  float seconds = 0;  // seconds of work; 0: not measured
+  float seconds = 0;  // 0: not measured
 };
 
 template <class Visitor>
@@ -189,8 +190,9 @@ constexpr void fields(Visitor& visit, DrawnTiles& tiles) {
   visit(tiles.first, tiles.counts, tiles.rank, tiles.seconds);
 }
 
-/// Where particles of a system are relative to a picture; for several, the greatest counts.
-enum class Sighted : std::uint8_t { unknown, behind, beside, inside };  // behind the camera; beside what it sees
+/// Where a system's particles are relative to the picture: behind the camera, outside its view, or in view. Several
+/// values are combined by maximum.
+enum class Sighted : std::uint8_t { unknown, behind, beside, inside };
 
 /// A rank's work on a frame's picture.
 struct Drawing {
@@ -198,18 +200,18 @@ struct Drawing {
   image::View::Path path = image::View::Path::gather;
   std::uint64_t records = 0;  // records of its own particles
   std::uint64_t record_bytes = 0;  // bytes of all records
-  std::uint64_t sent = 0;     // records sent to other ranks, plain or drawn
-  std::uint64_t bytes = 0;    // sent to other ranks
-  std::uint32_t active = 0;   // tiles that its own particles touch
+  std::uint64_t sent = 0;     // records sent to other ranks, as such or in partial tiles
+  std::uint64_t bytes = 0;    // bytes sent to other ranks
+  std::uint32_t active = 0;   // number of tiles that its own particles touch
   image::TileOrder order = image::TileOrder::rows;
   std::uint32_t first = 0;            // the first slot that it drew
   std::vector<std::uint32_t> counts;  // records in each slot that it drew
-  double draw_s = 0;                  // seconds of work that these took; 0: not measured
-  double assemble_s = 0;              // time to put other ranks' tiles into the picture, s
-  std::vector<Sighted> sighted;       // on a calculator: where its particles of each system are
+  double draw_s = 0;                  // seconds of work to draw them; 0: not measured
+  double assemble_s = 0;              // seconds to assemble other ranks' tiles
+  std::vector<Sighted> sighted;       // on a calculator: one per system
 };
 
-/// Work on a picture, of all ranks in a part of the tree.
+/// Work on a picture of all ranks in a subtree.
 struct Drawings {
   std::int32_t width = 0, height = 0;
   image::View::Path path = image::View::Path::gather;
@@ -219,7 +221,7 @@ struct Drawings {
   std::uint64_t sent = 0;
   std::uint64_t bytes = 0;
   double assemble_s = 0;
-  std::vector<std::uint32_t> active;  // of each calculator
+  std::vector<std::uint32_t> active;  // one per calculator
   std::vector<DrawnTiles> tiles;
   std::vector<Sighted> sighted;  // one per system
 };
@@ -232,14 +234,14 @@ constexpr void fields(Visitor& visit, Drawings& drawings) {
 
 Drawings drawings_of(Drawing drawing, int rank, bool calculates);
 
-/// A tail: what became known too late for the report of its own frame, sent with the next one.
+/// A tail: results that came too late for the report of their frame and are sent with the next one.
 struct Tail {
   bool valid = false;
   std::uint64_t frame = 0;
   PhaseTimes times;                  // the longest of each phase
-  std::uint64_t exchanged_bytes = 0;  // bytes exchanged, in interactions too
-  std::uint64_t moved = 0;           // particles that changed their calculator in interactions
-  std::vector<particles::Digest> children;  // born at the frame's end; one per system, where the log has digests
+  std::uint64_t exchanged_bytes = 0;  // bytes exchanged, including those in interactions
+  std::uint64_t moved = 0;           // particles that migrated in interactions
+  std::vector<particles::Digest> children;  // one per system: born at the frame's end; empty unless digests are logged
   Drawings drawings;
   std::string image_sha256;
 };
@@ -250,10 +252,10 @@ constexpr void fields(Visitor& visit, Tail& tail) {
         tail.image_sha256);
 }
 
-/// One system on one calculator: what only the log needs, and no earlier than a turn later.
+/// Results of one system on one calculator that only the log needs; sent with the next frame.
 struct CalculatorTail {
   std::uint64_t bytes_sent = 0;  // exchange and interactions
-  std::uint64_t particles = 0;   // see Density
+  std::uint64_t particles = 0;  // see Density
   float quantiles[3 * (kQuantiles + 1)] = {};
   float exchange_s = 0, wait_s = 0, image_s = 0;
   InteractionStats interaction;
@@ -264,13 +266,13 @@ constexpr void fields(Visitor& visit, CalculatorTail& tail) {
   visit(tail.bytes_sent, tail.particles, tail.quantiles, tail.exchange_s, tail.wait_s, tail.image_s, tail.interaction);
 }
 
-/// Where a rank's time of a frame went, for the log.
+/// What a rank spent the time of a frame on, for the log.
 struct RankTimes {
   std::int32_t rank = 0;
   comm::Spent spent;
 };
 
-/// A rank whose list differs, and that list.
+/// A rank whose list differs from the manager's, and that list.
 struct Dissent {
   std::int32_t rank = 0;
   base::Bytes record;
@@ -281,11 +283,11 @@ constexpr void fields(Visitor& visit, Dissent& dissent) {
   visit(dissent.rank, dissent.record);
 }
 
-/// A cut's position from the next frame on, and the particles that it moves: > 0, from left to right.
+/// A cut's position from the next frame on, and the number of particles it moves (> 0: from left to right).
 struct NewCut {
   std::uint32_t system = 0;
   std::uint32_t cut = 0;  // between calculators `cut` and `cut` + 1
-  float at = 0;           // metres
+  float at = 0;  // metres
   std::int64_t given = 0;
 };
 
@@ -294,10 +296,10 @@ constexpr void fields(Visitor& visit, NewCut& cut) {
   visit(cut.system, cut.cut, cut.at, cut.given);
 }
 
-/// A decision of two neighbours without the manager, as the donor reports it.
+/// A cut that two neighbours moved without the manager, as reported by the donor.
 struct Decision {
   NewCut cut;
-  std::int64_t ordered = 0;  // particles, with the sign of those given
+  std::int64_t ordered = 0;  // particles to give, with the sign of `cut.given`
 };
 
 template <class Visitor>
@@ -305,18 +307,18 @@ constexpr void fields(Visitor& visit, Decision& decision) {
   visit(decision.cut, decision.ordered);
 }
 
-/// The report of a part of the tree: sums, and what must arrive from each rank. Loads of its calculators travel beside
-/// it, unread on the way. If a rank failed, only the failures count.
+/// The report of a subtree: sums, and what the manager needs from each rank. The calculators' loads follow it in the
+/// message and are forwarded unread. If a rank failed, only the failures are valid.
 struct Report {
   Failure failure;
-  std::int32_t failed_rank = -1;  // the lowest
-  std::uint8_t stop = 0;          // the number of a signal that asked a rank to stop: the highest, or 0
-  std::uint64_t unsaved_from = UINT64_MAX;  // the first frame whose picture is in no file yet
-  std::string orders;             // orders of viewers, from the image generator, for all ranks
+  std::int32_t failed_rank = -1;  // the lowest rank that failed
+  std::uint8_t stop = 0;  // highest number of a signal that asked a rank to stop, or 0
+  std::uint64_t unsaved_from = UINT64_MAX;  // the first frame whose picture is not yet in a file
+  std::string orders;  // viewers' orders, from the image generator, for all ranks
   std::vector<Dissent> dissents;
   std::vector<SystemReport> systems;  // systems of the round; empty if no rank calculates
-  std::vector<Flow> flows;            // flows to calculators elsewhere in the tree
-  std::vector<Decision> decisions;    // decisions of neighbours without the manager, passed to all
+  std::vector<Flow> flows;  // flows to calculators elsewhere in the tree
+  std::vector<Decision> decisions;  // decisions of neighbours without the manager, for all ranks
   Tail tail;
 
   bool failed() const { return failure.failed() || !dissents.empty(); }
@@ -328,7 +330,7 @@ constexpr void fields(Visitor& visit, Report& report) {
         report.systems, report.flows, report.decisions, report.tail);
 }
 
-/// Puts together what two parts of the tree report. Throws std::runtime_error where they speak of different systems.
+/// Merges the reports of two subtrees. Throws std::runtime_error if they are about different systems.
 void join(Report& into, Report&& other);
 
 /// A request to a calculator before cuts move: a cut that gives at most `count` particles to a neighbour, or a
@@ -345,7 +347,7 @@ constexpr void fields(Visitor& visit, Request& request) {
   visit(request.system, request.kind, request.count);
 }
 
-/// The answer.
+/// The answer to a Request.
 struct Proposal {
   Request request;
   balance::Gift gift;
@@ -361,16 +363,15 @@ constexpr void fields(Visitor& visit, Proposal& proposal) {
 struct Verdict {
   Failure failure;
   std::int32_t failed_rank = -1;
-  std::uint8_t stop = 0;                // highest signal in the reports: all ranks stop after this frame
+  std::uint8_t stop = 0;  // highest signal in the reports: all ranks stop after this frame
   std::uint64_t unsaved_from = UINT64_MAX;
-  std::string orders;                   // viewers' orders: all ranks apply them before the next frame
-  std::vector<std::int32_t> ranks;      // kind mismatch: those whose lists differ from most
-  std::vector<std::uint64_t> alive;     // one per system, over all ranks
+  std::string orders;  // viewers' orders: all ranks apply them before the next frame
+  std::vector<std::int32_t> ranks;  // Kind::mismatch: ranks whose lists differ from the majority's
+  std::vector<std::uint64_t> alive;  // one per system, over all ranks
   std::vector<particles::Digest> digests;
-  std::vector<std::uint64_t>
-      spawned;   // one per system: children at the end of this frame, before the capacity limits them
-  std::vector<std::uint64_t> oldest;    // one per system: the lowest id on any rank, where the birth history asks
-  std::vector<NewCut> cuts;             // as donors reported them
+  std::vector<std::uint64_t> spawned;  // one per system: children of this frame, before the capacity limits them
+  std::vector<std::uint64_t> oldest;  // one per system: lowest live id on any rank, if the birth history needs it
+  std::vector<NewCut> cuts;  // as donors reported them
 };
 
 template <class Visitor>
@@ -379,7 +380,7 @@ constexpr void fields(Visitor& visit, Verdict& verdict) {
         verdict.alive, verdict.digests, verdict.spawned, verdict.oldest, verdict.cuts);
 }
 
-/// Particles will come from one calculator to another.
+/// Says that one calculator will send particles to another.
 struct Source {
   std::uint32_t to = 0, from = 0;
 
@@ -391,7 +392,7 @@ constexpr void fields(Visitor& visit, Source& source) {
   visit(source.to, source.from);
 }
 
-/// A parent whose children belong to this calculator.
+/// A parent, and the calculator that owns its children.
 struct OwnedParent {
   std::uint32_t owner = 0;
   Parent parent;
@@ -402,11 +403,11 @@ constexpr void fields(Visitor& visit, OwnedParent& owned) {
   visit(owned.owner, owned.parent);
 }
 
-/// The verdict for a part of the tree: the part for all, and what concerns some ranks.
+/// The verdict for a subtree: the part for all ranks, and the parts for single ranks.
 struct Judgement {
   Verdict verdict;
   std::vector<Source> sources;
-  std::vector<OwnedParent> parents;  // parents of one owner, ordered by system, rule and id
+  std::vector<OwnedParent> parents;  // those of one owner are ordered by system, rule and id
 };
 
 template <class Visitor>
@@ -417,13 +418,13 @@ constexpr void fields(Visitor& visit, Judgement& judgement) {
 /// The part of the verdict for one rank.
 struct Orders {
   std::vector<std::int32_t> sources;  // ranks that will send it particles
-  std::vector<Parent> parents;        // parents whose children belong to this calculator
+  std::vector<Parent> parents;  // parents whose children this calculator owns
 };
 
 /// The manager's plan of a round, for all ranks.
 struct Planned {
-  Failure failure;    // the balancer's: all give up
-  bool asks = false;  // some calculator has an inquiry: all say what they propose
+  Failure failure;  // if the balancer failed: all ranks give up
+  bool asks = false;  // some calculator has an inquiry: all calculators send proposals
 };
 
 template <class Visitor>
@@ -431,7 +432,7 @@ constexpr void fields(Visitor& visit, Planned& planned) {
   visit(planned.failure, planned.asks);
 }
 
-/// The plan's request to one calculator, before cuts move.
+/// The manager's requests to one calculator before cuts move.
 struct Inquiry {
   std::vector<Request> requests;
   std::vector<std::int32_t> partners;  // neighbouring calculators to compare loads with, ascending

@@ -16,7 +16,7 @@ using comm::Phase;
 
 namespace {
 
-// Rows of calculators are written as they are, so that ranks on the way copy them without reading.
+// Calculators' rows are sent as raw memory, so ranks in between can forward them unread.
 static_assert(base::copied_whole<CalculatorLoad>() && base::copied_whole<CalculatorTail>());
 
 template <class T>
@@ -32,7 +32,7 @@ void take_all(std::span<const std::byte> bytes, std::vector<T>& into) {
   if (!bytes.empty()) std::memcpy(into.data() + before, bytes.data(), bytes.size());
 }
 
-// Flows between calculators of this part of the tree go no further up.
+// Separates the flows that stay within this subtree from those to report further up.
 void keep_flows(const roles::Tree& tree, Gathered& gathered) {
   std::vector<Flow>& flows = gathered.report.flows;
   const auto leaves = [&](const Flow& flow) { return !tree.holds(tree.own(), static_cast<int>(flow.to)); };
@@ -41,7 +41,7 @@ void keep_flows(const roles::Tree& tree, Gathered& gathered) {
   flows.erase(staying, flows.end());
 }
 
-// Adds what calculators will receive to their loads, which are rows of `systems` each.
+// Adds the flows within this subtree to CalculatorLoad::received. `rows`: `systems` loads per calculator.
 void count_arrivals(const roles::Tree& tree, const std::vector<Flow>& staying, std::size_t systems, std::byte* rows) {
   for (const Flow& flow : staying) {
     const auto row = static_cast<std::size_t>(tree.row_of(static_cast<int>(flow.to)));
@@ -57,7 +57,7 @@ void check_rows(std::size_t rows, std::size_t calculators, std::size_t systems) 
   if (rows != calculators * systems) throw std::runtime_error("reports hold the rows of other calculators");
 }
 
-// One block per rank: which rank, where its time went, then its calculator's rows.
+// Appends one block per rank: the rank, its times, then its calculator's rows.
 void put_tails(int rank, const comm::Spent& spent, const std::vector<CalculatorTail>& tails, Bytes& out) {
   out.put(static_cast<std::int32_t>(rank));
   out.put(static_cast<std::uint32_t>(spent.waits.size()));

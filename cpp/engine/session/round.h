@@ -1,4 +1,4 @@
-// A round: systems whose conversations are held together (paper 3.3), and their state on the way.
+// A round: systems that share their messages (paper 3.3), and the state of that conversation.
 #pragma once
 
 #include <cstdint>
@@ -10,8 +10,8 @@
 
 namespace motes::engine {
 
-/// How several systems share a frame (API: World.combine): each has all of its conversations before the next one
-/// computes; all share their messages; or the messages of one travel while the next one computes.
+/// How several systems share a frame (API: World.combine). one_by_one: each finishes its conversations before the next
+/// one computes. together: all share their messages. overlapped: one system's messages travel while the next computes.
 enum class Combine : std::uint8_t { one_by_one, together, overlapped };
 
 struct Round {
@@ -23,12 +23,12 @@ struct Round {
   Orders orders;
   double reported_s = 0;  // when this rank's report was sent
 
-  // This rank's report, until those below it have reported.
+  // This rank's report, kept until the ranks below have reported.
   Report own{};
   std::vector<CalculatorLoad> own_loads{};  // on calculators, one per system
   std::vector<CalculatorTail> own_tails{};  // on calculators, one per system of the last frame
-  comm::Spent own_spent{};  // where this rank's time of the last frame went
-  bool tells_tails = false;               // the log needs them in this round: the same on all ranks
+  comm::Spent own_spent{};  // what this rank spent the last frame's time on
+  bool tells_tails = false;               // tails are sent in this round; the same on all ranks
 };
 
 }  // namespace motes::engine

@@ -1,4 +1,4 @@
-// The conversation of this rank with the others: communicator, relay, turn, and a failure that waits to be agreed on.
+// This rank's side of conversations: communicator, relay, turn, and a failure until all ranks have agreed on it.
 #pragma once
 
 #include <cstdint>
@@ -17,14 +17,14 @@
 
 namespace motes::engine {
 
-/// All ranks agreed that one of them failed, or that their scripts differ; every rank throws this, but the one whose
-/// compute failed throws its original exception.
+/// Thrown on all ranks when they agree that one of them failed or that their scripts differ. The rank whose compute
+/// failed throws its original exception instead.
 class Agreed : public std::runtime_error {
  public:
   Agreed(Verdict verdict, std::uint64_t frame, std::string role, const std::string& text)
       : std::runtime_error(text), verdict_(std::move(verdict)), frame_(frame), role_(std::move(role)) {}
   const Verdict& verdict() const { return verdict_; }
-  const std::string& role() const { return role_; }  // of verdict().failed_rank
+  const std::string& role() const { return role_; }  // role of verdict().failed_rank
   std::uint64_t frame() const { return frame_; }
 
  private:
@@ -33,8 +33,8 @@ class Agreed : public std::runtime_error {
   std::string role_;
 };
 
-/// Compute may fail, conversations may not: `work` keeps a failure and skips the rank's later work; the rank goes on
-/// talking with empty payloads until all have agreed on what happened, and all give up together.
+/// Compute may fail, conversations may not: work() keeps the failure and skips this rank's later work. The rank keeps
+/// taking part in conversations, with empty payloads, until all ranks agree on the failure and give up together.
 class Session {
  public:
   Session(std::unique_ptr<comm::Communicator> comm, roles::Cast cast);
@@ -57,14 +57,15 @@ class Session {
 
   std::uint64_t frame = 0;
   std::uint32_t turn = 0;  // rounds so far
-  int stop = 0;            // the number of the signal after which all stop with the last frame, or 0
-  std::uint64_t unsaved_from = UINT64_MAX;      // the first frame of which a picture made here is in no file yet
-  std::uint64_t all_unsaved_from = UINT64_MAX;  // minimum of `unsaved_from` over all ranks, as agreed last
-  std::string orders;      // what viewers asked for in the last conversation that could carry it
+  int stop = 0;            // number of the signal that stops all ranks after the last frame, or 0
+  std::uint64_t unsaved_from = UINT64_MAX;      // the first frame whose picture, made here, is not yet in a file
+  std::uint64_t all_unsaved_from = UINT64_MAX;  // minimum of `unsaved_from` over all ranks, from the last verdict
+  std::string orders;      // viewers' orders from the last conversation that could carry them
   comm::Stamp stamp() const { return {frame, turn}; }
   comm::Stamp stamp(const Round& round) const { return {frame, round.turn}; }
 
-  /// Runs `compute` unless something failed before; what it throws becomes the rank's failure, said to be of `action`.
+  /// Runs `compute` unless this rank has failed already; an exception becomes the rank's failure, attributed to
+  /// `action`.
   template <class Work>
   void work(const std::string& action, const Work& compute) {
     if (failure_.failed()) return;
@@ -72,7 +73,7 @@ class Session {
     try {
       compute();
     } catch (const comm::RankLost&) {
-      throw;  // is nobody's failure
+      throw;  // not a failure of this rank
     } catch (const ItemFailure& error) {
       failure_ = {Failure::Kind::compute, error.action(), error.what(), error.place()};
       own_exception_ = error.original();
@@ -82,19 +83,19 @@ class Session {
     }
   }
   bool failed() const { return failure_.failed(); }
-  /// The item that this rank's last failure belongs to.
+  /// Returns the list item of this rank's last failure.
   ItemPlace failed_at() const { return failed_at_; }
   const Failure& failure() const { return failure_; }
   void fail(Failure failure) { failure_ = std::move(failure); }
 
-  /// Throws what all agreed on: the original exception where it happened here, Agreed otherwise. The run is over.
+  /// Ends the run: throws the original exception if this rank failed, otherwise Agreed.
   [[noreturn]] void give_up(Verdict verdict);
-  /// Throws what this rank has failed with, if it has: for what may not reach the script. The exception itself comes
-  /// once: Python's may not be raised again.
+  /// Throws this rank's failure, if any, for failures that must not reach the script. The original exception is thrown
+  /// only once, since a Python exception must not be raised again.
   void rethrow();
-  /// Tells whether all ranks have given up, so that nobody waits for this one any more.
+  /// Returns whether all ranks have given up, so no rank waits for this one.
   bool over() const { return broken_; }
-  /// Throws std::runtime_error where that is so.
+  /// Throws std::runtime_error if all ranks have given up.
   void check_alive() const;
 
  private:
@@ -104,7 +105,7 @@ class Session {
   Failure failure_;
   ItemPlace failed_at_;
   std::exception_ptr own_exception_;
-  bool broken_ = false;  // all agreed on a failure: particles are half-way through a frame
+  bool broken_ = false;  // all ranks have given up, with particles halfway through a frame
 };
 
 }  // namespace motes::engine

@@ -1,4 +1,4 @@
-// Measures the phases of a frame on this rank: seconds for its report, and a timeline if the run keeps one.
+// Measures the phases of a frame on this rank, for its report and for the timeline if the run logs one.
 #pragma once
 
 #include <memory>
@@ -12,10 +12,10 @@ namespace motes::engine {
 
 class Stopwatch {
  public:
-  /// The ledger must outlive it.
+  /// The ledger must outlive the stopwatch.
   explicit Stopwatch(comm::Ledger& ledger) : ledger_(ledger) {}
 
-  /// Counts the time from its construction to its destruction as `phase`.
+  /// Counts the time from its construction to its destruction: adds it to `seconds`, and to the timeline as `phase`.
   class Phase {
    public:
     Phase(Stopwatch& watch, double PhaseTimes::* seconds, const char* phase, std::string system = "");
@@ -32,22 +32,22 @@ class Stopwatch {
     double start_, cpu_start_;
   };
 
-  /// The run begins: `waited_s` seconds were spent waiting for messages before.
+  /// Starts the first frame.
   void start();
-  /// Starts counting anew. `in_frame`: phases go into the timeline as parts of `frame`.
+  /// Resets the times. `in_frame`: phases enter the timeline as parts of `frame`. `waited_s`: seconds that this rank
+  /// has spent waiting for messages so far.
   void begin(std::uint64_t frame, bool in_frame, double waited_s);
-  /// The frame is over; its times are last().
+  /// Ends the frame; its times are then last(). `waited_s` as in begin().
   void end(double waited_s);
 
   const PhaseTimes& last() const { return last_; }
-  /// Returns where this rank's time of the last frame went.
+  /// Returns what this rank spent the last frame's time on.
   const comm::Spent& spent() const { return spent_; }
   comm::Ledger& ledger() { return ledger_; }
 
-  /// Writes each phase as a row of this rank's own file from now on. Throws std::runtime_error if the file cannot be
-  /// made.
+  /// Records a timeline in this rank's file from now on. Throws std::runtime_error if the file cannot be created.
   void keep_spans(const std::string& directory, int rank, double zero, std::uint64_t first_frame = 0);
-  /// Notes the time of a round's messages, from `start` to now.
+  /// Adds the messages of a round, from `start` to now, to the timeline.
   void note_messages(const std::string& system, double start);
   void write_spans();
 

@@ -1,4 +1,4 @@
-// Gathers a value of every rank and tells all to all ranks.
+// All-gather for rare events, through rank 0.
 #pragma once
 
 #include <utility>
@@ -20,8 +20,7 @@ constexpr void fields(Visitor& visit, Told<T>& told) {
   visit(told.ranks);
 }
 
-/// Collective: what each rank says, by rank, on every rank. T has `fields`. Each writes to rank 0, which answers all:
-/// for what happens rarely.
+/// Returns every rank's `own`, by rank. Collective. T must have `fields`. All ranks send to rank 0, which answers all.
 template <class T>
 std::vector<T> tell_all(Rank& rank, const comm::Stamp& stamp, const T& own) {
   Session& session = rank.session;

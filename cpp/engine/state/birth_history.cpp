@@ -10,8 +10,8 @@ using particles::Store;
 using recording::Birth;
 using recording::BirthStep;
 
-constexpr std::uint64_t kChunk = 1u << 16;  // particles made at once
-constexpr std::size_t kSources = 16;        // calls among which a new one may find itself again
+constexpr std::uint64_t kChunk = 1u << 16;  // particles to create at once
+constexpr std::size_t kSources = 16;        // how many of the latest calls a new one is compared with
 
 std::size_t bytes_of(const Birth& birth) {
   std::size_t bytes =
@@ -28,7 +28,7 @@ std::vector<std::uint32_t> by_id(const Store& store) {
   return order;
 }
 
-// Rates may change from frame to frame, and what particles are does not depend on them.
+// Returns the birth without its rate: rates may change from frame to frame, and particles do not depend on them.
 Birth without_rate(Birth birth) {
   birth.rate = birth.scale = 0;
   birth.until.clear();
@@ -36,7 +36,7 @@ Birth without_rate(Birth birth) {
   return birth;
 }
 
-// The *_b values of particle `from` of newborn ones for particle `to` of the living.
+// Copies the *_b attributes of newborn particle `from` to living particle `to`.
 void copy_over(const Store& newborn, std::size_t from, Store& living, std::size_t to) {
   for (const auto& [copy, original] : particles::kCopies) {
     for (int c = 0; c < 3; ++c) {
@@ -49,7 +49,7 @@ void copy_over(const Store& newborn, std::size_t from, Store& living, std::size_
 
 }  // namespace
 
-// Returns the number of this birth; a source that says the same in every frame keeps its number. Emitted arrays are not
+// Returns the number of this call; a source that is the same in every frame keeps its number. Emitted arrays are never
 // compared.
 std::uint64_t BirthHistory::number_of(const Birth& birth, const BirthStep& moment) {
   const std::size_t first = calls_.size() > kSources ? calls_.size() - kSources : 0;
@@ -101,8 +101,8 @@ void BirthHistory::restore_copies(Store& store, particles::Key key) {
   auto next = order.begin();
   for (const IdRange& stretch : stretches_) {
     const Call& call = calls_[stretch.call - forgotten_calls_];
-    recording::check(call.birth, store.schema());  // a mesh that came with the history has no inside yet
-    // What was emitted has arrays for the whole call; what is drawn can be made in parts.
+    recording::check(call.birth, store.schema());  // also prepares meshes that were restored with the history
+    // An emit has arrays for the whole call; random births can be made in chunks.
     const std::uint64_t step = call.birth.kind == Birth::Kind::emit ? stretch.count : kChunk;
     for (std::uint64_t done = 0; done < stretch.count; done += step) {
       const std::uint64_t first = stretch.first_id + done;

@@ -6,7 +6,7 @@ namespace motes::engine {
 
 namespace {
 
-// Returns the bytes that the history of one system may take; all systems share a limit per rank.
+// Returns the maximum size of one system's history, in bytes; all systems share a limit per rank.
 std::size_t most_bytes(const Script& script) {
   constexpr std::size_t kAll = std::size_t{64} << 20;
   constexpr std::size_t kLeast = std::size_t{64} << 10;

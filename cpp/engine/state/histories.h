@@ -1,5 +1,5 @@
-// Birth histories stay within bounds: what is dead on all ranks is forgotten, and a system whose history would take
-// more than its share of memory keeps its birth values from then on.
+// Bounds the size of birth histories: births of particles that are dead on all ranks are forgotten, and a system whose
+// history exceeds its share of memory stores birth values from then on.
 #pragma once
 
 #include "engine/state/population.h"
@@ -7,11 +7,12 @@
 
 namespace motes::engine {
 
-/// Before the reports of a frame: the systems whose history has grown ask for the oldest particle. All ranks note the
-/// same births, so they agree on which.
+/// Marks the systems whose history has grown, so the next reports include their lowest live id. Call before the reports
+/// of a frame. All ranks record the same births, so they mark the same systems.
 void ask_for_oldest(const Script& script);
 
-/// At the frame's end, after the verdict has told which particles are dead.
+/// Stores birth values for systems whose history exceeds the limit. Call at the frame's end, after hear_verdict() has
+/// pruned the histories.
 void bound_histories(const Script& script, const Calculator& calculator);
 
 }  // namespace motes::engine

@@ -1,4 +1,4 @@
-// Ghosts that are kept as long as the neighbour list that they stand in: who sends which of its particles to whom.
+// Ghosts that are kept together with a neighbour list: which particles are sent to which calculator.
 #pragma once
 
 #include <cstdint>
@@ -11,17 +11,17 @@
 
 namespace motes::engine {
 
-/// The ghosts of one interaction in one system, on one calculator. Between two lists, owners send columns alone: both
-/// ends know the order, ascending by id.
+/// The ghosts of one interaction in one system, on one calculator. While the list is kept, owners send only columns;
+/// both ends know the order, ascending by id.
 struct KeptGhosts {
   interactions::Ghosts ghosts;
-  domains::Domains domains;  // when they were chosen
+  domains::Domains domains;  // domains when the ghosts were chosen
   std::map<int, std::vector<std::uint32_t>> sent;      // by calculator: indices of own particles
-  std::map<int, std::vector<std::uint32_t>> received;  // by calculator: places among the ghosts
-  std::map<int, std::vector<float>> told;  // by calculator: columns as they were sent last, one after another
+  std::map<int, std::vector<std::uint32_t>> received;  // by calculator: indices into `ghosts`
+  std::map<int, std::vector<float>> told;  // by calculator: the columns as last sent, concatenated
 };
 
-/// By system and interaction, as neighbour lists are.
+/// Kept ghosts by system and interaction, with the same keys as neighbour lists.
 using AllKeptGhosts = std::map<std::pair<std::size_t, std::uint32_t>, KeptGhosts>;
 
 }  // namespace motes::engine

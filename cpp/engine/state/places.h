@@ -1,4 +1,4 @@
-// Positions of a store's particles, as domains need them.
+// The positions of a store's particles in the form that domains take.
 #pragma once
 
 #include "domains/domains.h"
@@ -7,7 +7,8 @@
 
 namespace motes::engine {
 
-/// Valid as long as the store's planes are. Births write positions, so a store with particles has their planes.
+/// Returns the positions and ids of all particles; valid as long as the store's planes are. Births write positions, so
+/// a store with particles has those planes.
 inline domains::Places places_of(const particles::Store& store) {
   domains::Places places;
   for (int axis = 0; axis < 3; ++axis) {
@@ -18,7 +19,7 @@ inline domains::Places places_of(const particles::Store& store) {
   return places;
 }
 
-/// The owner of one of them.
+/// Returns the owner of particle `p`.
 inline int owner_of(const domains::Domains& domains, const domains::Places& places, std::size_t p) {
   return domains.owner_of({places.position[0][p], places.position[1][p], places.position[2][p]}, places.ids[p]);
 }

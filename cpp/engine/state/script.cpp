@@ -38,8 +38,7 @@ void note_camera(Script& script, std::uint64_t frame, image::View& view) {
   script.camera_before = view.before;
 }
 
-// Restores the camera before the last frame's for a redraw from that frame's camera, so that streaks look the same
-// again.
+// If the last frame is redrawn from the same camera, restores the camera before it, so its streaks look the same.
 void recall_camera(const Script& script, std::uint64_t frame, image::View& view) {
   const bool same = script.camera == view.camera && script.camera_frame + 1 == frame;
   if (view.shutter > 0 && !view.before && same) view.before = script.camera_before;
@@ -60,7 +59,7 @@ void write_record(Script& script, const Settings& settings, std::uint64_t frame,
   if (record.view && verb == recording::Verb::render) note_camera(script, frame, *record.view);
   if (record.view && verb == recording::Verb::redraw) recall_camera(script, frame, *record.view);
   record.argument = argument;
-  for (const auto& system : script.systems) {  // lent: moved back below
+  for (const auto& system : script.systems) {  // borrows definitions and lists, which are moved back below
     record.systems.push_back(std::move(system->definition));
     record.lists.push_back(std::move(system->list));
     record.clumps.push_back(system->clumps);
@@ -79,7 +78,8 @@ void write_record(Script& script, const Settings& settings, std::uint64_t frame,
 
 namespace {
 
-// Systems that meet share a round, with those between them: the last one that must be in a round that begins here.
+// Returns the last system that must be in a round that begins at `first`: systems that interact share a round, together
+// with the systems between them.
 std::size_t last_to_meet(const Script& script, std::size_t first) {
   std::size_t last = first;
   for (std::size_t i = first; i <= last; ++i) {

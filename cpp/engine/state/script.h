@@ -1,4 +1,4 @@
-// What the script said: systems with their lists, and the record of the current conversation.
+// What the script recorded: systems with their lists, and the record of the current conversation.
 #pragma once
 
 #include <memory>
@@ -18,39 +18,39 @@ namespace motes::engine {
 
 struct Script {
   std::vector<std::unique_ptr<System>> systems;
-  recording::Record record;  // of the conversation under way; its lists are in the systems
-  base::Bytes bytes;    // the same with lists: what all ranks hash
-  base::Hash hash;
+  recording::Record record;  // the current conversation; its lists are in `systems`
+  base::Bytes bytes;    // the record with its lists, serialised
+  base::Hash hash;      // hash of `bytes`, compared across ranks
   std::vector<Round> rounds;
-  bool overlaps = false;  // the messages of one round travel while the next one computes
+  bool overlaps = false;  // messages of one round travel while the next one computes
   std::vector<NewCut> new_cuts;  // cuts from the last verdict, valid from the next frame on
-  std::vector<NewCut> moved_cuts;  // cuts valid since this frame began; its exchange moves particles over them
+  std::vector<NewCut> moved_cuts;  // cuts valid since this frame began; its exchange moves particles across them
 
-  // The camera of the last frame that was drawn: its next one knows from where particles came across the screen.
+  // The camera of the last frame that was drawn, needed for the streaks of the next frame.
   std::optional<image::Camera> camera;
   std::uint64_t camera_frame = 0;
-  std::optional<image::Camera> camera_before;  // that frame's View::before
+  std::optional<image::Camera> camera_before;  // View::before of that frame
 
   bool in_frame() const { return record.verb == recording::Verb::render || record.verb == recording::Verb::step; }
-  /// Tells whether this conversation carries signals and viewers' orders to all ranks.
+  /// Returns whether this conversation carries signals and viewers' orders to all ranks.
   bool steered() const { return in_frame() || record.verb == recording::Verb::orders; }
-  /// The systems that share this one's domains, itself among them; the one that they follow stands first.
+  /// Returns the systems that share this one's domains, itself included; the one that the others follow comes first.
   std::vector<std::size_t> sharing(std::size_t system) const;
-  /// Gives all of them these domains.
+  /// Gives these domains to all systems that share this one's.
   void divide(std::size_t system, const domains::Domains& domains);
-  /// The one system of a round, or empty: what a timeline calls the round.
+  /// Returns the name of a round in a timeline: its system, or empty if it has several.
   std::string name_of(const Round& round) const;
 };
 
-/// Writes down what all ranks were asked to do. A view with an open shutter learns the last frame's camera: all ranks
-/// know it, because their scripts recorded it.
+/// Serialises and hashes what the script recorded for this conversation. A view with an open shutter also gets the last
+/// frame's camera, which is the same on all ranks.
 void write_record(Script& script, const Settings& settings, std::uint64_t frame, recording::Verb verb,
                   const std::optional<image::View>& view, const std::string& argument);
 
-/// The rounds of this conversation: the systems one by one, or all at once. Each takes a turn.
+/// Splits the systems into the rounds of this conversation. Each round takes a turn.
 void split_rounds(Script& script, Combine combine, std::uint32_t& turn);
 
-/// Tells whether the round's systems have pair interactions.
+/// Returns whether the round's systems have pair interactions.
 bool interacts(const Script& script, const Round& round);
 
 }  // namespace motes::engine

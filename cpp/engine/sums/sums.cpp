@@ -21,7 +21,7 @@ void write(const program::Totals& totals, base::Bytes& out) {
   std::visit([&](const auto& values) { out.put_raw(values.data(), bytes_of(values)); }, totals);
 }
 
-// Returns totals of the same size and kind as this rank's own.
+// Returns totals of the size and kind of `own`.
 program::Totals room_for(const program::Summed& own) {
   if (const auto* counts = std::get_if<std::vector<std::int64_t>>(&own)) return *counts;
   return std::vector<double>(std::get<std::vector<particles::ExactSum>>(own).size());

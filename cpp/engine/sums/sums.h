@@ -1,6 +1,5 @@
-// Sums over the particles of all ranks: each rank on the way up the tree adds what those below it have, and the result
-// goes down again. While ranks write particles to files, they tell each other numbers that add up, and the manager a
-// note of each; the particles themselves stay where they are.
+// Sums over the particles of all ranks: each rank adds the sums of its children in the tree to its own, and the total
+// is sent down again. Also used when ranks write particles to files: they sum numbers and send notes to the manager.
 #pragma once
 
 #include <cstdint>
@@ -12,22 +11,23 @@
 
 namespace motes::engine {
 
-/// Collective, when all ranks have agreed that none of them failed: what all of them have, on every rank.
+/// Returns the total over all ranks, on every rank. Collective, after all ranks have agreed that none failed.
 program::Totals total_of_all(Rank& rank, program::Summed own);
 
-/// What a rank tells: as many numbers on every rank, and bytes that only the manager's script understands.
+/// A rank's input to exchange_notes(): numbers to sum, equally many on all ranks, and bytes for the manager's script.
 struct Note {
   std::vector<std::int64_t> numbers;
   std::string text;
 };
 
-/// What a rank learns.
+/// The result of exchange_notes().
 struct Notes {
-  std::vector<std::int64_t> totals;  // each number, added up over all ranks
-  std::vector<std::string> texts;    // manager: of each rank in order; empty elsewhere
+  std::vector<std::int64_t> totals;  // each number summed over all ranks
+  std::vector<std::string> texts;    // manager: the text of each rank, in order; empty elsewhere
 };
 
-/// Collective, when all ranks have agreed that none of them failed.
+/// Sums the numbers of all ranks, and sends their texts to the manager. Collective, after all ranks have agreed that
+/// none failed.
 Notes exchange_notes(Rank& rank, Note own);
 
 }  // namespace motes::engine

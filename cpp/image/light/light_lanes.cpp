@@ -16,7 +16,7 @@ constexpr auto kSunOnParticles = static_cast<float>(image::kSun);
 constexpr float kHalfTurnRadians = 3.14159265359f;
 constexpr float kMostFloat = 3.402823466e38f;
 
-// The mean over a sphere as it is seen, of the light that falls on it from a direction `cosine` away from the eye's:
+// Returns the mean light over the visible disc of a sphere that is lit at an angle a to the eye's direction:
 // 2 / (3 pi) (sin a + (pi - a) cos a) (J. H. Lambert).
 MOTES_INLINE Floats of_sphere(Floats cosine) {
   const Floats c = min(max(cosine, all(-1.0f)), all(1.0f));
@@ -24,7 +24,7 @@ MOTES_INLINE Floats of_sphere(Floats cosine) {
   return max(0.21220659f * (sine + (kHalfTurnRadians - acos(c)) * c), Floats{});
 }
 
-// How many layers towards the light a particle's own depth reaches: that is not its shadow.
+// Returns how many layers towards the light a particle's own optical depth reaches; a particle must not shade itself.
 MOTES_INLINE Floats own_layers(const image::LightTask& t, const image::ShadowMap& map, Floats3 place, Floats diameter) {
   if (!(t.shadow > 0)) return Floats{};
   const Floats width = in_grid(map.space, place).width, wide = diameter * 0.6f;
@@ -44,13 +44,13 @@ MOTES_INLINE Floats3 ambient_at(const image::Ambient& a, Floats up) {
   return all3(a.low) * (1.0f - up) + all3(a.high) * up;
 }
 
-// What of a particle is lit: the side of a card that the eye sees, or a ball.
+// The lit surface of a particle: the visible side of a card, or a ball.
 struct LitSide {
   bool flat;
-  Floats3 normal;  // of a ball: to the eye
+  Floats3 normal;  // of a ball: direction to the eye
 
   MOTES_INLINE Floats from(Floats cosine) const { return flat ? max(cosine, Floats{}) : of_sphere(cosine); }
-  // Over the picture of a sphere the mean normal is two thirds of the way to the eye.
+  // Over the visible disc of a sphere, the mean normal is two thirds of the direction to the eye.
   MOTES_INLINE Floats up() const { return 0.5f + normal.y * (flat ? 0.5f : 0.33333333f); }
 };
 
@@ -74,7 +74,8 @@ MOTES_INLINE LitSide lit_side(const image::LightTask& t, std::size_t i, Floats3 
   return {true, normal * select(dot(normal, to_eye) < 0.0f, all(-1.0f), all(1.0f))};
 }
 
-// The light that a white particle shows to the eye. `at`: its number in the planes of what solids leave.
+// Returns the light that a white particle sends to the eye; if t.shaded, its ratio to that of sun and sky without
+// shadows. `at`: the particle's index in the in_sight planes.
 MOTES_INLINE Floats3 light_arriving(const image::LightTask& t, Floats3 place, const LitSide& side, Floats diameter,
                                     std::size_t at) {
   Floats3 light = ambient_at(t.ambient, side.up());
@@ -98,12 +99,12 @@ MOTES_INLINE Floats3 light_arriving(const image::LightTask& t, Floats3 place, co
   return {part(light.x, plain.x), part(light.y, plain.y), part(light.z, plain.z)};
 }
 
-// How many times brighter than a particle's colour can be it would be; from 1 on.
+// Returns the factor, at least 1, by which a colour exceeds the brightest one that a particle can have.
 MOTES_INLINE Floats excess(Floats3 color, Floats opacity) {
   const Floats most = max(max(color.x, color.y), color.z) * opacity;
   return min(max(most, all(1.0f)), all(kMostFloat));
 }
-// Dims what would be brighter than a particle can be, by one factor: its hue stays.
+// Dims colours that exceed the brightest one that a particle can have, keeping their hue.
 MOTES_INLINE Floats3 within_white(Floats3 color, Floats opacity) { return color * (1.0f / excess(color, opacity)); }
 
 void light_particles(const image::LightTask& t, std::size_t first, std::size_t last, float* const* to) {
@@ -138,7 +139,7 @@ void light_particles(const image::LightTask& t, std::size_t first, std::size_t l
   }
 }
 
-// What of a vector of particles throws a shadow: its opacity, and whether it counts.
+// A vector of particles that may cast shadows: their opacity, and which of them count.
 struct ShadowCaster {
   Floats3 place;
   Floats opacity;
@@ -183,15 +184,15 @@ constexpr std::size_t level_start(int level) {
 constexpr std::size_t kLevelStart[image::kShadowLevels] = {level_start(0), level_start(1), level_start(2),
                                                            level_start(3)};
 
-// Depths of a vector of particles, shared among the eight cells of their levels around each: pairs of cells along a
-// row, in two rows of two layers.
+// Optical depths of a vector of particles, divided among the eight cells around each: pairs of cells along a row, in
+// two rows of two layers.
 struct Shares {
-  unsigned lanes = 0;  // which ones count
-  std::int32_t cell[4][kLanes], next[kLanes];  // of each pair: the first cell, and how much farther the other one is
+  unsigned lanes = 0;  // one bit per particle that counts
+  std::int32_t cell[4][kLanes], next[kLanes];  // first cell of each pair, and offset of the second
   std::int32_t depth[8][kLanes];
 };
 
-// The level of each particle: what depends on it.
+// Values that depend on the level of each particle.
 struct Level {
   Floats scale;
   Ints columns, layers, start;
@@ -237,8 +238,8 @@ MOTES_INLINE void add(std::int64_t* sums, const Shares& shares) {
   }
 }
 
-// The mean light through a cell of the size of a level where `part` of it is covered with this opacity is
-// 1 - part opacity: its optical depth, times the cells that the particle covers.
+// Returns the optical depth that a particle adds to its level, in 1 / kShadowUnit: that of a cell, through which
+// 1 - part opacity of the light passes if `part` of it is covered, times the number of cells that the particle covers.
 MOTES_INLINE Floats optical_depth(Floats area, Floats cell, Floats opacity) {
   const Floats cells = area / (cell * cell), part = max(min(cells, all(1.0f)), all(1e-12f));
   const Floats kept = part * opacity;
@@ -249,7 +250,7 @@ MOTES_INLINE Floats optical_depth(Floats area, Floats cell, Floats opacity) {
 
 void add_depths(const image::ShadowTask& t, const image::ShadowSpace& space, std::size_t first, std::size_t last,
                 std::int64_t* sums) {
-  Shares shares[2];  // one is on its way from memory while the other is computed
+  Shares shares[2];  // cells of one are prefetched while the other is computed
   int now = 0;
   for (std::size_t i = first; i < last; i += kLanes) {
     const ShadowCaster c = caster_at(t, i, last);

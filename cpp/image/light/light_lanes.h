@@ -1,5 +1,5 @@
-// Light on particles and the shadows that they throw, a vector of particles at a time: types shared by plain code and
-// the per-ISA builds.
+// Light on particles and the shadows that they cast, a vector of particles at a time: types shared by plain code and
+// the builds for each instruction set.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@
 
 namespace motes::image {
 
-/// Particles as planes of floats; null: the value beside it holds for all.
+/// Particles as planes of floats. Where a plane is null, all particles have the value `..._of_all`.
 struct ParticlePlanes {
   const float* position[3];
   const float* color[3];
@@ -24,8 +24,8 @@ struct ParticlePlanes {
 
 /// The width of particles: from their size in metres, or in proportion to the distance from the eye.
 struct ParticleWidth {
-  bool own;          // from their size
-  float per_metre;   // else: m of diameter per m of distance
+  bool own;          // from their size; otherwise `per_metre` times the distance
+  float per_metre;   // diameter at a distance of 1 m, m
   float eye[3];
 };
 
@@ -40,18 +40,18 @@ struct CardPlanes {
 
 struct LightOnParticles {
   float position[3];
-  float color[3];  // on a surface that faces it at 1 m
-  const ShadowMap* shadow;  // null: particles throw none
+  float color[3];  // light on a surface that faces it at 1 m
+  const ShadowMap* shadow;  // null: particles cast none
   const float* in_sight = nullptr;  // the fraction that solids let through, from the first particle on; null: all
 };
 
-/// What changes the colours of a system's particles before they are drawn.
+/// Light and fog that change the colours of a system's particles before they are drawn.
 struct LightTask {
   ParticlePlanes particles;
   ParticleWidth width;
   bool lit = false;
   bool bright = false;  // see has_gain()
-  bool shaded = false;  // by their kind, as the sun and the sky do alone: only what differs from that counts
+  bool shaded = false;  // drawing applies the light of sun and sky, so colours get only the ratio to that light
   bool flat = false;    // cards
   CardPlanes cards{};
   bool sunny = false;
@@ -61,9 +61,9 @@ struct LightTask {
   const LightOnParticles* lights = nullptr;
   std::size_t light_count = 0;
   Ambient ambient;
-  float shadow = 0;  // the particles' own
-  float fog[3]{}, fog_density = 0;  // 1/m; 0: there is none
-  bool adds = false;                // additive: the fog in front of it is part of the background already
+  float shadow = 0;  // of the particles, see Sprite::shadow
+  float fog[3]{}, fog_density = 0;  // 1/m; 0: no fog
+  bool adds = false;                // additive: the background already includes the fog in front of them
 };
 
 struct ShadowTask {
@@ -74,8 +74,8 @@ struct ShadowTask {
 };
 
 struct LightLanes {
-  /// Writes the colours of particles first .. last - 1 to `to`, three planes that begin with the first one, and to a
-  /// fourth one their gains where they are bright. Whole vectors are written.
+  /// Writes the colours of particles first .. last - 1 to the first three planes of `to`, which begin with particle
+  /// `first`, and their gains to the fourth one if they are bright. Writes whole vectors.
   void (*light)(const LightTask& task, std::size_t first, std::size_t last, float* const* to);
 
   /// Extends the extent in a grid's space by particles first .. last - 1.
@@ -87,7 +87,7 @@ struct LightLanes {
               std::int64_t* sums);
 };
 
-/// The build that suits this processor.
+/// Returns the build for this processor.
 const LightLanes& light_lanes();
 
 }  // namespace motes::image

@@ -1,4 +1,4 @@
-// Where particles are and how wide, one vector of them at a time. Compiled once for each instruction set.
+// Positions and widths of a vector of particles. Compiled once for each instruction set.
 #pragma once
 
 #include "image/light/light_lanes.h"

@@ -35,7 +35,7 @@ void put_floats(const Vector& v, float* to) {
   for (std::size_t i = 0; i < 3; ++i) to[i] = static_cast<float>(v[i]);
 }
 
-// Sprites whose size is in pixels are as wide as they are seen.
+// Returns the width of particles. If the sprite's size is in pixels, their width in metres grows with the distance.
 ParticleWidth particle_width(const Sprite& sprite, const View& view) {
   ParticleWidth width{};
   const float pixels = diameter_of(sprite, view.height);

@@ -1,4 +1,4 @@
-// Light and fog on the particles of a system, and which particles throw shadows: from a view to what kernels take.
+// Light and fog on the particles of a system, and the shadows that they cast.
 #pragma once
 
 #include <functional>
@@ -10,23 +10,24 @@
 
 namespace motes::image {
 
-/// Writes which part of each light is in sight of particles first .. last - 1: planes `stride` floats apart of the sun,
-/// then of each of the view's lights. Whole vectors are written.
+/// Writes the part of each light that is visible from particles first .. last - 1: planes `stride` floats apart, of the
+/// sun, then of each of the view's lights. Writes whole vectors.
 using InSight = std::function<void(const ParticlePlanes& particles, const ParticleWidth& width, std::size_t first,
                                    std::size_t last, float* to, std::size_t stride)>;
 
-/// What the colours of a system's particles become; null where they stay what they are.
+/// Applies light and fog to the colours of a system's particles.
 class ParticleLight {
  public:
-  /// `shadows`: of the view; null: particles throw none. `in_sight`: what solids leave; empty: they throw none either.
+  /// Returns null if the colours do not change. `shadows`: of particles in the view; null: none. `in_sight`: the part
+  /// of each light that solids leave visible; empty: solids cast none.
   static std::unique_ptr<const ParticleLight> of(const Sprite& sprite, const View& view, const ShadowGrids* shadows,
                                                  InSight in_sight = {});
 
-  /// Whether it also writes gains: see has_gain().
+  /// Returns whether light() also writes gains: see image::has_gain().
   bool has_gain() const { return task_.bright; }
 
-  /// Writes the colours of particles first .. last - 1 to three planes `stride` floats apart, and their gains to a
-  /// fourth one.
+  /// Writes the colours of particles first .. last - 1 to three planes `stride` floats apart, and their gains, if any,
+  /// to a fourth one.
   void light(const Drawn& particles, std::size_t first, std::size_t last, float* to, std::size_t stride) const;
 
  private:
@@ -35,12 +36,12 @@ class ParticleLight {
   InSight in_sight_;
 };
 
-/// Shadows of a system's particles, of particles first .. last - 1.
+/// Adds the shadows of a system's particles first .. last - 1 to the grids of all lights.
 class ParticleShadows {
  public:
   ParticleShadows(const Sprite& sprite, const View& view, const ShadowGrids& grids, const Drawn& particles);
   void extend(std::size_t first, std::size_t last, std::vector<ShadowExtent>& extents) const;
-  /// `sums`: of all lights.
+  /// Adds the particles' optical depths to `sums`, those of all lights.
   void add(std::size_t first, std::size_t last, std::int64_t* sums) const;
 
  private:

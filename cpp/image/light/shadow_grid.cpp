@@ -8,9 +8,9 @@
 namespace motes::image {
 namespace {
 
-constexpr double kReach = 3;       // in distances from camera to target
-constexpr double kWidest = 2;      // tangent of half the angle in which a point throws shadows of particles
-constexpr double kNearest = 0.02;  // where a point's grid begins at the latest, as a part of where it ends
+constexpr double kReach = 3;       // ShadowGrids::reach() in distances from camera to target
+constexpr double kWidest = 2;      // tangent of half the greatest angle of a point light's grid
+constexpr double kNearest = 0.02;  // least distance at which a point light's grid begins, as a fraction of its end
 
 void put_vector(const Vector& v, float* to) {
   for (std::size_t i = 0; i < 3; ++i) to[i] = static_cast<float>(v[i]);
@@ -24,7 +24,7 @@ void set_axes(const Vector& ahead, ShadowSpace& space) {
   put_vector(cross(right, ahead), space.up);
 }
 
-// A few sizes per octave: the grid does not change with each particle that moves.
+// Rounds a size up to one of a few per octave, so that the grid does not change with each particle that moves.
 double stepped(double size) {
   double step = 1;
   while (step > size) step /= 2;
@@ -35,7 +35,7 @@ double stepped(double size) {
   return step * 2;
 }
 
-// Lays one axis of cells over low..high: the side of a cell, and where the first one begins, at a multiple of it.
+// An axis of cells: the side of a cell, and where the first one begins, which is a multiple of it.
 struct AxisOfCells {
   double cell, first;
 };
@@ -51,7 +51,7 @@ std::size_t cell_at(int column, int row, int layer, int columns) {
          static_cast<std::size_t>(column);
 }
 
-// Where a cell's middle lies between two of the next coarser level: the nearer one, and the farther one.
+// The two cells of the next coarser level whose middles are around that of a cell: the nearer and the farther one.
 struct NearbyCells {
   int near, far;
 };
@@ -60,7 +60,7 @@ NearbyCells nearby(int i, int coarse) {
   return {near, std::clamp(far, 0, coarse - 1)};
 }
 
-// Adds a coarser level to the next finer one: a layer there has half of its depth.
+// Adds a coarser level to the next finer one, each of whose layers gets half of the depth.
 void refine(const std::vector<float>& coarse, int columns, int layers, std::vector<float>& fine) {
   const int half = columns / 2;
   for (int layer = 0; layer < layers; ++layer) {
@@ -157,7 +157,7 @@ void ShadowGrids::fit(std::size_t light, const ShadowExtent& extent) {
   if (extent.empty() || (space.point && !(high[2] > 0))) return;
   if (space.point) {
     low[2] = std::max(low[2], kNearest * high[2]);
-    for (int i = 0; i < 2; ++i) {  // as tangents, of what is nearest to the light
+    for (int i = 0; i < 2; ++i) {  // convert to tangents, as wide as they are anywhere
       low[i] = std::max(low[i] < 0 ? low[i] / low[2] : low[i] / high[2], -kWidest);
       high[i] = std::min(high[i] > 0 ? high[i] / low[2] : high[i] / high[2], kWidest);
     }

@@ -1,8 +1,8 @@
-// Shadows of particles: how much light they keep from what is behind them, summed up in a grid in each light's space.
+// Shadows of particles: how much light they block, summed up in a grid in each light's space.
 //
-// A grid's cells are columns of equal width as the light sees them, in layers across its rays. Particles add optical
-// depth to the cells around them, in whole numbers, so that sums do not depend on their order; those much wider than a
-// cell add to a coarser level. Resolved, the grid holds the depth from the light to each border between layers.
+// A grid consists of columns along the light's rays, which are divided into layers across the rays. Particles add
+// optical depth to the cells around them, in integers, so sums do not depend on their order; particles much wider than
+// a cell add to a coarser level. Once resolved, the grid holds the depth from the light to each border between layers.
 #pragma once
 
 #include <array>
@@ -17,48 +17,49 @@ inline constexpr int kShadowColumns = 80;  // along both sides of a grid's fines
 inline constexpr int kShadowLayers = 48;
 inline constexpr int kShadowLevels = 4;
 
-/// A grid's space: a point's place in it is (across, upward, ahead) = its offset from `origin` along three unit
-/// vectors. Rays of the sun are parallel to `ahead`; those of a point begin at the origin, and columns are of equal
+/// The space of a grid. Its coordinates (across, upward, ahead) are offsets from `origin` along three unit vectors.
+/// Rays of the sun are parallel to `ahead`; those of a point light begin at the origin, and columns have equal
 /// tangents.
 struct ShadowSpace {
   float origin[3], right[3], up[3], ahead[3];
   bool point = false;
-  float first[3]{};   // of the first cell: along right and up, m or tangents; along ahead, m
-  float cells[2]{};   // per unit of these: across the rays, along them
+  float first[3]{};   // start of the first cell: along right and up, m or tangents; along ahead, m
+  float cells[2]{};   // cells per unit of `first`: across the rays, and along them
 };
 
-/// One light's shadows, as kernels take them. Null where it has none.
+/// The shadows of one light, as kernels read them.
 struct ShadowMap {
   ShadowSpace space;
-  const float* depths = nullptr;  // optical depth: kShadowLayers + 1 planes of kShadowColumns^2
+  const float* depths = nullptr;  // optical depth: kShadowLayers + 1 planes of kShadowColumns^2; null: no shadows
 };
 
-/// What a grid must hold: the least and greatest place in its space, m; empty where low > high.
+/// What a grid must cover: the least and greatest coordinates in its space, m; empty if low > high.
 struct ShadowExtent {
   std::array<float, 3> low{3e38f, 3e38f, 3e38f}, high{-3e38f, -3e38f, -3e38f};
 
   bool empty() const { return !(low[0] <= high[0]); }
 };
 
-/// The grids of a view's lights: the sun first, then each point, where they shine.
+/// The grids of a view's lights that shine: first the sun, then point lights.
 class ShadowGrids {
  public:
-  /// Whether any particle of these throws a shadow in the view.
+  /// Returns whether particles of these sprites cast visible shadows in the view.
   static bool wanted(const View& view, const std::vector<Sprite>& sprites);
 
-  /// Selects the view's lights; forgets what was summed up.
+  /// Selects the view's lights and drops all shadows.
   void begin(const View& view);
 
   std::size_t lights() const { return spaces_.size(); }
   const ShadowSpace& space(std::size_t light) const { return spaces_[light]; }
-  /// Particles outside this cube do not count: it reaches three times as far around the target as the camera is away.
+  /// Return the centre and half the side, m, of the cube of particles that cast shadows: the camera's target, and three
+  /// times its distance from the camera.
   const std::array<float, 3>& center() const { return center_; }
   float reach() const { return reach_; }
 
-  /// Lays the grid of a light around its extent; all ranks must give the same.
+  /// Fits the grid of a light to its extent, which must be the same on all ranks.
   void fit(std::size_t light, const ShadowExtent& extent);
 
-  /// Sums of one light, all levels one behind the other; of all lights: lights() times as many.
+  /// Returns the number of sums of one light, of all levels one after another; all lights have lights() times as many.
   static constexpr std::size_t numbers() {
     std::size_t sum = 0;
     for (int level = 0; level < kShadowLevels; ++level) sum += level_numbers(level);
@@ -72,7 +73,8 @@ class ShadowGrids {
   /// Turns the sums of all lights into depths.
   void resolve(const std::vector<std::int64_t>& sums);
 
-  /// The shadows of the sun; null where it does not shine or nothing throws any. Of a point: its number in the view.
+  /// Return the shadows of the sun, or of a light by its number in the view; null if it does not shine or nothing casts
+  /// a shadow.
   const ShadowMap* of_sun() const { return sun_ < 0 ? nullptr : map(static_cast<std::size_t>(sun_)); }
   const ShadowMap* of_light(std::size_t number) const {
     return points_.empty() || points_[number] < 0 ? nullptr : map(static_cast<std::size_t>(points_[number]));
@@ -85,13 +87,13 @@ class ShadowGrids {
   std::vector<char> fitted_;
   std::vector<ShadowMap> maps_;
   std::vector<std::vector<float>> depths_;
-  std::vector<int> points_;  // the grid of each of the view's lights; -1: it has none
+  std::vector<int> points_;  // the grid of each of the view's lights; -1: none
   int sun_ = -1;
   std::array<float, 3> center_{};
   float reach_ = 0;
 };
 
-/// What one particle adds to a cell of its level is at most this, in units of 2^-24 of optical depth.
+/// An optical depth of 1, in the units of sums.
 inline constexpr float kShadowUnit = 16777216.0f;
 
 }  // namespace motes::image

@@ -1,4 +1,4 @@
-// The light that particles let through to given places. Compiled once for each instruction set.
+// The light that particles let through to given positions. Compiled once for each instruction set.
 #pragma once
 
 #include "image/light/shadow_grid.h"
@@ -7,7 +7,7 @@
 
 namespace motes::MOTES_ISA {
 
-/// Places in a grid's space, in cells from its corner; `known`: the light's rays are in it.
+/// Positions in a grid, in cells from its corner; `known`: the grid contains the light's rays to them.
 struct InGrid {
   Floats column, row, layer;
   Mask known;
@@ -33,7 +33,7 @@ MOTES_INLINE InGrid in_grid(const image::ShadowSpace& space, Floats3 place) {
   return {column, row, (ahead - space.first[2]) * space.cells[1], known, width};
 }
 
-/// The part of a light that arrives at places; `back`: how far towards the light they are taken, in layers.
+/// Returns the part of a light that arrives at positions. `back`: how many layers they are moved towards the light.
 MOTES_INLINE Floats light_through(const image::ShadowMap& map, Floats3 place, Floats back) {
   const InGrid at = in_grid(map.space, place);
   if (!any(at.known)) return all(1.0f);

@@ -17,12 +17,11 @@ using LightSum = std::array<double, 3>;
 
 void put_color(const Color& from, float* to) { std::copy(from.begin(), from.end(), to); }
 
-// The same part of a sky's light arrives as of a background of one colour: less than all, or the sun would be lost in
-// it.
+// Factor on a sky's ambient light, as for a background of one colour: with all of it, the sun would hardly show.
 constexpr auto kSkyLight = static_cast<float>(kTint);
 
-// The mean of a quantity that grows linearly with the sine of the height, over a half of the sky, weighted as a
-// surface that faces it does: 2 s ds.
+// Returns the ambient light of a gradient: its mean over each half of the sky, weighted for a surface that faces up or
+// down by 2 s ds, where s is the sine of the elevation.
 Ambient of_gradient(const Sky& sky) {
   Ambient all;
   for (std::size_t c = 0; c < 3; ++c) {
@@ -32,14 +31,15 @@ Ambient of_gradient(const Sky& sky) {
   return all;
 }
 
-// The sine of the height of a line between rows, at `part` of the way from the top: 1..-1.
+// Returns the sine of the elevation, 1..-1, at `part` of a picture's height from its top.
 double height_at(double part) {
   const double angle = (0.5 - part) * std::numbers::pi;
   const double t = tangent(std::fabs(angle) / 2);
   return (angle < 0 ? -2 : 2) * t / (1 + t * t);
 }
 
-// A row's weight is the integral of 2 s ds over its heights.
+// Returns the ambient light of a picture. A row's weight is the integral of 2 s ds, where s is the sine of the
+// elevation.
 Ambient of_picture(const Texture& picture) {
   int number = 0;
   while (number + 1 < picture.count && picture.levels[number].width > 512) ++number;

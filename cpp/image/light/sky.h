@@ -1,4 +1,4 @@
-// The sky of a view as kernels take it, and the light that it throws on what is below it.
+// The sky of a view as kernels read it, and its ambient light.
 #pragma once
 
 #include "image/light/texture.h"
@@ -13,16 +13,15 @@ struct SkyLanes {
   TextureLevel picture{};
 };
 
-/// Ambient light on a surface, linear in the height of its normal: `high` where that points up, `low` where it points
-/// down.
+/// Ambient light on a surface, linear in the y component of its normal: `high` if that is 1, `low` if it is -1.
 struct Ambient {
   float low[3]{}, high[3]{};
 };
 
-/// Throws std::invalid_argument where this process has not the picture.
+/// Returns the sky of a view. Throws std::invalid_argument if this process does not have its picture.
 SkyLanes sky_lanes(const View& view);
 
-/// The light that a white surface has from the sky alone; of a background of one colour as in daylight_parts.h.
+/// Returns the light of the sky on a white surface; of a background of one colour, as in daylight_parts.h.
 Ambient ambient(const View& view);
 
 }  // namespace motes::image

@@ -1,4 +1,4 @@
-// The sky in given directions, and pictures on surfaces. Compiled once for each instruction set.
+// The light of the sky in given directions, and of pictures on surfaces. Compiled once for each instruction set.
 #pragma once
 
 #include "image/light/sky.h"
@@ -11,14 +11,14 @@ MOTES_INLINE Floats3 mix3(const float* from, const float* to, Floats part) {
   return all3(from) * (1.0f - part) + all3(to) * part;
 }
 
-/// A number of pixels from a side's start, brought into 0..pixels - 1 by repeating it.
+/// Returns a pixel's index, wrapped into 0..pixels - 1.
 MOTES_INLINE int repeated(int at, int pixels) {
   const int rest = at % pixels;
   return rest < 0 ? rest + pixels : rest;
 }
 
-/// The light of one place of a level: (u, v) are pixels from its top left corner. It repeats across; down it does only
-/// where `wraps`.
+/// Returns the light of a level at (u, v), px from its top left corner, interpolated bilinearly. The picture repeats
+/// horizontally, and vertically only if `wraps`.
 inline Float3 texel_mix(const image::TextureLevel& level, float u, float v, bool wraps) {
   const float x = u - 0.5f, y = v - 0.5f;
   const auto floor_of = [](float value) {
@@ -41,7 +41,7 @@ inline Float3 texel_mix(const image::TextureLevel& level, float u, float v, bool
                  between(pixel(column, row + 1), pixel(column + 1, row + 1), right), below);
 }
 
-/// The sky's light from directions of any length, of which those of `seen` count.
+/// Returns the sky's light from directions of any length; only the lanes of `seen` are valid.
 inline Floats3 sky_light(const image::SkyLanes& sky, Floats3 along, Mask seen) {
   if (sky.kind == image::Sky::Kind::none) return all3(sky.color);
   const Floats flat = sqrt(max(along.x * along.x + along.z * along.z, all(1e-30f)));

@@ -15,7 +15,7 @@ struct KeptTexture {
   Texture texture{};
 };
 
-// The larger side's pixels that one pixel of a side half as long averages: two, or at the end of an odd side three.
+// The pixels of a side that one pixel of a side half as long averages: two, or three at the end of an odd side.
 struct PixelPair {
   int first, last;
 };

@@ -1,4 +1,4 @@
-// A picture of light on a surface or in the sky, with smaller levels for what is far away.
+// A picture of light on a surface or in the sky, with mip levels.
 #pragma once
 
 #include <vector>
@@ -13,7 +13,7 @@ struct TextureLevel {
   int width, height;
 };
 
-/// What kernels need of it: plain pointers into memory that stays until the process ends.
+/// The levels of a picture, as kernels read them: plain pointers into memory that stays valid until the process ends.
 struct Texture {
   const TextureLevel* levels;  // each about half the size of the one before, down to one pixel
   int count;

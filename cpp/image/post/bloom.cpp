@@ -20,7 +20,7 @@ void over_rows(threads::Pool& pool, int rows, const Work& work) {
   });
 }
 
-// The cell whose content is seen at index i: cells are reflected at both edges.
+// Returns the cell to read at index i: cells are reflected at both edges.
 int reflected(int i, int count) {
   while (i < 0 || i >= count) i = i < 0 ? -1 - i : 2 * count - 1 - i;
   return i;
@@ -59,7 +59,8 @@ void Bloom::spread(threads::Pool& pool) {
   for (std::size_t i = levels_.size() - 1; i > 0; --i) enlarge_level(levels_[i], levels_[i - 1], pool);
 }
 
-// Averages of pixels: whole sums of tiles first, then rounded down, so it does not matter who owns which tile.
+// Averages pixels. It adds up the exact sums of all tiles before it rounds down, so it does not matter which rank owns
+// which tile.
 void Bloom::add_up(threads::Pool& pool) {
   constexpr int kShift = 2 * BloomAxis::kWeightBits - BloomPlan::kFraction;
   Level& level = levels_[0];
@@ -122,7 +123,7 @@ void Bloom::blur(Level& level, threads::Pool& pool) {
   });
 }
 
-// Along a row that has been blurred across it; takes the level's share of the light.
+// Blurs a row along itself, after its columns were blurred; multiplies it by the level's share of the light.
 void Bloom::blur_row(Level& level, int y, std::vector<std::uint64_t>& memory) {
   const std::size_t lanes = level.lanes();
   const Taps& taps = level.plan->across.taps;
@@ -143,7 +144,7 @@ void Bloom::blur_row(Level& level, int y, std::vector<std::uint64_t>& memory) {
   for (std::size_t lane = 0; lane < lanes; ++lane) to[lane] = (to[lane] * level.plan->share) >> 16;
 }
 
-// Adds what glows in a coarse level to the finer one.
+// Adds the glow of a coarse level to the next finer one.
 void Bloom::enlarge_level(Level& coarse, Level& fine, threads::Pool& pool) {
   const BloomCells cells = coarse.cells();
   over_rows(pool, fine.rows(), [&](int first, int end, std::size_t worker) {

@@ -1,4 +1,4 @@
-// Bloom: a part of the light spreads around what is bright, as in a lens or an eye.
+// Bloom: a part of the light spreads around bright places, as in a lens or an eye.
 #pragma once
 
 #include <array>
@@ -14,10 +14,10 @@
 
 namespace motes::image {
 
-/// The glow of a whole picture, from averages of its tiles' light to what spreads over them: BloomTiles makes those and
-/// takes this. In integers only, so all builds give the same bits. It is a sum of three Gauss curves whose radii are
-/// parts of the picture's height: it looks the same at any resolution. In total the light stays the same: what would
-/// leave the picture is reflected at its edges.
+/// Computes the glow of a whole picture from averages of its tiles' light. BloomTiles provides the averages, and mixes
+/// the glow into the tiles. All numbers are integers, so all builds give the same bits. The glow is a sum of three
+/// Gaussians whose radii are fractions of the picture's height, so it looks the same at any resolution. The total light
+/// stays the same: light that would leave the picture is reflected at its edges.
 class Bloom {
  public:
   explicit Bloom(const BloomLanes& kernels = bloom_lanes()) : kernels_(&kernels) {}
@@ -25,17 +25,17 @@ class Bloom {
   /// Starts without light. The plan must not change until spread() has returned.
   void begin(const BloomPlan& plan);
 
-  /// Takes what a tile adds to its cells: area.lanes() integers of 64 bits, which must not change until spread() has
-  /// returned. Throws std::invalid_argument where the area is not one of the picture's, or there are not as many.
+  /// Adds a tile's averages: area.lanes() 64-bit integers, which must not change until spread() has returned. Throws
+  /// std::invalid_argument if the area is not in the picture, or there are more or fewer averages.
   void add(const CellArea& area, std::span<const std::byte> averages);
 
-  /// The same for all tiles of this rank.
+  /// Adds the averages of all tiles of this rank.
   void add(const BloomTiles& tiles);
 
-  /// Spreads what was added.
+  /// Spreads the light that was added.
   void spread(threads::Pool& pool = threads::alone());
 
-  /// What glows in a picture's finest cells.
+  /// Returns the glow of the picture's finest cells.
   BloomCells cells() const { return levels_[0].cells(); }
 
  private:
@@ -43,7 +43,7 @@ class Bloom {
     CellArea area;
     const std::byte* averages;
   };
-  // The picture in cells: averages, with bits after the point.
+  // The picture in cells: averages with fractional bits.
   struct Level {
     const BloomPlan::Level* plan = nullptr;
     std::vector<std::uint64_t> light;

@@ -1,4 +1,4 @@
-// From cells to the finer ones, or pixels, between their centres.
+// Interpolates the light of cells to finer cells or pixels between their centres.
 #pragma once
 
 #include <cstddef>
@@ -14,21 +14,22 @@ namespace motes::image {
 struct BloomCells {
   CellArea area;
   const std::uint64_t* first = nullptr;
-  std::size_t row_lanes = 0;  // from row to row
+  std::size_t row_lanes = 0;  // lanes from row to row
 
   const std::uint64_t* row(int y) const { return first + static_cast<std::size_t>(y - area.y) * row_lanes; }
 };
 
-/// Working memory of a thread: two rows of cells made wider, a row of their glow, and the difference to the next one.
+/// Working memory of a thread: two rows of cells interpolated to finer columns, a finer row of glow, and its difference
+/// to the next row.
 struct GlowRows {
   std::vector<std::uint64_t> near, far, glow, step;
 };
 
-/// Calls mix(y, rows) for each finer row of the rectangle, with rows.glow as its glow times 2^BetweenLanes::kBits, and
-/// rows.step to be added to that. Glow is linear between the cells' centres, even beyond the outermost. It is a
-/// multiple of steps from the first finer row between two centres, whichever of them the rectangle begins with: pixels
-/// do not depend on how a picture is divided. All is modulo 2^64; steps are rounded down, so a glow is never below the
-/// nearer cell's.
+/// Calls mix(y, rows) for each finer row of a rectangle. rows.glow is its glow times 2^BetweenLanes::kBits; mix() must
+/// add rows.step to it for the next row. Glow is linear between the cells' centres, and constant beyond the outermost
+/// ones. Steps always count from the first finer row between two centres, even if the rectangle begins at a later one,
+/// so pixels do not depend on how a picture is divided. Arithmetic is modulo 2^64; steps are rounded down, so glow is
+/// never below that of the darker cell.
 template <class Mix>
 void enlarge(const BloomLanes& kernels, const BloomPlan::Level& level, const BloomCells& cells, const Area& finer,
              GlowRows& rows, const Mix& mix) {

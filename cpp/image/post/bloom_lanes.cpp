@@ -33,7 +33,7 @@ void filter_by(std::uint64_t* __restrict to, const std::uint64_t* const* rows, c
   }
 }
 
-// The number of taps is a constant of each build's loop.
+// Selects a loop whose number of taps is a constant.
 template <int kReach>
 void filter_from(std::uint64_t* to, const std::uint64_t* const* rows, const image::Taps& taps, std::size_t count) {
   if constexpr (kReach < image::Taps::kMost) {

@@ -1,4 +1,4 @@
-// Light around what is bright: the inner loops, on rows of lanes (three per pixel or cell).
+// The inner loops of bloom, on rows of lanes (three per pixel or cell).
 #pragma once
 
 #include <cstddef>
@@ -12,12 +12,12 @@ namespace motes::image {
 struct Taps {
   static constexpr int kMost = 12;
   static constexpr int kShift = 16;
-  int reach = 0;  // the last k
+  int reach = 0;  // greatest k
   std::uint64_t taps[kMost + 1] = {};
 };
 
-/// Where the lanes of a finer row lie in a row of cells: lane i between lanes left[i] - first and right[i] - first, so
-/// far beyond the first of them, in 2^-kBits.
+/// Where the lanes of a finer row lie in a row of cells: lane i is between lanes left[i] - first and right[i] - first,
+/// at beyond[i] of the way, in 2^-kBits.
 struct BetweenLanes {
   static constexpr int kBits = 16;
   const std::uint32_t* left;
@@ -27,14 +27,14 @@ struct BetweenLanes {
 };
 
 struct BloomLanes {
-  /// sums[i] += light[i] * weight, from a picture and from a finer level.
+  /// sums[i] += light[i] * weight, for light of a picture, and of a finer level.
   void (*add)(std::uint64_t* sums, const std::uint32_t* light, std::uint32_t weight, std::size_t count);
   void (*add_cells)(std::uint64_t* sums, const std::uint64_t* light, std::uint32_t weight, std::size_t count);
 
   /// to[i] = the filter across rows[-reach] .. rows[reach], each of `count` lanes.
   void (*filter)(std::uint64_t* to, const std::uint64_t* const* rows, const Taps& taps, std::size_t count);
 
-  /// to[i] = what lies there in a row of cells: linear between their centres.
+  /// to[i] = light of a row of cells at lane i, interpolated linearly between their centres.
   void (*widen)(std::uint64_t* to, const std::uint64_t* cells, const BetweenLanes& between, std::size_t count);
 
   /// glow[i] = near[i] * 2^kBits + (far[i] - near[i]) * beyond; step[i] = (far[i] - near[i]) * slope; all modulo 2^64.
@@ -49,7 +49,7 @@ struct BloomLanes {
   void (*mix_cells)(std::uint64_t* light, std::uint64_t* glow, const std::uint64_t* step, std::size_t count);
 };
 
-/// The build that suits this processor.
+/// Returns the build for this processor.
 const BloomLanes& bloom_lanes();
 
 }  // namespace motes::image

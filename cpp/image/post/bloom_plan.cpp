@@ -9,7 +9,7 @@
 namespace motes::image {
 namespace {
 
-// The glow's parts: standard deviation as a part of the picture's height, and share of the light that spreads.
+// A part of the glow: standard deviation as a fraction of the picture's height, and share of the light that spreads.
 struct Glow {
   double radius, share;
 };
@@ -17,14 +17,14 @@ constexpr std::array<Glow, 3> kGlow{{{0.004, 0.5}, {0.016, 0.3}, {0.064, 0.2}}};
 
 constexpr std::uint64_t kBetween = std::uint64_t{1} << BetweenLanes::kBits;
 
-// exp(-x) for x >= 0 up to about 10, built from + * / only: see curves.h.
+// Returns exp(-x) for x >= 0 up to about 10, built from + * / only: see curves.h.
 double decay(double x) {
   double sum = 1;
   for (int i = 60; i >= 1; --i) sum = 1 + x / i * sum;
   return 1 / sum;
 }
 
-// A Gauss curve of this variance in cells; its integers add up to 2^16.
+// Returns a Gaussian filter whose variance is given in cells squared; its integers add up to 2^16.
 Taps gauss(double variance) {
   Taps taps;
   std::array<double, Taps::kMost + 1> weights{1};
@@ -43,7 +43,8 @@ Taps gauss(double variance) {
   return taps;
 }
 
-// Where finer ones lie between the cells' centres: that of cell c is at (2 c + 1) fine / cells, in half finer ones.
+// Computes where finer cells lie between the centres of cells. The centre of cell c is at (2 c + 1) fine / cells, in
+// halves of finer cells.
 void place(BloomAxis& axis) {
   const std::int64_t whole = 2 * std::int64_t{axis.fine};
   for (int i = 0; i < axis.fine; ++i) {
@@ -53,7 +54,7 @@ void place(BloomAxis& axis) {
   }
 }
 
-// Each finer one is shared out between the two cells that it lies between: what moves takes its glow along smoothly.
+// Computes weights that divide each finer cell between the two cells around it, so glow moves smoothly with its light.
 void share_out(BloomAxis& axis) {
   const auto cells = static_cast<std::size_t>(axis.cells);
   std::vector<std::vector<std::uint64_t>> shares(cells);
@@ -83,13 +84,13 @@ void share_out(BloomAxis& axis) {
   axis.begin.push_back(axis.weights.size());
 }
 
-// The cells, of about `cell` pixels, of a level whose curve has this radius in pixels. `widened`: the variance, in
-// pixels, that averaging and enlarging add between the picture and this level; the filter adds the rest.
+// Divides an axis into cells of about `cell` px, for a Gaussian of this radius, px. `widened`: the variance, px^2, that
+// averaging and enlarging add between the picture and this level; the filter adds the rest.
 BloomAxis divided(int pixels, int fine, double cell, double radius, double& widened) {
   BloomAxis axis;
   axis.fine = fine;
   axis.cells = std::clamp(static_cast<int>(pixels / cell), 1, fine);
-  if (2 * axis.cells > fine) axis.cells = fine;  // averages of less than two weigh them unevenly
+  if (2 * axis.cells > fine) axis.cells = fine;  // averages of fewer than two would weight them unevenly
   const double side = static_cast<double>(pixels) / axis.cells, part = static_cast<double>(pixels) / fine;
   if (axis.cells != fine) widened += 2 * (side * side / 6 + part * part / 12);
   axis.taps = gauss(std::max(0.0, radius * radius - widened) / (side * side));
@@ -98,7 +99,7 @@ BloomAxis divided(int pixels, int fine, double cell, double radius, double& wide
   return axis;
 }
 
-// The same finer ones, for the lanes of a row.
+// Computes where the lanes of a finer row lie between those of a row of cells.
 void spread_lanes(BloomPlan::Level& level) {
   const BloomAxis& across = level.across;
   for (std::size_t i = 0; i < static_cast<std::size_t>(across.fine); ++i) {
@@ -119,7 +120,7 @@ std::array<BloomPlan::Level, 3> levels_of(int width, int height) {
   for (std::size_t i = 0; i < levels.size(); ++i) {
     BloomPlan::Level& level = levels[i];
     const double radius = kGlow[i].radius * height;
-    const double cell = i == 0 ? radius : radius / 2;  // a wide glow would show that it is linear between cells
+    const double cell = i == 0 ? radius : radius / 2;  // linear interpolation of a wide glow would be visible
     level.across = divided(width, fine_width, cell, radius, widened_across);
     level.down = divided(height, fine_height, cell, radius, widened_down);
     spread_lanes(level);

@@ -11,24 +11,24 @@
 
 namespace motes::image {
 
-/// One direction of a level: `fine` pixels, or cells of the next finer level, are divided evenly into `cells`.
+/// One axis of a level: `fine` finer cells (pixels, or cells of the next finer level) are divided evenly into `cells`.
 struct BloomAxis {
-  static constexpr int kWeightBits = 10;  // of weights that add up to one
+  static constexpr int kWeightBits = 10;  // fractional bits of weights, which add up to one
 
   int fine = 1, cells = 1;
   Taps taps;
 
-  // Cell c averages the finer ones from first[c], with weights[begin[c]] .. weights[begin[c + 1] - 1].
+  // Cell c averages finer cells from first[c] on, with weights[begin[c]] .. weights[begin[c + 1] - 1].
   std::vector<int> first;
   std::vector<std::size_t> begin;
   std::vector<std::uint32_t> weights;
 
-  // Finer one i lies between two cells' centres: before[i] (-1: before all) and the next, so far beyond the first, in
-  // 2^-BetweenLanes::kBits.
+  // Finer cell i lies between the centres of cell before[i] (-1: before the first cell) and of the next one, at
+  // beyond[i] of the way, in 2^-BetweenLanes::kBits.
   std::vector<int> before;
   std::vector<std::uint64_t> beyond;
 
-  /// The cell itself, or the nearest one that there is.
+  /// Returns the cell itself, or the nearest one that exists.
   int nearest(int cell) const { return cell < 0 ? 0 : cell < cells ? cell : cells - 1; }
 };
 
@@ -40,28 +40,29 @@ struct CellArea {
   std::size_t lanes() const { return row_lanes() * static_cast<std::size_t>(height); }
 };
 
-/// Depends on the size of the picture only, but for the shares of light; all ranks find the same.
+/// The cells of all levels, and their shares of light. They depend only on the picture's size and its bloom, so they
+/// are equal on all ranks.
 struct BloomPlan {
   struct Level {
     BloomAxis across, down;
     std::uint32_t share = 0;  // of the light, in 2^-16
 
-    // For each lane of a finer row: the lanes that it lies between in a row of cells, and how far beyond the first.
+    // For each lane of a finer row: the lanes of a row of cells between which it lies, and how far beyond the first.
     std::vector<std::uint32_t> left, right;
     std::vector<std::uint64_t> beyond;
   };
 
-  /// Bits after the point of a cell's average: what spreads far is faint.
+  /// Fractional bits of a cell's average: light that spreads far is faint.
   static constexpr int kFraction = 12;
 
   int width = 0, height = 0;
-  std::uint32_t part = 0;  // of the light that spreads, in 2^-16
+  std::uint32_t part = 0;  // fraction of the light that spreads, in 2^-16
   std::array<Level, 3> levels;
 
-  /// Throws std::invalid_argument where `part_of_light` is not in 0..1, or the picture has no pixel.
+  /// Makes the plan. Throws std::invalid_argument if `part_of_light` is not in 0..1, or the picture has no pixel.
   void make(int width, int height, float part_of_light);
 
-  /// The cells of the finest level that the pixels of a tile are averaged into: those that its glow comes from, too.
+  /// Returns the cells of the finest level into which a tile's pixels are averaged and from which its glow is computed.
   CellArea cells(const Area& tile) const;
 };
 

@@ -7,7 +7,7 @@ namespace {
 
 constexpr std::size_t kRowLanes = 3 * kTile, kTileLanes = kRowLanes * kTile;
 
-// What a row of a tile, whose lanes are `sums`, adds to a row of cells.
+// Computes what a row of a tile, whose lanes are `sums`, adds to a row of cells.
 void average_row(const BloomAxis& across, const Area& tile, const std::uint64_t* sums, const CellArea& cells,
                  std::uint64_t* to) {
   for (int i = 0; i < cells.width; ++i, to += 3) {

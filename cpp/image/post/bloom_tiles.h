@@ -1,4 +1,4 @@
-// The tiles that one rank paints of a picture with bloom: their light waits until it is known what glows around them.
+// The tiles that one rank paints of a picture with bloom. Their light is kept until the glow around them is known.
 #pragma once
 
 #include <cstddef>
@@ -14,25 +14,25 @@
 
 namespace motes::image {
 
-/// Usage: begin for each frame; keep for each tile; then, when Bloom has spread what all ranks kept, mix for each tile.
-/// keep() and mix() may run in several threads, one call per tile each. Pixels do not depend on who owns which tile.
+/// Usage: begin for each frame; keep for each tile; when Bloom has spread the light of all ranks, mix for each tile.
+/// keep() and mix() may run in several threads, one call per tile each. Pixels do not depend on the owners of tiles.
 class BloomTiles {
  public:
   explicit BloomTiles(const BloomLanes& kernels = bloom_lanes()) : kernels_(&kernels) {}
 
-  /// Makes room for these tiles of a picture, and for so many threads. Throws std::invalid_argument where its bloom is
-  /// not in 0..1.
+  /// Makes room for these tiles of a picture, and for this many threads. Throws std::invalid_argument if the view's
+  /// bloom is not in 0..1.
   void begin(const View& view, std::vector<Area> tiles, int threads);
 
   /// Keeps the light of a tile, and averages it.
   void keep(std::size_t tile, const TileLight& light, std::size_t worker);
 
-  /// The cells around a tile, and what keep() has made for Bloom::add().
+  /// Return the cells around a tile, and the averages that keep() has computed for Bloom::add().
   const CellArea& cells(std::size_t tile) const { return tiles_[tile].cells; }
   std::span<const std::uint64_t> averages(std::size_t tile) const;
 
-  /// The light of a tile that stays, and the glow around it: `cells` are at least those around it, of the whole
-  /// picture's glow. To be called once.
+  /// Returns the light of a tile with the glow mixed in. `cells`: the picture's glow, at least in the cells around the
+  /// tile. May be called once per tile.
   TileLight mix(std::size_t tile, const BloomCells& cells, std::size_t worker);
 
   std::size_t tiles() const { return tiles_.size(); }
@@ -42,7 +42,7 @@ class BloomTiles {
   struct Tile {
     Area area;
     CellArea cells;
-    std::size_t averages;  // where they begin
+    std::size_t averages;  // index of the first one
   };
   // A thread's working memory.
   struct Rows {
@@ -56,7 +56,7 @@ class BloomTiles {
   BloomPlan plan_;
   std::vector<Tile> tiles_;
   BufferOf<std::uint32_t> light_;     // tile by tile
-  BufferOf<std::uint64_t> averages_;  // likewise
+  BufferOf<std::uint64_t> averages_;  // tile by tile
   std::vector<Rows> rows_;            // one per worker
 };
 

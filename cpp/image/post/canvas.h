@@ -24,26 +24,25 @@ class Canvas {
  public:
   explicit Canvas(const SplatLanes& lanes = splat_lanes()) : workers_(lanes) {}
 
-  /// `keep_linear`: finish() also keeps the light for linear(). The threads of the pool share the tiles, until finish()
-  /// has returned. Throws std::invalid_argument where the view is not valid.
-  /// `shadows`: see Scenery::prepare.
+  /// Starts a frame. `keep_linear`: finish() also keeps the light for linear(). `pool`: its threads share the tiles
+  /// until finish() has returned. `shadows`: see Scenery::prepare. Throws std::invalid_argument for an invalid view.
   void begin(const View& view, bool keep_linear = false, threads::Pool& pool = threads::alone(),
              const ShadowGrids* shadows = nullptr);
 
   /// Takes a part of the frame's records; the bytes must not change until finish() has returned. Throws
-  /// std::runtime_error where they are malformed or made for a different view.
+  /// std::runtime_error if they are malformed or made for a different view.
   void add(std::span<const std::byte> records) { messages_.add(records); }
 
-  /// The frame: sRGB, 8 bits, red green blue, rows from top to bottom: height * width * 3 bytes. The second form fills
-  /// memory of exactly that size, or throws std::invalid_argument.
+  /// Draws the frame: 8-bit sRGB (red, green, blue), rows from top to bottom, height * width * 3 bytes. The second form
+  /// fills memory of exactly that size, or throws std::invalid_argument.
   Pixels finish();
   void finish(std::span<std::uint8_t> pixels);
 
-  /// The last frame's light before exposure and roll-off: linear RGB, height * width * 3. Throws std::logic_error where
-  /// that frame was begun without keep_linear.
+  /// Returns the last frame's light before exposure and roll-off: linear RGB, height * width * 3. Throws
+  /// std::logic_error if that frame was begun without keep_linear.
   std::vector<float> linear() const;
 
-  /// The last frame's layers.
+  /// Returns the last frame's layers.
   const Layers& layers() const { return layers_; }
 
  private:
@@ -66,7 +65,7 @@ class Canvas {
   threads::Pool* pool_ = nullptr;
   TileWorkers workers_;
   Layers layers_;
-  PictureLight light_;  // where it is kept
+  PictureLight light_;  // in use if keep_linear_
   BloomTiles bloom_tiles_;
   Bloom bloom_;
 };

@@ -1,4 +1,4 @@
-// Pictures that are kept beside the frame: depth, alpha, velocity.
+// Pictures kept in addition to the frame: depth, alpha, velocity.
 #pragma once
 
 #include <array>
@@ -15,9 +15,9 @@
 
 namespace motes::image {
 
-/// The layers that a view asks for, of a whole picture. depth: m to the nearest solid or opaque particle, along the
-/// direction of view; infinite where there is none. alpha: the part of the light from behind that is held back, 0..1.
-/// velocity: m/s of the nearest opaque particle, x, y, z; 0 where something else is nearer.
+/// The layers that a view requests, for a whole picture. depth: view depth of the nearest solid or opaque particle, m;
+/// infinite where there is none. alpha: the part of the light from behind that is blocked, 0..1. velocity: that of the
+/// nearest opaque particle (x, y, z), m/s; 0 where something else is nearer.
 class Layers {
  public:
   /// Makes room for a picture of this view; its values are undefined.
@@ -26,17 +26,16 @@ class Layers {
   /// Keeps the layers of the tile that `painter` has painted with these pieces. The painter's light is overwritten.
   void keep(TilePainter& painter, std::span<const Piece> pieces, const Area& area);
 
-  /// The same where another rank puts the picture together: appends the layers of a tile to a message, and there takes
-  /// them from it.
+  /// If another rank assembles the picture: append the layers of a tile to a message, and there take them from it.
   static void send(const View& view, TilePainter& painter, std::span<const Piece> pieces, const Area& area,
                    base::Bytes& out);
   void take(const Area& area, base::Reader& in);
 
-  /// Keeps the layers of a tile in which nothing is seen.
+  /// Keeps the layers of a tile in which nothing is visible.
   void keep_blank(const Area& area);
 
-  /// One layer: height * width values, rows from top to bottom; three for each pixel of velocity. Throws
-  /// std::logic_error where the last view did not ask for it.
+  /// Returns a layer: height * width values, rows from top to bottom; velocity has three per pixel. Throws
+  /// std::logic_error if the last view did not request it.
   const std::vector<float>& layer(std::uint8_t bit) const;
 
  private:

@@ -19,7 +19,7 @@ std::uint32_t* PictureLight::at(const Area& area) {
 
 void PictureLight::show(const PreparedScene& scene, std::span<std::uint8_t> pixels, threads::Pool& pool) {
   if (pixels.size() != lanes()) throw base::InvalidArgument("pixels", "be height * width * 3 bytes");
-  constexpr std::size_t kSums = std::size_t{1} << 16;  // of one thread at a time
+  constexpr std::size_t kSums = std::size_t{1} << 16;  // converted by a thread at a time
   threads::over_ranges(pool, lanes(), kSums, [&](std::size_t first, std::size_t last) {
     lanes_->tone(light_ + first, last - first, scene.tone().data(), pixels.data() + first);
   });

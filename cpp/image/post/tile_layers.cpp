@@ -1,4 +1,4 @@
-// What a tile painter can say about a tile besides its light.
+// The layers that a tile painter computes besides light.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -12,14 +12,14 @@ namespace {
 
 using Velocity = std::array<float, 3>;
 
-// Some order: zeros of different signs have one, too.
+// Orders velocities; also distinguishes zeros of different signs.
 bool before(const Velocity& a, const Velocity& b) {
   using Bits = std::array<std::uint32_t, 3>;
   return std::bit_cast<Bits>(a) < std::bit_cast<Bits>(b);
 }
 
-// Writes a velocity where a row of one record is what is nearest, and clears that row. Of two records that look the
-// same the first velocity in some order counts, so that their own does not matter.
+// Writes a velocity where `alone`, a row drawn from a single record, has the nearest surface; then clears that row. Of
+// records that look the same, the first velocity as ordered by before() is kept, so the records' order does not matter.
 void take_fronts(NearestSurface* alone, const NearestSurface* nearest, int width, const Velocity& velocity,
                  std::uint8_t* found, float* velocities) {
   for (int x = 0; x < width; ++x) {
@@ -37,7 +37,7 @@ void take_fronts(NearestSurface* alone, const NearestSurface* nearest, int width
 }  // namespace
 
 void TilePainter::alpha(std::span<const Piece> pieces, float* alphas, std::size_t row_floats) {
-  // Black particles over light of 1: what is left of it is what they let through.
+  // Draw black particles over light of 1; what remains is the part that they let through.
   std::vector<std::vector<std::byte>> black;
   std::vector<Piece> hiding;
   for (const Piece& piece : pieces) {
@@ -66,13 +66,13 @@ void TilePainter::velocity(std::span<const Piece> pieces, float* velocities, std
   for (int y = 0; y < area_.height; ++y)
     std::fill_n(velocities + static_cast<std::size_t>(y) * row_floats, 3 * area_.width, 0.0f);
   if (!surfaces_) return;
-  // Each record is drawn alone: where that gives what is nearest of all, it is in front.
+  // Draw each record by itself: where it gives the nearest surface of all, it is in front.
   BufferOf<NearestSurface> alone;
   alone.resize(kPixelNumbers);
   std::fill_n(alone.data(), kPixelNumbers, no_surface(Scenery::kNothing));
   TilePlanes tile = planes_;
   tile.surfaces = alone.data() + kFirstPixel;
-  tile.blocks = nullptr;  // what others met
+  tile.blocks = nullptr;  // these are bounds for all records
   std::vector<std::uint8_t> found(static_cast<std::size_t>(kTile) * kTile, 0);
   for (const Piece& piece : pieces) {
     if (!piece.brush->blends(Sprite::Blend::opaque)) continue;

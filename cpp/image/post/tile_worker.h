@@ -1,4 +1,4 @@
-// What one thread needs to paint tiles.
+// Working memory of threads that paint tiles.
 #pragma once
 
 #include <deque>
@@ -11,21 +11,21 @@
 
 namespace motes::image {
 
-/// Working memory, kept from tile to tile.
+/// Working memory of one thread, kept from tile to tile.
 struct TileWorker {
   explicit TileWorker(const SplatLanes& lanes = splat_lanes()) : painter(lanes) {}
 
   TilePainter painter;
-  std::vector<Piece> pieces;  // of the tile that it paints
+  std::vector<Piece> pieces;  // of the tile being painted
   Buffer partial;
 };
 
-/// One per thread. They stay where they are while others are added.
+/// One TileWorker per thread. Adding more of them does not move the others.
 class TileWorkers {
  public:
   explicit TileWorkers(const SplatLanes& lanes = splat_lanes()) : lanes_(&lanes) {}
 
-  /// Makes as many ready to paint tiles of the scene as there are threads.
+  /// Prepares one worker per thread for painting tiles of the scene.
   void begin(const PreparedScene& scene, int threads) {
     while (workers_.size() < static_cast<std::size_t>(threads)) workers_.emplace_back(*lanes_);
     for (TileWorker& worker : workers_) worker.painter.begin(scene);

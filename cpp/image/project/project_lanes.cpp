@@ -13,12 +13,12 @@ struct Projected {
   Uints position, depth, tile, flags;
 };
 
-// The tiles that a footprint starting at fixed-point `start` touches along one axis: the first, and whether the next.
+// The tiles that a footprint touches along one axis: the first one, and 1 if it also touches the next one.
 struct Span {
   Mask inside;
   Ints first, next;
 };
-// Lanes without meaning may overflow.
+// Adds without undefined behaviour: lanes that are not used may overflow.
 MOTES_INLINE Ints plus(Ints a, int b) { return (Ints)((Uints)a + static_cast<std::uint32_t>(b)); }
 MOTES_INLINE Span span(Ints start, int sub_bits, int footprint, int pixels) {
   const Ints first = start >> sub_bits;

@@ -1,4 +1,5 @@
-// Particles to screen positions, one vector at a time: the values shared by plain code and the per-ISA builds.
+// Projects particles to screen positions, a vector at a time: the values shared by plain code and the builds for each
+// instruction set.
 #pragma once
 
 #include <cstddef>
@@ -8,21 +9,20 @@
 
 namespace motes::image {
 
-/// Flags beside a number: the particle also touches the next column of tiles, the next row.
+/// Flags in the upper bits of a number: the particle also touches the next column, or the next row, of tiles.
 inline constexpr std::uint32_t kNextColumn = std::uint32_t{1} << 30;
 inline constexpr std::uint32_t kNextRow = std::uint32_t{1} << 31;
 inline constexpr std::uint32_t kNumberMask = kNextColumn - 1;
 
-/// A Lens in single precision; `scale` is its focal length in the units of
-/// positions.
+/// A Lens in single precision; `scale` is its focal length in the units of positions.
 struct LensLanes {
   float eye[3], right[3], up[3], forward[3];
   float scale;
 };
 
-/// What all projections need.
+/// The input of all projections.
 struct SeenTask {
-  // Planes of floats; null: the value beside it holds for all particles.
+  // Planes of floats. Where a plane is null, all particles have the value `..._of_all`.
   const float* position[3];
   const float* color[3];
   float color_of_all[3];
@@ -33,10 +33,9 @@ struct SeenTask {
 
   LensLanes now; // the frame's camera
   float near;    // m
-  std::uint32_t dark; // 0xffffff: black particles are seen too, because they hide; 0: particles are additive
+  std::uint32_t dark; // 0xffffff: black particles are visible, too, because they hide others; 0: they are additive
   int width, height;      // px
-  float limit_x, limit_y; // in the units of positions, from the centre: what is
-                          // farther out touches no pixel
+  float limit_x, limit_y; // particles farther from the centre than this, in units of positions, touch no pixel
 
   bool one_color() const {
     return alpha == nullptr && color[0] == nullptr && color[1] == nullptr && color[2] == nullptr;
@@ -51,12 +50,11 @@ struct ProjectTask : SeenTask {
 /// plus two vectors.
 struct ProjectedBatch {
   std::uint32_t* position;  // as in records: i16 x | i16 y << 16
-  std::uint32_t* color;     // r | g << 8 | b << 16 | alpha << 24; of one colour only the first
+  std::uint32_t* color;     // r | g << 8 | b << 16 | alpha << 24; only the first one if all have the same
   std::uint32_t* depth;     // bits of the float view depth; null: not wanted
   std::uint16_t* tile;      // number of the first tile touched
-  std::uint32_t* several;   // those that touch several tiles, as many as there are: which one it is, and flags
-  std::uint32_t*
-      velocity;  // bits of three floats, each `velocity_stride` words behind the one before; null: not wanted
+  std::uint32_t* several;   // particles that touch several tiles: index of each, and flags
+  std::uint32_t* velocity;  // bits of three floats, `velocity_stride` words apart; null: not wanted
   std::size_t velocity_stride;
 };
 
@@ -69,7 +67,7 @@ struct ProjectLanes {
   ProjectedCount (*project)(const ProjectTask& task, std::size_t first, std::size_t last, const ProjectedBatch& out);
 };
 
-/// The build that suits this processor.
+/// Returns the build for this processor.
 const ProjectLanes& project_lanes();
 
 }  // namespace motes::image

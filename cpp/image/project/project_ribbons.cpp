@@ -13,8 +13,8 @@
 namespace motes::image {
 namespace {
 
-constexpr double kRibbonEdge = 65536;  // px from the middle of the picture: a ribbon ends there
-constexpr float kMostMoved = 2047;   // px
+constexpr double kRibbonEdge = 65536;  // distance from the middle of the picture at which ribbons end, px
+constexpr float kMostMoved = 2047;   // greatest motion while the shutter is open, px
 
 std::uint32_t byte_of(float v) { return v > 0 ? static_cast<std::uint32_t>(std::min(v, 1.0f) * 255 + 0.5f) : 0; }
 
@@ -44,7 +44,7 @@ class RibbonMaker {
         now_(lens(view)), then_(lens_at_opening(view)), open_(static_cast<float>(open)),
         blur_(static_cast<float>(0.5 * blur_of(view))) {}
 
-  // Returns false where the ribbon is invisible.
+  // Returns false if the ribbon is invisible.
   bool make(std::size_t i, RibbonRecord& r) {
     r = {};
     r.width = sprite_.width;
@@ -142,8 +142,8 @@ class RibbonMaker {
     return d_.color[c] != nullptr ? d_.color[c][i] : d_.color_of_all[c];
   }
 
-  // Sets the record's colour to the maximum of each channel, and the points' to fractions of it. Returns false where
-  // all are invisible.
+  // Sets the record's colour to the maximum of each channel, and the points' to fractions of it. Returns false if all
+  // are invisible.
   bool set_colors(std::size_t i, RibbonRecord& r) const {
     std::array<float, 3> most{};
     for (std::uint32_t k = 0; k < r.count; ++k) {
@@ -222,8 +222,8 @@ class RibbonMaker {
   std::size_t first_;
   Grid grid_;
   Lens now_, then_;
-  float open_;  // s
-  float blur_;  // blur of what is infinitely far, px
+  float open_;  // exposure time, s
+  float blur_;  // blur radius at infinity, px
   std::array<std::size_t, kMostPast + 1> places_{};  // of the record's points
   std::vector<std::uint32_t> tiles_;
 };

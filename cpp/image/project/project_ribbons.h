@@ -1,4 +1,4 @@
-// Ribbons to records, and the tiles that they touch.
+// Turns ribbons into records, and finds the tiles that they touch.
 #pragma once
 
 #include <cstddef>
@@ -12,8 +12,8 @@
 
 namespace motes::image {
 
-/// Colours of particles first .. last - 1 at the places that a ribbon passes through: at the particle, then at each of
-/// its past positions. Planes as ParticleLight writes them; empty: particles have the same colour everywhere.
+/// Colours of the ribbons of particles first .. last - 1: at the particle, then at each of its past positions. Planes
+/// as ParticleLight writes them; null: each ribbon has its particle's colour everywhere.
 struct RibbonLight {
   const float* planes = nullptr;
   std::size_t stride = 0;
@@ -24,12 +24,11 @@ struct RibbonLight {
 
 struct RibbonBatch {
   std::vector<RibbonRecord> records;
-  std::vector<std::size_t> particles;  // whose they are
+  std::vector<std::size_t> particles;  // the particle of each record
   std::vector<FurtherTile> tiles;      // of each record
 };
 
-/// Replaces the content of `batch` by the ribbons of particles first .. last - 1 that are seen.
-/// `open`: for how long the shutter is open, s.
+/// Replaces the content of `batch` by the visible ribbons of particles first .. last - 1. `open`: exposure time, s.
 void project_ribbons(const Drawn& particles, const Sprite& sprite, const View& view, double open,
                      const RibbonLight& light, std::size_t first, std::size_t last, RibbonBatch& batch);
 

@@ -15,20 +15,19 @@ namespace {
 
 constexpr int kUnit = 1 << image::kWideBits;                                    // 1 px in positions
 constexpr float kSizeUnit = 1 << image::kSizeBits;                              // 1 px in sizes
-constexpr float kNarrow = 2 * kSizeUnit;  // narrower sprites lose light instead
+constexpr float kNarrow = 2 * kSizeUnit;  // narrower sprites are drawn this wide, and fainter
 constexpr float kWidest = static_cast<float>(image::kMaxDiameter) * kSizeUnit;
 constexpr float kMostUnlimited = 65536 * kSizeUnit;
 constexpr int kUnitsPerSize = kUnit / (1 << image::kSizeBits);
 
-// What of a particle's way on the screen may touch the image: from (x, y),
-// where it is now, back to (x + dx, y + dy), in 1/256 px; and which part of its
-// light is there.
+// The part of a particle's path on the screen that may touch the image: from (x, y), the end of the path, back to
+// (x + dx, y + dy), in 1/256 px; and the fraction of the particle's light there.
 struct Way {
   Mask visible;
   Floats x, y, dx, dy, light;
 };
 
-// Narrows the part from..to of a way, 0..1, to what is within the limit.
+// Narrows the part from..to of a path, 0..1, to what is within the limit.
 MOTES_INLINE Mask clip(Floats at, Floats way, float limit, Floats& from, Floats& to) {
   const Mask moves = abs(way) >= 1.0f;
   const Floats scale = all(1.0f) / select(moves, way, all(1.0f));
@@ -38,7 +37,7 @@ MOTES_INLINE Mask clip(Floats at, Floats way, float limit, Floats& from, Floats&
   return moves | (abs(at) <= all(limit));
 }
 
-// Clipping what is far away leaves errors of rounding.
+// Clamps to the limit, because clipping points far away leaves rounding errors.
 MOTES_INLINE Floats within(Floats v, float limit) { return min(max(v, all(-limit)), all(limit)); }
 
 MOTES_INLINE Floats3 vector_at(const float* const (&planes)[3], const float (&of_all)[3], std::size_t i) {
@@ -51,8 +50,8 @@ MOTES_INLINE Way still(const image::WideTask& t, Floats x, Floats y, Mask visibl
   return {visible, x, y, none, none, all(1.0f)};
 }
 
-// Where the particle was not in front of the camera when the shutter opened, its way begins at `near`: then `then` is
-// moved there. Returns which part of the way is left.
+// Moves `then` to the near plane if the particle was behind that plane when the shutter opened. Returns the remaining
+// fraction of the path.
 MOTES_INLINE Floats cut_at_near(const image::WideTask& t, Mask behind, ViewPosition now, ViewPosition& then) {
   const Floats part = select(behind, (now.depth - all(t.near)) / (now.depth - then.depth), all(1.0f));
   then.across = select(behind, now.across + (then.across - now.across) * part, then.across);
@@ -61,7 +60,7 @@ MOTES_INLINE Floats cut_at_near(const image::WideTask& t, Mask behind, ViewPosit
   return part;
 }
 
-// The way since the shutter opened; where nothing is known of it, the particle stands still.
+// Returns the path since the shutter opened; without motion if it is not finite.
 MOTES_INLINE Way moving(const image::WideTask& t, std::size_t i, Floats3 place, ViewPosition now, Floats x, Floats y,
                         Mask visible) {
   ViewPosition then = view_position(t.then, place - vector_at(t.velocity, t.velocity_of_all, i) * t.open);
@@ -94,11 +93,11 @@ MOTES_INLINE Way way(const image::WideTask& t, std::size_t i, Floats3 place, Vie
   return t.streaks ? moving(t, i, place, now, x, y, sane) : still(t, x, y, sane);
 }
 
-// Diameter in 1/64 px, and the part of its light that a narrow sprite keeps.
+// Diameter in 1/64 px, and the fraction of its light that a sprite keeps.
 struct Size {
   Mask visible;
   Floats diameter, light;
-  Floats unlimited;  // the diameter, however large
+  Floats unlimited;  // the diameter without the limit kWidest
 };
 MOTES_INLINE Size size_vector(const image::WideTask& t, std::size_t i, Floats depth) {
   Floats wide = all(t.diameter * kSizeUnit);
@@ -109,8 +108,8 @@ MOTES_INLINE Size size_vector(const image::WideTask& t, std::size_t i, Floats de
     wide = metres * (all(t.now.scale * (kSizeUnit / kUnit) * t.breadth) / depth);
   }
   if (t.blur > 0) {
-    // As wide as both together on the mean: squares of diameters add up, and the light of the smaller disc is spread
-    // over the larger one.
+    // Add the squares of both diameters, which is right on average, and spread the light of the smaller disc over the
+    // larger one.
     const Floats blur = abs(1.0f - t.focus / depth) * t.blur;
     const Floats whole = max(sqrt(wide * wide + blur * blur), all(kNarrow));
     const Floats left = min(wide / whole, all(1.0f));
@@ -121,7 +120,7 @@ MOTES_INLINE Size size_vector(const image::WideTask& t, std::size_t i, Floats de
   return {visible, min(shown, all(kWidest)), part * part, min(shown, all(kMostUnlimited))};
 }
 
-// The direction of `up` on the screen: how the projection of a place changes as it moves along `up`.
+// Returns the direction of `up` on the screen: the one in which the projection moves if the particle moves along `up`.
 MOTES_INLINE Uints up_vector(const image::WideTask& t, std::size_t i, ViewPosition now) {
   const Floats3 up = vector_at(t.up, t.up_of_all, i);
   const Floats ahead = dot(up, all3(t.now.forward)) / now.depth;
@@ -136,7 +135,7 @@ MOTES_INLINE Uints up_vector(const image::WideTask& t, std::size_t i, ViewPositi
   return ((Uints)across & 0xffffu) | ((Uints)down << 16);
 }
 
-// The orientation whose front looks along the velocity, with its top as near to `up` as it can be.
+// Returns the orientation whose front faces along the velocity and whose top is as close to `up` as possible.
 MOTES_INLINE Rotations along_velocity(const image::WideTask& t, std::size_t i, Mask& known) {
   const Floats3 velocity = vector_at(t.velocity, t.velocity_of_all, i), up = vector_at(t.up, t.up_of_all, i);
   const Floats speed = sqrt(dot(velocity, velocity));
@@ -151,14 +150,14 @@ MOTES_INLINE Rotations along_velocity(const image::WideTask& t, std::size_t i, M
   return select(turns, unit(shortest(turned_y(turn), top, front) * turn), turn);
 }
 
-// How a sprite stands before the camera, and how far it reaches.
+// The orientation, scale and reach of a posed sprite.
 struct Stance {
-  Uints turn[2];  // as in PosedRecord
-  Uints turning;  // see PosedRecord
+  Uints turn[2];  // PosedRecord::turn
+  Uints turning;  // rotation while the shutter is open, as in PosedRecord
   Floats scale;   // m per unit of length
   Ints reach;     // 1/256 px
 };
-// The turn while the shutter is open, about the camera's axes, as image::unpack_turn reads it.
+// Returns the rotation while the shutter is open, about the camera's axes, as image::unpack_turn() reads it.
 MOTES_INLINE Uints turning(const image::WideTask& t, std::size_t i, Rotations camera) {
   const Floats3 spin = vector_at(t.spin, t.spin_of_all, i) * t.open;
   const Floats3 x = turned_x(camera), y = turned_y(camera), z = turned_z(camera);
@@ -168,8 +167,8 @@ MOTES_INLINE Uints turning(const image::WideTask& t, std::size_t i, Rotations ca
   const Floats most = max(max(abs(by.x), abs(by.y)), abs(by.z));
   const Mask turns = (most > kLeast) & (abs(by.x) + abs(by.y) + abs(by.z) <= all(kLargest));
   const Floats shorter = min(kMost / select(turns, most, all(1.0f)), all(1.0f));
-  const Uints exponent = (Uints)select(turns, most * shorter, all(1.0f)) >> 23;  // 127 more
-  const Floats per = (Floats)((254u + 7u - exponent) << 23);  // 2^7 / 2^exponent: the greatest gets 7 bits and its sign
+  const Uints exponent = (Uints)select(turns, most * shorter, all(1.0f)) >> 23;  // biased by 127
+  const Floats per = (Floats)((254u + 7u - exponent) << 23);  // 2^7 / 2^exponent: the greatest is 128..255
   Uints word = (exponent + (image::kTurnExponent - 7u - 127u)) << 27;
   const Floats number[3] = {by.x, by.y, by.z};
   for (int c = 0; c < 3; ++c) {
@@ -191,13 +190,13 @@ MOTES_INLINE Stance stance_vector(const image::WideTask& t, std::size_t i, ViewP
         load_or(t.orientation[0], i, t.orientation_of_all[0]), load_or(t.orientation[1], i, t.orientation_of_all[1]),
         load_or(t.orientation[2], i, t.orientation_of_all[2]), load_or(t.orientation[3], i, t.orientation_of_all[3])});
   }
-  // What does not move faces the camera.
+  // Sprites that should face along their velocity face the camera if they do not move.
   const Rotations turn = select(known, unit(camera * own), Rotations{{}, {}, {}, all(1.0f)});
   const auto part = [](Floats v) { return (Uints)floor_to_ints(v * 32767.0f + 0.5f); };
   Stance p;
   p.turn[0] = (part(turn.x) & 0xffffu) | part(turn.y) << 16;
   p.turn[1] = (part(turn.z) & 0xffffu) | part(turn.w) << 16;
-  // Twice the radius of a ball around it, m: of a card, its diagonal at most.
+  // Width, m: the longer side of a card, or the diameter of a mesh's bounding ball.
   const Floats metres = size.unlimited * now.depth * (1 / (t.now.scale * (kSizeUnit / kUnit)));
   p.scale = metres * (1 / t.breadth);
   const Floats radius = metres * (t.diagonal * 0.5f), focal = all(t.now.scale);
@@ -205,7 +204,7 @@ MOTES_INLINE Stance stance_vector(const image::WideTask& t, std::size_t i, ViewP
   const Floats nearest = max(now.depth - radius, all(t.near));
   const Floats reach = radius * focal * (1.0f + across / now.depth) / nearest;
   Floats spread{};
-  if (t.lens_blur > 0) {  // and what the painter adds
+  if (t.lens_blur > 0) {  // with the margin that the painter needs
     const Floats near = abs(1.0f - t.lens_focus / nearest), far = abs(1.0f - t.lens_focus / (now.depth + radius));
     spread = max(near, far) * (1.25f * t.lens_blur) + 3.0f * kUnit;
   }
@@ -230,7 +229,7 @@ MOTES_INLINE Uints tile_of(const image::WideTask& t, Ints column, Ints row) {
 }
 MOTES_INLINE Ints half_of(Ints v) { return (max_ints(v, -v) + 1) >> 1; }
 
-// Whole fours: see WideBatch.
+// In groups of four: see fours_of().
 constexpr std::size_t kMostWords = image::kFour * image::fours_of(image::form(image::Layout::posed_tiled).bytes / 4);
 
 struct Columns {
@@ -241,7 +240,7 @@ struct Columns {
   TileSpan across, down;
 };
 
-// The number of a tile, as records have it.
+// Returns the number of a tile, as records store it.
 MOTES_INLINE Uints tile_number(const image::WideTask& t, std::size_t i) {
   const auto count = static_cast<float>(t.tiles);
   if (t.tile == nullptr) {
@@ -250,12 +249,12 @@ MOTES_INLINE Uints tile_number(const image::WideTask& t, std::size_t i) {
   }
   constexpr float kOne = 1 << image::kTileNumberBits;
   Floats number = load(t.tile + i);
-  number = only(abs(number) <= 1e9f, number);  // others show the first one
+  number = only(abs(number) <= 1e9f, number);  // others select the first tile
   number -= to_floats(floor_to_ints(number * (1 / count))) * count;
-  return (Uints)to_ints(max(number, Floats{}) * kOne + 0.5f);  // behind the last stands the first, for whoever reads it
+  return (Uints)to_ints(max(number, Floats{}) * kOne + 0.5f);  // may be `count`, which readers take as 0
 }
 
-// The gain of a particle's light, as records have it.
+// Returns the gain of a particle's light, as records store it.
 MOTES_INLINE Uints gain_vector(const image::WideTask& t, std::size_t i) {
   using Record = image::WideRecord;
   if (t.gain == nullptr) return Uints{};
@@ -264,10 +263,10 @@ MOTES_INLINE Uints gain_vector(const image::WideTask& t, std::size_t i) {
 }
 
 MOTES_INLINE Uints pair_of(Ints x, Ints y) { return ((Uints)x & 0xffffu) | ((Uints)y << 16); }
-// To the nearest multiple of 2^bits.
+// Returns v / 2^bits, rounded to the nearest integer.
 MOTES_INLINE Ints rounded(Ints v, int bits) { return (v + (1 << (bits - 1))) >> bits; }
 
-// Those that touch many tiles stand in the one of their middle, which a slanting streak does touch.
+// Assigns particles that touch many tiles to the tile of their middle, which even a slanted streak touches.
 MOTES_INLINE void place_many(const image::WideTask& t, Ints x, Ints y, Columns& c) {
   const auto tile = [](Ints middle, const TileSpan& span, int pixels) {
     const Ints at = (middle + pixels * (kUnit / 2)) >> (image::kWideBits + image::kTileBits);
@@ -318,7 +317,7 @@ MOTES_INLINE Columns project_vector(const image::WideTask& t, std::size_t i, Uin
     if (t.tiles > 1) c.word[t.form.tile / 4] = tile_number(t, i);
   } else {
     const int less = image::kWideBits - t.bits;
-    // What a record does not have goes where its position is, which is written last.
+    // Members that a record lacks are written to its first word, which is overwritten by the position.
     c.word[t.form.color / 4] = color;
     c.word[t.form.depth / 4] = (Uints)now.depth;
     c.word[t.form.way / 4] = pair_of(rounded(dx, less + 1), rounded(dy, less + 1));
@@ -335,7 +334,7 @@ MOTES_INLINE Columns project_vector(const image::WideTask& t, std::size_t i, Uin
   return c;
 }
 
-// The visible particles n, n + 1, ... that touch many tiles: returns how many they are. Few scenes have any.
+// Lists those of the visible particles n, n + 1, ... that touch many tiles, and returns how many. Few scenes have any.
 __attribute__((noinline)) std::size_t list_many(image::ManyTiles* to, std::size_t n, const Columns& c, Mask visible) {
   std::size_t count = 0;
   const auto corner = [](std::int32_t column, std::int32_t row) {

@@ -1,5 +1,5 @@
-// Particles of any size, with streaks and directions, to screen positions: the values shared by plain code and the
-// per-ISA builds.
+// Projects particles of any size, with streaks and orientations, to screen positions: the values shared by plain code
+// and the builds for each instruction set.
 #pragma once
 
 #include <cstddef>
@@ -20,59 +20,58 @@ struct WideTask : SeenTask {
   const float* up[3];
   float up_of_all[3];
 
-  const float* gain = nullptr;  // of their light, from 1 on; null: 1
+  const float* gain = nullptr;  // factors on their light, at least 1; null: 1
 
   LensLanes then; // the camera when the shutter opened
-  bool streaks;   // the shutter is open for a while
-  float open;     // for how long, s
+  bool streaks;   // the exposure time is not 0
+  float open;     // exposure time, s
 
-  float diameter;  // px, of all particles; 0: `size` says
-  float focus, blur;  // m to what is sharp; 1/64 px of blur, of what is infinitely far; 0: all is sharp
+  float diameter;  // of all particles, px; 0: from `size`
+  float focus, blur;  // focus distance, m; blur diameter at infinity, 1/64 px; 0: all is sharp
   bool oriented;   // sprites are squares, turned by `up`
-  bool posed;      // sprites stand in space: the records are PosedRecords
-  bool along_velocity;  // their fronts look there, else where `orientation` says
+  bool posed;      // sprites are cards or meshes: the records are PosedRecords
+  bool along_velocity;  // their fronts face along the velocity; otherwise `orientation` turns them
   const float* orientation[4];
   float orientation_of_all[4];
   const float* spin[3];  // rad/s about the world's axes
   float spin_of_all[3];
-  float lens_focus, lens_blur;  // m to what is sharp; 1/256 px around what is infinitely far; 0: all is sharp
-  float camera_turn[4];  // a quaternion: from the world's axes to the camera's
-  float breadth;  // of a sprite whose size is 1: 1, but for meshes
-  float diagonal;  // of a square of side 1; of a ball, its diameter
-  int tiles;       // of the picture; 1: it is not cut
-  const float* tile;      // their numbers; null: at random
-  particles::Ids ids;     // from these,
-  particles::DrawKey pick;  // by this key
+  float lens_focus, lens_blur;  // of posed sprites: focus distance, m; blur radius at infinity, 1/256 px; 0: sharp
+  float camera_turn[4];  // quaternion from the world's axes to the camera's
+  float breadth;  // width of a sprite of size 1: 1, except for meshes
+  float diagonal;  // diameter of a posed sprite's bounding ball, relative to the sprite's width
+  int tiles;       // of the picture; 1: it is not divided
+  const float* tile;      // tile numbers; null: random ones
+  particles::Ids ids;     // of particles, for random tile numbers
+  particles::DrawKey pick;  // key of random tile numbers
   RecordForm form; // of the records
   int columns;     // of tiles
-  int bits;        // of their positions
+  int bits;        // fractional bits of their positions
 };
 
-/// A particle whose bounding box touches more than 2x2 tiles, and the box: column | row << 16 of its first and last
-/// tile.
+/// A particle whose bounding box touches more than 2x2 tiles, and the box's first and last tile: column | row << 16.
 struct ManyTiles {
   std::uint32_t particle, first, last;
 };
 
-/// What a batch has of its words: four of each record behind one another, then the next four. Where three are left the
-/// fourth has no meaning; fewer are in columns.
+/// A batch stores the words of records in groups of four: the first four of all records, then the next four, and so on.
+/// If three are left, they form a group with an undefined fourth word; one or two are stored as columns.
 inline constexpr std::size_t kFour = 4;
 constexpr std::size_t fours_of(std::size_t words) { return (words + 1) / kFour; }
 
 /// The visible particles, in their order. Each array has room for as many particles as are projected, plus two vectors.
 struct WideBatch {
-  /// Of records without velocity: see fours_of().
+  /// Words of records without velocity: see fours_of().
   std::uint32_t* words;
-  std::size_t stride;      // from column to column
-  std::uint16_t* tile;     // number of the first tile touched; of those that touch many, of one of them
+  std::size_t stride;      // numbers from column to column
+  std::uint16_t* tile;     // number of the first tile touched; if it touches many, of any of them
   std::uint32_t* several;  // as in ProjectedBatch, without those that touch many
   ManyTiles* many;
-  std::uint32_t* velocity;  // bits of three floats, in columns as well; null: not wanted
+  std::uint32_t* velocity;  // bits of three floats, in three columns; null: not wanted
 };
 
 struct WideCount {
   std::size_t visible = 0, several = 0, many = 0;
-  std::uint32_t color = 0;  // of all particles, where they have one: as in ProjectedBatch
+  std::uint32_t color = 0;  // of all particles, if they have the same: as in ProjectedBatch
 };
 
 struct ProjectWideLanes {
@@ -80,7 +79,7 @@ struct ProjectWideLanes {
   WideCount (*project)(const WideTask& task, std::size_t first, std::size_t last, const WideBatch& out);
 };
 
-/// The build that suits this processor.
+/// Returns the build for this processor.
 const ProjectWideLanes& project_wide_lanes();
 
 }  // namespace motes::image

@@ -14,21 +14,21 @@
 namespace motes::image {
 namespace {
 
-// Vectors that are stored whole, and a cache line between the arrays.
+// Extra numbers per array, because whole vectors are stored; they also keep a cache line between arrays.
 constexpr std::size_t kSlack = 32;
 
-// Particles per batch: its projected columns and its records (some 900 kB) stay in the second-level cache, so that
-// neither sorting nor the many streams of tiles touch main memory. Images of very many tiles need longer batches, or
-// the offsets would outweigh the records. `particle_bytes`: of the columns, and of a record.
+// Returns the number of particles per batch. Its projected columns and its records (some 900 kB) stay in the
+// second-level cache, so neither sorting nor the many streams of tiles touch main memory. Images of very many tiles
+// need longer batches, or the offsets would outweigh the records. `particle_bytes`: of columns and records together.
 std::size_t batch_size(std::size_t particle_bytes, int tiles) {
   constexpr std::size_t kBytes = 14 << 16, kWhole = 4096;
   return std::max(kBytes / particle_bytes / kWhole * kWhole, 16 * static_cast<std::size_t>(tiles));
 }
 
-// Arrays in memory, one behind the other.
+// Takes arrays from a buffer, one after another.
 class Columns {
  public:
-  // `stride`: numbers in each.
+  // `stride`: numbers per array; `most`: arrays of 32-bit numbers for which there is room.
   Columns(Buffer& memory, std::size_t stride, std::size_t most) : stride_(stride) {
     memory.resize(4 * most * stride);
     next_ = memory.data();
@@ -62,7 +62,7 @@ void copy(const Vector& from, float (&to)[kCount]) {
   for (std::size_t i = 0; i < kCount; ++i) to[i] = static_cast<float>(from[i]);
 }
 
-// `unit`: of positions, per pixel.
+// Converts a lens to single precision. `unit`: units of positions per px.
 LensLanes lens_lanes(const Lens& lens, int unit) {
   LensLanes lanes{};
   copy(lens.eye, lanes.eye);
@@ -73,7 +73,7 @@ LensLanes lens_lanes(const Lens& lens, int unit) {
   return lanes;
 }
 
-// What both tasks have in common.
+// Makes a task with the values that both kinds of projection need.
 template <class Task>
 Task task_of(const Drawn& particles, const Sprite& sprite, const View& view, int unit) {
   Task t{};
@@ -107,10 +107,10 @@ ProjectTask fixed_task(const Drawn& particles, const Sprite& sprite, const View&
   return t;
 }
 
-// The quaternion of the rotation from the world's axes to those of a camera: right, up and back.
+// Computes the quaternion of the rotation from the world's axes to those of a camera: right, up and back.
 void set_turn(const Lens& lens, float (&turn)[4]) {
   const Vector rows[3] = {lens.right, lens.up, lens.forward * -1.0};
-  // The greatest of the four squares, so that none of the divisions is by nearly 0 (Shepperd).
+  // Start from the greatest of the four squares, to avoid a division by nearly 0 (Shepperd).
   const double x = rows[0][0], y = rows[1][1], z = rows[2][2];
   const double squares[4] = {1 + x - y - z, 1 - x + y - z, 1 - x - y + z, 1 + x + y + z};
   const auto greatest = static_cast<std::size_t>(std::max_element(squares, squares + 4) - squares);
@@ -151,7 +151,7 @@ WideTask wide_task(const Drawn& particles, const Sprite& sprite, const View& vie
   t.streaks = view.shutter > 0;
   t.open = static_cast<float>(view.shutter * dt);
   t.diameter = diameter_of(sprite, view.height);
-  if (!is_posed(sprite)) {  // what stands in space is spread by the painter
+  if (!is_posed(sprite)) {  // the painter blurs sprites in space
     t.focus = static_cast<float>(view.camera.focus);
     t.blur = static_cast<float>(blur_of(view)) * static_cast<float>(1 << kSizeBits);
   }
@@ -159,24 +159,24 @@ WideTask wide_task(const Drawn& particles, const Sprite& sprite, const View& vie
   t.tiles = static_cast<int>(sprite.tiles.count);
   t.tile = particles.tile;
   t.ids = particles.ids;
-  // Half the image and the largest sprite, turned.
   set_pose(particles, sprite, view, t);
+  // Half the image, plus the reach of the largest sprite when turned.
   const int reach = t.posed ? static_cast<int>(kMostPosedReach) + 2 : kMaxDiameter * 182 / 256 + 2;
   t.limit_x = static_cast<float>(((view.width + 1) / 2 + reach) << kWideBits);
   t.limit_y = static_cast<float>(((view.height + 1) / 2 + reach) << kWideBits);
   return t;
 }
 
-// Of particles that have more than one colour. Where each has an alpha of its own, the greatest that there is: looking
-// for it costs more than it is worth. Likewise where they add light: records of bright colours have a greater alpha
-// than their particles (share_light).
+// Returns an upper bound on the alpha of records. It is 255 if each particle has its own alpha, because searching for
+// the greatest one costs more than it saves, and for additive particles, because records of bright colours have a
+// greater alpha than their particles (see share_light()).
 std::uint32_t most_alpha(const Drawn& particles, const Sprite& sprite) {
   const bool own = particles.alpha != nullptr || sprite.blend == Sprite::Blend::add;
   if (own || !(particles.alpha_of_all < 1)) return 255;
   return static_cast<std::uint32_t>(std::ceil(255 * std::max(particles.alpha_of_all, 0.0f)));
 }
 
-// All of a message's records have this colour.
+// Sets the colour that all records of a message have.
 void say_color(std::uint32_t color, RecordsHead& head) {
   head.color = color;
   head.most_alpha = color >> 24;
@@ -242,7 +242,7 @@ void Projector::project(const Drawn& particles, const Sprite& sprite, const View
   std::memcpy(records.buffer_.data(), &records.head_, sizeof records.head_);
 }
 
-// Replaces the colours of some particles by those that their light gives them.
+// Replaces the colours of particles first .. last - 1 by their lit colours.
 void Projector::light(const Drawn& particles, const Projection& projection, std::size_t first, std::size_t last,
                       SeenTask& task) {
   if (projection.light == nullptr) return;
@@ -262,7 +262,7 @@ void Projector::project_fixed(const Drawn& particles, const Projection& projecti
   const std::size_t record_bytes = bytes_of(records.head_);
   const bool with_depth = records.head_.layout != static_cast<std::uint8_t>(Layout::plain);
   const bool with_velocity = records.head_.with_velocity != 0, one_color = task.one_color();
-  // Few particles touch several tiles, so that their column counts little.
+  // The column of particles that touch several tiles is not counted: it is short.
   const std::size_t column_bytes = (one_color ? 6 : 10) + (with_depth ? 4 : 0) + (with_velocity ? 12 : 0);
   const std::size_t step = batch_size(column_bytes + record_bytes, grid.tiles());
   for (std::size_t first = 0; first < particles.count; first += step) {
@@ -319,7 +319,7 @@ void Projector::project_wide(const Drawn& particles, const Projection& projectio
   }
 }
 
-// Colours of particles first .. last - 1 at all places of their ribbons.
+// Returns the colours of particles first .. last - 1 at all points of their ribbons.
 RibbonLight Projector::ribbon_light(const Drawn& particles, const Projection& projection, std::size_t first,
                                     std::size_t last) {
   if (projection.light == nullptr) return {};
@@ -363,7 +363,7 @@ void Projector::project_ribbons(const Drawn& particles, const Projection& projec
   }
 }
 
-// Counts the records of each tile, and asks for the memory of those of the first tiles.
+// Counts the records of each tile, and prefetches the memory of one record per visible particle.
 void Projector::count(const Touched& touched, std::size_t tiles, std::size_t record_bytes, Records& records) {
   cursor_.assign(tiles, 0);
   const std::size_t at = records.buffer_.size() + 4 * (tiles + 1);
@@ -371,8 +371,8 @@ void Projector::count(const Touched& touched, std::size_t tiles, std::size_t rec
   count_tiles(touched, cursor_.data(), further_, records.buffer_.data() + at, record_bytes);
 }
 
-// Makes room for as many records as cursor_ counts, and turns its counts into places. Returns where the first one goes.
-// `asked`: records whose memory has been asked for.
+// Makes room for as many records as cursor_ counts, and turns its counts into indices of each tile's first record.
+// Returns the memory of the records. `asked`: number of records whose memory has been prefetched.
 std::byte* Projector::open_batch(std::size_t tiles, std::size_t record_bytes, std::size_t asked, Records& records) {
   offsets_.resize(tiles + 1);
   std::uint32_t total = 0;

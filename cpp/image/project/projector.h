@@ -1,4 +1,4 @@
-// Particles to records: projects, culls and sorts by tile.
+// Turns particles into records: projects, culls and sorts them by tile.
 #pragma once
 
 #include <cstddef>
@@ -18,27 +18,27 @@
 
 namespace motes::image {
 
-/// What a system's records depend on beside its sprite and the view. Equal on every rank.
+/// What a system's records depend on besides its sprite and the view. Equal on every rank.
 struct Projection {
-  int system = 0;                // its number, for those who draw
+  int system = 0;                // its number, passed to the ranks that draw
   bool any_depth = false;        // see anything_hides()
   bool in_order = false;         // see in_order_of_depth()
-  double dt = 0;                 // s per frame: how far a particle moves while the shutter is open
-  const Slots* slots = nullptr;  // null: tiles in their order
-  particles::DrawKey pick{};     // of tiles at random
+  double dt = 0;                 // time per frame, s; determines the length of streaks
+  const Slots* slots = nullptr;  // null: tile t is in slot t
+  particles::DrawKey pick{};     // key of random tile numbers
   const ParticleLight* light = nullptr;  // null: particles have their own colours
 };
 
-/// Keeps its working memory from frame to frame.
+/// Projects particles to records. Keeps its working memory from frame to frame.
 class Projector {
  public:
   explicit Projector(const ProjectLanes& lanes = project_lanes(), const ProjectWideLanes& wide = project_wide_lanes())
       : lanes_(&lanes), wide_lanes_(&wide) {}
 
-  /// Replaces the content of `records` by the records of `particles`, reusing its memory. They have no colours where
-  /// one colour and alpha hold for all particles and nothing needs more. Particles that are not
-  /// finite, nearer than the camera's `near`, outside the image, without light or not wider than 0 are left out. Throws
-  /// std::invalid_argument where view, sprite or slots are not valid, or a position plane is missing.
+  /// Replaces the content of `records` by the records of `particles`, reusing its memory. Records carry no colours if
+  /// all particles have the same colour and alpha and nothing requires a colour per record. Leaves out particles that
+  /// are not finite, nearer than the camera's `near`, outside the image, without light, or of no width. Throws
+  /// std::invalid_argument if view, sprite or slots are not valid, or a position plane is missing.
   void project(const Drawn& particles, const Sprite& sprite, const View& view, Records& records,
                const Projection& projection = {});
 
@@ -57,10 +57,10 @@ class Projector {
   Buffer projected_;
   RibbonBatch ribbons_;
   FurtherTiles further_;
-  std::vector<std::uint32_t> cursor_;   // by tile: its number of records, then where the next one goes
+  std::vector<std::uint32_t> cursor_;   // by tile: its number of records, then the index of its next record
   std::vector<std::uint32_t> offsets_;  // by slot
   Sprite sprite_;
-  const Slots* slots_ = nullptr;  // of the call under way
+  const Slots* slots_ = nullptr;  // of the current call
 };
 
 }  // namespace motes::image

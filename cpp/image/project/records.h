@@ -18,9 +18,9 @@ namespace motes::image {
 /// as it is. After the head:
 ///   batch   offsets u32[slots + 1], then offsets[slots] records: those of slot first_slot + s are offsets[s] ..
 ///           offsets[s + 1] - 1
-///   record  see Layout; with_velocity: three floats behind it
-/// A record appears in every tile that its footprint touches. Batches keep the sorting inside the second-level cache;
-/// their order, and the order of records within a slot, has no meaning.
+///   record  see Layout; followed by three floats if with_velocity
+/// A record appears in every tile that its footprint touches. Batches keep the sorting inside the second-level cache.
+/// The order of batches, and of records within a slot, does not matter.
 struct RecordsHead {
   static constexpr std::uint32_t kMagic = 0x3553544d;  // "MTS5"
 
@@ -39,15 +39,15 @@ struct RecordsHead {
   std::uint32_t first_slot = 0;
   std::uint32_t slots = 0;
   std::uint32_t batches = 0;
-  std::uint32_t most_alpha = 255;  // no record has more: a bound for sums of light
-  std::uint32_t colored = 1;       // 0: records have no colour, but all the same one
+  std::uint32_t most_alpha = 255;  // upper bound on the alpha of records, 0..255
+  std::uint32_t colored = 1;       // 0: records carry no colour; all have `color`
   std::uint32_t color = 0;         // r | g << 8 | b << 16 | alpha << 24
   std::uint64_t records = 0;
   Tiles tiles;
 };
 static_assert(sizeof(RecordsHead) == 80);
 
-/// A message that a Projector fills. Slots are tiles in the order that was given to it.
+/// A message that a Projector fills. Slots are tiles in the order given to the projector.
 class Records {
  public:
   std::span<const std::byte> bytes() const { return {buffer_.data(), buffer_.size()}; }
@@ -60,7 +60,7 @@ class Records {
   Buffer buffer_;
 };
 
-/// Records in memory owned by someone else, with any alignment.
+/// A view of a message of records, with any alignment.
 class RecordsView {
  public:
   struct Batch {
@@ -72,7 +72,7 @@ class RecordsView {
     std::size_t count;
   };
 
-  /// Throws std::runtime_error where the bytes are not a whole, consistent message.
+  /// Throws std::runtime_error if the bytes are not a whole, consistent message.
   explicit RecordsView(std::span<const std::byte> bytes);
 
   const Sprite& sprite() const { return sprite_; }
@@ -80,32 +80,32 @@ class RecordsView {
   const Grid& grid() const { return grid_; }
   Layout layout() const { return static_cast<Layout>(head_.layout); }
   bool with_depth() const { return has_depth(layout()); }
-  /// Whether each record has its own colour; else color() holds for all.
+  /// Returns whether each record has its own colour; if not, all have color().
   bool colored() const { return head_.colored != 0; }
   std::uint32_t color() const { return head_.color; }
   bool with_velocity() const { return head_.with_velocity != 0; }
-  /// No record has a greater alpha, 0..255.
+  /// Returns an upper bound on the alpha of records, 0..255.
   std::uint8_t most_alpha() const { return static_cast<std::uint8_t>(head_.most_alpha); }
-  /// Bytes from one record to the next.
+  /// Returns the bytes from one record to the next.
   std::size_t record_bytes() const {
     return image::record_bytes(layout(), colored()) + (with_velocity() ? kVelocityBytes : 0);
   }
 
-  /// Records in all batches; a particle on a tile's edge counts once per tile.
+  /// Returns the number of records in all batches; a particle on a tile's edge counts once per tile.
   std::size_t count() const { return count_; }
-  /// The same in slots first .. end - 1, which must be in the message.
+  /// Returns the number of records in slots first .. end - 1, which must be in the message.
   std::size_t count(int first, int end) const;
 
-  /// Adds the records in each slot to its number in `counts`, which has one for each slot of the view.
+  /// Adds the number of records in each slot to `counts`, which has one number per slot of the view.
   void add_counts(std::span<std::uint32_t> counts) const;
 
-  /// Appends a message of slots first .. end - 1 alone. Throws std::invalid_argument where they are not in this one.
+  /// Appends a message of only slots first .. end - 1. Throws std::invalid_argument if they are not in this one.
   void append_part(int first, int end, base::Bytes& out) const;
 
   const std::vector<Batch>& batches() const { return batches_; }
 
-  /// The records in a slot: without an order given to the projector, in the tile of that number. Empty where the
-  /// message is a part that does not have this slot.
+  /// Returns the records in a slot, which is the tile of that number unless the projector was given another order.
+  /// Empty if the message is a part without this slot.
   RecordRun piece(const Batch& batch, int slot) const;
 
  private:

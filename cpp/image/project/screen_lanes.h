@@ -1,4 +1,4 @@
-// What projections to fixed-size and to wide records have in common. Compiled once for each instruction set.
+// Functions that projections to fixed-size and to wide records share. Compiled once for each instruction set.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +14,7 @@ namespace motes::MOTES_ISA {
 
 inline constexpr float kLargest = 3.402823466e38f;
 
-/// 0..1 to 0..255, rounded to nearest; NaN to 0.
+/// Converts 0..1 to 0..255, rounded to nearest, and NaN to 0.
 MOTES_INLINE Uints to_byte(Floats v) {
   const Floats clamped = min(max(v, all(0.0f)), all(1.0f));
   return (Uints)to_ints(clamped * all(255.0f) + all(0.5f));
@@ -24,12 +24,12 @@ MOTES_INLINE Floats load_or(const float* plane, std::size_t i, float of_all) {
   return plane != nullptr ? load(plane + i) : all(of_all);
 }
 
-/// The bits of finite numbers, and 0 for others.
+/// Returns the bits of finite numbers, and 0 for others.
 MOTES_INLINE Uints finite_bits(Floats v) { return (Uints)only(abs(v) <= all(kLargest), v); }
 
-/// Of additive particles only the product of colour and alpha is seen, each component at most 1. Where all are small,
-/// both get bytes of about the greatest one's root, which lose little of it; where a colour is above 1, alpha takes
-/// that.
+/// Splits the light of additive particles into colour and alpha. Only their product is visible, with components of at
+/// most 1. If all components are small, both get about the square root of the greatest, which loses little when rounded
+/// to bytes; if a colour is above 1, alpha takes the excess.
 MOTES_INLINE void share_light(Floats (&color)[3], Floats& alpha) {
   constexpr float kFaint = 1.0f / 16;
   const Floats opacity = min(max(alpha, all(0.0f)), all(1.0f));
@@ -44,7 +44,7 @@ MOTES_INLINE void share_light(Floats (&color)[3], Floats& alpha) {
   if (!any(other)) return;
   const Floats root = sqrt(most) * all(255.0f);
   Ints byte = to_ints(select(faint, root, most * all(255.0f) + all(0.5f)));
-  byte -= faint & (to_floats(byte) < root);  // upwards: then the colour is not above it
+  byte -= faint & (to_floats(byte) < root);  // round up, so that the colour is not above it
   const Floats part = to_floats(byte), scale = all(255.0f) / part;
   for (int c = 0; c < 3; ++c) color[c] = select(other, light[c] * scale, color[c]);
   alpha = select(other, part * all(1.0f / 255), alpha);
@@ -59,7 +59,7 @@ MOTES_INLINE Uints color_vector(const image::SeenTask& t, std::size_t i) {
   return word;
 }
 
-/// A place as a camera sees it: metres to the right, upwards and ahead.
+/// A position relative to a camera: metres to the right, upwards and ahead.
 struct ViewPosition {
   Floats across, upward, depth;
 };
@@ -71,8 +71,8 @@ MOTES_INLINE Floats3 place_of(const image::SeenTask& t, std::size_t i) {
   return {load(t.position[0] + i), load(t.position[1] + i), load(t.position[2] + i)};
 }
 
-/// The planes that a projection reads, asked for before they are needed: processors guess too late. Of planes that only
-/// some projections read, those are added.
+/// Prefetches the planes that a projection reads, because hardware prefetching comes too late. Planes that only some
+/// projections read must be added.
 class Ahead {
  public:
   explicit Ahead(const image::SeenTask& t) {
@@ -87,7 +87,7 @@ class Ahead {
     for (const float* plane : planes) add(plane);
   }
 
-  /// `i`: the particle being projected.
+  /// Prefetches while particle `i` is being projected.
   MOTES_INLINE void fetch(std::size_t i) const {
     for (std::size_t p = 0; p < count_; ++p) __builtin_prefetch(planes_[p] + i + kParticles);
   }
@@ -99,14 +99,13 @@ class Ahead {
   std::size_t count_ = 0;
 };
 
-/// Particles that give no light and hide nothing are not sent. `dark`: see
-/// SeenTask.
+/// Returns which particles give light or hide others; only these are sent. `dark`: see SeenTask.
 MOTES_INLINE Mask gives_light(Uints color, std::uint32_t dark) {
   return (((color | dark) & 0xffffffu) != 0u) & ((color >> 24) != 0u);
 }
 
-/// Lists those of the visible particles n, n + 1, ... that have flags: they touch several tiles. Returns how many they
-/// are.
+/// Lists those of the visible particles n, n + 1, ... that have flags, which means that they touch several tiles.
+/// Returns how many.
 MOTES_INLINE std::size_t list_several(std::uint32_t* to, std::size_t n, Uints flags, [[maybe_unused]] Mask visible,
                                       const Selected& selected) {
 #if MOTES_WIDTH >= 256

@@ -1,4 +1,4 @@
-// The records of projected particles, put behind one another by tile.
+// Sorts the records of projected particles by tile.
 #pragma once
 
 #include <cstddef>
@@ -12,19 +12,19 @@
 
 namespace motes::image {
 
-/// Particles whose records' memory is asked for at once, while they are counted: nobody waits for it then.
+/// Number of particles whose records' memory is prefetched at once, while they are counted.
 inline constexpr std::size_t kAskedAtOnce = 64;
 
-/// A tile that a particle touches beside its first one.
+/// A tile that a particle touches besides its first one.
 struct FurtherTile {
   std::uint32_t particle, tile;
 };
-/// Particles that touch up to four tiles touch up to so many beside the first.
+/// Greatest number of further tiles of a particle that touches up to four tiles.
 inline constexpr std::size_t kFurtherTiles = 3;
 
-/// Lists those of a particle whose first tile is `tile`, and whose `word` has the flags kNextColumn, kNextRow or both;
-/// there is room for one more than are listed. Returns the end of the list. Free of branches: which tiles particles
-/// touch is random, and a misprediction costs more than an entry that the next one overwrites.
+/// Lists the further tiles of a particle whose first tile is `tile` and whose `word` has the flags kNextColumn,
+/// kNextRow or both; returns the end of the list. `to` has room for one extra entry. It has no branches: which tiles
+/// particles touch is random, and a misprediction costs more than an entry that the next one overwrites.
 inline FurtherTile* list_further(FurtherTile* to, std::uint32_t particle, std::uint32_t tile, std::uint32_t word,
                                  std::uint32_t columns) {
   static_assert(kNextColumn == 1u << 30 && kNextRow == 1u << 31);
@@ -37,10 +37,10 @@ inline FurtherTile* list_further(FurtherTile* to, std::uint32_t particle, std::u
   return to + (column & row);
 }
 
-/// Further tiles, in memory that grows.
+/// A growing list of further tiles.
 class FurtherTiles {
  public:
-  /// Empties the list, and makes room for the tiles of so many particles that touch up to four.
+  /// Empties the list, and makes room for those of `several` particles that touch up to four tiles.
   void clear(std::size_t several) {
     size_ = 0;
     list_.resize(kFurtherTiles * (several + 1));
@@ -49,7 +49,7 @@ class FurtherTiles {
     FurtherTile* const end = list_.data() + size_;
     size_ += static_cast<std::size_t>(list_further(end, particle, tile, word, columns) - end);
   }
-  /// Of any particle, once all others are listed.
+  /// Adds a tile of any particle. add_up_to_three() must not be called after this.
   void add(std::uint32_t particle, std::size_t tile) {
     if (size_ == list_.size()) list_.resize(2 * size_);
     list_.data()[size_++] = {particle, static_cast<std::uint32_t>(tile)};
@@ -61,7 +61,7 @@ class FurtherTiles {
   std::size_t size_ = 0;
 };
 
-/// What is counted: of `visible` particles the first tile, and those that touch several.
+/// The particles to count: the first tile of each of `visible` particles, and the particles that touch several.
 struct Touched {
   const std::uint16_t* tile;
   const std::uint32_t* several;
@@ -69,19 +69,19 @@ struct Touched {
   std::size_t columns;  // of tiles
 };
 
-/// Adds the records of each tile to `counts`, and lists further tiles. Meanwhile it asks for the memory where the
-/// particles' records of `record_bytes` will be written.
+/// Adds the number of records of each tile to `counts`, and lists further tiles. Meanwhile it prefetches the memory
+/// where the particles' records, of `record_bytes` each, will be written.
 void count_tiles(const Touched& touched, std::uint32_t* counts, FurtherTiles& further, const std::byte* records,
                  std::size_t record_bytes);
 
-/// The same for those that touch many tiles.
+/// Adds the records of particles that touch many tiles to `counts`, and lists their further tiles.
 void count_many(const WideBatch& batch, std::size_t many, const RecordForm& form, const Grid& grid,
                 std::uint32_t* counts, FurtherTiles& further);
 
-/// What records have: no colour, all that of the first particle, or each its own.
+/// The colours of records: none, that of the first particle for all, or each its own.
 enum class Colors { none, same, each };
 
-/// Write each particle's record to the next place of each of its tiles: `cursor` says which, and is moved on.
+/// Write the record of each particle to all of its tiles. `cursor`: the index of each tile's next record; it advances.
 void scatter_fixed(const ProjectedBatch& batch, Colors colors, std::size_t count, std::uint32_t* cursor,
                    std::span<const FurtherTile> further, std::byte* records);
 void scatter_wide(const WideBatch& batch, std::size_t count, std::size_t words, std::uint32_t* cursor,

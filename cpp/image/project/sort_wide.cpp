@@ -10,14 +10,14 @@ namespace {
 
 constexpr std::int64_t kPixel = 1 << kWideBits;
 
-// Whether a streak comes near a tile: its bounding box may hold many tiles that
-// a slanting streak never touches.
+// Tests whether a streak comes near a tile: the bounding box of a slanted streak may contain many tiles that it does
+// not touch.
 class Streak {
  public:
   Streak(const WideRecord& r, const Grid& grid)
       : dx_(r.dx), dy_(r.dy), x_(static_cast<double>(r.x + grid.width * kPixel / 2)),
         y_(static_cast<double>(r.y + grid.height * kPixel / 2)) {
-    // From the middle of a tile to its corner, then as far as a sprite turned by half a right angle reaches.
+    // The distance from the middle of a tile to its corner, plus the reach of a sprite turned by 45 degrees.
     const double radius = static_cast<double>(r.size) * (kPixel >> (kSizeBits + 1)) * 1.4143;
     const double reach = (kTile / 2 * 1.4143 + 1) * static_cast<double>(kPixel) + radius;
     reach_square_ = reach * reach * (dx_ * dx_ + dy_ * dy_);
@@ -42,8 +42,7 @@ void for_each_tile(std::uint32_t first, std::uint32_t last, std::size_t columns,
   }
 }
 
-// Copies the words of a record from their places: see WideBatch. Always inlined: with a known number of words there is
-// no loop.
+// Copies the words of a record from a batch: see fours_of(). Always inlined: a known number of words needs no loop.
 __attribute__((always_inline)) inline void copy_words(const WideBatch& b, std::size_t words, std::size_t i,
                                                       std::byte* to) {
   std::size_t w = 0;
@@ -59,7 +58,7 @@ WideRecord record_at(const WideBatch& b, std::size_t i, const RecordForm& form, 
   return wide_record(form, grid.far_bits(), bytes);
 }
 
-// Calls use(tile) for each tile of a particle that touches many, but for the one where it stands already.
+// Calls use(tile) for each tile of a particle that touches many, except the one that b.tile holds.
 template <class Use>
 void for_each_other(const WideBatch& b, const ManyTiles& many, const RecordForm& form, const Grid& grid,
                     const Use& use) {
@@ -69,8 +68,7 @@ void for_each_other(const WideBatch& b, const ManyTiles& many, const RecordForm&
   };
   const auto columns = static_cast<std::size_t>(grid.columns());
   const WideRecord record = record_at(b, many.particle, form, grid);
-  const bool posed =
-      form.bytes >= static_cast<int>(sizeof(PosedRecord));  // which may reach farther than their size says
+  const bool posed = form.bytes >= static_cast<int>(sizeof(PosedRecord));  // these may reach farther than their size
   if (posed || form.way == 0 || record.dx == 0 || record.dy == 0) {
     return for_each_tile(many.first, many.last, columns, others, [](auto, auto) { return true; });
   }

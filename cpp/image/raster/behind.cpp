@@ -13,19 +13,20 @@ namespace {
 
 // Relative uncertainty of depths, from single precision and the picture's grid.
 constexpr float kLeastMargin = 1.0f / 4096;
-// No plane is so much nearer in a tile than its nearest pixel.
+// Within a tile, planes are nowhere nearer than this fraction of the depth at their nearest pixel.
 constexpr float kNearer = 0.9f;
-// Scenery begins to hide behind its surface by three times its slope and a little, up to a fiftieth (see
-// CastLanes::measure): below that it tells the slope. Here slopes along x and y are added up, which is at most 1.42
-// times as much.
+// A solid hides particles from a relative depth of 1/4096 + 3 slope, at most 1/50, behind its surface on (see
+// CastLanes::measure). Below 1/50, this yields the slope. Here the slopes along x and y are added, which is at most
+// 1.42 times as much.
 constexpr float kPerBias = 1.42f / 3, kSteep = 0.019f * kPerBias;
-// Of records that have sizes of their own, pixels: larger ones are rare.
+// Greatest radius, px, of records with sizes for which bands are measured; larger ones are rare.
 constexpr float kOftenRadius = 8;
 constexpr float kInfinite = std::numeric_limits<float>::infinity();
 constexpr float kNone = std::numeric_limits<float>::max();  // Scenery::surface_depth() where there is no surface
-// The most lanes of a vector.
+// Greatest number of lanes of a vector.
 constexpr std::size_t kVectorRoom = 16;
-// The horizon of a surface, below a particle's disc: so many times as deep as it is at the particle.
+// Greatest ratio between a surface's depth under the edge of a particle's disc, which may be beyond the horizon, and
+// that at its centre.
 constexpr float kHorizon = 4096;
 
 float depth_of(const std::byte* bits) {
@@ -96,8 +97,8 @@ void Behind::measure_bands(float radius) {
   for (int row = 0; row < area_.height; ++row) measure_row(row, radius + 1);
 }
 
-// What settled_depth() says of all centres that are nearest to a pixel: at most half a pixel from its middle along x
-// and y, or, at the tile's border, a footprint's reach.
+// Computes the bands of a row: bounds on what settled_depth() returns for all centres nearest to a pixel. They are at
+// most half a pixel from its middle along x and y or, at the tile's border, a footprint's reach.
 void Behind::measure_row(int row, float reach) {
   const float* surfaces = scenery_->surface_depth(area_.x, area_.y + row);
   const std::uint32_t* hides = scenery_->depth(area_.x, area_.y + row);
@@ -146,8 +147,8 @@ Behind::Center Behind::center_of(const Piece& piece, const std::byte* record) co
   return center;
 }
 
-// Returns a depth at which the surface at the nearest pixel hides the record, or the record's own. The surface is
-// replaced by its tangent plane, whose inverse depth is linear in the image.
+// Returns a depth at which the surface at the nearest pixel hides the record if its centre is behind that surface,
+// otherwise `depth`. The surface is replaced by its tangent plane, whose inverse depth is linear in the image.
 float Behind::settled_depth(const Center& center, float depth) const {
   const auto nearest = [](float at, int first, int count) {
     const float in_tile = std::floor(at) - static_cast<float>(first);

@@ -1,5 +1,5 @@
-// Hides particles just behind a surface. Scenery hides only what is a little behind its surface, so that discs resting
-// on it show whole; particles on the other side must not show through because of that.
+// Hides particles just behind a surface. Solids hide particles only from a small distance behind their surface on, so
+// discs resting on it are drawn whole; particles on the far side must not show through because of that.
 #pragma once
 
 #include <cstddef>
@@ -16,7 +16,7 @@ namespace motes::image {
 /// Corrects the depths of one tile's records before they are drawn.
 class Behind {
  public:
-  /// The scenery of this tile must have been rendered, and stay.
+  /// Starts a tile. Its scenery must have been rendered, and must not change.
   void start(const Scenery& scenery, const Area& area, const SplatLanes& lanes);
 
   /// Returns the piece, or a copy (valid until the next call) in which records whose centre is behind the surface at
@@ -27,7 +27,7 @@ class Behind {
   void measure_bands(float radius);
   void measure_row(int row, float reach);
   std::size_t find_in_bands(const Piece& piece);
-  // Where a record's centre is, pixels from the image's top left corner, and its size.
+  // A record's centre, px from the image's top left corner, and its size.
   struct Center {
     float x, y;
     float blur;    // error of x and y, px
@@ -39,8 +39,8 @@ class Behind {
 
   const Scenery* scenery_ = nullptr;
   Area area_;
-  float least_ = 0;      // no surface is nearer
-  float radius_ = -1;    // the largest that `bands_` hold for, pixels
+  float least_ = 0;      // lower bound on the depth of surfaces
+  float radius_ = -1;    // greatest radius for which `bands_` are valid, px
   const SplatLanes* lanes_ = nullptr;
   BufferOf<DepthBand> bands_;  // kTile rows of kTile
   BufferOf<std::uint32_t> found_;

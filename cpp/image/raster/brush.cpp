@@ -174,7 +174,7 @@ const Footprint& Brush::footprint_in_use() const {
   return footprint(outline);
 }
 
-// Takes pointers to tables anew each time, since a brush may be moved.
+// Sets the pointers to tables on each call, because a brush may have been moved.
 Splat Brush::splat_at(int x, int y) const {
   Splat s = splat_;
   const bool own = !tables_.weights.empty();

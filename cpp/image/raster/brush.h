@@ -41,13 +41,13 @@ class Brush {
   /// Returns a footprint's side, px; 0: each record has its own size.
   int footprint_pixels() const { return of_fixed_size(layout_) ? splat_.size : 0; }
 
-  /// Tells whether its sprites test at each pixel what hides them: ribbons, and what a lens spreads in space.
+  /// Returns whether its sprites test visibility at each pixel: ribbons, and cards and meshes seen through a lens.
   bool tests_pixels() const { return layout_ == Layout::ribbon || (is_posed(sprite_) && wide_.blur > 0); }
 
-  /// Tells whether streaks are drawn from stamps.
+  /// Returns whether streaks are drawn from stamps.
   bool has_stamps() const { return wide_.one_size; }
 
-  /// Tells whether records of this sprite and layout are drawn by this brush.
+  /// Returns whether records of this sprite and layout are drawn by this brush.
   bool same(const Sprite& sprite, Layout layout, bool colored = true) const {
     return sprite == sprite_ && layout == layout_ && colored == colored_;
   }
@@ -67,7 +67,7 @@ class Brush {
   bool colored_;
   std::size_t record_bytes_;
   int width_, height_;
-  Footprint own_; // a footprint of a size in parts of the picture's height
+  Footprint own_; // of a sprite whose size is a fraction of the picture's height
   SurfaceTables tables_;
   Splat splat_{};
   WideSplat wide_{};

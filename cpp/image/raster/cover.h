@@ -32,7 +32,7 @@ struct Cover {
   std::uint32_t records = 0;         // bound on the number of records in it
   bool saturating = false;           // sums of light may overflow and must saturate
 
-  /// Most records: with more, the light of a sum would not fit into 32 bits.
+  /// Greatest number of records: the light of more would not fit into 32 bits.
   static constexpr std::uint32_t kMost = 4096;
 };
 

@@ -36,7 +36,7 @@ MOTES_INLINE void add_block(std::uint16_t* to, const std::uint8_t* weights) {
 #endif
 }
 
-/// Calls use(row, column, weights) for each eight pixels and clears their weights. Visits whole rows of kTile pixels,
+/// Calls use(row, column, weights) for every eight pixels and clears their weights. Visits whole rows of kTile pixels,
 /// and an even number of rows.
 template <class Use>
 MOTES_INLINE void take_weights(image::Cover& cover, int rows, const Use& use) {

@@ -38,7 +38,7 @@ class DepthBlocks {
   const float* met(const TilePlanes& tile, const Area& area, int size);
 
  private:
-  // Most blocks that a footprint reaches to the right and below.
+  // Greatest number of blocks that a footprint extends to the right and down.
   static constexpr int kReach = (kMargin + (1 << kBits) - 1) >> kBits;
 
   void clear();

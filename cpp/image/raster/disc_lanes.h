@@ -1,5 +1,5 @@
 // Draws discs and their streaks in groups of kWidth records, in three steps over the whole group: prepare, weigh, draw.
-// No step waits for the step before it of the same record.
+// A record's steps are far apart, so none waits for the one before.
 #pragma once
 
 #include "image/raster/wide_sprite.h"

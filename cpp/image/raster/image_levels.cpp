@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kOne = 32767;  // fits products of signed 16-bit numbers
 
-// Inverts sRGB's curve with + - * / alone: ((x + 0.055) / 1.055)^2.4 by Newton's method on y^5 = v^12.
+// Inverts sRGB's curve with + - * / only: ((x + 0.055) / 1.055)^2.4 by Newton's method on y^5 = v^12.
 double linear_of(double encoded) {
   if (encoded <= 0.04045) return encoded / 12.92;
   const double v = (encoded + 0.055) / 1.055;
@@ -61,7 +61,8 @@ struct Side {
   int pixels;
   double exact;  // pixels it would have by exact halving
 
-  // Returns the side of the next smaller level. Between one and two pixels it keeps two: one alone would look blurred.
+  // Returns the side of the next smaller level. Between one and two pixels it keeps two: a single one would look
+  // blurred.
   Side half() const {
     const double half = exact / 2;
     return {half >= 2 ? static_cast<int>(half + 0.5) : half > 1 ? 2 : 1, half};
@@ -116,7 +117,7 @@ std::vector<std::uint16_t> smaller(const std::vector<std::uint16_t>& from, const
   return to;
 }
 
-// Copies one of the pictures into which a picture is cut.
+// Copies one tile of a picture.
 meshes::Picture tile_of(const meshes::Picture& picture, const Tiles& tiles, std::uint32_t number) {
   meshes::Picture tile{picture.width / tiles.columns, picture.height / tiles.rows, {}};
   const std::size_t row = 4 * static_cast<std::size_t>(tile.width), step = 4 * static_cast<std::size_t>(picture.width);

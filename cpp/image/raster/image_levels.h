@@ -19,12 +19,12 @@ struct ImageLevel {
   std::uint16_t most_alpha;  // greatest alpha of its pixels, at least 1
 };
 
-/// A picture's tiles, each with smaller levels, about half the size of the one before, down to one pixel. Each covers
-/// its tile exactly, so none is displaced, and no tile shines into its neighbours.
+/// The mip levels of a picture's tiles, each about half the size of the one before, down to one pixel. Each level
+/// covers its tile exactly, so none is displaced, and no tile bleeds into its neighbours.
 class ImageLevels {
  public:
   ImageLevels(const meshes::Picture& picture, const Tiles& tiles);
-  /// Of the first tile, then of the next: number() of each.
+  /// Returns the levels of all tiles in order, number() of each.
   const std::vector<ImageLevel>& levels() const { return levels_; }
   int number() const { return static_cast<int>(levels_.size() / cover_.size()); }
   /// Returns each tile's mean alpha over a square as wide as its longer side.

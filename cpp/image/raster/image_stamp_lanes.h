@@ -8,32 +8,31 @@
 
 namespace motes::MOTES_ISA {
 
-/// Tells whether the record of an image is drawn from a stamp.
+/// Returns whether the record of an image is drawn from a stamp.
 MOTES_INLINE bool has_stamp(const image::WideSplat& task, const image::WideRecord& r) {
   constexpr int kWidest = static_cast<int>(image::kStampedImage) << image::kSizeBits, kMoves = 1 << image::kWideBits;
   if (task.image_stamps == nullptr || r.size > kWidest || (r.gain_low | r.gain_high) != 0) return false;
   return std::int64_t{r.dx} * r.dx + std::int64_t{r.dy} * r.dy < kMoves * kMoves;
 }
 
-/// The direction of a record's `up`; at first that of the unknown one, which points upwards.
+/// The direction of a record's `up`. It begins as upwards, the direction of an unknown `up`.
 struct Directed {
   static constexpr int kUpwards = 192;
 
   int up_x = 0, up_y = 0, direction = kUpwards;
 };
 
-/// What the stamp of a small image depends on, its picture apart.
+/// What the stamp of a small image depends on, except its picture.
 struct SmallImage {
-  int size, phase_x, phase_y, direction;  // 1/8 px; quarters of a pixel; see direction_of()
-  std::uint32_t tile;                     // parts in 1/16
+  int size, phase_x, phase_y, direction;  // 1/8 px; 1/4 px; see direction_of()
+  std::uint32_t tile;                     // tile number, rounded to 1/16
   std::uint32_t look;                     // kOpaque, or 0 for light
   int column, row;                        // pixel of its middle
 
   static constexpr int kQuarter = 64;  // directions from one axis to the next
   static constexpr std::uint32_t kOpaque = 1u << 31;
 
-  /// `directed`: the direction of the record before, kept from one to the next: most particles of a system have the
-  /// same.
+  /// `directed`: the previous record's direction, reused because most particles of a system have the same.
   MOTES_INLINE SmallImage(const image::WideSplat& task, const image::WideRecord& r, const unsigned char* bytes,
                           Directed& directed, std::uint32_t as)
       : look(as) {
@@ -64,7 +63,8 @@ struct SmallImage {
     return task.levels + (number < static_cast<std::uint32_t>(task.tiles) ? number : 0) *
                              static_cast<std::uint32_t>(task.level_count);
   }
-  /// Returns where the stamp is kept, and whether it is there: else its head says so from now on.
+  /// Returns the slot of the stamp, and in `there` whether the slot holds it already. If not, labels the slot with this
+  /// stamp, which the caller must then fill.
   MOTES_INLINE image::ImageStamp& stamp(const image::WideSplat& task, bool& there) const {
     image::ImageStamp& kept = task.image_stamps[place()];
     const image::ImageLevel* own = levels(task);
@@ -74,7 +74,7 @@ struct SmallImage {
     kept.part = part();
     return kept;
   }
-  /// The sprite that the stamp shows, in the first pixel.
+  /// Returns the sprite that the stamp shows, with its middle in the first pixel.
   MOTES_INLINE WideSprite stamped(const WideSprite& sprite) const {
     WideSprite s = sprite;
     s.x = (static_cast<float>(phase_x) + 0.5f) * 0.25f;
@@ -96,7 +96,7 @@ struct SmallImage {
   }
 
  private:
-  /// Returns the nearest of the directions: from each axis to the next in equal steps along the square |x| + |y| = 1.
+  /// Returns the nearest of 4 * kQuarter directions, which divide the sides of the square |x| + |y| = 1 equally.
   static MOTES_INLINE int direction_of(int up_x, int up_y) {
     if (up_x == 0 && up_y == 0) return Directed::kUpwards;
     const auto x = static_cast<float>(up_x), y = static_cast<float>(up_y);
@@ -107,17 +107,17 @@ struct SmallImage {
   }
 };
 
-/// Half as many 32-bit words as a vector has, and their halves.
+/// Half a vector of 32-bit words, and the same bytes as 16-bit numbers.
 using StampWords = std::uint32_t __attribute__((vector_size(2 * MOTES_LANES)));
 using HalfWords = std::uint16_t __attribute__((vector_size(2 * MOTES_LANES)));
 
-/// A record's colour, for pixels of stamps: red and blue, and green, in the places of a surface's bytes.
+/// A record's colour as factors for pixels of stamps: red and blue, and green, in the order of a surface's bytes.
 struct OwnColor {
   HalfWords red_blue, green;
 
   MOTES_INLINE explicit OwnColor(std::uint32_t color)
       : red_blue((HalfWords)(StampWords{} + (color & 0xff00ffu))),
-        green((HalfWords)(StampWords{} + ((color >> 8 & 0xffu) | 0xff0000u))) {}  // what is covered stays so
+        green((HalfWords)(StampWords{} + ((color >> 8 & 0xffu) | 0xff0000u))) {}  // 255 keeps the shade
 
   MOTES_INLINE StampWords times(StampWords surface) const {
     const StampWords odd = (StampWords)product((HalfWords)(surface >> 8 & 0xff00ffu), green);
@@ -125,14 +125,14 @@ struct OwnColor {
   }
 
  private:
-  /// a b / 255, rounded.
+  /// Returns a b / 255, rounded.
   static MOTES_INLINE HalfWords product(HalfWords a, HalfWords b) {
     const HalfWords both = a * b + 128;
     return (both + (both >> 8)) >> 8;
   }
 };
 
-/// Places the part of a small image, and says where in its stamp.
+/// Sets up the part of a small image and stores its position in the stamp.
 MOTES_INLINE void place_stamp(const Image& kind, PatchPart& part, image::ImageStamp& stamp) {
   const Outline o = outline_of(kind.s, kind.reach(), kind.box_x(), kind.box_y());
   place_rows(part, kind.s, o, o.first, o.last, 0, o.strips);
@@ -191,7 +191,7 @@ MOTES_INLINE void draw_opaque_stamp(const image::TilePlanes& tile, const image::
   }
 }
 
-/// Draws a small image from its stamp, as draw_patch(); (column, row): the pixel of its middle.
+/// Draws a small image from its stamp, like draw_patch(); (column, row): the pixel of its middle.
 template <bool kOver, bool kSaturating, bool kTest>
 void draw_stamp(const image::TilePlanes& tile, const image::WideSplat& task, const image::ImageStamp& stamp,
                 const Tint& tint, int column, int row, std::uint32_t depth) {

@@ -5,20 +5,21 @@
 
 namespace motes::MOTES_ISA {
 
-/// Pixels (x, y) from the card's middle, y down, lie (u, v) px to the right and below the picture's middle, measured on
-/// the card, of which a metre has as many px as one at the particle's depth that faces the camera:
+/// The projection of a card. A pixel (x, y) px from the card's middle, y down, shows the point of the card (u, v) px to
+/// the right of and below its middle. A px on the card is as long as one at the particle's depth, on a plane
+/// that faces the camera.
 ///
 ///   u = (right_x x + right_y y) / (1 + tilt_x x + tilt_y y), v = (below_x x + below_y y) / (the same)
 struct Stand {
   float right_x, right_y, below_x, below_y, tilt_x, tilt_y;
   float finer_x, finer_y;  // px on the screen per px along u and v, at the middle
-  float area;              // px there of a square px on the screen, at the middle
-  float shrink;            // the inverse; 0: seen from the edge
-  float x = 0, y = 0;      // the middle, px from the sprite's
-  float lens_x = 0, lens_y = 0;  // from where on the lens it is seen: see see_from
+  float area;              // square px on the card per square px on the screen, at the middle
+  float shrink;            // 1 / area; 0: seen edge-on
+  float x = 0, y = 0;      // offset of its middle from the sprite's, px
+  float lens_x = 0, lens_y = 0;  // point on the lens from which it is seen: see see_from()
 
   MOTES_INLINE Stand(const CameraPose& p, float focal) {
-    const float from_x = p.middle_x / focal, from_y = -p.middle_y / focal;  // to the particle: (from_x, from_y, -1)
+    const float from_x = p.middle_x / focal, from_y = -p.middle_y / focal;  // direction (from_x, from_y, -1)
     const float ahead = p.front.x * from_x + p.front.y * from_y - p.front.z;
     seen = ahead > kEdge || ahead < -kEdge;
     const float per = seen ? 1 / (ahead * focal) : 0;
@@ -33,8 +34,8 @@ struct Stand {
     measure();
   }
 
-  /// Moves it to where it appears from (x, y) px on the lens, what is infinitely far being moved by that. Places on a
-  /// plane move by what is linear in them: by (x, y) (1 - focus / depth).
+  /// Moves it to where it appears from the point on the lens that moves infinitely distant points by (to_x, to_y) px.
+  /// Points of the card move by (to_x, to_y) (1 - focus / depth), which is linear in their position.
   MOTES_INLINE void see_from(float to_x, float to_y, float focus, float inverse_depth) {
     const float near = focus * inverse_depth, moved = 1 - near;
     lens_x = to_x;
@@ -54,7 +55,7 @@ struct Stand {
     measure();
   }
 
-  /// Draws it larger.
+  /// Enlarges the card.
   MOTES_INLINE void enlarge(float times) {
     const float part = 1 / times;
     for (float* number : {&right_x, &right_y, &below_x, &below_y, &tilt_x, &tilt_y}) *number *= part;
@@ -62,10 +63,10 @@ struct Stand {
     finer_y *= times;
   }
 
-  static constexpr float kBehind = 0.05f;  // part of the depth; what is nearer is not drawn
+  static constexpr float kBehind = 0.05f;  // parts nearer than this fraction of the depth are not drawn
 
  private:
-  static constexpr float kEdge = 1e-3f;  // the cosine below which a card is seen from its edge
+  static constexpr float kEdge = 1e-3f;  // the cosine below which a card counts as seen edge-on
 
   bool seen;
 
@@ -83,10 +84,10 @@ struct Card : Picture<Card> {
   CameraPose pose;
   Stand middle;
   PosedMoments moments;
-  Walls walls{};  // tested where there are moments
+  Walls walls{};  // tested if there are moments
   float side;    // half of the longer side, px on the card
-  float shrink;  // screen's area of a square on the card, at the middle: the mean
-  float half_x = 0, half_y = 0, farthest = 0;  // around the corners, px on the screen
+  float shrink;  // square px on the screen per square px on the card, at the middle; mean over the moments
+  float half_x = 0, half_y = 0, farthest = 0;  // bounds on the corners, px on the screen
 
   MOTES_INLINE Card(const image::WideSplat& task, const WideSprite& sprite)
       : Card(task, sprite, CameraPose(task, sprite)) {}
@@ -110,7 +111,7 @@ struct Card : Picture<Card> {
   friend struct Picture<Card>;
 
   float focal, focus, blur;
-  float near_x = 0, near_y = 0;  // half of the box around it at any one moment
+  float near_x = 0, near_y = 0;  // half of its bounding box at any one moment, px
 
   MOTES_INLINE Card(const image::WideSplat& task, const WideSprite& sprite, const CameraPose& p)
       : Picture(task, facing(task, sprite, p)), pose(p), middle(p, task.focal),
@@ -123,12 +124,12 @@ struct Card : Picture<Card> {
     half_x += 1;
     half_y += 1;
     farthest += 1.5f;
-    // Nothing of the card is nearer than its middle by more than this: half the diagonal of a square.
+    // No part of the card is nearer than its middle by more than half the diagonal of a square.
     s.radius *= 1.4143f;
     if (moments.count == 0) {
       choose_steps();
     } else if (s.radius < kNarrow) {
-      s.radius = kNarrow;  // the mean of many places needs no other normalisation
+      s.radius = kNarrow;  // a mean over many moments needs no other normalisation
     }
   }
 
@@ -138,7 +139,7 @@ struct Card : Picture<Card> {
     return s;
   }
 
-  /// Extends the box by the corners of the card, so much larger.
+  /// Extends the box to the corners of the card, which is drawn `larger` times as large.
   MOTES_INLINE void measure(const CameraPose& p, float larger) {
     for (int corner = 0; corner < 4; ++corner) {
       const float u = (corner & 1) != 0 ? 0.5f * width * larger : -0.5f * width * larger;
@@ -170,7 +171,7 @@ struct Card : Picture<Card> {
     }
   }
 
-  /// How it is seen at a moment, without its way.
+  /// Returns the projection at a moment, without the motion along the streak.
   MOTES_INLINE Stand stand_at(const CameraPose& then, const image::Moment& m) const {
     Stand stand(then, focal);
     if (blur > 0) stand.see_from(m.lens_x * blur, m.lens_y * blur, focus, 1 / then.depth);
@@ -236,7 +237,7 @@ struct Card : Picture<Card> {
     });
   }
 
-  /// Adds what is seen at a moment, in the pixels around it alone: blocks of two rows of a strip.
+  /// Adds the card at one moment, visiting only the blocks (two rows of a strip) around it.
   MOTES_INLINE void add_moment(const image::Moment& m, const PatchPart& p, Sums& sums) const {
     const Stand stand = shown_at(m);
     const float x = s.x + stand.x, y = s.y + stand.y;

@@ -11,7 +11,7 @@ struct Disc : DiscShape {
   static constexpr float kNarrow = 2.25f;  // radius below which its light is normalised, px
 
   WideSprite s;
-  float half;  // of the streak, in radii
+  float half;  // half length of the streak, in radii
   float gain;
 
   MOTES_INLINE Disc(const image::WideSplat& task, const WideSprite& sprite) : s(sprite) {
@@ -24,7 +24,7 @@ struct Disc : DiscShape {
   MOTES_INLINE float reach() const { return half > 0 ? s.radius * (1 / kSlim) : s.radius; }
   MOTES_INLINE float box_x() const { return s.radius; }
   MOTES_INLINE float box_y() const { return s.radius; }
-  /// Returns the disc's total light, px^2: its mean is a third of that in the middle.
+  /// Returns the disc's total light, px^2. Its mean light is a third of that in the middle.
   MOTES_INLINE float total() const { return s.radius * s.radius * (3.14159265f / 3) * gain; }
   MOTES_INLINE float greatest() const { return half > 0 ? kStreakWeight : kStillWeight; }
   /// Returns the expected sum of the weights, exact for many pixels.
@@ -45,8 +45,8 @@ struct Disc : DiscShape {
   }
 
  private:
-  /// Light along the streak is constant over the plateau, whose half length this is in radii, and fades over `ramp`
-  /// radii at both ends.
+  /// Returns half the length of the plateau, in radii: there the light along the streak is constant; at both ends of it
+  /// the light fades over ramp() radii.
   MOTES_INLINE float plateau() const { return half > 1 ? half - 1 : 0; }
   MOTES_INLINE float ramp() const { return half > 1 ? 2 : half + 1; }
 

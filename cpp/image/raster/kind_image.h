@@ -11,16 +11,16 @@ struct Texels {
   Ints channel[4];
 };
 
-/// A picture on a wide sprite, and the streak along which it moves. `Kind` says where its middle lies: `reach` and
-/// `texels`, which it lets this call.
+/// A picture on a wide sprite, and the streak along which it moves. `Kind` provides its geometry: reach() and texels(),
+/// to which it gives this class access.
 template <class Kind>
 struct Picture {
   static constexpr int kPlanes = 4;
 
   WideSprite s;
   image::ImageLevel level;
-  const std::uint16_t* next = nullptr;  // this level of the next tile, of which a part is mixed in
-  int part = 0;                         // 1/256
+  const std::uint16_t* next = nullptr;  // the same level of the next tile, which is blended in
+  int part = 0;                         // weight of the next tile, 1/256
   float across, down;   // texels per pixel along width and height
   float width, height;  // px
   float cover;
@@ -45,12 +45,12 @@ struct Picture {
 
  protected:
   static constexpr int kMostSteps = 64;
-  static constexpr int kPartBits = 7;  // of a texel, in places between texels
+  static constexpr int kPartBits = 7;  // fractional bits of positions between texels
 
   MOTES_INLINE const Kind& self() const { return static_cast<const Kind&>(*this); }
 
-  /// Takes the largest level with at most about one texel per pixel. `half`: of the longer side, px; `squeezed`: px
-  /// there per px on the screen. Returns how opaque the level is, as a part of the picture's own.
+  /// Chooses the largest level with at most about one texel per pixel and returns its greatest alpha relative to the
+  /// picture's. `half`: of the longer side, px; `squeezed`: px on the sprite per px on the screen.
   MOTES_INLINE float choose_level(const image::WideSplat& task, float half, float squeezed) {
     const image::ImageLevel& first = tile_levels[0];
     const int longer = first.width > first.height ? first.width : first.height;
@@ -77,8 +77,7 @@ struct Picture {
     finer = s.half / longest;
   }
 
-  /// Makes a picture brighter by its gain. Where it would be brighter than white in its colour, its hue stays; no texel
-  /// becomes brighter than white.
+  /// Brightens texels by the sprite's gain, keeping their hue; none becomes brighter than white.
   MOTES_INLINE void brighten(Texels& t) const {
     if (!(s.gain > 1)) return;
     Floats most{};
@@ -157,7 +156,7 @@ struct Picture {
     return clamp(0.5f * apart + 0.5f - max(from_middle, -from_middle), 0, apart < 1 ? apart : 1);
   }
 
-  /// Returns the texels at a place relative to the middle, px.
+  /// Returns the texels at a position relative to the middle, px.
   MOTES_INLINE Texels texels_near(Floats to_right, Floats to_below) const {
     const auto columns = static_cast<float>(level.width), rows = static_cast<float>(level.height);
     // Columns and rows count from the centre of the frame's first texel.
@@ -215,7 +214,7 @@ struct Picture {
     return sum;
   }
 
-  /// Adds, per lane, two neighbouring texels from its index on, times their weights, for each of the four channels.
+  /// Adds, per lane and channel, two neighbouring texels from its index on, times their weights.
   static MOTES_INLINE void add_row(Texels& sum, const std::uint16_t* texels, const std::int32_t (&index)[kLanes],
                                    Ints weights) {
     const FourWords pairs = load_pairs([&](std::size_t lane) { return texels + index[lane]; });

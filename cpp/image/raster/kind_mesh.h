@@ -1,4 +1,4 @@
-// mesh: an instance of a mesh, lit by the sun and the sky, in its own colours where it has them.
+// mesh: an instance of a mesh, lit by the sun and the sky, in its own colours if it has any.
 #pragma once
 
 #include <type_traits>
@@ -7,18 +7,18 @@
 
 namespace motes::MOTES_ISA {
 
-/// A triangle on the screen. Places are in 1/256 px right of and below the centre of the tile's first pixel; corners
-/// are in such an order that its area is positive.
+/// A triangle on the screen. Its corners are in 1/256 px right of and below the centre of the tile's first pixel, and
+/// ordered so that its area is positive.
 struct Facet {
   std::int64_t x[3], y[3];
-  /// 1/depth at the first corner, how it changes per px, and between which numbers it stays, 1/m.
+  /// 1/depth at the first corner, its change per px to the right and down, and its bounds, 1/m.
   float inverse, right, down, least, most;
   float shade;
-  bool swapped;  // its second and third corner are the mesh's third and second
+  bool swapped;  // the second and third corner are in reverse order
 };
 
-/// One whose corners have colours. What is linear on the screen is a colour divided by the depth: at the first corner,
-/// and how it changes per px. It stays between the corners' own.
+/// A triangle whose corners have colours. A colour divided by the depth is linear on the screen: `first` is its value
+/// at the first corner, `to_right` and `to_below` its changes per px. `low` and `high` bound the colour.
 struct TintedFacet : Facet {
   float first[3], to_right[3], to_below[3], low[3], high[3];
 };
@@ -80,11 +80,11 @@ struct MeshOf {
   WideSprite s;
   const image::WideSplat& task;
   CameraPose pose;
-  float extent;  // of a ball around it, m
-  float box;     // half of the square that holds it on the screen, px
-  int steps = 1;  // places along the streak; a power of two
+  float extent;  // radius of its bounding ball, m
+  float box;     // half the side of its bounding square on the screen, px
+  int steps = 1;  // positions along the streak; a power of two
   PosedMoments moments;
-  Walls walls{};  // tested where there are moments
+  Walls walls{};  // tested if there are moments
 
   MOTES_INLINE MeshOf(const image::WideSplat& t, const WideSprite& sprite)
       : s(sprite), task(t), pose(t, sprite), extent(pose.scale * task.mesh_reach),
@@ -105,11 +105,11 @@ struct MeshOf {
   static MOTES_INLINE float greatest() { return kPixelWeight; }
   static MOTES_INLINE float usual_sum() { return kPixelWeight; }
   static MOTES_INLINE const std::uint16_t* measured(const Patch<kPlanes>& p) { return p.cover; }
-  /// The least depth of any part of it, m.
+  /// Returns the least depth of any part of it, m.
   MOTES_INLINE float front_depth() const { return pose.depth - extent; }
 
-  /// Covers by samples: 4 x 4 per pixel, fewer at each of many places along a streak. Of several triangles that face
-  /// the camera over one sample, each counts, up to a full pixel.
+  /// Computes weights by samples: 4 x 4 per pixel, or 2 x 2 if the streak has many steps. All triangles that face the
+  /// camera at a sample count, up to a full pixel.
   MOTES_OUTLINE void weigh(Patch<kPlanes>& p) const {
     const std::size_t bytes = sizeof p.cover[0] * static_cast<std::size_t>(kStrip * p.strips * p.stride);
     __builtin_memset(p.cover, 0, bytes);
@@ -138,7 +138,7 @@ struct MeshOf {
   static constexpr int kChannels = kColored ? 3 : 1;
   static constexpr int kMostSteps = 32, kMany = 8;
   static constexpr float kPixel = 1.0f / (1 << image::kWideBits);
-  static constexpr float kFarthest = 32768;  // px from the tile, of corners
+  static constexpr float kFarthest = 32768;  // greatest distance of a corner from the tile, px
 
   static MOTES_INLINE float clamped(float v, float low, float high) { return v < low ? low : v > high ? high : v; }
 
@@ -157,17 +157,17 @@ struct MeshOf {
     });
   }
 
-  /// 1/depth at a place relative to a triangle's first corner, px.
+  /// Returns 1/depth at a position relative to a triangle's first corner, px.
   static MOTES_INLINE float inverse_at(const Facet& f, float right, float down) {
     return clamped(f.inverse + f.right * right + f.down * down, f.least, f.most);
   }
 
-  /// The part of a channel that a triangle shows at a place relative to its first corner, px.
+  /// Returns a triangle's colour in a channel, 0..1, at a position relative to its first corner, px.
   static MOTES_INLINE float tint_at(const TintedFacet& f, int channel, float right, float down) {
     const float of = f.first[channel] + f.to_right[channel] * right + f.to_below[channel] * down;
     return clamped(of / inverse_at(f, right, down), f.low[channel], f.high[channel]);
   }
-  /// Red, green and blue there.
+  /// Returns the red, green and blue of the sprite at a position relative to a triangle's first corner, px.
   MOTES_INLINE std::uint32_t color_at(const Shown& f, float right, float down) const {
     if constexpr (kColored) {
       std::uint32_t color = 0;
@@ -179,13 +179,13 @@ struct MeshOf {
     }
     return s.color & 0xffffffu;
   }
-  /// The light there, as a part of what its cover adds: one number, or one for each channel.
+  /// Returns the light in a channel per cover, at a position relative to a triangle's first corner, px.
   static MOTES_INLINE float light_at(const Shown& f, int channel, float right, float down) {
     if constexpr (kColored) return f.shade * tint_at(f, channel, right, down);
     return f.shade;
   }
 
-  /// Of its way, 1/256 px from the middle.
+  /// A position along the streak, 1/256 px from its middle.
   struct Shift {
     std::int64_t x, y;
   };
@@ -194,14 +194,15 @@ struct MeshOf {
     return {floor_of(m.time * pose.dx * kUnit + 0.5f), floor_of(m.time * pose.dy * kUnit + 0.5f)};
   }
 
-  /// Per pixel of a patch: the moment that last showed the mesh there, its nearest surface, and what that added.
+  /// Per pixel of a patch: 1 + the number of the moment that last covered it, 1/depth of the nearest surface at that
+  /// moment, and the weights that this surface added.
   struct Cells {
     std::uint8_t moment[kPatchPixels];
     std::uint16_t cover[kPatchPixels], light[kChannels * kPatchPixels];
     float inverse[kPatchPixels];
   };
 
-  /// Covers by one sample per pixel and moment, of what is nearest there.
+  /// Computes weights by one sample per pixel and moment, of the nearest surface.
   MOTES_INLINE void weigh_moments(Patch<kPlanes>& p) const {
     Cells cells;
     __builtin_memset(cells.moment, 0, static_cast<std::size_t>(kStrip * p.strips * p.stride));
@@ -244,7 +245,7 @@ struct MeshOf {
                          1 / inverse);
   }
 
-  /// The number of a pixel in a patch; -1: it is not in it.
+  /// Returns the index of a pixel in a patch; -1 if it is outside.
   static MOTES_INLINE int place_in(const PatchPart& p, int column, int row) {
     const int down = row - p.first;
     if (static_cast<unsigned>(down) >= static_cast<unsigned>(p.rows)) return -1;
@@ -280,7 +281,7 @@ struct MeshOf {
     });
   }
 
-  /// Calls use(dx, dy) for each place along the streak, 1/256 px from its middle.
+  /// Calls use(dx, dy) for each position along the streak, 1/256 px from its middle.
   template <class Use>
   MOTES_INLINE void for_each_step(const Use& use) const {
     image::PosedRecord r;
@@ -302,7 +303,7 @@ struct MeshOf {
     const Floats x = load(from), y = load(from + task.room), z = load(from + 2 * task.room);
     return all3(p.right) * x + all3(p.up) * y + all3(p.front) * z;
   }
-  /// Where the mesh appears from a place on the lens: px that what is infinitely far moves by.
+  /// A point on the lens, as the shift of infinitely distant points, px.
   struct OnLens {
     float x = 0, y = 0;
   };
@@ -324,14 +325,14 @@ struct MeshOf {
     return c;
   }
 
-  /// Of unit vectors, as spheres are lit.
+  /// Returns the shade of surfaces with these unit normals, as for spheres.
   MOTES_INLINE Floats shade(Floats3 normal) const {
     const Floats facing = dot(normal, all3(task.toward_sun)), up = dot(normal, all3(task.upward));
     const Floats sky = task.low + (task.high - task.low) * (0.5f + 0.5f * up);
     return min((sky + task.sun * max(facing, Floats{})) * s.gain, all(1.0f));
   }
 
-  /// Calls use(facet) for the triangles that may be seen in the tile.
+  /// Calls use(facet) for the triangles that may be visible in the tile.
   template <class Use>
   MOTES_INLINE void for_each_facet(const CameraPose& p, OnLens lens, const Use& use) const {
     const float more_x = s.half * size_of(s.along_x) + 1, more_y = s.half * size_of(s.along_y) + 1;
@@ -345,7 +346,7 @@ struct MeshOf {
       seen &= (right >= -more_x) & (left <= end_x) & (below >= -more_y) & (above <= end_y);
       seen &= (left > -kFarthest) & (right < kFarthest) & (above > -kFarthest) & (below < kFarthest);
       const Floats area = (c[1].x - c[0].x) * (c[2].y - c[0].y) - (c[2].x - c[0].x) * (c[1].y - c[0].y);
-      if (task.closed) seen &= area < 0.0f;  // y points down: turned the other way than seen from the front
+      if (task.closed) seen &= area < 0.0f;  // y points down, so front faces have negative areas
       unsigned lanes = bits_of(seen & first_lanes(static_cast<std::size_t>(task.triangles - i)));
       if (lanes == 0) continue;
       const Floats3 normal = turned(p, 3, at);
@@ -362,7 +363,7 @@ struct MeshOf {
     }
   }
 
-  /// Returns false where a triangle has no area.
+  /// Computes a triangle's corners and depths; returns false if it has no area.
   static MOTES_INLINE bool facet(const Corner (&c)[3], std::size_t lane, Facet& f) {
     const auto place = [](float v) { return static_cast<std::int64_t>(floor_of(v * (1 << image::kWideBits) + 0.5f)); };
     float inverse[3];
@@ -396,7 +397,7 @@ struct MeshOf {
     return true;
   }
 
-  /// Of a triangle of the mesh whose places are set.
+  /// Computes the colours of a triangle whose corners are set.
   MOTES_INLINE void set_tints(const Corner (&c)[3], std::size_t lane, std::size_t triangle, TintedFacet& f) const {
     const int order[3] = {0, f.swapped ? 2 : 1, f.swapped ? 1 : 2};
     const auto x1 = static_cast<float>(f.x[1] - f.x[0]), y1 = static_cast<float>(f.y[1] - f.y[0]);

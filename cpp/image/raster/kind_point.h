@@ -5,11 +5,11 @@
 
 namespace motes::MOTES_ISA {
 
-/// In motion, a disc of two pixels.
+/// A moving point: a disc of two pixels.
 struct Point : Disc {
   MOTES_INLINE Point(const image::WideSplat& task, const WideSprite& sprite) : Disc(task, sprite) {}
 
-  /// The narrowest disc that covers a pixel wherever it is.
+  /// Returns the front of the smallest disc that covers at least one pixel at any position.
   // NOLINTNEXTLINE(bugprone-derived-method-shadowing-base-method): kernels know the kind when they are compiled
   MOTES_INLINE Front front(Floats x, Floats y) const {
     const Floats along = x * s.along_x + y * s.along_y, across = y * s.along_x - x * s.along_y;

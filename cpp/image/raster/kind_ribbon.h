@@ -1,4 +1,4 @@
-// ribbon: a band along a particle's last positions.
+// ribbon: a band along a particle's past positions.
 #pragma once
 
 #include "image/raster/wide_sprite.h"
@@ -6,9 +6,9 @@
 
 namespace motes::MOTES_ISA {
 
-/// The line is cut into straight pieces. A pixel shows one place of the ribbon: of neighbouring pieces the one in which
-/// it lies deepest, so that they meet without cracks and nothing is covered twice; where the ribbon crosses itself, the
-/// most opaque place, or of an opaque ribbon the nearest.
+/// The ribbon's line is divided into straight pieces. Each pixel shows one point of the ribbon: of neighbouring pieces,
+/// that in which the pixel lies deepest, so that pieces join without cracks or overlap; where the ribbon crosses
+/// itself, the most opaque point, or the nearest one if the ribbon is opaque.
 struct Ribbon {
   static constexpr int kPlanes = 4;
   static constexpr float kNarrow = 0;
@@ -45,7 +45,7 @@ struct Ribbon {
   static MOTES_INLINE float greatest() { return kPixelWeight; }
   static MOTES_INLINE float usual_sum() { return kPixelWeight; }
   static MOTES_INLINE const std::uint16_t* measured(const Patch<4>& p) { return p.cover; }
-  /// The least depth of any part of it, m.
+  /// Returns the least depth of any part of it, m.
   MOTES_INLINE float front_depth() const {
     float depth;
     __builtin_memcpy(&depth, &s.depth, sizeof depth);
@@ -98,19 +98,19 @@ struct Ribbon {
   float move_x[kMostJoints], move_y[kMostJoints];  // px to where it was when the shutter opened
   float half[kMostJoints];  // of the width, px
   float inverse[kMostJoints];  // 1/depth, 1/m
-  float left[kMostJoints];  // part of the ribbon that lies behind
-  float tint[3][kMostJoints];  // parts of the colour
-  float path[kMostJoints];  // px along the line
-  float spread[kMostJoints];  // px by which the edge of the lens moves it
+  float left[kMostJoints];  // fraction of the ribbon's length behind the joint
+  float tint[3][kMostJoints];  // factors on the colour
+  float path[kMostJoints];  // distance along the line, px
+  float spread[kMostJoints];  // blur radius, px, with its sign
   float half_x, half_y;
   bool fades;
-  float run;        // part of the length that the head ran while the shutter was open
-  bool simple;      // it is in focus
-  float least = 0;  // half of a width, px: what is narrower is drawn so wide, and fainter
+  float run;        // fraction of the length that the head travelled while the shutter was open
+  bool simple;      // there is no lens blur
+  float least = 0;  // least half width, px: narrower parts are drawn this wide, and fainter
 
-  // What it looks like at one time, from one place on the lens.
+  // A time, and a point on the lens.
   struct Time {
-    float part;            // from now back to the shutter's opening
+    float part;            // 0: the shutter closes; 1: it opens
     float lens_x, lens_y;  // on a lens of radius 1
     float round;           // see image::Moment
   };
@@ -126,23 +126,23 @@ struct Ribbon {
                            [&](int, const image::Moment& m) { use(Time{0.5f - m.time, m.lens_x, m.lens_y, m.round}); });
   }
 
-  // Per pixel of the tile: the place of the ribbon that it shows.
+  // The point of the ribbon that each pixel of the tile shows.
   struct Cells {
     int first, last;  // rows in use
-    float score[image::kTile][kRowNumbers];   // its opacity, or 1/m; 0: none
-    float place[image::kTile][kRowNumbers];   // joints before it
-    float inside[image::kTile][kRowNumbers];  // how deep the pixel lies in the ribbon there, px
-    float path[image::kTile][kRowNumbers];    // px along the line
+    float score[image::kTile][kRowNumbers];   // its opacity, or 1/depth if the ribbon is opaque; 0: none
+    float place[image::kTile][kRowNumbers];   // its position, in joints
+    float inside[image::kTile][kRowNumbers];  // distance of the pixel from the ribbon's edge, px
+    float path[image::kTile][kRowNumbers];    // distance along the line, px
   };
 
   // A straight piece at one time.
   struct Segment {
     float x, y, way_x, way_y, per_square;
     float half, half_more, left, left_more, inverse, inverse_more, path, path_more;
-    float lens_x, lens_y;  // px that what is infinitely far moves by
+    float lens_x, lens_y;  // shift of infinitely distant points, px
   };
 
-  // A curve may swing far out.
+  // Clamps a coordinate, because a curve may swing far out.
   static MOTES_INLINE float within(float v) { return v > -kFarOut ? (v < kFarOut ? v : kFarOut) : -kFarOut; }
   static MOTES_INLINE float between(float from, float to, float part) { return from + (to - from) * part; }
 
@@ -173,7 +173,7 @@ struct Ribbon {
     for (int c = 0; c < 3; ++c) tint[c][j] = between(a.tint[c], b.tint[c], part) * (1.0f / 255);
   }
 
-  // A particle that has been nowhere else has a disc.
+  // Duplicates the only joint of a particle without past positions, which is then drawn as a disc.
   MOTES_INLINE void repeat_first() {
     joints = 2;
     x[1] = x[0], y[1] = y[0], move_x[1] = move_x[0], move_y[1] = move_y[0];
@@ -181,7 +181,7 @@ struct Ribbon {
     for (float (&channel)[kMostJoints] : tint) channel[1] = channel[0];
   }
 
-  // Finds the box around it, whose middle becomes that of the sprite, and the steps of its motion.
+  // Computes the bounding box, whose middle becomes that of the sprite, and the steps of its motion.
   MOTES_INLINE void measure() {
     choose_times();
     float left_x = x[0], right_x = x[0], top = y[0], bottom = y[0];
@@ -208,7 +208,7 @@ struct Ribbon {
     s.radius = half_x > half_y ? half_x : half_y;
   }
 
-  // Finds how many times and places on the lens show it.
+  // Chooses the number of times and points on the lens.
   MOTES_INLINE void choose_times() {
     float moved = 0, blur = 0;
     for (int j = 0; j < joints; ++j) {
@@ -252,8 +252,8 @@ struct Ribbon {
     return p;
   }
 
-  /// Calls use(piece, row, column, along, from) for each vector of the tile's pixels near a piece in some rows: the
-  /// part of the piece before what is nearest to a pixel, and how far away that is, px.
+  /// Calls use(piece, row, column, along, from) for each vector of pixels near piece `k` in rows first .. last.
+  /// `along`: position, 0..1, of the piece's point nearest to a pixel; `from`: its distance from the pixel, px.
   template <class Use>
   MOTES_INLINE void for_each_place(int k, const Time& time, int first, int last, const Use& use) const {
     const Segment p = piece_of(k, time);
@@ -277,7 +277,7 @@ struct Ribbon {
     }
   }
 
-  /// Finds what is seen in some rows. kOpaque: pixels show it wholly or not at all.
+  /// Finds the points that pixels in rows first .. last show. kOpaque: pixels are either covered or not.
   template <bool kOpaque>
   MOTES_INLINE void fill(const Time& time, int first, int last, Cells& cells) const {
     cells.first = first;
@@ -304,7 +304,7 @@ struct Ribbon {
     } else {
       const Floats covered = clamp(min(inside + 0.5f, half * 2.0f), 0, 1);
       score = fades ? covered * max(left, Floats{}) : only(left > 0.0f, covered);
-      // A place is there for the part of the time in which the head has passed it.
+      // A point counts only for the fraction of the time after the head has passed it.
       if (run > 0) score = score * clamp((1.0f - left) * (1 / run), 0, 1);
       if (least > 0) score = only(own > 0.0f, score * (own / half));
       if (walls.depth != nullptr) score = score * visible(piece, row, column, along);
@@ -352,7 +352,7 @@ struct Ribbon {
     }
   }
 
-  /// The part of it that the nearest surfaces at a vector of pixels leave to be seen.
+  /// Returns the part of the ribbon, 0..1, that is visible in front of the nearest surfaces at a vector of pixels.
   MOTES_INLINE Floats visible(const Segment& piece, int row, int column, Floats along) const {
     const Floats inverse_depth = piece.inverse + piece.inverse_more * along;
     if (task.blur > 0) {

@@ -11,8 +11,8 @@ struct Sphere {
 
   WideSprite s;
   const image::WideSplat& task;
-  float half;  // of the streak, in radii
-  float mean_shade;  // over its picture
+  float half;  // half length of the streak, in radii
+  float mean_shade;  // over its disc
   float finer;  // scales weights up on long streaks, which would otherwise be rounded away
 
   MOTES_INLINE Sphere(const image::WideSplat& t, const WideSprite& sprite) : s(sprite), task(t) {
@@ -76,7 +76,8 @@ struct Sphere {
  private:
   static constexpr int kSteps = 6;
 
-  /// The mean of shade() over the disc, at the points of a grid: sums of integers are the same in any order.
+  /// Returns the mean of shade() over points of a grid on the disc, summed as integers because their sum does not
+  /// depend on the order.
   MOTES_OUTLINE float bright_mean() const {
     constexpr int kGrid = 16;
     constexpr float kUnit = 4096, kPitch = 2.0f / kGrid;

@@ -1,5 +1,5 @@
-// Draws opaque records of one fixed size: at each pixel the nearest wins. Records behind everything they would meet are
-// skipped; in a crowd these are most.
+// Draws opaque records of one fixed size: at each pixel the nearest wins. Records that are behind everything in their
+// footprint are skipped; in a crowd those are the majority.
 #pragma once
 
 #include "image/raster/depth_blocks.h"
@@ -19,8 +19,8 @@ struct Candidates {
   alignas(64) std::uint32_t seen[kMost + kLanes];  // indices of records
 };
 
-// Lists those of `count` records that are not known to be behind everything they would meet; returns how many. No
-// branches: whether one record is seen says nothing about the next.
+// Lists the records that may be visible and returns how many. It has no branches, because whether a record is visible
+// does not predict the next one.
 MOTES_INLINE std::size_t find_seen(const image::TilePlanes& tile, const image::Splat& s, const unsigned char* records,
                                    std::size_t count, Candidates& crowd) {
   read_places(s.record_bytes, s.form.depth, records, count, crowd.position, crowd.depth);
@@ -85,7 +85,7 @@ void flat_records(const image::TilePlanes& planes, const image::Splat& task, con
 }
 
 #if MOTES_WIDTH == 512
-// Draws eight pixels of a sphere's row with half vectors, which the processor computes more of at once.
+// Draws eight pixels of a sphere's row with half vectors, of which the processor executes more in parallel.
 MOTES_INLINE void round_eight(image::NearestSurface* to, const std::uint32_t* shade, const float* bulge, Uints color,
                               Floats center, Floats radius, unsigned covered) {
   const __m256i shades = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(shade));
@@ -181,7 +181,7 @@ inline void measure_surfaces(const image::TilePlanes& tile, int rows, int column
         const std::int64_t here = most[i / kLongs][i % kLongs];
         greatest = here > greatest ? here : greatest;
       }
-      *farthest++ = static_cast<std::uint32_t>((greatest - 1) >> 32);  // no_surface() is the least behind a depth
+      *farthest++ = static_cast<std::uint32_t>((greatest - 1) >> 32);  // no_surface(depth) yields depth
     }
   }
 }

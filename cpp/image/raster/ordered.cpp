@@ -19,7 +19,7 @@ constexpr std::size_t kDeepBytes = sizeof(DeepRecord);
 // Counts of each digit value, one array per pass.
 using DigitCounts = std::array<std::array<std::uint32_t, std::size_t{1} << kMostDigitBits>, kMostPasses>;
 
-// Counts the digits of all passes, lowest first, of (upper half - least).
+// Counts the digits of (upper half - least) for all passes, lowest first.
 template <int kPasses>
 void count_digits(std::span<const std::uint64_t> keys, std::uint32_t least, int digit_bits, DigitCounts& counts) {
   const std::uint32_t mask = (std::uint32_t{1} << digit_bits) - 1;
@@ -67,7 +67,8 @@ void Ordered::sort(std::span<const Piece> pieces) {
   gather();
 }
 
-// Appends the keys of a piece. Records of one brush are copied together, so a record's index tells where it is.
+// Appends the keys of a piece. If all records have the same brush they are copied, so that a record's index determines
+// its address.
 void Ordered::list(const Piece& piece, std::size_t first, std::size_t at) {
   const std::size_t size = piece.brush->record_bytes();
   const bool deep = has_depth(piece.brush->layout());
@@ -125,7 +126,7 @@ Ordered::Entry Ordered::entry(std::uint64_t key) const {
   return entries_.data()[number];
 }
 
-// Tells whether the i-th key is the first of several with the same depth; `before` is the key before it.
+// Returns whether the i-th key is the first of several with the same depth; `before` is the key before it.
 bool Ordered::begins_equals(std::size_t i, std::uint64_t before) const {
   const std::uint64_t* keys = keys_.data();
   return i + 1 < count_ && (keys[i] ^ keys[i + 1]) >> 32 == 0 && (keys[i] ^ before) >> 32 != 0;

@@ -1,4 +1,4 @@
-// A partial tile: sums and nearest surfaces that one rank drew, as a message to the tile's owner, who merges them.
+// A partial tile: sums and nearest surfaces that one rank drew, as a message to the tile's owner, which merges them.
 #pragma once
 
 #include <cstddef>
@@ -23,11 +23,11 @@ struct PixelBox {
 };
 
 /// Appends to a message the bounding boxes of pixels with light and of pixels with an opaque particle:
-/// magic u32, tile u32, two boxes of 4 u8, sums u32[rows][columns][3], Nearest[rows][columns] `surfaces`: whether
-/// tile.surfaces and tile.depth are in use.
+/// magic u32, tile u32, two boxes of 4 u8, sums u32[rows][columns][3], Nearest[rows][columns].
+/// `surfaces`: whether tile.surfaces and tile.depth are in use.
 void append_partial(const Area& area, const TilePlanes& tile, bool surfaces, Buffer& to);
 
-/// A view of such a message.
+/// A view of a partial tile's message.
 class PartialTile {
  public:
   /// Throws std::runtime_error if the bytes are not a whole partial tile of this area.

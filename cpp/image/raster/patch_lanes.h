@@ -37,10 +37,10 @@ struct Patch : PatchPart {
   alignas(64) std::uint16_t light[kPlanes == 1 ? 1 : (kPlanes == 2 ? 1 : 3) * kPatchPixels + 64];
 };
 
-/// Which pixels of the screen a sprite may light: rows of equal width, each one `slope` farther to the right.
+/// The pixels that a sprite may light: rows of equal width, each starting `slope` px to the right of the one above.
 struct Outline {
   int first, last;    // rows
-  float left, slope;  // where the row through the sprite's middle begins, and how much farther right the next one does
+  float left, slope;  // `left`: where the row through the sprite's middle begins, px
   int strips;
 };
 
@@ -50,7 +50,7 @@ MOTES_INLINE int floor_of(float v) {
   return towards_zero - (static_cast<float>(towards_zero) > v);
 }
 
-/// Width in px from which rows do not follow a streak sideways: it would save too little.
+/// Rows at least this wide, px, do not follow a slanted streak: it would save too little.
 inline constexpr float kWideRow = 24;
 
 /// Returns the outline of a sprite that fills a box of half sides box_x, box_y around its middle and moves along its
@@ -218,8 +218,8 @@ struct Tint {
   int shift;
 };
 
-/// Makes the tint with which a weight of 1 shines number / 2^shift. `number` has 15 bits, so faint sprites are as
-/// precise as bright ones.
+/// Makes the tint for which the light of a weight of 1 is number / 2^shift. `number` has 15 bits, so faint sprites are
+/// as precise as bright ones.
 MOTES_INLINE Tint tint_of(const Channels& channels, std::uint32_t color, std::uint32_t number, int shift) {
   Tint tint;
   tint.shift = shift;
@@ -230,8 +230,8 @@ MOTES_INLINE Tint tint_of(const Channels& channels, std::uint32_t color, std::ui
   return tint;
 }
 
-/// Makes the tint with which a weight of 1 shines `unit` (<= 1/1024) for a sprite of colour and alpha 1. Returns false
-/// where that is too faint to show.
+/// Makes the tint for which the light of a weight of 1 is `unit` (<= 1/1024), if colour and alpha are 1. Returns false
+/// if that is too faint to be visible.
 MOTES_INLINE bool tint_of(const Channels& channels, std::uint32_t color, float unit, Tint& tint) {
   const float scale = unit * (65536.0f * image::kUnit / (255.0f * 255.0f));
   std::uint32_t bits;

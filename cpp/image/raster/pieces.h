@@ -19,7 +19,7 @@ struct Piece {
   const std::byte* records;  // any alignment
   std::size_t count;
   std::uint8_t most_alpha = 255;  // greatest alpha of any record
-  std::uint32_t color = 0;        // of all records, where the brush has none: r | g << 8 | b << 16 | alpha << 24
+  std::uint32_t color = 0;        // of all records, if they carry none: r | g << 8 | b << 16 | alpha << 24
 };
 
 /// All messages with records of a frame, from any number of ranks.

@@ -208,7 +208,7 @@ MOTES_INLINE Uints faded(Uints wall, std::uint32_t depth, float fade) {
   return (Uints)to_ints(min(max(room, Floats{}), all(1.0f)) * all(4096.0f) + all(0.5f));
 }
 
-// Tells where faded() keeps all light, for this surface and any farther one.
+// Returns where faded() keeps all light, for this surface and any farther one.
 MOTES_INLINE Mask keeps_all(Floats wall, Floats depth, float fade) { return (wall - depth) * all(fade) >= 1.0f; }
 
 // Least depth, m: a sphere's front may reach behind the camera, but depths must stay positive.
@@ -297,7 +297,7 @@ MOTES_INLINE void split(const void* words, Uints& first, Uints& second) {
 }
 
 #if MOTES_WIDTH == 512
-// Of records of three words, the first and the last ones: records 0..10 begin in the first two vectors.
+// Loads the first and the last words of records of three words. Records 0..10 begin in the first two vectors.
 MOTES_INLINE void split_thirds(const unsigned char* records, Uints& first, Uints& last) {
   const __m512i low = _mm512_loadu_si512(records), middle = _mm512_loadu_si512(records + 64),
                 high = _mm512_loadu_si512(records + 128);

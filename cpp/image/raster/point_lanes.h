@@ -1,5 +1,5 @@
-// Draws points that nothing hides. Finding a point's place costs more than drawing it, so places are found for a vector
-// of points at once.
+// Draws points that nothing hides. Computing a point's position costs more than drawing it, so positions are computed
+// for a vector of points at once.
 #pragma once
 
 #include "image/layout.h"
@@ -45,7 +45,7 @@ MOTES_INLINE FootprintPositions places(const image::Splat& s, Uints positions) {
   const Ints phase_x = ((Ints)((Uints)x << up) & 15) >> down, phase_y = ((Ints)((Uints)y << up) & 15) >> down;
   return {x >> s.sub_bits, y >> s.sub_bits, (Ints)((Uints)phase_y << s.phase_bits) | phase_x};
 }
-// Tells which footprints have a pixel in the tile.
+// Returns which footprints have a pixel in the tile.
 MOTES_INLINE Mask touch(const FootprintPositions& at, int size) {
   return (min_ints(at.column, at.row) > -size) & (max_ints(at.column, at.row) < image::kTile);
 }
@@ -56,7 +56,8 @@ MOTES_INLINE std::uint32_t color_of(const image::Splat& s, const unsigned char* 
   return s.form.color != 0 ? word_at(record + s.form.color) : s.color;
 }
 
-// Positions and depths of records: `depth_at` bytes from where they begin. There is room for whole vectors.
+// Reads positions and depths of records; a depth is `depth_at` bytes from the start of its record. `positions` and
+// `depths` have room for whole vectors.
 MOTES_INLINE void read_places(int record_bytes, int depth_at, const unsigned char* records, std::size_t count,
                               std::uint32_t* positions, std::uint32_t* depths) {
   std::size_t i = 0;

@@ -1,5 +1,5 @@
-// Compiled once for each instruction set: see simd/simd.h for the rules. Sums are integers: they do not depend on
-// order.
+// Compiled once for each instruction set: see simd/simd.h for the rules. Sums are integers, so they do not depend on
+// the order of records.
 #include "image/raster/splat_lanes.h"
 
 #include "image/grid.h"
@@ -18,11 +18,8 @@ using image::kPixelStride;
 using image::Splat;
 using image::TilePlanes;
 
-// Records near the surfaces of a tile are found without branches: the depths of neighbouring records have nothing to do
-// with each other.
-
-// Positions and depths of records that have sizes. Wide ones' positions are cut to half pixels; the depths of those
-// that are too large for the bands become NaN, which is in each of them.
+// Reads positions and depths of records that have sizes. Positions of wide records are rounded down to half pixels;
+// depths of records that are too large for the bands become NaN, which is in every band.
 MOTES_INLINE void read_sized_places(const image::BandSearch& s, const unsigned char* records, std::size_t count,
                                     std::uint32_t* positions, std::uint32_t* depths) {
   const auto half_pixels = [](std::uint32_t at) {
@@ -49,7 +46,8 @@ MOTES_INLINE Mask in_band(const image::BandSearch& s, Uints positions, Uints dep
   return ~((Mask)(depth < band.first) | (Mask)(depth >= band.second));
 }
 
-// Writes the numbers of those in their bands, and up to kLanes numbers without meaning behind them; returns how many.
+// Writes the numbers of the records that are in their bands, followed by up to kLanes arbitrary numbers; returns how
+// many records are in their bands. It has no branches, because depths of successive records are unrelated.
 MOTES_INLINE std::size_t find_in_bands(const image::BandSearch& search, const unsigned char* records, std::size_t count,
                                        std::uint32_t* to) {
   constexpr std::size_t kMost = 128;
@@ -79,7 +77,7 @@ struct FootprintPlace {
   int row;
 };
 
-// Finds a record's place; returns false if it does not touch this tile.
+// Finds where a record's footprint begins; returns false if it does not touch this tile.
 MOTES_INLINE bool place(const Splat& s, std::uint32_t position, FootprintPlace& at) {
   const int x = static_cast<std::int16_t>(position & 0xffffu) - s.origin_x;
   const int y = static_cast<std::int16_t>(position >> 16) - s.origin_y;
@@ -130,8 +128,8 @@ void add_points(const TilePlanes& planes, const Splat& task, const unsigned char
   if (count != 0) draw(some_points<kColored>(records, static_cast<int>(count)), count);
 }
 
-// Tells whether records in front of everything in the tile and others are mixed: then testing the pixels of all is
-// cheaper than predicting which need it.
+// Returns whether records in front of everything in the tile are mixed with others. Then testing the pixels of all is
+// cheaper than mispredicted branches.
 bool is_mixed(const TilePlanes& tile, const Splat& s, const unsigned char* records, std::size_t count) {
   constexpr std::size_t kSample = 32;
   const std::size_t number = count < kSample ? count : kSample;
@@ -216,7 +214,7 @@ MOTES_INLINE void blend_in(const TilePlanes& tile, const Splat& s, const unsigne
 }
 
 // Step between the numbers of vectors per row for which a loop is compiled. With four lanes, which only old processors
-// have, there is one loop per 16 lanes (rows of weights are padded to that), and all saturate: less to compile.
+// have, there is one loop per 16 lanes (rows of weights are padded to that), and all saturate, to save compile time.
 constexpr int kStep = kWidth == 4 ? 4 : 1;
 
 template <int kVectors, bool kOver>
@@ -335,9 +333,9 @@ static_assert(image::kToneEntries <= 1 << 16);
 
 constexpr std::size_t kToneRow = 3 * image::kTile;
 
-// At most kToneRow lanes; returns how many. First the entries' numbers, so that they are read from memory rather than
-// taken out of vectors; then eight entries as one word, since the picture is not in the caches and waits for fewer
-// stores.
+// Converts at most kToneRow lanes and returns how many. It first stores the indices of all entries, which is faster
+// than extracting them from vectors; then it writes eight entries as one word, because the picture is not in the caches
+// and fewer stores wait for it.
 std::size_t tone_row(const std::uint32_t* light, std::size_t lanes, const std::uint8_t* table, std::uint8_t* to) {
   const std::size_t count = lanes < kToneRow ? lanes : kToneRow;
   std::uint16_t numbers[kToneRow];

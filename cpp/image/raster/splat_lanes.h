@@ -11,10 +11,8 @@
 
 namespace motes::image {
 
-// The bands: depths around the surfaces of a tile at which it is not clear at once whether a surface hides a particle.
-
-/// One pixel's: a record whose centre is nearest to this pixel is in front of the surface if its depth is below `low`,
-/// and deep enough to be hidden from `high` on, m.
+/// The depths around the surface at a pixel for which visibility needs a closer test. A record whose centre is nearest
+/// to this pixel is in front of the surface if its depth is below `low`, and certainly hidden from `high` on, m.
 struct DepthBand {
   float low, high;
 };
@@ -76,7 +74,8 @@ struct SplatLanes {
   /// Sets to[i] = table[index of light[i]]; the index has 2^kToneBits steps per octave of light[i] / 2.
   void (*tone)(const std::uint32_t* light, std::size_t count, const std::uint8_t* table, std::uint8_t* to);
 
-  /// Lists the records that are in their bands; returns how many. `numbers` has room for `count` and a vector.
+  /// Writes the numbers of the records that are in their bands and returns how many. `numbers` has room for `count`
+  /// plus a vector.
   std::size_t (*find_in_bands)(const BandSearch& search, const unsigned char* records, std::size_t count,
                                std::uint32_t* numbers);
 };

@@ -12,8 +12,8 @@
 
 namespace motes::MOTES_ISA {
 
-inline constexpr int kPlaceBits = 6;  // 1/256 px to 1/4 px
-inline constexpr int kFarthestWay = 32;  // px, of streaks that have stamps
+inline constexpr int kPlaceBits = 6;  // shift from 1/256 px to 1/4 px
+inline constexpr int kFarthestWay = 32;  // greatest length along an axis of streaks that have stamps, px
 inline constexpr int kWays = 2 * kFarthestWay + 1;
 
 /// Calls use(row, column, weight) for each pixel of the tile whose weight, rounded to 1..255, is not 0. The rounding
@@ -38,7 +38,7 @@ MOTES_INLINE void round_weights(const DiscGroup& g, const Use& use) {
   }
 }
 
-/// Columns first .. end - 1; empty at first.
+/// Columns first .. end - 1; initially none.
 struct ColumnRange {
   int first = INT8_MAX, end = INT8_MIN;
   void add(int column) {
@@ -145,7 +145,7 @@ inline constexpr int kReach = 2 * image::kMargin;
 
 inline constexpr std::uint32_t kNoStamp = 0;  // StampUses::key of a streak that is too long for a stamp
 
-/// Reads one record per lane from at(lane). Words of a record, those in brackets where the form has them:
+/// Reads one record per lane from at(lane). Words of a record (those in brackets only if the form has them):
 ///
 ///   position [color] [depth] size|light way (dx, dy)
 template <class At>
@@ -397,7 +397,7 @@ __attribute__((noinline)) void draw_one_by_one(const image::TilePlanes& tile, co
   empty(queue, tile, task, uses, draw);
 }
 
-/// Tells whether weights of this colour are accumulated in the Cover first.
+/// Returns whether weights of this colour are accumulated in the Cover first.
 MOTES_INLINE bool covers_tile(const image::WideSplat& task, std::uint32_t color, std::uint32_t light) {
   return task.cover != nullptr && task.cover->color == color && task.cover->light == light;
 }

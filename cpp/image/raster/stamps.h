@@ -6,7 +6,7 @@
 namespace motes::image {
 
 /// Holds the weights of one streak: of a sprite of one size, one length and direction, at one of 16 sub-pixel
-/// positions. They follow from the key alone, so it does not matter when they were computed. A point is brighter than a
+/// positions. They depend only on the key, so it does not matter when they were computed. A point is brighter than a
 /// disc of its size (2 px), so its key has size 1, which no disc has.
 ///
 /// Rows are stored in pairs. A block is 8 pixels of both rows, whose weights alternate; a pair has one block per strip:
@@ -38,7 +38,7 @@ struct alignas(64) Stamp {
 struct ImageLevel;
 
 /// Holds the weights of one small image: of one tile or a mixture of two, in one size and direction, at one of 16
-/// sub-pixel positions. They follow from `levels` and the key alone.
+/// sub-pixel positions. They depend only on `levels`, the key and `part`.
 ///
 /// A strip has 8 pixels of each row: cover has one number for each, light three:
 ///
@@ -49,11 +49,11 @@ struct alignas(64) ImageStamp {
 
   const ImageLevel* levels = nullptr;  // of the tile; null: no stamp
   std::uint32_t key = 0;
-  int part = 0;  // of the next tile, 1/256
+  int part = 0;  // weight of the next tile, 1/256
   std::int8_t first = 0, left = 0;      // first row and column, relative to the pixel of the image's middle
-  std::uint8_t rows = 0, strips = 0;    // 0: nothing to be seen
-  float share = 0;                      // light of a weight of 1, of an image of one square pixel
-  float most = 0;                       // most light of a weight of 1
+  std::uint8_t rows = 0, strips = 0;    // 0: nothing visible
+  float share = 0;                      // light of a weight of 1, per square pixel of the image
+  float most = 0;                       // greatest light of a weight of 1
   std::uint8_t covered[kRows * kStrips];
   union {
     struct {
@@ -63,7 +63,7 @@ struct alignas(64) ImageStamp {
   };
 };
 
-/// Widest images, px, that are drawn from stamps: in sizes of 1/8 px, and 256 directions.
+/// Widest images, px, that are drawn from stamps, which have sizes in steps of 1/8 px and 256 directions.
 inline constexpr float kStampedImage = 8;
 inline constexpr int kImageStampBits = 12;
 inline constexpr int kImageStamps = 1 << kImageStampBits;

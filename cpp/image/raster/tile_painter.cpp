@@ -13,8 +13,8 @@
 namespace motes::image {
 namespace {
 
-// Fewest records that must fit before sums may overflow; below, saturating is cheaper than searching for the greatest
-// sum.
+// Least number of records that must fit before sums may overflow; below this, saturating sums are cheaper than
+// searching for the greatest sum.
 constexpr std::uint32_t kWorthCounting = 256;
 
 // Returns the most that a record of this alpha adds to a sum.
@@ -51,8 +51,8 @@ Paint paint_of(const Piece& piece) {
   return paint;
 }
 
-// Surfaces are measured after the tile has been drawn over kFirstLook times, then each time half as much again has been
-// drawn: earlier hardly anything is hidden. With less than kWorthLooking times the tile left, measuring does not pay.
+// Surfaces are measured once the tile has been covered kFirstLook times (before that, hardly anything is hidden), then
+// whenever half as much again has been drawn. Measuring does not pay if less than kWorthLooking times the tile is left.
 constexpr std::size_t kFirstLook = 6, kWorthLooking = 2;
 
 // Returns roughly the pixels that one opaque record covers.
@@ -361,7 +361,7 @@ void TilePainter::depth(float* depths, std::size_t row_floats) const {
     const std::uint32_t* bits = planes_.depth + y * kPixelStride;
     for (int x = 0; x < area_.width; ++x) depths[x] = std::bit_cast<float>(planes_.hides ? bits[x] : Scenery::kNothing);
     if (!solids) continue;
-    // For a solid, write the depth of its surface, not that from which it hides.
+    // Write a solid's surface depth, not the depth from which on it hides particles.
     const std::uint32_t* hides = scenery.depth(area_.x, area_.y + y);
     const float* surface = scenery.surface_depth(area_.x, area_.y + y);
     for (int x = 0; x < area_.width; ++x) {

@@ -18,13 +18,13 @@
 namespace motes::image {
 
 /// Usage: begin for each frame; then for each tile start or start_bare, merge for each partial tile, paint once, and
-/// any of show, sums, depth and save_partial. Pixels depend only on the set of particles, not on the order or
-/// grouping of their records, nor on how many partial tiles they were first added up in. It holds the working memory of
-/// one tile; there may be several painters, one per thread.
+/// any of show, light, depth and save_partial. Pixels depend only on the set of particles, not on the order or grouping
+/// of their records, nor on the partial tiles in which they were first added up. A painter holds the working memory of
+/// one tile; each thread needs its own.
 ///
-/// Hiding is decided per pixel: the nearest opaque particle or solid hides what is behind it. All other particles are
-/// drawn in front of that: added in any order if none of the tile's records is blended by alpha; otherwise all of them,
-/// additive ones too, are blended from far to near.
+/// Visibility is decided per pixel: the nearest opaque particle or solid hides everything behind it. All other
+/// particles are drawn in front of it: they are added in any order if none of the tile's records is blended by alpha;
+/// otherwise all of them, additive ones too, are blended from far to near.
 class TilePainter {
  public:
   explicit TilePainter(const SplatLanes& lanes = splat_lanes(), const WideLanes& wide = wide_lanes());

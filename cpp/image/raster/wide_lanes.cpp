@@ -16,9 +16,9 @@ using image::kPixelStride;
 using image::TilePlanes;
 using image::WideSplat;
 
-// Half length, px, up to which all of a narrow streak is weighed to normalise it, in each of its tiles. Along longer
-// ones the sub-pixel position averages out, unless they stay within fewer than kStraight rows or columns; those are
-// sampled in kSamples places.
+// Narrow streaks of up to this half length, px, are weighed as a whole in each of their tiles, to normalise them. Along
+// longer ones the sub-pixel position averages out, unless they stay within fewer than kStraight rows or columns; those
+// are sampled at kSamples positions.
 constexpr float kLongest = 512;
 constexpr float kStraight = 12;
 constexpr int kSamples = 32;
@@ -105,14 +105,15 @@ MOTES_INLINE Weighed count_blocks(const Kind& kind, const Outline& o, Patch<Kind
   return all;
 }
 
-// Tells whether a sprite is so narrow that its sum of weights depends on the sub-pixel position and must be normalised.
+// Returns whether a sprite is so narrow that its sum of weights, which must be normalised, varies with the sub-pixel
+// position.
 template <class Kind>
 MOTES_INLINE bool is_narrow(const Kind& kind) {
   return kind.s.radius < Kind::kNarrow;
 }
 
-// Estimates the weights of a streak along a row or column from kSamples evenly spaced strips or rows. Between its ends
-// a streak has constant light, and both ends together add nothing.
+// Estimates the weights of a streak along a row or column from kSamples evenly spaced strips or rows. A streak has
+// constant light except near its ends, where the light beyond them makes up for what is missing before them.
 template <class Kind>
 MOTES_INLINE Weighed count_samples(const Kind& kind, const Outline& o, Patch<Kind::kPlanes>& patch) {
   const WideSprite& s = kind.s;
@@ -135,7 +136,7 @@ MOTES_INLINE Weighed count_samples(const Kind& kind, const Outline& o, Patch<Kin
   return all;
 }
 
-// Weighs a sprite that is larger than a part; returns nothing if the expected sum is good enough.
+// Weighs a sprite that is larger than a part; returns an empty result if its expected sum is accurate enough.
 template <class Kind>
 MOTES_INLINE Weighed count_large(const Kind& kind, const Outline& o, Patch<Kind::kPlanes>& patch) {
   const WideSprite& s = kind.s;
@@ -184,13 +185,13 @@ MOTES_INLINE float weigh(const Kind& kind, const Outline& o, int first, int last
   return unit;
 }
 
-// Tells whether a sprite within a box of half width box_x lies beside the tile.
+// Returns whether a sprite within a box of half width box_x lies beside the tile.
 MOTES_INLINE bool beside(const WideSplat& task, const WideSprite& s, float box_x) {
   const float extent = box_x + s.half * size_of(s.along_x);
   return s.x + extent <= 0 || s.x - extent >= static_cast<float>(task.columns - 1);
 }
 
-// Draws rows first .. last of a patch, as draw_patch().
+// Draws rows first .. last of a patch, like draw_patch().
 template <int kPlanes>
 using PatchKernel = void(const TilePlanes& tile, const Patch<kPlanes>& patch, const Tint& tint, int first, int last,
                          int columns, std::uint32_t depth, float fade);
@@ -226,7 +227,7 @@ constexpr Blend kBlend = {
     {draw_stamp<kOver, kSaturating, false>, draw_stamp<kOver, kSaturating, true>},
 };
 
-// Forms in space know what hides them at each pixel.
+// Whether a kind of sprite can test its visibility at each pixel itself.
 template <class Kind>
 constexpr bool kHasWalls = requires(Kind kind) { kind.walls; };
 template <class Kind>
@@ -238,7 +239,7 @@ MOTES_INLINE bool tests_itself(const Kind& kind) {
 template <class Kind>
 __attribute__((noinline)) void draw_one(const TilePlanes& tile, const WideSplat& task, const WideSprite& sprite,
                                         const Channels& channel, const Blend& blend, Patch<Kind::kPlanes>& patch) {
-  // What a lens spreads in space may reach in front of its middle.
+  // Parts of a sprite in space that a lens blurs may be visible even if its middle is hidden.
   const bool deep = kHasWalls<Kind> && task.blur > 0;
   if (!deep && tile.hides && sprite.depth > tile.farthest) return;
   Kind kind(task, sprite);
@@ -254,7 +255,7 @@ __attribute__((noinline)) void draw_one(const TilePlanes& tile, const WideSplat&
   blend.patch<Kind::kPlanes>(test)(tile, patch, tint, first, last, task.columns, s.depth, task.fade);
 }
 
-// Draws streaks of sprites of one size from stamps; long ones one by one.
+// Draws streaks of sprites of one size from stamps, and long ones one by one.
 void draw_stamped(const TilePlanes& planes, const WideSplat& task, const unsigned char* records, std::size_t count,
                   const Blend& blend) {
   const TilePlanes tile = planes;
@@ -276,7 +277,7 @@ void draw_stamped(const TilePlanes& planes, const WideSplat& task, const unsigne
   }
 }
 
-// Draws discs and points in groups (DiscGroup); large ones one by one.
+// Draws discs and points in groups (DiscGroup), and large ones one by one.
 void draw_groups(const TilePlanes& tile, const WideSplat& task, const unsigned char* records, std::size_t count,
                  const Blend& blend) {
   const Channels channel = channels();
@@ -296,7 +297,7 @@ void draw_groups(const TilePlanes& tile, const WideSplat& task, const unsigned c
   }
 }
 
-// Computes a stamp.
+// Computes the stamp of an image that is not opaque.
 __attribute__((noinline)) void fill(const WideSplat& task, const WideSprite& sprite, const SmallImage& small,
                                     Patch<4>& patch, image::ImageStamp& stamp) {
   const Image kind(task, small.stamped(sprite));
@@ -374,7 +375,7 @@ void over_wide(const TilePlanes& tile, const WideSplat& task, const unsigned cha
   draw_all<Kind>(tile, task, records, count, task.saturating ? kBlend<true, true> : kBlend<true, false>);
 }
 
-// Keeps the nearest surface at those of a vector of pixels that are covered.
+// Keeps the nearest surface at the covered pixels of a vector.
 MOTES_INLINE void keep_vector(const TilePlanes& tile, const PatchPart& part, const InPart& at, unsigned covered,
                               Longs first, Longs second) {
   const auto keep = [&](int row, int column, unsigned bits, Longs nearest) {

@@ -13,7 +13,7 @@
 
 namespace motes::image {
 
-/// Most by which the middle of a normalised sprite may outshine that of a footprint.
+/// Greatest light in the middle of a normalised sprite, relative to that of a footprint.
 inline constexpr float kMostLight = 1.125f;
 
 /// Parameters for drawing the wide records of one sprite in one tile.
@@ -23,13 +23,13 @@ struct WideSplat {
   int record_bytes;
   RecordForm form; // of the records
   std::uint32_t color;  // of all records, if they carry none
-  int bits;        // bits below a pixel in records' positions
+  int bits;        // fractional bits of records' positions
   bool saturating; // sums may overflow and must saturate
   float fade;      // 1 / softness, 1/m; 0: no softness
   float radius; // radius of one pixel at a depth of 1 m, m
 
-  /// Discs and points: factor on their light at a diameter of n pixels that makes it equal that of a footprint; the
-  /// last one holds for all larger ones.
+  /// Discs and points: factor on their light at a diameter of n px that makes it equal to a footprint's; the last one
+  /// applies to all larger diameters.
   float gain[kMaxFootprint + 1];
 
   /// Spheres: their lighting, from Daylight.
@@ -40,13 +40,13 @@ struct WideSplat {
   Stamp* stamps;  // kStamps entries, filled by the kernels
   Cover* cover;  // accumulates weights of streaks of its colour; null: none
 
-  const ImageLevel* levels;  // images: `level_count` of each tile
+  const ImageLevel* levels;  // images: `level_count` levels per tile
   int level_count, tiles;
-  ImageStamp* image_stamps;  // kImageStamps entries, filled by the kernels; null: there are none
+  ImageStamp* image_stamps;  // kImageStamps entries, filled by the kernels; null: none
   const float* image_cover;  // by tile: mean alpha of the square around it
 
-  float focal, near;  // cards and meshes: the camera's focal length, px, and what is nearer is not drawn, m
-  float focus, blur;  // what stands in space: m to what is sharp; px around what is infinitely far; 0: all is sharp
+  float focal, near;  // sprites in space: focal length of the camera, px, and its near plane, m
+  float focus, blur;  // sprites in space: focus distance, m, and blur radius at infinity, px; 0: all is sharp
   const float *corners, *colors;  // meshes: see MeshCorners; null: they have no colours
   int triangles, room;
   bool closed;

@@ -19,13 +19,14 @@ struct WideSprite {
   float along_x, along_y;  // direction of the streak, a unit vector
   float up_x, up_y;    // direction of the particle's `up`, a unit vector
   float light;         // factor on its alpha, 0..1
-  float gain;          // of its light, up to white; from 1 on
+  float gain;          // factor on its light, at least 1; the result is clipped at white
   std::uint32_t color, depth;
-  std::uint32_t tile;  // number of a tile, as in the record
+  std::uint32_t tile;  // tile number, as in the record
   const unsigned char* record;
 };
 
-/// Tells whether all that is drawn in columns first_column .. last_column of rows first .. last is known to be nearer.
+/// Returns whether all surfaces in columns first_column .. last_column of rows first .. last are known to be nearer
+/// than `depth`.
 MOTES_INLINE bool is_hidden(const image::TilePlanes& tile, int first_column, int last_column, int first, int last,
                             float depth) {
   using image::DepthBlocks;
@@ -42,18 +43,19 @@ MOTES_INLINE bool is_hidden(const image::TilePlanes& tile, int first_column, int
   }
   return depth > farthest;
 }
-/// `extent_x`: half the sprite's width with the streak, px; `front`: depth of its front.
+/// Returns whether a sprite in rows first .. last is known to be hidden. `extent_x`: half its width with the streak,
+/// px; `front`: depth of its front, m.
 MOTES_INLINE bool is_hidden(const image::TilePlanes& tile, const WideSprite& s, float extent_x, int first, int last,
                             float front) {
   return is_hidden(tile, floor_of(s.x - extent_x), floor_of(s.x + extent_x) + 1, first, last, front);
 }
 
-/// How a sprite looks at a vector of pixels, 0..1: the covered part of each pixel, and that part times its light.
+/// A sprite at a vector of pixels: the covered part of each pixel, and that part times its light; both 0..1.
 struct Glow {
   Floats cover, light;
 };
 
-/// How an opaque sprite looks at a vector of pixels: where it is, its colour (red, green, blue in the lower 24 bits),
+/// An opaque sprite at a vector of pixels: which of them it covers, its colour (red, green, blue in the lower 24 bits),
 /// its shade (0..1), and how much nearer than its centre it is, px, at most its radius.
 struct Front {
   Mask covered;
@@ -72,8 +74,8 @@ MOTES_INLINE Beside beside(const WideSprite& s, Floats x, Floats y) {
   return {(x * s.along_x + y * s.along_y) * scale, (y * s.along_x - x * s.along_y) * scale};
 }
 
-/// The chord that a pixel draws through a disc of radius 1 as it passes: the disc is over the pixel for (last - first)
-/// / streak length of the time.
+/// The chord along which a pixel crosses a disc of radius 1 that moves past it. The disc covers the pixel for
+/// (last - first) / streak length of the time.
 struct Chord {
   Floats square;       // square of half the chord through the whole disc; 0 where it misses the pixel
   Floats first, last;  // ends of the chord; first >= last where the disc is never over the pixel
@@ -144,16 +146,16 @@ MOTES_INLINE void weigh_pixels(const Kind& kind, Patch<2>& p) {
   });
 }
 
-/// How a card or a mesh stands before the camera, unpacked from its record.
+/// The position and orientation of a card or a mesh relative to the camera, unpacked from its record.
 ///
-/// Directions and places as the camera sees them: x to the right, y up, z towards the camera. The particle is `depth`
-/// metres ahead, and (middle_x, middle_y) px right of and below the picture's middle.
+/// Directions are in the camera's axes: x to the right, y up, z towards the camera. The particle is `depth` metres
+/// ahead, and (middle_x, middle_y) px right of and below the picture's middle.
 struct CameraPose {
   Float3 right, up, front;  // the particle's own x, y and z axis, unit vectors
   float middle_x, middle_y;
-  float depth, scale;  // m; m per unit of length of what is drawn
-  Float3 turn;         // while the shutter is open: its axis times its angle, radians
-  float dx, dy;        // its way on the screen in that time, px
+  float depth, scale;  // m; m per unit of length of a mesh, or longer side of a card, m
+  Float3 turn;         // rotation while the shutter is open: axis times angle, radians
+  float dx, dy;        // motion on the screen in that time, px
 
   MOTES_INLINE CameraPose(const image::WideSplat& task, const WideSprite& s) {
     image::PosedRecord r;
@@ -184,7 +186,7 @@ struct CameraPose {
 
   MOTES_INLINE bool turns() const { return turn.x != 0 || turn.y != 0 || turn.z != 0; }
 
-  /// How it stood at a moment; it is now as when the shutter closes.
+  /// Returns the pose at a moment; this pose is the one when the shutter closes.
   MOTES_INLINE CameraPose at(const image::Moment& moment) const {
     CameraPose then = *this;
     if (!turns()) return then;
@@ -199,15 +201,15 @@ struct CameraPose {
   }
 };
 
-/// The nearest surfaces at a tile's pixels, which hide what is behind them. They are sharp: what a lens spreads is
-/// compared with what is where it would be without.
+/// The nearest surfaces at a tile's pixels, which hide what is behind them. They are sharp: a point that the lens blurs
+/// is tested where it would be without blur.
 struct Walls {
   const std::uint32_t* depth = nullptr;  // null: nothing hides anything
   float fade;                            // as in WideSplat
   int columns, rows;                     // of the tile
 
-  /// Returns which part of something at a depth, m, is seen at a place, px. Outside the tile the surfaces at its edge
-  /// go on as planes.
+  /// Returns the visible part, 0..1, of a point (x, y), px, at depth `at`, m. Outside the tile, the surfaces at its
+  /// edge are extrapolated as planes.
   MOTES_INLINE float visible(float x, float y, float at) const {
     const int column = inside(x, columns), row = inside(y, rows);
     float wall = wall_at(column, row);
@@ -243,11 +245,11 @@ struct Walls {
 /// The moments that show a card or a mesh: see image/moments.h.
 struct PosedMoments {
   int count = 0;  // 0: it neither turns nor is out of focus
-  float blur = 0;  // how far the lens spreads any part of it, px
-  float uneven = 0;  // how much farther or less than its middle
-  float larger = 1;  // it is drawn larger and fainter where places on the lens would leave gaps
+  float blur = 0;  // greatest blur radius of any part, px
+  float uneven = 0;  // greatest difference from the blur radius at its middle, px
+  float larger = 1;  // factor by which it is drawn larger, and fainter, to fill gaps between points on the lens
 
-  /// `reach`: m from its middle to what is farthest from it; `size`: about its width, px.
+  /// `reach`: greatest distance of a part from its middle, m; `size`: approximate width, px; `half`: of the streak, px.
   MOTES_INLINE PosedMoments(const image::WideSplat& task, const CameraPose& pose, float reach, float size, float half) {
     if (!(task.blur > 0) && !pose.turns()) return;
     const float middle = image::spread_at(task.blur, task.focus, 1 / pose.depth), left = pose.depth - reach;

@@ -1,4 +1,4 @@
-// Rays to surfaces, and surfaces to the light that they send to the eye.
+// Finds the surfaces that rays meet, and the light that they send to the eye.
 #include "image/raycast/cast.h"
 
 #include "image/daylight_parts.h"
@@ -17,7 +17,7 @@ namespace {
 using image::CastSolid;
 using image::CastView;
 
-// Relative bias: what rests on a surface lies slightly in front of it.
+// Relative bias of a surface's depth: particles that rest on the surface count as in front of it.
 constexpr float kBiasPixels = 3;  // how far a resting particle's disc reaches below its centre
 constexpr float kLeastBias = 1.0f / 4096;
 constexpr float kMostBias = 1.0f / 50;
@@ -26,12 +26,12 @@ constexpr float kMostBias = 1.0f / 50;
 constexpr auto kSun = static_cast<float>(image::kSun), kSky = static_cast<float>(image::kSky);
 constexpr auto kBounce = static_cast<float>(image::kBounce), kTint = static_cast<float>(image::kTint);
 
-constexpr float kCrease = 0.85f;  // the cosine of the angle between normals from which on an edge is smoothed
+constexpr float kCrease = 0.85f;  // an edge is smoothed if the cosine of the angle between normals is below this
 
 MOTES_INLINE Ints load_ints(const std::uint32_t* from) { return (Ints)load_uints(from); }
 MOTES_INLINE Ints choose(Mask mask, Ints yes, Ints no) { return (mask & yes) | (~mask & no); }
 
-// Directions of the rays through points of the image; one unit of them is one metre of view depth.
+// Returns the directions of rays through points of the image; their view depth is 1 m.
 MOTES_INLINE Floats3 directions(const CastView& view, const float* x, const float* y) {
   const Floats across = (load(x) - view.middle_x) * view.pixel;
   const Floats upward = (view.middle_y - load(y)) * view.pixel;
@@ -105,8 +105,9 @@ void measure(const CastView& view, const float* x, const float* y, std::size_t c
   }
 }
 
-// Which rays meet something on their way to a light. Outer surfaces of shapes are convex: one that faces the light is
-// not in the shadow of its own object. (Seen from inside, a box is a room without a ceiling, and a pipe lets light in.)
+// Returns which rays meet an object before they reach a light. Shapes cast no shadow on themselves: their outer
+// surfaces are convex, so a point facing the light is lit. (From inside, a box is a room without a ceiling, and a pipe
+// lets light in.)
 Mask in_shadow(const CastSolid* solids, std::size_t count, const Rays& rays, Floats far, Ints object, Mask open) {
   Mask dark{};
   for (const CastSolid* solid = solids; solid != solids + count; ++solid) {
@@ -118,8 +119,8 @@ Mask in_shadow(const CastSolid* solids, std::size_t count, const Rays& rays, Flo
   return dark;
 }
 
-// The part of a light with a size that reaches surfaces: `ray_to(k)` gives the rays to its k-th place. Where the first
-// places agree they stand for all of them.
+// Returns the part of a light with a size that is visible from surfaces. `rays_to(k)` returns the rays to its k-th
+// sample point. If the first kFirst points agree, the others are not tested.
 template <class RaysTo>
 MOTES_INLINE Floats part_in_sight(const CastSolid* solids, std::size_t count, Floats far, Ints object, Mask open,
                                   const RaysTo& rays_to) {
@@ -133,7 +134,7 @@ MOTES_INLINE Floats part_in_sight(const CastSolid* solids, std::size_t count, Fl
   return select(mixed, 1.0f - to_floats(dark) * (1.0f / kAll), only(dark == 0, all(1.0f)));
 }
 
-// The materials of objects, one for each lane; mostly they are all the same.
+// Loads the materials of objects, one per lane; mostly they are all the same.
 MOTES_INLINE void load_materials(const image::Material* materials, Ints object, Mask seen, Floats3& color,
                                  Floats& emitted) {
   std::size_t first = 0;
@@ -154,10 +155,10 @@ MOTES_INLINE void load_materials(const image::Material* materials, Ints object, 
   }
 }
 
-// Seen surfaces, and what has been found of the light on them.
+// Visible surfaces, and the light found on them so far.
 struct Shading {
   Floats3 point, normal;
-  Floats offset;  // where rays to lights start, so that they do not meet the surface itself
+  Floats offset;  // distance from the surface at which rays to lights start, so that they do not meet it
   Ints object;
   Mask seen;
   Floats3 arriving;
@@ -196,7 +197,7 @@ MOTES_INLINE void add_sun(const image::ShadeView& view, Shading& at) {
   at.shadows |= dark & 1;
 }
 
-// The part of a lamp that is in sight of a surface: of a disc that faces it.
+// Returns the part of a lamp that is visible from a surface. The lamp is a disc that faces the surface.
 MOTES_INLINE Floats part_of_lamp(const image::CastLight& light, const image::LightPlaces& places, Floats3 from,
                                  const Shading& at, Mask open) {
   const Floats3 way = all3(light.position) - from;
@@ -241,8 +242,8 @@ MOTES_INLINE Floats3 ambient_light(const image::ShadeView& view, Floats up) {
   return all3(view.ambient.low) * (1.0f - up) + all3(view.ambient.high) * up;
 }
 
-// Where a surface is on its image: along the two axes of the world that it is most parallel to. `footprint`: of a pixel
-// there, m.
+// Returns the colour of an object's image at a point of its surface. The image extends along the two axes of the world
+// that are most parallel to the surface. `footprint`: width of a pixel there, m.
 Float3 image_light(const image::Material& material, Float3 place, Float3 normal, float footprint) {
   const auto size = [](float x) { return x < 0 ? -x : x; };
   const bool flat = size(normal.y) >= size(normal.x) && size(normal.y) >= size(normal.z);
@@ -262,7 +263,7 @@ Float3 image_light(const image::Material& material, Float3 place, Float3 normal,
   return texel_mix(shown, part(u, shown.width, material.scale), part(v, shown.height, height), true);
 }
 
-// Multiplies colours by what the objects' images show there.
+// Multiplies colours by those of the objects' images.
 __attribute__((noinline)) void add_images(const image::ShadeView& view, const Shading& at, Floats distance,
                                           Floats3 along, Floats3& color) {
   for (std::size_t lane = 0; lane < kLanes; ++lane) {
@@ -279,7 +280,7 @@ __attribute__((noinline)) void add_images(const image::ShadeView& view, const Sh
   }
 }
 
-// Multiplies colours by those of meshes: linear between the corners of the triangle that is seen.
+// Multiplies colours by those of meshes, interpolated linearly between the corners of the visible triangle.
 __attribute__((noinline)) void add_mesh_colors(const image::ShadeView& view, const Shading& at, Ints triangle,
                                                Floats3& color) {
   Floats3 place{}, normal{}, corner[3]{}, tint[3]{};
@@ -312,7 +313,7 @@ __attribute__((noinline)) void add_mesh_colors(const image::ShadeView& view, con
   color = select(tinted, Floats3{color.x * mixed.x, color.y * mixed.y, color.z * mixed.z}, color);
 }
 
-// What is between a surface and the eye: the view's fog, or what lets far objects fade into the sky.
+// Applies the view's fog to light; without fog, fades distant objects into the sky.
 MOTES_INLINE Floats3 through_air(const image::ShadeView& view, Floats3 light, Floats distance, Floats3 along,
                                  Floats3 background) {
   const Floats square = min(distance * distance * dot(along, along), all(1e37f));  // infinite on a horizon
@@ -365,7 +366,7 @@ void shade(const image::ShadeView& view, const float* x, const float* y, std::si
   }
 }
 
-// Rays start at the side of a particle that the light shines on: one that rests on a solid is not inside it.
+// Rays start at the lit side of a particle, so a particle that rests on a solid is not shaded by it.
 void in_sight(const image::ShadeView& view, const image::ShadedParticles& particles, std::size_t first,
               std::size_t last, float* to, std::size_t stride) {
   const bool sized_sun = view.sunny && has_size(view);
@@ -397,13 +398,13 @@ void slide(const CastView& view, const float* x, const float* y, const float* to
     const Floats3 normal = load3(surfaces.normal, i);
     const Floats height = before * dot(normal, directions(view, x + i, y + i));
     const Floats after = height / dot(normal, directions(view, to_x + i, to_y + i));
-    // Beyond that the plane is seen almost from its edge.
+    // Outside these bounds the plane is seen almost edge-on.
     const Mask good = (after > before * 0.8f) & (after < before * 1.25f);
     store(surfaces.distance + i, select(good, after, before));
   }
 }
 
-// Whether a mark, or else a normal, differs from that of the pixel `step` further on.
+// Returns whether a pixel's mark, or its normal, differs from that of the pixel `step` further on.
 MOTES_INLINE Mask edge_towards(const std::uint32_t* marks, const float* const* normal, std::ptrdiff_t at,
                                std::ptrdiff_t step) {
   const Uints here = load_uints(marks + at);
@@ -434,7 +435,7 @@ std::size_t edges(const std::uint32_t* marks, const float* const* normal, int st
   return count;
 }
 
-// A sum may have more bits than a signed number: its upper and lower half are found alone, both without error.
+// Sums may exceed the range of signed integers, so their upper and lower halves are converted separately, both exactly.
 MOTES_INLINE Uints to_sums(Floats light) {
   const Floats sums = min(light * static_cast<float>(image::kUnit) + 0.5f, all(image::kMostScenery));
   const Ints high = to_ints(sums * 0x1p-16f);

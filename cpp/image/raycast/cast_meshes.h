@@ -1,15 +1,15 @@
-// Rays through a mesh: a whole vector of them descends the tree of boxes together.
+// Rays through a mesh: a vector of rays traverses its BVH together.
 //
-// Which triangle a ray meets is a property of this ray alone, whatever the others in its vector do. A triangle counts
-// only for rays that pass through the box of its leaf, and a distance never leaves this box; all comparisons with boxes
-// are monotonic in their bounds. Hence a box that is skipped has no triangle that would count.
+// Which triangle a ray meets does not depend on the other rays of its vector: a triangle counts only for rays that pass
+// through the box of its leaf, distances are clamped to this box, and all comparisons with boxes are monotonic in their
+// bounds. Hence a box that is skipped has no triangle that would count.
 #pragma once
 
 #include "image/raycast/cast_rays.h"
 
 namespace motes::MOTES_ISA {
 
-/// A direction of the world in a mesh's coordinates, and back.
+/// Convert a direction from the world's axes to those of a mesh, and back.
 MOTES_INLINE Floats3 into_mesh(const image::CastSolid& solid, Floats3 v) {
   const float* axes = solid.value + 3;
   if (!solid.turned) return v;
@@ -29,7 +29,7 @@ class MeshRays {
   MOTES_INLINE MeshRays(const image::CastSolid& solid, const Rays& rays)
       : nodes_(solid.nodes), triangles_(solid.triangles), rays_(rays_in_mesh(solid, rays)) {
     inverse_ = {1.0f / not_zero(rays_.along.x), 1.0f / not_zero(rays_.along.y), 1.0f / not_zero(rays_.along.z)};
-    // Boxes are a little larger than what is in them, by what rounding may move a ray at the mesh's distance.
+    // Enlarge boxes by the rounding error of a ray at the mesh's distance.
     const meshes::BvhNode& root = nodes_[0];
     const Floats3 low = all3(root.low) - rays_.from, high = all3(root.high) - rays_.from;
     const Floats margin = (max(abs(low.x), abs(high.x)) + max(abs(low.y), abs(high.y)) + max(abs(low.z), abs(high.z)) +
@@ -39,7 +39,7 @@ class MeshRays {
     above_ = {rays_.from.x - margin, rays_.from.y - margin, rays_.from.z - margin};
   }
 
-  /// The nearest crossing; of several at the same distance that with the first triangle.
+  /// Returns the nearest crossing; of several at the same distance, that with the first triangle.
   RayHit nearest(Floats near, Floats far) const {
     RayHit found{Mask{}, far, Ints{}};
     walk([&](const meshes::BvhNode& node) {
@@ -62,7 +62,7 @@ class MeshRays {
     return found;
   }
 
-  /// Which of the rays meet any triangle between `near` and `far`; of interest are those with `open`.
+  /// Returns which rays meet any triangle between `near` and `far`. Only the lanes of `open` matter.
   Mask blocked(Floats near, Floats far, Mask open) const {
     walk([&](const meshes::BvhNode& node) {
       Floats enter, leave;
@@ -79,7 +79,7 @@ class MeshRays {
   }
 
  private:
-  // Whether rays pass through a node's box between `near` and `far`, and where.
+  // Returns which rays pass through a node's box between `near` and `far`, and where they enter and leave it.
   MOTES_INLINE Mask inside(const meshes::BvhNode& node, Floats near, Floats far, Floats& enter, Floats& leave) const {
     const Floats x0 = (node.low[0] - below_.x) * inverse_.x, x1 = (node.high[0] - above_.x) * inverse_.x;
     const Floats y0 = (node.low[1] - below_.y) * inverse_.y, y1 = (node.high[1] - above_.y) * inverse_.y;
@@ -96,7 +96,7 @@ class MeshRays {
     return pass_through(triangle.corner, rays_) & (distance > near) & (distance <= __FLT_MAX__);
   }
 
-  // Calls `use` with nodes from the root down, for each of whose boxes it returns true the children follow.
+  // Calls `use` for nodes from the root down, visiting the children of a node only if it returns true.
   template <class Use>
   MOTES_INLINE void walk(const Use& use) const {
     std::uint32_t stack[meshes::kMaxBvhDepth + 4];
@@ -111,7 +111,7 @@ class MeshRays {
     }
   }
 
-  // As one of the rays sees it. A wrong order costs time alone.
+  // Returns whether the second box is nearer for the first ray. A wrong order only costs time.
   MOTES_INLINE bool second_is_nearer(const meshes::BvhNode& first, const meshes::BvhNode& second) const {
     float ahead = 0;
     ahead += (second.low[0] + second.high[0] - first.low[0] - first.high[0]) * rays_.along.x[0];
@@ -126,7 +126,7 @@ class MeshRays {
   Floats3 inverse_, below_, above_;
 };
 
-/// The normals of triangles, one for each lane.
+/// Returns the normals of the triangles that were met, one per lane.
 MOTES_INLINE Floats3 mesh_normals(const meshes::BvhTriangle* triangles, const RayHit& crossing) {
   Floats3 normal{};
   for (std::size_t i = 0; i < kLanes; ++i) {

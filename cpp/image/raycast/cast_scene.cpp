@@ -13,7 +13,7 @@ namespace {
 
 using shapes::Kind;
 
-constexpr double kFogReach = 5;  // in distances from camera to look_at: where half of the light is fog
+constexpr double kFogReach = 5;  // distance at which half of the light is fog, in distances from camera to look_at
 
 void put(const Vector& v, float* to) {
   for (std::size_t i = 0; i < 3; ++i) to[i] = static_cast<float>(v[i]);
@@ -26,7 +26,7 @@ void put_plane(const Vector& point, const Vector& normal, float* to) {
   to[3] = static_cast<float>(dot(point, normal));
 }
 
-// The part of a rectangle's side that a point's offset from the origin covers, as a vector and a number.
+// Writes a vector and a number: dot(vector, p) - number is the position of a point p along a rectangle's side, 0..1.
 void put_side(const Vector& origin, const Vector& side, float* to) {
   put(side, to);
   to[3] = static_cast<float>(dot(origin, side));
@@ -50,7 +50,7 @@ void prepare_shell(const shapes::Shape& s, const Vector& eye, float* to) {
   put(start + whole * 0.5, to + 9);
 }
 
-// See CastSolid.
+// Writes the numbers of a shape: see CastSolid.
 void prepare_shape(const shapes::Shape& s, const Vector& eye, float* to) {
   const Vector first = vector_at(s, 0) - eye;
   switch (s.kind) {
@@ -86,7 +86,7 @@ void prepare_shape(const shapes::Shape& s, const Vector& eye, float* to) {
   }
 }
 
-// Where a mesh is: its origin and its axes.
+// The origin and the axes of a mesh.
 struct Placement {
   Vector position{};
   std::array<Vector, 3> axis{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
@@ -105,7 +105,7 @@ Placement placement_of(const shapes::Shape& s) {
             {scale * (i * k + j * w), scale * (j * k - i * w), 1 - scale * (i * i + j * j)}}}};
 }
 
-// Returns the ball around the mesh, in the world's coordinates.
+// Prepares a mesh and returns its bounding ball in the world's coordinates.
 Ball prepare_mesh(const Placement& placement, const meshes::Bvh& tree, const Vector& eye, CastSolid& to) {
   to.nodes = tree.nodes.data();
   to.triangles = tree.triangles.data();
@@ -115,7 +115,7 @@ Ball prepare_mesh(const Placement& placement, const meshes::Bvh& tree, const Vec
   return {placement.position + placement.out_of(tree.ball.center), tree.ball.radius};
 }
 
-// Shadows of particles for places relative to the eye.
+// Returns the shadows of particles for positions relative to the eye.
 ShadowMap seen_from(const Vector& eye, const ShadowMap* map) {
   if (map == nullptr) return {};
   ShadowMap seen = *map;
@@ -132,8 +132,8 @@ Ball ball_around(const Reach& reach) {
   return {(low + high) * 0.5, length(high - low) * 0.51 + 1e-6};
 }
 
-// Whether a ball may be touched by rays from another ball to a light: which direction they have, how far they go, and
-// how much wider than the ball they are at their end, or per metre.
+// Returns whether rays from the ball `from` to a light may touch `ball`. They are `far` metres long, and the bundle is
+// wider than `from` by `wide` metres, and by `per_metre` per metre.
 bool in_between(const Ball& ball, const Ball& from, const Vector& direction, double far, double wide,
                 double per_metre) {
   double room = ball.radius + from.radius + wide;
@@ -239,13 +239,13 @@ CastScene::Bounds CastScene::bounds_on_screen(const Ball& ball) const {
   constexpr Bounds kEverywhere{-kInfinity, kInfinity, kInfinity, -kInfinity};
   constexpr Bounds kNowhere{kInfinity, -kInfinity, -kInfinity, kInfinity};
   if (ball.radius == kInfinity) return kEverywhere;
-  // A little more than needed: anything left out by mistake would be a hole in the picture.
+  // Slightly too large: bounds that are too small would leave a hole in the picture.
   const double radius = ball.radius * (1 + 1e-5) + length(ball.center) * 1e-6;
   const double depth = dot(ball.center, lens_.forward);
   const double nearest = depth - radius, farthest = depth + radius;
   if (farthest <= view_.camera.near) return kNowhere;
   if (nearest <= view_.camera.near) return kEverywhere;
-  // x / z over the cube around the ball.
+  // Bounds of x / z over the cube around the ball.
   const auto least = [&](double x) { return x / (x > 0 ? farthest : nearest); };
   const auto greatest = [&](double x) { return x / (x > 0 ? nearest : farthest); };
   const double x = dot(ball.center, lens_.right), y = dot(ball.center, lens_.up);
@@ -266,7 +266,7 @@ const CastView& CastScene::aim(double left, double top, double right, double bot
   return cast_;
 }
 
-// Objects that emit light throw no shadow: a light may stand in a lamp.
+// Objects that emit light cast no shadow, so a light may stand inside a lamp.
 const ShadeView& CastScene::light(const Reach& reach) {
   const Ball ball = ball_around(reach);
   const auto collect = [&](const Vector& direction, double far, double wide, double per_metre,

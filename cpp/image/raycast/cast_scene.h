@@ -1,4 +1,4 @@
-// The objects and lights of a view, prepared for rays, and which of them matter for a part of the image.
+// The objects and lights of a view, prepared for ray casting, and a selection of those that matter for a part of it.
 #pragma once
 
 #include <memory>
@@ -13,17 +13,17 @@ namespace motes::image {
 
 class CastScene {
  public:
-  /// Throws std::invalid_argument where a mesh is not kept in this process.
+  /// Throws std::invalid_argument if this process does not keep one of the meshes.
   explicit CastScene(const View& view, const ShadowGrids* shadows = nullptr);
 
-  /// Whether what is behind all objects is not of one colour.
+  /// Returns whether the background has more than one colour.
   bool has_sky() const { return view_.sky.kind != Sky::Kind::none; }
 
-  /// For rays through a part of the image, in pixels from its top left corner: only what may be visible there. Valid
-  /// until the next call.
+  /// Returns the view with only the objects that may be visible in a part of the image, in px from its top left corner.
+  /// Valid until the next call.
   const CastView& aim(double left, double top, double right, double bottom);
 
-  /// For surfaces within `reach`: only what may throw a shadow on them. Valid until the next call.
+  /// Returns the view with only the objects that may shade surfaces within `reach`. Valid until the next call.
   const ShadeView& light(const Reach& reach);
 
  private:
@@ -40,7 +40,7 @@ class CastScene {
   View view_;
   Lens lens_;
   std::vector<CastSolid> solids_;
-  std::vector<Ball> balls_;  // relative to the eye, as everything below
+  std::vector<Ball> balls_;  // relative to the eye, like all positions below
   std::vector<Bounds> bounds_;
   std::vector<std::shared_ptr<const meshes::Bvh>> trees_;  // keeps them alive
   std::vector<Material> materials_;                     // one per object

@@ -1,7 +1,7 @@
-// Where a vector of rays meets an object of each kind. Surfaces are visible from both sides; a sphere is its outer
-// surface only; discs, cylinders and cones keep their holes.
+// Crossings of a vector of rays with each kind of object. Surfaces are visible from both sides, but of a sphere only
+// the outer one; discs, cylinders and cones may have holes.
 //
-// find() tells where, normals() the direction of the surface there: not of unit length, either side.
+// find() returns the nearest crossings, normals() the normals there: not of unit length, and to either side.
 #pragma once
 
 #include "image/raycast/cast_meshes.h"
@@ -37,7 +37,8 @@ MOTES_INLINE RayHit find_triangle(const float* v, const Rays& rays, Floats near,
   return {pass_through(corner, rays) & between(distance, near, far), distance, Ints{}};
 }
 
-// With the perpendicular from the centre to the ray: precise far away, too (Haines, Guenther, Akenine-Moeller 2019).
+// Uses the perpendicular from the centre to the ray, which is precise far away, too (Haines, Guenther, Akenine-Moeller
+// 2019).
 template <bool kFromEye>
 MOTES_INLINE RayHit find_sphere(const float* v, const Rays& rays, Floats near, Floats far) {
   const Floats3 offset = rays.from - all3(v);
@@ -47,7 +48,7 @@ MOTES_INLINE RayHit find_sphere(const float* v, const Rays& rays, Floats near, F
   const Floats left = v[3] - dot(aside, aside);
   const Floats c = kFromEye ? all(v[4]) : dot(offset, offset) - v[3];
   const Floats root = sqrt(max(left, Floats{}) * a);
-  // Both roots without cancellation.
+  // Compute both roots without cancellation.
   const Mask ahead = b < 0.0f;
   const Floats q = select(ahead, root - b, -b - root);
   const Floats one = q / a, other = c / q;
@@ -56,7 +57,7 @@ MOTES_INLINE RayHit find_sphere(const float* v, const Rays& rays, Floats near, F
   return {(left >= 0.0f) & between(distance, near, far), distance, Ints{}};
 }
 
-// The part of the ray that is inside all three pairs of faces.
+// Finds the part of a ray that is between all three pairs of faces.
 MOTES_INLINE RayHit find_box(const float* v, const Rays& rays, Floats near, Floats far) {
   const Floats inverse[3] = {1.0f / not_zero(rays.along.x), 1.0f / not_zero(rays.along.y),
                              1.0f / not_zero(rays.along.z)};
@@ -77,8 +78,9 @@ MOTES_INLINE RayHit find_box(const float* v, const Rays& rays, Floats near, Floa
   return {(enter <= leave) & between(distance, near, far), distance, (outside & enter_face) | (~outside & leave_face)};
 }
 
-// Cylinders and cones: walls outside and, for a pipe, inside, with flat ends between them. With equal radii only the
-// wall. Rays start where they pass the object, so that their own length costs no digits.
+// Cylinders and cones: an outer wall, an inner wall for pipes, and flat ends between them; if both radii are equal,
+// only the wall. Distances along rays count from where they pass the object, so precision does not depend on how far
+// away it is.
 class ShellRays {
  public:
   MOTES_INLINE ShellRays(const float* v, const Rays& rays, bool cone)
@@ -118,7 +120,7 @@ class ShellRays {
     found.met |= met;
   }
 
-  // The surface whose distance from the axis is radius at a cylinder's every height, at a cone's base.
+  // Adds the wall whose distance from the axis is `radius`: at any height of a cylinder, at the base of a cone.
   MOTES_INLINE void add_wall(float radius, int face, Floats near, RayHit& found) const {
     const float widening = cone_ ? radius / length_ : 0;
     const Floats here = cone_ ? widening * height_ : all(radius);
@@ -127,7 +129,7 @@ class ShellRays {
     const Floats b = dot(across_, aside_) - here * change;
     const Floats c = dot(across_, across_) - here * here;
     const Floats discriminant = b * b - a * c;
-    // Both roots without cancellation; along a cone's side a is 0 and one of them is infinite.
+    // Compute both roots without cancellation; along a cone's side a is 0 and one of them is infinite.
     const Floats root = sqrt(max(discriminant, Floats{}));
     const Floats q = select(b < 0.0f, root - b, -b - root);
     const Floats one = q / a, other = c / q;
@@ -141,7 +143,7 @@ class ShellRays {
     }
   }
 
-  // The flat end at a height, a ring.
+  // Adds the flat end at a height, a ring.
   MOTES_INLINE void add_end(float height, int face, Floats near, RayHit& found) const {
     const Floats from_start = (height - height_) / rise_;
     const Floats distance = start_ + from_start;
@@ -182,7 +184,7 @@ MOTES_INLINE RayHit find(const image::CastSolid& solid, const Rays& rays, Floats
   return {Mask{}, far, Ints{}};
 }
 
-/// Which rays meet the object between `near` and `far`; of interest are those with `open`.
+/// Returns which rays meet the object between `near` and `far`. Only the lanes of `open` matter.
 MOTES_INLINE Mask blocked(const image::CastSolid& solid, const Rays& rays, Floats near, Floats far, Mask open) {
   if (solid.nodes != nullptr) return MeshRays(solid, rays).blocked(near, far, open);
   return find<false>(solid, rays, near, far).met;
@@ -210,7 +212,7 @@ MOTES_INLINE Floats3 normals(const image::CastSolid& solid, const Rays& rays, co
     case Kind::united:
     case Kind::mesh: break;
   }
-  return at(rays, crossing.distance) - all3(v);  // a sphere's
+  return at(rays, crossing.distance) - all3(v);  // of a sphere
 }
 
 }  // namespace motes::MOTES_ISA

@@ -1,4 +1,4 @@
-// What all tiles of a frame share: the view, its scenery and its tone curve.
+// The view, scenery and tone curve that all tiles of a frame share.
 #pragma once
 
 #include <cstdint>
@@ -10,19 +10,18 @@
 
 namespace motes::image {
 
-/// A view made ready to be painted. It does not change while tiles are painted, so several tile painters may share it.
+/// A view prepared for painting. It does not change while tiles are painted, so several tile painters may share it.
 /// Usage: prepare for each frame, then render the tiles that this rank paints.
 class PreparedScene {
  public:
-  /// Throws std::invalid_argument where the view is not valid.
-  /// `shadows`: see Scenery::prepare.
+  /// Prepares a view. Throws std::invalid_argument if it is not valid. `shadows`: see Scenery::prepare.
   void prepare(const View& view, std::size_t workers = 1, const ShadowGrids* shadows = nullptr);
 
-  /// Renders the scenery of a tile where that has not been done yet; different workers may do so at the same time.
+  /// Renders the scenery of a tile, unless it is rendered already; different workers may render at the same time.
   void render(int tile, std::size_t worker = 0) { scenery_.render(tile, worker); }
   void render_all(threads::Pool& pool = threads::alone()) { scenery_.render_all(pool); }
 
-  /// Changes whenever a tile without particles looks different than before.
+  /// Changes whenever tiles without particles may look different.
   std::uint64_t version() const { return version_; }
 
   const View& view() const { return view_; }

@@ -14,7 +14,7 @@ std::uint32_t to_sum(float linear) {
   return static_cast<std::uint32_t>(std::min(linear * static_cast<float>(kUnit) + 0.5f, kMostScenery));
 }
 
-// Whether rays from the camera meet the same surfaces in both views.
+// Returns whether rays from the camera meet the same surfaces in both views.
 bool same_forms(const View& a, const View& b) {
   const auto same = [](const Solid& x, const Solid& y) { return x.mesh == y.mesh && x.shape == y.shape; };
   return a.width == b.width && a.height == b.height && a.camera == b.camera && a.smooth == b.smooth &&
@@ -22,7 +22,7 @@ bool same_forms(const View& a, const View& b) {
          std::equal(a.objects.begin(), a.objects.end(), b.objects.begin(), b.objects.end(), same);
 }
 
-// Whether the surfaces have the same light, too.
+// Returns whether the light on equal surfaces is the same in both views.
 bool same_light(const View& a, const View& b) {
   return a.background == b.background && a.sky == b.sky && a.fog == b.fog && a.objects == b.objects && a.sun == b.sun &&
          a.sun_size == b.sun_size && a.lights == b.lights;

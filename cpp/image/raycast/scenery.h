@@ -16,14 +16,14 @@
 namespace motes::image {
 
 /// Ray-cast objects, lit by the sun, a hemisphere of sky and the view's lights, with shadows and anti-aliased edges;
-/// far away they fade into the background. A pure function of the view, independent of its exposure; each tile of it is
-/// computed alone, so that a rank renders only the tiles that it draws.
+/// far away they fade into the background. A pure function of the view, independent of its exposure. Tiles are computed
+/// independently, so a rank renders only those that it draws.
 ///
-/// What the camera's rays meet is kept while the camera and the objects' forms stay the same: then lights, colours and
-/// the background may change without new rays from the camera.
+/// The surfaces that the camera's rays meet are kept while the camera and the objects' shapes stay the same, so lights,
+/// colours and the background can change without casting those rays again.
 ///
-/// Usage: prepare, render, then the getters, for tiles that were rendered; and again for the next frame. Several
-/// workers may render different tiles at the same time.
+/// Usage, for each frame: prepare, render, then the getters for rendered tiles. Several workers may render different
+/// tiles at the same time.
 class Scenery {
  public:
   /// The depth of a pixel where there is no object: the bits of infinity.
@@ -31,66 +31,66 @@ class Scenery {
 
   explicit Scenery(const CastLanes& lanes = cast_lanes()) : lanes_(&lanes) {}
 
-  /// Selects the view. Tiles stay rendered where the view's scenery is the same as before. Throws
-  /// std::invalid_argument where the view is not valid.
-  /// `shadows`: of particles, of this view, valid until the last tile is rendered; null: they throw none.
+  /// Selects the view. Tiles stay rendered if the view's scenery is the same as before. Throws std::invalid_argument if
+  /// the view is not valid. `shadows`: shadows of particles in this view, which must stay valid until the last tile is
+  /// rendered; null: particles cast none.
   void prepare(const View& view, std::size_t workers = 1, const ShadowGrids* shadows = nullptr);
 
-  /// Renders the tile where that has not been done yet. Throws std::invalid_argument where there is no such tile.
+  /// Renders a tile, unless it is rendered already. Throws std::invalid_argument if there is no such tile.
   void render(int tile, std::size_t worker = 0);
   void render_all(threads::Pool& pool = threads::alone());
 
-  /// Changes whenever the scenery does: what was made from a tile with an equal version is still right.
+  /// Changes whenever the scenery does. Results computed from a tile stay valid while the version is the same.
   std::uint64_t version() const { return version_; }
   bool rendered(int tile) const { return tiles_[index(tile)].version == version_; }
 
-  /// False: no object is visible in this tile, its pixels are background.
+  /// Returns whether an object or a sky is visible in this tile; if not, its pixels have the background's colour.
   bool occupied(int tile) const { return tiles_[index(tile)].occupied; }
 
-  /// The least and greatest depth in an occupied tile.
+  /// Return the least and the greatest depth in an occupied tile, as bits of floats.
   std::uint32_t nearest(int tile) const { return tiles_[index(tile)].nearest; }
   std::uint32_t farthest(int tile) const { return tiles_[index(tile)].farthest; }
 
-  /// Sums of light: three numbers per pixel, from (x, y) to the end of its tile's row. The next row is 3 * kTile
-  /// numbers further on. Only in occupied tiles.
+  /// Returns sums of light, three per pixel, from (x, y) to the end of its tile's row. The next row is 3 * kTile
+  /// numbers further on. Only for occupied tiles.
   const std::uint32_t* light(int x, int y) const { return tile_of(x, y).light.data() + 3 * within(x, y); }
   const std::array<std::uint32_t, 3>& background() const { return background_; }
-  /// The greatest of a tile's sums.
+  /// Returns the greatest of a tile's sums.
   std::uint32_t brightest(int tile) const {
     return occupied(tile) ? tiles_[index(tile)].brightest : *std::max_element(background_.begin(), background_.end());
   }
 
-  /// Float bits of the view depth beyond which a particle is hidden: the depth of the surface plus a small bias, so
-  /// that particles resting on a surface are fully visible. The next row is kTile numbers further on. Only in occupied
-  /// tiles.
+  /// Returns the bits of the view depths, from (x, y) to the end of its tile's row, beyond which particles are hidden:
+  /// the depth of the surface plus a small bias, so that particles resting on it are fully visible. The next row is
+  /// kTile numbers further on. Only for occupied tiles.
   const std::uint32_t* depth(int x, int y) const { return tile_of(x, y).depth.data() + within(x, y); }
-  /// The depth of the surface itself, m, from (x, y) to the end of its tile's row; FLT_MAX where there is none. Only in
-  /// occupied tiles.
+  /// Returns the depths of the surfaces themselves, m, from (x, y) to the end of its tile's row; FLT_MAX where there is
+  /// none. Only for occupied tiles.
   const float* surface_depth(int x, int y) const {
     return tile_of(x, y).surfaces.depths(x & (kTile - 1), y & (kTile - 1));
   }
 
-  /// What the pixel (x, y) of an occupied tile shows: as in Surfaces.
+  /// Return the surface and the normal at a pixel of an occupied tile: see Surfaces.
   std::uint32_t surface(int x, int y) const { return tile_of(x, y).surfaces.surface(x & (kTile - 1), y & (kTile - 1)); }
   std::array<float, 3> normal(int x, int y) const {
     return tile_of(x, y).surfaces.normal(x & (kTile - 1), y & (kTile - 1));
   }
 
-  /// A surface as the eye sees it: `ahead` is the cosine between the way to the eye and its normal, times a positive
-  /// number that grows by `right` and `down` per pixel. The inverse depth of the tangent plane grows in the same
-  /// proportion.
+  /// How a surface is tilted to the line of sight. `ahead` is the dot product of its unit normal and a vector towards
+  /// the eye whose view depth is 1 m; per pixel it changes by `right` and `down`. The inverse depth of the tangent
+  /// plane is proportional to it.
   struct Tilt {
     float ahead, right, down;
   };
   Tilt tilt(int x, int y) const;
 
-  /// The side of a pixel at a view depth of 1 m.
+  /// Returns the side of a pixel at a view depth of 1 m, m.
   float pixel() const { return pixel_; }
   const Grid& grid() const { return grid_; }
 
  private:
   struct Tile {
-    std::uint64_t forms = 0;    // the version of what the rays met
+    std::uint64_t forms = 0;    // version of the surfaces
     std::uint64_t version = 0;  // of the light
     bool occupied = false;
     std::uint32_t nearest = kNothing;
@@ -106,7 +106,7 @@ class Scenery {
   const Tile& tile_of(int x, int y) const {
     return tiles_[index((y >> kTileBits) * grid_.columns() + (x >> kTileBits))];
   }
-  // Working memory of a worker. What of a scene matters for a tile is selected in the scene: each has its own.
+  // Working memory of a worker. Each has its own scene, which selects the objects and lights that matter for a tile.
   struct Worker {
     TileCaster caster;
     std::unique_ptr<CastScene> scene;

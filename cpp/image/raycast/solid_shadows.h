@@ -1,4 +1,4 @@
-// Shadows of solids on particles, of lights that have a size.
+// Soft shadows of solids on particles, from lights that have a size.
 #pragma once
 
 #include "image/light/particle_light.h"
@@ -6,7 +6,8 @@
 
 namespace motes::image {
 
-/// Returns what solids leave of a view's lights; empty where there are no solids, or no light has a size.
+/// Returns a function that computes the part of each light that solids leave visible; empty if there are no solids or
+/// no light has a size.
 InSight in_sight(const View& view);
 
 }  // namespace motes::image

@@ -7,13 +7,13 @@
 namespace motes::image {
 namespace {
 
-constexpr std::size_t kVector = 16;  // the most lanes that a build has
+constexpr std::size_t kVector = 16;  // greatest number of lanes of any build
 constexpr int kBordered = kTile + 2;
 constexpr std::size_t kCenters = static_cast<std::size_t>(kBordered) * kBordered;
 constexpr std::size_t kPixels = static_cast<std::size_t>(kTile) * kTile;
 constexpr std::size_t kBorder = 4 * static_cast<std::size_t>(kTile);
 
-// On a rotated grid: nearly vertical or horizontal edges get four steps.
+// Samples are on a rotated grid, so nearly vertical or horizontal edges have four steps.
 constexpr std::size_t kSamples = 4;
 constexpr std::array<float, kSamples> kSampleX = {0.375f, 0.875f, 0.625f, 0.125f};
 constexpr std::array<float, kSamples> kSampleY = {0.125f, 0.375f, 0.875f, 0.625f};
@@ -23,7 +23,7 @@ constexpr std::size_t bordered(std::uint32_t pixel) {
   return bordered(static_cast<int>(pixel % kTile), static_cast<int>(pixel / kTile));
 }
 
-// The place of a neighbour in the tile's coordinates: kTile of them above, then below, left, right.
+// Position of an adjacent pixel in the tile's coordinates: kTile of them above, then below, left, right.
 struct Place {
   int x, y;
 };
@@ -47,7 +47,7 @@ bool any_shadow_of_a_mesh(const ShadeView& view) {
                      [](const CastLight& light) { return any_mesh(light.solids, light.count); });
 }
 
-// Rays of one vector pass through fewer boxes of a mesh when they are close to each other: in blocks of 4x4 pixels.
+// Returns all pixels in blocks of 4x4: rays of one vector that are close together traverse fewer boxes of a mesh.
 const std::array<std::uint32_t, kPixels>& blocks() {
   static const auto all = [] {
     constexpr std::uint32_t kBlock = 4, kSide = kTile / kBlock;
@@ -105,7 +105,7 @@ void TileCaster::place_row(const TilePart& part, int y) {
   }
 }
 
-// Also of neighbours that are not in the image: edges that run past its outermost pixels are smooth, too.
+// Includes adjacent pixels outside the image, so that edges at its outermost pixels are smooth, too.
 void TileCaster::place_border(const TilePart& part) {
   for (std::size_t i = 0; i < kBorder; ++i) {
     const Place place = border_place(part, static_cast<int>(i));
@@ -246,7 +246,7 @@ void TileCaster::shade(CastScene& scene, const TilePart& part, bool smooth, Tile
   }
 }
 
-// Pixels whose neighbour has other shadows, but where no edge of an object runs.
+// Finds the pixels with a neighbour that has other shadows, except those on an edge of an object.
 void TileCaster::find_shadow_edges(const ShadeView& view, const TilePart& part, bool meshes, TileSurfaces& from) {
   reserve_samples(kBorder);
   place_border(part);
@@ -270,7 +270,7 @@ void TileCaster::find_shadow_edges(const ShadeView& view, const TilePart& part, 
   }
 }
 
-// Pixels get the mean of their samples.
+// Sets pixels to the mean of their samples.
 void TileCaster::shade_samples(const ShadeView& view, const std::vector<std::uint32_t>& pixels, SurfaceList& surfaces) {
   reserve_samples(surfaces.size());
   lanes_->shade(view, x_.data(), y_.data(), surfaces.size(), surfaces.from(0), samples());

@@ -1,4 +1,4 @@
-// What rays through the pixels of one tile meet, and what light comes back.
+// Casts rays through the pixels of a tile, and computes the light of the surfaces that they meet.
 #pragma once
 
 #include <array>
@@ -12,13 +12,13 @@
 
 namespace motes::image {
 
-/// Surfaces in memory of their own: see Surfaces.
+/// Memory for surfaces: see Surfaces.
 class SurfaceList {
  public:
-  /// `triangles`: with numbers of those of meshes.
+  /// Sets the number of surfaces. `triangles`: whether they include the numbers of a mesh's triangles.
   void resize(std::size_t count, bool triangles);
   std::size_t size() const { return count_; }
-  /// From the given one on.
+  /// Returns the surfaces from number `first` on.
   Surfaces from(std::size_t first);
   const float* distances(std::size_t first) const { return planes_.data() + first; }
   std::array<float, 3> normal(std::size_t i) const {
@@ -32,14 +32,14 @@ class SurfaceList {
   BufferOf<float> planes_;
 };
 
-/// The part of the image that a tile covers, pixels.
+/// The part of the image that a tile covers, px.
 struct TilePart {
   int left, top, width, height;
 };
 
-/// All that a tile shows of objects: it depends on the camera and the objects' forms, not on light or colour.
+/// The surfaces that a tile shows. They depend on the camera and the objects' shapes, not on light or colour.
 struct TileSurfaces {
-  /// View depths from a pixel to the end of its row, m; FLT_MAX where nothing is met.
+  /// Returns the view depths from a pixel to the end of its row, m; FLT_MAX where there is no surface.
   const float* depths(int x, int y) const { return centers.distances(center(x, y)); }
   std::array<float, 3> normal(int x, int y) const { return centers.normal(center(x, y)); }
   std::uint32_t surface(int x, int y) const { return centers.surface(center(x, y)); }
@@ -47,23 +47,23 @@ struct TileSurfaces {
     return static_cast<std::size_t>(y + 1) * (kTile + 2) + static_cast<std::size_t>(x + 1);
   }
 
-  SurfaceList centers;  // met at the centres of pixels: kTile + 2 rows of kTile + 2, the neighbours' first ones around
-  SurfaceList border;  // these neighbours again: kTile above, below, left and right
+  SurfaceList centers;  // at pixel centres: kTile + 2 rows of kTile + 2, with the adjacent pixels around the tile
+  SurfaceList border;  // the adjacent pixels again: kTile above, below, left and right
   std::vector<std::uint32_t> edge_pixels;  // 64 y + x of pixels on an edge
-  SurfaceList edges;  // their samples, one pixel's after the other's
+  SurfaceList edges;  // samples of edge_pixels, pixel by pixel
   Reach reach;
 };
 
-/// Working memory to fill tiles, of one thread. Each tile is computed alone.
+/// Traces and shades tiles, each independently of the others. Holds the working memory of one thread.
 class TileCaster {
  public:
   explicit TileCaster(const CastLanes& lanes = cast_lanes()) : lanes_(&lanes) {}
 
-  /// Finds the surfaces, and the bits of depth of each pixel: kTile rows of kTile. Returns false where no object is
-  /// visible. `smooth`: for shade() with the same.
+  /// Finds the surfaces, and the depth bits of each pixel: kTile rows of kTile. Returns false if neither an object nor
+  /// a sky is visible. `smooth`: edges are anti-aliased; must be the same as for shade().
   bool trace(CastScene& scene, const TilePart& part, bool smooth, TileSurfaces& to, std::uint32_t* depth);
 
-  /// Finds the light of each pixel, as the scenery stores it: kTile rows of kTile pixels.
+  /// Computes the light of each pixel, as the scenery stores it: kTile rows of kTile pixels.
   void shade(CastScene& scene, const TilePart& part, bool smooth, TileSurfaces& from, std::uint32_t* light);
 
  private:
@@ -82,11 +82,11 @@ class TileCaster {
   void shade_samples(const ShadeView& view, const std::vector<std::uint32_t>& pixels, SurfaceList& surfaces);
 
   const CastLanes* lanes_;
-  std::vector<float> x_, y_;  // points, pixels
-  std::vector<float> center_x_, center_y_;  // of the pixels that they are in
+  std::vector<float> x_, y_;  // points, px
+  std::vector<float> center_x_, center_y_;  // centres of the points' pixels, px
   std::vector<float> light_[3];  // of the tile's pixels
   std::vector<float> sampled_[3];  // of samples
-  std::vector<std::uint32_t> shadows_, ignored_;  // marks like centers; of samples
+  std::vector<std::uint32_t> shadows_, ignored_;  // Shades::shadows of pixels, arranged like centers; of samples
   std::vector<std::uint32_t> shadow_pixels_;  // on the edge of a shadow
   std::vector<std::uint8_t> on_edge_;  // per pixel of the tile
   SurfaceList shadow_edges_;

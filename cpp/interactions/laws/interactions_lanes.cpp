@@ -1,6 +1,6 @@
 // Compiled once for each instruction set: the laws between particles.
 #include "interactions/clump_lanes.h"
-#include "interactions/laws/all.h"  // all law_*.h of this folder: CMake writes it
+#include "interactions/laws/all.h"  // includes all law_*.h of this folder; written by CMake
 #include "interactions/laws/wall_lanes.h"
 #include "interactions/list_pairs.h"
 #include "interactions/pull.h"
@@ -8,7 +8,7 @@
 namespace motes::MOTES_ISA {
 
 namespace laws {
-// No sums over all within reach: engine/act/follow.h, interactions/pairs.h, interactions/tie.h.
+// Laws that do not sum over particles within reach: see engine/act/follow.h, interactions/pairs.h, interactions/tie.h.
 inline constexpr interactions::Law follow = {};
 inline constexpr interactions::Law pairs = {
     .reach = [](const double* recorded) { return actions::read_numbers<numbers::pairs>(recorded).radius; },

@@ -9,7 +9,7 @@
 
 namespace motes::MOTES_ISA {
 
-/// kRadii: particles have individual radii. kMasses: and individual masses.
+/// kRadii: particles have individual radii. kMasses: particles have individual masses.
 template <bool kRadii, bool kMasses>
 struct Collision {
   Floats reach2, reach, per_step, friction, restitution, slow, sleep2;
@@ -29,7 +29,7 @@ struct Collision {
   struct Sums {
     Floats3 at, velocity, sum{};
     Floats part, own_radius, own_inverse, own_share{};
-    float other_inverse = __builtin_nanf("");  // for which own_share is known, 1/kg
+    float other_inverse = __builtin_nanf("");  // 1/kg, for which own_share was computed
     Ints touching{}, zeros{};
 
     MOTES_INLINE Sums(const Collision&, const Task& task, std::uint32_t i, std::uint32_t)
@@ -116,7 +116,7 @@ struct Collision {
   };
 };
 
-/// What slow and sleeping particles are measured by, m/s2.
+/// The acceleration, m/s2, from which the speeds of slow and sleeping particles are derived.
 inline constexpr double kGravity = 9.81;
 
 template <bool kRadii, bool kMasses>
@@ -124,7 +124,7 @@ void collide_as(const Task& task) {
   const auto n = numbers_of<numbers::collide, double>(task);
   const double sleep = n.sleep < 0 ? 2.5 * kGravity * static_cast<double>(task.dt) : n.sleep;
   const auto restitution = static_cast<float>(n.restitution);
-  // Those that approach each other more slowly do not rebound.
+  // Particles that approach each other more slowly do not rebound.
   const float slow =
       restitution > 0 ? static_cast<float>(2 * kGravity * static_cast<double>(task.dt)) : __builtin_inff();
   sweep(task, Collision<kRadii, kMasses>{all(task.reach * task.reach), all(task.reach), all(1.0f / task.dt),

@@ -1,7 +1,7 @@
-// contact: discrete elements (Cundall and Strack 1979). Spheres that touch push each other apart as springs with
-// dampers do; their surfaces hold each other by springs that remember how far they have slid and rolled, up to
-// Coulomb's limit (Luding 2008, "Cohesive, frictional powders": sliding and rolling alike). Each touch is computed at
-// both of its ends with opposite signs, so momentum and angular momentum are kept.
+// contact: discrete elements (Cundall and Strack 1979). Touching spheres push each other apart like springs with
+// dampers. Springs along their surfaces, which remember how far the spheres have slid and rolled, hold them up to
+// Coulomb's limit (Luding 2008, "Cohesive, frictional powders", treats sliding and rolling alike). Each touch is
+// computed at both ends with opposite signs, so momentum and angular momentum are conserved.
 #pragma once
 
 #include "interactions/parting.h"
@@ -11,29 +11,29 @@
 
 namespace motes::MOTES_ISA {
 
-/// How much a particle resists to being moved and turned.
+/// A particle's resistance to being moved and turned.
 struct Inertia {
   Floats radius, inverse;  // m, 1/kg
 
-  /// Of a solid sphere, 1/(kg m2).
+  /// Returns the inverse moment of inertia of a solid sphere, 1/(kg m2).
   MOTES_INLINE Floats inverse_moment() const { return 2.5f * inverse / max(radius * radius, all(1e-30f)); }
 };
 
-/// What two that touch are to each other, seen from the target.
+/// The geometry and motion of a touch, relative to the target.
 struct Touching {
   Floats3 normal;  // towards the source
   Floats overlap;
-  Floats3 apart;  // the source's velocity, seen from the target
+  Floats3 apart;  // the source's velocity relative to the target
   Floats3 spin, other_spin;
   Inertia own, other;
 };
 
-/// The forces at a touch, newtons and newton metres, on the target.
+/// The force, N, and torque, N m, of a touch on its target.
 struct Push {
   Floats3 force, torque;
 };
 
-/// A spring: newtons per metre, and per metre and second.
+/// A spring's stiffness, N/m, and damping, N s/m.
 struct Spring {
   Floats stiffness, damper;
 };
@@ -41,12 +41,14 @@ struct Spring {
 struct Contact {
   Floats step, stiffness, damping, friction, rolling_friction;
 
-  // Springs along the surface, as stiff as two sevenths of that between the centres: then spheres that hit each other
-  // slide and slip back in one period (Schaefer et al. 1996, "Force schemes in simulations of granular materials").
+  // Stiffness of the springs along the surface, relative to that between the centres. With two sevenths, colliding
+  // spheres slide and slip back in one period (Schaefer et al. 1996, "Force schemes in simulations of granular
+  // materials").
   static constexpr float kAlong = 2.0f / 7;
   static constexpr float kAlongDamping = 0.5f;
 
-  /// `at`: how far a spring is drawn out, which the limit shortens; `speed`: how fast. Returns what it pulls with.
+  /// Stretches a surface spring for one step and returns its pull, N. `at`: its stretch, m, shortened where the pull
+  /// would exceed `limit`; `speed`: rate of stretching, m/s.
   MOTES_INLINE Floats3 held(Spring spring, Floats3& at, Floats3 speed, Floats limit) const {
     at = at + speed * step;
     Floats3 pull = at * spring.stiffness + speed * spring.damper;
@@ -65,11 +67,11 @@ struct Contact {
     const Floats along = dot(t.apart, t.normal);
     const Floats out = stiff * t.overlap - damper * along;
     const Floats pressed = max(out, Floats{});
-    // Where they touch is between both surfaces.
+    // The point of contact is halfway between the two surfaces.
     const Floats arm = t.own.radius - 0.5f * t.overlap;
     const Floats3 turning = t.spin * arm + t.other_spin * (t.other.radius - 0.5f * t.overlap);
     const Floats3 slide = t.apart - t.normal * along - cross(turning, t.normal);
-    slid = slid - t.normal * dot(slid, t.normal);  // the touch has turned since
+    slid = slid - t.normal * dot(slid, t.normal);  // the normal has turned since
     const Floats3 drag = held(surface, slid, slide, friction * pressed);
     const Floats both = t.own.radius * t.other.radius / max(t.own.radius + t.other.radius, all(1e-30f));
     const Floats3 roll = cross(t.spin - t.other_spin, t.normal) * both;
@@ -79,8 +81,8 @@ struct Contact {
   }
 };
 
-/// Pairs that touch, of some targets, and what each does to its target. They are found first and computed when there
-/// are many: then each lane has one.
+/// Touching pairs of some targets, and their changes of the targets. Pairs are collected until there are many, then
+/// computed one per lane.
 struct TouchBatch {
   static constexpr std::uint32_t kMost = 256, kRoom = kMost + 2 * kLanes;
 
@@ -94,7 +96,7 @@ MOTES_INLINE Floats3 take3(const float* const* column, int first, Uints at) {
   return {take(column[first], at), take(column[first + 1], at), take(column[first + 2], at)};
 }
 
-/// Adds the target's pairs that touch, from `pair` on as many as there is room for; returns the next one.
+/// Adds the target's touching pairs from `pair` on, as many as fit; returns the next pair.
 MOTES_INLINE std::uint32_t find_touches(const Task& task, std::uint32_t i, std::uint32_t pair, TouchBatch& batch) {
   const float* const* column = task.targets.column;
   const Floats3 at{all(column[interactions::at_x][i]), all(column[interactions::at_y][i]),
@@ -118,7 +120,7 @@ MOTES_INLINE Floats3 remembered(const float* states, Ints at, Mask known) {
   return only(known, Floats3{gather(states, at), gather(states + 1, at), gather(states + 2, at)});
 }
 
-// One vector of the batch, from `n` on.
+// Computes one vector of the batch, from `n` on.
 MOTES_INLINE void compute_touches(const Contact& law, const Task& task, TouchBatch& batch, std::uint32_t n) {
   const float* const* column = task.targets.column;
   const Mask here = first_lanes(batch.count - n);
@@ -159,7 +161,7 @@ MOTES_INLINE void compute_touches(const Contact& law, const Task& task, TouchBat
   }
 }
 
-// Adds up what a batch does to its targets, each one's in the order of the pairs.
+// Computes a batch and adds its changes to the targets, in the order of their pairs.
 MOTES_INLINE void apply_touches(const Contact& law, const Task& task, TouchBatch& batch) {
   for (std::uint32_t n = 0; n < batch.count; n += kLanes) compute_touches(law, task, batch, n);
   for (std::uint32_t n = 0; n < batch.count; ++n) {
@@ -174,7 +176,7 @@ MOTES_INLINE void apply_touches(const Contact& law, const Task& task, TouchBatch
   batch.count = 0;
 }
 
-/// What makes two that meet head on part with this part of their speed: of critical damping, twice.
+/// Returns twice the damping ratio with which spheres that collide head-on rebound at `restitution` times their speed.
 MOTES_INLINE Floats damping_of(float restitution) {
   if (!(restitution > 1e-30f)) return all(2.0f);
   const Floats l = log(all(restitution));
@@ -186,7 +188,7 @@ inline Contact contact_of(const double* recorded, float dt) {
   return {all(dt), all(n.stiffness), damping_of(n.restitution), all(n.friction), all(n.rolling_friction)};
 }
 
-// Sums begin with +0, and what the particle had is added last.
+// Sums begin with +0; the particle's own velocity and spin are added last.
 inline void contact(const Task& task) {
   const Contact law = contact_of(task.numbers, task.dt);
   const std::uint32_t first = task.targets.cells.rows[task.first_row].first;
@@ -220,7 +222,8 @@ inline constexpr interactions::Law contact = {
     .skips_massless = true,
     .remembers = true,
 };
-/// Acts on the spheres of clumps: see clumps.h. Its radius is half of the size of what bounds a clump.
+/// Acts on the spheres of clumps: see clumps.h. Radii are half of the size, which extent_of() scales to the ball that
+/// encloses a clump.
 inline constexpr interactions::Law contact_clumps = {
     .radius = [](const double*, bool) { return 0.0f; },
     .inverse_masses = true,

@@ -1,8 +1,8 @@
 // fluid: particles of a liquid keep their density (Macklin and Mueller 2013, "Position based fluids", one iteration, as
 // an action on velocities). At predicted positions, all particles first find the pressure that keeps them at rest
 // density; then each sums its own pushes and those of its neighbours. Excess density that exists already is relieved
-// slowly (Baumgarte 1972); at once, the liquid would fly apart and never come to rest. Kernels of density and gradient
-// are those of Mueller et al. (2003).
+// slowly (Baumgarte 1972); relieved at once, it would make the liquid fly apart and never come to rest. Kernels of
+// density and gradient are those of Mueller et al. (2003).
 #pragma once
 
 #include "interactions/parting.h"
@@ -31,11 +31,11 @@ struct SmoothingKernel {
   }
 };
 
-/// A source relative to the targets: distance, direction, and who is within reach.
+/// A source relative to the targets: distance, direction, and which targets are within reach.
 struct Neighbour {
   Floats q2, q;  // distance in radii
   Floats3 normal;
-  Mask seen, other;  // within the radius; and not the target itself
+  Mask seen, other;  // within the radius; the same without the target itself
 
   MOTES_INLINE Neighbour(const Task& task, const Floats3& at, const SmoothingKernel& spread, std::uint32_t first,
                          std::uint32_t j) {
@@ -112,7 +112,7 @@ struct Fluid {
     std::uint32_t first;
     Floats3 at, velocity, push{}, drag{};
     Floats mass, pressure, own_part{};
-    float other_mass = __builtin_nanf("");  // for which own_part is known, kg
+    float other_mass = __builtin_nanf("");  // kg, for which own_part was computed
     Ints pairs{};
 
     MOTES_INLINE Sums(const Fluid&, const Task& task, std::uint32_t i, std::uint32_t)
@@ -166,8 +166,8 @@ inline void find_pressure(const Task& task) {
 
 inline void fluid(const Task& task) {
   const auto n = numbers_of<numbers::fluid>(task);
-  // A basic viscosity lets a liquid come to rest; above h^2 / (24 dt), where a step takes all of a difference, it
-  // swings.
+  // A basic viscosity lets a liquid come to rest; above h^2 / (24 dt), a step would overshoot and velocities would
+  // oscillate.
   const float all_at_once = task.reach * task.reach / task.dt;
   const float viscosity10 = 10 * __builtin_fminf(n.viscosity + all_at_once / 4000, all_at_once / 24);
   sweep(task, Fluid{SmoothingKernel(task.reach), all(task.dt), all(1 / n.rest_density), all(viscosity10),

@@ -1,4 +1,5 @@
-// gravitate: each particle is drawn to all within reach, by magnitude / (r^2 + epsilon) (McAllister 2000, Gravitate).
+// gravitate: each particle is attracted by all others within reach, with magnitude / (r^2 + epsilon) (McAllister 2000,
+// Gravitate).
 #pragma once
 
 #include "interactions/sweep.h"

@@ -1,5 +1,5 @@
-// interact: a law of the script's own. Its expressions run over hundreds of pairs at a time: pairs within reach are
-// found first and their columns gathered; then each operation is a loop over them.
+// interact: a law that the script writes as expressions. They run over hundreds of pairs at a time: pairs within reach
+// are found and their columns gathered, then each operation is a loop over them.
 #pragma once
 
 #include "expressions/operate.h"
@@ -8,7 +8,7 @@
 
 namespace motes::MOTES_ISA {
 
-/// Pairs within reach, of some targets.
+/// Pairs within reach of some targets.
 struct PairBatch {
   static constexpr std::uint32_t kMost = interactions::kFormulaPairs, kRoom = kMost + 2 * kLanes;
 
@@ -20,7 +20,7 @@ MOTES_INLINE Floats3 gather3(const float* const (&column)[3], Uints at) {
   return {gather(column[0], (Ints)at), gather(column[1], (Ints)at), gather(column[2], (Ints)at)};
 }
 
-/// Adds the target's pairs within reach, from `pair` on as many as there is room for; returns the next one.
+/// Adds the target's pairs within reach from `pair` on, as many as fit; returns the next pair.
 MOTES_INLINE std::uint32_t find_pairs(const interactions::ScriptedTask& task, std::uint32_t i, std::uint32_t pair,
                                       PairBatch& batch) {
   const Floats3 at{all(task.at[0][i]), all(task.at[1][i]), all(task.at[2][i])};
@@ -37,7 +37,7 @@ MOTES_INLINE std::uint32_t find_pairs(const interactions::ScriptedTask& task, st
   return pair < end ? pair : end;
 }
 
-/// The distance, and the unit vector from target to source: 0 where they are at the same place.
+/// Computes the distance and the unit vector from target to source; the vector is 0 if both are at the same position.
 MOTES_INLINE void compute_shared(const interactions::ScriptedTask& task, const PairBatch& batch) {
   constexpr std::size_t kPlane = interactions::kFormulaPlane;
   for (std::uint32_t k = 0; k < batch.count; k += kLanes) {
@@ -53,7 +53,7 @@ MOTES_INLINE void compute_shared(const interactions::ScriptedTask& task, const P
   }
 }
 
-/// The numbers of a pair's state, of which each part has kStateNumbers.
+/// Returns the address of a number of a pair's state; each part holds kStateNumbers of them.
 MOTES_INLINE float* state_of(const interactions::PairsView& pairs, std::uint32_t pair, int number) {
   static_assert(sizeof(interactions::PairState) == (interactions::kStateNumbers + 2) * sizeof(float));
   interactions::PairState* state = pairs.state + static_cast<std::size_t>(pair) * pairs.parts;
@@ -83,7 +83,7 @@ MOTES_INLINE void gather_leaf(const interactions::ScriptedTask& task, const inte
   }
 }
 
-/// Keeps the next states; a number that is not finite stays what it was.
+/// Stores the next states; a number that would not be finite keeps its previous value.
 MOTES_INLINE void keep_states(const interactions::ScriptedTask& task, const PairBatch& batch) {
   for (std::uint32_t k = 0; k < batch.count; ++k) {
     const bool known = remembers(task, batch.pair[k]);
@@ -99,7 +99,7 @@ MOTES_INLINE void keep_states(const interactions::ScriptedTask& task, const Pair
   }
 }
 
-/// Computes a batch, and adds up each target's values in the order of its pairs: those that are finite.
+/// Computes a batch and adds up each target's finite values in the order of its pairs.
 MOTES_INLINE void run_batch(const interactions::ScriptedTask& task, PairBatch& batch) {
   if (task.shares) compute_shared(task, batch);
   for (std::size_t leaf = 0; leaf < task.leaf_count; ++leaf) {

@@ -1,13 +1,13 @@
 // match_velocity, match_rotational_velocity: each particle takes on the values of those within reach, weighted by
-// magnitude / (r^2 + epsilon) (McAllister 2000, MatchVelocity). His sums are unstable if weights add up to more than 2
-// in a step; here they are scaled to at most 1.
+// magnitude / (r^2 + epsilon) (McAllister 2000, MatchVelocity). McAllister's sums are unstable if weights add up to
+// more than 2 in a step; here their sum is limited to 1.
 #pragma once
 
 #include "interactions/sweep.h"
 
 namespace motes::MOTES_ISA {
 
-/// kValue: the first of the columns that are matched.
+/// kValue: the first of the three columns to match.
 template <int kValue>
 struct Matching {
   Floats reach2, strength, epsilon;

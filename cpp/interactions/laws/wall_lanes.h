@@ -1,4 +1,4 @@
-// What walls do to spheres that touch them: the law of contact, with a wall that is infinitely heavy and flat.
+// Touches of spheres with walls: the law of contact, with an infinitely heavy and flat wall.
 #pragma once
 
 #include "interactions/laws/law_contact.h"
@@ -6,15 +6,15 @@
 
 namespace motes::MOTES_ISA {
 
-/// Whether the particle at a place is this rank's own, and of those that are changed.
+/// Tells whether the particle at a place is this rank's own and may change.
 MOTES_INLINE bool may_change(const interactions::WallTask& task, std::uint32_t place) {
   const std::uint32_t i = task.order[place];
   return i < task.own && (task.chosen == nullptr || task.chosen[i] != 0);
 }
 
-/// Writes down which places touch one wall, from task.first on; returns the first place that was not looked at.
+/// Finds the places from task.first on that touch one wall; returns the first place that was not checked.
 inline std::uint32_t find_walls(const interactions::WallTask& task, interactions::WallTouches& found) {
-  std::uint32_t next = task.last;  // of a shape without a surface
+  std::uint32_t next = task.last;  // for a shape without a surface
   visit_feet(*task.wall, task.start, [&](const auto& feet) __attribute__((always_inline)) {
     std::uint32_t i = task.first;
     for (; i < task.last && found.count + kMostFaces * kLanes <= interactions::WallTouches::kMost; i += kLanes) {
@@ -23,7 +23,7 @@ inline std::uint32_t find_walls(const interactions::WallTask& task, interactions
       feet.each(load_column(task.column, interactions::at_x, i),
                 [&](int face, const Foot& foot) __attribute__((always_inline)) {
                   const Mask touches = foot.mask & here & (foot.distance < radius);
-                  if (!any(touches)) return;  // mostly
+                  if (!any(touches)) return;  // the usual case
                   for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
                     if (touches[lane] == 0 || !may_change(task, i + lane)) continue;
                     const std::uint32_t n = found.count++;
@@ -62,7 +62,7 @@ struct WallMotion {
     motion.spin = all3(times(Float3{x.x + y.x + z.x, x.y + y.y + z.y, x.z + y.z + z.z}, 0.5f * motion.per_step));
     return motion;
   }
-  /// Of the place that turns with the wall, m/s.
+  /// Returns the velocity, m/s, of point `p` of the wall.
   MOTES_INLINE Floats3 velocity(Floats3 p) const {
     if (!moves) return Floats3{};
     const Floats3 q = start.to_body(p);
@@ -80,7 +80,7 @@ MOTES_INLINE void store_three(WallPlane* to, std::uint32_t n, const Floats3& v) 
   store(to[2] + n, v.z);
 }
 
-/// Sets what each touch does to its particle, and how far it has slid and rolled.
+/// Computes each touch's change of its particle, and how far it has slid and rolled.
 inline void push_walls(const interactions::WallTask& task, interactions::WallTouches& touches) {
   const Contact law = contact_of(task.numbers, task.dt);
   const WallMotion motion = WallMotion::of(task);
@@ -91,7 +91,7 @@ inline void push_walls(const interactions::WallTask& task, interactions::WallTou
     t.own = {take(task.column[interactions::radius], i), take(task.column[interactions::inverse_mass], i)};
     t.other = {all(1e15f), Floats{}};
     t.overlap = t.own.radius - load(touches.distance + n);
-    // Seen from the wall, which turns around the particle's centre: that leaves the speed of the surfaces as it is.
+    // Relative to a wall that turns around the particle's centre: the relative speed of the surfaces is the same.
     t.apart =
         motion.velocity(take3(task.column, interactions::at_x, i)) - take3(task.column, interactions::velocity_x, i);
     t.spin = take3(task.column, interactions::spin_x, i) - motion.spin;

@@ -1,6 +1,6 @@
-"""Checkpoints: what a run writes down between two frames, and how a later run goes on from it.
+"""Checkpoints: written between two frames, and restored by a later run of the script.
 
-`folder`: names and places; `manifest`: what a checkpoint says about itself; `same_script`: whether it is of
-this script; `finding`: the newest whole one, which all ranks agree on; `saving`: while frames go on;
-`restoring`: particles and counts back into the engine; `course`: what a world does about all this.
+`folder`: names and directories; `manifest`: a checkpoint's description; `kept`: Python's state as JSON;
+`finding`: all ranks agree on the newest complete checkpoint; `saving`: writes checkpoints while frames
+continue; `restoring`: loads particles and counts into the engine; `course`: the world's use of all this.
 """

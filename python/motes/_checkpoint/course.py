@@ -1,4 +1,4 @@
-"""What a world does about checkpoints from its start to its end."""
+"""Course: the checkpoints of a world from its start to its end."""
 
 from __future__ import annotations
 
@@ -37,15 +37,15 @@ EARLIER = "this frame was made by an earlier run, from whose checkpoint this one
 
 
 class Course:
-    """The checkpoints of one run: going on from an earlier one, and writing new ones."""
+    """The checkpoints of one run: continues from an earlier one, and writes new ones."""
 
     def __init__(
         self, run: OpenRun, settings: RunSettings, found: Found, engine: _core.Engine, steering: Steering,
         secure: Callable[[], None], systems: Sequence[Recorded],
     ) -> None:  # fmt: skip
-        """Take what the ranks agreed on when they met; `secure` brings to the disk what viewers did.
+        """Store what the ranks agreed on in the handshake; `secure` flushes the record of viewers to disk.
 
-        `systems`: the world's own list, to which a script may add.
+        `systems`: the world's own list, which may grow.
         """
         assert run.comm is not None and settings.checkpoint is not None
         self._run = run
@@ -55,9 +55,9 @@ class Course:
         self._steering = steering
         self._systems = systems
         self.skipped = 0
-        """Frames before the one to go on from that the script has asked for."""
+        """How many frames of the earlier run the script has gone through."""
         self.waiting = found.frame > 0
-        """Whether the run has still to go on from a checkpoint."""
+        """Whether the run has a checkpoint that it has not restored yet."""
         self._script = same_script.facts()
         self._refused: set[str] = set()
         self._saver = Saver(
@@ -82,7 +82,7 @@ class Course:
         return self._found.frame
 
     def go_on(self) -> None:
-        """Restore the world from the checkpoint. Collective. Does nothing a second time."""
+        """Restore the world from the checkpoint; do nothing if that is done. Collective."""
         if not self.waiting:
             return
         manifest, comm = self._found.manifest, self._run.comm
@@ -104,16 +104,16 @@ class Course:
                 system.tell_clump(self._engine)
             self._steering.restore(kept.get("steering", {}))
             name, known = kept.get("balancer") or ("", None)
-        except Exception as error:  # any: it may hold anything
+        except Exception as error:  # of any kind: the data may be anything
             raise CheckpointError(f"{self._found.place} is damaged: {error!r}") from error
         balancer = self._settings.balancer
         if type(balancer).__qualname__ == name:
             vars(balancer).update(self._known(name, known))
 
     def skip(self) -> bool:
-        """The script ends a frame outside of `frames`: whether an earlier run has done it. Collective.
+        """Return whether an earlier run has computed the frame that ends outside `frames`. Collective.
 
-        Behind the last of these the world goes on from the checkpoint.
+        After the last such frame, restore the world from the checkpoint.
         """
         if not self.waiting:
             return False
@@ -125,7 +125,7 @@ class Course:
         return True
 
     def at_border(self, frame: int) -> None:
-        """Between two frames: begin the checkpoint that is due, or see to the one under way. Collective."""
+        """Between two frames, begin a checkpoint that is due, or look after the pending one. Collective."""
         if self.waiting:
             self.go_on()
         elif self._saver.due(frame):
@@ -134,16 +134,16 @@ class Course:
             self._saver.look()
 
     def save_now(self, frame: int) -> None:
-        """Write a checkpoint of this frame, and wait until it is whole. Collective."""
+        """Write a checkpoint of this frame, and wait until it is complete. Collective."""
         if self.waiting:
             return
         if frame > 0:
             self._saver.save(frame, lambda: self._manifest(frame))
 
     def go_on_with(self, comm: MPI.Intracomm, settings: RunSettings) -> None:
-        """Go on with those that are left, in new roles; the checkpoint under way is given up.
+        """Continue with the surviving ranks in new roles, and give up the pending checkpoint.
 
-        Raises ArgumentError where this rank manages now and another run has taken the directory.
+        Raises ArgumentError if this rank has become the manager and another run has taken the directory.
         """
         self._settings = settings
         self._saver.go_on_with(comm, settings.roles)
@@ -151,7 +151,7 @@ class Course:
             self._found.lock = taken_over(lambda: folder.Lock(self._found.directory))
 
     def end(self) -> None:
-        """Let another run have the directory, and another world its own past."""
+        """Release the directory, and reset the state of the run that was continued."""
         continued.end()
         if self._found.lock is not None:
             self._found.lock.release()
@@ -179,11 +179,11 @@ class Course:
         return manifest.with_kept(kept)
 
     def _balancer(self) -> tuple[str, Any] | None:
-        """Return what a balancer of the script's own knows; None where nothing can be kept."""
+        """Return class name and attributes of a custom balancer; None if they cannot be saved."""
         balancer: Any = self._settings.balancer
         name = type(balancer).__qualname__
         if type(balancer).__module__.partition(".")[0] == __package__.partition(".")[0]:
-            return None  # ours keep nothing
+            return None  # balancers of motes have no state
         try:
             data_of(vars(balancer))
             return name, vars(balancer)
@@ -192,7 +192,7 @@ class Course:
         if self._settings.checkpoint is not None and self._settings.checkpoint.pickles:
             try:
                 return name, pickle.dumps(vars(balancer))
-            except Exception as error:  # any: of a user's class
+            except Exception as error:  # of any kind, from a user's class
                 reason = f"it cannot be pickled: {error}"
         if name not in self._refused:
             self._refused.add(name)
@@ -200,7 +200,7 @@ class Course:
         return None
 
     def _known(self, name: str, known: Any) -> dict[str, Any]:
-        """Return the attributes of a balancer. Raises CheckpointError for a pickle that is not wanted."""
+        """Return a balancer's saved attributes. Raises CheckpointError for a pickle if none is allowed."""
         assert self._settings.checkpoint is not None
         if isinstance(known, bytes):
             if not self._settings.checkpoint.pickles:

@@ -1,4 +1,4 @@
-"""The newest whole checkpoint, found by the manager, checked by all ranks together, known to all."""
+"""Find the newest complete checkpoint: the manager looks for it, and all ranks check it together."""
 
 from __future__ import annotations
 
@@ -22,24 +22,24 @@ if TYPE_CHECKING:
 __all__ = ["Found", "Wishes", "find"]
 
 _WHAT = "other ranks to read the checkpoint"
-_SAMPLES = 4096  # positions of a system, at least, from which new cuts are made
-_SAMPLES_EACH = 256  # the same for each domain
+_SAMPLES = 4096  # minimum number of positions per system from which new cuts are computed
+_SAMPLES_EACH = 256  # minimum number of these positions per domain
 
 
 @dataclass
 class Found:
-    """Where a run's checkpoints are, and what it goes on from."""
+    """A run's directory of checkpoints, and the checkpoint that it continues from."""
 
     directory: Path
-    """Absolute, as the manager sees it."""
+    """The absolute path, as seen by the manager."""
     manifest: Manifest | None = None
-    """Of the checkpoint to go on from; None: the run starts anew."""
+    """The manifest of the checkpoint to continue from; None: the run starts from frame 0."""
     place: Path = Path()
-    """Its folder."""
+    """The folder of that checkpoint."""
     world: bytes = b""
     samples: list[list[list[float]]] | None = None
     lock: folder.Lock | None = None
-    """On the manager."""
+    """The lock of the directory, on the manager."""
 
     @property
     def frame(self) -> int:
@@ -49,7 +49,7 @@ class Found:
 
 @dataclass
 class Wishes:
-    """What a run says about going on."""
+    """The settings of a run that decide how it continues."""
 
     checkpoint: Checkpoint
     seed: int | None
@@ -58,18 +58,18 @@ class Wishes:
     periodic: dict[str, list[float]]
     calculators: int
     fresh: bool
-    """Start anew, whatever is there."""
+    """Remove existing checkpoints and start from frame 0."""
     anyway: bool
-    """Go on though the script has changed."""
+    """Continue even if the script has changed."""
     stall_s: float | None
 
 
 def find(comm: MPI.Intracomm, manager: int, wishes: Wishes) -> Found:
-    """Return what the run goes on from. Collective.
+    """Return the checkpoint that the run continues from. Collective.
 
-    Damaged checkpoints are told and passed over. Raises CheckpointError on all ranks where none of those
-    that are there is whole, or where the newest whole one is of another script; ArgumentError where another
-    run uses the directory.
+    Damaged checkpoints are reported and skipped. All ranks raise CheckpointError if there are checkpoints but
+    none is complete, or if the newest complete one is from another script; ArgumentError if another run uses
+    the directory.
     """
     found = Found(Path(wishes.checkpoint.directory).absolute())
     error: MotesError | None = None
@@ -105,7 +105,7 @@ def find(comm: MPI.Intracomm, manager: int, wishes: Wishes) -> Found:
 
 
 def _agree(comm: MPI.Intracomm, error: MotesError | None, wishes: Wishes) -> None:
-    """Raise on all ranks what one of them has met."""
+    """Raise on all ranks the error that one of them has."""
     text = ""
     if isinstance(error, ArgumentError):
         text = json.dumps(["ArgumentError", error.argument, str(error.value), error.allowed])
@@ -121,7 +121,7 @@ def _agree(comm: MPI.Intracomm, error: MotesError | None, wishes: Wishes) -> Non
 
 
 def _problem(comm: MPI.Intracomm, manager: int, found: Found, frame: int, path: Path, wishes: Wishes) -> str:
-    """Return why a checkpoint cannot be used; where it can, `found` knows it then. Collective."""
+    """Return why a checkpoint cannot be used; if it can, store it in `found` and return "". Collective."""
     problem, content = "", b""
     if comm.rank == manager:
         try:
@@ -146,7 +146,7 @@ def _problem(comm: MPI.Intracomm, manager: int, found: Found, frame: int, path: 
 
 
 def _read(path: Path, frame: int) -> bytes:
-    """Return the manifest and the world's bytes behind it; raises what says that they are not whole."""
+    """Return the manifest's length, the manifest and the world's bytes; raise an error for damaged ones."""
     text = (path / folder.MANIFEST).read_bytes()
     manifest = Manifest.from_bytes(text, path / folder.MANIFEST)
     if manifest.frame != frame:
@@ -158,7 +158,7 @@ def _read(path: Path, frame: int) -> bytes:
 
 
 def _damage(comm: MPI.Intracomm, path: Path, manifest: Manifest) -> str:
-    """Compare this rank's share of the parts with their checksums; return what is wrong, or nothing."""
+    """Verify the checksums of this rank's share of the parts; return what is wrong, or ""."""
     for entry in manifest.parts[comm.rank :: comm.size]:
         try:
             part = _core.PartFile(str(path / entry.file), True)
@@ -172,7 +172,7 @@ def _damage(comm: MPI.Intracomm, path: Path, manifest: Manifest) -> str:
 
 
 def _samples(path: Path, manifest: Manifest, calculators: int) -> list[list[list[float]]]:
-    """Return some positions of each system: x, y and z."""
+    """Return sampled positions of each system, as lists of x, y and z."""
     samples: list[list[list[float]]] = [[[], [], []] for _ in manifest.systems]
     wanted = max(_SAMPLES, _SAMPLES_EACH * calculators)
     for entry in manifest.parts:
@@ -189,7 +189,7 @@ def _samples(path: Path, manifest: Manifest, calculators: int) -> list[list[list
 
 
 def _check_run(comm: MPI.Intracomm, manager: int, found: Found, wishes: Wishes) -> None:
-    """Raise CheckpointError, on all ranks, where the checkpoint is of another script or other settings."""
+    """Raise CheckpointError on all ranks if the checkpoint is from another script or other settings."""
     error: MotesError | None = None
     if comm.rank == manager:
         try:
@@ -209,7 +209,7 @@ def _compare(found: Found, wishes: Wishes) -> None:
         ("substeps", manifest.substeps, wishes.substeps),
         ("periodic", manifest.periodic, wishes.periodic),
     ):
-        if then != now:  # nobody may overrule this: the particles would be others
+        if then != now:  # cannot be overruled by MOTES_ANYWAY: the particles would differ
             raise CheckpointError(
                 f"{where}World({name}=...) was {then!r} and is {now!r}; "
                 "`python -m motes run --fresh ...` (or MOTES_FRESH=1) starts anew"

@@ -16,7 +16,7 @@ from ..errors import ArgumentError, CheckpointError
 
 try:
     import fcntl
-except ImportError:  # not a Unix system: two runs at once are not noticed
+except ImportError:  # not a Unix system: simultaneous runs are not detected
     fcntl = None  # type: ignore[assignment]
 
 __all__ = [
@@ -41,23 +41,23 @@ _BEGUN = re.compile(r"frame-\d{6,19}(-\d+)?\.tmp")
 
 
 def begun(directory: Path, frame: int, losses: int = 0) -> Path:
-    """Return the folder into which the parts of a checkpoint go until it is whole.
+    """Return the folder into which the parts of a checkpoint are written until it is complete.
 
-    `losses`: how often ranks were lost. Parts of before are another division of the particles: one that is
-    still being written must not come between those of now.
+    `losses`: how often ranks were lost. Parts from before a loss divide the particles differently; they must
+    not get into the same folder, even if one is still being written.
     """
     return directory / f"frame-{frame:06}{f'-{losses}' if losses else ''}.tmp"
 
 
 def make_begun(place: Path) -> None:
-    """Make the folder, unless another rank has. Raises OSError where it is another's symbolic link."""
+    """Create the folder, unless another rank has. Raises OSError if it is a symbolic link."""
     place.mkdir(parents=True, exist_ok=True)
     if place.is_symlink():
         raise FileExistsError(errno.EEXIST, f"it is a symbolic link to {os.readlink(place)}", str(place))
 
 
 def part_name(calculator: int) -> str:
-    """Return the name of a calculator's file."""
+    """Return the name of the file with a calculator's particles."""
     return f"part-{calculator:05}.safetensors"
 
 
@@ -75,7 +75,7 @@ def finish(folder: Path, frame: int) -> Path:
     """Rename a checkpoint whose files are all on disk to its final name."""
     target = folder.with_name(f"frame-{frame:06}")
     files.sync(folder)
-    if target.exists():  # of the same frame: a damaged one, or another run's
+    if target.exists():  # a damaged checkpoint of the same frame, or another run's
         shutil.rmtree(target)
     folder.rename(target)
     files.sync(folder.parent)
@@ -83,13 +83,13 @@ def finish(folder: Path, frame: int) -> Path:
 
 
 def prune(directory: Path, keep: int) -> None:
-    """Remove all but the newest whole checkpoints."""
+    """Remove all but the newest `keep` complete checkpoints."""
     for _, folder in whole(directory)[keep:]:
         shutil.rmtree(folder, ignore_errors=True)
 
 
 def sweep(directory: Path) -> None:
-    """Remove what killed runs left unfinished."""
+    """Remove unfinished checkpoints, which killed runs left behind."""
     with contextlib.suppress(FileNotFoundError):
         for name in os.listdir(directory):
             if _BEGUN.fullmatch(name):
@@ -97,17 +97,17 @@ def sweep(directory: Path) -> None:
 
 
 def start_anew(directory: Path) -> None:
-    """Remove all checkpoints: a run that starts anew must not be continued from an earlier one's."""
+    """Remove all checkpoints, so that a run that starts again is not continued from an earlier one's."""
     prune(directory, 0)
 
 
 class Lock:
-    """A directory belongs to one run at a time; the system releases the lock of a killed one."""
+    """A lock that reserves a directory for one run; the system releases it if the run is killed."""
 
     def __init__(self, directory: Path) -> None:
-        """Make the directory where needed, and lock it.
+        """Create the directory if needed, and lock it.
 
-        Raises ArgumentError if another run has it, CheckpointError if it cannot be made.
+        Raises ArgumentError if another run has it, CheckpointError if it cannot be created.
         """
         try:
             directory.mkdir(parents=True, exist_ok=True)
@@ -131,7 +131,7 @@ class Lock:
             os.pwrite(self._file, f"process {os.getpid()} on {socket.gethostname()}\n".encode(), 0)
 
     def release(self) -> None:
-        """Release the directory for other runs. Calling it again does nothing."""
+        """Release the directory for other runs; do nothing if that is done."""
         file, self._file = self._file, -1
         if file >= 0:
             os.close(file)
@@ -141,5 +141,5 @@ class Lock:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Release it."""
+        """Release the lock."""
         self.release()

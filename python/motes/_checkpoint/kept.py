@@ -1,7 +1,8 @@
-"""What Python keeps in a checkpoint, as JSON, so that reading it runs no code of its writer.
+"""Python's state in a checkpoint as JSON: unlike a pickle, reading it cannot run code.
 
-JSON's own values stand for themselves, but for objects: {"tuple": [...]}, {"dict": [[key, value], ...]},
-{"bytes": base64}, {"array": [type, shape, base64]}, {"value": [name, fields]} of the values in `VALUES`.
+Numbers, text, null and lists are plain JSON. Other types are objects: {"tuple": [...]}, {"bytes": base64},
+{"dict": [[key, value], ...]}, {"array": [type, shape, base64, false for a scalar]}, and, for the classes in
+`VALUES`, {"value": [name, fields]}.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ _NUMBERS = "biufc"
 
 
 def data_of(value: Any) -> Any:
-    """Return a value as JSON's. Raises TypeError, naming its type, where it is no plain data."""
+    """Encode a value as JSON data. Raises TypeError, naming its type, if it is not plain data."""
     kind = type(value)
     if value is None or kind in (bool, int, float, str):
         return value
@@ -46,7 +47,7 @@ def data_of(value: Any) -> Any:
 
 
 def value_of(data: Any) -> Any:
-    """Return what `data_of` took. Raises ValueError, KeyError or TypeError for anything else."""
+    """Decode the result of `data_of`. Raises ValueError, KeyError or TypeError for other data."""
     if isinstance(data, list):
         return [value_of(one) for one in data]
     if not isinstance(data, dict):

@@ -1,4 +1,4 @@
-"""manifest.json: what a checkpoint says about itself. It is written last, when all parts are on disk."""
+"""manifest.json: the description of a checkpoint. It is written last, when all parts are on disk."""
 
 from __future__ import annotations
 
@@ -21,58 +21,58 @@ VERSION = 6
 
 @dataclass
 class PartEntry:
-    """One calculator's file."""
+    """The file with one calculator's particles."""
 
     file: str
     bytes: int
     rows: list[int]
-    """Particles of each system."""
+    """The number of particles of each system."""
 
 
 @dataclass
 class Manifest:
-    """A checkpoint between two frames."""
+    """The description of a checkpoint between two frames."""
 
     frame: int
-    """The first one that is still to do."""
+    """The first frame that is still to do."""
     time_s: float
     seed: int
     dt_s: float
     substeps: int
     motes: str
-    """Version of the package."""
+    """The version of motes."""
     script: dict[str, Any]
-    """Its path, its text, its arguments: see same_script."""
+    """The script's path, text, hash and arguments: see `same_script.facts`."""
     systems: list[str]
     parts: list[PartEntry]
     world: dict[str, Any]
-    """Of the file that says what all ranks know: file, bytes, crc32c."""
+    """The file with the state that all ranks share: its keys are file, bytes, crc32c."""
     periodic: dict[str, list[float]] = field(default_factory=dict)
-    """The ends of each periodic axis."""
+    """The ends of each periodic axis, m."""
     movies: dict[str, int] = field(default_factory=dict)
-    """How many frames each open movie had."""
+    """The number of frames of each open movie."""
     kept: Any = None
-    """What Python keeps, as data: see kept."""
+    """Python's state, encoded by `kept.data_of`."""
 
     @property
     def particles(self) -> list[int]:
-        """How many there are of each system."""
+        """The number of particles of each system."""
         return [sum(part.rows[i] for part in self.parts) for i in range(len(self.systems))]
 
     def with_kept(self, kept: Any) -> Self:
-        """Keep a value of Python's."""
+        """Store Python's state, encoded; return the manifest."""
         self.kept = data_of(kept)
         return self
 
     def unpacked(self, path: Path) -> Any:
-        """Return what `with_kept` kept. Raises CheckpointError, naming the file, for what it never keeps."""
+        """Return the state stored by `with_kept`. Raises CheckpointError, naming `path`, if it is damaged."""
         try:
             return {} if self.kept is None else value_of(self.kept)
-        except Exception as error:  # any: the data may be anything
+        except Exception as error:  # of any kind: the data may be anything
             raise CheckpointError(f"{path} is damaged: {type(error).__name__}: {error}") from error
 
     def write(self, folder: Path) -> None:
-        """Write it whole, with a checksum of itself."""
+        """Write the file, whole or not at all, with its own checksum."""
         files.write_whole(folder / MANIFEST, self.to_bytes())
 
     def to_bytes(self) -> bytes:
@@ -82,7 +82,7 @@ class Manifest:
 
     @classmethod
     def from_bytes(cls, text: bytes, path: Path) -> Self:
-        """Read it. Raises CheckpointError, naming the file, where it is damaged or of another version."""
+        """Parse a manifest. Raises CheckpointError, naming `path`, if it is damaged or of another version."""
         try:
             content = json.loads(text)
             expected = content.pop("sha256")
@@ -100,7 +100,7 @@ class Manifest:
             return cls(**content)
         except CheckpointError:
             raise
-        except Exception as error:  # any: the bytes may be anything
+        except Exception as error:  # of any kind: the bytes may be anything
             raise CheckpointError(f"{path} is damaged: {type(error).__name__}: {error}") from error
 
 

@@ -1,4 +1,4 @@
-"""A checkpoint back into the engine, on any number of calculators."""
+"""Restore a checkpoint into the engine, on any number of calculators."""
 
 from __future__ import annotations
 
@@ -20,10 +20,11 @@ _WHAT = "other ranks to read their particles"
 def restore(
     engine: _core.Engine, found: Found, comm: MPI.Intracomm, calculators: list[int], stall_s: float | None
 ) -> None:
-    """Give the engine counts, domains and particles. Collective.
+    """Restore the engine's counts, domains and particles. Collective.
 
-    Where there are as many calculators as parts, each reads one; otherwise each an equal share of every
-    system, which the next frame brings to its owners. Raises CheckpointError on all ranks where one fails.
+    If there are as many calculators as parts, each reads one. Otherwise each reads an equal share of every
+    system; the particles migrate to their owners in the next frame. All ranks raise CheckpointError if one
+    fails.
     """
     problem = ""
     try:

@@ -1,4 +1,4 @@
-"""Checkpoints while frames go on: each calculator writes its part, the manager says when all are on disk."""
+"""Write checkpoints while frames continue: each calculator writes its part, and the manager the manifest."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _WHAT = "other ranks to write their parts of a checkpoint"
 _LOOK_S = 0.05
 
 Roles = tuple[int, int, Sequence[int]]
-"""Manager, image generator, calculators: ranks."""
+"""The ranks of the manager, the image generator and the calculators."""
 
 
 @dataclass
@@ -44,17 +44,17 @@ class _Pending:
     said: array[int] | None = None
     told: array[int] | None = None
     finishing: threading.Thread | None = None
-    """On the manager: all parts are on disk."""
+    """On the manager, once all parts are on disk: the thread that completes the checkpoint."""
 
 
-_WHOLE, _FAILED = b"whole", b"failed"  # how a checkpoint ended
-_given_up: list[_Pending] = []  # MPI may still write into their buffers
+_WHOLE, _FAILED = b"whole", b"failed"  # outcomes of a checkpoint
+_given_up: list[_Pending] = []  # kept, since MPI may still write into their buffers
 
 
 class Saver:
     """Writes a run's checkpoints. All ranks call the same methods between the same frames.
 
-    Where ranks are lost, the checkpoint under way is given up; `save` makes it again.
+    If ranks are lost, the pending checkpoint is given up; `save` writes it again.
     """
 
     def __init__(
@@ -62,9 +62,9 @@ class Saver:
         checkpoint: Checkpoint, stall_s: float | None, describe: Callable[[], str],
         secure: Callable[[], None],
     ) -> None:  # fmt: skip
-        """Take what a run has.
+        """Store the parts of a run.
 
-        `describe` names this rank in messages; `secure` brings to the disk what viewers did.
+        `describe` names this rank in messages; `secure` flushes the record of viewers to disk.
         """
         self._engine = engine
         self._secure = secure
@@ -75,9 +75,9 @@ class Saver:
         self._describe = describe
         self._pending: _Pending | None = None
         self.last: int | None = None
-        """Frame of the newest checkpoint that was begun or that the run goes on from."""
+        """The frame of the newest checkpoint that was begun or that the run continues from."""
         self._ended: tuple[int, bytes] | None = None
-        """How a checkpoint of this frame has ended, where this rank knows it."""
+        """Frame and outcome of the last checkpoint whose outcome this rank knows."""
 
     @property
     def manages(self) -> bool:
@@ -85,11 +85,11 @@ class Saver:
         return bool(self._comm.rank == self._manager)
 
     def due(self, frame: int) -> bool:
-        """Whether a checkpoint is to be made before this frame."""
+        """Return whether a checkpoint is due before this frame."""
         return frame > 0 and frame % self._checkpoint.every == 0 and frame != self.last
 
     def look(self) -> None:
-        """Find out, without waiting, whether the checkpoint under way is whole. Collective."""
+        """Check, without waiting, whether the pending checkpoint is complete. Collective."""
         pending = self._pending
         if pending is None:
             return
@@ -101,12 +101,12 @@ class Saver:
                 self._conclude(pending)
 
     def go_on_from(self, frame: int) -> None:
-        """Note that a checkpoint of this frame is there, from which the run goes on."""
+        """Note that the run continues from a complete checkpoint of this frame."""
         self.last, self._ended = frame, (frame, _WHOLE)
 
     def save(self, frame: int, describe: Callable[[], Manifest]) -> None:
-        """Write a checkpoint of this frame, unless there is one, and wait until it is whole. Collective."""
-        for _ in range(self._comm.size + 1):  # once more after each loss
+        """Write a checkpoint of this frame, if there is none, and wait until it is complete. Collective."""
+        for _ in range(self._comm.size + 1):  # retries after each loss
             if frame != self.last:
                 self.begin(frame, describe)
             self.finish()
@@ -115,15 +115,15 @@ class Saver:
                 if end in told:
                     self._ended = frame, end
                     if self.manages:
-                        folder.sweep(self._directory)  # what was given up when ranks were lost
+                        folder.sweep(self._directory)  # remove checkpoints given up when ranks were lost
                     return
             self.last = None
 
     def begin(self, frame: int, describe: Callable[[], Manifest]) -> None:
-        """Write a checkpoint down from here on; waits for the one before. Collective.
+        """Wait for the pending checkpoint, then begin to write one of this frame. Collective.
 
-        `describe` returns a manifest that lacks what only this knows: parts, world and movies. Films and the
-        log are on disk up to here when this returns.
+        `describe` returns a manifest without parts, world and movies, which are added here. When this
+        returns, films and the log are on disk up to here.
         """
         self.finish()
         secure_movies(self._engine, self._secure)
@@ -148,7 +148,7 @@ class Saver:
             self._post(self._pending, well=False)
 
     def finish(self) -> None:
-        """Wait until the checkpoint under way is whole, or has failed. Collective."""
+        """Wait until the pending checkpoint is complete or has failed. Collective."""
         pending = self._pending
         if pending is None:
             return
@@ -174,7 +174,7 @@ class Saver:
         return self._ended[1] if self._ended is not None and self._ended[0] == frame else b""
 
     def _all_have_said(self, request: MPI.Request) -> bool:
-        """Wait until all ranks have said how their parts went; False where one is lost that has not."""
+        """Wait until all ranks have reported on their parts; return False if one is lost before that."""
         done = False
 
         def ended() -> bool:
@@ -186,7 +186,7 @@ class Saver:
         return done
 
     def go_on_with(self, comm: MPI.Intracomm, cast: Roles) -> None:
-        """Go on with the ranks of `comm`, in these roles; what is under way is lost with the others."""
+        """Continue with the ranks of `comm` in these roles; give up the pending checkpoint."""
         self._give_up()
         self._take_roles(comm, cast)
 
@@ -206,7 +206,7 @@ class Saver:
         if pending.finishing is None:
             shutil.rmtree(pending.place, ignore_errors=True)
         else:
-            pending.finishing.join()  # all parts are on disk
+            pending.finishing.join()  # complete it, since all parts are on disk
 
     def _tell_outcome(self, pending: _Pending) -> None:
         _, written, error = self._engine.part_outcome()
@@ -230,7 +230,7 @@ class Saver:
         )
 
     def _conclude(self, pending: _Pending) -> None:
-        """All ranks have said how their parts went: the manager makes the checkpoint whole."""
+        """Let the manager complete the checkpoint, now that all ranks have reported on their parts."""
         if not self.manages:
             self._pending = None
             return

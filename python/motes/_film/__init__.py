@@ -1,1 +1,1 @@
-"""Encodes a film second by second while the run goes on, and recovers what a killed run has left of it."""
+"""Encode a film second by second while the run continues, and recover what a killed run left of it."""

@@ -1,7 +1,7 @@
-"""Containers of films: the head and the body of a fragmented file, and packets from and into such files.
+"""Containers of films: head and body of a fragmented file, and reading and writing its packets.
 
-A fragmented file is a head, which says what the film looks like, and then segments. A segment is made in
-memory, as a little file of its own, of which only the body is appended to the film.
+A fragmented file is a head, which describes the encoding, followed by segments. A segment is first written in
+memory as a small file, whose body is then appended to the film.
 """
 
 from __future__ import annotations
@@ -16,27 +16,27 @@ from typing import IO, Any
 __all__ = ["FORMATS", "SegmentFile", "copy_whole", "extradata", "groups", "numbered"]
 
 FORMATS = {".mp4": "mp4", ".mkv": "matroska", ".mov": "mov"}
-"""Suffixes of films, and what FFmpeg calls them."""
+"""Suffixes of films -> FFmpeg's names of their formats."""
 
 _DELAY = 2
-"""Frames by which packets are decoded before they are shown: what H.264 with a pyramid of B-frames needs."""
+"""Frames by which decoding precedes display, as H.264 with a pyramid of B-frames needs."""
 
 _CLUSTER = 0x1F43B675
 _SEGMENT = 0x18538067
 
 
 class SegmentFile:
-    """Packets of one segment on their way into bytes."""
+    """A file in memory that turns the packets of one segment into bytes."""
 
     def __init__(self, kind: str, number: int) -> None:
-        """`kind`: a value of FORMATS; `number`: of the segment within the film, from 1."""
+        """Open the file; `kind`: a value of FORMATS; `number`: the segment's number in the film, from 1."""
         import av
 
         self._kind = kind
         self._buffer = io.BytesIO()
         options = {"live": "1"}
         if kind != "matroska":
-            # A head with an edit list, which needs the first packet; one clock for all segments; no index.
+            # A head with an edit list, which needs the first packet; continuous time over segments; no index.
             flags = "frag_custom+empty_moov+delay_moov+default_base_moof+frag_discont+skip_trailer"
             options = {"movflags": flags, "fragment_index": str(number)}
         self.container: Any = av.open(self._buffer, "w", format=kind, container_options=options)
@@ -50,7 +50,7 @@ class SegmentFile:
 
 
 def _body_of_mp4(data: bytes) -> int:
-    """Return where the first fragment begins: a box "moof", behind "ftyp" and "moov"."""
+    """Return the offset of the first fragment: a box "moof", after "ftyp" and "moov"."""
     at = 0
     while at + 8 <= len(data) and data[at + 4 : at + 8] != b"moof":
         size = int.from_bytes(data[at : at + 4], "big")
@@ -59,7 +59,7 @@ def _body_of_mp4(data: bytes) -> int:
 
 
 def _body_of_matroska(data: bytes) -> int:
-    """Return where the first cluster begins."""
+    """Return the offset of the first cluster."""
     at = 0
     while at < len(data):
         name, start = _number(data, at, marker=True)
@@ -71,16 +71,16 @@ def _body_of_matroska(data: bytes) -> int:
 
 
 def _number(data: bytes, at: int, *, marker: bool) -> tuple[int, int]:
-    """Read a number of EBML; returns it and where it ends. Its first bit, the marker, tells its length."""
+    """Read an EBML number; return it, with its length marker (its highest bit) or without, and its end."""
     length = 9 - data[at].bit_length()
     value = int.from_bytes(data[at : at + length], "big")
     return value if marker else value & ((1 << 7 * length) - 1), at + length
 
 
 def numbered(packets: Iterable[Any], shown: Iterable[int], *, first: int, rate: Fraction) -> Iterator[Any]:
-    """Give packets, in the order of decoding, their times: `shown` says which frame of the film each is.
+    """Set the times of packets given in decoding order; `shown`: the film's frame of each packet.
 
-    `first`: the number of the first one within the film.
+    `first`: the number of the first packet within the film.
     """
     for count, (packet, frame) in enumerate(zip(packets, shown, strict=True), first):
         packet.time_base = 1 / rate
@@ -89,9 +89,9 @@ def numbered(packets: Iterable[Any], shown: Iterable[int], *, first: int, rate: 
 
 
 def groups(container: Any) -> Iterator[tuple[list[Any], list[int]]]:
-    """Read a film in groups that can be decoded alone: packets, and which frame of the group each is.
+    """Yield a film's independently decodable groups: packets, and each packet's frame in the group.
 
-    Ends where the film was cut off, or cannot be read any further.
+    Ends where the film was cut off or becomes unreadable.
     """
     packets: list[Any] = []
     for packet in _readable(container):
@@ -109,7 +109,7 @@ def _readable(container: Any) -> Iterator[Any]:
 
     with contextlib.suppress(av.FFmpegError):
         for packet in container.demux(container.streams.video[0]):
-            if packet.size == 0:  # the end, as PyAV tells it
+            if packet.size == 0:  # PyAV's mark of the end
                 continue
             if packet.is_corrupt or packet.pts is None:
                 return
@@ -117,7 +117,7 @@ def _readable(container: Any) -> Iterator[Any]:
 
 
 def _order(packets: list[Any]) -> list[int]:
-    """Return which frame of the group each packet is. Only their order counts: some clocks are coarse."""
+    """Return each packet's frame in the group, from the order of times only: some clocks are coarse."""
     by_time = sorted(range(len(packets)), key=lambda number: packets[number].pts)
     order = [0] * len(packets)
     for frame, number in enumerate(by_time):
@@ -126,7 +126,7 @@ def _order(packets: list[Any]) -> list[int]:
 
 
 def _is_whole(packets: list[Any], rate: Fraction | None) -> bool:
-    """Whether no frame is missing among those that the group shows."""
+    """Return whether no frame is missing in the group."""
     if len(packets) == 1 or rate is None:
         return True
     tick: Fraction = packets[0].time_base
@@ -136,17 +136,17 @@ def _is_whole(packets: list[Any], rate: Fraction | None) -> bool:
 
 
 def copy_stream(container: Any, source: Any, rate: Fraction) -> Any:
-    """Add a stream for packets of `source` to an output; a frame is the unit of its clock."""
+    """Add a stream for packets of `source` to an output, with a time base of one frame."""
     stream = container.add_stream_from_template(source)
     stream.time_base, stream.codec_context.framerate = 1 / rate, rate
     return stream
 
 
 def copy_whole(source: IO[bytes], draft: Path, kind: str, rate: Fraction) -> int:
-    """Write the packets of a fragmented film into a whole file, with an index; returns how many."""
+    """Write the packets of a fragmented film into a regular file, with an index; return their number."""
     import av
 
-    options = {} if kind == "matroska" else {"movflags": "+faststart"}  # plays before it is loaded whole
+    options = {} if kind == "matroska" else {"movflags": "+faststart"}  # plays before it is fully loaded
     count = 0
     with (
         av.open(source, "r", format=kind) as film,
@@ -162,7 +162,7 @@ def copy_whole(source: IO[bytes], draft: Path, kind: str, rate: Fraction) -> int
 
 
 def extradata(data: IO[bytes], kind: str) -> bytes:
-    """Return what a film's head says about its encoding: the same for all its segments."""
+    """Return the codec's extradata in a film's head, which is the same for all segments."""
     import av
 
     with av.open(data, "r", format=kind) as film:

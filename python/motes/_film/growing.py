@@ -1,7 +1,7 @@
-"""A film while it is written: a file beside its target that players open, whatever happens to the process.
+"""A film while it is written: a file beside its target that is playable even if the process is killed.
 
-`film.mp4` grows as `film.partial.mp4`. It consists of whole segments, each appended in one piece, so that a
-killed process leaves all of them; only the last one may be torn, and players ignore it.
+`film.mp4` grows as `film.partial.mp4`. It consists of segments, each appended in one piece: a killed process
+leaves all of them complete, except perhaps the last one, which players then ignore.
 """
 
 from __future__ import annotations
@@ -28,19 +28,19 @@ _READ = os.O_RDONLY | getattr(os, "O_CLOEXEC", 0)
 
 
 def partial_path(target: Path) -> Path:
-    """Return where a film is while it is written."""
+    """Return the path of a film while it is written."""
     return target.with_name(f"{target.stem}.partial{target.suffix}")
 
 
 class GrowingFilm:
-    """The partial file of a film; it appears with its first segment, in place of an earlier run's."""
+    """The partial file of a film; it appears with its first segment and replaces an earlier run's."""
 
     def __init__(self, target: Path, rate: Fraction) -> None:
-        """Name the film that this one becomes. Nothing is written yet."""
+        """Store the finished film's path and its frames per second; write nothing yet."""
         self.target = target
         self.path = partial_path(target)
         self.frames = 0
-        """Those in the file."""
+        """The number of frames in the file."""
         self.segments = 0
         self._kind = containers.FORMATS[target.suffix.lower()]
         self._rate = rate
@@ -48,10 +48,10 @@ class GrowingFilm:
         self._file = -1
         self._bytes = 0
         self._extradata: bytes | None = None
-        """Of an earlier process, with which this one's must agree."""
+        """The extradata of the film that is continued, which this process's must equal."""
 
     def open(self) -> None:
-        """Make the file, under a hidden name until something is in it. Raises OSError where it cannot."""
+        """Create the file, with a hidden name until it has content. Raises OSError if that fails."""
         if self._file >= 0:
             return
         self.path.parent.mkdir(parents=True, exist_ok=True)
@@ -60,24 +60,24 @@ class GrowingFilm:
         self._draft, self._file = files.make_draft(self.path)
 
     def append(self, head: bytes, segment: bytes, frames: int) -> None:
-        """Write a segment, so that a kill of the process leaves it. Raises OSError where the disk refuses."""
+        """Append a segment, which then survives a kill of the process. Raises OSError if writing fails."""
         if self._extradata is not None:
             self._check_encoding(head + segment)
         self._put(head, segment)
         if self._draft is not None:
             self._show()
-        self._count(frames)  # last: what is counted is there, whenever this process is killed
+        self._count(frames)  # last, so that counted frames are always in the file
 
     def sync(self) -> None:
-        """Wait until all segments so far are on the disk."""
+        """Wait until all segments so far are on disk."""
         if self._file >= 0:
             os.fsync(self._file)
             files.sync(self.path.parent)
 
     def finish(self) -> None:
-        """Write the whole film, with an index, under its name, and remove the partial one.
+        """Write the finished film, with an index, and remove the partial file.
 
-        Where this fails, the partial file stays.
+        If this fails, the partial file stays.
         """
         if self.frames == 0:
             return self.close()
@@ -89,17 +89,17 @@ class GrowingFilm:
                     errno.EIO, f"{found} of {self.frames} frames could be read again", str(self.path)
                 )
         with contextlib.suppress(OSError):
-            # Another run may have put its own in this place.
+            # Another run may have replaced the partial file by its own.
             if os.path.samestat(os.fstat(self._file), os.lstat(self.path)):
                 self.path.unlink()
         self.close()
 
     def close(self) -> None:
-        """Leave the partial file as it is. Calling it again does nothing."""
+        """Close the partial file and keep it; do nothing if it is closed."""
         file, self._file = self._file, -1
         if file >= 0:
             os.close(file)
-        if self._draft is not None:  # not shown yet: nothing whole is in it
+        if self._draft is not None:  # still hidden: it has no complete segment
             with contextlib.suppress(OSError):
                 self._draft.unlink()
             self._draft = None
@@ -117,7 +117,7 @@ class GrowingFilm:
             while left:
                 left = left[os.write(self._file, left) :]
         except OSError:
-            with contextlib.suppress(OSError):  # so that what is there stays whole
+            with contextlib.suppress(OSError):  # cut off the incomplete segment
                 os.ftruncate(self._file, self._bytes)
             raise
         self._bytes += len(data)
@@ -129,18 +129,18 @@ class GrowingFilm:
         self._draft = None
 
     def _reader(self) -> IO[bytes]:
-        """Read this very file, whatever bears its name now."""
+        """Open this file for reading, even if another file has its name by now."""
         reader = os.fdopen(os.dup(self._file), "rb")
         reader.seek(0)
         return reader
 
-    # --- going on after an earlier process
+    # --- continuing an earlier process's film
 
     @classmethod
     def continued(cls, target: Path, rate: Fraction, frames: int) -> Self:
-        """Go on behind the first frames of what an earlier process left: the partial film, or the whole one.
+        """Continue an earlier process's film, partial or finished, after its first `frames` frames.
 
-        What lies behind them is dropped. Raises CheckpointError, naming the file and what it holds.
+        Later frames are dropped. Raises CheckpointError, naming the file and its content, if that fails.
         """
         film = cls(target, rate)
         path = film.path if film.path.exists() else target
@@ -163,7 +163,7 @@ class GrowingFilm:
 
     @classmethod
     def frames_in(cls, target: Path, rate: Fraction, *, most: int) -> int:
-        """Return how many whole frames an earlier process left up to a cut, of which at most `most` count."""
+        """Return the number of frames of an earlier process's film up to its last cut at or before `most`."""
         import av
 
         film, count = cls(target, rate), 0
@@ -200,7 +200,7 @@ class GrowingFilm:
         files.sync(self.path.parent)
 
     def _copy(self, earlier: Any, frames: int) -> None:
-        """Take over groups of packets while they belong to the first frames."""
+        """Copy groups of packets while all their frames are among the first `frames`."""
         for packets, order in containers.groups(earlier):
             if self.frames + len(packets) > frames:
                 break
@@ -214,7 +214,7 @@ class GrowingFilm:
             self._count(len(packets))
 
     def _held(self, path: Path, frames: int) -> str:
-        """Say what a film holds instead of a cut at the frames that were asked for."""
+        """Describe a film that has no cut after the requested number of frames."""
         import av
 
         count, cuts = 0, [0]
@@ -236,7 +236,7 @@ class GrowingFilm:
 
 
 def _lock(file: int) -> bool:
-    """Lock a film; False if another process still writes it. One that was killed may need a while."""
+    """Lock a film; wait a while for a killed process; return False if another process keeps it locked."""
     limit = time.monotonic() + _PATIENCE_S
     while files.is_locked_elsewhere(file):
         if time.monotonic() > limit:

@@ -1,4 +1,4 @@
-"""Movie: a film of frames, as scripts see it."""
+"""Movie: a film of frames, for scripts."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ Preset: TypeAlias = Literal[
 class Movie:
     """A movie file that is complete, or a partial one beside it.
 
-    While `film.mp4` is written it grows as `film.partial.mp4`, second by second; players open it, also after
-    the process was killed. Leaving the `with` block by an exception keeps this partial film. The next movie
-    of this path starts its own, in its place.
+    While `film.mp4` is written, it grows as `film.partial.mp4`, second by second. Players can open the
+    partial film, even after the process was killed. It is kept if the `with` block is left by an exception;
+    the next movie with this path replaces it.
 
     Construct it on every rank: where frames are falsy it touches no file, so a script need not test its rank.
     Without a frame no file appears.
@@ -40,13 +40,13 @@ class Movie:
     def __init__(
         self, path: str | os.PathLike[str], *, fps: float = 24, crf: float = 18, preset: Preset = "superfast"
     ) -> None:
-        """Name the file.
+        """Set the file and its encoding; nothing is written yet.
 
         Args:
             path: a name ending in .mp4, .mkv or .mov.
             fps: frames per second.
-            crf: 0..51; smaller looks better and makes larger files.
-            preset: "ultrafast" to "veryslow"; slower ones make smaller files.
+            crf: H.264 quality, 0..51; lower looks better and makes larger files.
+            preset: "ultrafast" to "veryslow"; slower presets make smaller files.
 
         Raises:
             MissingExtraError: if the package av is not installed.
@@ -57,7 +57,7 @@ class Movie:
         self.fps = arguments.number("fps", fps, low=1e-3, high=1e4)
         self.crf = arguments.number("crf", crf, low=0, high=51)
         self.preset = arguments.choice("preset", preset, get_args(Preset))
-        # Checked here, not when frames arrive, so that every rank gets the same error at the same line.
+        # Checked here rather than at the first frame: every rank gets the same error at the same line.
         _extras.require_av("Movie")
         self._process = os.getpid()
         place = continuing.place_of(self.path)
@@ -66,30 +66,30 @@ class Movie:
 
     @property
     def frames(self) -> int:
-        """Frames of the film that this process writes."""
+        """The number of frames in the film that this process writes; 0 on other ranks."""
         return self._writer.frames
 
     @property
     def written(self) -> int:
-        """How many frames the film has so far, on whatever rank they are: the same on every rank."""
+        """The number of frames so far, equal on every rank."""
         return self._writer.written
 
     def write(self, frame: Frame | NDArray[np.uint8]) -> None:
-        """Append a frame; waits while four are queued.
+        """Append a frame; wait while four are queued.
 
         Args:
-            frame: a frame, or uint8 (height, width, 3); nothing is done for a frame that is on another rank.
+            frame: a frame, or uint8 (height, width, 3); a frame that is on another rank is only counted.
 
         Raises:
-            MotesError: if the movie is closed.
-            OSError: that of an earlier frame, such as a full disk; or `close` raises it.
+            MotesError: if the movie is closed, or if an earlier frame could not be written, for example on a
+                full disk; `close` raises this, too.
         """
         self._writer.write(frame)
 
     def close(self) -> None:
-        """Encode what is queued and give the file its name. Calling it again does nothing.
+        """Encode queued frames and give the file its name; do nothing if that is done.
 
-        Where this fails, the partial film stays.
+        If this fails, the partial film stays.
         """
         self._writer.close()
 
@@ -100,8 +100,8 @@ class Movie:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Close the movie, or keep the partial one when the block failed."""
-        if os.getpid() != self._process:  # a fork: the film is its parent's
+        """Close the movie, or keep the partial film if the block failed."""
+        if os.getpid() != self._process:  # in a fork: the film belongs to the parent
             return
         if kind is None or issubclass(kind, Stopped):
             self.close()
@@ -109,14 +109,14 @@ class Movie:
             self._writer.abandon()
 
     def __repr__(self) -> str:
-        """Name the file and what is in it."""
+        """Show the path, the number of frames and their rate."""
         return f"<Movie {str(self.path)!r} {self.frames} frames at {self.fps:g} per second>"
 
     def _repr_html_(self) -> str | None:
-        """Show the film in a notebook, once it is closed."""
+        """Return HTML that shows the film in a notebook, once it is closed."""
         return video(self.path) if self._writer.closed and not self._writer.abandoned else None
 
 
 def writer_of(movie: Movie) -> FilmWriter:
-    """Return what writes a movie's film, for the rest of the package."""
+    """Return a movie's `FilmWriter`, for the rest of the package."""
     return movie._writer

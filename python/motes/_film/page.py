@@ -1,4 +1,4 @@
-"""A film as a notebook shows it."""
+"""A film as HTML for notebooks."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from urllib.parse import quote
 
 __all__ = ["video"]
 
-MOST_BYTES = 8_000_000  # that a notebook keeps inside itself; a longer film is found by its path
+MOST_BYTES = 8_000_000  # largest film that is embedded in a notebook; larger ones are linked by path
 _KINDS = {".mp4": "video/mp4", ".mov": "video/mp4", ".mkv": "video/x-matroska"}
 
 
 def video(path: Path) -> str | None:
-    """Return a film as HTML; None if there is no file, or none that can be read."""
+    """Return a film as HTML; None if its file is missing, unreadable or of another format."""
     kind = _KINDS.get(path.suffix.lower())
     try:
         small = path.stat().st_size <= MOST_BYTES
@@ -31,5 +31,5 @@ def video(path: Path) -> str | None:
 
 
 def _address(path: Path) -> str:
-    """Return the file's address beside the notebook, which runs in its own directory."""
+    """Return the file's address relative to the notebook, whose directory is the current one."""
     return quote(Path(os.path.relpath(path)).as_posix())

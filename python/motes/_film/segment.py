@@ -1,4 +1,4 @@
-"""A segment: about a second of film, encoded without a look at what comes before or after it."""
+"""A segment: about a second of film, encoded independently of the rest."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from . import containers
 
 __all__ = ["Encoding", "Segment", "picture"]
 
-# The bits depend on the number of threads, so it must not be that of this machine's cores.
+# The bits depend on the number of threads, so it must not depend on the machine.
 _THREADS = 4
-# Above, times in Matroska, in ms, no longer tell frames apart; packets must then be in the order of showing.
+# Above this rate, Matroska's times, in ms, do not separate frames; packets must then be in display order.
 _COARSE_FPS = 400
 
 
@@ -35,11 +35,11 @@ class Encoding:
 
     @property
     def frames(self) -> int:
-        """How many frames a segment has at most."""
+        """The most frames of a segment."""
         return max(1, round(self.rate))
 
     def add_stream(self, container: Any) -> Any:
-        """Add a stream, with an encoder of its own, to an output."""
+        """Add a stream with its own encoder to an output."""
         options = {"crf": str(self.crf), "preset": self.preset}
         if self.kind == "matroska" and self.rate > _COARSE_FPS:
             options["bf"] = "0"
@@ -56,10 +56,10 @@ class Encoding:
 
 
 class Segment:
-    """Frames on their way into one segment. The bits depend on these frames and the encoding alone."""
+    """Encodes frames into one segment. The bits depend only on these frames and the encoding."""
 
     def __init__(self, encoding: Encoding, *, first: int, number: int) -> None:
-        """`first`: the film's frame with which it begins; `number`: of the segment, from 1."""
+        """Start a segment; `first`: its first frame in the film; `number`: the segment's number, from 1."""
         self._encoding = encoding
         self._first = first
         self._file = containers.SegmentFile(encoding.kind, number)
@@ -70,7 +70,7 @@ class Segment:
     def add(self, pixels: NDArray[np.uint8]) -> None:
         """Encode a frame."""
         shown = picture(pixels)
-        shown.pts = self.frames  # from 0 in each segment: the encoder must not know where in the film it is
+        shown.pts = self.frames  # counts from 0 in each segment, so the bits do not depend on its position
         self.frames += 1
         self._packets += self._stream.encode(shown)
 
@@ -90,12 +90,12 @@ class Segment:
 
 
 def picture(pixels: NDArray[np.uint8]) -> Any:
-    """Convert to 4:2:0, where both sides must be even: an odd one repeats its last row or column."""
+    """Convert to 4:2:0, which needs even sides: repeat the last row or column of an odd side."""
     import av
 
     height, width, _ = pixels.shape
     if height % 2 or width % 2:
         pixels = np.pad(pixels, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge")
     frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(pixels), format="rgb24")
-    # Names, not members of PyAV's enumerations: PyAV 14 takes only names, and all others take both.
+    # Names instead of members of PyAV's enumerations: PyAV 14 accepts only names; other versions accept both.
     return frame.reformat(format="yuv420p", dst_colorspace="ITU709", dst_color_range="MPEG")

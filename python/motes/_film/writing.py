@@ -1,4 +1,4 @@
-"""FilmWriter: frames into an H.264 file, by a background thread; what is written is known on every rank."""
+"""FilmWriter: encodes frames into an H.264 file in a background thread; every rank counts them."""
 
 from __future__ import annotations
 
@@ -30,26 +30,26 @@ __all__ = ["FilmWriter"]
 
 _QUEUE_FRAMES = 4  # enough to smooth over a slow frame; more would only hold memory
 _LOOK_S = 0.1
-_NO_FRAME = -1  # what is written is an array of the script's, not a frame of the world
-_ABANDON_S = 1.0  # how long leaving by an exception waits for the frames that are queued
+_NO_FRAME = -1  # stands for a picture that is the script's array, not a frame of the world
+_ABANDON_S = 1.0  # how long leaving by an exception waits for queued frames
 
 
 class FilmWriter:
-    """Writes a film on the rank where its frames are, and counts them on all others."""
+    """Writes a film on the rank that has its frames, and counts them on all others."""
 
     def __init__(self, path: Path, place: str, rate: Fraction, crf: float, preset: str) -> None:
-        """Take what `Movie` has checked; `rate`: frames per second."""
+        """Store the arguments that `Movie` has checked; `rate`: frames per second."""
         self.path = path
         self.place = place
-        """The same for every run and rank that writes this film."""
+        """The film's absolute path, the same for every run and rank that writes it."""
         self.frames = 0
-        """Those of the film that this process writes."""
+        """The number of frames in the film that this process writes."""
         self.closed = False
         self.abandoned = False
         self._rate, self._crf, self._preset = rate, crf, preset
-        self._written: int | None = None  # before the first frame
+        self._written: int | None = None  # None before the first frame
         self._unsecured = array("q")  # the world's number of each frame since `note_secured`, or _NO_FRAME
-        self._again: deque[int] = deque()  # frames that a lost rank was to write
+        self._again: deque[int] = deque()  # frames that a lost rank may not have written
         self._film: GrowingFilm | None = None
         self._shape: tuple[int, ...] | None = None
         self._thread: threading.Thread | None = None
@@ -59,7 +59,7 @@ class FilmWriter:
 
     @property
     def written(self) -> int:
-        """How many frames the film has so far, on whatever rank they are: the same on every rank."""
+        """The number of frames so far, equal on every rank."""
         if self._written is not None:
             return self._written
         return continuing.continued.movies.get(self.place, 0)
@@ -82,7 +82,7 @@ class FilmWriter:
             self._start(pixels.shape)
         elif pixels.shape != self._shape:
             raise ArgumentError("frame", pixels.shape, f"of the size of the first frame, {self._shape}")
-        # A caller's own array may change while it waits in the queue; a frame's pixels cannot.
+        # A caller's array may change while it is queued; a frame's pixels cannot.
         self._put(pixels if isinstance(frame, Frame) else pixels.copy())
         self.frames += 1
 
@@ -94,7 +94,7 @@ class FilmWriter:
         self._unsecured.append(_NO_FRAME if index is None else index)
 
     def close(self) -> None:
-        """Encode what is queued and give the file its name: `Movie.close`."""
+        """Encode queued frames and give the file its name: `Movie.close`."""
         if self.closed:
             return
         self._end()
@@ -107,14 +107,14 @@ class FilmWriter:
             raise
 
     def _find_earlier(self) -> None:
-        """Find a film to which this process adds nothing: an earlier one was killed behind the last frame."""
+        """Open a film that needs no more frames: an earlier process was killed after the last one."""
         count = self.written
         earlier = continuing.continued.draws and self._written is None and count > 0
         if self._film is None and earlier and partial_path(Path(self.place)).exists():
             self.continue_at(count)
 
     def _finish(self) -> None:
-        """Write what is queued, and give the film its name."""
+        """Encode queued frames and give the film its name."""
         told = f"closing {self.path.name}"
         if self._thread is not None:
             self._put(None)
@@ -127,13 +127,13 @@ class FilmWriter:
                 self._error = error
         self._raise_error()
 
-    # --- what a checkpoint, and a run that goes on after it, need
+    # --- for checkpoints, and runs that continue from them
 
     def secure(self) -> int:
-        """Wait until all frames so far are on the disk; returns their number. The main thread calls it.
+        """Wait until all frames so far are on disk; return their number. Main thread only.
 
-        The film can be continued behind them: a segment ends here. On ranks that write no file it returns
-        what they have counted; `note_secured` follows where all ranks know that it is so.
+        A segment ends here, so the film can be continued from this point. Ranks that write no file only
+        return their count. Once all ranks know that this succeeded, `note_secured` follows.
         """
         self._raise_error()
         if self._thread is not None and not self.closed:
@@ -146,13 +146,13 @@ class FilmWriter:
         return self.written
 
     def note_secured(self) -> None:
-        """All frames so far are on the disk, as the rank that writes them has told all others."""
+        """Note that all frames so far are on disk, as all ranks know."""
         del self._unsecured[:]
 
     def continue_at(self, count: int) -> None:
-        """Go on behind the first `count` frames that an earlier process left, before the first `write`.
+        """Continue after the first `count` frames of an earlier process's film, before the first `write`.
 
-        Raises CheckpointError, naming the file and what it holds, if there are fewer, or no cut at `count`.
+        Raises CheckpointError, naming the file and its content, if it has fewer frames or no cut at `count`.
         """
         if self._thread is not None:
             raise MotesError(f"the movie {self.path} is being written; it cannot be continued any more")
@@ -169,22 +169,22 @@ class FilmWriter:
             continuing.hold_movie(self)
 
     def first_unsaved(self) -> int | None:
-        """Return the first frame of the world that is in no segment of the file yet; None: there is none."""
+        """Return the first frame of the world that is not in the file yet; None if all are."""
         behind = self.written - len(self._unsecured)
         waiting = self._unsecured[max(0, (self._film.frames if self._film else 0) - behind) :]
         return min((index for index in waiting if index != _NO_FRAME), default=None)
 
     def take_over(self) -> list[int]:
-        """Write the film from here on: the rank that wrote it is gone.
+        """Write the film from here on, in place of a lost rank.
 
-        Returns the frames of the world that it may not have written, which `write_again` expects. Raises
-        CheckpointError where the file lacks more than those.
+        Returns the frames of the world that are missing in the file; pass each to `write_again`. Raises
+        CheckpointError if frames that were on disk are missing, too.
         """
         count, unsecured = self.written, self._unsecured[:]
         if self._thread is not None or self.abandoned or count == 0:
             return []
         if self.closed and not partial_path(Path(self.place)).exists():
-            return []  # that rank has closed it, too
+            return []  # the lost rank has closed it, too
         behind = count - len(unsecured)
         held = GrowingFilm.frames_in(Path(self.place), self._rate, most=count)
         self.continue_at(max(held, behind))
@@ -198,7 +198,7 @@ class FilmWriter:
         return list(self._again)
 
     def write_again(self, index: int, frame: Frame) -> None:
-        """Write a frame that the lost rank was to write, as often as it stood in the film."""
+        """Write a frame that the lost rank did not write, as often as the script wrote it."""
         if not self._again:
             return
         while self._again and self._again[0] == index:
@@ -208,14 +208,14 @@ class FilmWriter:
             self._finish_taken_over()
 
     def _finish_taken_over(self) -> None:
-        """Close a film that the script has closed: the rank that was about to is gone."""
+        """Close a film that the script has closed, but the lost rank has not."""
         try:
             self._finish()
         finally:
             self._end()
 
     def close_for_lost(self) -> None:
-        """Give the film its name: the rank that wrote it is gone, and its frames are on the disk."""
+        """Give the film its name, in place of a lost rank, whose frames are on disk."""
         self._end()
         self.take_over()
 
@@ -229,8 +229,7 @@ class FilmWriter:
         encoding = Encoding(kind, height, width, self._rate, self._crf, self._preset)
         self._shape = shape
         film = self._film = self._film or GrowingFilm(Path(self.place), self._rate)
-        # A daemon: a thread the interpreter waits for would keep a failed rank alive, and with it the whole
-        # job.
+        # A daemon: a thread that the interpreter waits for would keep a failed rank, and the job, alive.
         self._thread = threading.Thread(
             target=self._encode, args=(encoding, film), name=f"movie {self.path.name}", daemon=True
         )
@@ -263,19 +262,19 @@ class FilmWriter:
         continuing.forget_movie(self)
 
     def abandon(self) -> None:
-        """Keep the partial film, with what is queued if that takes no longer than a second."""
+        """Keep the partial film, including queued frames as far as they are encoded within a second."""
         self.abandoned = True
         self._end()
         if self._thread is None:
             if self._film is not None:
                 self._film.close()
             return
-        with contextlib.suppress(queue.Full):  # then the thread is not waiting for a frame
+        with contextlib.suppress(queue.Full):  # if the queue is full, the thread is not waiting for it
             self._queue.put_nowait(None)
         self._thread.join(_ABANDON_S)
 
     def _next(self) -> NDArray[np.uint8] | _Mark | None:
-        """Return what is next in the queue; None at the film's end."""
+        """Return the next item of the queue; None at the film's end."""
         if not self.abandoned:
             return self._queue.get()
         try:
@@ -284,7 +283,7 @@ class FilmWriter:
             return None
 
     def _encode(self, encoding: Encoding, film: GrowingFilm) -> None:
-        """Work of the background thread, from the first frame to the film's final name."""
+        """Run the background thread: encode all frames, then give the film its name."""
         try:
             with contextlib.closing(film):
                 film.open()
@@ -315,14 +314,14 @@ class FilmWriter:
 
 
 class _Mark(threading.Event):
-    """In the queue: secure what came before, then set this."""
+    """An item of the queue that is set once all frames before it are on disk."""
 
 
 def _pixels(frame: Frame | NDArray[np.uint8]) -> NDArray[np.uint8]:
     allowed = "a Frame or uint8 (height, width, 3)"
     try:
         pixels: NDArray[np.uint8] = np.asarray(frame.pixels if isinstance(frame, Frame) else frame)
-    except Exception:  # any: this runs methods of users' classes
+    except Exception:  # of any kind: this runs methods of users' classes
         raise ArgumentError("frame", frame, allowed) from None
     if pixels.dtype != np.uint8 or pixels.ndim != 3 or pixels.shape[2] != 3:
         raise ArgumentError("frame", f"{pixels.dtype} {pixels.shape}", allowed)
@@ -334,7 +333,7 @@ _open_films: weakref.WeakSet[FilmWriter] = weakref.WeakSet()
 
 @atexit.register
 def _close_open_films() -> None:
-    """Finish what the script forgot to close; drop it if the script left in the middle of a run."""
+    """Close films that the script left open; keep them partial if it left in the middle of a run."""
     for film in list(_open_films):
         if process.running:
             film.abandon()

@@ -1,6 +1,6 @@
-"""An export has its place for itself: it replaces an earlier one, and touches nothing else.
+"""Claims the place of an export: removes an earlier export there, and nothing else.
 
-While it writes it holds a lock, which the system releases when its process ends, however it ends.
+An export holds a lock while it writes; the operating system releases it whenever the process ends.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _MARK_WITHIN = 400
 
 
 class Claim:
-    """The place of an export, empty, until `release` or the end of the process."""
+    """The emptied place of an export, held until `release` or the end of the process."""
 
     def __init__(self, place: Place, lock: int) -> None:
         """Hold the lock, an open file; `Claim.make` makes one."""
@@ -35,8 +35,8 @@ class Claim:
     def make(cls, argument: str, place: Place) -> Self:
         """Remove an earlier export, and nothing else.
 
-        Raises ArgumentError, before anything is changed, if there are other things or if another export is
-        being written there; MotesError if the folder cannot be made.
+        Raises ArgumentError, before it changes anything, if the place holds other files or if another export
+        is being written there; MotesError if the folder cannot be made.
         """
         try:
             return cls._make(argument, place)
@@ -50,11 +50,11 @@ class Claim:
         check_free(argument, place)
         folder.mkdir(parents=True, exist_ok=True)
         lock = _lock(argument, place)
-        while not _same(lock, folder / LOCK):  # another export has just left
+        while not _same(lock, folder / LOCK):  # another export has just removed it
             os.close(lock)
             lock = _lock(argument, place)
         try:
-            # The manifest goes first: what is left of an interrupted removal is no export.
+            # Remove the manifest first: what an interrupted removal leaves cannot be read as an export.
             with contextlib.suppress(FileNotFoundError):
                 (folder / NAME).unlink()
             if place.format.index:
@@ -70,7 +70,7 @@ class Claim:
         return cls(place, lock)
 
     def release(self) -> None:
-        """Let another export have the place. Calling it again does nothing."""
+        """Release the place for other exports. Calling it again does nothing."""
         lock, self._lock = self._lock, -1
         if lock >= 0:
             with contextlib.suppress(OSError):
@@ -78,24 +78,24 @@ class Claim:
             os.close(lock)
 
     def __del__(self) -> None:
-        """Let another export have the place."""
+        """Release the lock."""
         lock, self._lock = self._lock, -1
         if lock >= 0:
             os.close(lock)
 
 
 def _own() -> re.Pattern[str]:
-    """Match what an export of any format writes into its folder, drafts included."""
+    """Return a pattern for the names of all files that exports write into their folders, drafts included."""
     kinds = "|".join(map(re.escape, FORMATS))
     beside = "".join(f"|{re.escape(suffix)}" for format in FORMATS.values() for suffix in format.beside)
     part = rf"[A-Za-z][A-Za-z0-9_]*(\.\d{{6,}}(\.r\d{{4,}})?\.({kinds}){beside})"
-    # USD writes a draft of the draft, whose name ends in six letters of its own.
+    # USD writes its own temporary file first: the draft's name, but ending in six random letters.
     draft = rf"\.({re.escape(NAME)}|{part})\.[0-9a-f]{{16}}\.(tmp|\w{{6}})"
     return re.compile(rf"{re.escape(NAME)}|{part}|{draft}")
 
 
 def check_free(argument: str, place: Place) -> None:
-    """Raise ArgumentError where there are other things than an earlier export. Changes nothing."""
+    """Raise ArgumentError if the place holds anything but an earlier export. Changes nothing."""
     _check_index(argument, place)
     if place.folder.is_dir():
         _check_content(argument, place)
@@ -106,7 +106,7 @@ def check_free(argument: str, place: Place) -> None:
 
 
 def _check_index(argument: str, place: Place) -> None:
-    """Raise ArgumentError where a file of that name is not an earlier export's."""
+    """Raise ArgumentError if the index file exists and is not an earlier export's."""
     if not place.format.index or not os.path.lexists(place.path):
         return
     beginning = b""
@@ -127,7 +127,7 @@ def _check_content(argument: str, place: Place) -> None:
 
 
 def _is_export(folder: Path) -> bool:
-    """Tell whether an export has had this folder; it may have been killed before its first whole frame."""
+    """Tell whether an export has used this folder, even if it was killed before its first complete frame."""
     for name, wanted in ((NAME, FORMAT.encode()), (LOCK, _OWNER)):
         with contextlib.suppress(OSError), open(folder / name, "rb") as file:
             if wanted in file.read(_MARK_WITHIN):
@@ -145,10 +145,10 @@ def _same(file: int, path: Path) -> bool:
 
 def _lock(argument: str, place: Place) -> int:
     file = files.open_lock(place.folder / LOCK)
-    if files.is_locked_elsewhere(file):  # not noticed on a file system without locks
+    if files.is_locked_elsewhere(file):  # never true on a file system without locks
         allowed = f"a place that no other export is writing to ({files.owner_of_lock(file)} is)"
         raise ArgumentError(argument, str(place.path), allowed)
-    with contextlib.suppress(OSError):  # a full disk: the export itself will say so
+    with contextlib.suppress(OSError):  # on a full disk the export itself will fail
         os.ftruncate(file, 0)
         os.pwrite(file, _OWNER + f"{os.getpid()}\n".encode(), 0)
     return file

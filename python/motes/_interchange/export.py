@@ -1,4 +1,4 @@
-"""Export: particles of frames into files, written by background threads while the run goes on."""
+"""Export: writes the particles of frames to files, in background threads while the run continues."""
 
 from __future__ import annotations
 
@@ -33,11 +33,11 @@ _ALWAYS = ("position", "velocity")
 class Export:
     """Particles of a run as files: .usd (Blender, Houdini), .pvd (ParaView) or a directory of .npz (NumPy).
 
-    Construct it on every rank. Each calculator writes its own particles, in a thread of its own; `write`
-    copies them and returns. The manager lists in `manifest.json`, always whole, which frames are complete:
-    `open_particles` reads these, even if the run was killed. The files of `snow.usd` and `snow.pvd` are in
-    the directories `snow.usd.parts` and `snow.pvd.parts`. The first `write` removes an earlier export of the
-    same path; where there are other things, the constructor raises ArgumentError.
+    Construct it on every rank. Each calculator writes its own particles in a background thread; `write`
+    copies them and returns. The manager lists the complete frames in `manifest.json`, which it replaces
+    atomically: `open_particles` reads these frames, even if the run was killed. The files of `snow.usd` and
+    `snow.pvd` are in the directories `snow.usd.parts` and `snow.pvd.parts`. The first `write` removes an
+    earlier export of the same path; if anything else is there, the constructor raises ArgumentError.
     """
 
     def __init__(
@@ -47,13 +47,13 @@ class Export:
 
         Args:
             path: a name ending in .usd (extra [usd]) or .pvd, or a directory for .npz files.
-            every: frames whose number is a multiple of it are written, others are passed over.
-            attributes: names of what is written beside position and id, those that a system has; None:
-                velocity, the user's attributes, and any in which a particle has ever had another value than
-                the initial one.
+            every: write only the frames whose number is a multiple of this.
+            attributes: names of attributes to write beside position and id, in systems that have them; None:
+                velocity, the user's attributes, and any attribute in which a particle has ever had a value
+                other than the initial one.
 
         Raises:
-            ArgumentError: if something else than an export is in that place.
+            ArgumentError: if the path holds anything but an earlier export.
             MissingExtraError: if the format needs a package that is not installed.
         """
         self.path: Path = arguments.file_path("path", path)
@@ -69,23 +69,24 @@ class Export:
         self._systems: list[SystemColumns] = []
         self._last = -1
         self._ledger: Ledger | None = None  # on the manager
-        self._claim: Claim | None = None  # the same
+        self._claim: Claim | None = None  # on the manager
         self._seen = 0  # frames that were published
-        self._files: OpenFiles | None = None  # as the world knows it
+        self._files: OpenFiles | None = None  # this export's entry in the world's session
         self._closed = False
 
     def write(self, world: World) -> None:
-        """Write the particles of all systems, as `System.gather` shows them here. Collective.
+        """Write the particles of all systems, as `System.gather` would return them now. Collective.
 
-        After `render()` or `step()` this is the frame that has just ended; in the middle of a frame, what the
-        list so far makes of it, and reading that changes no result. Waits while two frames are being written.
+        After `render()` or `step()` this writes the frame that has just ended; in the middle of a frame, the
+        particles after the actions recorded so far, which does not change any result. Waits while two frames
+        are still being written.
 
         Args:
-            world: whose particles they are.
+            world: the world whose particles are written.
 
         Raises:
-            MotesError: before the first frame, and if the frame was written before.
-            OSError: that of an earlier write, such as a full disk; or `close` raises it.
+            MotesError: before the first frame, if the frame was written before, or if an earlier write
+                failed, as on a full disk; after the last `write`, `close` raises it.
         """
         frame = self._frame_of(world)
         if frame % self.every:
@@ -102,7 +103,9 @@ class Export:
             self._settle(world, frame, totals, engine)
             self._put(world, engine, frame, notes)
         except BaseException as error:
-            if engine.gave_up or not isinstance(error, Exception):  # else it was refused, and may come again
+            if engine.gave_up or not isinstance(
+                error, Exception
+            ):  # otherwise it was refused and may be repeated
                 self._abandon()
             raise
         finally:
@@ -115,15 +118,16 @@ class Export:
         self.frames += 1
 
     def close(self) -> None:
-        """Finish the files. Collective, if anything was written; the end of the world calls it, too.
+        """Finish the files. Collective if anything was written; the end of the world calls it, too.
 
-        Waits until all ranks have written all; then the manifest is complete. Calling it again does nothing.
+        Waits until all ranks have written their files, then completes the manifest. Calling it again does
+        nothing.
         """
         if self._closed:
             return
         world = self._world
         session = None if world is None else session_of(world)
-        if session is None or session.ended:  # an exception ended it: what is whole so far remains
+        if session is None or session.ended:  # ended by an exception: the complete frames remain
             self._abandon()
             return
         try:
@@ -144,10 +148,10 @@ class Export:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Close the export. When the block failed, what is whole so far remains."""
+        """Close the export. If the block raised, keep the frames that are complete."""
         if (
             self._world is not None and session_of(self._world).usage.inherited
-        ):  # a fork: the files are its parent's
+        ):  # in a forked process: the files belong to its parent
             return
         if kind is None:
             self.close()
@@ -161,7 +165,7 @@ class Export:
     # --- before anything is written
 
     def _frame_of(self, world: World) -> int:
-        """Return the number of the frame that is seen here; raise where there is none to write."""
+        """Return the number of the frame to write; raise if there is none."""
         if self._closed:
             raise MotesError(f"the export {self.path} is closed")
         if not isinstance(world, World):
@@ -196,7 +200,10 @@ class Export:
     # --- what ranks tell each other
 
     def _prepare(self, world: World, engine: _core.Engine) -> tuple[list[int], bytes]:
-        """Work of every rank before all agree: what it has written, which attributes its particles use."""
+        """Return which attributes this rank's particles use, and a note of the parts it has written.
+
+        The manager first claims the export's place.
+        """
         note = self._report()
         if "manager" in world.role and self._claim is None:
             self._claim = Claim.make("path", self._place)
@@ -245,7 +252,7 @@ class Export:
         return self.attributes is None or name == "position" or name in self.attributes
 
     def _put(self, world: World, engine: _core.Engine, frame: int, notes: list[bytes]) -> None:
-        """Give the particles, and what is whole by now, to the thread. What fails here is told later."""
+        """Hand the particles, and the frames complete by now, to the writer, which also keeps errors."""
         time = (frame + 1) * world.dt
         try:
             if self._ledger is not None:
@@ -258,7 +265,7 @@ class Export:
                     for i, facts in enumerate(self._systems)
                 ]
                 self._writer.put(FrameJob(frame, time, world.rank, copies))
-        except Exception as error:  # such as too little memory: the others have gone on
+        except Exception as error:  # such as too little memory: other ranks have continued
             self._writer.fail(error)
 
     def _publish_soon(self, ledger: Ledger) -> None:
@@ -271,7 +278,7 @@ class Export:
         self._writer.publish(publish)
 
     def _finish(self, notes: list[bytes]) -> tuple[list[int], bytes]:
-        """Work of every rank at the end: the manager's makes the manifest complete."""
+        """Complete the manifest, on the manager."""
         if self._ledger is not None:
             try:
                 self._ledger.hear(notes)

@@ -1,4 +1,4 @@
-"""What a format of exports says of itself, in one row beside its functions (`npz.py`, `vtp.py`, `usd.py`)."""
+"""The description of an export format; `npz.py`, `vtp.py` and `usd.py` each end with theirs."""
 
 from __future__ import annotations
 
@@ -22,22 +22,22 @@ class Format:
     """A way to write particles."""
 
     kind: str
-    """Its name, and the suffix of its parts."""
+    """The format's name, and the suffix of its parts."""
     index: str
-    """The suffix of the file that shows all parts; empty: there is none, and the path is the folder."""
+    """The suffix of the index file, which lists all parts; empty: the path is a folder without index."""
     write: Callable[..., None]
-    """`write(path, columns, frame=, time=)`."""
+    """Writes a part: `write(path, columns, frame=, time=)`."""
     read: Callable[..., dict[str, NDArray[Any]]]
-    """`read(path, names, frame=)`."""
+    """Reads columns of a part: `read(path, names, frame=)`."""
     show: Callable[[Manifest, str], bytes] | None = None
-    """The content of the index, whose parts are in a folder of this name."""
+    """`show(manifest, folder)` returns the index of the parts in a folder of that name."""
     mark: str = ""
-    """What each index holds near its beginning: others are not ours to replace."""
+    """Text near the beginning of each index: a file without it is not an export's and is not replaced."""
     beside: Mapping[str, Callable[[SystemColumns], bytes]] = field(default_factory=dict)
-    """Files that each system has once beside its parts: their suffix, and their content."""
+    """Files written once per system, beside its parts: from suffix to content."""
     require: Callable[[], None] = _nothing
-    """Raises MissingExtra where a package that it needs is not installed."""
+    """Raises MissingExtraError if a package that the format needs is not installed."""
     alone: bool = False
-    """Whether one part can be opened by itself, also one that another program wrote."""
+    """Whether a single file can be opened without a manifest, even one that another program wrote."""
     mistaken: tuple[str, ...] = ()
-    """Suffixes of paths that mean this format."""
+    """Wrong suffixes of paths that suggest this format."""

@@ -1,4 +1,4 @@
-"""The formats of exports, a row each, and where an export of each lies."""
+"""The table of export formats, and the place of an export on disk."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ ALLOWED = (
 
 @dataclass(frozen=True)
 class Place:
-    """Where an export lies."""
+    """The path and format of an export."""
 
     path: Path
-    """What the user names."""
+    """The path that the user gave."""
     format: Format
 
     @property
@@ -43,26 +43,26 @@ class Place:
         return f"{stem}.{frame:06d}{'' if rank is None else f'.r{rank:04d}'}.{self.format.kind}"
 
     def write_part(self, file: str, columns: Mapping[str, NDArray[Any]], *, frame: int, time: float) -> int:
-        """Write a part, whole or not at all; return its bytes."""
+        """Write a part, whole or not at all; return its size in bytes."""
         path = self.folder / file
         with files.whole_path(path) as draft:
             self.format.write(draft, columns, frame=frame, time=time)
             return draft.stat().st_size
 
     def publish(self, manifest: Manifest) -> None:
-        """Show what is whole: first to other programs, then to `open_particles`."""
+        """Publish the complete frames: first to other programs, then to `open_particles`."""
         for suffix, content in self.format.beside.items():
             for system in manifest.systems:
                 _write_changed(self.folder / f"{system.stem}{suffix}", content(system))
         if self.format.show is not None:
-            # The first time, remove what killed runs have left; it lists the directory.
+            # The first time, remove the drafts of killed runs, which lists the directory.
             with files.whole_path(self.path, remove_abandoned=not manifest.frames) as draft:
                 draft.write_bytes(self.format.show(manifest, self.folder.name))
         manifest.write(self.folder)
 
 
 def place_of(argument: str, path: Path) -> Place:
-    """Return where an export of this name lies. Raises ArgumentError for another suffix."""
+    """Return the place of an export from its path. Raises ArgumentError for an unknown suffix."""
     suffix = path.suffix.lower()
     for format in FORMATS.values():
         if suffix == format.index:

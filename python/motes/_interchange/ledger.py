@@ -1,4 +1,4 @@
-"""What the manager knows of an export: which parts exist, and so which frames are whole."""
+"""The manager's record of an export: which parts are written, and so which frames are complete."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ __all__ = ["Ledger", "note_of"]
 
 
 def note_of(written: Iterable[tuple[int, Part]]) -> bytes:
-    """Return what a rank tells of the parts that it has written."""
+    """Serialize the parts that a rank has written, each with its frame, for the manager."""
     return json.dumps([[frame, *dataclasses.astuple(part)] for frame, part in written]).encode()
 
 
 class Ledger:
-    """Collects parts until frames are whole, in the order of the frames."""
+    """Collects parts until frames are complete, in the order of the frames."""
 
     def __init__(self, place: Place, manifest: Manifest) -> None:
         """Start with an empty manifest."""
@@ -32,7 +32,7 @@ class Ledger:
     def announce(
         self, frame: int, time: float, systems: Sequence[SystemColumns], calculators: Sequence[int]
     ) -> None:
-        """Wait for a frame's parts: one per system and calculator."""
+        """Expect a frame's parts: one per system and calculator."""
         self._manifest.systems = list(systems)
         parts = tuple(
             Part(number, rank, self._place.file(system.stem, frame, rank), UNKNOWN, UNKNOWN)
@@ -43,7 +43,7 @@ class Ledger:
         self._told[frame] = {}
 
     def hear(self, notes: Iterable[bytes]) -> None:
-        """Take the notes of all ranks."""
+        """Record the parts in the notes of all ranks, and move frames that are complete to `frames`."""
         for note in notes:
             for frame, *fields in json.loads(note):
                 part = Part(*fields)
@@ -56,7 +56,7 @@ class Ledger:
             self._manifest.frames.append(FrameParts(whole.frame, whole.time, parts))
 
     def snapshot(self, *, finished: bool = False) -> Manifest:
-        """Return the manifest as it is now, for another thread."""
+        """Copy the manifest for another thread."""
         made = copy.copy(self._manifest)
         made.systems = copy.deepcopy(made.systems)
         made.frames, made.announced = list(made.frames), list(made.announced)
@@ -64,7 +64,7 @@ class Ledger:
         return made
 
     def publish(self, manifest: Manifest, *, seen: int) -> None:
-        """Show a snapshot to readers. Its first `seen` frames were looked for before.
+        """Check that the files of frames from index `seen` on exist, then publish a snapshot to readers.
 
         Raises MotesError if this rank cannot see what another has written.
         """

@@ -1,8 +1,8 @@
-"""The manifest of an export: which frames are whole, and which files hold them.
+"""The manifest of an export: which frames are complete, and which files hold them.
 
-The manager replaces it, whole, in each frame that is written. It names the frames that are complete on all
-ranks, and announces those that are being written: their files appear when they are whole. So it tells what
-can be read, whenever and however the run ended.
+The manager replaces it atomically with each frame that is written. It lists the frames that are complete on
+all ranks, and announces those being written, whose files appear only when complete. So it always tells what
+can be read, even after the run was killed.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ FORMAT = "motes particles"
 VERSION = 1
 NAME = "manifest.json"
 UNKNOWN = -1
-"""Rows or bytes of a file of which the manifest knows only the name."""
+"""Rows or bytes of an announced file, of which only the name is known."""
 
 
 @dataclass
@@ -37,24 +37,24 @@ class Column:
 
     name: str
     width: int
-    """Numbers per particle, 1 or 3."""
+    """Numbers per particle, 1, 3 or 4."""
     initial: tuple[float, ...]
-    """What every particle has in frames whose files do not hold it."""
+    """The value of every particle in frames whose files omit the column."""
     since: int | None = None
-    """The first frame whose files hold it; None: none does."""
+    """The first frame whose files hold the column; None: no file does."""
 
     def written(self, frame: int) -> bool:
-        """Whether the files of this frame hold it."""
+        """Whether the files of this frame hold the column."""
         return self.since is not None and frame >= self.since
 
 
 @dataclass
 class SystemColumns:
-    """A system, and the columns of its particles, all but the ids, which every file holds."""
+    """A system, and the columns of its particles except the ids, which every file holds."""
 
     name: str
     stem: str
-    """How the names of its files begin."""
+    """The prefix of its files' names."""
     columns: list[Column]
 
     def written(self, frame: int) -> list[Column]:
@@ -67,9 +67,9 @@ class Part:
     """A file: the particles of one system on one rank in one frame."""
 
     system: int
-    """Its place among the manifest's systems."""
+    """Index of the system in the manifest."""
     rank: int | None
-    """None: all ranks' particles, joined."""
+    """The rank that wrote it; None: it joins the particles of all ranks."""
     file: str
     rows: int
     bytes: int
@@ -77,7 +77,7 @@ class Part:
 
 @dataclass(frozen=True)
 class FrameParts:
-    """A frame that is whole."""
+    """A frame and its files."""
 
     frame: int
     time: float
@@ -85,7 +85,7 @@ class FrameParts:
 
     @cached_property
     def text(self) -> str:
-        """As JSON, made once: the manifest is written again with each frame."""
+        """The frame as JSON; cached, since the manifest is rewritten with each frame."""
         parts = [[part.system, part.rank, part.file, part.rows, part.bytes] for part in self.parts]
         return json.dumps({"frame": self.frame, "time": self.time, "parts": parts})
 
@@ -102,7 +102,7 @@ class Manifest:
     systems: list[SystemColumns] = field(default_factory=list)
     frames: list[FrameParts] = field(default_factory=list)
     announced: list[FrameParts] = field(default_factory=list)
-    """Frames that were being written, in order."""
+    """Frames being written, in order."""
     finished: bool = False
 
     def write(self, folder: Path) -> None:
@@ -173,19 +173,19 @@ class Manifest:
         return cls(str(said["kind"]), seed, *numbers, systems, frames, announced, bool(said["finished"]))
 
     def _take_whole(self, folder: Path) -> None:
-        """Count as whole what was announced and is all there; files have their names only when whole."""
+        """Move announced frames whose files all exist to `frames`: only complete files have their names."""
         while self.announced and all((folder / part.file).is_file() for part in self.announced[0].parts):
             self.frames.append(self.announced.pop(0))
 
 
 def stems(names: Iterable[str]) -> list[str]:
-    """Return for each system how the names of its files begin: no two alike, usable as names everywhere."""
+    """Return a prefix of file names for each system: unique, and valid in file systems and in USD."""
     made: list[str] = []
     for name in names:
         stem = re.sub(r"[^A-Za-z0-9_]", "_", name)[:60]
         if not re.match(r"[A-Za-z]", stem):
             stem = f"system_{stem}"
-        taken = {other.lower() for other in made}  # some file systems do not tell case
+        taken = {other.lower() for other in made}  # some file systems ignore case
         number = 1
         unique = stem
         while unique.lower() in taken:
@@ -200,7 +200,7 @@ def _as_json(value: float) -> float | str:
 
 
 def _stem(said: Any) -> str:
-    """Return how names of files begin, if these are in the folder: `pack` writes some that begin so."""
+    """Return a stem, checked so that the files that `pack` names after it stay in their folder."""
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", said):
         raise ValueError(f"stem {said!r}")
     return str(said)

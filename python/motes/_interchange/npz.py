@@ -18,13 +18,13 @@ __all__ = ["FORMAT"]
 def write(path: Path, columns: Mapping[str, NDArray[Any]], *, frame: int, time: float) -> None:
     """Write columns (n, 3) or (n,) into an existing file. Equal columns make equal files.
 
-    As `numpy.savez`, which copies each array once more.
+    Like `numpy.savez`, without its extra copy of each array.
     """
     del frame, time
     with open(path, "wb") as file, zipfile.ZipFile(file, "w", zipfile.ZIP_STORED) as archive:
         for name, column in columns.items():
             array = np.ascontiguousarray(column)
-            entry = zipfile.ZipInfo(f"{name}.npy")  # of 1980: no clock makes files differ
+            entry = zipfile.ZipInfo(f"{name}.npy")  # dated 1980, not now: equal columns make equal files
             with archive.open(entry, "w", force_zip64=True) as out:
                 np.lib.format.write_array_header_1_0(out, np.lib.format.header_data_from_array_1_0(array))
                 if array.size:
@@ -32,7 +32,7 @@ def write(path: Path, columns: Mapping[str, NDArray[Any]], *, frame: int, time: 
 
 
 def read(path: Path, names: Iterable[str] | None, *, frame: int) -> dict[str, NDArray[Any]]:
-    """Read these columns, or all. Raises OSError, ValueError or KeyError."""
+    """Read the named columns, or all if `names` is None. Raises OSError, ValueError or KeyError."""
     del frame
     try:
         with open(path, "rb") as file, np.load(file, allow_pickle=False) as archive:

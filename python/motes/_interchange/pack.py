@@ -1,4 +1,4 @@
-"""Joins the parts of an export, those of all ranks, into one file per frame and system, sorted by id."""
+"""Joins the files that all ranks wrote of an export into one per frame and system, sorted by id."""
 
 from __future__ import annotations
 
@@ -25,10 +25,11 @@ def pack(
     system: str | None = None,
     frame: int | None = None,
 ) -> dict[str, Any]:
-    """Write the particles of an export again, joined by id; return how many frames, files and particles.
+    """Join an export's files into one per frame and system; return counts of frames, files and particles.
 
-    `output` names an export as `Export` does, of any format, or one .npz file for one frame of one system.
-    `system`, `frame`: only these. The same particles make the same files, whatever the number of ranks was.
+    Particles are sorted by id. `output` is a path as `Export` takes it, of any format, or an .npz file for
+    one frame of one system. `system` and `frame` select what is written. The same particles make the same
+    files for any number of ranks.
     """
     given = open_particles(source, system=system)
     names = given.systems if system is None else (system,)

@@ -1,4 +1,4 @@
-"""Particles read back from files, frame by frame, as `System.gather` returned them."""
+"""Reads particles back from files, frame by frame, as `System.gather` returned them."""
 
 from __future__ import annotations
 
@@ -26,20 +26,20 @@ ALLOWED = "an export (a .usd or .pvd file, or a directory with manifest.json), o
 def open_particles(path: str | os.PathLike[str], *, system: str | None = None) -> ParticleFiles:
     """Open particles that `Export` or `python -m motes pack` wrote, or a single .npz or .vtp file.
 
-    `open_particles(path)[frame]` reads one frame: `Particles`, sorted by id, with the bits that `gather` gave
-    there. A single file may be another program's: `P`, `v`, `Cd`, `Alpha`, `pscale`, `life` have our names
-    then. Of a run that was killed, all frames up to the last whole one are there. Needs no MPI; .usd needs
-    the extra [usd].
+    `open_particles(path)[frame]` reads one frame as `Particles`, sorted by id and bit-identical to what
+    `gather` returned. A single file may come from another program: its `P`, `v`, `Cd`, `Alpha`, `pscale` and
+    `life` get our names. After a killed run, all frames up to the last complete one can be read. Needs no
+    MPI; .usd needs the extra [usd].
 
     Args:
         path: of the export, or of the file.
-        system: which one, where there are several.
+        system: the system to read, if there are several.
 
     Returns:
-        The frames by their numbers; each is read when it is asked for.
+        A mapping from frame number to particles; each frame is read on access.
 
     Raises:
-        ArgumentError: if there is nothing of that kind.
+        ArgumentError: if `path` is neither an export nor such a file, or has no such system.
         MotesError: if files are damaged or missing.
     """
     where = arguments.file_path("path", path)
@@ -52,10 +52,10 @@ def open_particles(path: str | os.PathLike[str], *, system: str | None = None) -
 
 
 class ParticleFiles(Mapping[int, Particles]):
-    """The frames of an export: a mapping from a frame's number to its particles, read when asked for.
+    """The frames of an export: a mapping from a frame's number to its particles, read on access.
 
     `files[96]` is frame 96, `files[-1]` the last one; `for frame, particles in files.items()` reads all in
-    order. Frames have the numbers that they had in the run: with `every=4` they are 0, 4, 8, ...
+    order. Frames keep their numbers in the run: with `every=4` they are 0, 4, 8, ...
     """
 
     def __init__(
@@ -66,7 +66,7 @@ class ParticleFiles(Mapping[int, Particles]):
         read: Callable[[Part, int, Sequence[str]], dict[str, NDArray[Any]]],
         system: str | None,
     ) -> None:
-        """Made by `open_particles`."""
+        """Call `open_particles` instead."""
         self.path = path
         self.folder = folder
         self._manifest = manifest
@@ -88,7 +88,7 @@ class ParticleFiles(Mapping[int, Particles]):
 
     @property
     def system(self) -> str | None:
-        """The name of the system that is read; None where there are several and none was chosen."""
+        """The name of the system that is read; None if there are several and none was chosen."""
         return None if self._system is None else self.systems[self._system]
 
     @property
@@ -143,15 +143,15 @@ class ParticleFiles(Mapping[int, Particles]):
         """Whether there is a frame of this number."""
         return frame in self._frames
 
-    __eq__ = object.__eq__  # a mapping's own would read all frames
+    __eq__ = object.__eq__  # Mapping's comparison would read all frames
     __hash__ = object.__hash__
 
     def __iter__(self) -> Iterator[int]:
-        """Give the numbers of the frames."""
+        """Iterate over the numbers of the frames."""
         return iter(self._frames)
 
     def __len__(self) -> int:
-        """How many frames."""
+        """Return the number of frames."""
         return len(self._frames)
 
     def __repr__(self) -> str:
@@ -162,7 +162,7 @@ class ParticleFiles(Mapping[int, Particles]):
 
     @property
     def _facts(self) -> SystemColumns:
-        """The system that is read; only where there is one."""
+        """The system that is read; there must be one."""
         assert self._system is not None
         return self._manifest.systems[self._system]
 
@@ -200,12 +200,12 @@ class ParticleFiles(Mapping[int, Particles]):
 
 
 def manifest_of(files: ParticleFiles) -> Manifest:
-    """Return what the files' manifest says."""
+    """Return the files' manifest."""
     return files._manifest
 
 
 def facts_of(files: ParticleFiles) -> SystemColumns:
-    """Return what the manifest says of the system that is read."""
+    """Return the manifest's entry of the system that is read."""
     return files._facts
 
 
@@ -240,7 +240,7 @@ def _place(path: Path) -> Place:
 
 
 def _folder(path: Path) -> Place:
-    """Return the export of a folder: of .npz files, or the parts of an index beside it."""
+    """Return the export in a folder: .npz files, or the parts of an index beside the folder."""
     for format in FORMATS.values():
         if format.index and path.name.endswith(f"{format.index}.parts"):
             return Place(path.with_name(path.name.removesuffix(".parts")), format)
@@ -248,7 +248,7 @@ def _folder(path: Path) -> Place:
 
 
 def _alone(path: Path) -> Format | None:
-    """Return the format of a file that can be opened by itself, by its suffix."""
+    """Return the format of a file that can be opened without a manifest, by its suffix; else None."""
     format = FORMATS.get(path.suffix.lower()[1:])
     return format if format is not None and format.alone else None
 
@@ -266,7 +266,7 @@ def _single(path: Path, system: str | None) -> ParticleFiles:
     count = _checked_rows(path, columns)
     columns = renamed(columns)
     ids = columns.pop("id", np.arange(count)).astype(np.uint64)
-    with np.errstate(over="ignore"):  # what is too large becomes infinite
+    with np.errstate(over="ignore"):  # values beyond float32 become infinite
         floats = {name: array.astype(np.float32, copy=False) for name, array in columns.items()}
     read_columns: dict[str, NDArray[Any]] = {"id": ids, **floats}
     known = [Column(n, a.shape[1] if a.ndim == 2 else 1, (0.0,), 0) for n, a in columns.items()]
@@ -279,9 +279,9 @@ def _single(path: Path, system: str | None) -> ParticleFiles:
 
 
 def _checked_rows(path: Path, columns: Mapping[str, NDArray[Any]]) -> int:
-    """Return how many particles a file's columns have. Raises MotesError for what are no columns."""
+    """Return the number of particles in a file's columns. Raises MotesError if they are not valid columns."""
     for name, array in columns.items():
-        if not isinstance(array, np.ndarray):  # what NumPy gives for an entry that is none of its arrays
+        if not isinstance(array, np.ndarray):  # NumPy returns bytes for an entry that is not .npy
             raise MotesError(f"{path} cannot be read: {name!r} is no array")
         if (
             array.ndim not in (1, 2)
@@ -325,7 +325,7 @@ def _empty(name: str, columns: Sequence[Column]) -> NDArray[Any]:
 
 
 def _filled(column: Column, count: int) -> NDArray[Any]:
-    """What files do not hold is the same for all particles."""
+    """Return a column that the files omit: the initial value for each particle."""
     row = np.array(column.initial, np.float32)
     return np.tile(row, (count, 1)) if column.width > 1 else np.full(count, row[0])
 

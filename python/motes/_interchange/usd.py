@@ -1,7 +1,7 @@
 """Particles as USD: a layer (.usdc) per system, rank and frame, and a stage (.usd) that shows all of them.
 
 Value clips join the layers over time: a stage opens at once, and a program reads only the frames that it
-shows. Layers need usd-core; stages are text, which is written here.
+shows. Layers need usd-core; stages are text and need no library.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ __all__ = ["FORMAT"]
 
 MARK = "Particles of motes"
 CLIPS = ".clips.usda"
-PRIM = "/particles"  # in each layer
+PRIM = "/particles"  # path of the particles in each layer
 _MOST_INT32 = 2**31 - 1
 
 _NAMES = {
@@ -37,9 +37,9 @@ _TYPES = {"position": "point3f[]", "velocity": "vector3f[]", "color": "color3f[]
 
 
 def write(path: Path, columns: Mapping[str, NDArray[Any]], *, frame: int, time: float) -> None:
-    """Write columns, `position` and `id` among them, into an existing file, sorted by id.
+    """Write columns, including `position` and `id`, into an existing file, sorted by id.
 
-    They are samples of one time: the time code is the frame's number.
+    All values are samples at one time code, the frame's number.
     """
     del time
     pxr = _extras.usd_writer("an export to .usd")
@@ -55,8 +55,8 @@ def write(path: Path, columns: Mapping[str, NDArray[Any]], *, frame: int, time: 
         array = arrays.get(kind[:-2], pxr.Vt.Vec3fArray)
         layer.SetTimeSample(attribute.path, float(frame), array.FromNumpy(values))
 
-    order = by_id.order(columns["id"])  # USD stores other orders twenty times as slowly
-    memory: dict[int, NDArray[np.uint8]] = {}  # by the bytes of a column: fresh pages cost more than the copy
+    order = by_id.order(columns["id"])  # USD takes 20 times as long to store unsorted ids
+    memory: dict[int, NDArray[np.uint8]] = {}  # scratch by column size: fresh pages cost more than the copy
     for name, given in columns.items():
         column = given
         if order is not None:
@@ -71,7 +71,7 @@ def write(path: Path, columns: Mapping[str, NDArray[Any]], *, frame: int, time: 
         if name == "size":
             put("widths", "float[]", np.ascontiguousarray(column[:, 0]))
         if name == "id" and _fits_int32(column):
-            put("primvars:id", "int[]", column.astype(np.int32))  # Blender reads this one only
+            put("primvars:id", "int[]", column.astype(np.int32))  # the only ids that Blender reads
     if len(columns["position"]):
         put("extent", "float3[]", _extent(columns["position"], columns.get("size")))
     if not layer.Export(str(path)):
@@ -79,7 +79,7 @@ def write(path: Path, columns: Mapping[str, NDArray[Any]], *, frame: int, time: 
 
 
 def read(path: Path, names: Iterable[str] | None, *, frame: int) -> dict[str, NDArray[Any]]:
-    """Read these columns. Raises OSError, ValueError or KeyError."""
+    """Read the named columns. Raises OSError, ValueError or KeyError."""
     pxr = _extras.usd("reading .usd")
     try:
         layer = pxr.Sdf.Layer.OpenAsAnonymous(str(path))
@@ -90,19 +90,22 @@ def read(path: Path, names: Iterable[str] | None, *, frame: int) -> dict[str, ND
         sample = layer.QueryTimeSample(f"{PRIM}.{_name_of(name)}", float(frame))
         if sample is None:
             raise KeyError(name)
-        values = np.array(sample)  # a copy: the sample's memory ends with it
+        values = np.array(sample)  # a copy, since the sample owns its memory
         columns[name] = values.view(np.uint64) if name == "id" else values
     return columns
 
 
 def clips(system: SystemColumns) -> bytes:
-    """Return the layer that tells which attributes vary over time; without it USD opens all files to see."""
+    """Return the clip manifest, which declares the attributes that vary over time.
+
+    Without it USD would open all files to find them.
+    """
     lines = [*_attributes(system.columns)]
     return f'#usda 1.0\n\ndef Points "{PRIM[1:]}"\n{{\n{_indented(lines)}\n}}\n'.encode()
 
 
 def stage(manifest: Manifest, folder: str) -> bytes:
-    """Return the stage: at each frame's number the particles of all systems and ranks."""
+    """Return the stage, which shows the particles of all systems and ranks at each frame's number."""
     frames = manifest.frames
     first, last = (frames[0].frame, frames[-1].frame) if frames else (0, 0)
     rate = repr(1 / manifest.dt)
@@ -134,7 +137,7 @@ def stage(manifest: Manifest, folder: str) -> bytes:
             "    {",
         ]
         parts = [own for (owner, _), own in files.items() if owner == number]
-        # Paths do not depend on ranks, so that what other programs bind to them stays bound.
+        # Prim paths do not name ranks, so bindings made in other programs stay valid.
         for count, own in enumerate(parts, 1):
             prim = "particles" if count == 1 else f"particles_{count}"
             head.append(_indented(_points(prim, system, own, folder), 8))
@@ -165,7 +168,7 @@ def _points(prim: str, system: SystemColumns, files: list[tuple[int, str]], fold
 
 
 def _attributes(columns: list[Column]) -> list[str]:
-    """Declare what files hold, without values; interpolations cannot come from clips."""
+    """Declare the attributes in the files, without values; interpolation cannot come from clips."""
     said = ["float3[] extent", "int64[] ids", 'int[] primvars:id (\n    interpolation = "vertex"\n)']
     for column in columns:
         if column.since is None:
@@ -179,7 +182,7 @@ def _attributes(columns: list[Column]) -> list[str]:
 
 
 def _taken(column: NDArray[Any], order: NDArray[np.int64], memory: NDArray[np.uint8]) -> NDArray[Any]:
-    from .. import _core  # not above: who reads files needs no engine
+    from .. import _core  # not at the top: reading files needs no engine
 
     rows = memory.view(column.dtype).reshape(column.shape)
     _core.take_rows(column, order, rows)
@@ -187,9 +190,9 @@ def _taken(column: NDArray[Any], order: NDArray[np.int64], memory: NDArray[np.ui
 
 
 def _extent(position: NDArray[Any], size: NDArray[Any] | None) -> NDArray[Any]:
-    """Return the lowest and the highest corner of points and, where they have sizes, the widths around them.
+    """Return the lowest and the highest corner of the box around points, half their sizes included.
 
-    As `UsdGeomPoints` computes it; NaN counts only where there is nothing else.
+    Matches `UsdGeomPoints`. NaN is ignored unless a coordinate is NaN for all points.
     """
     half = np.float32(0) if size is None else np.abs(size[:, 0]) / 2
     axes = [position[:, c] for c in range(3)]

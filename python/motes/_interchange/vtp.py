@@ -1,7 +1,7 @@
 """Particles as .vtp, VTK's file of points, and .pvd, ParaView's list of such files over time.
 
-The data stands behind the XML as raw bytes ("appended"), which every reader of VTK understands. What other
-programs write is read by `vtp_reading`.
+The data follows the XML as raw bytes ("appended"), which every VTK reader understands. `vtp_reading` also
+reads the files of other programs.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ _LENGTH = struct.Struct("=Q")
 
 
 def write(path: Path, columns: Mapping[str, NDArray[Any]], *, frame: int, time: float) -> None:
-    """Write columns (n,), (n, 3) or (n, 4), `position` among them, into an existing file."""
+    """Write columns (n,), (n, 3) or (n, 4), including `position`, into an existing file."""
     del frame
     rows = len(columns["position"])
-    # A vertex per particle: filters that choose cells can then choose particles.
+    # One vertex cell per particle: filters that select cells can then select particles.
     counting = np.arange(rows + 1, dtype=np.int32 if rows < 2**31 - 1 else np.int64)
     data: list[NDArray[Any]] = []
 
@@ -66,7 +66,7 @@ def write(path: Path, columns: Mapping[str, NDArray[Any]], *, frame: int, time: 
 
 
 def pvd(manifest: Manifest, folder: str) -> bytes:
-    """Return ParaView's list of all files: at each time one block per system and rank."""
+    """Return ParaView's list of all files: one block per system and rank at each time."""
     blocks: dict[tuple[int, int | None], int] = {}
     lines = ['<?xml version="1.0"?>', MARK, '<VTKFile type="Collection" version="1.0">', "<Collection>"]
     for frame in manifest.frames:

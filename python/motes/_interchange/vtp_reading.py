@@ -1,8 +1,8 @@
-"""Columns read from .vtp, VTK's file of points: as motes writes it, and as VTK's own writer does.
+"""Reads columns from .vtp, VTK's file of points, as written by motes or by VTK.
 
-Data is text, or binary in base64, inside the XML or appended behind it, or raw and appended; plain, or packed
-by zlib or LZMA in blocks. Binary data begins with its length in bytes; packed data with the number of blocks,
-the bytes of a whole and of the last block, and the packed bytes of each.
+Data is text or base64 inside the XML, or base64 or raw bytes appended to it; uncompressed, or compressed in
+blocks by zlib or LZMA. Binary data starts with its length in bytes; compressed data with the number of
+blocks, the bytes of a full block, the bytes of the last one, and the compressed bytes of each block.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _PACKERS = ("vtkZLibDataCompressor", "vtkLZMADataCompressor")
 
 
 def read(path: Path, names: Iterable[str] | None, *, frame: int) -> dict[str, NDArray[Any]]:
-    """Read these columns, or all, of all pieces. Raises OSError, ValueError or KeyError."""
+    """Read the named columns, or all if `names` is None. Raises OSError, ValueError or KeyError."""
     del frame
     with open(path, "rb") as file:
         text = file.read(_MOST_HEAD)
@@ -52,7 +52,7 @@ def read(path: Path, names: Iterable[str] | None, *, frame: int) -> dict[str, ND
 
 
 def _arrays(piece: ElementTree.Element) -> dict[str, ElementTree.Element]:
-    """Return what describes each column."""
+    """Return the XML element that describes each column, by name."""
     found = {}
     for array in [*piece.findall("./Points/DataArray"), *piece.findall("./PointData/*")]:
         name = array.get("Name", "")
@@ -72,10 +72,10 @@ def _whole(element: ElementTree.Element, name: str, default: str) -> int:
 
 
 class _Data:
-    """The bytes behind descriptions of arrays."""
+    """Decodes the arrays that a file's XML describes."""
 
     def __init__(self, file: Any, text: bytes) -> None:
-        """Parse the XML, without what is appended behind it."""
+        """Parse the XML without the appended data."""
         self._file = file
         at = text.find(_OPEN)
         self._raw = False
@@ -101,7 +101,7 @@ class _Data:
         self._packer = self.tree.get("compressor")
 
     def array(self, said: ElementTree.Element, rows: int) -> NDArray[Any]:
-        """Return a column: (rows,), or (rows, width) of several components."""
+        """Return a column: (rows,), or (rows, width) if it has several components."""
         name, kind, form = said.get("Name", ""), said.get("type", ""), said.get("format", "ascii")
         if said.tag != "DataArray" or kind not in _KINDS:
             raise ValueError(f"column {name!r} is of type {kind or said.tag!r}, which is not read")
@@ -178,7 +178,7 @@ class _Data:
         return b"".join(parts)
 
     def _unpack(self, packed: bytes, size: int) -> bytes:
-        """Unpack a block of a known size, and no more."""
+        """Decompress a block to exactly `size` bytes."""
         opened: Any = zlib.decompressobj() if self._packer == _PACKERS[0] else lzma.LZMADecompressor()
         try:
             made: bytes = opened.decompress(packed, size)
@@ -190,7 +190,7 @@ class _Data:
 
 
 class _Raw:
-    """Bytes of a file, from a place on."""
+    """The bytes of a file from an offset on."""
 
     def __init__(self, file: Any, start: int) -> None:
         self._file = file
@@ -202,7 +202,7 @@ class _Raw:
         return found
 
     def numbers(self, at: int, dtype: np.dtype[Any], count: int) -> NDArray[Any]:
-        """Read numbers without a copy."""
+        """Read numbers straight into an array."""
         self._file.seek(self._start + at)
         return np.fromfile(self._file, dtype, count)
 
@@ -215,7 +215,7 @@ class _Raw:
 
 
 class _Base64:
-    """Bytes that characters stand for, from a place on."""
+    """The bytes that base64 characters encode, from an offset on."""
 
     def __init__(self, characters: Callable[[int, int], bytes], start: int = 0) -> None:
         self._characters = characters
@@ -227,9 +227,9 @@ class _Base64:
         return base64.b64decode(text, validate=True)[at % 3 :][:size]
 
     def behind(self, size: int) -> _Base64:
-        """Return what begins anew behind so many bytes."""
+        """Return the separate base64 text that follows one of `size` bytes."""
         return _Base64(self._characters, self._start + -(-size // 3) * 4)
 
     def ends_at(self, size: int) -> bool:
-        """Tell whether what begins here ends, filled up, after so many bytes."""
+        """Tell whether the base64 text that starts here ends, with padding, after `size` bytes."""
         return self._characters(self._start + -(-size // 3) * 4 - 1, 1) == b"="

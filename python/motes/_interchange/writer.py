@@ -1,4 +1,4 @@
-"""The thread that writes an export's files while the run goes on."""
+"""The thread that writes an export's files while the run continues."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from .manifest import Part
 
 __all__ = ["FrameJob", "Writer"]
 
-MOST_FRAMES = 2  # that wait or are being written: their particles are in memory
-_ABANDON_S = 1.0  # how long leaving by an exception waits for the file being written
+MOST_FRAMES = 2  # queued or being written: their particles are in memory
+_ABANDON_S = 1.0  # how long `end` waits for the file being written
 
 
 @dataclass
@@ -27,19 +27,19 @@ class FrameJob:
     time: float
     rank: int | None
     systems: list[tuple[int, str, Mapping[str, NDArray[Any]]]]
-    """The system's place in the manifest, its stem, its columns."""
+    """Index in the manifest, stem and columns of each system."""
 
 
 class Writer:
-    """Writes frames in order, in a thread of its own. What goes wrong there stays until `take` raises it."""
+    """Writes frames in order in a background thread, and keeps its errors until `take` raises them."""
 
     def __init__(self, place: Place) -> None:
-        """Start nothing: the thread starts with the first work."""
+        """Take the place; the thread starts with the first job."""
         self._place = place
         self._jobs: deque[FrameJob] = deque()
         self._under_way = 0
         self._publish: Callable[[], None] | None = None
-        self._unpublished = 0  # frames that the next call of it tells of
+        self._unpublished = 0  # frames that the waiting call will publish
         self._written: list[tuple[int, Part]] = []
         self._error: BaseException | None = None
         self._ends = False
@@ -47,14 +47,14 @@ class Writer:
         self._thread: threading.Thread | None = None
 
     def put(self, job: FrameJob) -> None:
-        """Write a frame; wait for room first."""
+        """Queue a frame. Call `has_room` first."""
         with self._changed:
             self._jobs.append(job)
             self._under_way += 1
         self._wake()
 
     def publish(self, call: Callable[[], None]) -> None:
-        """Call it soon; a newer call takes the place of one that waits. wait for room first."""
+        """Queue a call, in place of one that is still waiting. Call `has_room` first."""
         with self._changed:
             self._publish = call
             self._unpublished += 1
@@ -67,7 +67,7 @@ class Writer:
             self._changed.notify_all()
 
     def has_room(self, timeout_s: float) -> bool:
-        """Wait until another frame may come; nothing waits for a thread that has failed."""
+        """Wait until there is room for a frame or the thread has failed; return False after the timeout."""
         with self._changed:
             return self._changed.wait_for(
                 lambda: self._error is not None or max(self._under_way, self._unpublished) < MOST_FRAMES,
@@ -75,14 +75,14 @@ class Writer:
             )
 
     def is_idle(self, timeout_s: float) -> bool:
-        """Wait until all is done, or has failed."""
+        """Wait until all jobs are done or the thread has failed; return False after the timeout."""
         with self._changed:
             return self._changed.wait_for(
                 lambda: self._error is not None or not (self._under_way or self._publish), timeout_s
             )
 
     def take(self) -> list[tuple[int, Part]]:
-        """Return the parts written since the last call, each with its frame; raise what went wrong."""
+        """Return the parts written since the last call, each with its frame; raise the thread's error."""
         with self._changed:
             if self._error is not None:
                 raise self._error
@@ -90,7 +90,7 @@ class Writer:
             return written
 
     def end(self) -> None:
-        """Drop what waits, and end the thread after the file that it is writing."""
+        """Drop queued jobs, and end the thread after the file that it is writing."""
         with self._changed:
             self._ends = True
             self._jobs.clear()
@@ -102,8 +102,8 @@ class Writer:
     def _wake(self) -> None:
         with self._changed:
             if self._thread is None:
-                # A daemon: a thread the interpreter waits for would keep a failed rank alive, and with it the
-                # whole job.
+                # A daemon, since Python waits for other threads: that would keep a failed rank alive, and so
+                # the whole job.
                 name = f"export {self._place.path.name}"
                 self._thread = threading.Thread(target=self._work, name=name, daemon=True)
                 self._thread.start()
@@ -145,7 +145,7 @@ class Writer:
             file = self._place.file(stem, job.frame, job.rank)
             size = self._place.write_part(file, columns, frame=job.frame, time=job.time)
             parts.append((job.frame, Part(number, job.rank, file, len(columns["id"]), size)))
-        job.systems.clear()  # the next frame may have their memory
+        job.systems.clear()  # frees their memory for the next frame
         with self._changed:
             self._written += parts
             self._under_way -= 1

@@ -1,1 +1,1 @@
-"""Files: written whole or not at all, and the formats of pictures."""
+"""Atomic writing of files, picture formats, and text for terminals."""

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 __all__ = ["read", "write"]
 
 _MOST = 65504
-"""The greatest half float."""
+"""The largest half float."""
 
 _CHANNELS = {
     "depth": ("depth.Z",),
@@ -22,16 +22,15 @@ _CHANNELS = {
 """Channels of each layer, `layer.channel` as compositing programs expect them."""
 
 _WHOLE = ("depth",)
-"""Layers that stay float32: a half float would round 10 m to 8 mm and has no 100 km."""
+"""Layers that stay float32: half floats have steps of 8 mm at 10 m, and end at 65 km."""
 
 
 def write(
     library: Any, path: Path, linear: NDArray[np.float32], layers: Mapping[str, NDArray[np.float32]]
 ) -> None:
-    """Write one part by scan lines, by the module OpenEXR: R, G, B and the channels of the layers.
+    """Write one part of scan lines with the module OpenEXR: R, G, B and the channels of the layers.
 
-    Compressed by ZIP, which is lossless; every reader knows it, and of those methods it makes pictures of
-    particles smallest.
+    Compression is ZIP: lossless, known to every reader, and the smallest such method for particles.
     """
     channels: dict[str, NDArray[Any]] = {"RGB": _half(linear)}
     for name, layer in layers.items():
@@ -47,7 +46,7 @@ def write(
 def read(library: Any, path: Path) -> NDArray[np.float32]:
     """Return the colours of a file's first part, float32 (height, width, 3).
 
-    Raises what the module OpenEXR does for a file that is none, ValueError where it has no colours.
+    Raises OpenEXR's errors for a file that is not EXR, ValueError for one without colours.
     """
     with library.File(str(path)) as file:
         channels = file.parts[0].channels

@@ -41,11 +41,11 @@ def whole_path(path: str | os.PathLike[str], *, remove_abandoned: bool = False) 
     """Yield a new, empty file in the same directory; on success it becomes `path`, else it is removed.
 
     The block opens the file by its name, writes and closes it. The name is random and the file is created
-    here, so nobody else's file or symbolic link is ever written to. `remove_abandoned`: first remove what
-    killed processes have left of the same `path`; this lists the directory.
+    here, so nobody else's file or symbolic link is ever written to. `remove_abandoned`: first remove drafts
+    of `path` that killed processes have left; this lists the directory.
     """
     path = Path(path)
-    if path.is_dir():  # refused before minutes of writing
+    if path.is_dir():  # fail now, not after minutes of writing
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
     path.parent.mkdir(parents=True, exist_ok=True)
     if remove_abandoned:
@@ -66,9 +66,9 @@ def whole_path(path: str | os.PathLike[str], *, remove_abandoned: bool = False) 
 
 @contextmanager
 def whole_file(path: str | os.PathLike[str], mode: str = "wb", **options: Any) -> Iterator[IO[Any]]:
-    """Open a file for writing that appears at `path` only when the block ends well.
+    """Open a file for writing that appears at `path` only if the block succeeds.
 
-    `options` go to `open`, such as `encoding="utf-8"`.
+    `options` are passed to `open`, such as `encoding="utf-8"`.
     """
     if "w" not in mode or "+" in mode:
         raise ValueError(f"mode must be 'w' or 'wb', got {mode!r}")
@@ -77,7 +77,7 @@ def whole_file(path: str | os.PathLike[str], mode: str = "wb", **options: Any) -
 
 
 def write_whole(path: str | os.PathLike[str], content: bytes | Callable[[IO[bytes]], object]) -> None:
-    """Write bytes, or what a function writes into the open binary file, whole or not at all."""
+    """Write a file atomically: bytes, or what a function writes into the open binary file."""
     with whole_file(path, "wb") as file:
         if callable(content):
             content(file)
@@ -86,7 +86,7 @@ def write_whole(path: str | os.PathLike[str], content: bytes | Callable[[IO[byte
 
 
 def append_to(path: Path) -> IO[str]:
-    """Open an existing text file to append to it; never through a symbolic link."""
+    """Open an existing text file for appending, never through a symbolic link."""
     return os.fdopen(os.open(path, os.O_WRONLY | os.O_APPEND | _NO_FOLLOW), "a", encoding="utf-8")
 
 
@@ -95,7 +95,7 @@ def _open_made(name: str, flags: int) -> int:
 
 
 def make_draft(path: Path) -> tuple[Path, int]:
-    """Create a file beside `path` and lock it: an unlocked one belongs to a process that is gone.
+    """Create and lock a draft beside `path`; a draft that is not locked is abandoned.
 
     Returns its name and the open file, which holds the lock.
     """
@@ -112,7 +112,7 @@ def make_draft(path: Path) -> tuple[Path, int]:
 
 
 def sweep(path: Path) -> None:
-    """Remove drafts of `path` whose writers are gone: those that nobody has locked."""
+    """Remove abandoned drafts of `path`: those that nobody has locked."""
     with suppress(OSError):
         pattern = re.compile(re.escape(f".{path.name}.") + r"[0-9a-f]{16}" + re.escape(_SUFFIX))
         for name in os.listdir(path.parent):
@@ -121,7 +121,7 @@ def sweep(path: Path) -> None:
 
 
 def sweep_directory(path: Path) -> None:
-    """Remove all drafts in a directory whose writers are gone; once per directory in this process."""
+    """Remove all abandoned drafts in a directory; once per directory in this process."""
     place = str(path.absolute())
     if place in _swept:
         return
@@ -143,7 +143,7 @@ def _remove_if_unlocked(draft: Path) -> None:
 
 
 def _try_lock(file: int) -> bool:
-    """Lock an open file without waiting; False if another process has it or locks do not exist."""
+    """Lock an open file without waiting; return False if it is locked already or locks are not supported."""
     if fcntl is None:
         return False
     try:
@@ -154,7 +154,7 @@ def _try_lock(file: int) -> bool:
 
 
 def open_lock(path: Path) -> int:
-    """Open a lock file, whose text names the owner; never through a link."""
+    """Open a lock file, whose text names the owner, never through a symbolic link."""
     return os.open(path, os.O_RDWR | os.O_CREAT | _NO_FOLLOW, 0o666)
 
 
@@ -166,9 +166,9 @@ def owner_of_lock(file: int) -> str:
 
 
 def is_locked_elsewhere(file: int, *, without: Callable[[OSError], object] | None = None) -> bool:
-    """Tell whether another open file holds the lock; if not, this one has it from now on.
+    """Try to lock an open file; tell whether another one holds the lock.
 
-    `without` hears the error of a file system that has no locks: there the answer is no.
+    `without` is called with the error of a file system without locks, where the result is False.
     """
     if fcntl is None:
         return False

@@ -1,4 +1,4 @@
-"""PNG pictures with the standard library alone: one pass, no filter, fastest compression."""
+"""PNG pictures with only the standard library: one pass, no filter, fastest compression."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _PERCEPTUAL = b"\x00"  # rendering intent of the sRGB chunk
 def encode(pixels: NDArray[np.uint8] | NDArray[np.uint16], *, level: int = 1) -> bytes:
     """Encode sRGB pixels, uint8 or uint16 (height, width, 3), as a PNG file of 8 or 16 bits.
 
-    No filter: clouds of small particles are noise, which every filter makes both larger and slower.
+    No filter: pictures of small particles are noise, which filters make larger and slower to encode.
     """
     array: NDArray[Any] = np.asarray(pixels)
     if array.dtype not in (np.uint8, np.uint16) or array.ndim != 3 or array.shape[2] != 3 or 0 in array.shape:

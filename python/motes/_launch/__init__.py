@@ -1,1 +1,1 @@
-"""Starting jobs on many ranks, and watching over them, from a process that is no rank."""
+"""Starts and supervises jobs on many ranks, from a process that is not a rank."""

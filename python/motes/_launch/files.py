@@ -1,4 +1,4 @@
-"""A folder of its own for each job's launcher."""
+"""A temporary folder for each job's launcher."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ _VARIABLE = "PRTE_MCA_prte_local_tmpdir_base"
 
 @contextlib.contextmanager
 def folder_of_a_job() -> Iterator[tuple[str, dict[str, str]]]:
-    """Make a folder for a job's launcher, remove it in the end; gives also the variables that say it.
+    """Yield a temporary folder for a job's launcher, and the environment variables that name it.
 
-    mpirun of Open MPI 5 names its files by its process, and does not start ("The PMIx server's listener
-    thread failed to start") where a killed one left files of the same number behind.
+    mpirun of Open MPI 5 names its files by its process id, and fails to start ("The PMIx server's listener
+    thread failed to start") if a killed one with the same id has left files behind.
     """
-    # Errors: a daemon of the launcher that outlives it may still write there.
+    # Ignore errors: a daemon that outlives the launcher may still write there.
     with tempfile.TemporaryDirectory(prefix="motes-run-", ignore_cleanup_errors=True) as folder:
         yield folder, {_VARIABLE: folder}

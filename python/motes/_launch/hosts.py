@@ -1,4 +1,4 @@
-"""Which hosts of a job still answer: a job that lost one starts again on the others."""
+"""Finds the hosts of a job that still answer: a job that lost one restarts on the others."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from ..errors import ArgumentError, MotesError
 __all__ = ["check_names", "reachable"]
 
 _WAIT_S = 10.0
-_AGENTS = ("PRTE_MCA_plm_ssh_agent", "OMPI_MCA_plm_rsh_agent")  # what mpirun itself reaches hosts with
+_AGENTS = ("PRTE_MCA_plm_ssh_agent", "OMPI_MCA_plm_rsh_agent")  # the remote shell that mpirun uses
 
 
 _NAME = re.compile(r"(?:[A-Za-z0-9_][A-Za-z0-9_.-]*@)?[A-Za-z0-9_][A-Za-z0-9_.-]*")
-"""What ssh takes for a host, and never for an option."""
+"""Names that ssh takes for a host, never for an option."""
 
 
 def check_names(argument: str, hosts: Iterable[str]) -> None:
-    """Raise ArgumentError where one of the names, without its number of ranks, is none of a host."""
+    """Raise ArgumentError if one of the names, given without numbers of ranks, is not a valid host name."""
     for host in hosts:
         if not _NAME.fullmatch(host):
             allowed = "names of hosts, of letters, digits, '.', '-' and '_', not beginning with '-'"
@@ -31,9 +31,9 @@ def check_names(argument: str, hosts: Iterable[str]) -> None:
 
 
 def reachable(hosts: str) -> str:
-    """Return those of "h1:2,h2" that answer, in the same form, and name the others.
+    """Return the hosts of "h1:2,h2" that answer, in the same form; print the names of the others.
 
-    Raises MotesError where none does, ArgumentError for a name that is none.
+    Raises MotesError if none answers, ArgumentError for an invalid name.
     """
     given = hosts.split(",")
     check_names("hosts", (host.partition(":")[0] for host in given))

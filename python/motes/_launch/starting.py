@@ -1,4 +1,4 @@
-"""Starts a script on many ranks, by the mpirun that matches Python's MPI library, with the flags it needs."""
+"""Starts a script on many ranks with the mpirun that matches Python's MPI library, and the flags it needs."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from .supervisor import supervise
 
 __all__ = ["Mpirun", "Version", "cannot_survive", "command", "find_mpirun", "library", "most_ranks", "run"]
 
-_MOST_RANKS = 1_000_000  # on any number of hosts
+_MOST_RANKS = 1_000_000  # over all hosts
 _RANK_BYTES = 16 << 20  # a rank with Python and MPI takes more
 
 
@@ -39,16 +39,16 @@ class Version(NamedTuple):
     number: str
 
     def fits(self, other: Version) -> bool:
-        """Whether a launcher of one starts ranks of the other: the same MPI, but for the last number."""
+        """Whether a launcher of one can start ranks of the other: the same MPI, major and minor version."""
         return self.family == other.family and self.parts[:2] == other.parts[:2]
 
     @property
     def parts(self) -> tuple[int, ...]:
-        """The numbers in it: (5, 0, 11)."""
+        """The version's numbers, such as (5, 0, 11)."""
         return tuple(int(digits) for digits in re.findall(r"\d+", self.number))
 
     def __str__(self) -> str:
-        """Name both, as "Open MPI 5.0.11"."""
+        """Return family and number, such as "Open MPI 5.0.11"."""
         return f"{self.family} {self.number}".strip()
 
 
@@ -60,7 +60,7 @@ class Mpirun(NamedTuple):
 
 
 def library() -> Version:
-    """Tell which MPI library mpi4py loads, without starting MPI. Raises MotesError where it loads none."""
+    """Return which MPI library mpi4py loads, without starting MPI. Raises MotesError if it loads none."""
     if "mpi4py.MPI" not in sys.modules:
         import mpi4py
 
@@ -105,7 +105,7 @@ def command(
     """Compose the command line that starts `program` on `ranks` ranks.
 
     `hosts` is "h1,h2:2" with the number of ranks that each may take (default 1); `options` go to mpirun.
-    `survive`: a rank that is killed does not end the others; raises MotesError where the MPI cannot do that.
+    `survive`: a rank that is killed does not end the others; raises MotesError if the MPI cannot do that.
     """
     if hosts is not None and hostfile is not None:
         raise MotesError("give either --hosts or --hostfile")
@@ -144,17 +144,17 @@ def run(
 ) -> int:
     """Run `python program...` on `ranks` ranks and return the exit code.
 
-    `survive`: a rank that is killed does not end the others; 0 then means that these ended well. `restarts`:
-    how often the job starts again where a process or a host was lost, on those of `hosts` that answer.
+    `survive`: a rank that is killed does not end the others; 0 then means that the others succeeded.
+    `restarts`: how often the job may restart after a process or host was lost, on the `hosts` that answer.
 
-    One rank on this host needs no launcher: then this process becomes Python, and there is no return.
-    Otherwise it watches over the launcher (`_launch/supervisor.py`).
+    A single rank on this host needs no launcher: this process becomes Python and does not return. Otherwise
+    it supervises the launcher (`_launch/supervisor.py`).
     """
     _check_program(program)
     if restarts < 0:
         raise ArgumentError("restarts", restarts, "an integer >= 0")
     python = [sys.executable, *program]
-    rank = started_by(python, is_rank=program[0] != "-m")  # such a module may start the script in a process
+    rank = started_by(python, is_rank=program[0] != "-m")  # a module may start the script in another process
     alone = ranks == 1 and not hosts and not hostfile and not options
     if survive:
         _check_survival()
@@ -174,19 +174,19 @@ def run(
         for left in range(restarts - 1, -1, -1):
             if not ended.lost:
                 break
-            os.environ.pop("MOTES_FRESH", None)  # what has been done since is not to be done again
+            os.environ.pop("MOTES_FRESH", None)  # a restart resumes from this run's checkpoints
             if hosts is not None:
                 hosts = reachable(hosts)
             tell(f"motes run: starts again; {left} more {'start is' if left == 1 else 'starts are'} allowed")
             ended = supervise(compose(), variables)
         return ended.code
     if os.name == "posix":
-        os.execve(argv[0], argv, os.environ)  # without what a started MPI added to the environment
+        os.execve(argv[0], argv, os.environ)  # os.environ lacks what MPI added when it started
     return subprocess.run(argv).returncode
 
 
 def cannot_survive(launcher: Version | None = None) -> str | None:
-    """Say why the loss of a rank ends a job here; None: `run(..., survive=True)` lets the others go on."""
+    """Return why the loss of a rank ends a job here; None: `run(..., survive=True)` lets others continue."""
     wanted = "the loss of a rank is survived with Open MPI 5 or later, built with ULFM"
     version = library()
     for each in (version, launcher or version):
@@ -208,11 +208,11 @@ def _check_survival(launcher: Version | None = None) -> None:
 
 
 _TOLD_ALL = ("MOTES_ANYWAY", "MOTES_FRESH", "MOTES_LIVE", "MOTES_STEERING")
-"""What the options of `motes run` become; Open MPI takes no variable to other hosts by itself."""
+"""Variables that options of `motes run` set; Open MPI does not pass variables to other hosts by itself."""
 
 
 def most_ranks() -> int:
-    """Return how many ranks this machine may take: memory and the number of processes limit them."""
+    """Return how many ranks this machine may hold, as limited by memory and the number of processes."""
     memory = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     numbers = 32768
     with contextlib.suppress(OSError, ValueError):
@@ -220,12 +220,12 @@ def most_ranks() -> int:
     return max(64, min(memory // _RANK_BYTES, numbers // 2))
 
 
-_BINDING_POLICY = "_binding_policy"  # how the parameters end that say it, of Open MPI 4 and 5
+_BINDING_POLICY = "_binding_policy"  # how the binding parameters of Open MPI 4 and 5 end
 _PLACING = re.compile(
     rf"-?-(bind-to|cpu-set|cpu-list|rankfile|rf)\b|.*\b(pe|pe-list|rankfile)\b|.*{_BINDING_POLICY}$",
     re.IGNORECASE,
 )
-"""What of mpirun's options binds ranks to processors, or says which they get."""
+"""Options of mpirun that bind ranks to processors or choose their processors."""
 
 
 def _open_mpi_flags(
@@ -234,7 +234,7 @@ def _open_mpi_flags(
     flags = []
     is_one_host = False
     if hasattr(os, "geteuid") and os.geteuid() == 0:
-        flags.append("--allow-run-as-root")  # as in a container; refused otherwise
+        flags.append("--allow-run-as-root")  # as in a container; mpirun refuses root otherwise
     if hosts is not None or hostfile is not None or _allocated() is not None:
         for name in _TOLD_ALL:
             flags += ["-x", name] if environment.is_set(name) else []
@@ -248,7 +248,7 @@ def _open_mpi_flags(
         flags += ["--hostfile", hostfile]
     elif (slots := _allocated()) is None:
         slots = os.cpu_count() or 1
-        flags.append("--oversubscribe")  # more ranks than cores are refused otherwise
+        flags.append("--oversubscribe")  # otherwise mpirun refuses more ranks than cores
         is_one_host = True
     bound = any(map(_PLACING.match, options)) or any(name.endswith(_BINDING_POLICY) for name in os.environ)
     if not is_one_host and not bound:
@@ -258,7 +258,7 @@ def _open_mpi_flags(
         # Waiting ranks give their core to those that work.
         flags += ["--mca", "mpi_yield_when_idle", "1"]
         if not is_one_host and not any(text.lstrip("-") == "map-by" for text in options):
-            # "node" deals the ranks out; without it all that do not fit land on the first host.
+            # "node" spreads the ranks; without it all excess ranks land on the first host.
             if version.parts >= (5,):
                 flags += ["--map-by", "node:OVERSUBSCRIBE"]
             else:
@@ -267,7 +267,7 @@ def _open_mpi_flags(
 
 
 def _allocated() -> int | None:
-    """For how many ranks a scheduler gave this job places; Open MPI asks it where they are."""
+    """Return how many ranks the scheduler has allocated to this job, or None; Open MPI asks it where."""
     tasks = os.environ.get("SLURM_NTASKS", "")
     if "SLURM_JOB_ID" in os.environ and tasks.isdigit():
         return int(tasks)
@@ -276,7 +276,7 @@ def _allocated() -> int | None:
 
 
 def _slots(numbers: Iterable[str]) -> int | None:
-    """Sum up how many ranks the hosts take; None if one does not say (Open MPI then counts its cores)."""
+    """Return how many ranks the hosts take; None if one has no number (Open MPI then counts its cores)."""
     listed = list(numbers)
     return sum(map(int, listed)) if all(number.isdigit() for number in listed) else None
 
@@ -303,7 +303,7 @@ def _check_program(program: Sequence[str]) -> None:
 
 
 def _leave_mpi() -> None:
-    """Finalize MPI, if importing motes started it: the new ranks must not inherit its session."""
+    """Finalize MPI if importing motes started it: the new ranks must not inherit its session."""
     module = sys.modules.get("mpi4py.MPI")
     if module is not None and module.Is_initialized() and not module.Is_finalized():
         module.Finalize()

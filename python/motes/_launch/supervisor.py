@@ -1,6 +1,6 @@
 """Supervises a launcher: passes signals on, ends it with this process, filters its output, checks all ranks.
 
-What mpirun prints about a failed run would follow the message that says why. So its own messages go to a
+What mpirun prints about a failed run would bury the message that says why. So mpirun's own messages go to a
 file, and the first failing rank's message is repeated at the end.
 """
 
@@ -29,14 +29,14 @@ from .files import folder_of_a_job
 __all__ = ["Ended", "Relay", "start_of_child", "supervise"]
 
 _HANDED_ON = ("SIGTERM", "SIGHUP", "SIGINT", "SIGQUIT", "SIGUSR1", "SIGUSR2")
-_ASKING = (signal.SIGTERM, signal.SIGINT, signal.SIGUSR1)  # the run to stop at the end of a frame
+_ASKING = (signal.SIGTERM, signal.SIGINT, signal.SIGUSR1)  # ask the run to stop at the end of a frame
 _BLOCKED = (signal.SIGINT, signal.SIGTERM)
-"""What the launcher does not get: it would kill its ranks in the middle of a frame."""
+"""Signals that the launcher does not get: it would kill its ranks in the middle of a frame."""
 _ENDING = signal.SIGHUP
-"""What ends it instead."""
+"""The signal that ends the launcher instead."""
 _GRACE_S = 5.0  # for a launcher to end its ranks before it is killed itself
-_IDLE_S = 0.2  # how long a line that may open a message of the launcher is held back
-_DRAIN_S = 1.0  # how long output may still arrive when the launcher has ended
+_IDLE_S = 0.2  # how long to hold back a line that may start a message of the launcher
+_DRAIN_S = 1.0  # how long output may still arrive after the launcher has ended
 _PR_SET_PDEATHSIG = 1
 
 
@@ -44,19 +44,19 @@ class Ended(NamedTuple):
     """How a job ended."""
 
     code: int
-    """Its exit code; 1 where the launcher says 0 and ranks here never ended."""
+    """The exit code; 1 if the launcher returned 0 although ranks on this host never ended."""
     lost: bool
-    """Whether a process or a host was lost: another start may come to the end."""
+    """Whether a process or a host was lost, so that a restart may succeed."""
 
 
 def supervise(argv: Sequence[str], variables: Mapping[str, str] | None = None) -> Ended:
-    """Run a launcher to its end, and say how the job ended.
+    """Run a launcher to its end, and return how the job ended.
 
-    `variables` are set for it, unless this process has them already.
+    `variables` are added to its environment, unless this process has set them already.
 
-    SIGINT, SIGTERM and SIGUSR1 go to the ranks that are inside `with world:`, which then stop together; where
-    none is here, and the second SIGINT or SIGTERM, to the launcher, as other signals do. It ends when this
-    process does, however that ends (on Linux).
+    SIGINT, SIGTERM and SIGUSR1 go to the ranks that are inside `with world:`, which then stop together. If
+    this host has none, they go to the launcher, like a second SIGINT or SIGTERM and all other signals. On
+    Linux the launcher ends when this process does, even if that is killed.
     """
     with folder_of_a_job() as (folder, own), _Signals(worlds := os.path.join(folder, "worlds")) as signals:
         os.mkdir(worlds)
@@ -87,7 +87,7 @@ def supervise(argv: Sequence[str], variables: Mapping[str, str] | None = None) -
         return Ended(1, lost=True)
     code = 128 + signals.passed_on if code == -_ENDING and signals.passed_on else code
     code = code if code >= 0 else 128 - code
-    if relay.code is not None:  # a rank ended the job, by way of this process
+    if relay.code is not None:  # a rank ended the job through this process
         code = relay.code
     elif relay.presence.hopeless:
         code = 1
@@ -100,15 +100,15 @@ def supervise(argv: Sequence[str], variables: Mapping[str, str] | None = None) -
 
 
 class _Signals:
-    """Passes signals on to a process or its ranks; early ones, as soon as the process has started."""
+    """Passes signals on to a process or its ranks, early ones as soon as the process has started."""
 
     def __init__(self, folder: str) -> None:
         self.insisted = 0
         """The second signal, which ends the job at once; 0: there was none."""
         self.passed_on = 0
-        """The last signal that ended the launcher in another's name; 0: none did."""
+        """The last signal that was passed to the launcher as `_ENDING`; 0: none."""
         self._folder = folder
-        self._asked = False  # ranks were, by SIGINT or SIGTERM
+        self._asked = False  # whether SIGINT or SIGTERM has asked the ranks to stop
         self._process: subprocess.Popen[bytes] | None = None
         self._early: list[int] = []
         self._before: dict[int, Callable[[int, FrameType | None], object] | int | None] = {}
@@ -120,14 +120,14 @@ class _Signals:
 
     def _hand_on(self, number: int, _: FrameType | None) -> None:
         if number == signal.SIGQUIT and sys.stdin is not None and sys.stdin.isatty():
-            return  # a key of the terminal reaches both by itself
+            return  # the terminal sends it to both processes
         if self._process is None:
             self._early.append(number)
         elif number not in _ASKING or not self._ask(number):
             self._pass_on(number)
 
     def _ask(self, number: int) -> bool:
-        """Ask the ranks to stop; false where none can be asked, or where they were asked before."""
+        """Ask the ranks to stop; return False if there are none, or if they were asked before."""
         urgent = number != signal.SIGUSR1
         if urgent and self._asked:
             self.insisted = number
@@ -149,7 +149,7 @@ class _Signals:
     def __enter__(self) -> Self:
         for name in _HANDED_ON:
             number = getattr(signal, name, None)
-            if number is not None and signal.getsignal(number) != signal.SIG_IGN:  # as nohup leaves it
+            if number is not None and signal.getsignal(number) != signal.SIG_IGN:  # ignored under nohup
                 self._before[number] = signal.signal(number, self._hand_on)
         return self
 
@@ -159,10 +159,10 @@ class _Signals:
 
 
 def _start_of_launcher() -> Callable[[], None]:
-    """Return what a launcher calls between fork and exec.
+    """Return a function that the launcher calls between fork and exec.
 
-    Neither a terminal's Ctrl-C nor a scheduler's SIGTERM to all processes may end it: it would kill its
-    ranks, which stop by themselves when their frame is done.
+    Neither a terminal's Ctrl-C nor a scheduler's SIGTERM to all processes may end the launcher: it would kill
+    its ranks, which stop by themselves when their frame is done.
     """
     return start_of_child(_BLOCKED, _ENDING)
 
@@ -170,9 +170,9 @@ def _start_of_launcher() -> Callable[[], None]:
 def start_of_child(
     blocked: Iterable[int] = (signal.SIGINT,), at_death: int = signal.SIGTERM
 ) -> Callable[[], None]:
-    """Return what a child calls between fork and exec.
+    """Return a function that a child calls between fork and exec.
 
-    It starts with some signals blocked, such as that of a terminal's Ctrl-C. On Linux it gets the signal
+    It blocks the signals `blocked`, by default a terminal's Ctrl-C. On Linux the child gets the signal
     `at_death` when this process dies.
     """
     parent, prctl = os.getpid(), ctypes.CDLL(None).prctl if sys.platform == "linux" else None
@@ -181,11 +181,11 @@ def start_of_child(
         signal.pthread_sigmask(signal.SIG_BLOCK, blocked)
         if prctl is None:
             return
-        # When this process is gone, so is the reader of the launcher's messages: writing them while it ends
-        # its ranks must not end it before.
+        # Once this process is gone, nobody reads the launcher's messages: SIGPIPE must not end the launcher
+        # before it has ended its ranks.
         signal.signal(signal.SIGPIPE, signal.SIG_IGN)
         prctl(_PR_SET_PDEATHSIG, int(at_death), 0, 0, 0)
-        if os.getppid() != parent:  # it was gone before
+        if os.getppid() != parent:  # it has died already
             os._exit(1)
 
     return start
@@ -213,13 +213,13 @@ class Relay:
         rb"\W*(MPI_ABORT was invoked|(prterun|mpirun|mpiexec)\S* (has exited|noticed|detected)"
         rb"|Primary job +terminated|=   BAD TERMINATION)"
     )
-    # Of a rank that goes on without a lost one: a collective that was under way has come to nothing.
+    # Printed by a rank that continues without a lost one: the collective under way has failed.
     _LOSS = re.compile(rb"NBC_Progress: an error 7[5-7] was found during schedule .*\s*")
     _END = re.compile(re.escape(END.encode()) + rb"(\d+)")
     _REPORT = re.compile(rb"\*\*\* motes: (.*)")
     _STOPPED = re.compile(rb"motes: stopped by SIG")
     _ERROR = re.compile(rb"([A-Za-z_][\w.]*(?:Error|Exception|Interrupt)\b.*)")
-    _MOST_LINES = 100  # a message that is longer is none
+    _MOST_LINES = 100  # a longer block is not a message
 
     def __init__(self, write: Callable[[bytes], object], end: Callable[[], object] = lambda: None) -> None:
         """`write` takes what is passed on; `end` is called when a rank wants the job to end."""
@@ -228,7 +228,7 @@ class Relay:
         self._end = end
         self.presence = Presence(end)
         self.own: list[bytes] = []
-        """The launcher's messages, in lines."""
+        """The lines of the launcher's messages."""
         self._write = write
         self._held: list[bytes] = []
         self._inside = False
@@ -238,11 +238,11 @@ class Relay:
         self._stopped = False
         self._next_lost = False
         self.lost = False
-        """Whether the first report is of a lost rank (`losses.LOST`)."""
+        """Whether the first report is about a lost rank (`losses.LOST`)."""
 
     @property
     def message(self) -> str:
-        """What the first failing rank printed, in one line."""
+        """The message of the first failing rank, in one line."""
         report, error = (text.decode(errors="replace").strip() for text in (self._report, self._error))
         return report or self.presence.sentence(error, b"".join(self.own)) or error
 
@@ -259,7 +259,7 @@ class Relay:
                 self.feed(data)
 
     def feed(self, data: bytes) -> None:
-        """Take some output; whole lines are looked at."""
+        """Process some output, line by line."""
         *lines, rest = (self._rest + data).split(b"\n")
         self._rest = b""
         for line in lines:
@@ -270,11 +270,11 @@ class Relay:
             self._pass_on(rest)  # such as a progress bar, which never ends its line
 
     def close(self, *, failed: bool) -> None:
-        """Pass on what is held back. Name the file with the launcher's messages, if it has any."""
+        """Pass on what is held back. If the run failed, save the launcher's messages and name their file."""
         self._take(self._rest)
         self._give_up_holding()
         self.presence.close()
-        if not self.own or (self._stopped and not self.message):  # then the run says why it ended
+        if not self.own or (self._stopped and not self.message):  # the run itself says why it ended
             return
         if not failed or not self.message:  # nothing else says what happened
             self._pass_on(b"".join(self.own))
@@ -306,7 +306,7 @@ class Relay:
             self._error = self._error or error[1]
         rule = self._RULE.fullmatch(line) is not None
         if self._inside:
-            if report:  # a rank's line that fell between
+            if report:  # a rank's line in between
                 self._pass_on(line)
                 return
             self._held.append(line)
@@ -336,7 +336,7 @@ class Relay:
         self._pass_on(held)
 
     def _pass_on(self, data: bytes) -> None:
-        data = data.replace(b"\0", b"")  # with which PRRTE ends its texts
+        data = data.replace(b"\0", b"")  # PRRTE ends its texts with NUL
         if data:
-            with contextlib.suppress(OSError):  # a full disk, a reader that is gone: the run goes on
+            with contextlib.suppress(OSError):  # on a full disk, or without a reader, the run continues
                 self._write(data)

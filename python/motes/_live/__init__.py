@@ -1,1 +1,1 @@
-"""A run that is seen and steered in browsers, and the record of it that replays."""
+"""Viewing and steering a run in browsers, and replaying the recorded steering."""

@@ -1,4 +1,4 @@
-"""Who may look and steer: those who know the token, from a page of this server."""
+"""Decides who may view and steer: whoever has the token, from a page of this server."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _LOCAL_NAMES = ("localhost",)
 
 
 def has_token(target: str, token: str) -> bool:
-    """Whether the address that was asked for, such as /?k=..., has the token."""
+    """Tell whether the requested address, such as /?k=..., has the token."""
     try:
         given = parse_qs(urlsplit(target).query).get("k", [""])[0]
     except ValueError:
@@ -21,11 +21,10 @@ def has_token(target: str, token: str) -> bool:
 
 
 def own_page(origin: str | None, host: str | None, *, local: bool) -> bool:
-    """Whether a connection comes from a page of this server, or from a program, which names no origin.
+    """Tell whether a connection comes from a page of this server, or from a program, which has no origin.
 
-    `host`: what the request says that it was sent to; its port may be another one behind a tunnel. `local`:
-    the server listens to the loopback only; then a page under another name, which somebody has pointed to
-    this machine, is refused.
+    `host` is the request's Host header; behind a tunnel its port may differ from the server's. `local`: the
+    server listens on the loopback interface only, and refuses hosts of other names (DNS rebinding).
     """
     if local and not is_local(_name_of(f"//{host}")):
         return False
@@ -36,7 +35,7 @@ def own_page(origin: str | None, host: str | None, *, local: bool) -> bool:
 
 
 def is_local(name: str | None) -> bool:
-    """Whether a name or an address is of the loopback."""
+    """Tell whether a name or an address is loopback."""
     if name is None:
         return False
     if name.lower() in _LOCAL_NAMES:

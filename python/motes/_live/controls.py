@@ -1,4 +1,4 @@
-"""Control: what viewers of a run may change while it goes on."""
+"""Control: a value that viewers may change during a run."""
 
 from __future__ import annotations
 
@@ -48,16 +48,16 @@ class Control:
         step: float | None = None,
         choices: Sequence[Choice] | None = None,
     ) -> None:
-        """Take what is checked already; scripts call `World.control`.
+        """Take checked arguments; scripts call `World.control`.
 
         Args:
             name: its name.
             default: its value before a viewer sets it.
-            values: what the controls of a world are set to now, by name.
-            low: the least number, or None.
+            values: the current values of the world's controls, by name.
+            low: the smallest number, or None.
             high: the largest number, or None.
-            step: of numbers, or None.
-            choices: what it can be, or None.
+            step: the distance between allowed numbers, or None.
+            choices: the allowed values, or None.
         """
         listed = None if choices is None else tuple(arguments.listed("choices", choices, _CHOICES))
         for slot, given in (
@@ -68,12 +68,12 @@ class Control:
 
     @property
     def value(self) -> Any:
-        """What it is set to in this frame: a float, an int, a bool or one of the choices, as the default."""
+        """Its value in this frame, of the default's type: a float, an int, a bool or one of the choices."""
         return self._values[self.name]
 
     @property
     def _definition(self) -> dict[str, Any]:
-        """What it is, for viewers and for the log."""
+        """The default and the allowed values, for viewers and for the log."""
         if self.choices is not None:
             return {"value": self.default, "choices": list(self.choices)}
         if isinstance(self.default, bool):
@@ -81,9 +81,9 @@ class Control:
         return {"value": self.default, "low": self.low, "high": self.high, "step": self.step}
 
     def _settled(self, wish: Any) -> Any:
-        """Return what it becomes where a viewer wishes this: a number within its bounds, on its steps.
+        """Return the value that a viewer's wish sets; numbers are clamped, and rounded to a step.
 
-        Raises ValueError, which says what is allowed, for a wish of another kind.
+        Raises ValueError, which says what is allowed, for a wish of another type.
         """
         if self.choices is not None:
             same = [
@@ -116,7 +116,7 @@ class Control:
         raise ArgumentError("control", self, f"tested by its value: {self.name}.value")
 
     def __repr__(self) -> str:
-        """Show what it is and its value now."""
+        """Show its name and its current value."""
         return f"<Control {self.name!r}: {self.value!r}>"
 
     def __setattr__(self, name: str, _: object) -> NoReturn:
@@ -130,12 +130,12 @@ class Control:
 
 
 def definition_of(control: Control) -> dict[str, Any]:
-    """Return what a control is, for viewers and for the log."""
+    """Return a control's default and allowed values, for viewers and for the log."""
     return control._definition
 
 
 def settle(control: Control, wish: Any) -> Any:
-    """Return what a control becomes where a viewer wishes this; ValueError says what is allowed."""
+    """Return the value that a viewer's wish sets. Raises ValueError, which says what is allowed."""
     return control._settled(wish)
 
 
@@ -148,7 +148,7 @@ def made(
     step: Any,
     choices: Any,
 ) -> Control:
-    """Return a new control from the arguments of `World.control`, and set it to its first value."""
+    """Return a new control from the arguments of `World.control`, and set it to its default."""
     if not isinstance(name, str) or not 0 < len(name) <= MOST_LETTERS or not name.isprintable():
         raise ArgumentError("name", name, f"a printable text of 1..{MOST_LETTERS} letters")
     if name in values:
@@ -218,5 +218,5 @@ def _is_whole(one: Any) -> bool:
 def _finite(number: float) -> bool:
     try:
         return math.isfinite(number)
-    except OverflowError:  # an int beyond floats
+    except OverflowError:  # an int too large for a float
         return False

@@ -1,4 +1,4 @@
-"""The view of a run as browsers get it: one script and style for the live page and the notebook's widget."""
+"""The browser's files: one script and style for the live page and the notebook's widget."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ def read(name: str, package: str = __package__) -> str:
 
 
 def page(nonce: str) -> str:
-    """Return the live page in one piece; `nonce` marks what in it may run."""
+    """Return the live page with its styles and scripts inside; `nonce` marks the scripts that may run."""
     text = read("page.html")
     for name in ("view.css", "view.js", "page.js"):
         text = text.replace(f"/*{name.upper()}*/", read(name))

@@ -1,6 +1,7 @@
-"""What viewers ask for, until the next border between two frames: one bounded queue for all of them.
+"""The orders of all viewers, queued until the next border between two frames. The queue is bounded.
 
-Any thread may put; the thread that runs the frames takes. Orders are data: known names, numbers in bounds.
+Any thread may put orders; the thread that runs the frames takes them. Orders are data: known names, and
+numbers within bounds.
 """
 
 from __future__ import annotations
@@ -18,14 +19,14 @@ __all__ = ["Orders"]
 MOST_STEPS = 1000
 MOST_MOVES = 64
 _NUMBERS = {"orbit": 2, "pan": 2, "zoom": 1}  # kinds of moves, and how many numbers each takes
-_MOST = 1e3  # of such a number, which is an angle or a part of the picture
+_MOST = 1e3  # largest such number: an angle (rad) or a fraction of the picture
 
 
 class Orders:
-    """The orders that have arrived since the last border; of each name the last value counts."""
+    """The orders that have arrived since the last border; the last value of each name counts."""
 
     def __init__(self, repeats: str | None = None) -> None:
-        """`repeats`: the file whose orders the run repeats; then viewers can look, pause and step only."""
+        """`repeats` is the file whose orders the run repeats: viewers can then only watch, pause and step."""
         self._repeats = repeats
         self._controls: Mapping[str, Control] = {}
         self._arrived = threading.Condition()
@@ -35,14 +36,14 @@ class Orders:
         self.paced = False
         """Whether viewers want no more frames per second than the film has."""
         self.accepted = 0
-        """How many orders viewers have given so far."""
+        """The number of orders given so far."""
 
     def know(self, controls: Mapping[str, Control]) -> None:
-        """These can be set, from now on."""
+        """Let viewers set these controls from now on."""
         self._controls = dict(controls)
 
     def put(self, order: Any) -> None:
-        """Note a viewer's order. Raises ValueError, which says why, for what is none."""
+        """Queue a viewer's order. Raises ValueError, which says why, for an invalid one."""
         if not isinstance(order, dict) or len(order) != 1:
             raise ValueError("an order is an object with one name")
         (name, wish), *_ = order.items()
@@ -55,23 +56,23 @@ class Orders:
         elif name == "set":
             self._set(wish)
         elif name == "pace" and isinstance(wish, bool):
-            self.paced = wish  # which changes no frame, and needs no other rank
+            self.paced = wish  # changes no frame, so other ranks need not know
             self.wake()
         else:
             self._say(name, _checked(name, wish))
 
     def joined(self) -> None:
-        """Note that a viewer is there."""
+        """Queue the notice, for all ranks, that a viewer has joined."""
         self._say("joined", True)
 
     def wake(self) -> None:
-        """End a wait, although there is no order."""
+        """End a `wait` without an order."""
         with self._arrived:
             self._woken = True
             self._arrived.notify_all()
 
     def wait(self, seconds: float) -> bool:
-        """Wait for an order; tell whether there is one, or somebody called `wake`."""
+        """Wait for an order; return whether there is one or `wake` was called."""
         with self._arrived:
             self._arrived.wait_for(lambda: self._woken or bool(self._said or self._moves), seconds)
             came = self._woken or bool(self._said or self._moves)
@@ -79,10 +80,10 @@ class Orders:
             return came
 
     def take(self, pose: Callable[[], Pose | None], near: float) -> tuple[str, int]:
-        """Return all orders as text, empty where there are none, and how many were given so far.
+        """Remove all orders; return them as text, empty if there are none, and `accepted`.
 
-        `pose` returns the camera that they move, None where there is no picture; `near` is its nearest
-        distance.
+        `pose` returns the camera that they move, or None if there is no picture; `near` is the camera's near
+        distance (m).
         """
         with self._arrived:
             said, self._said = self._said, {}
@@ -124,9 +125,9 @@ class Orders:
     def _say(self, name: str, wish: Any) -> None:
         with self._arrived:
             if name == "camera":
-                self._moves = []  # they were meant for another camera
+                self._moves = []  # they applied to the old camera
             if name == "pause":
-                self._said.pop("step", None)  # steps that are still to be made come behind the last pause
+                self._said.pop("step", None)  # drop steps ordered before the pause
             if name == "step":
                 wish = min(wish + self._said.get("step", 0), MOST_STEPS)
             self._said[name] = wish
@@ -138,7 +139,7 @@ class Orders:
 
 
 def _checked(name: str, wish: Any) -> Any:
-    """Return what is asked for, as all ranks will hear it."""
+    """Return an order's value in the form sent to all ranks. Raises ValueError for an invalid order."""
     if name == "camera":
         return None if wish is None else Pose.read(wish).rounded().said()
     if name == "pause" and isinstance(wish, bool):
@@ -151,7 +152,7 @@ def _checked(name: str, wish: Any) -> Any:
 
 
 def _is_move(one: Any) -> bool:
-    return type(one) in (int, float) and abs(one) <= _MOST  # which NaN is not, and any int may be
+    return type(one) in (int, float) and abs(one) <= _MOST  # False for NaN; ints may have any size
 
 
 def _add(to: list[float], numbers: list[float]) -> None:
@@ -160,7 +161,7 @@ def _add(to: list[float], numbers: list[float]) -> None:
 
 
 def _moved(pose: Pose, moves: list[tuple[str, list[float]]], near: float) -> Pose | None:
-    """Return the camera after all moves, rounded; None where it would see nothing."""
+    """Return the camera after all moves, rounded; None if it would see nothing."""
     try:
         for kind, numbers in moves:
             if kind == "zoom":
@@ -168,6 +169,6 @@ def _moved(pose: Pose, moves: list[tuple[str, list[float]]], near: float) -> Pos
             else:
                 pose = pose.orbit(*numbers) if kind == "orbit" else pose.pan(*numbers)
         pose = pose.rounded()
-    except (ArithmeticError, ValueError):  # too far away for numbers
+    except (ArithmeticError, ValueError):  # beyond the range of floats
         return None
     return pose if pose.possible() else None

@@ -1,4 +1,4 @@
-// The page of a live run: its view, and the socket that it hears the run by.
+// The page of a live run: its view, and the socket to the run.
 
 const GROWTH = 1.6, LONGEST_PAUSE_MS = 15000;
 

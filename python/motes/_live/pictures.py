@@ -1,4 +1,4 @@
-"""Pictures on their way to viewers: the newest one only, encoded once for all of them."""
+"""Encodes pictures for viewers: only the newest one, once for all of them."""
 
 from __future__ import annotations
 
@@ -24,19 +24,19 @@ class Picture:
     """A picture as the image generator made it."""
 
     number: int
-    """From 1 on: each picture of a run has its own."""
+    """Unique within a run, counted from 1."""
     frame: int
     orders: int
-    """How many orders were given before it was made."""
+    """The number of orders given before it was made."""
     pixels: NDArray[np.uint8]
 
 
 @dataclass(frozen=True)
 class Encoded:
-    """The message that viewers get: 20 bytes, then a file that browsers read.
+    """The message that viewers get: a header of 20 bytes, then a JPEG or PNG file.
 
-    The bytes are four 32-bit numbers, little-endian, behind the letters "mote": the picture's number, its
-    frame, the orders given before it, and 0 for JPEG, 1 for PNG.
+    The header is the letters "mote" and four little-endian uint32: the picture's number, its frame, the
+    number of orders given before it, and 0 for JPEG or 1 for PNG.
     """
 
     number: int
@@ -45,9 +45,9 @@ class Encoded:
 
 
 def jpeg(picture: Picture, quality: int) -> Encoded:
-    """Encode as JPEG: two milliseconds, 100 KiB for 1280x720."""
+    """Encode as JPEG: 2 ms and 100 KiB for 1280x720."""
     simplejpeg: Any = _extras.simplejpeg()
-    # Halved colours: a viewer who looks closely pauses, and gets the picture without loss.
+    # Subsampled colours: viewers who pause to look closely get a lossless picture.
     data = simplejpeg.encode_jpeg(
         np.ascontiguousarray(picture.pixels), quality=quality, colorspace="RGB", colorsubsampling="420"
     )
@@ -55,7 +55,7 @@ def jpeg(picture: Picture, quality: int) -> Encoded:
 
 
 def lossless(picture: Picture) -> Encoded:
-    """Encode as PNG: ten times as long and as large."""
+    """Encode as PNG: takes ten times the time and bytes of JPEG."""
     return Encoded(picture.number, True, _head(picture, PNG) + png.encode(picture.pixels))
 
 

@@ -1,7 +1,7 @@
-"""From where a viewer looks: the camera's place and how the mouse moves it.
+"""The viewers' camera, and how the mouse moves it.
 
-Only the image generator's process computes a pose. It is rounded there, and travels to the other ranks and to
-the log as decimal numbers, so sines that differ in their last bit between machines change nothing.
+Only the image generator's process computes a pose. It rounds the pose and sends it to the other ranks and the
+log as decimal numbers, so sines that differ in the last bit between machines change nothing.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ from ..errors import ArgumentError
 
 __all__ = ["Pose"]
 
-STEEPEST_DEG = 89.0  # between the look and the horizon, where `up` is up
-NEAREST = 4.0  # times the camera's `near`: zooming in ends there
+STEEPEST_DEG = 89.0  # largest angle between the view direction and the plane normal to `up`
+NEAREST = 4.0  # zooming in ends at this multiple of the camera's `near`
 FARTHEST_M = 1e9
 MOST_ZOOM = 50.0  # in one move
-DIGITS = 4  # behind the point; more for scenes of less than a metre
+DIGITS = 4  # decimals, more for scenes smaller than a metre
 
 
 class Pose(NamedTuple):
-    """What viewers change of a camera."""
+    """The properties of a camera that viewers change."""
 
     position: Triple
     look_at: Triple
@@ -42,7 +42,7 @@ class Pose(NamedTuple):
 
     @classmethod
     def read(cls, said: Any) -> Self:
-        """Read what `said()` gives. Raises ValueError for anything else."""
+        """Parse the result of `said()`. Raises ValueError for anything else."""
         if not isinstance(said, Mapping) or set(said) != set(cls._fields):
             raise ValueError(f"a camera must have {', '.join(cls._fields)}")
         try:
@@ -59,13 +59,13 @@ class Pose(NamedTuple):
         return pose
 
     def said(self) -> dict[str, Any]:
-        """Return it as JSON takes it."""
+        """Return the pose as a JSON object."""
         return {
             name: list(part) if isinstance(part, tuple) else part for name, part in self._asdict().items()
         }
 
     def possible(self) -> bool:
-        """Whether there is something to look at, and `up` is not along the look."""
+        """Tell whether camera and target differ, and `up` is not along the view direction."""
         look = np.subtract(self.look_at, self.position)
         far, high = np.linalg.norm(look), np.linalg.norm(self.up)
         if not (1e-12 < far < 1e12 and 1e-12 < high < 1e12):
@@ -73,7 +73,7 @@ class Pose(NamedTuple):
         return bool(np.linalg.norm(np.cross(look / far, np.asarray(self.up) / high)) > 1e-6)
 
     def orbit(self, right: float, up: float) -> Pose:
-        """Go around the point that is looked at, to the right and upwards, by angles in radians."""
+        """Orbit around the target, to the right and upwards, by angles in radians."""
         high = _unit(self.up)
         arm = np.subtract(self.position, self.look_at)
         far = float(np.linalg.norm(arm))
@@ -87,7 +87,7 @@ class Pose(NamedTuple):
         return self._replace(position=_triple(self.look_at + arm))
 
     def pan(self, right: float, up: float) -> Pose:
-        """Move camera and target across the picture, by parts of the picture's height."""
+        """Move camera and target across the picture, by fractions of the picture's height."""
         look = np.subtract(self.look_at, self.position)
         seen = 2 * np.linalg.norm(look) * math.tan(math.radians(self.fov_deg) / 2)
         across = _unit(np.cross(look, self.up))
@@ -95,7 +95,7 @@ class Pose(NamedTuple):
         return self._replace(position=_triple(self.position + shift), look_at=_triple(self.look_at + shift))
 
     def zoom(self, closer: float, near: float) -> Pose:
-        """Go nearer to the target: `closer` is the logarithm of the part of the way that is left, negated."""
+        """Move towards the target: the distance is multiplied by exp(-closer), within limits."""
         arm = np.subtract(self.position, self.look_at)
         far = float(np.linalg.norm(arm))
         least = min(far, NEAREST * near)
@@ -105,7 +105,7 @@ class Pose(NamedTuple):
         return self._replace(position=_triple(self.look_at + arm * (wanted / far)))
 
     def rounded(self) -> Pose:
-        """Round to `DIGITS` digits of metres and degrees; of a small scene, to more of metres."""
+        """Round to `DIGITS` decimals of metres and degrees; metres to more decimals in small scenes."""
         far = float(np.linalg.norm(np.subtract(self.position, self.look_at)))
         digits = DIGITS + max(0, -math.floor(math.log10(max(far, 1e-12))))
 

@@ -1,4 +1,4 @@
-"""What a run needs to know of the one that it repeats, before it starts: all ranks agree on it."""
+"""Reads the steering that a run repeats, before it starts; all ranks agree on it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["Repeated", "agree", "checked"]
 
 
 class Repeated(NamedTuple):
-    """The run that is repeated."""
+    """The steering of the run that is repeated."""
 
     path: str
     seed: int
@@ -25,7 +25,7 @@ class Repeated(NamedTuple):
 
 
 def checked(given: Any) -> str | None:
-    """Return what MOTES_STEERING says, or else World's argument `steering`: a path, or None."""
+    """Return the path in MOTES_STEERING, or else the one in World's argument `steering`, or None."""
     import os
 
     told: str | None = environment.read("MOTES_STEERING")
@@ -43,9 +43,9 @@ def checked(given: Any) -> str | None:
 
 
 def agree(path: str, *, reads: bool, seed: int | None, broadcast: Callable[[bytes], bytes]) -> Repeated:
-    """Read the file on the rank that `reads`, check that it is of this script and seed, and tell all ranks.
+    """Read the file on the rank that `reads`, check its script and seed, and broadcast it.
 
-    Collective. Raises ArgumentError on all ranks alike.
+    Collective. Raises ArgumentError on all ranks.
     """
     told = b""
     if reads:
@@ -78,7 +78,7 @@ def _read(path: str, seed: int | None) -> tuple[steer_file.Header, dict[int, dic
 
 
 def _difference(path: Path, header: steer_file.Header, now: dict[str, Any]) -> str:
-    """Say how the script has changed, where the log beside the file has its text."""
+    """Return how the script has changed, if the log beside the file has its text."""
     try:
         text = json.loads((path.parent / "run.json").read_bytes())["script"]
     except (OSError, ValueError, KeyError, TypeError):

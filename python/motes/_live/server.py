@@ -1,7 +1,7 @@
 """The server of a live run: page and socket on one port, in a thread of the image generator's process.
 
-Nothing here can hold up the run: it leaves its newest picture behind and goes on. Each viewer has at most two
-pictures that it has not acknowledged; what comes meanwhile is replaced by what comes later.
+Nothing here can hold up the run, which only hands over its newest picture. Each viewer has at most two
+unacknowledged pictures; of the pictures made meanwhile it gets only the latest.
 """
 
 from __future__ import annotations
@@ -36,14 +36,14 @@ __all__ = ["Server"]
 
 MOST_VIEWERS = 64
 MOST_WAITING = 16
-"""Connections that have not shown the token yet. More push the oldest of them out, so that strangers cannot
-use up the descriptors that the run needs for its files."""
-MOST_PORTS = 100  # that are tried, where the first ones are busy
+"""Most connections that have not shown the token yet. Further ones push out the oldest, so strangers cannot
+use up the file descriptors that the run needs."""
+MOST_PORTS = 100  # to try while ports are busy
 START_S = 20.0
-CLOSE_S = 4.0  # for viewers that do not read; others are told at once
+CLOSE_S = 4.0  # for viewers that do not read; others get the last message at once
 STATE_S = 0.05  # between two messages about the run's state
-STILL_S = 0.25  # after this time a picture of a paused run follows without loss,
-STILL_RUNNING_S = 2.0  # and after this one that of a run whose frames take long
+STILL_S = 0.25  # a paused run's picture follows without loss after this time
+STILL_RUNNING_S = 2.0  # a running one's picture does if no newer one has come for this long
 _EVERYWHERE = ("0.0.0.0", "::")
 _BUSY = (errno.EADDRINUSE, errno.EACCES)
 
@@ -52,16 +52,16 @@ class Server:
     """Serves a run to viewers until `close`."""
 
     def __init__(self, live: Live, orders: Orders, about: dict[str, Any]) -> None:
-        """Start the thread. Raises MotesError where there is no free port or no such address.
+        """Start the thread. Raises MotesError if there is no free port or no such address.
 
-        `about`: what does not change, for the page: title, width and height, what is repeated.
+        `about` is the constant part of the state: title, width, height, the file that is repeated.
         """
         self._live = live
         self._orders = orders
         self._about = about
         self._token = secrets.token_urlsafe(16)
         self._viewers: set[Viewer] = set()
-        self._waiting: dict[Any, Any] = {}  # connections before their handshake, the oldest first: transports
+        self._waiting: dict[Any, Any] = {}  # transports of connections before their handshake, oldest first
         self._state: dict[str, Any] = {}
         self._version = 0  # of the state
         self._told_s = 0.0
@@ -87,25 +87,25 @@ class Server:
 
     @property
     def url(self) -> str:
-        """Where a browser finds the page."""
+        """The page's address, with the token."""
         host = socket.gethostname() if self._live.host in _EVERYWHERE else self._live.host
         shown = f"[{host}]" if ":" in host else host
         return f"http://{shown}:{self.port}/?k={self._token}"
 
     @property
     def viewers(self) -> int:
-        """How many are there."""
+        """The number of viewers."""
         return len(self._viewers)
 
     def show(self, pixels: NDArray[np.uint8], *, frame: int, orders: int) -> None:
-        """Leave a picture for the viewers. Returns at once."""
+        """Leave a picture for the viewers, and return at once."""
         self._count += 1
         self._newest = Picture(self._count, frame, orders, pixels)
         self._changed_s = time.monotonic()
         self._call(self._wake_encoder)
 
     def tell(self, state: dict[str, Any]) -> None:
-        """Let all viewers know the run's state, where it has changed. Returns at once."""
+        """Send the run's state to all viewers if it has changed, and return at once."""
         if state != self._state:
             self._state = state
             if not self._tells_soon:
@@ -127,7 +127,7 @@ class Server:
     def _run(self) -> None:
         try:
             asyncio.run(self._serve())
-        except Exception as error:  # any: the run must be told, or go on without viewers
+        except Exception as error:  # any: the run must learn of it, or continue without viewers
             self._failure = self._failure or f"{type(error).__name__}: {error}"
         finally:
             self._ready.set()
@@ -180,7 +180,7 @@ class Server:
         return None
 
     def _admit(self, connection: Any, request: Any) -> Any:
-        """Answer requests for the page, refuse strangers; None lets a viewer's socket open."""
+        """Answer requests for the page and refuse strangers; None accepts a viewer's socket."""
         path = urlsplit(request.path).path
         host, origin = (_only(request.headers.get_all(name)) for name in ("Host", "Origin"))
         if not access.has_token(request.path, self._token):
@@ -214,7 +214,7 @@ class Server:
         return response
 
     async def _attend(self, connection: Any) -> None:
-        """One viewer, from its connection to its end."""
+        """Serve one viewer until it disconnects."""
         self._waiting.pop(connection, None)
         viewer = Viewer(connection, self._orders, self._wake_encoder)
         viewer.offer_state(self._version, {**self._about, **self._state})
@@ -232,7 +232,7 @@ class Server:
             self._tell_all()
 
     def _tell_soon(self) -> None:
-        """Tell all, but no more often than people can read."""
+        """Send the state to all viewers, at most once per `STATE_S`."""
         self._loop.call_later(max(0.0, self._told_s + STATE_S - time.monotonic()), self._tell_all)
 
     def _tell_all(self) -> None:
@@ -250,7 +250,7 @@ class Server:
     async def _encode_on(self) -> None:
         try:
             await self._encode()
-        except Exception as error:  # any: the run goes on without pictures, and somebody should know why
+        except Exception as error:  # any: the run continues without pictures, and somebody should know why
             tell(f"motes: viewers get no more pictures: {type(error).__name__}: {error}")
 
     async def _encode(self) -> None:
@@ -270,7 +270,7 @@ class Server:
             await asyncio.sleep(max(0.0, pause - (time.monotonic() - began)))
 
     async def _offer_last(self) -> None:
-        """Let viewers have the last picture, which `max_fps` may have kept from them."""
+        """Offer viewers the last picture, which `max_fps` may have held back."""
         newest = self._newest
         if newest is None or not self._viewers:
             return
@@ -281,7 +281,7 @@ class Server:
             viewer.offer_last(self._encoded)
 
     async def _rest(self, picture: Picture | None) -> None:
-        """Wait for something to do; a picture that stands still follows without loss."""
+        """Wait for work; send the picture again without loss if it has not changed for a while."""
         exact = self._encoded is not None and self._encoded.exact
         still = picture is not None and bool(self._viewers) and not (exact and self._is_encoded(picture))
         limit = STILL_S if self._state.get("paused") or self._state.get("ended") else STILL_RUNNING_S
@@ -302,7 +302,7 @@ class Server:
 
 
 def _counted(connection: Any, waiting: dict[Any, Any]) -> Any:
-    """Return a class of connections of which few wait for their handshake at a time."""
+    """Return a connection class that lets at most `MOST_WAITING` wait for their handshake."""
 
     class Counted(connection):  # type: ignore[misc]
         def connection_made(self, transport: Any) -> None:
@@ -319,5 +319,5 @@ def _counted(connection: Any, waiting: dict[Any, Any]) -> Any:
 
 
 def _only(values: list[str]) -> str | None:
-    """Return a header's value; of several, one that fits nothing."""
+    """Return a header's value; for several values, one that matches nothing."""
     return values[0] if len(values) == 1 else "several" if values else None

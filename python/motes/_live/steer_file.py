@@ -1,9 +1,9 @@
-"""steer.jsonl: what viewers did in a run, in its log; and how a run that repeats it reads it.
+"""steer.jsonl: the steering of a run, written to its log and read by a run that repeats it.
 
 The first line is a header: schema, seed, script_sha256, controls. Each further line is a frame before which
-something changed, {"frame": 198, "set": {"wind": 0.7}} or {"frame": 198, "camera": {...}}, and the last one
-may be {"frame": 345, "stop": true}: there a viewer or a signal ended the run. Pauses and single steps change
-nothing, so they are not in it. Numbers are the shortest decimals that read back to the same bits.
+something changed, {"frame": 198, "set": {"wind": 0.7}} or {"frame": 198, "camera": {...}}. The last line may
+be {"frame": 345, "stop": true}, where a viewer or a signal ended the run. Pauses and single steps change no
+frame, so they are omitted. Numbers are the shortest decimals that read back to the same bits.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ Rows = dict[int, dict[str, Any]]
 
 
 class SteerFile:
-    """The file that a run writes; on the manager."""
+    """The file that a run writes, on the manager."""
 
     def __init__(self, directory: str | os.PathLike[str], header: Header, *, continued_from: int) -> None:
-        """Begin it; of a run that goes on, keep the rows of earlier frames.
+        """Create the file; a continued run keeps the rows of frames before `continued_from`.
 
-        Raises LogError if it cannot be written, or if what is to be kept is damaged.
+        Raises LogError if it cannot be written, or if the existing file is damaged.
         """
         self.path = Path(directory) / NAME
         self._file: IO[str] | None = None
@@ -60,7 +60,7 @@ class SteerFile:
             raise self._failed(error) from error
 
     def secure(self) -> None:
-        """Wait until the disk has it: a checkpoint is about to be written. Raises LogError."""
+        """Flush the file to disk, before a checkpoint is written. Raises LogError."""
         try:
             if self._file is not None:
                 os.fsync(self._file.fileno())
@@ -68,7 +68,7 @@ class SteerFile:
             raise self._failed(error) from error
 
     def close(self) -> None:
-        """Close it; more rows are ignored."""
+        """Close the file; further rows are ignored."""
         file, self._file = self._file, None
         if file is not None:
             file.close()
@@ -78,7 +78,7 @@ class SteerFile:
 
 
 def read(path: str) -> tuple[Header, Rows]:
-    """Return header and rows by frame. Raises ArgumentError, saying where, for what is no such file."""
+    """Return the header, and the rows by frame. Raises ArgumentError, naming the line, for a damaged file."""
     try:
         return _read(Path(path))
     except OSError as error:
@@ -91,7 +91,7 @@ def _read(path: Path) -> tuple[Header, Rows]:
     text = path.read_text(encoding="utf-8")
     lines = text.splitlines()
     if lines and not text.endswith("\n"):
-        lines.pop()  # torn when its run was killed
+        lines.pop()  # cut off when the run was killed
     if not lines:
         raise ValueError("it is empty")
     header = _parsed(lines[0], 1)

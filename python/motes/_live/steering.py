@@ -1,4 +1,4 @@
-"""What viewers have set, on every rank alike: it changes at borders between two frames only."""
+"""What viewers have set, equal on all ranks; it changes only at borders between two frames."""
 
 from __future__ import annotations
 
@@ -15,28 +15,28 @@ __all__ = ["Steering"]
 
 
 class Steering:
-    """The state of controls, camera and pauses. Never communicates: what all ranks heard is given to it."""
+    """The state of controls, camera and pauses. Never communicates: `hear` takes what all ranks received."""
 
     def __init__(self, *, paused: bool = False, wait: bool = False) -> None:
-        """Start with what `Live` says."""
+        """Start paused or waiting for a viewer, as `Live` says."""
         self.controls: dict[str, Control] = {}
         self._values: dict[str, Any] = {}
         self._asked: dict[str, Any] = {}  # for the next frame
-        self._left: dict[str, Any] = {}  # values of an earlier run, of controls that do not exist yet
+        self._left: dict[str, Any] = {}  # values from a checkpoint, for controls not yet made
         self._camera: Pose | None = None
         self._next: Pose | None = None
         self.paused = paused
-        self._steps = 0  # that a paused run may still make
+        self._steps = 0  # frames that a paused run may still make
         self._waiting = wait
         self.stopped = False
-        """A viewer, or the run that is repeated, ends the run here."""
+        """Whether a viewer, or the run that is repeated, ends the run here."""
         self.shown = False
-        """Whether the last picture shows the particles as they are, from where viewers look now."""
+        """Whether the last picture shows the current particles from the viewers' current camera."""
         self.steered = False
-        """Whether a viewer has asked for anything."""
+        """Whether a viewer has given any order."""
         self._text: str | None = None
         self.rows: Mapping[int, Mapping[str, Any]] = {}
-        """What is repeated, by frame."""
+        """The rows that are repeated, by frame."""
 
     # --- controls
 
@@ -50,7 +50,7 @@ class Steering:
         return control
 
     def agreement(self) -> str:
-        """Return what all ranks must have said of controls: part of each frame's record."""
+        """Return all controls as text: part of each frame's record, which must be equal on all ranks."""
         if not self.controls:
             return ""
         if self._text is None:
@@ -58,14 +58,14 @@ class Steering:
         return self._text
 
     def wished(self, name: str) -> Any:
-        """Return what a control is about to be set to, or its value."""
+        """Return the value that a control will have in the next frame."""
         return self._asked.get(name, self._values[name])
 
     # --- what all ranks hear
 
     @property
     def camera(self) -> Pose | None:
-        """From where the next picture is seen; None: as the script says."""
+        """The camera of the next picture; None: the script's camera."""
         return self._next
 
     @property
@@ -74,7 +74,7 @@ class Steering:
         return not self.stopped and (self._waiting or (self.paused and self._steps == 0))
 
     def hear(self, text: str) -> None:
-        """Take what `Orders.take` said on the image generator."""
+        """Obey the text that `Orders.take` returned on the image generator."""
         for line in text.splitlines():
             self._obey(json.loads(line))
 
@@ -83,7 +83,7 @@ class Steering:
         self.paused, self._steps = True, 0
 
     def release(self) -> None:
-        """Viewers are gone for good, and what they held up or turned with them; controls stay as they are."""
+        """Undo pauses, stops and the camera once viewers are gone for good; controls keep their values."""
         self.paused = self._waiting = self.stopped = False
         self._steps = 0
         self._next = None
@@ -97,7 +97,7 @@ class Steering:
             self._next = pose
         if "pause" in said:
             self.paused, self._steps = said["pause"], 0
-        if "step" in said:  # behind the pause: see Orders
+        if "step" in said:  # after the pause: see Orders
             self.paused = True
             self._steps += said["step"]
         self._waiting = self._waiting and "joined" not in said
@@ -106,9 +106,9 @@ class Steering:
     # --- the border
 
     def commit(self, frame: int) -> dict[str, Any]:
-        """Begin a frame: what was asked for holds from now on. Returns what has changed, a row of the log.
+        """Begin a frame: apply the orders. Return what has changed, as a row of the log.
 
-        Raises MotesError where a row that is repeated sets what the script has not.
+        Raises MotesError if a repeated row sets a control or value that the script does not have.
         """
         self._repeat(frame)
         row: dict[str, Any] = {}
@@ -150,12 +150,12 @@ class Steering:
     # --- checkpoints
 
     def kept(self) -> dict[str, Any]:
-        """Return what a checkpoint keeps: what holds in the frame before it."""
+        """Return the state for a checkpoint, as in the frame before it."""
         camera = None if self._camera is None else self._camera.said()
         return {"values": {**self._left, **self._values}, "camera": camera}
 
     def restore(self, kept: Mapping[str, Any]) -> None:
-        """Go on from what a checkpoint has kept."""
+        """Continue from the state in a checkpoint."""
         self._left = dict(kept.get("values", {}))
         for name in [name for name in self._left if name in self.controls]:
             self._put(self._left, name)
@@ -164,7 +164,7 @@ class Steering:
 
     def _put(self, left: dict[str, Any], name: str) -> None:
         value = left.pop(name)
-        with contextlib.suppress(ValueError):  # another control, of a script that has changed since
+        with contextlib.suppress(ValueError):  # the script has changed the control since
             self._values[name] = settle(self.controls[name], value)
 
 

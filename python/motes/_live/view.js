@@ -1,5 +1,5 @@
-// The view of a run: its picture, buttons and controls. The live page and the notebook's widget bring the connection:
-// `say(order)` sends what a viewer asks for; `heard(state)` and `pictured(message)` take what comes.
+// The view of a run: its picture, buttons and controls. The live page and the notebook's widget provide the connection:
+// `say(order)` sends a viewer's order; `heard(state)` and `pictured(message)` receive states and pictures.
 
 const HALF_TURN = Math.PI, REFUSED_MS = 4000, RATE_MS = 500, MOST_TIMES = 30;
 const PARTS = `
@@ -26,19 +26,19 @@ const PARTS = `
   <pre data-part="output" hidden></pre>`;
 
 class View {
-  // `keys`: where keys are pressed. `embedded`: the view is a part of somebody's page, which keeps its wheel and its
-  // keys unless the picture was clicked, and may not show dialogs.
+  // `keys`: the element that receives key events. `embedded`: the view is part of another page; it uses the wheel only
+  // while the picture has the focus, and may not show dialogs.
   constructor(root, say, { keys = root, embedded = false } = {}) {
     this.root = root;
     this.say = say;
     this.embedded = embedded;
     this.state = {};
     this.isOnline = true;
-    this.trouble = "";           // of the connection
+    this.trouble = "";           // message about the connection
     this.refusal = "";
-    this.times = [];             // when the last pictures came
+    this.times = [];             // when the last pictures arrived (ms)
     this.decoding = Promise.resolve();
-    this.rows = new Map();       // name of a control -> what shows it
+    this.rows = new Map();       // name of a control -> its row in the page
     this.wishes = {};            // values that have not been sent yet
     this.moves = { orbit: [0, 0], pan: [0, 0], zoom: 0 };
     this.due = false;
@@ -54,7 +54,7 @@ class View {
     this.keys = keys;
     this.timer = setInterval(() => this.showRate(), RATE_MS);
     this.show();
-    this.showRate();  // at once, or what stands below it would move half a second later
+    this.showRate();  // now, so that the page does not shift half a second later
   }
 
   part(name) { return this.root.querySelector(`[data-part=${name}]`); }
@@ -64,7 +64,7 @@ class View {
     this.keys.removeEventListener("keydown", this.onKey);
   }
 
-  // --- what comes
+  // --- messages from the run
 
   online(is, trouble = "") {
     this.isOnline = is;
@@ -83,7 +83,7 @@ class View {
     this.show();
   }
 
-  // 20 bytes, then JPEG or PNG; decoded one after the other.
+  // Shows a picture: a header of 20 bytes, then JPEG or PNG. Pictures are decoded one after the other.
   pictured(message) {
     const number = message.getUint32(4, true), frame = message.getUint32(8, true), exact = message.getUint32(16, true) === 1;
     const bytes = new Uint8Array(message.buffer, message.byteOffset + 20, message.byteLength - 20);
@@ -167,7 +167,7 @@ class View {
       : typeof control.value === "boolean" ? checkBox(wish) : slider(control, output, wish);
     row.input.setAttribute("aria-label", name);
     row.input.dataset.control = name;
-    // The mouse leaves no focus behind, so that keys go to the picture again; who uses keys keeps it.
+    // After a click the picture gets the focus back, and so the keys; keyboard users keep the focus here.
     row.input.addEventListener("pointerup", () => { if (row.input.type !== "select-one") this.focus(row.input); });
     row.input.addEventListener("change", () => { if (row.input.type === "select-one") this.focus(row.input); });
     label.append(head, row.input);
@@ -176,7 +176,7 @@ class View {
 
   focus(input) { if (this.canvas.hidden) input.blur(); else this.canvas.focus({ preventScroll: true }); }
 
-  // --- orders: what the mouse does is added up, and sent once per picture of the screen
+  // --- orders: mouse moves are summed up and sent once per animation frame
 
   later() {
     if (this.due) return;
@@ -240,7 +240,7 @@ class View {
 
   dragged(event) {
     const before = this.fingers.get(event.pointerId), { clientWidth, clientHeight, width, height: rows } = this.canvas;
-    const height = Math.min(clientHeight, clientWidth * rows / width);  // of the picture within its frame
+    const height = Math.min(clientHeight, clientWidth * rows / width);  // of the picture within the canvas
     if (!before) return;
     const now = { x: event.clientX, y: event.clientY };
     const dx = (now.x - before.x) / height, dy = (now.y - before.y) / height;
@@ -273,14 +273,14 @@ class View {
   }
 }
 
-// Whether a key means something to what has the focus.
+// Whether the focused element itself uses a key.
 function isKeyOf({ tagName, type }, key) {
   if (tagName === "SELECT") return key !== "s" && key !== "r";
   if (tagName === "BUTTON" || type === "checkbox") return key === " ";
   return tagName === "INPUT" && key.startsWith("Arrow");
 }
 
-// --- what shows a control: its input, and how a value is put into it
+// --- inputs of controls: each returns an element and a function that sets its value
 
 function choice(control, wish) {
   const input = document.createElement("select");
@@ -300,7 +300,7 @@ function slider(control, output, wish) {
   const input = Object.assign(document.createElement("input"), { type: "range", min, max, step: step ?? "any" });
   const tell = value => { output.textContent = +Number(value).toPrecision(5); };
   input.oninput = () => {
-    input.moving = true;  // what the run says meanwhile is older than the hand
+    input.moving = true;  // ignore the run's older values until it is released
     tell(input.value);
     wish(Number(input.value));
   };

@@ -1,4 +1,4 @@
-"""One viewer: what it gets, and what it says."""
+"""One viewer's connection: pictures and states go out, orders come in."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from .pictures import Encoded
 
 __all__ = ["MOST_BYTES", "Viewer"]
 
-MOST_BYTES = 64 * 1024  # of a message of a viewer
-MOST_IN_FLIGHT = 2  # pictures that it has not acknowledged
+MOST_BYTES = 64 * 1024  # in one message from a viewer
+MOST_IN_FLIGHT = 2  # unacknowledged pictures
 
 
 class Viewer:
-    """A browser, or a program, that looks at the run. Lives in the server's thread."""
+    """A browser or program that views the run. Used only in the server's thread."""
 
     def __init__(self, socket: Any, orders: Orders, wake: Callable[[], None]) -> None:
-        """Take its socket; `wake` is called when it can take another picture."""
+        """Take the viewer's socket; `wake` is called when it can take another picture."""
         self._socket = socket
         self._orders = orders
         self._wake = wake
@@ -31,8 +31,8 @@ class Viewer:
         self._state: dict[str, Any] = {}
         self._version = -1
         self._told = -1
-        self._sent = 0  # the number of the last picture
-        self._exact = False  # it was without loss
+        self._sent = 0  # the number of the last picture sent
+        self._exact = False  # whether that picture was lossless
         self._flying: list[int] = []
         self._most_in_flight = MOST_IN_FLIGHT
         self._refusal = ""
@@ -41,33 +41,33 @@ class Viewer:
     # --- what the server calls
 
     def wants(self, number: int) -> bool:
-        """Whether it can take this picture, which it has not got yet."""
+        """Tell whether the viewer can take this picture and has not been offered it yet."""
         offered = 0 if self._offered is None else self._offered.number
         return len(self._flying) < MOST_IN_FLIGHT and max(self._sent, offered) < number
 
     def offer(self, picture: Encoded) -> None:
-        """Replace what has not left yet."""
+        """Offer a picture, in place of one that has not been sent yet."""
         self._offered = picture
         self._something.set()
 
     def offer_last(self, picture: Encoded) -> None:
-        """The same for the run's last picture, which does not wait for acknowledgements."""
+        """Offer the run's last picture, which may be sent before the others are acknowledged."""
         self._most_in_flight = MOST_IN_FLIGHT + 1
         self.offer(picture)
 
     def offer_state(self, version: int, state: dict[str, Any]) -> None:
-        """Replace what has not left yet."""
+        """Offer a state, in place of one that has not been sent yet."""
         self._version, self._state = version, state
         self._something.set()
 
     async def finish(self) -> None:
-        """Wait until it has got what there is."""
+        """Wait until everything offered has been sent."""
         self._idle.clear()
         self._something.set()
         await self._idle.wait()
 
     async def attend(self) -> None:
-        """Talk with it until it goes."""
+        """Send and receive until the viewer disconnects."""
         closed: type[Exception] = _extras.websockets("exceptions").ConnectionClosed
         sending = asyncio.create_task(self._send())
         try:

@@ -1,4 +1,4 @@
-"""The image generator's side of a live run: its server, and what the frames tell it and hear from it."""
+"""The image generator's side of a live run: its server, and what it exchanges with the frames."""
 
 from __future__ import annotations
 
@@ -21,40 +21,40 @@ from .steering import Steering
 __all__ = ["Viewing"]
 
 _LOOK_S = 0.05
-_LONGEST_S = 1.0  # that a frame waits for the film's time: orders wait as long
+_LONGEST_S = 1.0  # longest pause between frames at film speed, since orders wait meanwhile
 
 
 class Viewing:
-    """Viewers, as the thread of a run's frames sees them. Nothing here waits for a viewer, but `wait`."""
+    """Viewers, as the thread of a run's frames sees them. Only `wait` waits for viewers."""
 
     def __init__(
         self, live: Live, about: dict[str, Any], repeats: str | None, *, quiet: bool = False
     ) -> None:
-        """Serve, and print where, unless `quiet`. Raises MotesError where that cannot be."""
+        """Start the server, and print its address unless `quiet`. Raises MotesError if it cannot start."""
         self._orders = Orders(repeats)
         self._server = Server(live, self._orders, about)
-        self._taken = 0  # orders that all ranks have heard, or are about to
+        self._taken = 0  # number of orders taken for all ranks
         self._heard = 0
-        self._due_s = 0.0  # when the next frame may come, at the film's speed
+        self._due_s = 0.0  # when the next frame may start at film speed
         self.url = self._server.url
         if not quiet:
             tell(f"motes: live at {self.url}  ({_from_afar(live.host, self._server.port)})")
 
     def ask(self, order: dict[str, Any]) -> None:
-        """Give an order as a viewer does, from any thread."""
+        """Give an order as a viewer does. May be called from any thread."""
         self._orders.put(order)
 
     def know(self, controls: Mapping[str, Control]) -> None:
-        """Viewers can set these."""
+        """Let viewers set these controls."""
         self._orders.know(controls)
 
     def take(self, pose: Callable[[], Pose | None], near: float) -> str:
-        """Return what viewers have asked for since the last time, for all ranks."""
+        """Return the orders since the last call, as text for all ranks."""
         text, self._taken = self._orders.take(pose, near)
         return text
 
     def begin_picture(self) -> None:
-        """What was taken so far is in the pictures from here on."""
+        """Note that pictures from here on show the effect of all orders taken so far."""
         self._heard = self._taken
 
     def show(self, frame: Frame) -> None:
@@ -63,7 +63,7 @@ class Viewing:
             self._server.show(frame.pixels, frame=frame.index, orders=self._heard)
 
     def keep_pace(self, dt: float) -> None:
-        """Wait until the film would show the next frame, where viewers want that."""
+        """Wait until the film would show the next frame, if viewers want film speed."""
         now = time.monotonic()
         if self._orders.paced and now < self._due_s:
             time.sleep(min(self._due_s - now, _LONGEST_S))
@@ -71,7 +71,7 @@ class Viewing:
         self._due_s = min(self._due_s, time.monotonic() + min(dt, _LONGEST_S))
 
     def tell(self, steering: Steering, **facts: Any) -> None:
-        """Tell viewers where the run is."""
+        """Send viewers the state of the run."""
         controls = {
             name: {**definition_of(control), "value": steering.wished(name)}
             for name, control in steering.controls.items()
@@ -81,19 +81,19 @@ class Viewing:
         self._server.tell({**facts, "paused": steering.paused, "turned": turned, "controls": controls})
 
     def wait(self, seconds: float) -> None:
-        """Wait for an order, but no longer than so many seconds, or a signal."""
+        """Wait for an order, at most this many seconds, or for a signal."""
         end = time.monotonic() + seconds
         while time.monotonic() < end and _core.stop_signal() == 0:
             if self._orders.wait(_LOOK_S):
                 return
 
     def close(self) -> None:
-        """Tell viewers that this is the end."""
+        """Tell viewers that the run has ended, and close the server."""
         self._server.close()
 
 
 def _from_afar(host: str, port: int) -> str:
-    """Say how a browser on another machine gets here."""
+    """Return how a browser on another machine reaches this server."""
     machine = socket.gethostname()
     if access.is_local(host):
         shown = f"[{host}]" if ":" in host else host

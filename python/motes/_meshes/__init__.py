@@ -1,7 +1,7 @@
-"""Files of meshes: .obj, .ply, .stl and .glb, read into vertices and triangles.
+"""Reads mesh files, .obj, .ply, .stl and .glb, into vertices and triangles.
 
-Each module reads one format; `polygons` cuts faces into triangles. What a module does not read, it refuses by
-name: it returns all triangles of a file, or raises `Unreadable`.
+Each module reads one format; `polygons` cuts faces into triangles. A module returns all triangles of a file,
+or raises `Unreadable`, which names what it cannot read.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ from .polygons import Triangles, Unreadable
 __all__ = ["SUFFIXES", "Unreadable", "read"]
 
 SUFFIXES = (".obj", ".ply", ".stl", ".glb")
-"""Each names its module, which is loaded for the first file of this kind."""
+"""Suffixes of mesh files; each names its module, which is loaded for the first file of the format."""
 
 
 def read(path: Path) -> Triangles:
     """Return vertices, float64 (n, 3), and triangles, int64 (m, 3), in the order of the file.
 
-    Raises Unreadable, with the reason; OSError, if the file cannot be opened; MissingExtraError.
+    Raises Unreadable with the reason; OSError if the file cannot be opened; MissingExtraError.
     """
     content = path.read_bytes()
     try:

@@ -1,4 +1,4 @@
-"""The numbers of a glTF file: buffers, views of them, and accessors, which say what the bytes mean."""
+"""Reads the numbers in a glTF file: buffers, buffer views, and accessors, which give their types."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 _MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")
 _MOST_ZEROS = 10**8
-"""Items of an accessor that no bytes stand for."""
+"""Most items of an accessor without a buffer, which are zeros."""
 
 
 class Accessors:
@@ -69,7 +69,7 @@ class Accessors:
         return np.ndarray((count, width), dtype, content, start if count else 0, strides).copy()
 
     def _replaced(self, found: NDArray[Any], sparse: dict[str, Any]) -> NDArray[Any]:
-        """Return the items with those that a sparse accessor names replaced."""
+        """Replace the items that a sparse accessor names, and return all."""
         count, where, values = _natural(sparse["count"]), sparse["indices"], sparse["values"]
         kind = np.dtype(_COMPONENTS[where["componentType"]])
         rows = self._items(where["bufferView"], _natural(where.get("byteOffset", 0)), count, 1, kind)
@@ -85,7 +85,7 @@ class Accessors:
     def _content(self, index: int, buffer: dict[str, Any]) -> bytes:
         uri = buffer.get("uri")
         if uri is None:
-            # A buffer without bytes stands for what is compressed elsewhere.
+            # A buffer without bytes is a placeholder for compressed data.
             compressed = [name for name in _MESHOPT if name in buffer.get("extensions", {})]
             if compressed:
                 raise Unreadable(f"its meshes are compressed by {compressed[0]}, which is not read")

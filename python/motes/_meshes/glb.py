@@ -1,6 +1,6 @@
-"""glTF 2.0 in one file, .glb: the triangles of its scene, where its nodes, weights and skins put them.
+"""Reads glTF 2.0 in one file, .glb: the triangles of its scene, posed by nodes, morph targets and skins.
 
-Materials and animations are passed over; lines and points have no surface.
+Materials, animations, lines and points are ignored.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ def _chunks(content: bytes) -> tuple[dict[str, Any], bytes]:
 
 
 class _Scene:
-    """The meshes of the default scene, put together."""
+    """Joins the meshes of the default scene."""
 
     def __init__(self, document: dict[str, Any], accessors: Accessors) -> None:
         self._document = document
@@ -79,7 +79,7 @@ class _Scene:
         return np.concatenate(vertices), np.concatenate(triangles)
 
     def _parts(self) -> Iterator[Triangles]:
-        """Yield the meshes of all nodes, at their places."""
+        """Yield the meshes of all nodes, in the scene's coordinates."""
         self._place_nodes()
         for number in self._visible():
             node = self._nodes[number]
@@ -93,14 +93,14 @@ class _Scene:
                     yield self._skinned(points, primitive["attributes"], node["skin"]), triangles
                     continue
                 for place in self._places(number):
-                    # A mirror turns triangles around.
+                    # A mirroring matrix reverses the winding.
                     turned = triangles[:, ::-1] if np.linalg.det(place[:3, :3]) < 0 else triangles
                     yield points @ place[:3, :3].T + place[:3, 3], turned
 
     # --- nodes
 
     def _place_nodes(self) -> None:
-        """Note where each node is, from the roots on."""
+        """Compute the global matrix of each node, from the roots down."""
         children = {child for node in self._nodes for child in node.get("children", ())}
         waiting = [(number, np.eye(4)) for number in range(len(self._nodes)) if number not in children]
         while waiting:
@@ -144,13 +144,13 @@ class _Scene:
     # --- meshes
 
     def _primitive(self, primitive: dict[str, Any], weights: list[float]) -> Triangles:
-        """Return a primitive's vertices, moved by the weights of its targets, and its triangles."""
+        """Return a primitive's vertices, moved by its weighted morph targets, and its triangles."""
         mode = primitive.get("mode", _TRIANGLES)
         if mode not in (_TRIANGLES, _STRIP, _FAN) or "POSITION" not in primitive["attributes"]:
             return np.empty((0, 3)), np.empty((0, 3), np.int64)
         compressed = primitive.get("extensions", {}).get(DRACO)
         stored = self._document["accessors"][primitive["attributes"]["POSITION"]]
-        # Beside what is compressed, the same may stand uncompressed.
+        # A file may also hold the same data uncompressed.
         if compressed is not None and "bufferView" not in stored:
             points, triangles = self._draco(compressed, stored)
         else:
@@ -184,7 +184,7 @@ class _Scene:
             mesh = library.decode(content)
             triangles = np.asarray(mesh.faces).astype(np.int64).reshape(-1, 3)
             found = mesh.get_attribute_by_unique_id(compressed["attributes"]["POSITION"])["data"]
-        except Exception as error:  # any: it is compiled, and has errors of its own
+        except Exception as error:  # any: a compiled library with its own errors
             raise Unreadable(f"its {DRACO} is damaged: {error}") from None
         points = np.asarray(found).reshape(-1, 3)
         if stored.get("normalized") and points.dtype.kind in "iu":
@@ -192,7 +192,7 @@ class _Scene:
         return points.astype(np.float64), triangles
 
     def _skinned(self, points: Floats, attributes: dict[str, Any], number: int) -> Floats:
-        """Return vertices where the joints of a skin put them; the node's own place says nothing then."""
+        """Return vertices as posed by the joints of a skin; the node's own matrix does not count."""
         skin = self._document["skins"][number]
         joints = [self._globals[joint] for joint in skin["joints"]]
         if "inverseBindMatrices" in skin:
@@ -218,7 +218,7 @@ class _Scene:
 
 
 def _matrix(node: dict[str, Any]) -> Floats:
-    """Return a node's place as a matrix of shape (4, 4)."""
+    """Return a node's local transform as a matrix of shape (4, 4)."""
     if "matrix" in node:
         return np.array(node["matrix"], np.float64).reshape(4, 4).T
     x, y, z, w = _unit(np.array(node.get("rotation", (0, 0, 0, 1)), np.float64))

@@ -1,4 +1,4 @@
-"""The Stanford format, .ply: as text or binary of either byte order; faces and strips of triangles."""
+"""Reads Stanford .ply files, text or binary of either byte order: faces and triangle strips."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class _Property:
     name: str
     kind: str
     count: str = ""
-    """The type of a list's length; empty: it is one number."""
+    """The type of a list's length; empty: the property is one number."""
 
 
 @dataclass
@@ -38,7 +38,7 @@ class _Element:
 
 
 class _Body:
-    """What comes behind the header, read from its start to its end."""
+    """The data after the header, read from start to end."""
 
     def __init__(self, content: bytes, order: str) -> None:
         self._order = order
@@ -98,7 +98,7 @@ class _Body:
         return lengths
 
     def lists(self, element: _Element, name: str) -> tuple[Indices, Indices]:
-        """Return the lengths and the numbers of a list, row by row; the other properties are passed over."""
+        """Return the lengths and the numbers of a list, row by row; skip the other properties."""
         counts: list[int] = []
         found: list[NDArray[Any]] = []
         for _ in range(element.rows):
@@ -153,7 +153,7 @@ def read(_: Path, content: bytes) -> Triangles:
 
 
 def _header(content: bytes) -> tuple[list[_Element], str, int]:
-    """Return the elements, the byte order, empty for text, and where the numbers begin."""
+    """Return the elements, the byte order (empty for text), and the offset of the data."""
     end = content.find(b"end_header")
     start = content.find(b"\n", end) + 1
     if not content.startswith(b"ply") or end < 0 or not start:
@@ -205,7 +205,7 @@ def _skip(body: _Body, element: _Element) -> None:
 
 
 def _records(body: _Body, element: _Element) -> NDArray[Any] | None:
-    """Return the rows as records, or None where their lists differ in length."""
+    """Return the rows as records, or None if their lists differ in length."""
     if not element.rows:
         return np.empty(
             0, [(one.name, "f8", (0,)) if one.count else (one.name, "f8") for one in element.properties]
@@ -219,7 +219,7 @@ def _records(body: _Body, element: _Element) -> NDArray[Any] | None:
 
 
 def _restarted(corners: Indices) -> list[Indices]:
-    """Return the strips between marks of -1."""
+    """Split a row of strips at its restart marks, -1."""
     marks = np.flatnonzero(corners == -1)
     parts = np.split(corners, marks)
     return [part[part != -1] for part in parts if (part != -1).sum() >= 3]

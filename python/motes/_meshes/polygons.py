@@ -1,7 +1,7 @@
 """Triangulates faces with any number of corners; the triangles cover the face exactly.
 
-A face with n corners gives n - 2 triangles and keeps all of its corners, those in the middle of a straight
-edge too: without them, surfaces that are closed in the file would not be closed.
+A face with n corners gives n - 2 triangles and keeps all of its corners, even those in the middle of a
+straight edge: without them, surfaces that are closed in the file would have gaps.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ class Unreadable(Exception):
 def triangulate(
     vertices: Floats, counts: Indices, corners: Indices, name: Callable[[int], str] = "face {}".format
 ) -> Indices:
-    """Cut faces with `counts` corners each, whose indices follow each other in `corners`, into triangles.
+    """Cut faces into triangles; face i has the next `counts[i]` indices in `corners`.
 
-    `name`: says which face an error means. Faces without an area may be left out. Raises Unreadable.
+    `name` returns a face's name for errors. Faces without an area may be left out. Raises Unreadable.
     """
     wrong = np.flatnonzero((corners < 0) | (corners >= len(vertices)))
     if len(wrong):
@@ -93,9 +93,9 @@ def _of_size(vertices: Floats, faces: Indices, name: Callable[[int], str]) -> tu
 
 
 def _flattened(points: Floats) -> tuple[Floats, NDArray[np.bool_], NDArray[np.bool_]]:
-    """Return faces, (m, n, 3), in their planes, counter-clockwise (m, n, 2), by Newell's normal.
+    """Project faces, (m, n, 3), onto their planes by Newell's normal: (m, n, 2), counter-clockwise.
 
-    They are scaled to a size of 1. Also tells which lie on a line, and which have parts that cancel.
+    They are scaled to a size of 1. Also return which faces lie on a line, and which have areas that cancel.
     """
     points = points - points.mean(axis=1, keepdims=True)
     size = np.abs(points).max(axis=(1, 2))
@@ -119,7 +119,7 @@ def _flattened(points: Floats) -> tuple[Floats, NDArray[np.bool_], NDArray[np.bo
 def _plain(flat: Floats) -> tuple[NDArray[np.bool_], Indices]:
     """Tell which faces are fans around some corner, and which corner that is.
 
-    Convex faces are; a face of four corners also where one of them is straight or points inwards.
+    Convex faces are, and so are most faces of four corners of which one is straight or points inwards.
     """
     before, after = flat - np.roll(flat, 1, axis=1), np.roll(flat, -1, axis=1) - flat
     cross, dot = _cross(before, after), (before * after).sum(axis=-1)

@@ -1,4 +1,4 @@
-"""Stereolithography's .stl, as text or binary: triangles, each with vertices of its own."""
+"""Reads stereolithography's .stl, text or binary: triangles that share no vertices."""
 
 from __future__ import annotations
 

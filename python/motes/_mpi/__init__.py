@@ -1,1 +1,1 @@
-"""How MPI begins in this process, or does not: launchers, libraries, processes that ranks start."""
+"""Whether and how MPI starts in this process: launchers, libraries, child processes of ranks."""

@@ -17,7 +17,7 @@ __all__ = ["Launcher", "check_alone", "give_up", "launcher_of", "remember", "spe
 
 
 class _Variables(NamedTuple):
-    """What a launcher sets in each process that it starts."""
+    """Environment variables that a launcher sets in each process that it starts."""
 
     launcher: str
     size: str
@@ -26,8 +26,8 @@ class _Variables(NamedTuple):
     """Variable with this process's number."""
 
 
-# Only variables of the processes that a launcher started, not of the shell in which it is called:
-# SLURM_NTASKS is set in any shell of an allocation. The first variable that is set counts: launchers that
+# Only variables that a launcher sets in its processes, not in the shell that calls it: SLURM_NTASKS, for
+# example, is set in any shell of an allocation. The first variable that is set counts, so launchers that
 # start other launchers come last.
 _KNOWN = (
     _Variables("Open MPI's mpirun", "OMPI_COMM_WORLD_SIZE", "OMPI_COMM_WORLD_RANK"),
@@ -40,32 +40,32 @@ _KNOWN = (
     _Variables("srun", "SLURM_STEP_NUM_TASKS", "SLURM_PROCID"),
 )
 _PMIX_RANK = "PMIX_RANK"
-_SPEAKER_S = 1.0  # how long the others wait before they end: a launcher ends the job with the first of them
+_SPEAKER_S = 1.0  # how long the other processes wait: a launcher ends the job with the first that ends
 
 
 class Launcher(NamedTuple):
-    """What the environment says about who started this process."""
+    """The launcher that started this process, according to the environment."""
 
     name: str
     size: int | None
-    """How many processes there are; None if only the rank is known."""
+    """The number of processes; None if only the rank is known."""
     variables: tuple[str, ...]
-    """As "PMI_SIZE=4"."""
+    """The variables that reveal the launcher, such as "PMI_SIZE=4"."""
     speaks: bool = True
-    """Whether this process is the first of those that know of the others."""
+    """Whether this process prints for all: the lowest rank that can see that there are others."""
 
 
 _remembered: Launcher | None = None
 
 
 def remember(variables: Mapping[str, str]) -> None:
-    """Keep who started this process, before it is hidden from the MPI library."""
+    """Remember this process's launcher, before its variables are hidden from the MPI library."""
     global _remembered
     _remembered = launcher_of(variables)
 
 
 def speaks_pmi_alone(variables: Mapping[str, str]) -> bool:
-    """Tell whether a launcher started this process that knows the PMI of old, and no PMIx."""
+    """Tell whether the launcher of this process uses only the old PMI, not PMIx."""
     return _PMIX_RANK not in variables and ("PMI_RANK" in variables or "PMI_SIZE" in variables)
 
 
@@ -76,7 +76,7 @@ def launcher_of(variables: Mapping[str, str]) -> Launcher | None:
         if not text.isdigit() or (launcher == "srun" and rank not in variables):
             continue
         if int(text) < 2:
-            return None  # it says that there is one
+            return None  # a job of one process
         set_here = tuple(f"{name}={variables[name]}" for name in (size, rank) if name in variables)
         return Launcher(launcher, int(text), set_here, variables.get(rank, "0") == "0")
     text = variables.get(_PMIX_RANK, "")
@@ -92,7 +92,7 @@ def launcher_of(variables: Mapping[str, str]) -> Launcher | None:
 
 
 def check_alone() -> None:
-    """End this process if MPI sees one and the launcher's variables say that there are more.
+    """End this process if MPI sees only one process but the launcher's variables show more.
 
     `MOTES_ALONE=1` lets each process run by itself.
     """
@@ -122,9 +122,9 @@ def check_alone() -> None:
 
 
 def give_up(sentence: str) -> NoReturn:
-    """Let one process of the job say why it cannot run, and end them all: other ranks would say the same.
+    """End this process of a job that cannot run; only one process of the job prints why.
 
-    Raises MotesError where there is one process, or a person types what runs.
+    Raises MotesError instead if there is one process, or in an interactive session.
     """
     found = _remembered or launcher_of(os.environ)
     if found is None or hasattr(sys, "ps1"):

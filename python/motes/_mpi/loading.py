@@ -1,4 +1,4 @@
-"""Loads MPI and the compiled core; where they do not load, one process of the job says why in one sentence.
+"""Loads MPI and the compiled core; if they do not load, one process of the job prints why in one sentence.
 
 mpi4py finds the MPI library, and the core binds to the one that mpi4py has loaded.
 """
@@ -17,14 +17,14 @@ from . import launchers, rank_process
 __all__ = ["load_core", "load_mpi", "paths", "problem_of_mpi"]
 
 _NOT_THERE = re.compile(r"(\S*/)?libmpi\S*: (cannot open shared object file: No such file|file too short)")
-"""mpi4py tries several names of the library; these lines of its error are about names that nobody has."""
+"""mpi4py tries several names of the library; these lines of its error are about files that do not exist."""
 
 
 def load_mpi() -> None:
     """Load MPI and start it, unless mpi4py was told not to.
 
-    Hides from it a launcher that it cannot know: MPI and mpi4py would complain, on each rank, before a world
-    says what is wrong.
+    Hides a launcher that the MPI library does not support: otherwise MPI and mpi4py would complain on each
+    rank before a world can report what is wrong.
     """
     import mpi4py
 
@@ -42,14 +42,14 @@ def load_mpi() -> None:
     except (ImportError, RuntimeError) as error:
         launchers.give_up(problem_of_mpi(error))
     version = re.match(r"Open MPI v(\d+)", MPI.Get_library_version())
-    if version is not None and int(version[1]) >= 5:  # it knows PMIx only
+    if version is not None and int(version[1]) >= 5:  # it supports only PMIx
         launchers.remember(os.environ)
         rank_process.hide_pmi()
     MPI.Init_thread(MPI.THREAD_MULTIPLE)
 
 
 def load_core() -> ModuleType:
-    """Load the compiled core, once MPI is loaded."""
+    """Load the compiled core, after MPI."""
     try:
         return importlib.import_module("motes._core")
     except ImportError as error:
@@ -64,13 +64,13 @@ def load_core() -> ModuleType:
 
 
 def problem_of_mpi(error: Exception) -> str:
-    """Say why mpi4py cannot load an MPI library; its own text ends with names that it tried in vain."""
+    """Return why mpi4py cannot load an MPI library, without the missing files that its error lists."""
     lines = [line.strip() for line in str(error).splitlines()]
     reasons = [line for line in lines[1:] if line and not _NOT_THERE.match(line)]
     return f"mpi4py cannot load an MPI library: {reasons[0] if reasons else '; '.join(lines)}{paths()}"
 
 
 def paths() -> str:
-    """Return a clause about LD_LIBRARY_PATH, or "" where it is not set."""
+    """Return a clause about LD_LIBRARY_PATH, or "" if it is not set."""
     path = os.environ.get("LD_LIBRARY_PATH", "")
     return f"; LD_LIBRARY_PATH={path} may put libraries of another MPI first: unset it" if path else ""

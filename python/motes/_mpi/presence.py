@@ -1,10 +1,10 @@
 """Notices ranks that end before MPI has started: the others would wait in MPI_Init for ever.
 
-mpirun ends the job for a rank that failed before MPI_Init, but not for one that ended with exit code 0, nor
-with `--survive` for any. So `motes run` starts each rank through a shell, which becomes the rank and leaves
-a watcher behind. The watcher hears from the rank through a pipe, and tells `motes run` by lines on standard
-error, from any host: that the rank waits for MPI, that it has it, that it is gone. It ends once the rank
-has MPI.
+mpirun ends the job if a rank fails before MPI_Init, but not if one exits with code 0, and with `--survive` in
+neither case. So `motes run` starts each rank through a shell, which becomes the rank and leaves a watcher
+behind. The rank writes to the watcher through a pipe. The watcher reports to `motes run` in lines on standard
+error, which arrive from any host: the rank waits for MPI, has MPI, or has ended. It exits once the rank has
+MPI.
 """
 
 from __future__ import annotations
@@ -21,15 +21,15 @@ from .rank_process import JOB, MARK
 __all__ = ["PIPE", "Presence", "has_mpi", "started_by", "waits_for_mpi"]
 
 PIPE = "MOTES_RANK_PIPE"
-"""The variable with the number of the pipe to the watcher."""
+"""The environment variable with the file descriptor of the pipe to the watcher."""
 
 _GRACE_S = 1.0  # for mpirun to end the job by itself, with the rank's exit code
 _LINE = re.compile(rb"\*\*\* motes: of rank (\d+): (waits|has|ended)\b")
 _SIGNAL = re.compile(rb"exited on\s+signal (\d+ \([^)]*\))")
 _FAILED = re.compile(rb"Process name: \[[^]]*,\s*(\d+)\]|process\s+rank\s+(\d+)")
 
-# A process that exits closes its files first; then it is a zombie, and then gone. A script may close the pipe
-# with all other files that it has not opened: then its process lives, and nothing is told.
+# A process that exits closes its files first; then it is a zombie, and then gone. A script may also close all
+# files that it did not open, the pipe among them: then its process lives on, and the watcher reports nothing.
 _SHELL = """
 folder=$(mktemp -d "${TMPDIR:-/tmp}/motes-rank-XXXXXX") && mkfifo "$folder/pipe" || exec "$@"
 rank=${OMPI_COMM_WORLD_RANK:-${PMIX_RANK:-$PMI_RANK}}
@@ -85,7 +85,7 @@ def _say(word: bytes) -> None:
 
 
 class Presence:
-    """What the watchers have told, and whether the job can still start."""
+    """Collects the watchers' reports, and ends a job that can no longer start."""
 
     def __init__(self, end: Callable[[], object]) -> None:
         """`end` is called, in another thread, when ranks wait for one that is gone."""
@@ -97,7 +97,7 @@ class Presence:
         """Whether `end` was called."""
 
     def take(self, line: bytes) -> bool:
-        """Take a line of output if it is a watcher's; tells whether it is."""
+        """Process a line of output if it is a watcher's; return whether it is."""
         said = _LINE.search(line)
         if said is None:
             return False
@@ -118,7 +118,7 @@ class Presence:
     def sentence(self, error: str, launcher: bytes) -> str:
         """Name the ranks that ended before MPI had started, with the error that was printed; or return "".
 
-        `launcher`: its own messages, which name the one of them that failed first.
+        `launcher` is the launcher's own messages, which name the rank that failed first.
         """
         if not self._gone:
             return ""
@@ -132,7 +132,7 @@ class Presence:
         return f"{who} ended before MPI had started{how}{others}" + (f": {error}" if error else "")
 
     def close(self) -> None:
-        """Wait for nothing any more: the launcher has ended."""
+        """Stop waiting: the launcher has ended."""
         if self._timer is not None:
             self._timer.cancel()
 

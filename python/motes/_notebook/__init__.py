@@ -1,1 +1,1 @@
-"""Runs in Jupyter notebooks: the progress below a cell, and the widget that shows and steers a run."""
+"""Runs in Jupyter notebooks: the progress below a cell, and small pictures for it."""

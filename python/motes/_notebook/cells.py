@@ -1,6 +1,6 @@
-"""What a notebook shows below a cell while the loop of `World.frames` runs in it.
+"""Shows progress below a notebook's cell while the loop of `World.frames` runs in it.
 
-One output, which is replaced: a bar, the line of progress and the last picture. The saved notebook keeps it.
+One output is updated in place: a bar, a line of progress and the last picture. The saved notebook keeps it.
 """
 
 from __future__ import annotations
@@ -27,26 +27,26 @@ class CellProgress:
     """The output of one loop."""
 
     def __init__(self, total: int, done: int, particles: int) -> None:
-        """Show that the loop begins: `done` of `total` frames are done."""
+        """Show the start of the loop, with `done` of `total` frames done."""
         display: Any = importlib.import_module("IPython.display").display
 
         self._total = total
         self._first = done
         self._start = self._shown = time.monotonic()
         self._pixels: NDArray[np.uint8] | None = None
-        self._frame = 0  # of these pixels
+        self._frame = 0  # of the last picture
         self._handle: Any = display(self._content(done, particles), raw=True, display_id=True)
 
     def picture(self, pixels: NDArray[np.uint8], frame: int) -> None:
-        """Keep the last picture."""
+        """Keep a picture for the next output."""
         self._pixels, self._frame = pixels, frame
 
     def due(self) -> bool:
-        """Whether its time has come: twice per second at most."""
+        """Tell whether the output may be updated: at most twice per second."""
         return time.monotonic() - self._shown >= EVERY_S
 
     def show(self, done: int, particles: int) -> None:
-        """Replace what is shown."""
+        """Update the output."""
         content = self._content(done, particles)
         self._handle.update(content, raw=True)
         self._shown = time.monotonic()

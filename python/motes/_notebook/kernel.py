@@ -1,4 +1,4 @@
-"""Whether this process is the kernel of a notebook."""
+"""Detects whether this process is the kernel of a notebook."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ __all__ = ["running"]
 
 
 def running() -> bool:
-    """Whether cells of a Jupyter notebook run in this process. Imports nothing: a kernel has IPython."""
+    """Tell whether this process is a Jupyter kernel. Imports nothing: a kernel has loaded IPython."""
     ipython = sys.modules.get("IPython")
     if ipython is None:
         return False

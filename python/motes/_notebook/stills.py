@@ -1,4 +1,4 @@
-"""Pictures for a notebook, which is saved with them: small files, encoded by what is installed."""
+"""Encodes small pictures for notebooks, which are saved with them, by whichever package is installed."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from ..errors import MissingExtraError
 
 __all__ = ["still"]
 
-MOST_WIDTH = 960  # of a picture; larger ones are halved, divided by three, ...
-MOST_WIDTH_PNG = 480  # without an encoder of JPEG
+MOST_WIDTH = 960  # pixels; wider pictures are divided by 2, 3, ...
+MOST_WIDTH_PNG = 480  # without a JPEG encoder
 MOST_BYTES = 120_000
-QUALITIES = (85, 65, 40, 20)  # the first that is small enough
+QUALITIES = (85, 65, 40, 20)  # tried in turn until the file is small enough
 
 
 def still(pixels: NDArray[np.uint8]) -> tuple[int, str, bytes]:
-    """Return the width of a smaller picture, its kind, and a file of it: of about 0.1 MB as JPEG."""
+    """Shrink a picture; return its width, its MIME type and its file, of about 0.1 MB as JPEG."""
     encode = _encoder()
     if encode is None:
         small = _smaller(pixels, MOST_WIDTH_PNG)
@@ -36,7 +36,7 @@ def still(pixels: NDArray[np.uint8]) -> tuple[int, str, bytes]:
 
 
 def _smaller(pixels: NDArray[np.uint8], most: int) -> NDArray[np.uint8]:
-    """Average squares of pixels, so that a picture is at most this wide."""
+    """Shrink a picture to at most `most` pixels of width by averaging squares of pixels."""
     height, width, _ = pixels.shape
     n = min(-(-width // most), height)
     if n <= 1:
@@ -48,7 +48,7 @@ def _smaller(pixels: NDArray[np.uint8], most: int) -> NDArray[np.uint8]:
 
 
 def _encoder() -> Any:
-    """Return a function of pixels and quality that makes a JPEG file; None where nothing can."""
+    """Return a function of pixels and quality that makes a JPEG file; None if no encoder is installed."""
     for package, encode in ((_extras.simplejpeg, _by_simplejpeg), (_extras.pillow, _by_pillow)):
         with contextlib.suppress(MissingExtraError):
             package()

@@ -1,1 +1,1 @@
-"""Particles as arrays: copies, views, the order of ids, names that other programs give to columns."""
+"""Particles as arrays: copies, views, sorting by id, and column names of other programs."""

@@ -1,4 +1,4 @@
-"""Names that other programs give to columns of particles, Houdini's above all."""
+"""Names that other programs, mainly Houdini, give to columns of particles."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ NAMES = {
     },
     **{"widths": "size", "displayColor": "color", "displayOpacity": "alpha"},
 }
-"""Their names -> ours."""
+"""Other programs' names -> ours."""
 
 
 def renamed(columns: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
-    """Return columns under our names, where a file has none of that name itself.
+    """Return columns under our names, unless the file already has a column of that name.
 
-    `pscale` is a radius: the size is twice as much. A size of one number is the same along all axes.
+    `pscale` is a radius, so it is doubled to get `size`. A scalar size applies to all axes.
     """
     made: dict[str, NDArray[Any]] = {}
     for name, column in columns.items():
@@ -43,7 +43,7 @@ def renamed(columns: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
 
 
 def no_column(system: str, name: str, values: Any, known: Iterable[str]) -> ArgumentError:
-    """Say how a column that a system lacks is declared, or left out."""
+    """Return the error for a column that a system lacks; it says how to declare it or leave it out."""
     ours = NAMES.get(name)
     if ours is not None:
         return ArgumentError("column", name, f"named as here: emit({ours}=...)")

@@ -22,10 +22,10 @@ __all__ = ["LocalParticles", "Particles", "close_views", "keep_preview", "write_
 class LocalParticles:
     """Views of this rank's particles of one system: `p.position` (n, 3), `p.age` (n,), `p.id` (n,), ...
 
-    Writing into a view changes the particles: `p.velocity[:] = ...`. `p.id` is a read-only copy: the store
-    keeps halves of ids. An attribute that had one value for all particles gets memory when it is read. The
-    order of particles has no meaning. When the block ends, views become read-only, and writing into arrays
-    made from them no longer changes particles.
+    Writing into a view changes the particles: `p.velocity[:] = ...`. `p.id` is a read-only copy. Memory for
+    an attribute that has one value for all particles is allocated when the attribute is read. The order of
+    particles has no meaning. When the block ends, views become read-only, and writing into arrays made from
+    them no longer changes particles.
     """
 
     __slots__ = (
@@ -64,11 +64,11 @@ class LocalParticles:
         preview: bool = False,
         watched: bool = False,
     ) -> None:
-        """Made by `System.local`: shows particles from `begin` on, or those at the indices `chosen`.
+        """Create views of the particles from `begin` on, or of those at the indices `chosen`.
 
-        `refuse_writing` makes the views read-only; it is called when the script writes, and raises.
-        `preview`: views are of a copy, which counts only if the script writes into it. `watched`: the engine
-        is told of any write.
+        `refuse_writing` makes the views read-only: it is called when the script writes, and raises.
+        `preview`: views show a copy, which is discarded unless the script writes into it. `watched`: the
+        engine is notified of any write.
         """
         self._engine = engine
         self._system = system
@@ -82,7 +82,7 @@ class LocalParticles:
         self._written = False
 
     def __len__(self) -> int:
-        """Particles on this rank."""
+        """Return the number of particles in the views."""
         size = self._live().local_size(self._system) - self._begin
         return size if self._chosen is None else len(self._chosen)
 
@@ -111,7 +111,7 @@ class LocalParticles:
         """Refuse to replace a view: `p.velocity[:] = ...` writes into it."""
         if name.startswith("_"):
             object.__setattr__(self, name, value)
-        elif value is not self._views.get(name):  # which `p.velocity *= 2` has changed in place already
+        elif value is not self._views.get(name):  # as after `p.velocity *= 2`, done in place
             _refuse(name, self._names())
 
     def __dir__(self) -> list[str]:
@@ -139,14 +139,14 @@ class LocalParticles:
 
 
 def write_back(particles: LocalParticles) -> None:
-    """Copy what was written back to the chosen particles."""
+    """Copy the views of chosen particles, which are copies, back to the particles."""
     for name, copy in particles._views.items() if particles._chosen is not None else ():
         if name != "id":
             particles._column(name)[particles._chosen] = copy
 
 
 def keep_preview(particles: LocalParticles) -> None:
-    """End a preview: it counts if the script wrote into it."""
+    """End a preview: keep it if the script wrote into it."""
     if particles._written:
         particles._live().keep_preview(particles._system)
         return
@@ -162,7 +162,7 @@ def keep_preview(particles: LocalParticles) -> None:
 
 
 def close_views(particles: LocalParticles) -> bool:
-    """End the views; returns whether there were any of the particles themselves."""
+    """Close the views; return whether any of them showed the particles' own memory."""
     handed_out = bool(particles._views) and particles._chosen is None
     for view in particles._views.values():
         view.flags.writeable = False
@@ -175,10 +175,10 @@ class Particles:
     """Copies of all particles of a system, sorted by id; falsy on ranks that did not get them."""
 
     def __init__(self, columns: dict[str, NDArray[Any]] | None) -> None:
-        """Take the engine's columns; `System.gather` and `motes.open_particles` make particles.
+        """Store columns, sorted by id; scripts use `System.gather` and `motes.open_particles`.
 
         Args:
-            columns: by name, in any order of particles; None: they are on another rank.
+            columns: the columns by name, with particles in any order; None: they are on another rank.
         """
         self._here = columns is not None
         self._columns: dict[str, NDArray[Any]] = {}
@@ -192,11 +192,11 @@ class Particles:
             }
 
     def __bool__(self) -> bool:
-        """Whether this rank got the particles, even if there are none."""
+        """Return whether this rank got the particles, even if there are none."""
         return self._here
 
     def __len__(self) -> int:
-        """How many particles."""
+        """Return the number of particles; 0 if they are on another rank."""
         return len(self._columns["id"]) if self._here else 0
 
     def __getattr__(self, name: str) -> NDArray[Any]:
@@ -223,8 +223,8 @@ class Particles:
         """Return columns by name.
 
         Args:
-            *names: which; none: all that `s.emit(p)` emits, that is all but the ids, and but the copies of
-                birth values (`position_b` and so on) where the system kept none.
+            *names: names of columns; none: those that `s.emit(p)` emits, that is, all but the ids, and
+                without the copies of birth values (`position_b` and so on) if the system kept none.
 
         Returns:
             Arrays of shape (n,), (n, 3) or (n, 4), not copied.
@@ -243,10 +243,10 @@ class Particles:
         return {name: self._columns[name] for name in wanted}
 
     def to_frame(self) -> Any:
-        """Make a pandas DataFrame. Needs the extra [analysis].
+        """Convert to a pandas DataFrame. Needs the extra [analysis].
 
         Returns:
-            One row per particle; vectors are columns name_x, name_y, name_z, quaternions also name_w.
+            One row per particle; vectors become columns name_x, name_y, name_z, quaternions also name_w.
 
         Raises:
             NotHereError: if the particles are on another rank.
@@ -261,11 +261,11 @@ class Particles:
         return pandas.DataFrame(flat)
 
     def __repr__(self) -> str:
-        """Show how many there are."""
+        """Show the number of particles."""
         return f"<{len(self)} particles>" if self._here else "<particles gathered elsewhere>"
 
     def _repr_html_(self) -> str:
-        """Show a notebook how many there are, and between which values their columns lie."""
+        """Return HTML for notebooks: the number of particles and the range of each column."""
         if not self._here:
             return "<i>particles gathered elsewhere</i>"
         rows = "".join(

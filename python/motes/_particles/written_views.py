@@ -1,8 +1,7 @@
-"""Views that notice when a script writes into them, whatever it writes and however few particles there are.
+"""Views that detect writing, even if no value changes or there are no particles.
 
-With sub-steps, what `System.local` shows in the middle of a frame is a preview: it counts only if the script
-writes into it, and that must not depend on which particles a rank has. So what matters is that the script
-writes, not what it changes.
+With sub-steps, `System.local` shows a preview in the middle of a frame. It is kept only if the script writes
+into it. That must not depend on which particles a rank has, so even a write that changes nothing counts.
 """
 
 from __future__ import annotations
@@ -16,16 +15,16 @@ from numpy.typing import NDArray
 __all__ = ["WrittenView", "noticing"]
 
 WRITERS = frozenset({np.copyto, np.put, np.place, np.putmask, np.fill_diagonal, np.put_along_axis})
-"""NumPy's functions that write into their first argument."""
+"""NumPy functions that write into their first argument."""
 
 
 class WrittenView(np.ndarray):
-    """An array over memory that somebody else owns; `noticing` makes it."""
+    """An array over another array's memory that reports writes; created by `noticing`."""
 
     _on_write: Callable[[], None] | None
 
     def __array_finalize__(self, other: NDArray[Any] | None) -> None:
-        """A slice of a view is a view."""
+        """Let slices of a view report writes, too."""
         self._on_write = getattr(other, "_on_write", None)
 
     def _note(self) -> None:
@@ -33,7 +32,7 @@ class WrittenView(np.ndarray):
             self._on_write()
 
     def __setitem__(self, key: Any, value: Any) -> None:
-        """Write."""
+        """Write items."""
         self._note()
         super().__setitem__(key, value)
 
@@ -48,7 +47,7 @@ class WrittenView(np.ndarray):
         super().sort(*arguments, **keywords)
 
     def partition(self, *arguments: Any, **keywords: Any) -> None:
-        """Sort in part, in place."""
+        """Partition in place."""
         self._note()
         super().partition(*arguments, **keywords)
 
@@ -58,7 +57,7 @@ class WrittenView(np.ndarray):
         super().put(*arguments, **keywords)
 
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **keywords: Any) -> Any:
-        """Compute with plain arrays; `out=`, which `a += b` stands for, is a write."""
+        """Compute with plain arrays; `out=`, which `a += b` uses, is a write."""
         out = keywords.get("out", ())
         for target in (*out, *(inputs[:1] if method == "at" else ())):
             if isinstance(target, WrittenView):
@@ -69,14 +68,14 @@ class WrittenView(np.ndarray):
         return out[0] if len(out) == 1 else result
 
     def __array_function__(self, function: Any, types: Any, arguments: Any, keywords: Any) -> Any:
-        """Compute with plain arrays; some functions write."""
+        """Call a NumPy function; report a write if it is one of `WRITERS`."""
         if function in WRITERS and arguments and isinstance(arguments[0], WrittenView):
             arguments[0]._note()
         return super().__array_function__(function, types, arguments, keywords)
 
 
 def noticing(view: NDArray[Any], on_write: Callable[[], None]) -> NDArray[Any]:
-    """The same memory, as a view that calls `on_write` before each write."""
+    """Return a view of the same memory that calls `on_write` before each write."""
     made = view.view(WrittenView)
     made._on_write = on_write
     return made

@@ -1,1 +1,1 @@
-"""What pictures look like, and frames: cameras, renderers, sprites, solids, lights."""
+"""Pictures: cameras, renderers, sprites, solids, lights, and finished frames."""

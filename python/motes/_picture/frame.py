@@ -19,7 +19,7 @@ from ..errors import ArgumentError, MotesError, NotHereError
 __all__ = ["Frame", "arrive", "keep_all", "tell_saves"]
 
 Late = Callable[[], ArrayLike] | NDArray[np.float32]
-"""A float32 array, or the function that makes it when it is asked for."""
+"""A float32 array, or a function that computes it on first use."""
 
 NONE: Mapping[str, Callable[[], ArrayLike]] = MappingProxyType({})
 
@@ -28,7 +28,7 @@ class Frame:
     """A picture of the animation.
 
     On the image generator it holds the pixels. On every other rank it is falsy, `save` does nothing, and
-    asking for pixels raises `NotHereError`; so a script need not test its rank.
+    reading pixels raises `NotHereError`; a script need not test its rank.
     """
 
     __slots__ = (
@@ -49,16 +49,17 @@ class Frame:
         rank: int = 0,
         missing: str = "it was stepped, not rendered",
     ) -> None:
-        """Wrap pixels without copying; `World.render` makes frames.
+        """Wrap pixels without copying; `World.render` creates frames.
 
         Args:
             index: the frame's number.
-            time: seconds of the animation.
-            pixels: uint8 (height, width, 3); None: the picture is elsewhere.
-            linear: makes the float32 picture when it is asked for.
-            exposure: what that was multiplied by to become `pixels`.
-            layers: what makes each layer, by its name; off the image generator only the names count.
-            home: the image generator's rank, for messages; None: no picture was made at all.
+            time: the animation time, s.
+            pixels: uint8 (height, width, 3); None: the picture is on another rank.
+            linear: returns the linear float32 picture.
+            exposure: the factor from the linear picture to `pixels`.
+            layers: a function for each layer's name that returns the layer; on ranks other than the image
+                generator only the names are used.
+            home: the image generator's rank, for messages; None: no picture was made.
             rank: this rank, for messages.
             missing: why there is no picture, for messages.
         """
@@ -72,11 +73,11 @@ class Frame:
         self._rank = rank
         self._missing = missing
         self._elsewhere: Callable[[int, Path, Literal[8, 16]], None] | None = None
-        """What to tell of a picture that another rank saves, which may be lost before it has."""
+        """Called when the script saves a picture of another rank, which may be lost before it writes it."""
 
     @property
     def pixels(self) -> NDArray[np.uint8]:
-        """The picture as sRGB, uint8 (height, width, 3), row 0 on top; read-only and not a copy."""
+        """The picture as sRGB, uint8 (height, width, 3), row 0 on top: a read-only view."""
         if self._pixels is None and self._home is None:
             raise NotHereError(f"frame {self.index} has no picture: {self._missing}")
         if self._pixels is None:
@@ -93,7 +94,7 @@ class Frame:
 
     @property
     def linear(self) -> NDArray[np.float32]:
-        """The picture before exposure to 8 bits: linear RGB, float32 (height, width, 3), made on request."""
+        """The picture before exposure, linear RGB, float32 (height, width, 3), computed on first use."""
         shape = self.pixels.shape
         if self._linear is None:
             raise self._no_light()
@@ -111,8 +112,8 @@ class Frame:
 
         Args:
             name: "depth": metres from the camera's plane to the nearest opaque surface, infinite where there
-                is none. "alpha": the part of the light from behind that is held back, 0..1. "velocity": m/s
-                of the nearest opaque particle, 0 where there is none.
+                is none. "alpha": the fraction of light from behind that is blocked, 0..1. "velocity": the
+                velocity of the nearest opaque particle, m/s, 0 where there is none.
 
         Returns:
             float32 (height, width), or (height, width, 3) for "velocity".
@@ -137,16 +138,16 @@ class Frame:
         return "one of the renderer's layers: " + ", ".join(map(repr, self._layers))
 
     def save(self, path: str | os.PathLike[str], *, bits: Literal[8, 16] = 8) -> None:
-        """Write the picture whole or not at all; does nothing where the picture is not.
+        """Write the picture whole or not at all; do nothing on ranks without the picture.
 
         Args:
-            path: its suffix says as what. .png: sRGB; .npy: `pixels`; .exr: the linear picture as half
-                floats, and all layers (`depth.Z`, `alpha.A`, `velocity.X` and so on), compressed without
-                loss; needs the extra [exr].
-            bits: of a PNG: 8, the same as `pixels`, or 16, from the linear picture.
+            path: its suffix selects the format. .png: sRGB; .npy: `pixels`; .exr: the linear picture as half
+                floats, and all layers (`depth.Z`, `alpha.A`, `velocity.X` and so on), losslessly compressed;
+                needs the extra [exr].
+            bits: bits per channel of a PNG: 8, the same as `pixels`, or 16, from the linear picture.
 
         Raises:
-            ArgumentError: for another suffix; on all ranks.
+            ArgumentError: if the suffix is none of these; on all ranks.
             MotesError: if the renderer kept no linear picture, which EXR and 16 bits need.
             MissingExtraError: if the extra is not installed.
         """
@@ -164,7 +165,7 @@ class Frame:
                 self._elsewhere(self.index, Path(path).absolute(), bits)
             return
         pixels = self._pixels
-        files.sweep_directory(Path(path).parent)  # a killed run's drafts, which nobody else would remove
+        files.sweep_directory(Path(path).parent)  # remove temporary files that a killed run left behind
         if suffix == ".png":
             files.write_whole(path, png.encode(self._pixels_16() if bits == 16 else pixels))
         elif suffix == ".npy":
@@ -183,7 +184,7 @@ class Frame:
         """Hash the picture.
 
         Returns:
-            SHA-256 in hexadecimal of the text "<height>x<width>x3", a line feed, and the pixels by rows.
+            Hexadecimal SHA-256 of the text "<height>x<width>x3", a line feed, and the pixels row by row.
 
         Raises:
             NotHereError: if the picture is on another rank.
@@ -197,7 +198,7 @@ class Frame:
         return total.hexdigest()
 
     def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:
-        """Give the pixels to NumPy: a view, unless another dtype or a copy is asked for."""
+        """Return the pixels for NumPy: a view, unless another dtype or a copy is requested."""
         pixels = self.pixels
         if dtype is not None and np.dtype(dtype) != pixels.dtype:
             if copy is False:
@@ -206,11 +207,11 @@ class Frame:
         return pixels.copy() if copy else pixels
 
     def __bool__(self) -> bool:
-        """Whether the pixels are on this rank."""
+        """Return whether the pixels are on this rank."""
         return self._pixels is not None
 
     def __repr__(self) -> str:
-        """Name the frame and its size, or where it lives."""
+        """Show the frame's number and size, or the rank that has the picture."""
         if self._pixels is None:
             return f"<Frame {self.index} {'without picture' if not self.made else f'on rank {self._home}'}>"
         height, width, _ = self._pixels.shape
@@ -223,7 +224,7 @@ class Frame:
 def _view(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
     try:
         array: NDArray[Any] = np.asarray(pixels)
-    except Exception:  # any: this runs methods of users' classes
+    except Exception:  # of any kind: this runs methods of users' classes
         raise ArgumentError("pixels", pixels, "uint8 (height, width, 3)") from None
     if array.dtype != np.uint8 or array.ndim != 3 or array.shape[2] != 3 or 0 in array.shape:
         raise ArgumentError("pixels", f"{array.dtype} {array.shape}", "uint8 (height, width, 3)")
@@ -242,7 +243,7 @@ def _made(what: str, index: int, late: Late, shape: tuple[int, ...]) -> NDArray[
 
 
 def arrive(frame: Frame, picture: Frame) -> None:
-    """Take a picture that was to be on another rank: that one is lost."""
+    """Give `frame` a picture that was on a lost rank and has been drawn again on this one."""
     frame._pixels, frame._home = picture._pixels, frame._rank
     frame._linear, frame._exposure, frame._layers = picture._linear, picture._exposure, picture._layers
 
@@ -258,5 +259,5 @@ def keep_all(frame: Frame) -> None:
 
 
 def tell_saves(frame: Frame, told: Callable[[int, Path, Literal[8, 16]], None]) -> None:
-    """Let a frame that was drawn on another rank tell what the script saves of it: index, path and bits."""
+    """Let a frame drawn on another rank call `told` with index, path and bits when the script saves it."""
     frame._elsewhere = told

@@ -1,4 +1,4 @@
-"""What a picture shows and from where: Renderer, Camera. Colours are linear RGB in 0..1."""
+"""Renderer and Camera: what a picture shows, and from where. Colours are linear RGB in 0..1."""
 
 from __future__ import annotations
 
@@ -33,26 +33,26 @@ OBJECTS = "a list of motes.Solid, shapes or meshes"
 class Camera(Settings):
     """A pinhole camera.
 
-    Its attributes may change between frames, or be curves (`motes.Curve`). Cameras are equal, and hash alike,
-    while all attributes are.
+    Its attributes may change between frames, or be curves (`motes.Curve`). Cameras compare and hash by their
+    current attributes.
     """
 
     position: Triple
-    """Where it stands, m."""
+    """The camera's position, m."""
     look_at: Triple
-    """A point in the middle of the picture, m."""
+    """The point at the centre of the picture, m."""
     up: Triple
-    """What points up in the picture."""
+    """The direction that points up in the picture."""
     fov_deg: float
     """Vertical angle of view, degrees."""
     near: float
-    """Nothing nearer than this is drawn, m."""
+    """The near plane's distance, m: nothing nearer is drawn."""
     focus: float | None
-    """Metres to what is sharp; None: everything is."""
+    """The distance of sharp focus, m; None: everything is sharp."""
     aperture: float
-    """Diameter of the lens, m: particles out of focus spread to its circle of confusion and keep their light.
-    0: a pinhole, through which everything is sharp. Solids and the sky stay sharp. Opaque particles are
-    blended by what they cover."""
+    """Diameter of the lens, m: particles out of focus spread over their circle of confusion, with the same
+    total light. 0: a pinhole, everything is sharp. Solids and the sky always stay sharp. Opaque particles
+    out of focus are blended by coverage."""
 
     _checks = {
         "position": arguments.place,
@@ -76,10 +76,7 @@ class Camera(Settings):
         focus: float | Curve | None = None,
         aperture: float | Curve = 0,
     ) -> None:
-        """Take its position and target (m), the vertical angle of view, and the nearest visible distance.
-
-        `focus`: metres to what is sharp; `aperture`: diameter of the lens, m.
-        """
+        """Set the attributes, which are described at their declarations."""
         given: dict[str, Any] = {"position": position, "look_at": look_at, "up": up, "fov_deg": fov_deg}
         given |= {"near": near, "focus": focus, "aperture": aperture}
         for name, one in given.items():
@@ -89,7 +86,7 @@ class Camera(Settings):
             view.check()
 
     def _set_in(self, view: _core.View, time: float, pose: tuple[Any, ...] | None = None) -> None:
-        """Set the engine's view as the camera is at a time (s), or in a `pose`: all attributes but near."""
+        """Set the engine's camera to the attributes at a time (s); `pose` replaces the first of them."""
         now = {name: at(self.__dict__[name], time) for name in self._checks}
         if now["aperture"] > 0 and now["focus"] is None:
             raise ArgumentError("focus", None, "given with an aperture: metres to what is sharp")
@@ -98,15 +95,15 @@ class Camera(Settings):
         view.set_camera(*(given if pose is None else (*pose, *given[len(pose) :])))
 
     def __eq__(self, other: object) -> bool:
-        """Equal attributes, as they are now."""
+        """Return whether all current attributes are equal."""
         return isinstance(other, Camera) and self.__dict__ == other.__dict__
 
     def __hash__(self) -> int:
-        """Hash of the attributes as they are now."""
+        """Hash the current attributes."""
         return hash((Camera, *self.__dict__.values()))
 
     def __repr__(self) -> str:
-        """Show the call that makes an equal camera."""
+        """Return a call that creates an equal camera."""
         defaults = {"focus": None, "aperture": 0}
         given = {name: self.__dict__[name] for name in self._checks}
         told = [f"{name}={shown(one)}" for name, one in given.items() if one != defaults.get(name, self)]
@@ -114,50 +111,49 @@ class Camera(Settings):
 
 
 class Renderer(Settings):
-    """How frames are made: from where, of what size, with which objects and lights.
+    """How frames are drawn: camera, size, objects and lights.
 
     All attributes but `linear` may change between frames; numbers and vectors may be curves (`motes.Curve`).
     """
 
     width: int
-    """Pixels."""
+    """The picture's width, pixels."""
     height: int
-    """Pixels."""
+    """The picture's height, pixels."""
     camera: Camera
-    """From where it is seen; its attributes may change between frames, too."""
+    """The camera; its attributes may change between frames, too."""
     background: Triple | Gradient | Panorama
-    """What is infinitely far: a colour, a `motes.Gradient`, or an equirectangular picture (a path, .exr or
-    what Pillow reads, or an array (height, width, 3), sRGB uint8 or linear floats), its middle towards -z.
-    A gradient or picture also lights solids and lit sprites from all sides, half as strong as it looks."""
+    """The sky: a colour, a `motes.Gradient`, or an equirectangular picture centred on -z: a path to an .exr
+    file or one that Pillow reads, or an array (height, width, 3), sRGB uint8 or linear floats. A gradient or
+    picture also lights solids and lit sprites from all sides, at half its brightness."""
     fog: tuple[Triple, float] | None
-    """A colour and metres: of light from this far 1/e comes through, and the fog's colour fills in. It hides
-    solids and particles, not the sky. None: solids fade into the background far away."""
+    """A colour, and the distance in metres over which light falls to 1/e while the fog's colour fills in. Fog
+    covers solids and particles, but not the sky. None: solids fade into the background far away."""
     exposure: float
-    """What light is multiplied by before it is shown."""
+    """The factor by which light is multiplied before display."""
     objects: tuple[Solid | Shape | Mesh, ...]
-    """Solids; a shape or mesh stands for a solid of the default colour."""
+    """Solids; a shape or mesh becomes a solid of the default colour."""
     sun: Triple
-    """The direction to the sun, which lights solids and spheres; (0, 0, 0): there is none."""
+    """The direction to the sun, which lights solids and spheres; (0, 0, 0): no sun."""
     sun_size: float
-    """How wide the sun is, degrees, 0..90 (from the earth 0.53): shadows of solids get soft edges, and also
-    fall on lit particles. 0: a point, whose shadows are sharp and fall on solids alone."""
+    """The sun's angular diameter, degrees, 0..90 (0.53 from the earth): solids' shadows get soft edges and
+    also fall on lit particles. 0: a point, whose shadows are sharp and fall only on solids."""
     lights: tuple[Light, ...]
-    """What lights the solids besides the sun."""
+    """Lights besides the sun."""
     path: Literal["auto", "gather", "tiles", "composite"]
-    """Who makes the picture of particles; the pixels are the same. "gather": the image generator alone (the
-    paper). "tiles": each rank a part of the picture. "composite": each calculator draws its own particles
-    tile by tile, and the tiles' owners merge them, where the blends allow that. "auto" chooses for each
-    frame."""
+    """Who draws the particles; the pixels are the same. "gather": only the image generator (the paper).
+    "tiles": each rank draws a part of the picture. "composite": each calculator draws its own particles
+    tile by tile, and the tiles' owners merge them, if the blends allow it. "auto" chooses for each frame."""
     shutter: float
-    """For how many frames' time the shutter is open, 0..4: particles that move become streaks."""
+    """How long the shutter is open, in frames, 0..4: moving particles become streaks."""
     bloom: float
-    """The part of the light that spreads around what is bright, 0..1."""
+    """The fraction of light that spreads around bright areas, 0..1."""
     smooth: bool
     """Whether edges of solids are anti-aliased."""
     linear: bool
-    """Whether frames keep their light for `Frame.linear`, `.exr` and PNG with 16 bits."""
+    """Whether frames keep linear light for `Frame.linear`, `.exr` and PNG with 16 bits."""
     layers: tuple[Literal["depth", "alpha", "velocity"], ...]
-    """What frames keep for `Frame.layer` and `.exr`, of "depth", "alpha" and "velocity"."""
+    """The layers that frames keep for `Frame.layer` and `.exr`: any of "depth", "alpha" and "velocity"."""
 
     _checks = {
         "width": partial(arguments.integer, low=1, high=16384),
@@ -199,7 +195,7 @@ class Renderer(Settings):
         fog: tuple[ArrayLike | str, float] | None = None,
         sun_size: float | Curve = 0,
     ) -> None:
-        """Take the attributes, which are described with their names."""
+        """Set the attributes, which are described at their declarations."""
         given = {"width": width, "height": height, "camera": camera, "background": background}
         given |= {"exposure": exposure, "objects": objects, "sun": sun, "lights": lights, "path": path}
         given |= {"shutter": shutter, "bloom": bloom, "smooth": smooth, "layers": layers, "fog": fog}
@@ -212,9 +208,9 @@ class Renderer(Settings):
             self._view(time)
 
     def _view(self, time: float, pose: tuple[Any, ...] | None = None) -> _core.View:
-        """Check how the attributes fit together at a time (s), and return the engine's value.
+        """Return the engine's view at a time (s), after checking that the attributes fit together.
 
-        `pose`: position, look_at, up and fov_deg instead of the camera's.
+        `pose`: position, look_at, up and fov_deg that replace the camera's.
         """
         view = _core.View(self.width, self.height)
         self.camera._set_in(view, time, pose)
@@ -244,7 +240,7 @@ class Renderer(Settings):
 
 
 def view_of(renderer: Renderer, time: float, pose: tuple[Any, ...] | None = None) -> _core.View:
-    """Return what the engine draws at a time (s), from the camera or another pose; for the package's rest."""
+    """Return the engine's view at a time (s), from the camera or another pose; for the package itself."""
     return renderer._view(time, pose)
 
 
@@ -254,9 +250,9 @@ def solids_of(renderer: Renderer) -> list[Solid]:
 
 
 def kept(view: _core.View, engine: _core.Engine) -> dict[str, Any]:
-    """Return what a `Frame` takes beside its pixels, to be fetched while the engine has the picture.
+    """Return a `Frame`'s arguments besides its pixels; they fetch data while the engine has the picture.
 
-    `view`: the picture's. What the renderer has now may be another one's already.
+    `view`: the view that was drawn; the renderer may have changed since.
     """
     size = (view.height, view.width)
     named = [name for bit, name in enumerate(LAYERS) if view.layers & 1 << bit]

@@ -1,4 +1,4 @@
-"""What sprites show: a picture, several of one size, or a sheet; and which of them a particle shows."""
+"""Images of sprites: one picture, several of the same size, or a sheet, and how particles pick one."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ __all__ = ["Sheet", "pick_of", "pictures_of", "program_of_pick", "sheet_of", "te
 MOST_IMAGE_PIXELS = 8192
 """The longest side of an image."""
 MOST_TILES = 256
-"""The most columns, and rows, of a sheet."""
+"""The most columns or rows of a sheet."""
 SIDES = f"1..{MOST_IMAGE_PIXELS} pixels each way"
 IMAGE = f"a path, or uint8 or floats 0..1 (height, width, 4) or (height, width, 3), {SIDES}; or a list"
 PICKS = ("random", "age")
 PICK = "'random', 'age' or an expression of one number per particle"
 
 Pixels = NDArray[np.uint8]
-"""(height, width, 4): sRGB and straight alpha."""
+"""Shape (height, width, 4): sRGB and straight alpha."""
 
 
 class Sheet(NamedTuple):
-    """Pictures of one size in one: numbered row by row from the top, the first `number` of them."""
+    """Pictures of the same size combined into one: `number` cells, counted row by row from the top."""
 
     pixels: Pixels
     columns: int
@@ -41,7 +41,7 @@ class Sheet(NamedTuple):
 
 
 def pictures_of(kind: str, given: Any) -> NDArray[np.uint8] | None:
-    """Return a picture, (height, width, 4), or several, (number, height, width, 4)."""
+    """Return a sprite's picture, (height, width, 4), or pictures, (number, height, width, 4), checked."""
     if (kind == "image") != (given is not None):
         raise ArgumentError("image", given, "given for kind='image', and for no other kind")
     if given is None:
@@ -61,7 +61,7 @@ def pictures_of(kind: str, given: Any) -> NDArray[np.uint8] | None:
 
 
 def tiles_of(image: NDArray[np.uint8] | None, tiles: Any) -> tuple[int, int] | None:
-    """Return the columns and rows into which pictures are cut."""
+    """Return the columns and rows into which pictures are cut, checked."""
     if tiles is None:
         return None
     allowed = f"two integers in 1..{MOST_TILES}: columns, rows"
@@ -78,7 +78,7 @@ def tiles_of(image: NDArray[np.uint8] | None, tiles: Any) -> tuple[int, int] | N
 
 
 def sheet_of(image: NDArray[np.uint8], tiles: tuple[int, int] | None) -> Sheet:
-    """Put pictures, each cut into tiles, in one."""
+    """Cut pictures into tiles and combine all tiles into one sheet."""
     columns, rows = tiles or (1, 1)
     if image.ndim == 3:
         return Sheet(image, columns, rows, columns * rows)
@@ -98,7 +98,7 @@ def sheet_of(image: NDArray[np.uint8], tiles: tuple[int, int] | None) -> Sheet:
 
 
 def pick_of(image: NDArray[np.uint8] | None, tiles: Any, pick: Any) -> Any:
-    """Return which picture a particle shows: 'random', 'age', an expression; None where there is but one."""
+    """Return how a particle picks its picture: 'random', 'age', an expression; None if there is only one."""
     several = tiles is not None or (image is not None and image.ndim == 4)
     if pick is None:
         return "random" if several else None
@@ -112,7 +112,7 @@ def pick_of(image: NDArray[np.uint8] | None, tiles: Any, pick: Any) -> Any:
 
     try:
         made = as_expression("pick", pick)
-    except ArgumentError:  # it says what an expression may be: a vector, too
+    except ArgumentError:  # its message would allow vectors, too
         raise ArgumentError("pick", pick, PICK) from None
     operation, *operands = node_of(made)
     if operation == "constant" and len(operands[0]) != 1:
@@ -123,7 +123,7 @@ def pick_of(image: NDArray[np.uint8] | None, tiles: Any, pick: Any) -> Any:
 def program_of_pick(
     pick: str | Expression, count: int, columns: Columns
 ) -> tuple[Program, list[_core.Shape]]:
-    """Compile a pick that is not at random for the columns of a system."""
+    """Compile a pick, other than 'random', for a system's columns."""
     from ..expressions import column, minimum
     from ..expressions._compiling import compile_values
     from ..expressions._expression import node_of
@@ -135,13 +135,13 @@ def program_of_pick(
 
 
 def text_of_pictures(image: NDArray[np.uint8]) -> str:
-    """Return how many pictures there are, and their size."""
+    """Describe the number of pictures and their size."""
     several = f"{len(image)} of " if image.ndim == 4 else ""
     return f"<{several}{image.shape[-2]}x{image.shape[-3]} pixels>"
 
 
 def _check_columns(node: Any) -> None:
-    """Refuse copies, which are there only where lists of actions use them."""
+    """Refuse copies of birth values (`*_b`), which exist only if a recorded list uses them."""
     if isinstance(node, tuple):
         if len(node) == 2 and node[0] == "column" and isinstance(node[1], str) and node[1].endswith("_b"):
             raise ArgumentError("pick", f"column({node[1]!r})", "an expression without *_b attributes")
@@ -150,7 +150,7 @@ def _check_columns(node: Any) -> None:
 
 
 def _several(given: Any) -> bool:
-    """Tell whether a value is a list of pictures: an array's rows of numbers are none."""
+    """Return whether a value is a list of pictures, rather than nested lists of one picture's pixels."""
     if isinstance(given, np.ndarray):
         return given.ndim == 4
     if not isinstance(given, (list, tuple)):
@@ -160,7 +160,7 @@ def _several(given: Any) -> bool:
 
 
 def _depth(given: Any) -> int:
-    """Return how deep lists are nested, as far as 4."""
+    """Return how deep lists are nested, at most 4."""
     depth = 0
     while isinstance(given, (list, tuple)) and given and depth < 4:
         given, depth = given[0], depth + 1
@@ -174,7 +174,7 @@ def _picture(given: Any) -> Pixels:
         given = read_picture("image", given, most=MOST_IMAGE_PIXELS)
     try:
         array: NDArray[Any] = np.asarray(given)
-    except Exception:  # any: this runs methods of users' classes
+    except Exception:  # of any kind: this runs methods of users' classes
         raise ArgumentError("image", given, IMAGE) from None
     if array.dtype.kind == "f" and array.size and (array >= 0).all() and (array <= 1).all():
         array = np.rint(array * 255).astype(np.uint8)

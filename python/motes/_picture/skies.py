@@ -1,4 +1,4 @@
-"""What is infinitely far: Gradient, pictures of the whole sky; pictures as light. Colours are linear RGB."""
+"""Skies: Gradient and equirectangular pictures, and pictures as linear light. Colours are linear RGB."""
 
 from __future__ import annotations
 
@@ -27,22 +27,22 @@ BACKGROUND = f"a colour, a motes.Gradient or an equirectangular picture: {PICTUR
 
 @value(init=False)
 class Gradient(Value):
-    """A sky that changes from the horizon to the zenith, mixed by the sine of the height above the horizon.
+    """A sky that changes from horizon to zenith, interpolated by the sine of the elevation.
 
     For `Renderer(background=)`. It also lights solids, and sprites with `lit`, from all sides.
     """
 
     horizon: Triple
-    """Its colour at the horizon, linear RGB."""
+    """The colour at the horizon, linear RGB."""
     zenith: Triple
-    """Its colour straight above."""
+    """The colour straight above, linear RGB."""
     ground: Triple | None = None
-    """Its colour straight below; None: as at the horizon."""
+    """The colour straight below, linear RGB; None: as at the horizon."""
 
     def __init__(
         self, horizon: ArrayLike | str, zenith: ArrayLike | str, ground: ArrayLike | str | None = None
     ) -> None:
-        """Take the colours."""
+        """Check the colours."""
         given = {"horizon": horizon, "zenith": zenith}
         checked: dict[str, Triple | None] = {name: _color(name, one) for name, one in given.items()}
         checked["ground"] = None if ground is None else _color("ground", ground)
@@ -50,29 +50,29 @@ class Gradient(Value):
 
 
 class Panorama:
-    """An equirectangular picture as light; equal to another of the same content."""
+    """An equirectangular picture as linear light; compares and hashes by content."""
 
     def __init__(self, light: NDArray[np.float32]) -> None:
-        """Take the light, float32 (height, width, 3)."""
+        """Store the light, float32 (height, width, 3)."""
         self.light = light
         self.key = light_key(light)
 
     def __eq__(self, other: object) -> bool:
-        """Equal content."""
+        """Return whether the content is equal."""
         return isinstance(other, Panorama) and self.key == other.key
 
     def __hash__(self) -> int:
-        """Hash of the content."""
+        """Hash the content."""
         return hash((Panorama, self.key))
 
     def __repr__(self) -> str:
-        """Name its size."""
+        """Show the size."""
         height, width, _ = self.light.shape
         return f"<sky of {width}x{height} pixels>"
 
 
 def background(name: str, given: Any) -> Triple | Gradient | Panorama:
-    """Check a background."""
+    """Check a background; return a picture as a Panorama."""
     if isinstance(given, (Gradient, Panorama)):
         return given
     if isinstance(given, os.PathLike) or (isinstance(given, str) and _is_path(given)):
@@ -83,7 +83,7 @@ def background(name: str, given: Any) -> Triple | Gradient | Panorama:
 
 
 def set_background(view: _core.View, given: Any) -> None:
-    """Give the engine's view a checked background."""
+    """Set a checked background in the engine's view."""
     if isinstance(given, Gradient):
         view.set_gradient(
             given.horizon, given.zenith, given.horizon if given.ground is None else given.ground
@@ -106,7 +106,7 @@ def light_of(argument: str, given: Any) -> NDArray[np.float32]:
             given = read_picture(argument, path, most=MOST_SIDE)[:, :, :3]
     try:
         array: NDArray[Any] = np.asarray(given)
-    except Exception:  # any: this runs methods of users' classes
+    except Exception:  # of any kind: this runs methods of users' classes
         raise ArgumentError(argument, given, PICTURE) from None
     fits = array.ndim == 3 and array.shape[2] in (3, 4) and min(array.shape) > 0
     if not fits or max(array.shape) > MOST_SIDE or array.dtype.kind not in ("f", "u"):
@@ -125,7 +125,7 @@ def light_of(argument: str, given: Any) -> NDArray[np.float32]:
 
 
 def light_key(light: NDArray[np.float32]) -> int:
-    """Let the engine keep a picture of light; return its name there, made from its content."""
+    """Store a picture of linear light in the engine; return its key, a hash of the content."""
     return _core.keep_light(light)
 
 

@@ -1,4 +1,4 @@
-"""External objects of a picture and what lights them: Solid, Light. Colours are linear RGB in 0..1."""
+"""Solid and Light: external objects of a picture, and their lights. Colours are linear RGB in 0..1."""
 
 from __future__ import annotations
 
@@ -24,25 +24,24 @@ __all__ = ["Light", "Solid", "add_to", "parts"]
 
 @value(init=False)
 class Solid(Value):
-    """An external object (paper 3.2.4): a colour and a shape with a surface, a union of such or a mesh.
+    """An external object (paper 3.2.4): a colour, and a shape with a surface, a union of such or a mesh.
 
     It is drawn, lit by the sun and by lights, casts a shadow, and hides the particles behind it. Point, Line
-    and Blob have no surface. `light`: how much of its colour it emits, too; 0: none, 1: as much as it would
-    show in full sunlight. What it emits does not light other solids: place a `Light` for that. So that one
-    may stand inside, a solid that emits any light casts no shadow.
+    and Blob have no surface. A solid with `light` above 0 glows, but does not light other solids; for that,
+    place a `Light`, which may be inside, since a glowing solid casts no shadow.
     """
 
     shape: Shape | Mesh
-    """What it looks like."""
+    """A shape with a surface, a union of such shapes, or a mesh."""
     color: Triple = (0.8, 0.8, 0.8)
-    """Linear RGB, the part of the light that it reflects; a mesh's own `colors` multiply it."""
+    """Reflectance, linear RGB; a mesh's own `colors` multiply it."""
     light: float = 0
-    """How much of its colour it emits, too."""
+    """Emission as a multiple of `color`; 0: none, 1: as bright as `color` in full sunlight."""
     image: NDArray[np.float32] | None = None
-    """A picture that multiplies its colour: a path, or an array (height, width, 3) of sRGB uint8 or linear
-    floats. It lies along the two axes of the world that the surface is most parallel to, and repeats."""
+    """A texture that multiplies the colour: a path, or an array (height, width, 3) of sRGB uint8 or linear
+    floats. It is projected along the world axis closest to the surface's normal, and repeats."""
     scale: float = 1
-    """Metres that the picture is wide."""
+    """The width of the texture, m."""
 
     def __init__(
         self,
@@ -52,7 +51,7 @@ class Solid(Value):
         image: str | os.PathLike[str] | ArrayLike | None = None,
         scale: float = 1,
     ) -> None:
-        """Take the shape, its colour, how much it emits, and a picture and its width."""
+        """Check the fields."""
         if not isinstance(shape, (Shape, Mesh)):
             raise ArgumentError("shape", shape, "a shape of motes.shapes or a motes.Mesh")
         if any(isinstance(part, (Point, Line, Blob)) for part in parts(shape)):
@@ -67,11 +66,11 @@ class Solid(Value):
         self.__dict__["_image"] = 0 if self.image is None else light_key(self.image)
 
     def _key(self) -> tuple[Any, ...]:
-        """Compare an image by the fingerprint of its content."""
+        """Compare an image by its content's hash."""
         return tuple((self._items() | {"image": self.__dict__["_image"]}).values())
 
     def _add_to(self, view: _core.View) -> None:
-        """Put it into the engine's view; for the package itself."""
+        """Add the solid to the engine's view; for the package itself."""
         look = (self.color, self.light, self.__dict__["_image"], self.scale)
         for part in parts(self.shape):
             if isinstance(part, Mesh):
@@ -82,20 +81,21 @@ class Solid(Value):
 
 @value()
 class Light(Value):
-    """A point that lights the solids and lit particles, as a lamp or a fire does.
+    """A point light for solids and lit particles, such as a lamp or a fire.
 
-    `position`: m. `power`: the light on a surface that faces it from 1 m; it falls with the square of the
-    distance. `radius`: m. A renderer's lights may change between frames: a fire's moves with its emitter.
+    Its intensity falls off with the square of the distance. A renderer's lights may change between frames: a
+    fire's light can follow its emitter.
     """
 
     position: ArrayLike | Curve
-    """Where it is, m."""
+    """The light's position, m."""
     color: ArrayLike | Curve = (1, 1, 1)
-    """Linear RGB."""
+    """The light's colour, linear RGB."""
     power: float | Curve = 1
-    """The light on a surface that faces it from 1 m."""
+    """The light that reaches a surface facing it from 1 m."""
     radius: float | Curve = 0
-    """m: shadows of solids get soft edges, and also fall on lit particles; 0: a point, as for `sun_size`."""
+    """The light's radius, m: solids' shadows get soft edges and also fall on lit particles. 0: a point, whose
+    shadows are sharp and fall only on solids."""
     _may_move = True
 
     def __post_init__(self) -> None:
@@ -108,10 +108,10 @@ class Light(Value):
 
 
 def add_to(solid: Solid, view: _core.View) -> None:
-    """Put a solid into the engine's view, for the rest of the package."""
+    """Add a solid to the engine's view, for the rest of the package."""
     solid._add_to(view)
 
 
 def parts(shape: Shape | Mesh) -> Iterator[Shape | Mesh]:
-    """Return the shapes of a union, or the one shape."""
+    """Yield the shapes of a union, or the shape itself."""
     yield from shape.shapes if isinstance(shape, Union) else (shape,)

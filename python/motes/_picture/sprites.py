@@ -1,4 +1,4 @@
-"""How the particles of a system are drawn: Sprite."""
+"""Sprite: how the particles of a system are drawn."""
 
 from __future__ import annotations
 
@@ -34,63 +34,64 @@ MOST_PIXELS = 512
 class Sprite(Value):
     """How the particles of a system are drawn.
 
-    All blends of all systems are in one picture, in the right depth.
+    Systems with different blends are combined in one picture with correct depth.
     """
 
     kind: Literal["point", "disc", "sphere", "image", "mesh", "ribbon"] = "disc"
-    """"point", as small as a pixel; "disc", soft at its edge; "sphere", lit by the sun and round in depth;
-    "image", a picture; "mesh", an instance of a mesh, scaled by `size[0]`, lit by the sun and the sky, of
-    the particle's colour times the mesh's own `colors`, up to white;
-    "ribbon", a smooth band along the particle's last positions, which fades and tapers towards its end."""
+    """"point": as small as a pixel; "disc": soft at its edge; "sphere": lit by the sun, with the depth of a
+    sphere; "image": a picture; "mesh": an instance of a mesh, scaled by `size[0]`, lit by the sun and the
+    sky, in the particle's colour times the mesh's own `colors`, clipped at white; "ribbon": a smooth band
+    along the particle's last positions, which fades and tapers towards its end."""
     pixels: int | None = 5
-    """The diameter, 1..512; None: as wide as the particle's `size[0]` in metres, up to 512 pixels. Points
-    have none. With `height` it says nothing."""
+    """The diameter, 1..512; None: the particle's `size[0]` in metres, up to 512 pixels. Ignored for points
+    and with `height`."""
     blend: Literal["add", "alpha", "opaque"] = "add"
-    """"add", light adds up; "alpha", each particle covers what is behind it, from far to near; "opaque", the
-    nearest wins."""
+    """"add": light adds up; "alpha": each particle covers what is behind it; "opaque": the nearest particle
+    hides the others."""
     softness: float = 0
-    """Metres over which a particle fades where it touches a solid or an opaque particle."""
+    """The distance over which a particle fades where it touches a solid or an opaque particle, m."""
     image: NDArray[np.uint8] | None = None
     """For the kind "image": a path (PNG, JPEG, WebP, TIFF, BMP, GIF, TGA, PPM; read by Pillow, the extra
-    `[image]`), or an array, uint8 (height, width, 4): sRGB and straight alpha; without the fourth it is
-    opaque. A particle's colour multiplies it. Files are turned upright as their EXIF says; one channel of 16
-    bits is scaled by its range, one of floats from 0..1. A list of pictures of one size: each particle shows
-    the one that `pick` says; kept as an array (number, height, width, 4)."""
+    `[image]`), or an array, uint8 (height, width, 4): sRGB and straight alpha; three channels are opaque. A
+    particle's colour multiplies it. Files are rotated as their EXIF data says; a single channel of 16 bits is
+    scaled from 0..65535, one of floats from 0..1. A list of pictures of the same size: `pick` selects one for
+    each particle; stored as an array (number, height, width, 4)."""
     lit: bool = False
-    """Whether the sun, lights and the sky light its particles, as small spheres: their colour is the part of
-    the light that they reflect. Cards are lit by the side that they show. Spheres and meshes, which sun and
-    sky light anyway, get lights and shadows."""
+    """Whether the sun, lights and the sky light the particles, shaded as small spheres with their colour as
+    reflectance. Cards are shaded by the side that they show. Spheres and meshes are always lit by the sun and
+    the sky; `lit` adds lights and shadows."""
     shadow: float = 0
-    """The part of the light of the sun and of lights that one particle keeps from what lies behind it, times
-    its `alpha`, 0..1: on solids, and on lit particles, of its own system too. Shadows are as sharp as a grid
-    of 80 cells across all particles that throw them."""
+    """The fraction of the sun's and lights' light that one particle blocks, 0..1, times its `alpha`. Its
+    shadow falls on solids and on lit particles, including those of its own system. The resolution of shadows
+    is that of a grid of 80 cells across all particles that cast them."""
     height: float | None = None
-    """The diameter as a part of the picture's height, above 0 and up to 1, in place of `pixels`: it looks the
-    same at any resolution. Only one of the two gives the size: with `height`, leave `pixels` out (its default
-    5 counts as left out; any other value, and None, is an error)."""
+    """The diameter as a fraction of the picture's height, above 0 and up to 1, in place of `pixels`: it looks
+    the same at any resolution. With `height`, leave `pixels` out (its default 5 counts as left out; any other
+    value, including None, is an error)."""
     facing: Literal["camera", "velocity", "orientation"] = "camera"
-    """What an image faces. "camera": it is turned by the particle's `up`. Otherwise it is a card in space,
-    seen from both sides, whose longer side is `size[0]` metres if `pixels` is left out: "velocity", its front
-    looks along the velocity and its top towards `up`; "orientation", the particle's `orientation` turns it,
-    which without a turn has its front along z and its top along y. Meshes are turned in the same way;
-    "camera" says for them what "orientation" does."""
+    """What an image faces. "camera": it faces the camera and is rotated by the particle's `up`. Otherwise it
+    is a card in space, seen from both sides, whose longer side is `size[0]` metres if `pixels` is left out.
+    "velocity": its front faces along the velocity, and its top towards `up`. "orientation": it is rotated by
+    the particle's `orientation`; unrotated, its front faces along z and its top along y. Meshes are oriented
+    in the same way; for them "camera" means "orientation"."""
     mesh: Mesh | None = None
-    """For the kind "mesh": up to 10,000 triangles, wherever `Mesh.at` has put it. With a closed surface only
-    its outside is seen; blended ones show the triangles that face the camera."""
+    """For the kind "mesh": up to 10,000 triangles, positioned by `Mesh.at`. Of a closed surface only the
+    outside is seen; if blended, only triangles that face the camera are drawn."""
     tiles: tuple[int, int] | None = None
-    """Columns and rows, 1..256 each, into which an image, or each of a list, is cut: pictures numbered from 0
-    row by row from the top. Smaller levels are made for each tile, so none shines into its neighbours."""
+    """Columns and rows, 1..256 each, into which the image, or each image of a list, is cut. Pictures are
+    numbered from 0, row by row from the top. Mipmaps are made per tile, so tiles do not bleed into each
+    other."""
     pick: Literal["random", "age"] | Expression | None = None
-    """Which of several pictures a particle shows. "random", or None: by its id, the same for all its life;
-    "age": from the first to the last one over its lifetime; or an expression, or a number. Between two whole
-    numbers it shows a mixture of the two; after the last one comes the first again."""
+    """Which of several pictures a particle shows. "random", or None: chosen by its id for its whole life;
+    "age": from the first to the last over its lifetime; or the picture's number, as an expression or a
+    constant. Fractions blend two neighbouring pictures; numbers beyond the last wrap around to the first."""
 
     width: float | None = None
-    """For the kind "ribbon": metres across at the particle, above 0. Its flat side faces the camera."""
+    """For the kind "ribbon": its width at the particle, m, above 0. Its flat side faces the camera."""
     length: float | None = None
-    """For the kind "ribbon": the seconds that it reaches back, above 0; a younger particle's ribbon begins
-    where it was born. The band passes through up to 16 earlier positions, which each particle keeps; a system
-    made with a ribbon keeps to ribbons of this length."""
+    """For the kind "ribbon": how far it reaches back in time, s, above 0; a younger particle's ribbon begins
+    where it was born. The band passes through up to 16 earlier positions, which are stored per particle; the
+    length of a system's ribbons cannot change."""
 
     def __init__(
         self,
@@ -114,7 +115,7 @@ class Sprite(Value):
         width: float | None = None,
         length: float | None = None,
     ) -> None:
-        """Take the attributes."""
+        """Check the fields."""
         state = self.__dict__
         state["kind"] = arguments.choice("kind", kind, KINDS)
         state["pixels"] = _pixels(pixels, height)
@@ -153,11 +154,11 @@ class Sprite(Value):
         )
 
     def _key(self) -> tuple[Any, ...]:
-        """Compare an image by the fingerprint of its content."""
+        """Compare an image by its content's hash."""
         return tuple((self._items() | {"image": self.__dict__["_picture"]}).values())
 
     def __repr__(self) -> str:
-        """Show the call that makes an equal sprite, but for the content of an image."""
+        """Return a call that creates an equal sprite, except for an image's content."""
         shown_by_name = {name: shown(one) for name, one in self._items().items()}
         if self.image is not None:
             shown_by_name["image"] = sheets.text_of_pictures(self.image)
@@ -169,9 +170,9 @@ class Sprite(Value):
 
 
 def native_of(sprite: Sprite, columns: Columns) -> _core.Sprite:
-    """Return what the engine takes for a sprite of particles that have these columns.
+    """Return the engine's sprite for particles with the given columns.
 
-    Raises ArgumentError where its pick names others.
+    Raises ArgumentError if the sprite's `pick` uses other columns.
     """
     made: _core.Sprite = sprite.__dict__["_core"]
     pick, count = sprite.pick, sprite.__dict__["_tiles"][2]
@@ -182,7 +183,7 @@ def native_of(sprite: Sprite, columns: Columns) -> _core.Sprite:
 
 
 def check_change(before: Sprite, after: Any) -> None:
-    """Raise ArgumentError where a system's particles cannot be drawn like `after` from now on."""
+    """Raise ArgumentError if a system's sprite cannot change from `before` to `after`."""
     if not isinstance(after, Sprite):
         raise ArgumentError("sprite", after, "a motes.Sprite")
     if after.length != before.length:
@@ -252,6 +253,6 @@ def _check_ribbon(sprite: Sprite) -> None:
 
 def _height(height: Any) -> float:
     number = arguments.number("height", height, low=0, high=1)
-    if number < 1e-9:  # far below any pixel, and no number of the core's
+    if number < 1e-9:  # far below a pixel, and refused by the core
         raise ArgumentError("height", height, "a part of the picture's height, 1e-9 or more")
     return number

@@ -1,7 +1,7 @@
-"""Between a run's live server and what shows the run in a notebook: a viewer, in a thread of its own.
+"""Connects a run's live server to the notebook that shows the run: a viewer in a background thread.
 
-The page of a notebook is reached through the kernel, which may be busy with a cell for minutes, and whose
-server keeps what nobody fetches. So pictures wait for the page, and ever fewer are sent to a silent one.
+Messages to a notebook's page go through the kernel, which may be busy with a cell for minutes, and whose
+server stores what no page fetches. So pictures wait for the page, and a silent page gets fewer and fewer.
 """
 
 from __future__ import annotations
@@ -24,31 +24,31 @@ from .plays import Face
 __all__ = ["Bridge", "Flow"]
 
 CLOSE_S = 3.0
-STATE_S = 0.1  # between two messages about the run's state,
-SLOW_STATE_S = 1.0  # and where the page does not answer
+STATE_S = 0.1  # between two messages about the run's state
+SLOW_STATE_S = 1.0  # between them when the page does not answer
 _NUMBER = struct.Struct("<4sI")
 
 
 class Flow:
-    """When the next picture may be sent to a page that answers, or does not."""
+    """Decides when the next picture may be sent to a page."""
 
     MOST_IN_FLIGHT = 2
     PATIENCE_S, GROWTH, LONGEST_S = 0.5, 1.2, 10.0
     MOST_BYTES = 64_000_000
 
     def __init__(self) -> None:
-        """Nobody looks yet."""
+        """Start without a page."""
         self.watched = False
         self._flying: dict[int, int] = {}  # number of a picture -> bytes
         self._last_s = 0.0
 
     @property
     def answers(self) -> bool:
-        """Whether the page keeps up."""
+        """Whether the page acknowledges pictures as fast as they are sent."""
         return self.watched and len(self._flying) <= self.MOST_IN_FLIGHT
 
     def sent(self, number: int, size: int, now_s: float) -> None:
-        """Note a picture."""
+        """Note that a picture was sent."""
         self._flying[number] = size
         self._last_s = now_s
 
@@ -57,7 +57,7 @@ class Flow:
         self._flying = {one: size for one, size in self._flying.items() if one > number}
 
     def wait_s(self, now_s: float) -> float | None:
-        """Return the seconds until the next picture may go; None: not before the page is heard of."""
+        """Return the seconds until the next picture may be sent; None: not before the page answers."""
         if not self.watched or sum(self._flying.values()) > self.MOST_BYTES:
             return None
         more = len(self._flying) - self.MOST_IN_FLIGHT
@@ -67,16 +67,16 @@ class Flow:
 
 
 class Bridge:
-    """A viewer of one live server after the other, which passes on what it gets and what it is told."""
+    """A viewer of one live server after another: passes pictures and states to a face, and orders back."""
 
     def __init__(self, face: Face, *, joined: Callable[[], object] = lambda: None) -> None:
-        """Start the thread; `joined` is called in it when a server has let it in."""
+        """Start the thread; `joined` is called in it when a server has accepted the connection."""
         self._face = face
         self._joined = joined
         self._flow = Flow()
         self._socket: Any = None
         self._waiting: bytes | None = None  # the newest picture that has not been passed on
-        self._unanswered: list[int] = []  # pictures of which the server has not heard
+        self._unanswered: list[int] = []  # pictures not acknowledged to the server yet
         self._last: bytes | None = None  # the picture that was passed on last
         self._state: dict[str, Any] | None = None
         self._told_s = 0.0
@@ -89,18 +89,18 @@ class Bridge:
     # --- what any thread may call
 
     def join(self, url: str) -> None:
-        """Look at this run from now on."""
+        """View the run at this address from now on."""
         self._call(lambda: self._begin(self._attend(url)))
 
     def say(self, order: dict[str, Any]) -> None:
-        """Send an order; one that is too long is none."""
+        """Send an order, unless it is too long or not JSON."""
         with contextlib.suppress(TypeError, ValueError):
             text = json.dumps(order)
             if len(text) <= MOST_BYTES:
                 self._call(lambda: self._begin(self._send(text)))
 
     def looks(self) -> None:
-        """Note that a page is there, which has no picture yet."""
+        """Note that a page has opened, which has no picture yet."""
         self._call(self._look)
 
     def seen(self, number: Any) -> None:
@@ -109,7 +109,7 @@ class Bridge:
             self._call(lambda: self._answered(number))
 
     def close(self) -> None:
-        """Pass on what there is once the server has closed, and end the thread."""
+        """Pass on the closing server's last messages, and end the thread."""
         self._call(lambda: self._begin(self._end()))
         if threading.current_thread() is not self._thread:
             self._thread.join(CLOSE_S + 1)
@@ -134,7 +134,7 @@ class Bridge:
 
     async def _end(self) -> None:
         others = self._tasks - {asyncio.current_task(self._loop)}
-        if others:  # the server's last words
+        if others:  # wait for the server's last messages
             await asyncio.wait(others, timeout=CLOSE_S)
         for task in others:
             task.cancel()
@@ -146,7 +146,7 @@ class Bridge:
         connect = _extras.websockets("asyncio.client").connect
         options = {"max_size": None, "compression": None}
         if "proxy" in inspect.signature(connect).parameters:
-            options["proxy"] = None  # not to this machine itself
+            options["proxy"] = None  # no proxy for this machine
         closed = _extras.websockets("exceptions").ConnectionClosed
         parts = urlsplit(url)
         with contextlib.suppress(OSError, closed):
@@ -197,7 +197,7 @@ class Bridge:
         self._pass_on(at_once=True)
 
     def _pass_on(self, *, at_once: bool = False) -> None:
-        """Pass on the newest picture when its time has come, and let the server send another one."""
+        """Pass on the newest picture if it is due, and acknowledge it so that the server sends another."""
         if self._waiting is None or not self._flow.watched:
             return
         now_s = time.monotonic()
@@ -215,7 +215,7 @@ class Bridge:
             self._begin(self._send(json.dumps({"ack": number})))
 
     def _later(self, name: str, seconds: float, function: Callable[[], object]) -> None:
-        """Call it in so many seconds, once, however often it is asked for."""
+        """Call a function after a delay; requests of the same name meanwhile are ignored."""
         if name not in self._timers:
 
             def call() -> None:

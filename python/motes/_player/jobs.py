@@ -1,4 +1,4 @@
-"""A script on many ranks, as a child of the notebook's process."""
+"""Runs a script on many ranks as a child of the notebook's process."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ from .plays import NoFace, Play
 
 __all__ = ["Job", "JobPlay", "checked"]
 
-MOST_LINES = 1000  # that are kept
+MOST_LINES = 1000  # of output, kept
 SHOWN_LINES = 12  # below the picture, and in errors
 SHOWN_EVERY_S = 0.2
-INSIST_S = 1.0  # between two SIGTERMs: the first asks the ranks, the second does not
+INSIST_S = 1.0  # between two SIGTERMs: the first asks the ranks to stop, the second ends the launcher
 _LIVE = re.compile(r"motes: live at (\S+)")
 
 
 class Job(NamedTuple):
-    """What is to be run."""
+    """The arguments of `motes.launch`, checked."""
 
     script: str
     ranks: int
@@ -54,7 +54,7 @@ def checked(script: Any, n: Any, arguments: Any, paused: Any) -> Job:
 
 
 class JobPlay(Play):
-    """What `motes.launch` plays."""
+    """A script on many ranks, started by `motes.launch`."""
 
     def __init__(self, job: Job) -> None:
         """Take the job."""
@@ -62,15 +62,15 @@ class JobPlay(Play):
         self._job = job
         self.title = Path(job.script).name
         self._lines: deque[str] = deque(maxlen=MOST_LINES)
-        self._asked = 0  # to stop
+        self._asked = 0  # how often `stop` was called
         self._joined = False
         self._shown = threading.Event()
 
     def start(self) -> None:
-        """Start the ranks. Raises OSError where that cannot be."""
+        """Start the ranks. Raises OSError if that fails."""
         job = self._job
         argv = [sys.executable, "-m", "motes", "run", "-n", str(job.ranks), job.script, *job.arguments]
-        # The bridge is the viewer for which the first frame waits, so that no picture is missed.
+        # The first frame waits for a viewer, the bridge, so that it misses no picture.
         live = "0,wait,paused" if job.paused else "0,wait"
         starts = f"starting {job.ranks} rank{'s' * (job.ranks > 1)} ..."
         self.face.tell(notice=starts, stop="Stop", ended=False)
@@ -81,7 +81,7 @@ class JobPlay(Play):
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             env={**os.environ, "MOTES_LIVE": live, "PYTHONUNBUFFERED": "1"},
-            start_new_session=True,  # signals to the kernel's group are not for the ranks
+            start_new_session=True,  # the ranks must not get signals to the kernel's group
             preexec_fn=start_of_child(),
         )
         threading.Thread(target=self._read, name="motes.launch", daemon=True).start()
@@ -91,7 +91,7 @@ class JobPlay(Play):
         return list(self._lines)
 
     def stop(self) -> None:
-        """Ask the ranks to stop at a border; the second time, or before they have begun, terminate them."""
+        """Ask the ranks to stop after a frame; the second time, or before they have begun, terminate them."""
         if self.wait(0):
             return
         self._asked += 1
@@ -104,15 +104,15 @@ class JobPlay(Play):
             threading.Thread(target=self._terminate, name="motes.launch end", daemon=True).start()
 
     def order(self, order: dict[str, Any]) -> None:
-        """Pass on what a viewer asks for."""
+        """Pass on a viewer's order."""
         self._bridge.say(order)
 
     def looks(self) -> None:
-        """Note that somebody looks."""
+        """Note that a page has opened, which has no picture yet."""
         self._bridge.looks()
 
     def seen(self, number: Any) -> None:
-        """Note that somebody has seen a picture."""
+        """Note that the page has shown a picture."""
         self._bridge.seen(number)
 
     def _let_in(self) -> None:
@@ -120,7 +120,7 @@ class JobPlay(Play):
         self.face.tell(notice=None)
 
     def _read(self) -> None:
-        """Work of a thread: take the output to its end, and see how the job ends."""
+        """Read the output to its end, and record how the job ended; runs in a thread."""
         assert self._process.stdout is not None
         timer: threading.Timer | None = None
         with self._process.stdout as pipe:
@@ -142,7 +142,7 @@ class JobPlay(Play):
         if live:
             self.url = live[1]
             self._bridge.join(live[1])
-        else:  # the page's address has a token: it is not for a notebook that is saved and passed on
+        else:  # the page's address has a token, which must not be saved with the notebook
             self._lines.append(line)
         if isinstance(self.face, NoFace):
             tell(line)

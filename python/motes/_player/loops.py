@@ -1,4 +1,4 @@
-"""The loop of a function, in a thread that alone uses its world meanwhile."""
+"""Runs a function's loop of frames in a thread; no other thread may use its world meanwhile."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ __all__ = ["LoopPlay"]
 
 
 class LoopPlay(Play):
-    """What `motes.show` plays."""
+    """A function's loop in a thread, started by `motes.show`."""
 
     def __init__(self, world: World, loop: Callable[..., Any], *, paused: bool) -> None:
-        """Take world and loop. Raises ArgumentError for a function that takes something else."""
+        """Take world and loop. Raises ArgumentError for a function with other arguments."""
         self._arguments = (world,) if _takes_world(loop) else ()
         super().__init__()
         self.title = getattr(loop, "__name__", "motes")
@@ -33,7 +33,7 @@ class LoopPlay(Play):
         self._thread = threading.Thread(target=self._run, name="motes.show", daemon=True)
 
     def start(self) -> None:
-        """Take the world, and begin. Raises MotesError where it is in use."""
+        """Take over the world and start the thread. Raises MotesError if the world is in use."""
         session = self._session
         if session.open_views:
             raise MotesError(f"motes.show inside `with` {session.open_views[-1].name!r}`.local()`")
@@ -56,7 +56,7 @@ class LoopPlay(Play):
             raise
 
     def result(self) -> Any:
-        """Return what the loop has returned, or raise what it has raised."""
+        """Return the loop's result, or raise its error."""
         super().result()
         return self._value
 
@@ -68,22 +68,22 @@ class LoopPlay(Play):
             self._viewing.ask({"stop": True})
 
     def order(self, order: dict[str, Any]) -> None:
-        """Pass on what a viewer asks for."""
+        """Pass on a viewer's order."""
         if self._bridge is not None:
             self._bridge.say(order)
 
     def looks(self) -> None:
-        """Note that somebody looks."""
+        """Note that a page has opened, which has no picture yet."""
         if self._bridge is not None:
             self._bridge.looks()
 
     def seen(self, number: Any) -> None:
-        """Note that somebody has seen a picture."""
+        """Note that the page has shown a picture."""
         if self._bridge is not None:
             self._bridge.seen(number)
 
     def _run(self) -> None:
-        """Work of the thread."""
+        """Run the loop; the work of the thread."""
         error: BaseException | None = None
         try:
             self._value = self._loop(*self._arguments)
@@ -103,10 +103,10 @@ class LoopPlay(Play):
 
 
 def _takes_world(loop: Callable[..., Any]) -> bool:
-    """Whether the function has one argument. Raises ArgumentError for one that has more."""
+    """Tell whether the function needs one argument. Raises ArgumentError if it needs more."""
     try:
         signature = inspect.signature(loop)
-    except (TypeError, ValueError):  # a built-in function, which does not say
+    except (TypeError, ValueError):  # a built-in function without signature
         return False
     for given in ((), (None,)):
         try:

@@ -1,4 +1,4 @@
-"""Runs in a notebook that are seen and steered while they go on: `show` and `launch`."""
+"""`show` and `launch`: runs that are viewed and steered in a notebook."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ __all__ = ["launch", "show"]
 
 
 def show(world: World, loop: Callable[..., Any], *, paused: bool = False) -> Player:
-    """Run `loop` in a thread, and show what it does: in a notebook as a widget, elsewhere in a browser.
+    """Run `loop` in a thread, and show its frames: in a notebook as a widget, elsewhere in a browser.
 
     Until the loop has ended, no other thread can use the world. The widget's stop button, `Player.stop` and
     an interrupt of `Player.wait` end the loop of `world.frames` at a border between two frames; the world
-    stays as it is, and further loops go on. Needs the extra [notebook].
+    keeps its state, and another loop can continue it. Needs the extra [notebook].
 
     Args:
         world: a world of one process, which is open (`world.open()`) or which the loop opens.
-        loop: a function without arguments, or of the world, that runs the loop of `world.frames`.
-        paused: whether it starts paused.
+        loop: a function that runs the loop of `world.frames`; it takes no argument or the world.
+        paused: whether the loop starts paused.
 
     Returns:
-        What shows and steers the run.
+        The player, which shows and steers the run.
 
     Raises:
         MissingExtraError: if the extra is not installed.
@@ -58,18 +58,18 @@ def launch(
 ) -> Player:
     """Run a script on several ranks beside the notebook, and show it as `motes.show` does.
 
-    What its ranks print is below the picture and in `Player.output`. The stop button, `Player.stop` and an
+    The ranks' output appears below the picture and in `Player.output`. The stop button, `Player.stop` and an
     interrupt of `Player.wait` end the run at a border between two frames; the second time they terminate it.
     Needs the extra [notebook].
 
     Args:
-        script: a path; the script runs unchanged, as by `python -m motes run -n N script.py`.
-        n: how many ranks.
-        arguments: what follows the script's name.
+        script: a path; the script runs unchanged, as with `python -m motes run -n N script.py`.
+        n: the number of ranks.
+        arguments: the script's command line arguments.
         paused: whether the run starts paused.
 
     Returns:
-        What shows and steers the run.
+        The player, which shows and steers the run.
 
     Raises:
         MissingExtraError: if the extra is not installed.
@@ -85,7 +85,7 @@ def launch(
 
 
 def _player() -> Callable[[Any], Player]:
-    """Return what makes the player, a widget in a notebook. Raises MissingExtraError where it is missing."""
+    """Return the player's class, a widget in a notebook. Raises MissingExtraError."""
     _extras.require_live("motes.show and motes.launch")
     if not kernel.running():
         return Player

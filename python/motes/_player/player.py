@@ -1,4 +1,4 @@
-"""Player: a run that goes on beside a notebook's cells."""
+"""Player: a run in the background of a notebook."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ __all__ = ["Player"]
 
 
 class Player:
-    """A run that goes on beside the notebook's cells. `motes.show` and `motes.launch` return one.
+    """A run in the background of a notebook. `motes.show` and `motes.launch` return one.
 
-    In a notebook it is a widget: the picture, which the mouse turns; pause, single steps, stop; and the
-    world's controls. Elsewhere it is seen in a browser, at `url`.
+    In a notebook it is a widget: the picture, which the mouse orbits; buttons to pause, step and stop; and
+    the world's controls. Elsewhere a browser shows it at `url`.
     """
 
     _play: Play
 
     def __init__(self, play: Play) -> None:
-        """Take what is played; `motes.show` and `motes.launch` make players.
+        """Take the run to play; `motes.show` and `motes.launch` make players.
 
         Args:
             play: a loop in a thread, or a job.
@@ -31,12 +31,12 @@ class Player:
 
     @property
     def running(self) -> bool:
-        """Whether it has not come to its end."""
+        """Whether the run has not ended yet."""
         return not self._play.wait(0)
 
     @property
     def url(self) -> str | None:
-        """Where a browser on this machine sees the run; None before it has begun and after its end."""
+        """The run's page for a browser on this machine; None before it has begun and after its end."""
         return self._play.url if self.running else None
 
     @property
@@ -47,15 +47,15 @@ class Player:
     def stop(self) -> None:
         """Ask the run to end at the next border between two frames; returns at once.
 
-        A launched run that is asked once more is terminated.
+        A second call terminates a launched run.
         """
         self._play.stop()
 
     def wait(self, timeout: float | None = None) -> bool:
-        """Wait for the run's end. An interrupt asks the run to stop, and is raised when it has.
+        """Wait for the run's end. An interrupt asks the run to stop, and is raised once it has.
 
         Args:
-            timeout: seconds; None: as long as it takes.
+            timeout: in seconds; None: no limit.
 
         Returns:
             Whether the run has ended.
@@ -69,7 +69,7 @@ class Player:
             raise
 
     def result(self) -> Any:
-        """Wait for the run's end, and return what its loop has returned; raise what it has raised.
+        """Wait for the run's end, and return the result of its loop, or raise its error.
 
         Returns:
             The loop's result; None for a launched run.
@@ -81,5 +81,5 @@ class Player:
         return self._play.result()
 
     def __repr__(self) -> str:
-        """Name the run and how it is."""
+        """Name the run and its state."""
         return f"<Player of {self._play.title!r}, {'running' if self.running else self._play.ending}>"

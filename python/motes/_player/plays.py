@@ -1,4 +1,4 @@
-"""What a player plays: the loop of a function in a thread, or a job of many ranks."""
+"""The runs that a player shows: the loop of a function in a thread, or a job of many ranks."""
 
 from __future__ import annotations
 
@@ -11,23 +11,23 @@ from typing import Any, Protocol
 
 __all__ = ["Face", "NoFace", "Play"]
 
-LEAVE_S = 3.0  # how long the end of the notebook's process waits for what it plays
+LEAVE_S = 3.0  # how long the notebook's process waits for each play when it ends
 
 
 class Face(Protocol):
-    """What shows a play: a widget, or nothing."""
+    """The display of a play: a widget, or nothing."""
 
     def tell(self, **facts: Any) -> None:
-        """Show these facts beside those that the run itself tells."""
+        """Show these facts in addition to the run's state."""
 
     def hear(self, message: dict[str, Any]) -> None:
-        """Show what the run says: its state, or a refusal."""
+        """Show a message of the run: its state, or the refusal of an order."""
 
     def show(self, picture: bytes) -> None:
         """Show a picture: see `_live.pictures.Encoded`."""
 
     def leave(self) -> None:
-        """Show nothing any more: the notebook's process ends."""
+        """Stop showing anything: the notebook's process ends."""
 
 
 class NoFace:
@@ -47,59 +47,59 @@ class NoFace:
 
 
 class Play(ABC):
-    """Something that goes on beside the cells, and can be stopped."""
+    """A run in the background of the cells, which can be stopped."""
 
     title: str
     url: str | None = None
-    """Where its page is."""
+    """The address of its page."""
 
     def __init__(self) -> None:
-        """Nothing goes on yet."""
+        """Create the play; `start` starts it."""
         self.face: Face = NoFace()
         self.ending = "has ended"
-        """How it has ended, in a few words."""
+        """How the run has ended, in a few words."""
         self._ended = threading.Event()
         self._error: BaseException | None = None
         _going_on.add(self)
 
     @abstractmethod
     def start(self) -> None:
-        """Begin."""
+        """Start the run."""
 
     @abstractmethod
     def stop(self) -> None:
-        """Ask it to end at a border between two frames. Any thread may do so."""
+        """Ask the run to end at a border between two frames. May be called from any thread."""
 
     @abstractmethod
     def order(self, order: dict[str, Any]) -> None:
-        """Pass on what a viewer asks for."""
+        """Pass on a viewer's order."""
 
     @abstractmethod
     def looks(self) -> None:
-        """Note that somebody looks, who has no picture yet."""
+        """Note that a page has opened, which has no picture yet."""
 
     @abstractmethod
     def seen(self, number: Any) -> None:
-        """Note that somebody has seen a picture."""
+        """Note that the page has shown a picture."""
 
     def output(self) -> list[str]:
-        """Return the last lines that it has printed."""
+        """Return the last lines that the run has printed."""
         return []
 
     def wait(self, seconds: float | None) -> bool:
-        """Wait for the end; tell whether it has come."""
+        """Wait for the run's end; return whether it has ended."""
         return self._ended.wait(seconds)
 
     def result(self) -> Any:
-        """Return what it has come to, or raise its error; after the end."""
+        """Return the run's result, or raise its error. Call it after the end."""
         if self._error is not None:
             raise self._error
 
     def end(self, ending: str, error: BaseException | None = None) -> None:
-        """Tell that it has ended."""
+        """Record and show how the run has ended."""
         self.ending, self._error = ending, error
         told = None if error is None else f"{type(error).__name__}: {error}"
-        with contextlib.suppress(Exception):  # the notebook may be gone; who waits must hear of it anyway
+        with contextlib.suppress(Exception):  # the notebook may be gone; waiting threads must wake up anyway
             self.face.tell(ended=True, notice=ending, error=told, stop="Stop")
         _going_on.discard(self)
         self._ended.set()
@@ -110,9 +110,9 @@ _going_on: weakref.WeakSet[Play] = weakref.WeakSet()
 
 @atexit.register
 def _leave() -> None:
-    """Stop what goes on when the notebook's process ends: log and film are whole then."""
+    """Stop all plays when the notebook's process ends, so that their logs and films are complete."""
     for play in list(_going_on):
-        with contextlib.suppress(Exception):  # the others must be stopped, too
+        with contextlib.suppress(Exception):  # the other plays must be stopped, too
             play.face.leave()
             play.stop()
             play.wait(LEAVE_S)

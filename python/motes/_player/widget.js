@@ -1,11 +1,11 @@
 
-// --- the widget of a notebook: `model` is what it shares with the kernel
+// --- the notebook's widget: `model` is the state that it shares with the kernel
 
 function render({ model, el }) {
   const frame = document.createElement("div"), root = document.createElement("div");
   frame.className = "motes-frame";
   root.className = "embedded";
-  root.dataset.lmSuppressShortcuts = "true";  // JupyterLab's own keys
+  root.dataset.lmSuppressShortcuts = "true";  // disables JupyterLab's own keys
   frame.append(root);
   el.append(frame);
   const view = new View(root, order => model.send(order), { embedded: true });
@@ -15,7 +15,7 @@ function render({ model, el }) {
   model.on("change:state", tell);
   model.on("msg:custom", hear);
   tell();
-  keep();  // of a saved notebook
+  keep();  // the last picture of a saved notebook
   model.send({ looks: true });
   return () => {
     model.off("change:state", tell);

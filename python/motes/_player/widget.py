@@ -1,4 +1,4 @@
-"""The widget that shows a run in a notebook. Imports anywidget."""
+"""The notebook widget that shows a run. Imports anywidget."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ __all__ = ["WidgetPlayer"]
 
 
 class WidgetPlayer(Player, anywidget.AnyWidget):
-    """A player that is a widget. Its page has the view of the live page; messages go through the kernel."""
+    """A player as a widget, with the view of the live page; messages go through the kernel."""
 
     _esm = files.read("view.js") + files.read("widget.js", __package__)
     _css = files.read("view.css")
     state = traitlets.Dict().tag(sync=True)
-    """What the page shows beside the picture."""
+    """The facts that the page shows beside the picture."""
     last = traitlets.Bytes().tag(sync=True)
-    """The last picture, once the run has ended: the saved notebook has it."""
+    """The last picture, set when the run has ended, so that the saved notebook has it."""
 
     def __init__(self, play: Play) -> None:
-        """Show what is played."""
+        """Show a play."""
         self._lock = threading.Lock()
-        self._said: dict[str, Any] = {}  # by the run
-        self._facts: dict[str, Any] = {"title": play.title}  # that come before what the run says
+        self._said: dict[str, Any] = {}  # the run's last state
+        self._facts: dict[str, Any] = {"title": play.title}  # take precedence over the run's state
         self._newest = b""
         self._left = False
         anywidget.AnyWidget.__init__(self, state=dict(self._facts))
@@ -38,10 +38,10 @@ class WidgetPlayer(Player, anywidget.AnyWidget):
         self.on_msg(self._hear_page)
         play.face = self
 
-    # --- what the play says, in its threads
+    # --- messages from the play, in its threads
 
     def tell(self, **facts: Any) -> None:
-        """Show these facts; None takes one back."""
+        """Show these facts; None removes one."""
         if self._left:
             return
         with self._lock:
@@ -52,7 +52,7 @@ class WidgetPlayer(Player, anywidget.AnyWidget):
                 self.last = self._newest
 
     def hear(self, message: dict[str, Any]) -> None:
-        """Show what the run says."""
+        """Show a message of the run: its state, or the refusal of an order."""
         if self._left:
             return
         if "refused" in message:
@@ -69,16 +69,16 @@ class WidgetPlayer(Player, anywidget.AnyWidget):
             self.send({"picture": True}, buffers=[picture])
 
     def leave(self) -> None:
-        """Send nothing any more: what carries messages is gone."""
+        """Stop sending: the channel to the page is gone."""
         self._left = True
 
     def _update(self) -> None:
         self.state = {**self._said, **self._facts}
 
-    # --- what the page says, in the thread of the cells
+    # --- messages from the page, in the thread of the cells
 
     def _hear_page(self, _: Any, content: Any, __: Any) -> None:
-        """Pass on a message of the page; nonsense is ignored here, or refused by the run."""
+        """Pass on a message of the page; invalid ones are ignored here, or refused by the run."""
         if not isinstance(content, dict) or len(content) != 1:
             return
         if "looks" in content:
@@ -91,5 +91,5 @@ class WidgetPlayer(Player, anywidget.AnyWidget):
             self._play.order(content)
 
     def __repr__(self) -> str:
-        """Name the run and how it is."""
+        """Name the run and its state."""
         return Player.__repr__(self)

@@ -1,10 +1,10 @@
-"""Who enters a run and who has left the script before it: no rank waits for one that never comes.
+"""Detect ranks that leave the script before a run, so that no rank waits for one that never comes.
 
 Every rank takes part in the same collective, whether it starts a run (`begin`) or ends its script (`leave`).
-So the ranks that start a run learn at once that another one leaves.
+The ranks that start a run therefore learn at once that another rank leaves.
 
-Where the loss of a rank is survived, the collective is an agreement among those that live: it comes to an end
-whoever dies, with the same result everywhere.
+If the job survives the loss of ranks, the collective is an agreement among live ranks: it completes even if
+ranks die, with the same result everywhere.
 """
 
 from __future__ import annotations
@@ -21,25 +21,25 @@ if TYPE_CHECKING:
 
 __all__ = ["LEAVE_WAIT_S", "Left", "begin", "leave"]
 
-LEAVE_WAIT_S = 0.5  # how far apart the ranks' normal ends may lie before a rank sends notes that it left
+LEAVE_WAIT_S = 0.5  # how long a rank that leaves waits for the others before it sends them notes
 _LEFT_TAG = 32741  # on COMM_WORLD: "I left before the run started"; every MPI allows tags up to 32767
 _NOBODY = 2**31 - 1
-_MARKS = 31  # bits of an agreement, by which the ranks that leave are told apart
-_gone: set[int] = set()  # ranks of COMM_WORLD from which a note has come
+_MARKS = 31  # bits of an agreement that identify the ranks that leave
+_gone: set[int] = set()  # ranks of COMM_WORLD that have sent a note
 
 
 class Left(Exception):
     """A rank that a run needs has left the script, or is lost."""
 
     def __init__(self, rank: int | None, *, lost: bool = False) -> None:
-        """Name it by its rank in COMM_WORLD, if it is known."""
+        """Store the rank in COMM_WORLD, or None if it is unknown."""
         super().__init__(f"rank {rank} {'is lost' if lost else 'left the script'}")
         self.rank = rank
         self.lost = lost
 
 
 class _Collective:
-    """Each rank says whether it leaves; all learn of one that does, or that none does."""
+    """A collective by which all ranks learn whether a rank leaves, and which one."""
 
     def __init__(self, comm: MPI.Comm, *, leaves: bool) -> None:
         from mpi4py import MPI
@@ -52,18 +52,18 @@ class _Collective:
             self._request = comm.Iagree(self._told)
         else:
             said, self._told = array("i", [process.rank if leaves else _NOBODY]), array("i", [_NOBODY])
-            self._said = said  # MPI reads it until all are there
+            self._said = said  # must live until the request is done
             self._request = comm.Iallreduce(said, self._told, MPI.MIN)
 
     def done(self) -> bool:
-        """Tell whether all have come that live."""
+        """Return whether all live ranks have taken part."""
         from mpi4py import MPI
 
         try:
             return self._request.Test()
         except MPI.Exception as error:
             if process.survives and error.Get_error_class() == MPI.ERR_PROC_FAILED:
-                return self._request == MPI.REQUEST_NULL  # an agreement tells of losses besides its result
+                return self._request == MPI.REQUEST_NULL  # an agreement reports losses even if it succeeds
             raise
 
     def check(self) -> None:
@@ -77,16 +77,17 @@ class _Collective:
 
 
 def begin(comm: MPI.Comm, *, without_lost: bool = False) -> None:
-    """Wait until every rank of `comm` is about to run, but for lost ones `without_lost`. Collective.
+    """Wait until every rank of `comm` is about to run. Collective.
 
-    Raises Left if one of them has left the script, or leaves it meanwhile, or is lost.
+    Raises Left if one of them leaves the script or is lost; `without_lost`: lost ranks are ignored.
     """
     from mpi4py import MPI
 
     if comm.size == 1:
         return
     everybody = comm == process.left or MPI.Comm.Compare(comm, MPI.COMM_WORLD) != MPI.UNEQUAL
-    # Among all that live this is the collective of `leave`; a part of them has its own, and needs the notes.
+    # If `comm` has all live ranks, this matches the collective in `leave`. A subset has its own collective
+    # and learns about ranks that leave from notes.
     all_begin = _Collective(MPI.COMM_WORLD if everybody else comm, leaves=False)
     pause = 0.0
     while not all_begin.done():
@@ -101,17 +102,17 @@ def begin(comm: MPI.Comm, *, without_lost: bool = False) -> None:
 
 
 def check_lost(comm: MPI.Comm) -> None:
-    """Raise Left if a rank of `comm` is lost: without it nothing can start."""
+    """Raise Left if a rank of `comm` is lost."""
     for rank in lost_ranks(comm):
         raise Left(_in_world(comm, rank), lost=True)
 
 
 def leave(*, wait: bool = False) -> bool:
-    """Leave the script together with the others; where they stay longer, send notes in case they start a run.
+    """Leave the script together with the others; if they stay longer, send notes in case they start a run.
 
-    Notes go to the ranks 1, 2, 4, 8, ... further on, which wait for this rank in `begin` if they wait at all.
-    Nobody is hurried: a rank may close a movie for minutes. `wait`: as long as that. Returns whether all are
-    here that live.
+    Notes go to the ranks 1, 2, 4, 8, ... after this one: any of them in `begin` would wait for this rank.
+    `wait`: wait for the others without a limit, since closing a movie may take minutes. Returns whether all
+    live ranks have come.
     """
     from mpi4py import MPI
 
@@ -128,19 +129,19 @@ def leave(*, wait: bool = False) -> bool:
             others = [rank for rank in others if rank not in lost]
             notes = [world.Isend([b"", 0, MPI.BYTE], other, _LEFT_TAG) for other in others]
         if waited > 2 * LEAVE_WAIT_S and not wait:
-            return False  # MPI_Finalize waits for the others just as well, and for those without motes too
+            return False  # MPI_Finalize waits for the others, too, even for ranks without motes
         time.sleep(2e-3 if waited < LEAVE_WAIT_S else 2e-2)
     return True
 
 
 def _check_notes(comm: MPI.Comm) -> None:
-    """Raise Left if a rank that `comm` needs has sent a note that it left."""
+    """Raise Left if a rank of `comm` has sent a note that it left."""
     from mpi4py import MPI
 
     status = MPI.Status()
     world = MPI.COMM_WORLD
     if lost_ranks(world):
-        world.Ack_failed()  # before that, MPI refuses to receive from any rank
+        world.Ack_failed()  # until then MPI refuses to receive from MPI.ANY_SOURCE
     while world.Iprobe(MPI.ANY_SOURCE, _LEFT_TAG, status):
         left = status.Get_source()
         world.Recv([bytearray(0), 0, MPI.BYTE], left, _LEFT_TAG)

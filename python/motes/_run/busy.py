@@ -1,7 +1,7 @@
 """Long work that keeps a rank from answering although it is not stuck: the others wait without a limit.
 
-Closing a movie may take minutes on a slow disk. The rank tells all others long before they would warn or give
-up, and tells them again when it is done. In between, their waits do not count.
+Closing a movie may take minutes on a slow disk. The rank notifies all others long before they would warn or
+give up, and again when it is done. The time in between does not count towards their limits.
 """
 
 from __future__ import annotations
@@ -25,26 +25,26 @@ __all__ = ["Busy", "busy_with", "look_around", "take_notes"]
 
 _TAG = 1  # on the run's own communicator
 _MOST_BYTES = 256
-_ANNOUNCE_AT = 0.25  # of the time after which the others speak of it
+_ANNOUNCE_AT = 0.25  # fraction of the time after which the other ranks would warn
 _LOOK_S = 0.02
 _JOIN_S = 0.1
-_sent: list[MPI.Request] = []  # their buffers must live until they have left
+_sent: list[MPI.Request] = []  # kept until they are done, since they hold the buffers
 
 
 class Busy:
-    """A stretch of work on this rank; call `look` every now and then while it goes on."""
+    """A period of long work on this rank; call `look` regularly during it."""
 
     def __init__(self, what: str) -> None:
-        """`what`: as in "rank 0 is still `what`"."""
+        """Start the period; `what` completes the message "rank 0 is still ..."."""
         self.what = what
         self._runs = [run for run in process.runs if run.comm is not None and run.comm.size > 1]
         if threading.current_thread() is not threading.main_thread():
-            self._runs = []  # then it keeps nobody from answering
+            self._runs = []  # work in another thread does not keep this rank from answering
         self._start = time.monotonic()
         self._announced = False
 
     def look(self) -> None:
-        """Tell the other ranks, once it has taken long enough."""
+        """Notify the other ranks once the work has taken long enough."""
         if self._announced or not self._runs:
             return
         if time.monotonic() - self._start > _ANNOUNCE_AT * min(run.warn_s for run in self._runs):
@@ -65,19 +65,19 @@ class Busy:
         _sent[:] = [request for request in _sent if not _has_left(request)]
 
     def __enter__(self) -> Self:
-        """Give itself."""
+        """Return the object itself."""
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Tell the other ranks that it is done, if they were told that it goes on."""
+        """Notify the other ranks that the work is done, if they were notified that it continues."""
         if self._announced:
             self._send("")
 
 
 def busy_with(what: str, work: Callable[[], T]) -> T:
-    """Do long work in a thread, so that this one can tell the other ranks; returns or raises what it does."""
+    """Run long work in a thread while this thread notifies the other ranks; return or raise its outcome."""
     done: list[T] = []
     failed: list[BaseException] = []
 
@@ -99,9 +99,9 @@ def busy_with(what: str, work: Callable[[], T]) -> T:
 
 
 def look_around(run: OpenRun) -> None:
-    """Do what must be done while this rank waits for another, in the core or here.
+    """Check on the other ranks while this rank waits for one, in the core or in Python.
 
-    Ends the job where the process of a rank is gone, unless losses are survived: then MPI tells the core.
+    Ends the job if a rank's process is gone, unless the job survives losses, which MPI reports to the core.
     Returns only when no rank is busy.
     """
     while True:
@@ -117,7 +117,7 @@ def look_around(run: OpenRun) -> None:
 
 
 def take_notes(run: OpenRun) -> None:
-    """Receive what other ranks said about being busy. Never waits."""
+    """Receive the other ranks' notes about being busy, without waiting."""
     if run.comm is None:
         return
     from mpi4py import MPI
@@ -125,7 +125,7 @@ def take_notes(run: OpenRun) -> None:
     status = MPI.Status()
     with unless_lost():
         if lost_ranks(run.comm):
-            run.comm.Ack_failed()  # before that, MPI refuses to receive from any rank
+            run.comm.Ack_failed()  # until then MPI refuses to receive from MPI.ANY_SOURCE
         while run.comm.Iprobe(MPI.ANY_SOURCE, _TAG, status):
             rank, note = status.Get_source(), bytearray(status.Get_count(MPI.BYTE))
             run.comm.Recv([note, MPI.BYTE], rank, _TAG)

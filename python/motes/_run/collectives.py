@@ -1,4 +1,4 @@
-"""Conversations of all ranks beside the core's: each waits with patience, and lets signals through."""
+"""Collectives of all ranks in Python: their waits have a limit, and signals interrupt them."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ _TEXT_BYTES = 1024
 
 
 def wait_for(request: MPI.Request, comm: MPI.Intracomm, stall_s: float | None, what: str) -> None:
-    """Wait until a request on `comm` is done; `what`: "other ranks to ...".
+    """Wait until a request on `comm` is done; `what`: "other ranks to ...", for messages.
 
-    Raises MotesError where a rank is lost: others may wait for it, and for each other, for ever.
+    Raises MotesError if a rank is lost: the others might wait for it, and for each other, forever.
     """
     failed = False
 
@@ -41,7 +41,7 @@ def wait_for(request: MPI.Request, comm: MPI.Intracomm, stall_s: float | None, w
 
 
 def broadcast(comm: MPI.Intracomm, data: bytes, root: int, stall_s: float | None, what: str) -> bytes:
-    """Return on all ranks what `root` has; others give b"". Collective."""
+    """Return the data of `root` on all ranks; the other ranks pass b"". Collective."""
     from mpi4py import MPI
 
     head = bytearray(len(data).to_bytes(8, "little"))
@@ -52,7 +52,7 @@ def broadcast(comm: MPI.Intracomm, data: bytes, root: int, stall_s: float | None
 
 
 def first_text(comm: MPI.Intracomm, text: str, stall_s: float | None, what: str) -> tuple[int, str]:
-    """Return the first rank's text that is not empty, with the rank, or (-1, ""). Collective."""
+    """Return the lowest rank whose text is not empty, and its text, or (-1, ""). Collective."""
     from mpi4py import MPI
 
     own = text.encode()[:_TEXT_BYTES].ljust(_TEXT_BYTES, b"\0")

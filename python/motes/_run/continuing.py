@@ -1,7 +1,7 @@
-"""What a run that goes on after another one knows of it, and the movies that its checkpoints must name.
+"""The state of a run that continues an earlier one, and the movies that checkpoints must record.
 
 The world calls `continued.begin` when it has read a checkpoint, before the script's first frame, and
-`continued.end` when it ends. A checkpoint holds what `frames_of_movies()` says.
+`continued.end` when it ends. A checkpoint stores the result of `frames_of_movies()`.
 """
 
 from __future__ import annotations
@@ -34,52 +34,52 @@ __all__ = [
 
 
 class Film(Protocol):
-    """A film that is written, on the rank that draws, or counted, on the others."""
+    """A film: the rank that draws writes it, the other ranks count its frames."""
 
     @property
     def place(self) -> str:
-        """Its name, the same for every run and rank."""
+        """The film's path, the same for every run and rank: see `place_of`."""
 
     @property
     def written(self) -> int:
-        """Its frames so far, on whatever rank they are."""
+        """The number of frames so far, equal on all ranks."""
 
     def secure(self) -> int:
-        """Bring all frames so far to the disk; return how many."""
+        """Flush all frames so far to disk; return their number."""
 
     def note_secured(self) -> None:
-        """Note that they are there, as all ranks know by now."""
+        """Note that all ranks know that the last `secure` succeeded."""
 
     def first_unsaved(self) -> int | None:
         """Return the first frame of the world that may not be in the file yet."""
 
     def take_over(self) -> list[int]:
-        """Write it from here on, in place of a lost rank; return the frames that it may not have written."""
+        """Write the film from here on, in place of a lost rank; return the frames that may be missing."""
 
     def write_again(self, index: int, frame: Frame) -> None:
-        """Write one of these."""
+        """Write one of the frames that `take_over` returned."""
 
     def close_for_lost(self) -> None:
-        """Give it its name, in place of a lost rank."""
+        """Give the film its name, in place of a lost rank."""
 
 
 @dataclass(eq=False, repr=False)
 class Continued:
-    """What the run in this process continues."""
+    """The earlier run that the run in this process continues."""
 
     frame: int = 0
     """The first frame that is still to do; 0: nothing is continued."""
     movies: dict[str, int] = field(default_factory=dict)
-    """How many frames each movie had at the checkpoint, by its place; others begin anew."""
+    """Frames of each movie at the checkpoint, by its `place`; other movies start empty."""
     draws: bool = False
-    """Whether this rank is the image generator: it closes a movie to which nothing is added any more."""
+    """Whether this rank is the image generator, which closes movies that get no more frames."""
 
     def begin(self, frame: int, movies: Mapping[str, int], *, draws: bool) -> None:
-        """Note that the run goes on with `frame`, and movies behind so many frames."""
+        """Continue with `frame`; `movies`: the frames that each movie already has."""
         self.frame, self.movies, self.draws = frame, dict(movies), draws
 
     def end(self) -> None:
-        """Forget it: a later world of this process continues nothing."""
+        """Reset: a later world of this process continues nothing."""
         self.begin(0, {}, draws=False)
 
 
@@ -87,32 +87,32 @@ continued = Continued()
 
 _movies: dict[int, weakref.ref[Film]] = {}
 _held: dict[int, Film] = {}
-_closed: dict[str, Film] | None = None  # the last one at each place; None: no run survives losses
+_closed: dict[str, Film] | None = None  # the last closed film of each place; None: no run survives losses
 _outlasting: list[Film] = []
 
 
 def place_of(path: str | os.PathLike[str]) -> str:
-    """Return the name of a film that is the same for every run: absolute, its directory without links."""
+    """Return a film's absolute path, its directory without symbolic links: the same for every run."""
     given = Path(path).absolute()
     try:
         return str(given.parent.resolve() / given.name)
-    except (OSError, RuntimeError):  # RuntimeError: symbolic links in a circle
+    except (OSError, RuntimeError):  # RuntimeError: a loop of symbolic links
         return str(given)
 
 
 def note_movie(movie: Film) -> None:
-    """Note a new movie. It is forgotten with its last reference, as long as nothing was written."""
+    """Register a new movie by a weak reference; `hold_movie` keeps it alive."""
     key = id(movie)
     _movies[key] = weakref.ref(movie, lambda _: _movies.pop(key, None))
 
 
 def hold_movie(movie: Film) -> None:
-    """Keep a movie until it is closed, on all ranks alike, whether the script still refers to it or not."""
+    """Keep a movie, as all ranks do, until it is closed, even if the script drops its last reference."""
     _held[id(movie)] = movie
 
 
 def forget_movie(movie: Film) -> None:
-    """Note that a movie is closed."""
+    """Unregister a movie that is closed."""
     _movies.pop(id(movie), None)
     _held.pop(id(movie), None)
     if _closed is not None:
@@ -120,9 +120,9 @@ def forget_movie(movie: Film) -> None:
 
 
 def keep_closed_movies(keep: bool) -> None:
-    """Keep movies that are closed here: the rank that writes them may be lost before it has closed them.
+    """Keep movies that are closed on this rank: the rank that writes them may be lost before it closes them.
 
-    At the end of a run that keeps them, those that are still open are kept until the script ends.
+    When keeping ends with the run, movies that are still open are kept until the script ends.
     """
     global _closed
     if not keep and _closed is not None:
@@ -131,24 +131,24 @@ def keep_closed_movies(keep: bool) -> None:
 
 
 def outlasting_movies() -> list[Film]:
-    """List the movies that were open when a run ended that survives losses."""
+    """List the movies that were open at the end of a run that survives losses."""
     return list(_outlasting)
 
 
 def movies_to_take_over() -> list[Film]:
-    """List the movies that are open, and those that another rank may not have closed."""
+    """List the movies that are open, and closed ones that another rank may not have closed yet."""
     still_open = open_movies()
     places = {movie.place for movie in still_open}
     return [*still_open, *(movie for place, movie in (_closed or {}).items() if place not in places)]
 
 
 def open_movies() -> list[Film]:
-    """List the movies that are not closed, in the order of their creation; also those without a frame yet."""
+    """List the movies that are not closed, in order of creation, including those without a frame."""
     return [movie for movie in (reference() for reference in list(_movies.values())) if movie is not None]
 
 
 def secure_movies(engine: Engine, beside: Callable[[], object] = lambda: None) -> None:
-    """Bring all open movies to the disk up to here, and what `beside` does. Collective."""
+    """Flush all open movies to disk and call `beside`, on every rank. Collective."""
 
     def secure() -> None:
         for movie in open_movies():
@@ -161,5 +161,5 @@ def secure_movies(engine: Engine, beside: Callable[[], object] = lambda: None) -
 
 
 def frames_of_movies() -> dict[str, int]:
-    """Return how many frames each open movie has, by its place: the same on every rank."""
+    """Return the number of frames of each open movie by its `place`, equal on every rank."""
     return {movie.place: movie.written for movie in open_movies()}

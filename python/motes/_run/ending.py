@@ -1,9 +1,9 @@
-"""What happens when a rank fails: one message, and the job ends everywhere.
+"""When a rank fails, print one report and end the whole job.
 
-Left alone, a rank that fails waits in MPI_Finalize for the others, and the others wait for its messages:
-the job hangs forever. So each way out of a script (an exception, sys.exit, Ctrl-C, a thread's exception,
-the script's early end, the death of a process) leads here, to one report on standard error and MPI_Abort.
-With a single rank nothing can hang, and Python behaves as usual.
+Without this, a rank that fails waits in MPI_Finalize for the others, and the others wait for its messages:
+the job hangs forever. Every exit from a script (an exception, sys.exit, Ctrl-C, a thread's exception, the
+script's early end, the death of a process) therefore leads here: to one report on standard error and
+MPI_Abort. With a single rank nothing can hang, and Python behaves as usual.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from .speaking import SPEAKER_WAIT_S, free_reserve, may_speak, print_report, res
 __all__ = ["end_fork", "end_left", "install", "report_lost", "stop_job"]
 
 ABORT_LIMIT_S = 2.0  # how long MPI_Abort may take before the watchdog ends the process
-TEARDOWN_S = 0.1  # an abort ends its peers within this time; a process that is gone without one was lost
+TEARDOWN_S = 0.1  # an abort ends all peers within this time; otherwise a process that is gone was lost
 
 _installed = False
 _ending = threading.Lock()
@@ -42,14 +42,14 @@ _PR_SET_PDEATHSIG = 1
 
 
 def install() -> None:
-    """Take over the ways out of the script; called once, after mpi4py.MPI is imported."""
+    """Install hooks on all exits from the script, once, after mpi4py.MPI is imported."""
     global _installed, _previous_hook, _previous_thread_hook
     from mpi4py import MPI
 
     if _installed or not MPI.Is_initialized() or MPI.Is_finalized():
         return
     _installed = True
-    if rank_process.is_fork():  # motes was imported there first
+    if rank_process.is_fork():  # motes was first imported in the forked process
         atexit.register(_on_exit_of_fork)
         return
     os.register_at_fork(after_in_child=_become_fork)
@@ -58,7 +58,7 @@ def install() -> None:
     if process.size > 1:
         rank_process.hide()
     if not faulthandler.is_enabled() and sys.__stderr__ is not None:
-        with contextlib.suppress(OSError, ValueError, AttributeError):  # a notebook's stderr is no file
+        with contextlib.suppress(OSError, ValueError, AttributeError):  # in notebooks, stderr is not a file
             faulthandler.enable(sys.__stderr__)
     if process.size == 1:
         return
@@ -67,18 +67,18 @@ def install() -> None:
     _end_with_parent()
     _previous_hook, sys.excepthook = sys.excepthook, _on_exception
     _previous_thread_hook, threading.excepthook = threading.excepthook, _on_thread_exception
-    # The last registered runs first: mpi4py was imported before, so this runs before its MPI_Finalize.
+    # Exit handlers run in reverse order, so this one runs before mpi4py's MPI_Finalize.
     atexit.register(_on_exit)
 
 
 def _end_with_parent() -> None:
-    """End this rank when the daemon that started it is gone: without it the job would run on (Linux)."""
+    """Let the kernel kill this rank when its parent, the launcher or its daemon, is gone (Linux)."""
     if sys.platform != "linux":
         return
     parent = os.getppid()
     with contextlib.suppress(AttributeError, OSError):
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, int(signal.SIGKILL), 0, 0, 0)
-    if os.getppid() != parent:  # it was gone before
+    if os.getppid() != parent:  # the daemon died before the call above
         os._exit(1)
 
 
@@ -86,9 +86,9 @@ def _end_with_parent() -> None:
 
 
 def _become_fork() -> None:
-    """Leave the job, in a process that this rank has just forked off: it has one rank, and no run is open."""
+    """Detach a process that this rank has just forked off from the job: one rank, no open run."""
     rank_process.became_fork()
-    if process.entered:  # a crash was to be named as the rank's
+    if process.entered:  # crashes would be reported as the rank's
         _core.name_crashes("", losses.lost_line())
         _core.set_place(f"a process that {place(process.rank)} has forked off")
     _core.forget_stop_signal()
@@ -102,13 +102,13 @@ def _become_fork() -> None:
 
 
 def _on_exit_of_fork() -> None:
-    """Keep mpi4py from ending MPI in the name of the rank that forked this process off."""
+    """Keep mpi4py from finalizing MPI on behalf of the rank that forked this process."""
     if not _core.forget_mpi():
         end_fork(None)
 
 
 def end_fork(error: BaseException | None) -> NoReturn:
-    """End a process that a rank has forked off, as Python would: the run goes on without a word of it."""
+    """End a forked process as Python would; the run of the rank that forked it continues silently."""
     with contextlib.suppress(BaseException):
         if error is not None and not isinstance(error, SystemExit):
             traceback.print_exception(error)
@@ -121,13 +121,13 @@ def end_fork(error: BaseException | None) -> NoReturn:
     os._exit(0 if code is None else code & 0xFF if isinstance(code, int) else 1)
 
 
-# --- the ways out
+# --- exits
 
 
 def stop_job(error: BaseException, run: OpenRun | None = None) -> None:
     """End the whole job because `error` left the `with world:` block of `run`.
 
-    Returns only where there is one rank.
+    Returns only if there is a single rank.
     """
     if process.size == 1:
         return
@@ -150,8 +150,8 @@ def end_left(rank: int | None, *, lost: bool = False) -> NoReturn:
 
 def report_lost(rank: int, role: str, frame: int | None) -> NoReturn:
     """End the whole job because the process of another rank (of COMM_WORLD) is gone."""
-    # The process may be gone because its own abort is under way and has reported already: then this one ends
-    # here.
+    # The process may be gone because it has reported an error and is aborting the job, which then ends this
+    # process during the sleep.
     time.sleep(TEARDOWN_S)
     _end(f"{place(rank, role=role, frame=frame)}: its process is gone (killed or crashed)", "", 1, lost=True)
 
@@ -164,7 +164,7 @@ def _on_exception(kind: type[BaseException], error: BaseException, trace: Traceb
 
 def _on_thread_exception(args: threading.ExceptHookArgs) -> None:
     if args.exc_value is None or issubclass(args.exc_type, SystemExit):
-        _previous_thread_hook(args)  # a thread may end itself by sys.exit
+        _previous_thread_hook(args)  # sys.exit may end a thread
         return
     free_reserve()
     name = args.thread.name if args.thread is not None else "a thread"
@@ -173,14 +173,14 @@ def _on_thread_exception(args: threading.ExceptHookArgs) -> None:
 
 
 def _on_exit() -> None:
-    """Last act of a rank whose script ended without an error, before MPI_Finalize."""
+    """Leave the job after a script that ended without an error, before MPI_Finalize."""
     from mpi4py import MPI
 
     if MPI.Is_finalized():
         return
     if process.running:
         _end(f"{process.describe()}: the script left in the middle of the run", "", 1)
-    if process.stopped:  # the first rank to end with its exit code lets mpirun end the others
+    if process.stopped:  # flush now: mpirun ends this rank as soon as another exits with the signal's code
         for stream in (sys.stdout, sys.stderr):
             with contextlib.suppress(Exception):
                 stream.flush()
@@ -190,7 +190,7 @@ def _on_exit() -> None:
 
 
 def _close_films() -> None:
-    """Close films whose writer was lost behind the end of its world: all ranks that live are here."""
+    """Close films whose writer was lost after the end of its world; all live ranks are here."""
     from mpi4py import MPI
 
     try:
@@ -198,12 +198,12 @@ def _close_films() -> None:
         first = next(rank for rank in range(process.size) if rank not in lost)
         for movie in continuing.outlasting_movies() if lost and process.rank == first else ():
             movie.close_for_lost()
-    except Exception as error:  # any, of a film's file
+    except Exception as error:  # of any kind, from a film's file
         _end(_headline(error), _trace(error), 1)
 
 
 def _trace(error: BaseException) -> str:
-    """Format an error that has not reached the script's outermost lines yet, with those lines."""
+    """Format an error with its traceback, including the outer frames that it has not propagated to yet."""
     text, head = "".join(traceback.format_exception(error)), "Traceback (most recent call last):\n"
     caller = error.__traceback__.tb_frame.f_back if error.__traceback__ is not None else None
     if caller is None or head not in text:
@@ -216,12 +216,12 @@ def _trace(error: BaseException) -> str:
 
 def _headline(error: BaseException, run: OpenRun | None = None) -> str:
     text = "".join(traceback.format_exception_only(error)).strip()
-    # An error that all ranks agreed on names the guilty rank by itself; it need not be this one.
+    # The text of an error that all ranks raise names the rank that failed, which may be another one.
     return text if getattr(error, "speaker", None) is not None else f"{process.describe(run)}: {text}"
 
 
 def _speaker(error: BaseException, run: OpenRun | None = None) -> int | None:
-    """Return the rank of COMM_WORLD that prints an agreed error; the error knows its rank in the run."""
+    """Return the rank of COMM_WORLD that prints an agreed error; `error.speaker` is its rank in the run."""
     speaker: int | None = getattr(error, "speaker", None)
     if run is None and process.runs:
         run = process.runs[-1]
@@ -232,10 +232,10 @@ def _exit_code(error: BaseException) -> int:
     if isinstance(error, KeyboardInterrupt):
         return 130
     code = error.code if isinstance(error, SystemExit) else 1
-    return (code & 0xFF) or 1 if isinstance(code, int) else 1  # an 8-bit code must not wrap to "well done"
+    return (code & 0xFF) or 1 if isinstance(code, int) else 1  # 8 bits must not wrap to 0, success
 
 
-# --- one message, one end
+# --- the report and the end
 
 
 def _end(
@@ -247,7 +247,7 @@ def _end(
     error: BaseException | None = None,
     lost: bool = False,
 ) -> NoReturn:
-    """Print the report, if it is this rank's to print, and end every rank; `lost`: a process was lost."""
+    """Print the report, if this rank is the one to print it, and end every rank; `lost`: a rank was lost."""
     if _ending.acquire(blocking=False):
         with contextlib.suppress(BaseException):
             free_reserve()
@@ -264,7 +264,7 @@ def _end(
 
 
 def abort(code: int) -> NoReturn:
-    """End every rank with this exit code; at least this process, whatever state Python and MPI are in."""
+    """End every rank with this exit code, or at least this process, in any state of Python and MPI."""
     from mpi4py import MPI
 
     if process.survives:
@@ -281,7 +281,7 @@ def _lost(error: BaseException) -> bool:
 
 
 def _call_previous_hook(error: BaseException | None) -> None:
-    """Let the user's own hook (a logger, a crash reporter) see the error; Python's would print it twice."""
+    """Call the user's exception hook (a logger, a crash reporter); Python's would print the error twice."""
     if error is not None and _previous_hook is not sys.__excepthook__:
         with contextlib.suppress(BaseException):
             _previous_hook(type(error), error, error.__traceback__)

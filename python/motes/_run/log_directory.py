@@ -1,8 +1,8 @@
 """A log directory belongs to one run.
 
-An earlier run's log is moved aside (`today` becomes `today.1`, or the next number that is free), unless this
-run continues it. A directory that holds other things is refused, and so is one into which another run is
-writing: that run holds a lock, which the system releases when its process ends, however it ends.
+An earlier run's log is moved aside (`today` becomes `today.1`, or the next free number), unless this run
+continues it. A directory that holds other files is refused. So is one into which another run is writing: that
+run holds a lock, which the system releases whenever its process ends.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _OWN = re.compile(
     r"(run\.json|(load|frames|balance|density|events|steer)\.jsonl|spans\.r\d+\.jsonl|report\.html|trace\.json"
     r"|\.run\.json\.[0-9a-f]+\.tmp|\.(load|frames|balance|density|events)\.jsonl\.tmp)"
 )
-_ANEW = re.compile(r"spans\.r\d+\.jsonl|\..*\.tmp")  # what a run that goes on does not continue
+_ANEW = re.compile(r"spans\.r\d+\.jsonl|\..*\.tmp")  # files that a continued run starts again
 _OWNER = re.compile(rb"process \d+ on ")
 
 
@@ -39,24 +39,24 @@ class LogDirectory:
     """The directory of this run's log, claimed until `release` or the end of the process."""
 
     def __init__(self, path: Path, lock: int, moved: Path | None) -> None:
-        """Hold the lock, an open file; `LogDirectory.claim` makes one."""
+        """Hold the lock, an open file; created by `LogDirectory.claim`."""
         self.path = path
         self.moved = moved
-        """Where an earlier run's log went, if there was one."""
+        """The directory that an earlier run's log was moved to, or None."""
         self._lock = lock
 
     @classmethod
     def claim(cls, directory: str | os.PathLike[str], *, continued: bool = False) -> Self:
-        """Create the directory, empty, for this run alone.
+        """Create the directory, empty, for this run only.
 
-        `continued`: this run goes on with what an earlier one has logged there, which then stays. Timelines
-        (spans) count from a run's start, so they begin anew.
+        `continued`: keep the log of the earlier run that this one continues, except timelines (spans), which
+        count from a run's start.
 
-        Raises ArgumentError if it holds other files than a run's log or if another run writes into it, before
+        Raises ArgumentError if it holds files other than a run's log or if another run writes into it, before
         anything is changed; LogError if it cannot be created.
         """
         path = Path(directory).absolute()
-        with contextlib.suppress(OSError, RuntimeError):  # RuntimeError: symbolic links in a circle
+        with contextlib.suppress(OSError, RuntimeError):  # RuntimeError: a loop of symbolic links
             path = path.resolve()
         try:
             return cls._claim(path, os.fspath(directory), continued)
@@ -70,43 +70,43 @@ class LogDirectory:
         for _ in range(_ATTEMPTS):
             try:
                 _make(path)
-                _check_content(path, given)  # before anything is changed here
+                _check_content(path, given)  # before anything is changed
                 lock = _lock(path, given)
             except FileNotFoundError:
-                continue  # another run has moved the directory aside meanwhile
-            if lock is None:  # the same, a moment later
+                continue  # another run has moved the directory aside
+            if lock is None:  # another run has moved it aside just before the lock
                 continue
             try:
                 if not _own(path):
                     return cls(path, lock, moved)
                 _check_content(path, given)
                 if continued:
-                    earlier_run(path / "run.json")  # a damaged one is told before anything is changed
+                    earlier_run(path / "run.json")  # raises if it is damaged, before anything is changed
                     _clear(path)
                     return cls(path, lock, None)
                 moved, stays = _move_aside(path)
             except BaseException:
                 os.close(lock)
                 raise
-            if stays:  # and the lock with it
+            if stays:  # then so does the lock
                 return cls(path, lock, moved)
             os.close(lock)
         raise LogError(f"other runs keep on claiming the log directory {path}")
 
     def release(self) -> None:
-        """Let another run have the directory. Calling it again does nothing."""
+        """Release the lock; do nothing if it has been released."""
         lock, self._lock = self._lock, -1
         if lock >= 0:
             os.close(lock)
 
     def __del__(self) -> None:
-        """Let another run have the directory."""
+        """Release the lock."""
         with contextlib.suppress(Exception):
             self.release()
 
 
 def _make(path: Path) -> None:
-    """Make a directory where there is none. Raises FileNotFoundError where there was one a moment ago."""
+    """Create a directory if there is none. Raises FileNotFoundError if it has just been moved away."""
     try:
         path.mkdir(parents=True, exist_ok=True)
     except FileExistsError:
@@ -123,7 +123,7 @@ def _check_content(path: Path, given: str) -> None:
 
 
 def _is_log(path: Path, names: list[str]) -> bool:
-    """Tell whether a run has claimed this directory before; it may hold other files, and no run.json yet."""
+    """Return whether a run has claimed this directory; it may hold other files, and no run.json yet."""
     with contextlib.suppress(OSError):
         if (path / LOCK).is_file() and _OWNER.match((path / LOCK).read_bytes()[:200]):
             return True
@@ -134,20 +134,20 @@ def _is_log(path: Path, names: list[str]) -> bool:
 
 
 def _own(path: Path) -> list[str]:
-    """List what a run has logged; run.json, which says that this is a log, comes last."""
+    """List the files of a run's log; run.json, which marks a directory as a log, comes last."""
     own = [name for name in os.listdir(path) if _OWN.fullmatch(name)]
     return sorted(own, key=lambda name: (name == "run.json", name))
 
 
 def _clear(path: Path) -> None:
-    """Remove what a run that goes on writes anew, and drafts of the earlier one."""
+    """Remove files that a continued run starts again, and temporary files of the earlier run."""
     for name in _own(path):
         if _ANEW.fullmatch(name):
             (path / name).unlink()
 
 
 def _lock(path: Path, given: str) -> int | None:
-    """Lock a directory. Returns the open lock file, or None if the directory no longer has that name.
+    """Lock a directory. Returns the open lock file, or None if the directory has been moved away.
 
     Raises ArgumentError if another run has the lock.
     """
@@ -168,19 +168,19 @@ def _lock(path: Path, given: str) -> int | None:
     if not same:
         os.close(file)
         return None
-    with contextlib.suppress(OSError):  # a full disk: the log itself will say so
+    with contextlib.suppress(OSError):  # on a full disk, writing the log will report the error
         os.ftruncate(file, 0)
         os.pwrite(file, f"process {os.getpid()} on {socket.gethostname()}\n".encode(), 0)
     return file
 
 
 def _move_aside(path: Path) -> tuple[Path, bool]:
-    """Give an earlier run's log the first free name of `today.1`, `today.2`, ...
+    """Move an earlier run's log to the first free name of `today.1`, `today.2`, ...
 
-    Returns where it is now, and whether the directory itself stayed where it was.
+    Returns the new directory, and whether only the log's files were moved and the old directory stayed.
     """
     names = [name for name in os.listdir(path) if name != LOCK]
-    # Where the script works inside the directory, or keeps other files there, the directory itself stays.
+    # If the current directory is inside, or other files are, the directory itself stays.
     stays = not all(_OWN.fullmatch(name) for name in names) or path in [Path.cwd(), *Path.cwd().parents]
     number = 1
     while True:
@@ -194,7 +194,7 @@ def _move_aside(path: Path) -> tuple[Path, bool]:
                 return aside, False
             aside.mkdir()
         except OSError as error:
-            if error.errno in (errno.EEXIST, errno.ENOTEMPTY):  # another run took the name meanwhile
+            if error.errno in (errno.EEXIST, errno.ENOTEMPTY):  # another run has just taken the name
                 continue
             raise LogError(
                 f"the earlier log in {path} cannot be moved aside to {aside}: {error.strerror}"

@@ -1,4 +1,4 @@
-"""Ranks that are lost while the others go on, as far as Python sees them: `motes run --survive`."""
+"""Ranks that are lost while the others continue (`motes run --survive`): the Python side."""
 
 from __future__ import annotations
 
@@ -30,29 +30,29 @@ __all__ = [
 ]
 
 ENVIRONMENT = {"OMPI_MCA_ompi_async_mpi_finalize": "1"}
-"""For a launcher. Left alone, MPI_Finalize waits for the lost ranks, too, in about one run of ten."""
+"""Variables that a launcher sets. Without them, MPI_Finalize waits for lost ranks in about one run of ten."""
 
 END = "*** motes: end of the job, exit code "
-"""What a rank says on standard error for `motes run` to end the whole job, followed by the code."""
+"""Printed by a rank on standard error, followed by the code, to make `motes run` end the whole job."""
 
 LOST = "*** motes: the next report is of a lost rank"
-"""What a rank says before its report for `motes run` to know that another start may come to the end."""
+"""Printed by a rank before its report to tell `motes run` that restarting may succeed."""
 
-_END_WAIT_S = 5.0  # how long this may take
+_END_WAIT_S = 5.0  # how long ending the job may take
 _PATIENCE_S = 10.0
 _LOOK_S = 0.02
 _FAULT_TOLERANT = "OMPI_MCA_mpi_ft_enable"  # set by `mpirun --with-ft ulfm`
 
 
 def survived() -> bool:
-    """Tell whether this job goes on when a rank is lost."""
+    """Return whether this job continues when a rank is lost."""
     from .. import _core
 
     return os.environ.get(_FAULT_TOLERANT, "").lower() in ("1", "true") and _core.mpi_can_survive()
 
 
 def lost_ranks(comm: MPI.Comm) -> list[int]:
-    """List the ranks of a communicator that are known to be lost; none where a loss ends the job."""
+    """List the ranks of a communicator that are known to be lost; empty if a loss ends the job."""
     if not process.survives:
         return []
     lost = comm.Get_failed()
@@ -62,7 +62,7 @@ def lost_ranks(comm: MPI.Comm) -> list[int]:
 
 @contextlib.contextmanager
 def unless_lost(give_up: Callable[[], object] = lambda: None) -> Iterator[None]:
-    """Do MPI's work inside, or give it up where a loss that is survived has made it impossible."""
+    """Suppress MPI errors in the block and call `give_up` instead, if the job survives losses."""
     from mpi4py import MPI
 
     try:
@@ -74,9 +74,9 @@ def unless_lost(give_up: Callable[[], object] = lambda: None) -> Iterator[None]:
 
 
 def taken_over(claim: Callable[[], T]) -> T:
-    """Return what `claim` gives; a process that is gone may need a while to let go of what it has locked.
+    """Return the result of `claim`, retrying while a lost process has not yet released its lock.
 
-    Raises the ArgumentError of `claim` where somebody else has it.
+    Raises the ArgumentError of `claim` if the lock is not released in time.
     """
     limit = time.monotonic() + _PATIENCE_S
     while True:
@@ -89,16 +89,16 @@ def taken_over(claim: Callable[[], T]) -> T:
 
 
 def lost_line() -> str:
-    """Return the line `LOST` where `motes run` reads it, or nothing."""
+    """Return the line `LOST` if `motes run` reads it, otherwise ""."""
     return f"{LOST}\n" if os.environ.get(open_worlds.FOLDER) else ""
 
 
 def end_job(code: int) -> NoReturn:
-    """End every rank where losses are survived: there the others take MPI_Abort for one more loss."""
+    """End every rank of a job that survives losses: there MPI_Abort would count as the loss of one rank."""
     with contextlib.suppress(BaseException):
         if os.environ.get(open_worlds.FOLDER):
             write_all(2, f"\n{END}{code}\n".encode())
             time.sleep(_END_WAIT_S)
-        os.kill(os.getppid(), signal.SIGTERM)  # a launcher that nobody watches over, or its daemon here
+        os.kill(os.getppid(), signal.SIGTERM)  # the launcher, if `motes run` does not watch it, or its daemon
         time.sleep(_END_WAIT_S)
     os._exit(code)

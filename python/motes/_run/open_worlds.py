@@ -1,11 +1,11 @@
-"""Open worlds as the launcher sees them: one file per open world of each rank, in the launcher's folder.
+"""Open worlds as seen by the launcher: one file per open world of each rank, in the launcher's folder.
 
-`RANK-WORLD-...` is there while a rank is in a world, `ended-WORLD` once one of its ranks came to the end,
-where losses are survived: those that were lost a moment later do not count.
+`RANK-WORLD-...` exists while a rank is in a world. `ended-WORLD` is created once a rank reaches the world's
+end in a job that survives losses: ranks that are lost afterwards do not count.
 
 Open MPI 5 returns 0 from a run that lost a whole host. A rank on the launcher's host that entered a world and
-never left it shows that such a run did not finish. The files also say where signals must go that ask a run to
-stop: mpirun would kill its ranks half a second after it got one.
+never left it shows that the run did not finish. The files also tell which processes to signal to stop a run:
+mpirun would kill its ranks half a second after it got a signal.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from .peers import Peer, lives
 __all__ = ["FOLDER", "end", "enter", "forget", "leave", "left_open", "send"]
 
 _ENDED = "ended"
-FOLDER = "MOTES_OPEN_WORLDS"  # the environment variable that names it; ranks of other hosts do not find it
+FOLDER = "MOTES_OPEN_WORLDS"  # environment variable with the folder's path, which other hosts do not have
 
 
 def enter(rank: int, world: str) -> Path | None:
-    """Note that a world of this rank is open, of this name on all its ranks; returns what `leave` takes."""
+    """Note that this rank is in a world; `world`: its name, equal on all ranks. Return `leave`'s argument."""
     folder = environment.read(FOLDER)
     if not folder or not Path(folder).is_dir():
         return None
@@ -36,25 +36,25 @@ def enter(rank: int, world: str) -> Path | None:
 
 
 def leave(file: Path | None) -> None:
-    """Note that the world of `enter` is closed."""
+    """Note that this rank has left the world; `file`: the result of `enter`."""
     if file is not None:
         with contextlib.suppress(OSError):
             file.unlink(missing_ok=True)
 
 
 def end(file: Path | None) -> None:
-    """Note that all ranks of the world of `enter` have agreed on its end."""
+    """Note that all ranks of the world have agreed on its end; `file`: the result of `enter`."""
     if file is not None:
         with contextlib.suppress(OSError):
             (file.parent / f"{_ENDED}-{file.name.split('-')[1]}").touch()
 
 
 def send(folder: str | os.PathLike[str], number: int) -> int:
-    """Send a signal to each rank of this host that is in a world; returns how many there are."""
+    """Send a signal to each rank of this host that is in a world; return the number of ranks."""
     here = Peer.here(rank=0, role="")
     reached = set()
     for file in Path(folder).iterdir():
-        with contextlib.suppress(OSError, ValueError):  # half written, or the process is gone
+        with contextlib.suppress(OSError, ValueError):  # the file is half written, or the process is gone
             pid, started, space = file.read_text().split(" ", 2)
             its = here._replace(pid=int(pid), started=int(started))
             if space == here.space and its.pid not in reached and lives(its):
@@ -64,7 +64,7 @@ def send(folder: str | os.PathLike[str], number: int) -> int:
 
 
 def forget(rank: int) -> None:
-    """Take back every note of a rank that is lost."""
+    """Remove all notes of a lost rank."""
     folder = environment.read(FOLDER)
     if folder and Path(folder).is_dir():
         for file in Path(folder).glob(f"{rank}-*"):
@@ -72,7 +72,7 @@ def forget(rank: int) -> None:
 
 
 def left_open(folder: str | os.PathLike[str]) -> list[int]:
-    """List the ranks that entered a world and did not leave it, though it has not ended."""
+    """List the ranks that entered a world and never left it, except worlds that have ended."""
     notes = [file.name.split("-") for file in Path(folder).iterdir()]
     ended = {note[1] for note in notes if note[0] == _ENDED}
     return sorted({int(rank) for rank, world, *_ in notes if rank != _ENDED and world not in ended})

@@ -1,4 +1,4 @@
-"""Whether the processes of the other ranks are alive, as far as this host can tell."""
+"""Watch whether the other ranks' processes are alive, as far as this host can tell."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ class Peer(NamedTuple):
     host: str
     pid: int
     started: int
-    """Start of the process in ticks since the host's start: it tells reused process numbers apart."""
+    """The process's start in clock ticks since boot, to detect that its pid has been reused."""
     space: str
-    """Where that number means something: the host's boot and its space of process numbers (containers)."""
+    """The scope of `pid`: the host's boot id and the pid namespace (containers)."""
 
     @classmethod
     def here(cls, *, rank: int, role: str) -> Peer:
-        """Describe this process, for the others."""
+        """Describe this process to the other ranks."""
         space = ""
         with contextlib.suppress(OSError), open("/proc/sys/kernel/random/boot_id") as file:
             space = f"{file.read().strip()} {os.readlink('/proc/self/ns/pid')}"
@@ -39,7 +39,7 @@ class Peer(NamedTuple):
 
 
 class PeerWatch:
-    """Notices that a process on this host is gone, by the system's process handles where it has them."""
+    """Detects that a process on this host is gone, by pidfds if the system has them."""
 
     def __init__(self, peers: Sequence[Peer], *, rank: int) -> None:
         """Watch the peers that share the host of `rank`, this process."""
@@ -56,18 +56,18 @@ class PeerWatch:
         for peer in self.peers.values():
             try:
                 handle = os.pidfd_open(peer.pid)
-            except (OSError, AttributeError):  # gone already, or an old system: its number tells
+            except (OSError, AttributeError):  # gone already, or no pidfds on this system: check by pid
                 self._by_number.append(peer)
             else:
                 self._by_handle[handle] = peer
                 self._poll.register(handle, select.POLLIN)
-                if not lives(peer):  # the number went to another process before the handle was opened
+                if not lives(peer):  # the pid was reused before the handle was opened
                     self._by_number.append(peer)
 
     def check(self, now: float | None = None) -> int | None:
-        """Name a rank whose process is gone or a zombie, or None; looks at most once in 20 ms.
+        """Return a rank whose process is gone or a zombie, or None; check at most every 20 ms.
 
-        `now` is a monotonic time in seconds, for a caller who has it at hand.
+        `now`: the monotonic time in seconds, if the caller knows it.
         """
         now = time.monotonic() if now is None else now
         if now - self._last < PEER_CHECK_S:
@@ -81,14 +81,14 @@ class PeerWatch:
         return None
 
     def alive(self, rank: int) -> bool | None:
-        """Tell whether the process of a rank is alive; None if this host cannot tell."""
+        """Return whether the process of a rank is alive; None if this host cannot tell."""
         if rank == self.rank:
             return True
         peer = self.peers.get(rank)
         return None if peer is None else lives(peer)
 
     def life(self, rank: int) -> tuple[bool | None, str]:
-        """Return the same, and words for it: "its process 4711 is stopped". A rank below 0: all ranks."""
+        """Return `alive(rank)` and a description, as "its process 4711 is stopped"; `rank` < 0: all ranks."""
         if rank < 0:
             lives = [self.alive(peer) for peer in range(self.size)]
             known = False if False in lives else None if None in lives else True
@@ -103,27 +103,27 @@ class PeerWatch:
         return True, f"its process {self.peers[rank].pid} {_state(self.peers[rank].pid)}"
 
     def close(self) -> None:
-        """Give the handles back."""
+        """Close the handles."""
         for handle in self._by_handle:
             os.close(handle)
         self._by_handle, self._by_number, self._poll = {}, [], select.poll()
 
     def __del__(self) -> None:
-        """Give the handles back."""
+        """Close the handles."""
         with contextlib.suppress(Exception):
             self.close()
 
 
 def lives(peer: Peer) -> bool:
-    """Tell whether a process of this host is there, and the same one."""
+    """Return whether a process of this host is alive, and its pid has not been reused."""
     try:
         return _started(peer.pid) == peer.started
-    except OSError:  # out of file descriptors, say: nothing is known, and a false alarm would end the job
+    except OSError:  # for example, out of file descriptors: a false alarm would end the job
         return True
 
 
 def _state(pid: int) -> str:
-    """Describe what the system does with a live process."""
+    """Describe the state of a live process."""
     with contextlib.suppress(OSError, IndexError):
         with open(f"/proc/{pid}/stat", "rb") as file:
             state = file.read().rpartition(b")")[2].split()[0]
@@ -135,11 +135,11 @@ def _state(pid: int) -> str:
 
 
 def _started(pid: int) -> int | None:
-    """Return when a live process started, in ticks since the host's start; None if it is gone or a zombie."""
+    """Return a live process's start in clock ticks since boot; None if it is gone or a zombie."""
     try:
         with open(f"/proc/{pid}/stat", "rb") as file:
-            # The name, in parentheses, may hold anything; the state and 18 numbers on, the start, come
-            # after it.
+            # The name, in parentheses, may contain anything. The state follows it, and the start is 19 fields
+            # after the state.
             fields = file.read().rpartition(b")")[2].split()
     except (FileNotFoundError, ProcessLookupError):
         return None

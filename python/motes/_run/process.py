@@ -1,4 +1,4 @@
-"""This process and the runs that are open in it: what messages say about where a rank was."""
+"""This process and its open runs, for messages that say where a rank was."""
 
 from __future__ import annotations
 
@@ -19,29 +19,29 @@ __all__ = ["OpenRun", "Process", "process"]
 
 @dataclass(eq=False, repr=False)
 class OpenRun:
-    """A world from its start to its end, as messages and the way out of the script need to know it."""
+    """A world's run, with the state that messages and exits from the script need."""
 
     role: str = ""
-    """As text, such as "calculator 0" or "image generator, manager"."""
+    """This rank's role as text, such as "calculator 0" or "image generator, manager"."""
     frame: int | None = None
     ranks: list[int] = field(default_factory=list)
-    """The rank in COMM_WORLD of each rank of the world; empty where they are the same."""
+    """The rank in COMM_WORLD of each rank of the world; empty if they are the same."""
 
     comm: MPI.Intracomm | None = None
-    """A duplicate of the world's communicator, for messages that Python sends beside the core."""
+    """A duplicate of the world's communicator, for messages sent by Python rather than by the core."""
     peers: list[Peer] = field(default_factory=list)
-    """One per rank of the world."""
+    """The processes of the world's ranks."""
     threads: list[int] = field(default_factory=list)
-    """Of each rank."""
+    """The number of threads of each rank."""
     watch: PeerWatch | None = None
     log: LogDirectory | None = None
-    """On the manager, where there is a log."""
+    """The log's directory, on the manager of a run with a log."""
     noted: Path | None = None
-    """The launcher's note that this run is open."""
+    """The file that tells the launcher that this run is open."""
     warn_s: float = 60.0
-    """After so many seconds without an answer the others speak of this rank, or give up."""
+    """Seconds without an answer after which other ranks warn or give up."""
     busy: dict[int, str] = field(default_factory=dict)
-    """Ranks that reported long work, which keeps them from answering."""
+    """Ranks that do long work and cannot answer -> what they do."""
 
     def world_rank(self, rank: int) -> int:
         """Return the rank in COMM_WORLD of a rank of this run."""
@@ -50,23 +50,24 @@ class OpenRun:
 
 @dataclass(eq=False, repr=False)
 class Process:
-    """What this process is doing."""
+    """This process: its rank, its open runs, and how it was stopped."""
 
     rank: int = 0
-    """In COMM_WORLD, as `size`."""
+    """This process's rank in COMM_WORLD."""
     size: int = 1
+    """The number of ranks of COMM_WORLD."""
     job: str = ""
-    """The launcher's name of the job, where it gave one."""
+    """The launcher's name of the job; "": it has none."""
     survives: bool = False
-    """The launcher lets the other ranks go on when one is lost (`motes run --survive`)."""
+    """Whether the job continues when a rank is lost (`motes run --survive`)."""
     left: MPI.Intracomm | None = None
-    """The ranks that are left, once a world of all ranks has gone on without some; None before."""
+    """The surviving ranks, once a world of all ranks has lost some; None before."""
     runs: list[OpenRun] = field(default_factory=list)
-    """The open ones, in the order of their start; any number may be open at once."""
+    """The open runs, in the order of their start; several may be open at once."""
     entered: int = 0
-    """How many runs it has taken part in."""
+    """The number of runs that this process has taken part in."""
     stopped: int = 0
-    """The signal because of which a run of this process was stopped, or 0."""
+    """The signal that stopped a run of this process, or 0."""
 
     @property
     def running(self) -> bool:
@@ -84,12 +85,12 @@ class Process:
             self.runs.remove(run)
 
     def forget(self) -> None:
-        """Start again, in a process that a rank has forked off."""
+        """Reset the state in a process that a rank has forked."""
         self.rank, self.size, self.survives = 0, 1, False
         self.runs, self.entered, self.stopped = [], 0, 0
 
     def describe(self, run: OpenRun | None = None) -> str:
-        """Name this rank, by the given run or the last that was opened: "rank 2 (calculator 0), frame 7"."""
+        """Name this rank in the given or the last opened run: "rank 2 (calculator 0), frame 7"."""
         if run is None and self.runs:
             run = self.runs[-1]
         return place(self.rank) if run is None else place(self.rank, role=run.role, frame=run.frame)

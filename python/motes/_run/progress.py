@@ -1,6 +1,6 @@
-"""The progress that a run shows: whole lines on the manager's standard error, at most one per second.
+"""The progress of a run: whole lines on the manager's standard error, at most one per second.
 
-Launchers forward whole lines and misreport terminals, so whole lines are what arrives everywhere.
+Launchers forward whole lines and misreport terminals, so whole lines work everywhere.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def line(row: Mapping[str, Any], *, total: int, fps: float, host: str = "") -> s
 
 
 def reached(done: int, *, total: int, fps: float, particles: int) -> str:
-    """Say how far a run is, and with how many particles: the part of a line that any run has."""
+    """Describe how far a run is and how many particles it has: the part of `line` that every run has."""
     parts = [f"frame {done}/{total}" if total else f"frame {done}"]
     if total:
         parts.append(f"{100 * done // total}%")
@@ -49,10 +49,10 @@ def reached(done: int, *, total: int, fps: float, particles: int) -> str:
 
 
 class Progress:
-    """Shows the manager's rows: as "lines", as a "bar", by the user's function(row), or "off"."""
+    """Shows the manager's rows as "lines", as a "bar", by a user's function, or not at all ("off")."""
 
     def __init__(self, way: str | Callable[[dict[str, Any]], None], hosts: Sequence[str] = ()) -> None:
-        """Take the way and the ranks' hosts; MOTES_PROGRESS overrides a way given by name."""
+        """Store how to show progress, unless MOTES_PROGRESS says otherwise, and the ranks' hosts."""
         self.way = check(way)
         self.hosts = hosts if len(set(hosts)) > 1 else ()
         self._shown = -EVERY_S
@@ -62,7 +62,7 @@ class Progress:
         self._open_bar = False
 
     def update(self, row: dict[str, Any] | None, *, total: int, last: bool = False) -> None:
-        """Show a row if it is new and its time has come, or if it is the last."""
+        """Show a row if it is new and a second has passed since the last one, or if it is the last."""
         if row is None or self.way == "off" or row["frame"] == self._last:
             return
         self._last = row["frame"]
@@ -85,7 +85,7 @@ class Progress:
 
 
 def check(way: Any) -> str | Callable[[dict[str, Any]], None]:
-    """Return the way to show progress; the environment takes precedence."""
+    """Return how to show progress, checked; MOTES_PROGRESS takes precedence."""
     wish: str | None = environment.read("MOTES_PROGRESS")
     if wish is not None:
         return wish

@@ -1,4 +1,4 @@
-"""run.json: what was run, by whom and on which machines; written whole when the run starts, or goes on."""
+"""run.json: what was run, how and on which machines; written whole when a run starts or is continued."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ def write_run(
 ) -> None:
     """Write `directory`/run.json from the world's facts, and the host and threads of each rank.
 
-    `continued_from`: the first frame of a run that goes on after another one. The facts of the first start
-    stay, and what differs now becomes an entry of the list `continued`. Raises LogError if the file is
+    `continued_from`: the first frame of a run that continues an earlier one. The facts of the first start are
+    kept, and those that have changed are appended to the list `continued`. Raises LogError if the file is
     damaged.
     """
     path = Path(directory) / "run.json"
@@ -69,7 +69,7 @@ def _of_this_process(facts: dict[str, Any], hosts: Sequence[str], threads: Seque
 
 
 def _appended(first: dict[str, Any], now: dict[str, Any], frame: int) -> dict[str, Any]:
-    """Add what a continuation says to the facts of the first start."""
+    """Append the changed facts of a continuation to the facts of the first start."""
     always = ("started_unix_s", "argv", "ranks", "pid", "host")
     differ = [name for name in now if name in always or first.get(name) != now[name]]
     part = {"frame": frame, **{name: now[name] for name in differ}}
@@ -77,7 +77,7 @@ def _appended(first: dict[str, Any], now: dict[str, Any], frame: int) -> dict[st
 
 
 def earlier_run(path: Path) -> dict[str, Any] | None:
-    """Read the run.json of a run that goes on; None if there is none: it had no log.
+    """Read the run.json of the run that is continued; return None if it had no log.
 
     Raises LogError if it is damaged.
     """
@@ -93,7 +93,7 @@ def earlier_run(path: Path) -> dict[str, Any] | None:
 
 
 def motes_version() -> str:
-    """Return the version of the installed package; "unknown" where there is none."""
+    """Return the version of the installed package; "unknown" if it is not installed."""
     from importlib.metadata import PackageNotFoundError, version  # takes 14 ms
 
     try:

@@ -1,4 +1,4 @@
-"""Whether a checkpoint is of this script, with these arguments."""
+"""Check whether a checkpoint was made by this script, with these arguments."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from typing import Any
 
 __all__ = ["difference", "facts"]
 
-_SHOWN = 60  # characters of a line
+_SHOWN = 60  # most characters of a line that are shown
 
 
 def facts() -> dict[str, Any]:
-    """Return what a checkpoint keeps of the script that makes it; empty where there is no script's file."""
+    """Return the facts about the script for a checkpoint; path and text are empty if it is not a file."""
     path = Path(sys.argv[0]) if sys.argv and sys.argv[0] else None
     text = path.read_text(errors="replace") if path is not None and path.is_file() else ""
     import hashlib
@@ -28,7 +28,7 @@ def facts() -> dict[str, Any]:
 
 
 def difference(then: dict[str, Any], now: dict[str, Any]) -> str:
-    """Say how this script or its arguments differ from those of a checkpoint; empty where they do not."""
+    """Describe how this script or its arguments differ from a checkpoint's; "" if they do not."""
     if then["arguments"] != now["arguments"]:
         return (
             f"the script's arguments were {_arguments(then['arguments'])} and are "
@@ -54,7 +54,7 @@ def _first_difference(before: str, after: str) -> int:
 
 
 def _line(text: str | None, difference: int) -> str:
-    """Show a line, or the part of a long one where it differs."""
+    """Return a line's text, or of a long one the part around the difference."""
     if text is None:
         return "not there"
     start = max(0, difference - _SHOWN // 2) if len(text.strip()) > _SHOWN else 0

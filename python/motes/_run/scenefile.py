@@ -1,15 +1,13 @@
 """`python -m motes record`: what a script records, frame by frame, as a file that replays without Python.
 
-A scene holds each frame's recorded list: systems, births, actions, spawn rules, sprites, the view.
-Particles are not in it: they follow from the lists and the seed. So the script runs, its lists are kept, and
-nothing is computed, unless the script reads: `System.local`, `gather`, sums, `World.digest`, `count`, `born`,
-`dropped` and `cuts` compute everything up to this point of the script, and from then on all is computed. (On
-several ranks all is computed from the start: a getter must not communicate.) Pictures are not made: frames
-are falsy, as on ranks other than the image generator, and movies are empty. `--full` computes and draws as an
-ordinary run does.
+A scene holds each frame's recorded list: systems, births, actions, spawn rules, sprites, the view. It holds
+no particles, which follow from the lists and the seed. The script runs and its lists are kept, but nothing is
+computed until the script reads: `System.local`, `gather`, sums, `World.digest`, `count`, `born`, `dropped`
+and `cuts` compute everything up to that point, and from then on all frames are computed. (On several ranks,
+all frames are computed, because a getter must not communicate.) No pictures are drawn: frames are falsy, as
+on ranks other than the image generator, and movies are empty. `--full` computes and draws as usual.
 
-What only the script itself can do cannot be in the file and is refused: callbacks, and writing particles in
-`System.local`.
+Callbacks and writing particles in `System.local` are refused, because a scene cannot contain them.
 """
 
 from __future__ import annotations
@@ -33,28 +31,28 @@ NO_PICTURE = "a recording draws none; `record --full` does"
 
 @dataclass(eq=False, repr=False)
 class Recording:
-    """The scene that this process records, and where it goes."""
+    """The scene that this process records, and its file."""
 
     path: Path
     full: bool = False
-    """Particles and pictures are made as in an ordinary run."""
+    """Whether particles are computed and pictures drawn as in an ordinary run."""
     claimed: bool = False
-    """A world is being recorded, or has been."""
+    """Whether a world is being recorded, or has been."""
     content: bytes | None = None
     """The content of the file, once the world has ended."""
     facts: dict[str, int] = field(default_factory=dict)
-    """What is printed about it."""
+    """The numbers to print about the scene."""
     here: bool = False
-    """Whether this rank writes and reports."""
+    """Whether this rank writes the file and reports."""
 
     def refuse(self, frame: int, what: str) -> NoReturn:
-        """Say that the file cannot hold what the script did."""
+        """Raise MotesError: a scene cannot hold what the script did."""
         raise MotesError(
             f"record: frame {frame}: {what}, which only Python can do again; a recorded scene cannot hold it"
         )
 
     def keep(self, engine: _core.Engine, facts: Mapping[str, Any], here: bool) -> None:
-        """Take what the world has recorded; `here`: on the rank that writes the file."""
+        """Store what the world has recorded; `here`: whether this rank writes the file."""
         self.content, self.here = engine.scene_bytes(_texts(facts)), here
         self.facts = {"frames": engine.kept, "systems": len(facts["systems"]), "bytes": len(self.content)}
 
@@ -70,7 +68,7 @@ active: Recording | None = None
 
 
 def claim(engine: _core.Engine) -> Recording | None:
-    """Let the recording, if there is one, keep this engine's lists."""
+    """Let the active recording, if any, keep this engine's lists."""
     if active is None:
         return None
     if active.claimed:
@@ -83,8 +81,8 @@ def claim(engine: _core.Engine) -> Recording | None:
 def record(program: Sequence[str], path: Path, *, full: bool = False) -> Recording | None:
     """Run `program`, a script and its arguments, in this process and write its scene to `path`.
 
-    Returns None if the script failed with an error of motes, which is then on standard error. Raises
-    SystemExit where the script left with an exit code other than 0, MotesError where it ran no world.
+    Returns None if the script failed with an error of motes, after printing it on standard error. Raises
+    SystemExit if the script exited with a code other than 0, MotesError if it ran no world.
     """
     global active
     active = Recording(path.absolute(), full)

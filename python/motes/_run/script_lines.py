@@ -1,4 +1,4 @@
-"""Which line of the script an error belongs to, also where another rank raised it."""
+"""Find the line of the script that an error belongs to, even if another rank raised it."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ __all__ = ["Line", "located", "number_of", "rank_error", "running_line"]
 
 _PACKAGE = str(Path(__file__).resolve().parents[1])
 _LIBRARIES = (os.path.dirname(os.__file__), *site.getsitepackages())
-# How the core writes down a Python error: "TypeError: text", notes, then its frames, innermost first.
+# The core's text of a Python error: "TypeError: text", notes, then its frames, innermost first.
 _FRAMES = "\n\nAt:\n"
 _FRAME = r"(?m)^  (.*)\((\d+)\): (.*)$"
 _CALLS_BACK = "called"  # the method of Callbacks that calls a script's function
-_of_script: dict[str, bool] = {}  # by file
+_of_script: dict[str, bool] = {}  # file -> whether it belongs to the script
 
 Line: TypeAlias = "tuple[CodeType, int]"
-"""An instruction of the script: its line is worked out when it is asked for."""
+"""An instruction of the script; its line number is computed only when needed."""
 
 
 def rank_error(
@@ -42,8 +42,8 @@ def rank_error(
 ) -> RankError:
     """Return the error for a failure on another rank, as the core describes it.
 
-    If Python code of the script failed there, the description holds its line and its callers. `place`: system
-    and call in this frame's list, if it is known.
+    If Python code of the script failed there, `text` contains its line and its callers. `place`: the call's
+    system and index in this frame's list, if known.
     """
     message, _, shown = text.partition(_FRAMES)
     frames = [(file, int(line), function) for file, line, function in re.findall(_FRAME, shown)]
@@ -69,10 +69,10 @@ def rank_error(
 def located(
     line_of: Callable[[tuple[int, int]], Line | None], failed_at: Callable[[], tuple[int, int]]
 ) -> Iterator[None]:
-    """Let errors name the script's line: where the call that failed was recorded, or what runs here.
+    """Let errors from the block name the script's line that recorded the failed call, or that runs now.
 
-    `line_of` gives the line of a call by its system and number; `failed_at` says which one failed on this
-    rank.
+    `line_of` returns the line of a call, given its system and index; `failed_at` returns system and index of
+    the call that failed on this rank.
     """
     try:
         yield
@@ -99,10 +99,10 @@ def located(
 
 
 def running_line(depth: int) -> Line:
-    """Return the innermost instruction under way that belongs to the script.
+    """Return the innermost instruction of the script on the call stack.
 
-    `depth`: so many calls of the package at least stand between it and this one. Each frame that need not
-    be looked at saves a tenth of a microsecond.
+    `depth`: at least this many calls of the package are between the script and this function. Each stack
+    frame that can be skipped saves a tenth of a microsecond.
     """
     frame = sys._getframe(depth + 1)
     while (of_script := _of_script.get(frame.f_code.co_filename)) is not True:
@@ -118,9 +118,9 @@ def running_line(depth: int) -> Line:
 
 @lru_cache(maxsize=4096)
 def number_of(place: Line | str) -> int:
-    """Return 64 bits that stand for a line of the script, or for a text: the same ones in each process."""
+    """Return a 64-bit hash of a line of the script or of a text, the same in each process."""
     text = (place if isinstance(place, str) else _shown(place)).encode(errors="surrogatepass")
-    import hashlib  # only where there is a source: a world starts without it
+    import hashlib  # late: only scripts with sources need it
 
     return int.from_bytes(hashlib.blake2b(text, digest_size=8).digest(), "little")
 
@@ -141,7 +141,7 @@ def _running() -> str | None:
 
 
 def _innermost(frames: Sequence[tuple[str, int]]) -> str | None:
-    """Return the first frame, innermost first, that belongs to the script, as "snow.py:21"."""
+    """Return the innermost stack frame of the script, as "snow.py:21"; `frames`: innermost first."""
     others = [(file, line) for file, line in frames if not _is_ours(file) and not file.startswith("<frozen")]
     script = [(file, line) for file, line in others if not file.startswith(_LIBRARIES)]
     for file, line in script or others:

@@ -1,4 +1,4 @@
-"""The settings of a run: one frozen value, which all ranks compare, the core gets and the log keeps."""
+"""The settings of a run: one immutable value that ranks compare, and that core and log get."""
 
 from __future__ import annotations
 
@@ -13,77 +13,78 @@ from ..balance import policy_of
 
 __all__ = ["RunSettings"]
 
-_NOT_COMPARED = ("speeds", "stall_s", "threads")  # of this machine
+_NOT_COMPARED = ("speeds", "stall_s", "threads")  # these may differ between machines
 
 
 class RunSettings(NamedTuple):
-    """The arguments of a World, checked; the environment has taken precedence."""
+    """The checked arguments of a World, after environment variables have taken precedence."""
 
     seed: int | None
-    """None before the ranks have agreed on the one that rank 0 draws."""
+    """The seed; None before the ranks have agreed on the seed that rank 0 draws."""
     dt: float
     substeps: int
     axis: str
     space: tuple[float, float] | str | None
     periodic: tuple[Period, ...]
     roles: tuple[int, int, Sequence[int]]
-    """Manager, image generator, calculators: ranks."""
+    """The ranks of the manager, the image generator and the calculators."""
     balancer: Any
-    """One of motes.balance, whose policy the core takes."""
+    """A balancer of motes.balance."""
     combine: str
     births: str
     fan_out: int
     skin: float | None
-    """Of kept neighbour lists, as a part of how far a law sees; None: what is cheapest."""
+    """The skin of neighbour lists as a fraction of a law's reach; None: the cheapest."""
     threads: int | None
-    """Of this rank; None: its share of the processors, once the ranks have met."""
+    """The number of this rank's threads; None: its share of the processors, set after the handshake."""
     clock: str
     digest: bool
     log: str | None
     spans: bool
     speeds: Mapping[int, float]
-    """Ranks that behave like slower machines."""
+    """The relative speeds of ranks that simulate slower machines."""
     stall_s: float | None
-    """Seconds without an answer after which a rank gives up, whatever lives; None: no limit was set."""
+    """Seconds without an answer after which a rank gives up, even on a live process; None: not set."""
 
     checkpoint: Checkpoint | None = None
     on_loss: str = "stop"
     live: Live | None = None
     crowded: bool = False
-    """Whether a host has fewer processors than ranks, once the ranks have met."""
+    """Whether a host has fewer processors than ranks; set after the handshake."""
     steering: str | None = None
-    """A steer.jsonl of the run that this one repeats."""
+    """The path of the steer.jsonl of the run that this one repeats."""
     continued_from: int = 0
-    """The first frame still to do of a run that goes on after another one, in its log; 0: a new run."""
+    """The first frame of a run that continues an earlier one and its log; 0: a new run."""
 
     def agreed(self, *, seed: int, threads: int, continued_from: int, crowded: bool) -> Self:
-        """Return the same with what is known once the ranks have met."""
+        """Return the settings with the values that are known after the handshake."""
         return self._replace(seed=seed, threads=threads, continued_from=continued_from, crowded=crowded)
 
     def of_roles(self, roles: tuple[int, int, Sequence[int]], speeds: Mapping[int, float]) -> Self:
-        """Return the same with other roles, before the run."""
+        """Return the settings with other roles, before the run."""
         return self._replace(roles=roles, speeds=speeds)
 
     def of_those_left(self, roles: tuple[int, int, Sequence[int]], survivors: Sequence[int]) -> Self:
-        """Return the same for those that are left: their roles; `survivors` are their ranks of before."""
+        """Return the settings for the ranks that survive; `survivors`: their ranks before the loss."""
         speeds = {now: self.speeds[then] for now, then in enumerate(survivors) if then in self.speeds}
         return self._replace(roles=roles, speeds=speeds)
 
     def compared(self) -> dict[str, str]:
-        """Return what must be equal on all ranks, by name, as text."""
+        """Return the settings that must be equal on all ranks as {name: text}."""
         values: dict[str, object] = {
             name: one for name, one in self._asdict().items() if name not in _NOT_COMPARED
         }
         values["roles"] = _roles(self.roles)
         values["periodic"] = ends_of(self.periodic)
         kind = type(self.balancer)
-        # The repr of a user's class may hold an address; its `decide` runs on the manager only.
+        # The repr of a user's class may contain an address, so compare only its name: `decide` runs only on
+        # the manager.
         ours = kind.__module__.partition(".")[0] == __package__.partition(".")[0]
         values["balancer"] = repr(self.balancer) if ours else kind.__qualname__
         return {name: str(value) for name, value in values.items()}
 
     def for_core(self, *, rank: int, hosts: Sequence[str]) -> dict[str, Any]:
-        """Return what `_core.Engine` takes as `facts` on a rank; `hosts`: the host of each rank."""
+        """Return the argument `facts` of `_core.Engine` for a rank; `hosts`: the host of each rank."""
         return {
             "seed": self.seed,
             "dt": self.dt,
@@ -93,7 +94,7 @@ class RunSettings(NamedTuple):
             "hosts": list(hosts),
             "policy": policy_of(self.balancer),
             "combine": self.combine,
-            # Ranks that take turns wait long for each other, so one of them creates all births.
+            # Ranks that share processors wait long for each other, so only one creates births.
             "births": "manager" if self.births == "auto" and self.crowded else self.births,
             "fan_out": self.fan_out,
             "threads": self.threads,
@@ -107,7 +108,7 @@ class RunSettings(NamedTuple):
         }
 
     def for_log(self) -> dict[str, Any]:
-        """Return what run.json and a recorded scene say about the run."""
+        """Return the settings for run.json and recorded scenes."""
         manager, image_generator, calculators = self.roles
         return {
             "seed": self.seed,

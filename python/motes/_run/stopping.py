@@ -1,7 +1,7 @@
-"""The orderly end of a run that a signal asks for: SIGINT (Ctrl-C), SIGTERM, or SIGUSR1 from a scheduler.
+"""The orderly stop of a run on a signal: SIGINT (Ctrl-C), SIGTERM, or SIGUSR1 from a scheduler.
 
-The core notes the signal (`cpp/comm/stop_signals.h`), ranks tell each other in the frame's reports, and all
-stop after the same frame. A second SIGINT or SIGTERM does what it would do without all this.
+The core notes the signal (`cpp/comm/stop_signals.h`), the frame's reports carry it to all ranks, and all stop
+after the same frame. A second SIGINT or SIGTERM has its usual effect.
 """
 
 from __future__ import annotations
@@ -18,30 +18,30 @@ from .process import process
 
 __all__ = ["Stop", "arm", "check_stopped", "closing_line", "code_of", "disarm", "interactive"]
 
-SAME_S = 1.0  # a launcher and a scheduler may both pass a signal on to a rank within this time
+SAME_S = 1.0  # signals within this time count as one: launcher and scheduler may both forward it to a rank
 
 
 def arm() -> None:
-    """Let signals ask for a stop, but those that the script handles or ignores. Main thread only."""
+    """Let signals request a stop, except those that the script handles or ignores. Main thread only."""
     if threading.current_thread() is not threading.main_thread():
         return
     taken = []
-    # Only Ctrl-C ends a cell, or the command at a prompt; the others end the session as ever.
+    # In an interactive session, only Ctrl-C requests a stop; the other signals end the session as usual.
     for name in ("SIGINT",) if interactive() else ("SIGINT", "SIGTERM", "SIGUSR1"):
         number = getattr(signal, name)
         if signal.getsignal(number) in (signal.SIG_DFL, signal.default_int_handler):
             taken.append(number)
-    if environment.is_set(FOLDER):  # `motes run` keeps them from mpirun
+    if environment.is_set(FOLDER):  # `motes run` blocks them, to keep them from mpirun
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT, signal.SIGTERM}.intersection(taken))
     alone = process.size == 1
     _core.note_stop_signals(taken, 0.0 if alone else SAME_S, alone and not interactive())
 
 
 def disarm() -> None:
-    """Let signals do what they did before, once no run is open.
+    """Restore the previous handling of signals once no run is open.
 
-    After a stop they stay as they are: the same signal may reach this rank late. In a notebook a loop that
-    runs in a thread leaves them to the cells.
+    After a stop it is not restored, since the same signal may still reach this rank. In a notebook, a loop in
+    a thread leaves signals to the cells.
     """
     if interactive() and threading.current_thread() is not threading.main_thread():
         return
@@ -50,7 +50,7 @@ def disarm() -> None:
 
 
 def interactive() -> bool:
-    """Whether a person types what runs: a prompt or a notebook, to which an interrupt returns."""
+    """Return whether this is an interactive session: a prompt or a notebook, to which Ctrl-C returns."""
     return hasattr(sys, "ps1")
 
 
@@ -58,15 +58,15 @@ class Stop:
     """Whether the run of a world has stopped."""
 
     def __init__(self) -> None:
-        """It goes on."""
+        """Start with a run that continues."""
         self.signal = 0
-        """The signal that stopped it."""
-        self._interrupted: int | None = None  # the frame at whose border an interrupt was raised
+        """The signal that stopped the run, or 0."""
+        self._interrupted: int | None = None  # the frame before which KeyboardInterrupt was raised
 
     def due(self, asked: int, frame: int) -> bool:
-        """Tell whether it must stop at this border, before `frame`; `asked`: the signal that ranks agreed on.
+        """Return whether the run must stop before `frame`; `asked`: the signal that ranks agreed on, or 0.
 
-        At a prompt, raises KeyboardInterrupt instead, once; then the run can go on.
+        In an interactive session, raise KeyboardInterrupt once instead; the run can then continue.
         """
         if self.signal or not asked or self._interrupted == frame:
             return False
@@ -77,33 +77,33 @@ class Stop:
         raise KeyboardInterrupt
 
     def ask_again(self) -> None:
-        """Ranks have asked each other again at this border: another interrupt is another one."""
+        """Treat the next interrupt before this frame as a new one: ranks have agreed on signals again."""
         self._interrupted = None
 
     def take(self, asked: int) -> None:
-        """Stop: the process will end with the signal's exit code."""
+        """Stop the run; the process will end with the signal's exit code."""
         self.signal = process.stopped = asked
         _core.end_with_code(code_of(asked))
 
 
 def check_stopped() -> None:
-    """Raise Stopped where an earlier run of this process was stopped."""
+    """Raise Stopped if an earlier run of this process was stopped."""
     if process.stopped:
         raise Stopped(code_of(process.stopped))
 
 
 def code_of(number: int) -> int:
-    """Return the exit code of a process that stopped because of a signal."""
+    """Return the exit code of a process that a signal stopped."""
     return 130 if number == signal.SIGINT else 143
 
 
 def _name_of(number: int) -> str:
-    """Name a signal: "SIGTERM"."""
+    """Return a signal's name, such as "SIGTERM"."""
     return signal.Signals(number).name
 
 
 def closing_line(number: int, *, frames: int, total: int, goes_on: bool) -> str:
-    """Say in one line why a run stopped, after how many frames (of `total`, or 0), and what there is now.
+    """Return one line on why a run stopped and after how many frames; `total`: all frames, or 0 if unknown.
 
     `goes_on`: there is a checkpoint of this frame.
     """

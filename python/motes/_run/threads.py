@@ -1,8 +1,7 @@
-"""How many threads each rank of a run has, where the script leaves it to the machine.
+"""The number of threads of each rank, unless the script sets it.
 
-The ranks of a host share the processors that they may use: each takes its part of every processor that it
-shares with others. Two ranks that are bound to a processor each have one thread each; two that may both use
-eight have four each.
+The ranks of a host divide each processor that they may use among the ranks that share it. Two ranks bound to
+one processor each have one thread each; two ranks that may both use the same eight processors have four each.
 """
 
 from __future__ import annotations
@@ -23,21 +22,21 @@ MASK_BYTES = 128
 
 
 class Place(NamedTuple):
-    """Where a rank computes."""
+    """The host and processors of a rank."""
 
     host: str
     mask: bytes
-    """The processors that its process may use: one bit each, `MASK_BYTES` bytes, the lowest first."""
+    """A bit mask of the processors that its process may use: `MASK_BYTES` bytes, little-endian."""
     wish: int
-    """The threads that its script or environment asks for; 0 leaves it to the machine."""
+    """The threads requested by its script or environment; 0: not set."""
     most: int = MOST_THREADS
-    """The threads that it may have unless it wishes for more."""
+    """The most threads that it gets unless more are requested."""
 
 
 def processors(group: Path = Path("/sys/fs/cgroup/cpu.max")) -> bytes:
-    """Return the mask of the processors that this process may use: see Place.
+    """Return the mask of the processors that this process may use: see `Place.mask`.
 
-    A container that may use the time of two processors, on whichever they are, has the first two of them.
+    If a container's quota is the time of two processors, the mask holds the first two.
     """
     try:
         usable = sorted(os.sched_getaffinity(0))
@@ -49,9 +48,9 @@ def processors(group: Path = Path("/sys/fs/cgroup/cpu.max")) -> bytes:
 
 
 def most_threads() -> int:
-    """Return the processors that Slurm gave each task.
+    """Return the number of processors that Slurm allocated to each task, or MOST_THREADS without Slurm.
 
-    Where it binds tasks, masks say the same. Where it does not, a node's jobs share all its processors.
+    If Slurm binds tasks, their masks agree. Otherwise masks hold all processors of a node, which jobs share.
     """
     told = os.environ.get("SLURM_CPUS_PER_TASK", "")
     return min(max(1, int(told)), MOST_THREADS) if told.isdecimal() else MOST_THREADS
@@ -66,7 +65,7 @@ def threads_of(places: Sequence[Place]) -> list[int]:
 
 
 def are_crowded(places: Sequence[Place]) -> bool:
-    """Tell whether the ranks of a host have fewer processors than they are: then they take turns."""
+    """Return whether some host has fewer processors than ranks, so that ranks take turns."""
     usable: defaultdict[str, set[int]] = defaultdict(set)
     for place in places:
         usable[place.host].update(_bits(place.mask))
@@ -85,7 +84,7 @@ def _bits(mask: bytes) -> list[int]:
 
 
 def _most_at_once(group: Path) -> int | None:
-    """Return how many processors the container's quota of processor time amounts to; None: it has none."""
+    """Return the container's quota of CPU time as a number of processors, rounded up; None: no quota."""
     with contextlib.suppress(OSError, ValueError):
         quota, period = group.read_text().split()
         return max(1, math.ceil(int(quota) / int(period)))  # "max": no limit

@@ -1,7 +1,7 @@
-"""Who may use a world's engine now, and what the engine may call.
+"""Guards for a world's engine: one call at a time, and weak callbacks.
 
-Only one call at a time uses the engine, and callbacks cannot call it. The garbage collector cannot see what
-the engine holds, so the engine must not hold the world, which would never be collected.
+Only one call at a time uses the engine, and callbacks cannot call it. The garbage collector cannot see
+references from the engine: if it referred to the world, the world would never be collected.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class Usage:
         self._owner: threading.Thread | None = None
 
     def begin(self, call: str) -> None:
-        """Start a call, which `end` ends. Raises MotesError while another one runs."""
+        """Start a call, to be ended by `end`. Raises MotesError while another one runs."""
         self.check(call)
         if not self._lock.acquire(blocking=False):
             raise MotesError(self._refusal(call))
@@ -47,7 +47,7 @@ class Usage:
         self._lock.release()
 
     def check(self, call: str) -> None:
-        """Raise MotesError where another process or thread has the world, also between its calls."""
+        """Raise MotesError if the world belongs to another process or thread."""
         if self.inherited:
             raise MotesError(
                 f"{call} in a process that was forked off: this world is its parent's; make "
@@ -61,11 +61,11 @@ class Usage:
 
     @property
     def inherited(self) -> bool:
-        """Whether the world was made by a process of which this one is a fork."""
+        """Whether this process is a fork of the one that created the world."""
         return os.getpid() != self._process
 
     def give_to(self, owner: threading.Thread | None) -> None:
-        """Let only this thread use the engine from now on; None: any, one at a time.
+        """Let only the thread `owner` use the engine from now on; None: any thread, one at a time.
 
         Raises MotesError while a call runs in another thread.
         """
@@ -76,7 +76,7 @@ class Usage:
 
     @contextmanager
     def during(self, call: str) -> Iterator[None]:
-        """Start a call, and end it with the block."""
+        """Run the block as one call."""
         self.begin(call)
         try:
             yield
@@ -85,7 +85,7 @@ class Usage:
 
     @contextmanager
     def callback(self, name: str) -> Iterator[None]:
-        """The engine calls a function of the script inside the block."""
+        """Mark the block as a callback, a function of the script that the engine calls."""
         self._callback = name
         try:
             yield
@@ -107,25 +107,25 @@ class Usage:
 
 
 class Weakly:
-    """Calls a method as long as its object lives, without keeping it alive."""
+    """Calls a bound method while its object lives, without keeping the object alive."""
 
     def __init__(self, method: Callable[..., Any]) -> None:
-        """Take a bound method."""
+        """Store a weak reference to a bound method."""
         self._method = weakref.WeakMethod(method)
 
     def __call__(self, *arguments: Any) -> Any:
-        """Call it, or do nothing where its object is gone."""
+        """Call the method; return None if its object is gone."""
         method = self._method()
         return None if method is None else method(*arguments)
 
 
 class Describing:
-    """Names ranks by the roles that they play now."""
+    """Describes ranks by their current roles."""
 
     def __init__(self, cast: roles.Core) -> None:
-        """Take the roles; a loss of ranks may change them."""
+        """Store the roles; `cast` is replaced when ranks are lost."""
         self.cast = cast
 
     def __call__(self, rank: int) -> str:
-        """Name a rank and its roles."""
+        """Describe a rank and its roles."""
         return f"rank {rank} ({_core.describe_role(self.cast, rank)})"

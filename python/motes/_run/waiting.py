@@ -1,7 +1,7 @@
-"""How long a rank has waited for another one, and when it warns and gives up; the core's own waits agree.
+"""Wait for other ranks, with warnings and a limit; the core's own waits follow the same rules.
 
-While the process waited for lives, a wait warns once per minute and goes on. It ends where that process is
-gone, and where nobody could tell for ten minutes. `MOTES_STALL_S` sets a limit that counts whatever lives.
+While the other process lives, a wait warns once per minute and continues. It ends if that process is gone, or
+after ten minutes if this host cannot tell. `MOTES_STALL_S` sets a limit that applies even to live processes.
 """
 
 from __future__ import annotations
@@ -15,17 +15,17 @@ from ..errors import MotesError
 __all__ = ["Wait", "poll", "warn_s"]
 
 WARN_S = 60.0  # between two warnings of a wait
-UNKNOWN = 10.0  # WARN_S, until a wait ends where nobody can tell whether a process lives
+UNKNOWN = 10.0  # limit of a wait, in units of WARN_S, if it is unknown whether the process lives
 
 
 class Wait:
-    """Seconds of one wait, not counting those in which this process was suspended (Ctrl-Z, a laptop's lid).
+    """The seconds of one wait, except time in which this process was suspended (Ctrl-Z, a laptop's lid).
 
-    The processes waited for may have been suspended just as long. Which ones they are is not known here.
+    The other processes may have been suspended, too. Which ones they are is not known here.
     """
 
     def __init__(self, limit_s: float | None, what: str) -> None:
-        """`limit_s`: None, or what MOTES_STALL_S says; `what`: "waited for ..." in messages."""
+        """Start a wait; `limit_s`: MOTES_STALL_S or None; `what` completes "waited ... s for" in messages."""
         self.limit_s = limit_s
         self.what = what
         self.waited_s = 0.0
@@ -38,8 +38,8 @@ class Wait:
         Raises MotesError if the limit has passed.
         """
         now = time.monotonic()
-        # A longer gap means that this process did not run; on an overloaded machine such gaps are normal,
-        # so each counts a little.
+        # A longer gap means that this process did not run. On an overloaded machine that is normal, so a gap
+        # counts, but only a little.
         self.waited_s += min(now - self._last, 1.0, min(self.limit_s or WARN_S, WARN_S) / 4)
         self._last = now
         waited = f"waited {self.waited_s:.0f} s for {self.what}"
@@ -59,12 +59,12 @@ class Wait:
 
 
 def warn_s(limit_s: float | None) -> float:
-    """Return after how many seconds others speak of a rank that does not answer."""
+    """Return the seconds after which other ranks warn about a rank that does not answer."""
     return min(limit_s or WARN_S, WARN_S)
 
 
 def poll(done: Callable[[], bool], wait: Wait) -> None:
-    """Call `done` until it returns true, first in quick succession, then less and less often."""
+    """Call `done` until it returns true, with growing pauses."""
     pause = 0.0
     while not done():
         wait.look()

@@ -1,1 +1,1 @@
-"""Systems of particles: what a script records for them, and what it reads of them."""
+"""Systems of particles: what a script records for them, and what it reads from them."""

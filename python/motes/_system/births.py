@@ -19,14 +19,14 @@ from .recorded import Recorded, kept_error
 
 __all__ = ["Births"]
 
-COPIES = {"position_b", "velocity_b", "up_b"}  # which gathered particles may lack
+COPIES = {"position_b", "velocity_b", "up_b"}  # copies of birth values, which gathered particles may lack
 
 
 class Births:
     """Checks births and records them."""
 
     def __init__(self, recorded: Recorded) -> None:
-        """Take the system."""
+        """Create the recorder of a system's births."""
         self._recorded = recorded
 
     def source(
@@ -65,7 +65,7 @@ class Births:
     def emit(
         self, particles: Particles | None, position: ArrayLike | None, columns: dict[str, ArrayLike]
     ) -> None:
-        """Record particles one by one: `System.emit`."""
+        """Record births given as arrays: `System.emit`."""
         system = self._recorded
         given: dict[str, Any] = {"position": position, **columns}
         if particles is not None:
@@ -74,7 +74,7 @@ class Births:
                 raise ArgumentError("particles", particles, allowed)
             given = particles.columns() | (columns if position is None else given)
         whole = particles is None and not system.attributes.keys() - COPIES - given.keys()
-        if (by_hand := system.kept & columns.keys()) and not whole:  # as emit(**gathered.columns()) is
+        if (by_hand := system.kept & columns.keys()) and not whole:  # `emit(**gathered.columns())` is
             raise kept_error("emit", min(by_hand))
         arrays: list[tuple[int, NDArray[np.float32]]] = []
         count: int | None = None
@@ -90,7 +90,7 @@ class Births:
             system.first.emitted(zip(given, (array for _, array in arrays), strict=True))
 
     def next_id(self, call: str, count: int) -> int:
-        """Return the first of the ids that the next `count` particles get."""
+        """Return the first id of the next `count` particles; raise ArgumentError if capacity is short."""
         session = self._recorded.session
         engine = session.begin(call)
         try:

@@ -1,4 +1,4 @@
-"""Bodies: particles that are born tied to each other, and clumps: particles that are groups of spheres."""
+"""Bodies: cloths and ropes of tied particles, and clumps, particles that are groups of spheres."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
 
 __all__ = ["Bodies"]
 
-LEAST_MASS = 1e-12  # kg: lighter ones touch nobody
+LEAST_MASS = 1e-12  # kg: lighter particles take no part in contacts
 
 
 class Bodies(Recorder):
-    """What makes bodies of the particles of a system."""
+    """Methods that create bodies of a system's particles."""
 
     _recorded: Recorded
     _births: Births
@@ -39,15 +39,15 @@ class Bodies(Recorder):
         across: ArrayLike,
         pinned: Iterable[tuple[int, int]] = (),
     ) -> Ties:
-        """Emit rows x columns particles, tied to a cloth; ids in the order of rows.
+        """Emit rows x columns particles, tied into a cloth; ids are in row-major order.
 
         Args:
-            rows: at least 2.
-            columns: at least 2.
-            origin: where row 0, column 0 is, m.
-            along: from there to the last row, m.
-            across: from there to the last column, m.
-            pinned: places (row, column) of particles that only the script moves.
+            rows: number of rows, at least 2.
+            columns: number of columns, at least 2.
+            origin: position of row 0, column 0, m.
+            along: vector from `origin` to the last row, m.
+            across: vector from `origin` to the last column, m.
+            pinned: (row, column) of particles that only the script moves.
 
         Returns:
             The ties, for `tie`.
@@ -58,13 +58,13 @@ class Bodies(Recorder):
 
     @says_near_names
     def rope(self, start: ArrayLike, end: ArrayLike, count: int, pinned: Iterable[int] = ()) -> Ties:
-        """Emit particles in a straight line, tied to a rope.
+        """Emit particles in a straight line, tied into a rope.
 
         Args:
-            start: where the first one is, m.
-            end: where the last one is, m.
-            count: at least 2.
-            pinned: places, 0..count - 1, of particles that only the script moves.
+            start: position of the first particle, m.
+            end: position of the last particle, m.
+            count: number of particles, at least 2.
+            pinned: indices, 0..count - 1, of particles that only the script moves.
 
         Returns:
             The ties, for `tie`.
@@ -82,18 +82,19 @@ class Bodies(Recorder):
         position: ArrayLike | None = None,
         **columns: ArrayLike,
     ) -> Clump:
-        """Make each particle of this system a clump: a rigid group of spheres, which `contact` lets meet.
+        """Make each particle of this system a clump: a rigid group of spheres that collide by `contact`.
 
-        A clump is one particle: `position` is its centre of mass, `orientation` turns the template, `spin`
-        (rad/s) is how fast, `mass` that of the whole, and `size[0]` scales the template (default 1). Record
-        `contact` in each frame, once; `move` turns clumps. Sprites show each sphere; a mesh, each clump.
+        A clump is one particle: `position` is its centre of mass, `orientation` rotates the template, `spin`
+        is its angular velocity (rad/s), `mass` its total mass, and `size[0]` scales the template (default 1).
+        Record `contact` once per frame; `move` rotates clumps. Sprites draw each sphere; a mesh is drawn once
+        per clump.
 
         Args:
-            template: the spheres: x, y, z and radius of each, m, shape (n, 4), 1 to 64, which may overlap.
-                One per system, given before its first particles are born.
-            density: kg/m^3: configures the `mass` of newborn clumps of size 1. None: leaves it.
-            position: emits clumps here at once, m, shape (n, 3); None: none.
-            **columns: of these clumps, as for `emit`.
+            template: x, y, z and radius of 1 to 64 spheres, m, shape (n, 4); spheres may overlap. One
+                template per system, given before its first particles are born.
+            density: kg/m^3; configures the `mass` of newborn clumps of size 1. None: leaves `mass` unchanged.
+            position: positions of clumps to emit now, m, shape (n, 3); None: emits none.
+            **columns: other attributes of these clumps, as for `emit`.
 
         Returns:
             The template: `volume`, `inertia`, `radius`, `center`.

@@ -1,4 +1,4 @@
-"""Callbacks: functions of the script that act on particles, or on pairs of them, inside a list."""
+"""Callbacks: functions of the script that the recorded list calls with particles or pairs of particles."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ __all__ = ["Callbacks"]
 
 
 class Callbacks:
-    """Records functions of the script, and calls them when the engine comes to them."""
+    """Records functions of the script, and calls them when the engine reaches them in the list."""
 
     def __init__(self, recorded: Recorded) -> None:
-        """Take the system."""
+        """Create the recorder of a system's callbacks."""
         self._recorded = recorded
 
     def callback(self, function: Callable[[LocalParticles], object], where: Where) -> None:
-        """Record a function of particles: `System.callback`."""
+        """Record a function that takes particles: `System.callback`."""
         if not callable(function):
             raise ArgumentError("function", function, "a function of particles")
         shapes: list[_core.Shape] = []
@@ -44,7 +44,7 @@ class Callbacks:
         self._record("callback", function, partial(_core.Engine.record_callback, callback=callback))
 
     def pairs(self, function: Callable[[Pairs], object], radius: float, where: Where) -> None:
-        """Record a function of pairs: `System.pairs`."""
+        """Record a function that takes pairs: `System.pairs`."""
         if not callable(function):
             raise ArgumentError("function", function, "a function of pairs")
         shapes: list[_core.Shape] = []
@@ -59,7 +59,7 @@ class Callbacks:
         self._record("pairs", function, partial(_core.Engine.record_action, action=action))
 
     def called(self, number: int, begin: int, chosen: Any, pairs: Any) -> NDArray[np.float32] | None:
-        """Call a function of this frame: the engine has come to it."""
+        """Call this frame's function `number`, for the engine; return the changes of a function of pairs."""
         system = self._recorded
         function = system.functions[number]
         engine = system.session.engine_for("callback")

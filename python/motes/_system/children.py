@@ -1,4 +1,4 @@
-"""Children: particles that others leave behind when something happens to them, or from time to time."""
+"""Children: particles that other particles emit on events or at regular ages."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from .recorded import Recorded
 __all__ = ["Children"]
 
 EVENTS = ("birth", "death", "collision", "frame")
-ROUNDING = 2**-10  # of a trail's interval: what passes as one frame ends and the next begins passes once
+ROUNDING = 2**-10  # fraction of a trail's interval, added so that a multiple between two frames counts once
 
 
 class Children:
     """Records rules by which particles emit others."""
 
     def __init__(self, recorded: Recorded) -> None:
-        """Take the system whose particles are the parents."""
+        """Store the system whose particles are the parents."""
         self._recorded = recorded
 
     def trail(
@@ -33,7 +33,7 @@ class Children:
         inherit_velocity: float,
         where: Where,
     ) -> None:
-        """Record that particles leave others behind from time to time: `System.trail`."""
+        """Record that particles emit others at regular ages: `System.trail`."""
         every = arguments.number("every", every, low=1e-6, high=1e6)
         half = self._recorded.session.settings.dt / 2 / every
         passed = column("age") / every + ROUNDING
@@ -51,7 +51,7 @@ class Children:
         inherit_velocity: float,
         where: Where,
     ) -> None:
-        """Record that events emit particles: `System.spawn`; `into` is what the script gave."""
+        """Record that events emit particles: `System.spawn`; `into`: the script's argument, for errors."""
         system = self._recorded
         session = system.session
         if children is None or children.session is not session:

@@ -1,4 +1,4 @@
-"""How newborn particles get their attributes (System.configure)."""
+"""Distributions of newborn particles' attributes, for `System.configure`."""
 
 from __future__ import annotations
 
@@ -27,27 +27,27 @@ __all__ = [
 ]
 
 Drawn: TypeAlias = Union[ArrayLike, Shape, Curve, "Uniform", "Normal", "AlongNormal", "SurfaceColor"]
-"""A value, or what each particle's value is drawn from."""
+"""A value, or a distribution from which each particle's value is drawn."""
 
-MOST = 1e37  # no draw leaves float32's range: neither a range of twice that, nor 7 sigma
+MOST = 1e37  # limit of parameters: neither lo..hi of twice that width nor 7 sigma overflows float32
 
 
 @value()
 class Uniform(Value):
     """Drawn uniformly from lo..hi.
 
-    The ends are vectors, and each component is drawn by itself; or numbers, and where a vector stands one
-    number is drawn for all three: `size=Uniform(0.1, 0.2)` keeps particles round.
+    If lo and hi are vectors, each component is drawn independently. If they are numbers and the attribute is
+    a vector, one number is drawn for all components: `size=Uniform(0.1, 0.2)` keeps particles round.
     """
 
     lo: ArrayLike | Curve
-    """The least value: a number or a vector."""
+    """The smallest value: a number or a vector."""
     hi: ArrayLike | Curve
     """The largest value: a number or a vector."""
     _may_move = True
 
     def __post_init__(self) -> None:
-        """Keep numbers and tuples; they are checked where the attribute is known."""
+        """Copy numbers and vectors; `distribution`, which knows the attribute, checks them."""
         self.__dict__.update(lo=_kept(self.lo), hi=_kept(self.hi))
 
 
@@ -55,38 +55,39 @@ class Uniform(Value):
 class Normal(Value):
     """Drawn from a normal distribution.
 
-    Mean and standard deviation are vectors, and each component is drawn by itself; or numbers, and where a
-    vector stands one number is drawn for all three: `size=Normal(0.1, 0.01)` keeps particles round.
+    If mean and sigma are vectors, each component is drawn independently. If they are numbers and the
+    attribute is a vector, one number is drawn for all components: `size=Normal(0.1, 0.01)` keeps particles
+    round.
     """
 
     mean: ArrayLike | Curve
     """The mean: a number or a vector."""
     sigma: ArrayLike | Curve
-    """The standard deviation: a number or a vector, 0 or more."""
+    """The standard deviation, >= 0: a number or a vector."""
     _may_move = True
 
     def __post_init__(self) -> None:
-        """Keep numbers and tuples; they are checked where the attribute is known."""
+        """Copy numbers and vectors; `distribution`, which knows the attribute, checks them."""
         self.__dict__.update(mean=_kept(self.mean), sigma=_kept(self.sigma))
 
 
 def _kept(value: Any) -> Any:
-    """Return the numbers of a value, so that later changes of an array have no effect."""
+    """Return a value's numbers as a tuple or float: later changes of an array have no effect."""
     if isinstance(value, (np.ndarray, list, tuple)):
         try:
             numbers = arguments.floats("", value, np.float64, "")
         except ArgumentError:
-            return value  # refused when it is used, with the attribute's name
+            return value  # refused later with the attribute's name
         return tuple(numbers.tolist()) if numbers.ndim == 1 else value
     return float(value) if isinstance(value, (np.integer, np.floating)) else value
 
 
 @value()
 class AlongNormal(Value):
-    """A vector along the outward normal of the mesh where a particle is born: `motes.along_normal`."""
+    """A vector along the mesh's outward normal where a particle is born: `motes.along_normal`."""
 
     length: float | Curve
-    """Its length; negative: inwards."""
+    """The vector's length; negative: inwards."""
     _may_move = True
 
     def __post_init__(self) -> None:
@@ -96,38 +97,38 @@ class AlongNormal(Value):
 
 @value()
 class SurfaceColor(Value):
-    """The colour of the mesh where a particle is born: `motes.surface_color`."""
+    """The mesh's colour where a particle is born: `motes.surface_color`."""
 
 
 def along_normal(length: float | Curve) -> AlongNormal:
-    """Give newborn particles a vector along the normal of the mesh that emits them, where each is born.
+    """Give newborn particles a vector along the emitting mesh's normal where each is born.
 
-    For `configure`, as in `configure(velocity=motes.along_normal(2.0))`: births on other shapes, or from the
-    inside of a mesh, are an error. Normals point to where a triangle's corners run anticlockwise.
+    For `configure`, as in `configure(velocity=motes.along_normal(2.0))`. Births in other shapes or inside a
+    mesh are errors. Normals point to the side from which a triangle's corners appear anticlockwise.
 
     Args:
-        length: of the vector, in the attribute's unit, for velocity m/s; negative: inwards.
+        length: the vector's length in the attribute's unit, for velocity m/s; negative: inwards.
 
     Returns:
-        What `configure` takes for an attribute of three numbers.
+        A value that `configure` accepts for attributes of three numbers.
     """
     return AlongNormal(length)
 
 
 def surface_color() -> SurfaceColor:
-    """Give newborn particles the colour that the mesh that emits them has where each is born.
+    """Give newborn particles the emitting mesh's colour where each is born.
 
-    For `configure`, as in `configure(color=motes.surface_color())`. The mesh must have `colors`; between
-    vertices they are mixed.
+    For `configure`, as in `configure(color=motes.surface_color())`. The mesh must have `colors`; they are
+    interpolated between vertices.
 
     Returns:
-        What `configure` takes for an attribute of three numbers.
+        A value that `configure` accepts for attributes of three numbers.
     """
     return SurfaceColor()
 
 
 class State(TypedDict, total=False):
-    """Attributes that newborn particles can get, besides a system's own."""
+    """The built-in attributes that newborn particles can be given."""
 
     velocity: Drawn
     velocity_b: Drawn
@@ -146,7 +147,7 @@ class State(TypedDict, total=False):
 
 
 def distribution(attribute: str, width: int, value: Any) -> _core.Distribution:
-    """Turn a value, shape, Uniform or Normal into the engine's; `width` is 1, 3 or 4 numbers per particle."""
+    """Return the engine's distribution of an attribute with `width` numbers per particle: 1, 3 or 4."""
     if width == 4:
         return _orientation(attribute, value)
     if isinstance(value, Shape):
@@ -194,7 +195,7 @@ def _is_number(value: Any) -> bool:
 
 
 def _pair(attribute: str, width: int, first: Any, second: Any) -> tuple[list[float], list[float], bool]:
-    """Return two values as numbers, and whether one draw counts for all components of a vector."""
+    """Return two parameters as numbers, and whether one draw is used for all components of a vector."""
     alike = width == 3 and _is_number(first) and _is_number(second)
     if alike:
         first, second = (first,) * 3, (second,) * 3
@@ -205,7 +206,7 @@ def _numbers(attribute: str, width: int, value: Any, *, endless: bool = False) -
     if width == 1:
         return [_in_float32(attribute, arguments.number(attribute, value, finite=not endless))]
     if isinstance(value, (int, float, np.integer, np.floating)) and attribute == "size":
-        value = (value, value, value)  # a size of one number is the same along all axes
+        value = (value, value, value)  # a scalar size applies to all axes
     numbers = arguments.triple(attribute, _vector(attribute, value), pair=attribute != "color")
     return [_in_float32(attribute, v) for v in numbers]
 

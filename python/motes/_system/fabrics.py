@@ -1,4 +1,4 @@
-"""Fabrics: particles that are born tied to each other, as cloths and ropes."""
+"""Fabrics: particles that are born as cloths and ropes, with their ties."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from .births import Births
 
 __all__ = ["cloth", "rope"]
 
-MOST_AT_ONCE = 1_000_000  # distances to pinned particles, in memory
+MOST_AT_ONCE = 1_000_000  # distances to pinned particles that are held in memory at once
 
 
-@np.errstate(over="ignore", invalid="ignore")  # emit refuses what is not finite
+@np.errstate(over="ignore", invalid="ignore")  # emit refuses non-finite positions
 def cloth(births: Births, rows: Any, columns: Any, origin: Any, along: Any, across: Any, pinned: Any) -> Ties:
     """Record the births of `System.cloth`, and return its ties."""
     rows = arguments.integer("rows", rows, low=2, high=10_000)
@@ -83,7 +83,7 @@ def _born(
     kinds: NDArray[np.uint8],
     held: list[int],
 ) -> Ties:
-    """Emit particles at `origin + rest` and return their ties, which are as long as they are at rest."""
+    """Emit particles at `origin + rest` and return their ties; lengths are distances at rest."""
     first = births.next_id(call, len(rest))
     lengths = np.linalg.norm(rest[pairs[:, 0]] - rest[pairs[:, 1]], axis=1).astype(np.float32)
     pins = np.unique(np.array(held, np.int64))
@@ -94,12 +94,12 @@ def _born(
         (pins + first).astype(np.uint64),
         _tethers_at_rest(first, rest, pins),
     )
-    births.emit(None, rest + origin, {})  # last: what was refused has left no births
+    births.emit(None, rest + origin, {})  # last: if an argument is refused above, nothing has been emitted
     return made
 
 
 def _tethers_at_rest(first: int, rest: NDArray[np.float64], pins: NDArray[np.int64]) -> Tethers:
-    """Tether each particle to the pinned ones that are nearest to it at rest."""
+    """Tether each particle to the pinned particles nearest to it at rest."""
     count = min(len(pins), MOST_TETHERS)
     nearest = np.empty((len(rest), count), np.uint32)
     lengths = np.empty((len(rest), count), np.float32)

@@ -1,4 +1,4 @@
-"""Probable oversights in a system's first frame: one warning for what runs, but is probably not meant."""
+"""Warnings about probable mistakes in a system's first frame."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ PUSHES = (
     actions.RandomVelocity,
 )
 LEAST_BYTE = (
-    16  # colours of whole numbers from here to 255 are taken for bytes; brighter light than 1 is usual
+    16  # colours of whole numbers with a maximum of 16..255 look like bytes; light somewhat above 1 is usual
 )
 
 
 class Seen(Protocol):
-    """A system, as far as it is checked."""
+    """The part of a system that the checks use."""
 
     name: str
     first: FirstFrame | None
@@ -62,24 +62,24 @@ class FirstFrame:
     """Notes what the script sets for a system until its first list has run."""
 
     def __init__(self) -> None:
-        """Nothing is known yet."""
+        """Start without notes."""
         self.free = False
-        """A function of the script writes particles: nothing is certain any more."""
+        """Whether the script opened `local()`, where it may write anything: then nothing is checked."""
         self._bounds: dict[str, tuple[NDArray[Any], NDArray[Any]]] = {}
 
     def configured(self, state: Mapping[str, Any]) -> None:
-        """Note what newborn particles get."""
+        """Note the attributes of newborn particles."""
         for name, value in state.items():
             self._bounds[name] = _bounds(value)
 
     def emitted(self, columns: Iterable[tuple[str, NDArray[Any]]]) -> None:
-        """Note columns of particles given one by one."""
+        """Note the columns of particles given as arrays."""
         for name, column in columns:
             if len(column):
                 self._bounds[name] = column.min(axis=0), column.max(axis=0)
 
     def remarks(self, recorded: Sequence[Any]) -> list[str]:
-        """Return what the first frame's list lacks."""
+        """Return remarks on probable mistakes in the first frame's list."""
         if self.free or any(callable(item) for item in recorded):
             return []
         found = [*self._motion(recorded), *self._lifetime(recorded)]
@@ -130,22 +130,22 @@ class FirstFrame:
 
 
 def camera_inside(renderer: Renderer) -> list[str]:
-    """Return what is wrong with the camera's position."""
+    """Return a remark if the camera is inside a solid."""
     position = at(renderer.camera.position, 0)
     for solid in solids_of(renderer):
-        # A mesh that is only drawn may be open, and needs no grid.
+        # Meshes are skipped: a mesh that is only drawn may be open, and has no distance field.
         if any(bool(part.contains(position)) for part in parts(solid.shape) if not isinstance(part, Mesh)):
             return [f"the camera at {position} is inside the solid {solid.shape!r}"]
     return []
 
 
 def _bounds(value: Any) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Return the least and the largest value of each component; zeros where they are not plain numbers."""
+    """Return the smallest and largest value of each component; zeros for text such as "random"."""
     if isinstance(value, Uniform):
         low, high = value.lo, value.hi
     elif isinstance(value, Normal):
         low = high = value.mean
-    elif isinstance(value, str):  # a way to draw it
+    elif isinstance(value, str):  # such as "random"
         return np.zeros(1), np.zeros(1)
     elif isinstance(value, Shape):
         points = value.sample(64).astype(np.float64)
@@ -160,7 +160,7 @@ def _bounds(value: Any) -> tuple[NDArray[Any], NDArray[Any]]:
 
 
 def _numbers(value: Any) -> NDArray[Any]:
-    """Return a value or a list of values as an array; colours given as text as the numbers they stand for."""
+    """Return a value or a list of values as an array; convert colours given as text to numbers."""
     if isinstance(value, str):
         value = texts.named("color", value)
     elif isinstance(value, list):

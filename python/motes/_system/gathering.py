@@ -1,4 +1,4 @@
-"""Copies of all particles of a system, for `System.gather`."""
+"""Gathering: copies of all particles of a system, for `System.gather`."""
 
 from __future__ import annotations
 

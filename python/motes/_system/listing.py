@@ -1,4 +1,4 @@
-"""Listing: puts actions into a system's list."""
+"""Listing: adds actions to a system's list."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ __all__ = ["Listing"]
 
 
 class Listing:
-    """Records actions in the engine and in the list that the script can read."""
+    """Records actions in the engine and in the list that `System.recorded` returns."""
 
     def __init__(self, recorded: Recorded, recorded_of: Callable[[object], Recorded | None]) -> None:
-        """Take the system, and what finds another one of the script's; None for what is no system."""
+        """Store the system; `recorded_of` maps a script's System to its Recorded, anything else to None."""
         self._recorded = recorded
         self._recorded_of = recorded_of
 
     def record(self, action: Action, depth: int = 3) -> None:
-        """Record an action; `depth` calls of the package stand between the script and the engine."""
+        """Record an action; the script's line is `depth` calls up the stack."""
         system = self._recorded
         session = system.session
         for name in (action.attribute,) if isinstance(action, Set) else getattr(action, "set", None) or ():

@@ -1,4 +1,4 @@
-"""Newborn: what the particles of a system get when they are born, as `configure` sets it."""
+"""Newborn: the attributes that newborn particles of a system get, as set by `configure`."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ __all__ = ["Newborn"]
 
 
 class Newborn:
-    """A distribution for each attribute that was set; those of curves are made anew for each frame."""
+    """A distribution for each attribute that was set; those with curves are evaluated in each frame."""
 
     def __init__(
         self, name: str, attributes: Mapping[str, tuple[int, int]], kept: Collection[str] = ()
     ) -> None:
-        """Take the system's name, number and width of each attribute, and those that the engine keeps."""
+        """Store the system's name, each attribute's index and width, and the attributes set by the engine."""
         self._name = name
         self._attributes = attributes
         self._not_set = {"position", *kept}
@@ -33,10 +33,10 @@ class Newborn:
         self._state: list[tuple[int, _core.Distribution]] = []
         self._moving: dict[str, Moving | Value] = {}
         self.clump: Clump | None = None
-        """The template of particles that are clumps."""
+        """The template of the system's clumps; None: its particles are no clumps."""
 
     def configure(self, state: Mapping[str, Any]) -> None:
-        """Set what newborn particles get from here on; what was set before remains."""
+        """Set attributes of newborn particles from here on; attributes set earlier remain."""
         made = {}
         for attribute, value in state.items():
             if attribute not in self._attributes or attribute in self._not_set:
@@ -57,7 +57,7 @@ class Newborn:
         self._sort()
 
     def state_at(self, time: float) -> list[tuple[int, _core.Distribution]]:
-        """Return what particles get that are born in the frame that starts at a time (s)."""
+        """Return the distributions for particles born in the frame that starts at `time` (s)."""
         for attribute, value in self._moving.items():
             index, width = self._attributes[attribute]
             self._given[index] = distribution(attribute, width, at(value, time))
@@ -66,13 +66,13 @@ class Newborn:
         return self._state
 
     def kept(self) -> tuple[dict[int, bytes], dict[str, Any], list[list[float]]]:
-        """Return what was set so far, to be pickled."""
+        """Return the state set so far, for pickling."""
         given = {index: one.to_bytes() for index, one in self._given.items()}
         spheres = [] if self.clump is None else np.asarray(self.clump.spheres).tolist()
         return given, dict(self._moving), spheres
 
     def restore(self, kept: Sequence[Any]) -> None:
-        """Go on with what an earlier run had set; ({}, {}) forgets all."""
+        """Restore the state that `kept` returned in an earlier run; ({}, {}) resets everything."""
         given, moving, *spheres = kept
         self.clump = None
         if spheres and spheres[0]:

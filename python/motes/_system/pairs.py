@@ -1,4 +1,4 @@
-"""Pairs: what a script's own procedure between particles gets (paper 3.1.5)."""
+"""Pairs: the argument of a script's own procedure between particles (paper 3.1.5)."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ __all__ = ["Pairs", "changes_of"]
 class Pairs:
     """Pairs of particles within reach of each other, one row per pair; read-only, valid during the call.
 
-    Each pair is there for each of its particles: `id`, `position`, `velocity` are of one of this
-    calculator's own; `other_id`, `other_position`, `other_velocity` of the other, which may be another
-    calculator's. Shapes (n,) and (n, 3); m, m/s.
+    Each pair appears once for each of its particles. `id`, `position` and `velocity` belong to a particle of
+    this calculator; `other_id`, `other_position` and `other_velocity` to the other one, possibly a ghost.
+    Shapes (n,) and (n, 3); m, m/s.
     """
 
     def __init__(
@@ -31,7 +31,7 @@ class Pairs:
         velocity: NDArray[np.float32],
         other_velocity: NDArray[np.float32],
     ) -> None:
-        """Keep the views; the engine makes pairs."""
+        """Store the views that the engine provides."""
         self.id = ids
         self.other_id = other_ids
         self.position = position
@@ -44,12 +44,12 @@ class Pairs:
         return len(self.id)
 
     def __repr__(self) -> str:
-        """Say how many there are."""
+        """Show the number of pairs."""
         return f"<{len(self)} pairs>"
 
 
 def changes_of(pairs: Pairs, function: Callable[[Pairs], object]) -> NDArray[np.float32] | None:
-    """Call a function of pairs, and return what it returned as an array of the right shape."""
+    """Call a function of pairs; return its result, checked, as an array of changes of velocity, m/s."""
     changes: Any = function(pairs)
     if changes is None:
         return None

@@ -1,4 +1,4 @@
-"""How far the particles of a periodic world may see each other."""
+"""Checks of the reach of interactions in a periodic world."""
 
 from __future__ import annotations
 
@@ -18,9 +18,8 @@ __all__ = ["check_action", "check_reach"]
 def check_action(action: Action, periods: tuple[Period, ...]) -> None:
     """Raise ArgumentError for an action between particles that reaches farther than half a period.
 
-    A particle would meet both another one and that one's image, and a tie would not know which of them it
-    leads to. Radii that particles have of their own are
-    known to the engine alone, which checks them when they meet.
+    Beyond that, a particle would interact with both another particle and its image, and a tie could not tell
+    them apart. The engine checks radii stored per particle, which only it knows.
     """
     match action:
         case actions.Tie():
@@ -39,7 +38,7 @@ def check_action(action: Action, periods: tuple[Period, ...]) -> None:
 
 
 def check_reach(argument: str, radius: Any, periods: tuple[Period, ...], *, parts: float = 1) -> None:
-    """Raise ArgumentError where `parts` times the radius is above half of the shortest period."""
+    """Raise ArgumentError if `parts` times the radius (m) exceeds half of the shortest period."""
     if radius * parts <= half_period(periods):
         return
     most = half_period(periods) / parts

@@ -1,4 +1,4 @@
-"""Recorded: a system as the package knows it, and what the script has said of it in this frame."""
+"""Recorded: the internal state of a system, and what the script has recorded for it in this frame."""
 
 from __future__ import annotations
 
@@ -28,17 +28,17 @@ def kept_attributes(periods: Sequence[Period], sprite: Sprite) -> list[tuple[str
 
 
 def kept_error(call: str, name: str) -> ArgumentError:
-    """Return the error of a script that sets one of them."""
+    """Return the error for a script that sets an attribute of `kept_attributes`."""
     return ArgumentError(call, name, "an attribute that scripts may set; the engine keeps this one itself")
 
 
 class Recorded:
-    """A system's place in its world, its attributes, and this frame's list. Its parts share this."""
+    """A system's index in its world, its attributes, and this frame's list; shared by the system's parts."""
 
     def __init__(
         self, session: Session, index: int, name: str, axes: str, definition: dict[str, Any]
     ) -> None:
-        """Begin with an empty list; `definition` is what the engine takes."""
+        """Begin with an empty list; `definition`: the engine's arguments for the system."""
         names = [*_core.builtin_attributes(), *((a[0], a[1]) for a in definition["attributes"])]
         followed: int = definition["domains_of"]
         self.session = session
@@ -47,38 +47,38 @@ class Recorded:
         self.axes = axes
         self.definition = definition
         self.leads = index if followed < 0 else followed
-        """Whose domains it has: its own, or another's."""
+        """Index of the system whose domains it uses: its own, or another's."""
         self.sprite: Sprite = definition["sprite"]
         self.attributes = {attribute: (i, width) for i, (attribute, width) in enumerate(names)}
         self.columns = columns_of(names)
-        native_of(self.sprite, self.columns)  # says at the call what its pick cannot name
+        native_of(self.sprite, self.columns)  # raises now if the sprite's pick names an unknown column
         self.kept = frozenset(name for name, _ in kept_attributes(definition["periods"], self.sprite))
-        """Attributes that scripts only read."""
+        """Attributes that scripts can only read."""
         self.newborn = Newborn(name, self.attributes, self.kept)
         self.entries: list[Any] = []
         """This frame's list so far."""
         self.lines: list[script_lines.Line] = []
-        """Where each of these was recorded."""
+        """The line of the script that recorded each entry."""
         self.functions: list[Callable[[Any], object]] = []
-        """Callbacks of this frame, which entries name by number."""
+        """This frame's callbacks; the engine refers to them by index."""
         self.called: Callable[..., NDArray[np.float32] | None]
-        """Calls one of these: its number, and what it gets."""
+        """Calls a callback, given its index and its arguments."""
         self.views: list[int] = []
-        """For each open `local()`: how long the list was when it opened."""
+        """For each open `local()`: the length of the list when it opened."""
         self.first: FirstFrame | None = FirstFrame()
-        """What is noted until the first list with births has run; then None."""
+        """Notes on the first frames; None once the first list with births has run."""
         self.has_births = False
-        """Whether a list so far had births, or rules by which others make children of this system."""
+        """Whether any list so far had births, or rules that spawn particles of this system."""
 
     def define(self, engine: _core.Engine) -> None:
-        """Tell the engine of the system."""
+        """Add the system to the engine."""
         engine.add_system(
             name=self.name, **dict(self.definition, sprite=native_of(self.sprite, self.columns))
         )
         self.tell_clump(engine)
 
     def tell_clump(self, engine: _core.Engine) -> None:
-        """Tell the engine the template of particles that are clumps."""
+        """Pass the template of clumps, if any, to the engine."""
         clump = self.newborn.clump
         template = 0
         if clump is not None:
@@ -88,20 +88,20 @@ class Recorded:
         engine.set_clumps(self.index, template)
 
     def add(self, entry: Any, line: script_lines.Line) -> None:
-        """Note what was recorded, and where."""
+        """Append an entry and the line that recorded it."""
         self.entries.append(entry)
         self.lines.append(line)
 
     def forget(self) -> None:
-        """Start an empty list: the frame has run, or an earlier run has done it."""
+        """Clear the list, because the frame has run or an earlier run has computed it."""
         self.entries.clear()
         self.lines.clear()
         self.functions.clear()
 
     def line(self, number: int) -> script_lines.Line | None:
-        """Return where an entry of this frame was recorded."""
+        """Return the line that recorded an entry of this frame."""
         return self.lines[number] if 0 <= number < len(self.lines) else None
 
     def state_now(self) -> list[tuple[int, _core.Distribution]]:
-        """Return what particles get that are born in this frame."""
+        """Return the distributions for particles born in this frame."""
         return self.newborn.state_at(self.session.time)

@@ -28,22 +28,22 @@ class Recorder(TargetsRecorder, BetweenRecorder):
         Records `actions.Gravity`.
 
         Args:
-            acceleration: m/s^2.
-            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
-                None: all.
+            acceleration: acceleration of all particles, m/s^2.
+            where: which particles to act on: those inside a shape, or those that satisfy a comparison of
+                columns; None: all.
         """
         self._record(actions.Gravity(acceleration=acceleration, where=where))
 
     @says_near_names
     def random_acceleration(self, shape: Shape | ArrayLike, *, where: Where = None) -> None:
-        """Gives each particle an acceleration of its own, drawn anew in each step.
+        """Gives each particle its own random acceleration, redrawn in each step.
 
         Records `actions.RandomAcceleration`.
 
         Args:
-            shape: where a is drawn from, m/s^2.
-            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
-                None: all.
+            shape: distribution of a, m/s^2.
+            where: which particles to act on: those inside a shape, or those that satisfy a comparison of
+                columns; None: all.
         """
         self._record(actions.RandomAcceleration(shape=shape, where=where))
 
@@ -54,10 +54,10 @@ class Recorder(TargetsRecorder, BetweenRecorder):
         Records `actions.Jet`.
 
         Args:
-            shape: where it blows, m.
-            acceleration: a value, or a shape from which a is drawn anew in each step, m/s^2.
-            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
-                None: all.
+            shape: where the jet blows, m.
+            acceleration: a value, or a shape from which a is redrawn in each step, m/s^2.
+            where: which particles to act on: those inside a shape, or those that satisfy a comparison of
+                columns; None: all.
         """
         self._record(actions.Jet(shape=shape, acceleration=acceleration, where=where))
 
@@ -77,13 +77,13 @@ class Recorder(TargetsRecorder, BetweenRecorder):
         Records `actions.Explosion`.
 
         Args:
-            center: m.
-            radius: of the shock wave's crest, m.
+            center: centre of the explosion, m.
+            radius: distance of the shock wave's crest from the centre, m.
             magnitude: strength, m^4/s^2.
             sigma: thickness of the wave, m.
             epsilon: softens the push near the centre, m^2.
-            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
-                None: all.
+            where: which particles to act on: those inside a shape, or those that satisfy a comparison of
+                columns; None: all.
         """
         self._record(
             actions.Explosion(
@@ -101,17 +101,17 @@ class Recorder(TargetsRecorder, BetweenRecorder):
         *,
         where: Where = None,
     ) -> None:
-        """Pulls particles toward a point, more strongly the nearer they are, so that they may orbit it.
+        """Pulls particles toward a point, more strongly the nearer they are, which lets them orbit it.
 
         Records `actions.OrbitPoint`.
 
         Args:
-            center: m.
+            center: the point, m.
             magnitude: strength, m^3/s^2.
             epsilon: softens the pull near the centre, m^2.
             max_radius: no pull beyond this distance, m.
-            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
-                None: all.
+            where: which particles to act on: those inside a shape, or those that satisfy a comparison of
+                columns; None: all.
         """
         self._record(
             actions.OrbitPoint(
@@ -136,12 +136,12 @@ class Recorder(TargetsRecorder, BetweenRecorder):
 
         Args:
             point: any point of the line, m.
-            axis: along the line, of any length.
+            axis: the line's direction; any length.
             magnitude: strength, m^3/s^2.
             epsilon: softens the pull near the line, m^2.
             max_radius: no pull beyond this distance, m.
-            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
-                None: all.
+            where: which particles to act on: those inside a shape, or those that satisfy a comparison of
+                columns; None: all.
         """
         self._record(
             actions.OrbitLine(
@@ -167,20 +167,20 @@ class Recorder(TargetsRecorder, BetweenRecorder):
         *,
         where: Where = None,
     ) -> None:
-        """Whirls particles around an axis as a tornado does: draws them in, then carries them around and up.
+        """Whirls particles around an axis like a tornado: pulls them in, then carries them around and up.
 
         Records `actions.Vortex`.
 
         Args:
             tip: where the axis starts, m.
             axis: from the tip to the upper end, m.
-            tightness: 1 makes a cone, more bends its side inward.
-            max_radius: width at the upper end; nothing happens beyond it, m.
-            in_speed: acceleration toward the axis, outside the whirl, kg m/s^2.
-            up_speed: along the axis, inside the whirl, kg m/s^2.
-            around_speed: around the axis, inside the whirl, kg m/s^2.
-            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
-                None: all.
+            tightness: 1 makes a cone; larger values bend its side inward.
+            max_radius: radius at the upper end, m; farther particles are not affected.
+            in_speed: force toward the axis outside the whirl, kg m/s^2.
+            up_speed: v m / dt along the axis inside the whirl, kg m/s^2.
+            around_speed: v m / dt around the axis inside the whirl, kg m/s^2.
+            where: which particles to act on: those inside a shape, or those that satisfy a comparison of
+                columns; None: all.
         """
         self._record(
             actions.Vortex(
@@ -202,10 +202,10 @@ class Recorder(TargetsRecorder, BetweenRecorder):
         Records `actions.Wind`.
 
         Args:
-            velocity: of the air, m/s.
-            drag: after 1 / drag seconds, what was at rest has 63 % of the air's velocity, 1/s.
-            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
-                None: all.
+            velocity: the air's velocity, m/s.
+            drag: rate, 1/s: a particle at rest reaches 63 % of the air's velocity in 1 / drag seconds.
+            where: which particles to act on: those inside a shape, or those that satisfy a comparison of
+                columns; None: all.
         """
         self._record(actions.Wind(velocity=velocity, drag=drag, where=where))
 
@@ -220,7 +220,7 @@ class Recorder(TargetsRecorder, BetweenRecorder):
         *,
         where: Where = None,
     ) -> None:
-        """Stirs particles as turbulent air does: accelerates them along a random field without divergence.
+        """Stirs particles like turbulent air: accelerates them along a random, divergence-free field.
 
         Records `actions.CurlNoise`.
 
@@ -229,12 +229,12 @@ class Recorder(TargetsRecorder, BetweenRecorder):
                 speeds of about strength / drag.
             scale: edge length of a cell of the noise, about the distance between eddies, m.
             octaves: 1 to 8; each adds smaller eddies, at the cost of one more evaluation of the noise.
-            speed: how many times per second the field is replaced by another, smoothly, 1/s; 0: it never
-                changes.
-            field: which of the system's fields, 0 to 65535. The same number is the same field in every frame,
-                wherever the action stands in the list; two actions with different fields need two numbers.
-            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
-                None: all.
+            speed: how many times per second the field changes smoothly into another one, 1/s; 0: never.
+            field: number of the system's field, 0 to 65535. The same number gives the same field in every
+                frame, wherever the action is in the list; give two actions different numbers for different
+                fields.
+            where: which particles to act on: those inside a shape, or those that satisfy a comparison of
+                columns; None: all.
         """
         self._record(
             actions.CurlNoise(
@@ -251,12 +251,12 @@ class Recorder(TargetsRecorder, BetweenRecorder):
         Records `actions.Avoid`.
 
         Args:
-            shape: what is avoided, m.
-            magnitude: how sharply they turn, s (Sphere: m^2/s).
+            shape: the obstacle, m.
+            magnitude: how sharply particles turn, s (Sphere: m^2/s).
             epsilon: softens the turn near the shape, s^2 (Sphere: m^2).
-            look_ahead: s.
-            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
-                None: all.
+            look_ahead: how far ahead in time hits are predicted, s.
+            where: which particles to act on: those inside a shape, or those that satisfy a comparison of
+                columns; None: all.
         """
         self._record(
             actions.Avoid(
@@ -275,7 +275,7 @@ class Recorder(TargetsRecorder, BetweenRecorder):
         *,
         where: Where = None,
     ) -> None:
-        """Accelerates particles by the vectors of a grid, or drags them along as air with these velocities.
+        """Accelerates particles by the vectors of a grid, or drags them along as moving air.
 
         Records `actions.Field`.
 
@@ -283,10 +283,11 @@ class Recorder(TargetsRecorder, BetweenRecorder):
             grid: float32 (nx, ny, nz, 3), m/s^2, or m/s with `drag`; it is copied.
             low: the corner of node [0, 0, 0], m.
             high: the corner of node [-1, -1, -1], above `low` in each component, m.
-            strength: what the vectors are multiplied by.
-            drag: None, or how fast particles take on the field's velocity, 1/s.
-            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
-                None: all.
+            strength: factor that multiplies the vectors.
+            drag: rate at which particles take on the field's velocity, 1/s; None: the vectors are
+                accelerations.
+            where: which particles to act on: those inside a shape, or those that satisfy a comparison of
+                columns; None: all.
         """
         self._record(actions.Field(grid=grid, low=low, high=high, strength=strength, drag=drag, where=where))
 
@@ -303,21 +304,22 @@ class Recorder(TargetsRecorder, BetweenRecorder):
         *,
         where: Where = None,
     ) -> None:
-        """Steers particles along a path, toward a point some way ahead of the nearest one.
+        """Steers particles along a path, toward a point ahead of the nearest point of the path.
 
         Records `actions.FollowPath`.
 
         Args:
-            points: the way points, (n, 3), m; equal ones in a row count once.
-            speed: m/s.
-            strength: how fast velocities change, 1/s.
-            look_ahead: m; larger cuts corners, smaller follows more closely.
-            radius: particles farther from the path are left alone, m.
-            loop: whether the path goes on from the last point to the first one.
-            smooth: whether it is a Catmull-Rom spline through the points instead of straight lines; the
-                spline is drawn with 16 straight pieces from point to point.
-            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
-                None: all.
+            points: waypoints, (n, 3), m; consecutive duplicates count once.
+            speed: speed along the path, m/s.
+            strength: rate at which velocities change, 1/s.
+            look_ahead: distance of the point ahead, m; larger values cut corners, smaller ones follow more
+                closely.
+            radius: particles farther from the path are not affected, m.
+            loop: whether the path continues from the last point to the first.
+            smooth: whether the path is a Catmull-Rom spline through the points instead of straight lines; the
+                spline is approximated by 16 straight pieces between two points.
+            where: which particles to act on: those inside a shape, or those that satisfy a comparison of
+                columns; None: all.
         """
         self._record(
             actions.FollowPath(
@@ -343,7 +345,7 @@ class Recorder(TargetsRecorder, BetweenRecorder):
         *,
         where: Where = None,
     ) -> None:
-        """Makes particles that hit the surface of a shape in this step rebound: record it before `move`.
+        """Makes particles that hit the surface of a shape in this step rebound; record it before `move`.
 
         Records `actions.Bounce`.
 
@@ -351,12 +353,12 @@ class Recorder(TargetsRecorder, BetweenRecorder):
             shape: Plane (from above), Rectangle, Triangle and Disc (both sides), Box, Cylinder, Cone and
                 Sphere (from outside and from inside; a Sphere's inner radius has no surface), or a Union of
                 them, m.
-            restitution: part of the speed across the surface that remains.
-            friction: part of the speed along the surface that is lost, 0..1.
-            min_tangential_speed: m/s.
-            exact_hit: whether the true place and time of the hit count.
-            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
-                None: all.
+            restitution: fraction of the speed across the surface that remains.
+            friction: fraction of the speed along the surface that is lost, 0..1.
+            min_tangential_speed: no friction up to this speed along the surface, m/s.
+            exact_hit: whether the exact point and time of the hit are used.
+            where: which particles to act on: those inside a shape, or those that satisfy a comparison of
+                columns; None: all.
         """
         self._record(
             actions.Bounce(
@@ -371,15 +373,15 @@ class Recorder(TargetsRecorder, BetweenRecorder):
 
     @says_near_names
     def sink(self, shape: Shape, inside: bool = True, *, where: Where = None) -> None:
-        """Kills particles inside a shape, or with inside=False those outside it.
+        """Kills particles inside a shape, or outside it with inside=False.
 
         Records `actions.Sink`.
 
         Args:
-            shape: m.
-            inside: whether those inside die, or those outside.
-            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
-                None: all.
+            shape: region of positions, m.
+            inside: whether particles inside the shape die, or those outside.
+            where: which particles to act on: those inside a shape, or those that satisfy a comparison of
+                columns; None: all.
         """
         self._record(actions.Sink(shape=shape, inside=inside, where=where))
 
@@ -390,24 +392,24 @@ class Recorder(TargetsRecorder, BetweenRecorder):
         Records `actions.SinkVelocity`.
 
         Args:
-            shape: m/s.
-            inside: whether those inside die, or those outside.
-            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
-                None: all.
+            shape: region of velocities, m/s.
+            inside: whether particles inside the shape die, or those outside.
+            where: which particles to act on: those inside a shape, or those that satisfy a comparison of
+                columns; None: all.
         """
         self._record(actions.SinkVelocity(shape=shape, inside=inside, where=where))
 
     @says_near_names
     def kill_old(self, age_limit: Number, younger: bool = False, *, where: Where = None) -> None:
-        """Kills particles that have reached an age, or with younger=True those that have not.
+        """Kills particles that have reached an age; with younger=True, kills those that have not.
 
         Records `actions.KillOld`.
 
         Args:
-            age_limit: s.
-            younger: whether the younger ones die.
-            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
-                None: all.
+            age_limit: the age, s.
+            younger: whether younger particles die instead.
+            where: which particles to act on: those inside a shape, or those that satisfy a comparison of
+                columns; None: all.
         """
         self._record(actions.KillOld(age_limit=age_limit, younger=younger, where=where))
 
@@ -418,8 +420,8 @@ class Recorder(TargetsRecorder, BetweenRecorder):
         Records `actions.KillExpired`.
 
         Args:
-            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
-                None: all.
+            where: which particles to act on: those inside a shape, or those that satisfy a comparison of
+                columns; None: all.
         """
         self._record(actions.KillExpired(where=where))
 
@@ -427,15 +429,15 @@ class Recorder(TargetsRecorder, BetweenRecorder):
     def align(
         self, to: Literal["velocity"] | Vector = "velocity", rate: Number = math.inf, *, where: Where = None
     ) -> None:
-        """Turns orientations by the shortest way, until the particle's own z axis points along a direction.
+        """Turns each particle by the shortest rotation until its own z axis points along a direction.
 
         Records `actions.Align`.
 
         Args:
-            to: "velocity", or a vector.
-            rate: the largest speed of turning, rad/s.
-            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
-                None: all.
+            to: direction, "velocity" or a vector.
+            rate: maximum angular speed, rad/s.
+            where: which particles to act on: those inside a shape, or those that satisfy a comparison of
+                columns; None: all.
         """
         self._record(actions.Align(to=to, rate=rate, where=where))
 
@@ -447,21 +449,21 @@ class Recorder(TargetsRecorder, BetweenRecorder):
 
         Args:
             rotational: whether particles turn.
-            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
-                None: all.
+            where: which particles to act on: those inside a shape, or those that satisfy a comparison of
+                columns; None: all.
         """
         self._record(actions.Move(rotational=rotational, where=where))
 
     @says_near_names
     def sort(self, eye: Vector, look: Vector, *, where: Where = None) -> None:
-        """Sorts particles for drawing: far ones first, so that nearer ones cover them.
+        """Sorts particles for drawing: far ones first, so nearer ones cover them.
 
         Records `actions.Sort`.
 
         Args:
             eye: the viewer's position, m.
-            look: the direction of view, of any length.
-            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
-                None: all.
+            look: the viewing direction; any length.
+            where: which particles to act on: those inside a shape, or those that satisfy a comparison of
+                columns; None: all.
         """
         self._record(actions.Sort(eye=eye, look=look, where=where))

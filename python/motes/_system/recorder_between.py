@@ -33,18 +33,18 @@ class BetweenRecorder(Recording):
         *,
         where: Where = None,
     ) -> None:
-        """Draws particles to each other, more strongly the nearer they are.
+        """Pulls particles toward each other, more strongly the nearer they are.
 
         Records `actions.Gravitate`.
 
         Args:
             magnitude: strength, m^3/s^2; negative: particles repel each other.
-            epsilon: softens the pull of those that are near, m^2.
+            epsilon: softens the pull of near particles, m^2.
             max_radius: no pull beyond this distance, m.
-            far: "exact", every pair; or "cells": distant particles are grouped into cells, with a root mean
-                square error of 0.2 to 0.3 %; needs an infinite `max_radius`.
-            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
-                None: all.
+            far: "exact" sums every pair; "cells" groups distant particles into cells, with a root mean square
+                error of 0.2 to 0.3 %, and needs an infinite `max_radius`.
+            where: which particles to act on: those inside a shape, or those that satisfy a comparison of
+                columns; None: all.
         """
         self._record(
             actions.Gravitate(
@@ -61,16 +61,16 @@ class BetweenRecorder(Recording):
         *,
         where: Where = None,
     ) -> None:
-        """Draws each particle to the next living one that was born after it; the last one goes free.
+        """Pulls each particle toward the next living particle born after it; the last particle is free.
 
         Records `actions.Follow`.
 
         Args:
             magnitude: strength, m^3/s^2.
-            epsilon: softens the pull of one that is near, m^2.
+            epsilon: softens the pull of a near particle, m^2.
             max_radius: no pull beyond this distance, m.
-            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
-                None: all.
+            where: which particles to act on: those inside a shape, or those that satisfy a comparison of
+                columns; None: all.
         """
         self._record(actions.Follow(magnitude=magnitude, epsilon=epsilon, max_radius=max_radius, where=where))
 
@@ -83,16 +83,16 @@ class BetweenRecorder(Recording):
         *,
         where: Where = None,
     ) -> None:
-        """Draws each particle's velocity to those of the others within reach, as in a flock.
+        """Pulls each particle's velocity toward the velocities of others within reach, as in a flock.
 
         Records `actions.MatchVelocity`.
 
         Args:
             magnitude: strength, m^2/s.
-            epsilon: softens the effect of those that are near, m^2.
+            epsilon: softens the effect of near particles, m^2.
             max_radius: no effect beyond this distance, m.
-            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
-                None: all.
+            where: which particles to act on: those inside a shape, or those that satisfy a comparison of
+                columns; None: all.
         """
         self._record(
             actions.MatchVelocity(magnitude=magnitude, epsilon=epsilon, max_radius=max_radius, where=where)
@@ -107,16 +107,16 @@ class BetweenRecorder(Recording):
         *,
         where: Where = None,
     ) -> None:
-        """Draws each particle's rotational velocity to those of the others within reach.
+        """Pulls each particle's rotational velocity toward those of others within reach.
 
         Records `actions.MatchRotationalVelocity`.
 
         Args:
             magnitude: strength, m^2/s.
-            epsilon: softens the effect of those that are near, m^2.
+            epsilon: softens the effect of near particles, m^2.
             max_radius: no effect beyond this distance, m.
-            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
-                None: all.
+            where: which particles to act on: those inside a shape, or those that satisfy a comparison of
+                columns; None: all.
         """
         self._record(
             actions.MatchRotationalVelocity(
@@ -137,23 +137,24 @@ class BetweenRecorder(Recording):
         *,
         where: Where = None,
     ) -> None:
-        """Keeps spheres apart, with friction: they push each other so that none overlap after this step.
+        """Keeps spheres apart, with friction: they push each other until none would overlap after this step.
 
         Records `actions.Collide`.
 
         Args:
-            radius: of the particles, m; None: half of `size[0]`.
-            restitution: speed after a head-on collision to that before, 0..1.
+            radius: particle radius, m; None: half of `size[0]`.
+            restitution: ratio of the speeds after and before a head-on collision, 0..1.
             friction: Coulomb's coefficient.
-            sleep: particles that touch several others and are slower stop, m/s; None: 2.5 g times the
+            sleep: particles slower than this that touch several others stop, m/s; None: 2.5 g times the
                 sub-step.
-            other: another system: its particles collide with these, and none among themselves.
-            other_radius: of its particles, m; None: half of `size[0]`.
-            clear: newborn particles that overlap others by more than this part of their radius after the step
-                are removed (of two newborn ones that of the higher id), before they push anybody. 0: none
-                are.
-            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
-                None: all.
+            other: another system: the particles of the two systems collide with each other, and not among
+                themselves.
+            other_radius: radius of the other system's particles, m; None: half of `size[0]`.
+            clear: newborn particles that would overlap others by more than this fraction of their radius
+                after the step are removed before they push any (of two newborn ones, the one with the higher
+                id); 0: none are removed.
+            where: which particles to act on: those inside a shape, or those that satisfy a comparison of
+                columns; None: all.
         """
         self._record(
             actions.Collide(
@@ -185,15 +186,15 @@ class BetweenRecorder(Recording):
         Records `actions.Contact`.
 
         Args:
-            stiffness: of the spring between two particles, N/m.
-            restitution: speed after a head-on collision of two to that before, 0..1.
+            stiffness: stiffness of the spring between two particles, N/m.
+            restitution: ratio of the speeds after and before a head-on collision, 0..1.
             friction: Coulomb's coefficient.
-            rolling_friction: the same for rolling, as rough or angular grains have it.
-            radius: of the particles, m; None: half of `size[0]`.
-            walls: shapes with a surface. A mesh (its grid of distances) may be `moving_from` another place;
-                other shapes stand still within a frame.
-            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
-                None: all.
+            rolling_friction: coefficient of rolling friction, for rough or angular grains.
+            radius: particle radius, m; None: half of `size[0]`.
+            walls: shapes with a surface. A mesh (its distance field) can move within a frame (`moving_from`);
+                other shapes are fixed during a frame.
+            where: which particles to act on: those inside a shape, or those that satisfy a comparison of
+                columns; None: all.
         """
         self._record(
             actions.Contact(
@@ -222,13 +223,13 @@ class BetweenRecorder(Recording):
         Records `actions.Fluid`.
 
         Args:
-            radius: how far particles see each other, 1e-4 to 1e6 m.
-            rest_density: of the liquid, kg/m^3.
-            viscosity: kinematic, m^2/s: 1e-2 is honey; what is above radius^2 / (24 dt) has no effect, and
-                radius^2 / (4000 dt) are always there, so that a liquid comes to rest.
-            cohesion: draws particles to each other, m/s^2: drops and strings.
-            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
-                None: all.
+            radius: reach of the interaction, 1e-4 to 1e6 m.
+            rest_density: the liquid's density at rest, kg/m^3.
+            viscosity: kinematic viscosity, m^2/s; honey has 1e-2. radius^2 / (4000 dt) is always added, so a
+                liquid comes to rest; the sum is limited to radius^2 / (24 dt).
+            cohesion: attraction between particles, m/s^2; forms drops and strings.
+            where: which particles to act on: those inside a shape, or those that satisfy a comparison of
+                columns; None: all.
         """
         self._record(
             actions.Fluid(
@@ -249,20 +250,21 @@ class BetweenRecorder(Recording):
         *,
         where: Where = None,
     ) -> None:
-        """Holds particles at the distances that ties give them, as in cloth and ropes.
+        """Holds particles at the distances given by their ties, as in cloth and ropes.
 
         Records `actions.Tie`.
 
         Args:
-            ties: of `System.cloth`, `System.rope`, or `motes.Ties`.
+            ties: the result of `System.cloth` or `System.rope`, or a `motes.Ties`.
             stretch: compliance of ties between neighbours, m/N; 0: as stiff as the sub-steps allow.
-            shear: of those across the meshes, m/N.
-            bend: of those between the next but one, m/N.
-            damping: how fast a particle takes on its partners' velocity, 1/s.
-            break_at: a tie that is longer than so many times its length tears.
-            tethers: keep particles from getting farther away from pinned ones than along the ties.
-            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
-                None: all.
+            shear: compliance of diagonal ties, m/N.
+            bend: compliance of ties between second neighbours, m/N.
+            damping: rate at which a particle takes on its partners' velocity, 1/s.
+            break_at: a tie tears when stretched beyond this many times its length.
+            tethers: whether particles are kept from moving farther from pinned particles than the ties
+                between them allow.
+            where: which particles to act on: those inside a shape, or those that satisfy a comparison of
+                columns; None: all.
         """
         self._record(
             actions.Tie(
@@ -286,16 +288,16 @@ class BetweenRecorder(Recording):
         set: Mapping[str, Any] | None = None,
         where: Where = None,
     ) -> None:
-        """Lets each particle obey a law of the script's own, written as expressions of its columns.
+        """Applies a custom law, written as expressions of columns, to each particle.
 
         Records `actions.Law`.
 
         Args:
             acceleration: m/s^2: a vector or an expression.
-            velocity: what is added to the velocity in each (sub)step, m/s.
-            set: values of attributes, by name.
-            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
-                None: all.
+            velocity: change of velocity in each (sub)step, m/s.
+            set: new values of attributes, by name.
+            where: which particles to act on: those inside a shape, or those that satisfy a comparison of
+                columns; None: all.
         """
         self._record(actions.Law(acceleration=acceleration, velocity=velocity, set=set, where=where))
 
@@ -312,20 +314,21 @@ class BetweenRecorder(Recording):
         other: System | None = None,
         where: Where = None,
     ) -> None:
-        """Applies a pair law of the script's own, written as expressions.
+        """Applies a custom law, written as expressions, to pairs of particles.
 
         Records `actions.Interact`.
 
         Args:
-            radius: how far particles see each other, m.
-            acceleration: of a by b, m/s^2: a vector or an expression.
-            velocity: what b adds to the velocity of a in each (sub)step, m/s.
-            spin: what b adds to the spin of a in each (sub)step, rad/s.
-            set: values by name: of states, and of attributes of a, which become the sum over all b.
-            state: names of what a pair remembers, and how many numbers each has: 1 or 3, at most 96 in all.
-            other: another system, whose particles b is; they do not change.
-            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
-                None: all.
+            radius: reach of the interaction, m.
+            acceleration: acceleration of a due to b, m/s^2: a vector or an expression.
+            velocity: change of a's velocity due to b in each (sub)step, m/s.
+            spin: change of a's spin due to b in each (sub)step, rad/s.
+            set: new values by name: of state variables, and of attributes of a, which become the sum over all
+                b.
+            state: names of a pair's state variables, and the size of each: 1 or 3 numbers, at most 96 in all.
+            other: another system, to which b belongs; its particles do not change.
+            where: which particles to act on: those inside a shape, or those that satisfy a comparison of
+                columns; None: all.
         """
         self._record(
             actions.Interact(

@@ -29,11 +29,11 @@ class TargetsRecorder(Recording):
         Records `actions.Damping`.
 
         Args:
-            damping: the part of the velocity that remains after one second, along each axis.
-            min_speed: m/s.
-            max_speed: m/s.
-            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
-                None: all.
+            damping: fraction of the velocity that remains after one second, per axis.
+            min_speed: lower end of the range, m/s.
+            max_speed: upper end of the range, m/s.
+            where: which particles to act on: those inside a shape, or those that satisfy a comparison of
+                columns; None: all.
         """
         self._record(actions.Damping(damping=damping, min_speed=min_speed, max_speed=max_speed, where=where))
 
@@ -46,11 +46,11 @@ class TargetsRecorder(Recording):
         Records `actions.RotationalDamping`.
 
         Args:
-            damping: the part of the rotational velocity that remains after one second, along each axis.
-            min_speed: 1/s.
-            max_speed: 1/s.
-            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
-                None: all.
+            damping: fraction of the rotational velocity that remains after one second, per axis.
+            min_speed: lower end of the range, 1/s.
+            max_speed: upper end of the range, 1/s.
+            where: which particles to act on: those inside a shape, or those that satisfy a comparison of
+                columns; None: all.
         """
         self._record(
             actions.RotationalDamping(damping=damping, min_speed=min_speed, max_speed=max_speed, where=where)
@@ -65,92 +65,92 @@ class TargetsRecorder(Recording):
         Records `actions.SpeedClamp`.
 
         Args:
-            min_speed: m/s.
-            max_speed: m/s.
-            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
-                None: all.
+            min_speed: lower end of the range, m/s.
+            max_speed: upper end of the range, m/s.
+            where: which particles to act on: those inside a shape, or those that satisfy a comparison of
+                columns; None: all.
         """
         self._record(actions.SpeedClamp(min_speed=min_speed, max_speed=max_speed, where=where))
 
     @says_near_names
     def random_velocity(self, shape: Shape | ArrayLike, *, where: Where = None) -> None:
-        """Gives each particle a new velocity, drawn anew in each step.
+        """Gives each particle a new random velocity in each step.
 
         Records `actions.RandomVelocity`.
 
         Args:
-            shape: where the sample is drawn from, m/s.
-            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
-                None: all.
+            shape: distribution of the sample, m/s.
+            where: which particles to act on: those inside a shape, or those that satisfy a comparison of
+                columns; None: all.
         """
         self._record(actions.RandomVelocity(shape=shape, where=where))
 
     @says_near_names
     def random_displacement(self, shape: Shape | ArrayLike, *, where: Where = None) -> None:
-        """Shifts each particle by a displacement of its own, drawn anew in each step; velocities stay.
+        """Shifts each particle by its own random displacement, redrawn in each step; velocities stay.
 
         Records `actions.RandomDisplacement`.
 
         Args:
-            shape: where the sample is drawn from, m/s.
-            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
-                None: all.
+            shape: distribution of the sample, m/s.
+            where: which particles to act on: those inside a shape, or those that satisfy a comparison of
+                columns; None: all.
         """
         self._record(actions.RandomDisplacement(shape=shape, where=where))
 
     @says_near_names
     def random_rotational_velocity(self, shape: Shape | ArrayLike, *, where: Where = None) -> None:
-        """Gives each particle a new rotational velocity, drawn anew in each step.
+        """Gives each particle a new random rotational velocity in each step.
 
         Records `actions.RandomRotationalVelocity`.
 
         Args:
-            shape: where the sample is drawn from, 1/s.
-            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
-                None: all.
+            shape: distribution of the sample, 1/s.
+            where: which particles to act on: those inside a shape, or those that satisfy a comparison of
+                columns; None: all.
         """
         self._record(actions.RandomRotationalVelocity(shape=shape, where=where))
 
     @says_near_names
     def target_color(self, color: Vector, alpha: Number, scale: Number, *, where: Where = None) -> None:
-        """Moves color and alpha toward given values, by the same part of the difference in each step.
+        """Moves color and alpha toward given values, by the same fraction of the difference in each step.
 
         Records `actions.TargetColor`.
 
         Args:
-            color: linear RGB.
-            alpha: 0..1.
-            scale: part of the difference per second, 1/s.
-            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
-                None: all.
+            color: target color, linear RGB.
+            alpha: target alpha, 0..1.
+            scale: fraction of the difference per second, 1/s.
+            where: which particles to act on: those inside a shape, or those that satisfy a comparison of
+                columns; None: all.
         """
         self._record(actions.TargetColor(color=color, alpha=alpha, scale=scale, where=where))
 
     @says_near_names
     def target_size(self, size: Vector, scale: Vector, *, where: Where = None) -> None:
-        """Moves the size toward a given one, each component by its own part of the difference in each step.
+        """Moves the size toward a given one, each component by its own fraction of the difference per step.
 
         Records `actions.TargetSize`.
 
         Args:
-            size: one number or three, m.
-            scale: part of the difference per second, one number or three, 1/s.
-            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
-                None: all.
+            size: target size, one number or three, m.
+            scale: fraction of the difference per second, one number or three, 1/s.
+            where: which particles to act on: those inside a shape, or those that satisfy a comparison of
+                columns; None: all.
         """
         self._record(actions.TargetSize(size=size, scale=scale, where=where))
 
     @says_near_names
     def target_velocity(self, velocity: Vector, scale: Number, *, where: Where = None) -> None:
-        """Moves the velocity toward a given one, by the same part of the difference in each step.
+        """Moves the velocity toward a given velocity, by the same fraction of the difference in each step.
 
         Records `actions.TargetVelocity`.
 
         Args:
-            velocity: m/s.
-            scale: part of the difference per second, 1/s.
-            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
-                None: all.
+            velocity: target velocity, m/s.
+            scale: fraction of the difference per second, 1/s.
+            where: which particles to act on: those inside a shape, or those that satisfy a comparison of
+                columns; None: all.
         """
         self._record(actions.TargetVelocity(velocity=velocity, scale=scale, where=where))
 
@@ -158,15 +158,15 @@ class TargetsRecorder(Recording):
     def target_rotational_velocity(
         self, rotational_velocity: Vector, scale: Number, *, where: Where = None
     ) -> None:
-        """Moves the rotational velocity toward a given one, by the same part of the difference in each step.
+        """Moves the rotational velocity toward a given one, by the same fraction of the difference per step.
 
         Records `actions.TargetRotationalVelocity`.
 
         Args:
-            rotational_velocity: 1/s.
-            scale: part of the difference per second, 1/s.
-            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
-                None: all.
+            rotational_velocity: target rotational velocity, 1/s.
+            scale: fraction of the difference per second, 1/s.
+            where: which particles to act on: those inside a shape, or those that satisfy a comparison of
+                columns; None: all.
         """
         self._record(
             actions.TargetRotationalVelocity(
@@ -183,11 +183,11 @@ class TargetsRecorder(Recording):
         Records `actions.Restore`.
 
         Args:
-            time_left: s.
+            time_left: time until particles come to rest, s.
             position: whether positions go back.
             up: whether orientations go back.
-            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
-                None: all.
+            where: which particles to act on: those inside a shape, or those that satisfy a comparison of
+                columns; None: all.
         """
         self._record(actions.Restore(time_left=time_left, position=position, up=up, where=where))
 
@@ -200,46 +200,46 @@ class TargetsRecorder(Recording):
         Args:
             position: whether positions and orientations are copied.
             velocity: whether velocities are copied.
-            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
-                None: all.
+            where: which particles to act on: those inside a shape, or those that satisfy a comparison of
+                columns; None: all.
         """
         self._record(actions.CopyVertexB(position=position, velocity=velocity, where=where))
 
     @says_near_names
     def color_over_life(self, ramp: Sequence[tuple[float, ArrayLike]], *, where: Where = None) -> None:
-        """Sets the color from the part of its lifetime that a particle has lived.
+        """Sets each particle's color from the fraction of its lifetime that has passed.
 
         Records `actions.ColorOverLife`.
 
         Args:
             ramp: knots (ratio 0..1, linear RGB) in ascending order.
-            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
-                None: all.
+            where: which particles to act on: those inside a shape, or those that satisfy a comparison of
+                columns; None: all.
         """
         self._record(actions.ColorOverLife(ramp=ramp, where=where))
 
     @says_near_names
     def alpha_over_life(self, ramp: Sequence[tuple[float, float]], *, where: Where = None) -> None:
-        """Sets alpha from the part of its lifetime that a particle has lived.
+        """Sets each particle's alpha from the fraction of its lifetime that has passed.
 
         Records `actions.AlphaOverLife`.
 
         Args:
             ramp: knots (ratio 0..1, alpha) in ascending order.
-            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
-                None: all.
+            where: which particles to act on: those inside a shape, or those that satisfy a comparison of
+                columns; None: all.
         """
         self._record(actions.AlphaOverLife(ramp=ramp, where=where))
 
     @says_near_names
     def size_over_life(self, ramp: Sequence[tuple[float, ArrayLike]], *, where: Where = None) -> None:
-        """Sets the size from the part of its lifetime that a particle has lived.
+        """Sets each particle's size from the fraction of its lifetime that has passed.
 
         Records `actions.SizeOverLife`.
 
         Args:
             ramp: knots (ratio 0..1, size) in ascending order; a size is one number or three, m.
-            where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
-                None: all.
+            where: which particles to act on: those inside a shape, or those that satisfy a comparison of
+                columns; None: all.
         """
         self._record(actions.SizeOverLife(ramp=ramp, where=where))

@@ -1,4 +1,4 @@
-"""What all recorders of actions have."""
+"""Recording: the base class of all recorders of actions."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ class Record(Protocol):
     """Records an action."""
 
     def __call__(self, action: Action, depth: int = 3) -> None:
-        """Record it; `depth` calls of the package stand between the script and the engine."""
+        """Record it; the script's line is `depth` calls up the stack."""
 
 
 class Recording:
-    """Where a script tells particles what to do: a method per action, which makes it and hands it on.
+    """Base of classes with one method per action, which creates the action and passes it to `record`.
 
-    It knows nothing of systems: who inherits it says what records.
+    It is independent of systems: subclasses supply the function that records.
     """
 
     def __init__(self, record: Record) -> None:
-        """Take what records."""
+        """Store the function that records actions."""
         self._record = record
 
     def apply(self, action: Action | Sequence[Action]) -> None:
-        """Record an action, or each of a list.
+        """Record an action, or each action of a list.
 
         Args:
             action: an action of `motes.actions`, or a list of them.
@@ -41,8 +41,9 @@ class Recording:
         """Set attributes to values, or to expressions of columns, in turn. Records `actions.Set` for each.
 
         Args:
-            where: which particles: those in a shape, or for which a comparison of columns holds; None: all.
-            **attributes: by name a number, a vector or an expression: `s.set(heat=column("age") * 2)`.
+            where: which particles: those inside a shape, or those that satisfy a comparison of columns; None:
+                all.
+            **attributes: a number, a vector or an expression for each: `s.set(heat=column("age") * 2)`.
         """
         for name, value in attributes.items():
             self._record(Set(attribute=name, value=value, where=where), 2)

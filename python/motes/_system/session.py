@@ -1,4 +1,4 @@
-"""Session: a world's engine and ranks, and who may use the engine now."""
+"""Session: a world's engine and ranks, and a guard against simultaneous calls of the engine."""
 
 from __future__ import annotations
 
@@ -23,62 +23,62 @@ __all__ = ["Earlier", "OpenFiles", "Session", "outside"]
 
 
 def outside(call: str) -> MotesError:
-    """Return the error of a call before a world's start or after its end."""
+    """Return the error for a call before a world's start or after its end."""
     return MotesError(f"{call} works inside `with world:` only, or after world.open()")
 
 
 class Earlier(Protocol):
-    """Frames that an earlier run has done, behind which this one goes on."""
+    """Frames that an earlier run has computed; this run continues after them."""
 
     waiting: bool
-    """Whether the script still asks for these."""
+    """Whether the script is still at these frames."""
     skipped: int
 
     def go_on(self) -> None:
-        """Go on behind them. Collective. Does nothing a second time."""
+        """Continue after these frames; do nothing if that has happened already. Collective."""
 
 
 class OpenFiles(NamedTuple):
-    """What has written files and is not closed: the end of the run closes it."""
+    """An object with open output files; the end of the run closes them."""
 
     owner: object
     close: Callable[[], None]
     """Finishes the files. Collective."""
     abandon: Callable[[], None]
-    """Leaves what is whole so far."""
+    """Closes the files early, keeping what is complete so far."""
 
 
 class Session:
-    """What a world, its systems and its files share: settings, ranks, the engine, and one call at a time."""
+    """What a world, its systems and its files share: settings, ranks and the engine."""
 
     def __init__(self, settings: RunSettings, comm: MPI.Intracomm) -> None:
-        """Begin before the run, without an engine."""
+        """Create the session of a world whose run has not begun."""
         self.settings = settings
         self.usage = Usage()
         self.engine: _core.Engine | None = None
         self.ended = False
         self.total = 0
-        """Frames that the script's loop asks for; 0 where it has none."""
+        """The number of frames of the script's loop; 0 if it has no loop."""
         self.run: OpenRun | None = None
         self.recording: Recording | None = None
         self.earlier: Earlier | None = None
         self.survives = False
-        """Whether the run goes on when ranks are lost: then the engine is told of what scripts write."""
+        """Whether the run continues when ranks are lost: then the engine must know what scripts write."""
         self.systems: list[Recorded] = []
-        """In order of creation."""
+        """All systems in order of creation."""
         self.open_views: list[Recorded] = []
-        """Inside `with system.local()`, one entry per block."""
+        """The systems of the open `with system.local()` blocks, one entry per block."""
         self.files: list[OpenFiles] = []
         self.given_up: Callable[[], None] = lambda: None
-        """What follows when all ranks have given up."""
+        """Called once all ranks have given up."""
         self.describe = Describing(settings.roles)
         self.take_ranks(comm, settings.roles)
 
     # --- ranks
 
     def take_ranks(self, comm: MPI.Intracomm, cast: Core) -> None:
-        """These are the world's ranks from here on, in these roles."""
-        self.comm, self.rank, self.size = comm, comm.rank, comm.size  # kept: a communicator may be gone
+        """Set the world's communicator and roles from here on."""
+        self.comm, self.rank, self.size = comm, comm.rank, comm.size  # still needed once `comm` is freed
         self.cast = self.describe.cast = cast
 
     @property
@@ -90,7 +90,7 @@ class Session:
 
     @property
     def manages(self) -> bool:
-        """Whether this rank is the manager, which speaks for all."""
+        """Whether this rank is the manager."""
         return self.rank == self.cast[0]
 
     @property
@@ -109,24 +109,27 @@ class Session:
 
     @property
     def time(self) -> float:
-        """Seconds of the animation at the frame's start."""
+        """The animation time at the frame's start, in seconds."""
         return self.frame * self.settings.dt
 
     def particles(self) -> int:
-        """Particles on all ranks, as last agreed."""
+        """Return the number of particles on all ranks, as last agreed."""
         engine = self.engine
         return 0 if engine is None else sum(engine.count(system.index) for system in self.systems)
 
     # --- calls of the engine
 
     def engine_for(self, call: str) -> _core.Engine:
-        """Return the engine; raise MotesError outside of the run."""
+        """Return the engine; raise MotesError outside the run."""
         if self.engine is None or self.ended:
             raise outside(call)
         return self.engine
 
     def begin(self, call: str, *, reads: bool = False) -> _core.Engine:
-        """Start a call of the engine, which `end` ends. Raises MotesError while another one runs."""
+        """Start a call of the engine, to be ended by `end`. Raises MotesError while another one runs.
+
+        `reads`: the call reads particles; it is refused in a `local()` block once more has been recorded.
+        """
         engine = self.engine_for(call)
         if reads and self.earlier is not None:
             self.earlier.go_on()
@@ -141,21 +144,21 @@ class Session:
         return engine
 
     def end(self) -> None:
-        """End a call that holds no conversation."""
+        """End a call that does not communicate."""
         self.usage.end()
 
     def end_conversation(self, engine: _core.Engine) -> None:
-        """End a collective call. Where all ranks have given up, nobody waits for this one any more."""
+        """End a collective call. If all ranks have given up, leave the run: no rank waits for this one."""
         self.usage.end()
         if engine.gave_up:
             self.given_up()
 
     def line_of(self, place: tuple[int, int]) -> script_lines.Line | None:
-        """Return where a call of this frame was recorded: `place` is its system and its number there."""
+        """Return the line that recorded a call of this frame; `place`: its system, its index in the list."""
         system, call = place
         return None if system < 0 else self.systems[system].line(call)
 
     def facts(self) -> dict[str, Any]:
-        """Return what run.json and a recorded scene say about the run."""
+        """Return the facts about the run for run.json and recorded scenes."""
         names, axes = [system.name for system in self.systems], [system.axes for system in self.systems]
         return {**self.settings.for_log(), "systems": names, "axes": axes}

@@ -1,4 +1,4 @@
-"""Sums over all particles: what `System.total`, `histogram` and `tally` ask of the engine."""
+"""Sums over all particles: the implementation of `System.total`, `histogram` and `tally`."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Sums:
     """Sums over the particles of all ranks."""
 
     def __init__(self, recorded: Recorded) -> None:
-        """Take the system."""
+        """Create the sums over a system's particles."""
         self._recorded = recorded
 
     def total(self, expression: Expression | ArrayLike, where: Where) -> Any:
@@ -36,14 +36,14 @@ class Sums:
         return found if len(found) > 1 else float(found[0])
 
     def histogram(self, expression: Expression, edges: ArrayLike, weights: Any, where: Where) -> NDArray[Any]:
-        """Sum in bins: `System.histogram`."""
+        """Count or sum in bins: `System.histogram`."""
         bins = [("expression", expression, histogram_edges(edges))]
         return self._sum("histogram", self._compiled(bins, weights, where, closed=True))
 
     def tally(
         self, low: ArrayLike, high: ArrayLike, shape: Sequence[int], weights: Any, where: Where
     ) -> NDArray[Any]:
-        """Sum in cells of a grid: `System.tally`."""
+        """Count or sum in the cells of a grid: `System.tally`."""
         cells = cell_edges(low, high, shape)
         found = self._sum("tally", self._compiled(cells, weights, where))
         return found.reshape([len(edges) - 1 for _, _, edges in cells])
@@ -77,9 +77,9 @@ def compile_sum(
     where: Any = None,
     time: float = 0,
 ) -> _core.Sum:
-    """Compile a sum over bins: dimensions are an argument's name, its expression of one number, and edges.
+    """Compile a sum over bins; each dimension is an argument's name, its scalar expression, and bin edges.
 
-    `closed`: the last edges belong to the last bins. `time`: of the animation, seconds.
+    `closed`: the last edge of each dimension belongs to its last bin. `time`: the animation time, s.
     """
     shapes: list[_core.Shape] = []
     sorted_by = [
@@ -96,7 +96,7 @@ def compile_sum(
 
 
 def histogram_edges(edges: ArrayLike) -> Edges:
-    """Return the edges of bins as an array, checked."""
+    """Check bin edges and return them as an array."""
     allowed = "ascending numbers, at least 2; the first and the last may be infinite"
     array = arguments.floats("edges", edges, np.float64, allowed)
     if array.ndim != 1 or len(array) < 2 or not (array[:-1] < array[1:]).all():

@@ -1,4 +1,4 @@
-"""System: all particles that follow the same lines of the script (paper 3.1.3)."""
+"""System: the particles that obey the same lines of the script (paper 3.1.3)."""
 
 from __future__ import annotations
 
@@ -41,13 +41,13 @@ CUT = np.dtype([("axis", "U1"), ("at", np.float32)])
 class System(Bodies):
     """A particle system, created by `World.system`. Calls are recorded, and run when the frame ends.
 
-    Every rank makes the same calls in the same order; each does the part of its roles. None of the recording
-    methods communicates. All of them raise MotesError outside `with world:`, inside a callback, and while
-    another thread uses the world.
+    Every rank makes the same calls in the same order; the engine gives each its role. The recording methods
+    do not communicate. They raise MotesError outside `with world:`, inside a callback, and while another
+    thread uses the world.
     """
 
     world: World
-    """The world that it belongs to."""
+    """The world to which the system belongs."""
     name: str
 
     def __init__(self, world: World, recorded: Recorded) -> None:
@@ -55,7 +55,7 @@ class System(Bodies):
 
         Args:
             world: the world.
-            recorded: the system as the package knows it.
+            recorded: the package's internal state of the system.
         """
         super().__init__(Listing(recorded, recorded_of).record)
         self.__dict__.update(world=world, name=recorded.name)
@@ -67,19 +67,19 @@ class System(Bodies):
         recorded.called = self._callbacks.called
         self._sums = Sums(recorded)
 
-    # --- what newborn particles get, and births
+    # --- births
 
     @overload
     def configure(self, **state: Unpack[State]) -> None: ...
     @overload
     def configure(self, **state: Drawn) -> None: ...
     def configure(self, **state: Any) -> None:
-        """Set what newborn particles get from here on; attributes set by earlier calls remain.
+        """Set attributes of newborn particles from here on; attributes set by earlier calls remain.
 
         Args:
-            **state: velocity, color, lifetime, a user's attribute, ... Each is a value, a shape (drawn
-                uniformly from it), `Uniform(lo, hi)` or `Normal(mean, sigma)`; a `motes.Curve` gives each
-                frame's newborn particles its value then.
+            **state: velocity, color, lifetime, a user-defined attribute, ... Each is a value, a shape (drawn
+                uniformly from it), `Uniform(lo, hi)` or `Normal(mean, sigma)`; a `motes.Curve` is evaluated
+                at each frame's start.
         """
         self._recorded.newborn.configure(state)
         if self._recorded.first is not None:
@@ -98,22 +98,22 @@ class System(Bodies):
     ) -> None:
         """Emit particles in a shape at a rate.
 
-        At each frame's end the source has emitted floor(S) particles, where S is the sum of rate times `dt`
-        over the frames that called it; with sub-steps, this holds at the end of each. No fraction is lost,
-        also while the rate is 0 or the source is not called. Paper 3.2.1.
+        By the end of each frame (or sub-step) the source has emitted floor(S) particles in total, where S is
+        the sum of rate times `dt` over the frames that called it. Fractions of a particle carry over, even
+        while the rate is 0 or the source is not called. Paper 3.2.1.
 
         Args:
-            shape: where they are born, m.
+            shape: where particles are born, m.
             rate: particles per second; it may differ from frame to frame, and a curve is integrated.
-            jitter: whether births spread over the (sub)step: each particle has aged and travelled a random
-                part of it.
-            moving_from: where the shape was one frame ago, if it moves: a shape of the same kind, and no
-                union. Each particle is born where the shape was at the moment of its birth, on the straight
-                way from a point of the one to the same point of the other, so a trail has no gaps.
-            key: which source this is, so whose fraction goes on: a text or an integer; calls of a system with
-                the same key are the same source. None: the line of the script that calls; several calls of a
-                line (or key) in a frame are sources of their own, in their order. Where emitters of a loop
-                come and go, give each a key.
+            jitter: whether births are spread over the (sub)step: each particle has already aged and moved for
+                a random part of it.
+            moving_from: the shape one frame ago, if it moves: of the same kind, and no Union. Each particle
+                is born where the shape was at its moment of birth, so a trail has no gaps. Points of the
+                shape move in straight lines.
+            key: identifies the source whose fraction carries over: a string or an integer; calls with the
+                same key are the same source. None: the calling line of the script. Several calls with one
+                line (or key) in a frame are separate sources, told apart by their order. If emitters of a
+                loop come and go, give each a key.
         """
         self._births.source(shape, rate, jitter, moving_from, key)
 
@@ -122,8 +122,8 @@ class System(Bodies):
         """Emit particles in a shape, once in this frame.
 
         Args:
-            shape: where they are born, m; a point for all at one place.
-            count: how many.
+            shape: where particles are born, m; at a point, all are born there.
+            count: the number of particles.
         """
         self._births.burst(shape, count)
 
@@ -135,14 +135,14 @@ class System(Bodies):
         position: ArrayLike | None = None,
         **columns: ArrayLike,
     ) -> None:
-        """Emit the particles of these arrays, the same on every rank, one row per particle.
+        """Emit particles given as arrays with one row per particle, the same on every rank.
 
         Attributes that are not given come from `configure`. Vectors of 2 numbers, (n, 2), stand for (x, y,
         0).
 
         Args:
-            particles: those that `gather("all")` or `motes.open_particles(path)[frame]` gave, with all that
-                `Particles.columns` names; they get new ids, and arrays that are also given replace their
+            particles: the result of `gather("all")` or `motes.open_particles(path)[frame]`, to emit with all
+                columns of `Particles.columns`; they get new ids, and arrays passed as well replace their
                 columns.
             position: m, shape (n, 3).
             **columns: other attributes by name, shape (n, 3) or (n,).
@@ -161,16 +161,17 @@ class System(Bodies):
     ) -> None:
         """Let events of this frame emit particles of another system.
 
-        Children are born at the end of this frame, where the parent is then, with the attributes that
-        `into.configure` has set so far. They are numbered in the order of the parents' ids.
+        Children are born at the parent's position at the end of this frame, with the attributes that
+        `into.configure` has set so far. Their ids follow the order of the parents' ids.
 
         Args:
             into: the system that gets the children.
-            on: "birth", "death", "collision" (with what it bounces off), or "frame" (being alive at its end);
-                a particle counts once per rule and frame.
-            count: children for each parent.
-            inherit_velocity: the part of the parent's velocity that is added to a child's.
-            where: which parents: those in a shape, or for which a comparison of columns holds; None: all.
+            on: "birth", "death", "collision" (with what it bounces off), or "frame" (alive at the frame's
+                end); a particle triggers each rule at most once per frame.
+            count: children per parent.
+            inherit_velocity: the fraction of the parent's velocity that is added to the child's.
+            where: which parents: those inside a shape, or those that satisfy a comparison of columns; None:
+                all.
         """
         self._children.spawn("spawn", recorded_of(into), into, on, count, inherit_velocity, where)
 
@@ -184,17 +185,18 @@ class System(Bodies):
         inherit_velocity: float = 0,
         where: Where = None,
     ) -> None:
-        """Let particles leave particles of another system behind at regular ages.
+        """Let particles emit particles of another system at regular ages.
 
-        They do so in the frames in which their age passes a multiple of `every`, up to half a frame early:
-        once per frame at most. As `spawn(on="frame")`, which says where children are born and with what.
+        A parent emits in each frame in which its age passes a multiple of `every`, up to half a frame early
+        and at most once per frame. Children are born as in `spawn(on="frame")`.
 
         Args:
             into: the system that gets the children.
-            every: seconds of a parent's age from one time to the next.
-            count: children each time.
-            inherit_velocity: the part of the parent's velocity that is added to a child's.
-            where: which parents: those in a shape, or for which a comparison of columns holds; None: all.
+            every: seconds of a parent's age between two emissions.
+            count: children per emission.
+            inherit_velocity: the fraction of the parent's velocity that is added to the child's.
+            where: which parents: those inside a shape, or those that satisfy a comparison of columns; None:
+                all.
         """
         self._children.trail(recorded_of(into), into, every, count, inherit_velocity, where)
 
@@ -204,14 +206,14 @@ class System(Bodies):
     def callback(self, function: Callable[[LocalParticles], object], *, where: Where = None) -> None:
         """Call a function here in the list, on each calculator, with views of its particles.
 
-        It must treat each particle by itself, and not depend on how many there are: newborn particles may
+        The function must treat particles independently and not depend on their number: newborn particles may
         come in a separate call. It is called in each sub-step. It cannot record, step or read systems.
 
         Args:
             function: takes `LocalParticles`.
-            where: it sees only the particles in a shape or for which a comparison holds: their columns are
-                copies, which are written back afterwards, and it is not called if there are none. None: all
-                particles.
+            where: which particles the function sees: those inside a shape, or those that satisfy a comparison
+                of columns. Their columns are copies, which are written back afterwards; without such
+                particles the function is not called. None: all.
         """
         self._callbacks.callback(function, where)
 
@@ -219,14 +221,15 @@ class System(Bodies):
     def pairs(self, function: Callable[[Pairs], object], radius: float, *, where: Where = None) -> None:
         """Call a function here in the list, on each calculator, with the pairs within a radius. Paper 3.1.5.
 
-        Each pair is seen from both of its particles. The changes that the function returns are added in the
-        order of the pairs; it must treat each pair by itself.
+        Each pair appears twice, once for each of its particles. The function must treat pairs independently;
+        the changes that it returns are added in the order of the pairs.
 
         Args:
-            function: takes `Pairs`; returns the changes of velocity of the own particles, m/s, shape (n, 3),
-                or None for no change.
-            radius: m.
-            where: which particles: those in a shape, or for which a comparison of columns holds; None: all.
+            function: takes `Pairs`; returns the changes of the particles' velocities, m/s, shape (n, 3), or
+                None for no change.
+            radius: largest distance between the particles of a pair, m.
+            where: which particles: those inside a shape, or those that satisfy a comparison of columns; None:
+                all.
         """
         self._callbacks.pairs(function, radius, where)
 
@@ -241,10 +244,11 @@ class System(Bodies):
     def local(self) -> Iterator[LocalParticles]:
         """Give zero-copy views of this rank's particles at this point of the script, valid inside the block.
 
-        Ids alone are a copy. Does not communicate, but runs what was recorded so far; reading does not change
-        any result. With sub-steps the views show a preview, in which all of them have run; writing into it
-        makes it count, and then the rest of the list runs after it. Particles whose positions were written go
-        to their owners when the frame ends. The frame cannot end inside the block.
+        Only ids are a copy. Does not communicate, but runs the calls recorded so far; reading does not change
+        any result. With sub-steps, the views show a preview in which all sub-steps have run; writing into a
+        view makes the preview the actual state, and the rest of the list runs after it. Particles whose
+        positions were written migrate to their owners when the frame ends. The frame cannot end inside the
+        block.
 
         Yields:
             The views: `p.position` (n, 3), `p.id` (n,), ...
@@ -286,12 +290,12 @@ class System(Bodies):
         """Copy all particles, sorted by id. Collective.
 
         Args:
-            to: 0: to rank 0 alone; "all": to every rank.
-            unwrapped: where particles of a periodic world would be had they never wrapped: `position` is
-                float64, and `crossings` is left out.
+            to: 0: only to rank 0; "all": to every rank.
+            unwrapped: whether to return positions in a periodic world as if they had never wrapped:
+                `position` is float64, and `crossings` is left out.
 
         Returns:
-            The particles; elsewhere the result is falsy and empty.
+            The particles; on ranks that do not get them, the result is falsy and empty.
         """
         from .gathering import gathered
 
@@ -301,16 +305,17 @@ class System(Bodies):
     def total(self, expression: Expression | ArrayLike, *, where: Where = None) -> Any:
         """Sum an expression over all particles. Collective.
 
-        The exact sum of the expression's float32 values, rounded once, whatever the ranks, threads and order;
-        so it equals `math.fsum` of these values. With NaN, or both infinities, it is NaN; with one infinity
-        it is that one; of no particles it is 0. `total(1)` counts.
+        The sum of the expression's float32 values is exact and rounded once, as by `math.fsum`, independent
+        of ranks, threads and order. It is NaN if a value is NaN or both infinities occur, infinite if one
+        occurs, and 0 without particles. `total(1)` counts particles.
 
         Args:
             expression: a number or a vector per particle.
-            where: which particles: those in a shape, or for which a comparison of columns holds; None: all.
+            where: which particles: those inside a shape, or those that satisfy a comparison of columns; None:
+                all.
 
         Returns:
-            A float, or for a vector an array of 3; on every rank.
+            On every rank, a float, or for a vector an array of 3.
         """
         return self._sums.total(expression, where)
 
@@ -325,17 +330,18 @@ class System(Bodies):
     ) -> NDArray[Any]:
         """Count particles by an expression, or sum `weights` in each bin. Collective.
 
-        Bin i holds edges[i] <= value < edges[i + 1], the last one its upper edge too, as in
-        `numpy.histogram`. Values outside and NaN are left out.
+        Bin i holds edges[i] <= value < edges[i + 1]; the last bin includes its upper edge, as in
+        `numpy.histogram`. NaN and values outside the edges are left out.
 
         Args:
             expression: a number per particle.
-            edges: ascending numbers, at least 2; the outer ones may be infinite.
-            weights: what is added up in each bin; None: particles are counted.
-            where: which particles: those in a shape, or for which a comparison of columns holds; None: all.
+            edges: ascending numbers, at least 2; the first and the last may be infinite.
+            weights: the expression to sum in each bin; None: count particles.
+            where: which particles: those inside a shape, or those that satisfy a comparison of columns; None:
+                all.
 
         Returns:
-            Counts, int64, or sums, float64, exact and rounded once as those of `total`; on every rank.
+            On every rank, counts (int64), or sums (float64), exact and rounded once like those of `total`.
         """
         return self._sums.histogram(expression, edges, weights, where)
 
@@ -351,23 +357,24 @@ class System(Bodies):
     ) -> NDArray[Any]:
         """Count particles in a grid of cells, or sum `weights` in each. Collective.
 
-        The cells' edges are those of `numpy.linspace(low[0], high[0], nx + 1)` and so on; a cell holds its
-        lower faces, not its upper ones. Particles outside are left out.
+        Along x the cells' edges are `numpy.linspace(low[0], high[0], nx + 1)`, and so on; a cell includes its
+        lower faces, but not its upper ones. Particles outside the grid are left out.
 
         Args:
             low: the grid's lowest corner, m.
-            high: its highest corner, m.
+            high: the grid's highest corner, m.
             shape: the number of cells along each axis, (nx, ny, nz).
-            weights: what is added up in each cell; None: particles are counted.
-            where: which particles: those in a shape, or for which a comparison of columns holds; None: all.
+            weights: the expression to sum in each cell; None: count particles.
+            where: which particles: those inside a shape, or those that satisfy a comparison of columns; None:
+                all.
 
         Returns:
-            Counts, int64, or sums, float64, exact and rounded once as those of `total`, indexed [ix, iy, iz];
-            on every rank.
+            On every rank, counts (int64), or sums (float64), exact and rounded once like those of `total`,
+            indexed [ix, iy, iz].
         """
         return self._sums.tally(low, high, shape, weights, where)
 
-    # --- what is known without asking other ranks
+    # --- known without communication
 
     @property
     def sprite(self) -> Sprite:
@@ -385,32 +392,32 @@ class System(Bodies):
 
     @property
     def axis(self) -> str | None:
-        """What its domains cut: one axis (slabs), several (bricks), a curve, or None (dealt out by id)."""
+        """What its domains cut: one axis (slabs), several (bricks), a curve, or None (assigned by id)."""
         return None if self._recorded.axes == "id" else self._recorded.axes
 
     @property
     def count(self) -> int:
-        """Particles on all ranks, as last agreed."""
+        """The number of particles on all ranks, as last agreed."""
         return 0 if self._session.engine is None else self._session.engine.count(self._recorded.index)
 
     @property
     def born(self) -> int:
-        """Particles born so far: the next id."""
+        """The number of particles born so far, which is the next id."""
         return 0 if self._session.engine is None else self._session.engine.born(self._recorded.index)
 
     @property
     def dropped(self) -> int:
-        """Births that the capacity has dropped so far."""
+        """The number of births dropped so far because the system was at capacity."""
         return 0 if self._session.engine is None else self._session.engine.dropped(self._recorded.index)
 
     @property
     def cuts(self) -> NDArray[Any]:
         """The cuts between domains, as last agreed; one fewer than calculators.
 
-        Slabs: their positions (m), ascending, float32. By id (`axis=None`) or along a curve: the same, on the
-        interval 0..1.
+        Slabs: the cuts' positions (m), ascending, float32. By id (`axis=None`) or along a curve: positions
+        within 0..1.
         Bricks: records with the fields `axis` ("x", "y" or "z") and `at` (m), in the order of the domains
-        between which they stand: of n domains the first n // 2 lie below cut n // 2 - 1, and so on.
+        that they separate: of n domains, the first n // 2 lie below cut n // 2 - 1, and so on recursively.
         """
         if self._session.engine is None:
             raise MotesError("cuts exist inside `with world:` only")
@@ -420,7 +427,7 @@ class System(Bodies):
         return np.array([at for _, at in tree], np.float32)
 
     def __setattr__(self, name: str, value: Any) -> None:
-        """Refuse what is not an attribute of the system, and say how to set a particle's attribute."""
+        """Refuse names other than `sprite`; for a particle's attribute, say how to set it."""
         if name.startswith("_") or name == "sprite":
             object.__setattr__(self, name, value)
         else:
@@ -438,7 +445,7 @@ class System(Bodies):
         raise NotAssignableError(f"a system has no attribute {name!r} to assign{near(name, known)}")
 
     def __getattr__(self, name: str) -> Any:
-        """Raise the error for an attribute that does not exist, with what to use instead."""
+        """Raise AttributeError, with a hint at what to use instead."""
         recorded = self.__dict__.get("_recorded")
         if recorded is not None and name in recorded.attributes:
             raise AttributeError(
@@ -455,5 +462,5 @@ class System(Bodies):
 
 
 def recorded_of(system: object) -> Recorded | None:
-    """Return what the package knows of a system of the script; None for anything else."""
+    """Return the internal state of a script's system; None for anything else."""
     return system._recorded if isinstance(system, System) else None

@@ -1,1 +1,1 @@
-"""What a script hands over: values that never change, checks of arguments, settings of a world's parts."""
+"""What a script passes: immutable values, checks of arguments, settings of a world's parts."""

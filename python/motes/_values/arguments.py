@@ -1,4 +1,4 @@
-"""Checks of arguments: a valid value, or an ArgumentError naming argument, value and what is allowed."""
+"""Checks of arguments: return a valid value, or raise ArgumentError, which says what is allowed."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ MOST = 1.7e308  # a larger int does not fit into a float
 NO_NUMBERS = (bool, np.timedelta64)  # although their classes are integers
 PLAIN = {float, int}
 PAIR = "2 numbers stand for (x, y, 0)"
-FARTHEST = 1e15  # what pictures can be computed with, m: also its square is a float
+FARTHEST = 1e15  # the largest coordinate in pictures, m: its square still fits into a float32
 Triple = tuple[float, float, float]
 
 
@@ -81,14 +81,14 @@ def flag(argument: str, value: Any) -> bool:
 
 
 def choice(argument: str, value: Any, allowed: Sequence[str]) -> Any:
-    """Return `value`, which must be one of the allowed texts; any, since they are `Literal` where it goes."""
+    """Return `value`, which must be one of the allowed strings; typed Any, since callers need a `Literal`."""
     if not isinstance(value, str) or value not in allowed:
         raise ArgumentError(argument, value, " or ".join(repr(text) for text in allowed), known=allowed)
     return value
 
 
 def key(argument: str, value: Any) -> str:
-    """Return a text for what a script calls something by; no line of a script is written like it."""
+    """Return a script's key as a string that differs from every script line such as "snow.py:21"."""
     if isinstance(value, bool) or not isinstance(value, (str, int, np.integer)):
         raise ArgumentError(argument, value, "a text or an integer")
     return repr(value if isinstance(value, str) else int(value))
@@ -101,7 +101,7 @@ def triple(
 
     `pair=False` requires 3.
     """
-    if type(value) is tuple and len(value) == 3:  # the fast path, as above
+    if type(value) is tuple and len(value) == 3:  # the fast path: scripts pass many such vectors per frame
         x, y, z = value
         if (
             type(x) in PLAIN
@@ -128,19 +128,19 @@ def triple(
 
 
 def place(argument: str, value: Any) -> Triple:
-    """Return `value`, a vector as `triple` takes it, if pictures can be computed with it."""
+    """Return `value`, a vector as in `triple`, with coordinates that pictures can be computed with."""
     return triple(argument, value, low=-FARTHEST, high=FARTHEST)
 
 
 def named_color(argument: str, text: str) -> Triple:
-    """Return the colour that a text names, linear RGB; names are loaded with the first one."""
+    """Return the linear RGB of a colour given as text; the table of names is loaded on first use."""
     from . import colors
 
     return colors.named(argument, text)
 
 
 def color(argument: str, value: Any, *, low: float = -math.inf, high: float = math.inf) -> Triple:
-    """Return `value`, a colour, as a tuple of floats: 3 finite numbers, or a text for `named_color`."""
+    """Return `value`, a colour of 3 finite numbers or a text for `named_color`, as a tuple of floats."""
     if isinstance(value, str):
         return named_color(argument, value)
     return triple(argument, value, low=low, high=high, pair=False)
@@ -151,11 +151,11 @@ def floats(argument: str, value: Any, dtype: DTypeLike, allowed: str) -> NDArray
     try:
         with np.errstate(over="ignore"):
             array = np.asarray(value)
-            # NumPy would parse text, drop imaginary parts, and show what a mask hides.
+            # NumPy would parse text, drop imaginary parts, and expose masked values.
             if array.dtype.kind not in "biufO" or np.ma.is_masked(value):
                 raise TypeError
             return np.asarray(array, dtype)
-    except Exception:  # any: the conversion runs methods of users' classes
+    except Exception:  # of any kind: the conversion runs methods of users' classes
         raise ArgumentError(argument, value, allowed) from None
 
 
@@ -166,7 +166,7 @@ def whole_numbers(argument: str, value: Any, allowed: str) -> NDArray[Any]:
         whole = array.dtype.kind in "iu" and not np.ma.is_masked(value)
         if array.size and (not whole or (array < 0).any()):
             raise TypeError
-    except Exception:  # any: the conversion runs methods of users' classes
+    except Exception:  # of any kind: the conversion runs methods of users' classes
         raise ArgumentError(argument, value, allowed) from None
     return array
 
@@ -182,12 +182,12 @@ def listed(argument: str, value: Any, allowed: str) -> list[Any]:
     """Return the items of `value`."""
     try:
         return list(value)
-    except Exception:  # any: this runs methods of users' classes
+    except Exception:  # of any kind: this runs methods of users' classes
         raise ArgumentError(argument, value, allowed) from None
 
 
 def file_path(argument: str, value: Any) -> Path:
-    """Return `value`, a text or a path, as a path."""
+    """Return `value`, a string or a path, as a path."""
     if not isinstance(value, (str, os.PathLike)):
         raise ArgumentError(argument, value, "a path")
     try:
@@ -203,7 +203,7 @@ def file_path(argument: str, value: Any) -> Path:
 
 
 def colors_of_rows(argument: str, values: Any) -> Any:
-    """Return rows of colours with texts, where all are, as numbers; other things as they are."""
+    """Return the linear RGB of a list of colours given as text; return anything else unchanged."""
     texts = isinstance(values, (list, tuple)) and all(isinstance(one, str) for one in values)
     return [named_color(argument, text) for text in values] if texts and values else values
 
@@ -219,7 +219,7 @@ def _range(kind: str, low: float, high: float) -> str:
 
 
 def rows(attribute: str, values: Any, width: int, count: int | None) -> NDArray[np.float32]:
-    """Return an attribute's column of 1, 3 or 4 numbers per row, one row per particle; `count`: as many."""
+    """Return an attribute's float32 column of `width` numbers per particle; `count`: the expected rows."""
     pair = width == 3 and attribute != "color"
     shape = f"(n, {width})" if width > 1 else "(n,)"
     allowed = f"finite numbers of shape {shape}"

@@ -1,4 +1,4 @@
-"""Checkpoint: how often a run is written down, and where."""
+"""Checkpoint: how often a run is saved, and where."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ __all__ = ["Checkpoint"]
 
 @value()
 class Checkpoint(Value):
-    """Every so many frames all particles go to disk, while frames go on.
+    """Periodic checkpoints: all particles are written to disk while the run continues.
 
-    A run of the same script with the same directory goes on from the newest whole checkpoint, on any number
-    of ranks, in any roles. They are made where the loop of `world.frames(n)` begins its next pass: what the
-    script computes in that loop must follow from the frame's number and from the particles.
+    A run of the same script with the same directory continues from the newest complete checkpoint, on any
+    number of ranks, in any roles. Checkpoints are taken when the loop of `world.frames(n)` begins an
+    iteration: what the script computes in that loop must depend only on the frame's number and the particles.
 
     Attributes:
         directory: on a file system that all ranks see; each checkpoint is a folder in it.
         every: frames from one checkpoint to the next.
-        keep: how many whole ones stay; two survive a damaged disk block in the newest.
-        pickles: whether what a balancer of your own knows is kept and read by pickle where it is more than
-            numbers, text, lists, dicts and arrays; a pickle can run code of the person who wrote the
+        keep: how many complete checkpoints are kept; with two, the run survives a damaged one.
+        pickles: whether a custom balancer's state is saved and loaded by pickle if it holds more than
+            numbers, text, lists, dicts and arrays. Loading a pickle can run code chosen by whoever wrote the
             checkpoint.
     """
 
@@ -47,7 +47,7 @@ class Checkpoint(Value):
 
 
 def checked(given: Any) -> Checkpoint | None:
-    """Return World's argument `checkpoint` as a Checkpoint, or None."""
+    """Return `World`'s argument `checkpoint` as a Checkpoint, or None."""
     if given is None or isinstance(given, Checkpoint):
         return given
     if isinstance(given, (str, os.PathLike)) and os.fspath(given):

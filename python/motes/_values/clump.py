@@ -17,29 +17,29 @@ __all__ = ["MOST_SPHERES", "Clump", "as_clump", "law_of"]
 
 MOST_SPHERES = 64
 MOST_LENGTH = 1e6  # m
-LEAST_PART = 1e-3  # of the bounding radius: what a sphere's radius may be
-COLUMNS = 192  # along each side of the grid that overlapping spheres are integrated on
+LEAST_PART = 1e-3  # smallest radius of a sphere, as a fraction of the clump's extent
+COLUMNS = 192  # columns along each side of the grid on which overlapping spheres are integrated
 
 Tensor = tuple[float, float, float, float, float, float]
-"""xx, yy, zz, xy, xz, yz."""
+"""Components xx, yy, zz, xy, xz, yz of a symmetric tensor."""
 
 
 @value()
 class Clump(Value):
     """A rigid group of spheres of one density: the template of `System.clumps`. Immutable.
 
-    A clump's position is its centre of mass, wherever that is among the spheres. Volume and inertia are exact
-    for spheres that do not overlap; the union of others is cut into some 37,000 columns, whose lengths are
-    exact, which gives them to about 1e-4.
+    A clump's position is its centre of mass. Volume and inertia are exact for spheres that do not overlap.
+    The union of overlapping spheres is integrated over some 37,000 columns of exact length, with a relative
+    error of about 1e-4.
 
     Attributes:
-        spheres: x, y, z and radius of each, m, shape (n, 4), 1 to 64 of them.
+        spheres: x, y, z and radius of 1 to 64 spheres, m, shape (n, 4).
     """
 
     spheres: ArrayLike
 
     def __post_init__(self) -> None:
-        """Check the spheres, and let the engine keep them."""
+        """Check the spheres and store them in the engine."""
         given = _checked(self.spheres)
         volume, center, products = _moments(given)
         centered = given - (*center, 0.0)
@@ -80,23 +80,23 @@ class Clump(Value):
 
     @property
     def inertia(self) -> NDArray[np.float64]:
-        """The tensor of inertia about the centre of mass, for a mass of 1 kg, m^2, shape (3, 3)."""
+        """The inertia tensor about the centre of mass per kg of mass, m^2, shape (3, 3)."""
         xx, yy, zz, xy, xz, yz = self.__dict__["_inertia"]
         return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
     @property
     def _law(self) -> tuple[dict[str, Any], int]:
-        """What contact needs to know, and the engine's name for the spheres; for the package itself."""
+        """The parameters of the contact law, and the engine's key of the spheres; for the package itself."""
         return self.__dict__["_numbers"], self.__dict__["_table"]
 
 
 def law_of(clump: Clump) -> tuple[dict[str, Any], int]:
-    """Return what contact needs to know, and the engine's name for the spheres, for the package itself."""
+    """Return a clump's parameters for the contact law, and the engine's key of the spheres."""
     return clump._law
 
 
 def as_clump(template: Any) -> Clump:
-    """Return `template`, a clump or its spheres."""
+    """Return `template`, a clump or its spheres, as a clump."""
     return template if isinstance(template, Clump) else Clump(template)
 
 
@@ -115,12 +115,12 @@ def _checked(given: Any) -> NDArray[np.float64]:
 
 
 def _sum(rows: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Sum three columns in their order: the same bits on every processor."""
+    """Return each row's sum, added in a fixed order: the same bits on every processor."""
     return rows[:, 0] + rows[:, 1] + rows[:, 2]
 
 
 def _moments(spheres: NDArray[np.float64]) -> tuple[float, NDArray[np.float64], Tensor]:
-    """Return volume, centre, and the means of xx, yy, zz, xy, xz, yz about it."""
+    """Return volume, centre of mass, and the means of xx, yy, zz, xy, xz, yz about that centre."""
     middle = np.array([0.5 * (float(x.min()) + float(x.max())) for x in spheres[:, :3].T])
     local = spheres - (*middle, 0.0)
     if _apart(local):
@@ -128,7 +128,7 @@ def _moments(spheres: NDArray[np.float64]) -> tuple[float, NDArray[np.float64], 
     else:
         spans = [float((x + local[:, 3]).max() - (x - local[:, 3]).min()) for x in local[:, :3].T]
         long = int(np.argmax(spans))
-        order = [(long + 1) % 3, (long + 2) % 3, long]  # columns stand along the longest side
+        order = [(long + 1) % 3, (long + 2) % 3, long]  # columns are parallel to the longest side
         sums = _turned_back(_of_columns(local[:, [*order, 3]]), order)
     volume = sums[0]
     x, y, z = (one / volume for one in sums[1:4])
@@ -147,7 +147,7 @@ def _apart(spheres: NDArray[np.float64]) -> bool:
 
 
 def _of_balls(spheres: NDArray[np.float64]) -> list[float]:
-    """Return the volume and its integrals of x, y, z, xx, yy, zz, xy, xz, yz."""
+    """Return the volume of separate spheres, and its integrals of x, y, z, xx, yy, zz, xy, xz, yz."""
     sums = []
     for x, y, z, radius in spheres.tolist():
         volume = 4 / 3 * math.pi * radius**3
@@ -158,7 +158,7 @@ def _of_balls(spheres: NDArray[np.float64]) -> list[float]:
 
 
 def _of_columns(spheres: NDArray[np.float64]) -> list[float]:
-    """Return the volume and the same integrals of a union: sums over a grid in x and y, exact along z."""
+    """Return the results of `_of_balls` for a union of spheres: sums over a grid in x, y, exact along z."""
     low = (spheres[:, :2] - spheres[:, 3:]).min(axis=0)
     step = ((spheres[:, :2] + spheres[:, 3:]).max(axis=0) - low) / COLUMNS
     x = low[0] + (np.arange(COLUMNS) + 0.5) * step[0]
@@ -185,7 +185,7 @@ def _of_columns(spheres: NDArray[np.float64]) -> list[float]:
 
 
 def _turned_back(sums: list[float], order: list[int]) -> list[float]:
-    """Permute integrals to another order of the axes."""
+    """Permute the integrals from the axes in `order` back to x, y, z."""
     places = [order.index(axis) for axis in range(3)]
     pairs = {(0, 1): 7, (0, 2): 8, (1, 2): 9}
     mixed = [sums[pairs[min(a, b), max(a, b)]] for a, b in ((places[i], places[j]) for i, j in pairs)]
@@ -206,7 +206,7 @@ def _inverse(t: Tensor) -> Tensor:
 
 
 def _lightness(arm: list[float], inverse: Tensor) -> float:
-    """Return an upper bound of the mobility of a point, relative to that of the centre of mass."""
+    """Return an upper bound of a point's mobility relative to the mobility of the centre of mass."""
     x, y, z = arm
     xx, yy, zz, xy, xz, yz = inverse
     turns = (y * y + z * z, x * x + z * z, x * x + y * y)

@@ -1,4 +1,4 @@
-"""Colours as text: "#ff8800" and the names of CSS, which are sRGB, as linear RGB."""
+"""Convert colours given as text, "#ff8800" or a CSS name (both sRGB), to linear RGB."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def named(argument: str, text: str) -> tuple[float, float, float]:
     """Return the linear RGB of a colour given as text: #rgb, #rrggbb or a CSS name, any case.
 
     Raises:
-        ArgumentError: for another text, with the nearest name.
+        ArgumentError: if the text is no colour; the message suggests the closest name.
     """
     plain = text.strip().lower()
     digits = plain[1:] if plain.startswith("#") else _BY_NAME.get(plain, "")
@@ -62,7 +62,7 @@ def named(argument: str, text: str) -> tuple[float, float, float]:
 
 
 def _linear(encoded: float) -> float:
-    """Invert sRGB's curve with + - * / alone, so that all machines agree on the last bit."""
+    """Invert the sRGB transfer curve using only + - * /: all machines get the same bits."""
     if encoded <= 0.04045:
         return encoded / 12.92
     v = (encoded + 0.055) / 1.055
@@ -76,4 +76,4 @@ def _linear(encoded: float) -> float:
 
 
 LINEAR = tuple(_linear(byte / 255) for byte in range(256))
-"""The light of each value of 8-bit sRGB."""
+"""The linear value of each 8-bit sRGB value."""

@@ -26,29 +26,29 @@ INTERPOLATIONS = ("linear", "smooth", "hold", "spline")
 class Curve(Value, Moving):
     """A number or a vector that changes with time: key frames (time in s, value), in ascending order.
 
-    `interpolation`: "linear", "smooth" (halts at each key: t^2 (3 - 2t) of the way, with a slope of 0 at both
-    of its ends), "hold" (jumps at keys) or "spline" (passes through the keys without halting: cubic, with
-    continuous slope, and monotone between keys, so that it never leaves their range: M. Steffen, 1990). A
-    camera on a smooth path of several keys stops at each; on a spline it starts and ends gently.
-    Before the first key it has the first value, after the last one the last. Two keys at one time make a
-    jump. A value may be a colour as text.
+    `interpolation`: "linear"; "smooth" (eases in and out between keys as t^2 (3 - 2t), with slope 0 at each
+    key); "hold" (jumps at keys); or "spline" (cubic with continuous slope, monotone between keys and so
+    within their range: M. Steffen, 1990). A camera on a smooth path stops at each key; on a spline it eases
+    in at the first key and out at the last.
+    Before the first key the curve has the first value, after the last key the last value. Two keys at the
+    same time make a jump. A value may be a colour as text.
 
-    Curves take `+`, `-` and `*` with numbers, vectors and curves, component by component.
+    `+`, `-` and `*` combine curves with numbers, vectors and curves, component by component.
 
-    It may stand for a number or a vector in actions, in `configure`, `Uniform` and `Normal`, for the rate of
-    `source`, and in cameras, renderers and lights. What is recorded is its value at `world.time`, the start
-    of the frame, for all sub-steps; `curve(t)` gives it anywhere else, as in `Sphere(path(world.time), 1)`.
+    A curve can replace a number or a vector in actions, `configure`, `Uniform`, `Normal`, the rate of
+    `source`, cameras, renderers and lights. All sub-steps of a frame use its value at `world.time`, the
+    frame's start. Elsewhere, call it: `Sphere(path(world.time), 1)`.
     """
 
     keys: tuple[tuple[float, Key], ...]
     """Times, s, and values: numbers or vectors."""
     interpolation: Interpolation = "linear"
-    """What happens between two keys: "linear", "smooth", "hold" or "spline"."""
+    """How values change between two keys: "linear", "smooth", "hold" or "spline"."""
 
     def __init__(
         self, keys: Any, interpolation: Literal["linear", "smooth", "hold", "spline"] = "linear"
     ) -> None:
-        """Take the key frames and what happens between them."""
+        """Check the key frames and the interpolation."""
         kept: list[tuple[float, Key]] = []
         for time, given in _pairs(keys):
             t = arguments.number("keys", time)
@@ -85,7 +85,7 @@ class Curve(Value, Moving):
         return tuple(at) if isinstance(a, tuple) else at[0]
 
     def _between(self, component: int, key: int, part: float, length: float) -> float:
-        """Return a component's value after `part` of the way from a key to the next, `length` seconds."""
+        """Return a component at the fraction `part` of the interval after `key`, which is `length` s long."""
         p, q = self._components[component][key : key + 2]
         slopes = self.__dict__["_slopes"][component]
         if slopes is not None:
@@ -98,10 +98,10 @@ class Curve(Value, Moving):
         return p + (q - p) * part
 
     def polynomial(self, key: int) -> list[tuple[float, ...]]:
-        """Return what powers 0 to 3 of the part of the way from a key to the next are multiplied by.
+        """Return the coefficients of powers 0 to 3 of the fraction of the interval from a key to the next.
 
         Args:
-            key: its number; after the last key the value stays.
+            key: the key's number; after the last key the curve is constant.
         """
         columns = []
         for component, numbers in enumerate(self._components):
@@ -119,7 +119,7 @@ class Curve(Value, Moving):
         return list(zip(*columns, strict=True))
 
     def integral(self, low: float, high: float) -> float:
-        """Return the integral over time; of numbers only.
+        """Return the integral over time; the curve must be of numbers.
 
         Args:
             low: seconds.
@@ -145,7 +145,7 @@ class Curve(Value, Moving):
             end = math.inf if last else self.times[k + 1]
             a, b = numbers[k], numbers[k if last or self.interpolation == "hold" else k + 1]
             length = min(time, end) - start
-            # The part of the way at the end, and the integral of the interpolation up to there.
+            # The fraction of the interval that is integrated, and the interpolation's mean over it.
             part = 1.0 if time >= end else 0.0 if last else length / (end - start)
             cubic = self.interpolation in ("smooth", "spline")
             rise = part * part * (1 - part / 2) if cubic else part / 2
@@ -155,7 +155,7 @@ class Curve(Value, Moving):
         return total
 
     def _bend(self, key: int, part: float) -> float:
-        """Return what a spline's slopes add to its integral until `part` of the way: its mean, per part."""
+        """Return the integral of a spline's slope terms over the fractions 0..`part`, divided by part^2."""
         slopes = self.__dict__["_slopes"][0]
         leave, arrive = slopes[key][1], slopes[key + 1][0]
         whole = leave * (1 / 2 - part * (2 / 3 - part / 4)) - arrive * part * (1 / 3 - part / 4)
@@ -186,18 +186,18 @@ class Curve(Value, Moving):
         return Combined("*", other, self)
 
     def __neg__(self) -> Curve:
-        """Turn the sign."""
+        """Negate the curve."""
         return Combined("*", -1, self)
 
 
 Number: TypeAlias = float | Curve
-"""A number, or what it is at each time."""
+"""A number, or a curve of numbers."""
 Vector: TypeAlias = ArrayLike | Curve
-"""A vector, or what it is at each time."""
+"""A vector, or a curve of vectors."""
 Operand: TypeAlias = ArrayLike | Curve
-"""What a curve is combined with."""
+"""What a curve can be combined with."""
 
-# Gauss and Legendre's places and weights over -1..1: exact up to degree 15.
+# Positive nodes of 8-point Gauss-Legendre quadrature over -1..1, and their weights: exact up to degree 15.
 NODES = (
     (0.18343464249564980494, 0.36268378337836198297),
     (0.52553240991632898582, 0.31370664587788728734),
@@ -214,7 +214,7 @@ class Combined(Curve):
     _defaults: ClassVar[dict[str, Any]] = {}
 
     def __init__(self, operation: str, a: Operand, b: Operand) -> None:
-        """Take the operation, "+", "-" or "*", and what it combines."""
+        """Check the operation, "+", "-" or "*", and its operands."""
         first, second = _operand(a), _operand(b)
         operation = arguments.choice("operation", operation, ("+", "-", "*"))
         both = [one.times for one in (first, second) if isinstance(one, Curve)]
@@ -226,12 +226,12 @@ class Combined(Curve):
 
     @property
     def operation(self) -> str:
-        """What is done: "+", "-" or "*"."""
+        """The operation: "+", "-" or "*"."""
         return str(self.__dict__["operation"])
 
     @property
     def both(self) -> tuple[Key | Curve, Key | Curve]:
-        """What is combined."""
+        """The two operands."""
         return self.__dict__["a"], self.__dict__["b"]
 
     def __call__(self, time: float) -> Any:
@@ -256,7 +256,7 @@ class Combined(Curve):
         return total + max(time - last, 0.0) * self._limit(last, after=True)
 
     def _limit(self, time: float, *, after: bool) -> float:
-        """Return the value that holds before the first or after the last key."""
+        """Return the constant value before the first key, `time`, or with `after`, after the last key."""
         return float(self(math.nextafter(time, math.inf if after else -math.inf)))
 
     def _piece(self, start: float, end: float) -> float:
@@ -268,7 +268,7 @@ class Combined(Curve):
 
 
 def _operand(given: Any) -> Key | Curve:
-    """Return what stands beside a curve. Raises ArgumentError for anything else."""
+    """Return the operand `given`, checked: a curve, a number or a vector."""
     if isinstance(given, Curve):
         return given
     try:
@@ -282,9 +282,9 @@ def _parts(one: Any) -> tuple[float, ...]:
 
 
 def _slopes(times: tuple[float, ...], numbers: list[float]) -> list[tuple[float, float]]:
-    """Return a spline's slopes on arriving at and on leaving each key (M. Steffen, 1990).
+    """Return a spline's slopes before and after each key (M. Steffen, 1990).
 
-    They are 0 at both ends and at jumps, where the curve begins or ends.
+    They are 0 at the first and the last key, and at jumps.
     """
     slopes = []
     for k, here in enumerate(numbers):
@@ -304,7 +304,7 @@ def _slopes(times: tuple[float, ...], numbers: list[float]) -> list[tuple[float,
 def _pairs(keys: Any) -> list[tuple[Any, Any]]:
     try:
         pairs = [(time, given) for time, given in keys]
-    except Exception:  # any: this runs methods of users' classes
+    except Exception:  # of any kind: this runs methods of users' classes
         pairs = []
     if not pairs:
         raise ArgumentError("keys", keys, "a list of (time, value), at least one")
@@ -318,11 +318,11 @@ def _number(given: ArrayLike) -> Key:
 
 
 def integrals(rate: Curve, frame: int, dt: float, substeps: int) -> tuple[list[float], float]:
-    """Return the integral of a rate until a frame's start and until the end of each sub-step, in particles.
+    """Return the integrals of a rate until a frame's start and until the end of each sub-step, in particles.
 
-    They count from 0 s or from the first key, whichever is earlier, so none is negative. The second value
-    is the number that they are rounded like: times are rounded, too, so where a rate sets in late the
-    integral is small, but no more exact than one that began at 0 s.
+    They start at 0 s or at the first key, whichever is earlier, so none is negative. The second value is the
+    magnitude that determines their rounding error: times are rounded, so the integral of a rate that sets in
+    late is small, but no more exact than that of a rate that began at 0 s.
     """
     numbers = [v for v in map(rate, rate.times) if isinstance(v, float) and 0 <= v <= 1e12]
     if len(numbers) < len(rate.times):
@@ -338,7 +338,7 @@ def integrals(rate: Curve, frame: int, dt: float, substeps: int) -> tuple[list[f
 
 
 def moving_part(given: Any) -> tuple[float, ...]:
-    """Return the times of the keys of a curve, or of the curves in a value's fields."""
+    """Return the key times of a curve, or of the curves in a value's fields, s."""
     if isinstance(given, Moving):
         return given.times
     if isinstance(given, Value) and moves(given):

@@ -1,6 +1,6 @@
-"""Environment variables that change a run: one table, and the one place that reads them.
+"""Environment variables that change a run: their table, and the only code that reads them.
 
-They take precedence over what the script says. `python -m motes doctor` prints the table with what is set.
+They take precedence over the script's arguments. `python -m motes doctor` prints the table and what is set.
 """
 
 from __future__ import annotations
@@ -43,13 +43,13 @@ class Variable(NamedTuple):
     name: str
     meaning: str
     allowed: str
-    """What is allowed, as errors say it: "a number of seconds > 0"."""
+    """What is allowed, as error messages say it: "a number of seconds > 0"."""
     parse: Callable[[str], Any]
-    """Read the text. Raises ValueError, or ArgumentError, for what is not allowed."""
+    """Parse the text. Raises ValueError or ArgumentError if it is not allowed."""
     default: Any = None
-    """The value if it is not set; None leaves it to the script."""
+    """The value if the variable is not set; None leaves it to the script."""
     default_text: str = ""
-    """The default as text, if it is not a plain value."""
+    """The default as text, if `default` does not express it."""
 
 
 def read(name: str) -> Any:
@@ -70,23 +70,23 @@ def read(name: str) -> Any:
 
 
 def is_set(name: str) -> bool:
-    """Whether a variable of the table is set to something."""
+    """Return whether a variable of the table is set and not empty."""
     return bool(os.environ.get(TABLE[name].name))
 
 
 def stall_s() -> float | None:
-    """Seconds without an answer after which a rank gives up, whatever lives: MOTES_STALL_S; None: not set."""
+    """Return after how many seconds without an answer a rank gives up: MOTES_STALL_S; None: not set."""
     seconds: float | None = read("MOTES_STALL_S")
     return seconds
 
 
 def alone() -> bool:
-    """Tell whether each process may run by itself under a launcher that started several: MOTES_ALONE."""
+    """Return whether each process of an unknown launcher may run by itself: MOTES_ALONE."""
     return bool(read("MOTES_ALONE"))
 
 
 def births(given: Any) -> str:
-    """Return who creates births: MOTES_BIRTHS, or else World's `births`."""
+    """Return who creates births: MOTES_BIRTHS, or else `World`'s `births`."""
     from . import arguments
 
     told: str | None = read("MOTES_BIRTHS")
@@ -94,14 +94,14 @@ def births(given: Any) -> str:
 
 
 def fan_out(given: Any) -> int:
-    """Return to how many ranks each rank relays messages: MOTES_FAN_OUT, or else World's `fan_out`."""
+    """Return how many ranks each rank relays messages to: MOTES_FAN_OUT, or else `World`'s `fan_out`."""
     from . import arguments
 
     return read("MOTES_FAN_OUT") or arguments.integer("fan_out", given, low=1, high=MOST_RANKS)
 
 
 def threads(given: Any) -> int | None:
-    """Return the threads of this rank: MOTES_THREADS, or else World's `threads`."""
+    """Return the number of this rank's threads: MOTES_THREADS, or else `World`'s `threads`."""
     from . import arguments
 
     told: int | None = read("MOTES_THREADS")
@@ -111,19 +111,19 @@ def threads(given: Any) -> int | None:
 
 
 def grain() -> int | None:
-    """Return the most particles that one thread takes at once: MOTES_GRAIN."""
+    """Return the most particles that a thread processes at once: MOTES_GRAIN."""
     told: int | None = read("MOTES_GRAIN")
     return told
 
 
 def skin() -> float | None:
-    """Return the skin of kept neighbour lists, as a part of how far a law sees: MOTES_SKIN."""
+    """Return the skin of neighbour lists as a fraction of a law's reach: MOTES_SKIN."""
     told: float | None = read("MOTES_SKIN")
     return told
 
 
 def shares_pictures() -> bool:
-    """Tell whether this rank may draw into memory of the image generator's: MOTES_SHARED_PICTURES."""
+    """Return whether this rank may draw into the image generator's memory: MOTES_SHARED_PICTURES."""
     return bool(read("MOTES_SHARED_PICTURES"))
 
 
@@ -174,7 +174,7 @@ def _speeds(text: str) -> dict[int, float]:
 
 
 def _live(text: str) -> dict[str, Any] | str:
-    """Read `off`, or a port and words: 8080,host=0.0.0.0,paused,wait."""
+    """Parse `off`, or a port and options: 8080,host=0.0.0.0,paused,wait."""
     if text == LIVE_OFF:
         return text
     port, *words = text.split(",")

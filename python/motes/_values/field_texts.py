@@ -1,4 +1,4 @@
-"""The texts that stand below a class's fields, read from its source."""
+"""Read the descriptions below a class's fields from its source."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ __all__ = ["with_fields"]
 
 
 def with_fields(kind: type, text: str) -> str:
-    """Return a class's docstring with its public fields and their texts; without where there is no source."""
+    """Return a class's docstring `text` with its public fields' descriptions, if its source is available."""
     try:
         (tree,) = ast.parse(textwrap.dedent(inspect.getsource(kind))).body
     except (OSError, TypeError, SyntaxError, ValueError):

@@ -1,4 +1,4 @@
-"""Pictures from files, as 8 bits per channel: sRGB, straight alpha, upright."""
+"""Read pictures from files: upright, sRGB with straight alpha, 8 bits per channel."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from ..errors import ArgumentError
 __all__ = ["FORMATS", "read_picture"]
 
 FORMATS = ("PNG", "JPEG", "WEBP", "TIFF", "BMP", "GIF", "TGA", "PPM")
-"""What is opened: others, such as EPS, would start programs or are no pictures of pixels."""
+"""Formats that may be opened; others, such as EPS, would start programs or hold no pixels."""
 _OF_16_BITS = ("PNG", "PPM")
-"""Formats whose widest numbers have 16 bits, also where Pillow keeps them in 32."""
+"""Formats with at most 16 bits per channel, which Pillow may store as 32-bit integers."""
 
 
 def read_picture(argument: str, path: Any, *, most: int) -> NDArray[np.uint8]:
-    """Read a picture, uint8 (height, width, 4), of at most `most` pixels each way, by Pillow.
+    """Read a picture of at most `most` pixels each way by Pillow, as uint8 of shape (height, width, 4).
 
-    One channel of 16 bits is scaled by its range, one of floats from 0..1; animations give their first
-    picture. Raises ArgumentError, MissingExtraError.
+    A single channel of 16 bits is scaled from 0..65535, one of floats from 0..1. Of an animation, the first
+    picture is read. Raises ArgumentError, MissingExtraError.
     """
     library = _extras.pillow()
     path = arguments.file_path(argument, path)
@@ -35,18 +35,18 @@ def read_picture(argument: str, path: Any, *, most: int) -> NDArray[np.uint8]:
             warnings.simplefilter("ignore", library.DecompressionBombWarning)  # our own limit is lower
             with library.open(path, formats=FORMATS) as picture:
                 width, height = picture.size
-                if max(width, height) > most:  # said before it takes memory
+                if max(width, height) > most:  # refused before it takes memory
                     allowed = f"a picture of {sides} (this one has {width}x{height})"
                     raise ArgumentError(argument, os.fspath(path), allowed)
                 return _bytes(picture)
     except ArgumentError:
         raise
-    except library.DecompressionBombError as error:  # Pillow does not tell the size
+    except library.DecompressionBombError as error:  # Pillow does not report the size
         raise ArgumentError(argument, os.fspath(path), f"a picture of {sides} ({error})") from None
     except library.UnidentifiedImageError:
         allowed = f"a picture that can be read: {', '.join(FORMATS)}"
         raise ArgumentError(argument, os.fspath(path), allowed) from None
-    except Exception as error:  # any: each format has errors of its own
+    except Exception as error:  # of any kind: each format raises different ones
         raise ArgumentError(argument, os.fspath(path), f"a picture that can be read ({error})") from None
 
 

@@ -1,4 +1,4 @@
-"""Live: a run in a browser, while it goes on."""
+"""Live: settings of a run that browsers show and steer."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ MOST_PORT = 65535
 
 @value(init=False)
 class Live(Value):
-    """The run can be seen and steered in a browser (docs/live.md).
+    """Settings of a run that can be seen and steered in a browser (docs/live.md).
 
     Attributes:
-        port: where the image generator's process serves its page; a busy one gives way to the next one, 0
-            takes any.
-        host: the address that it listens to; others than the loopback's let everybody in the network try the
-            token in the page's address.
+        port: the port of the page, which the image generator serves; if it is busy, the next ones are tried;
+            0: any free port.
+        host: the address to listen on; with any but a loopback address, everyone on the network can try to
+            guess the token in the page's address.
         wait: whether the first frame waits for the first viewer.
-        max_fps: pictures per second that a viewer gets, at most.
-        quality: of their JPEG, 1..100; a picture that stands still follows without loss.
+        max_fps: the most pictures per second that a viewer gets.
+        quality: JPEG quality, 1..100; a picture that stands still is sent again without loss.
         paused: whether the run starts paused.
     """
 
@@ -61,7 +61,7 @@ class Live(Value):
 
 
 def checked(given: Any) -> Live | None:
-    """Return what MOTES_LIVE says, or else World's argument `live`, as a Live, or None."""
+    """Return MOTES_LIVE, or else `World`'s argument `live`, as a Live or None."""
     told = environment.read("MOTES_LIVE")
     if told is not None:
         return None if told == environment.LIVE_OFF else Live(**told)

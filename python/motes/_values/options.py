@@ -1,4 +1,4 @@
-"""Command lines: a parser that suggests the nearest name where one was mistyped."""
+"""Command lines: a parser that suggests the closest name for a mistyped one."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ __all__ = ["Parser"]
 
 
 class Parser(argparse.ArgumentParser):
-    """An argument parser without abbreviations that suggests the nearest name. Usage errors exit with 2."""
+    """An argument parser without abbreviations that suggests the closest name. Usage errors exit with 2."""
 
     def __init__(self, **options: Any) -> None:
-        """Take what `argparse.ArgumentParser` takes."""
+        """Accept the arguments of `argparse.ArgumentParser`."""
         options.setdefault("allow_abbrev", False)
         options.setdefault("formatter_class", argparse.RawDescriptionHelpFormatter)
         super().__init__(**options)
 
     def error(self, message: str) -> NoReturn:
-        """Print usage and message, with the nearest choice or option if one was mistyped, and exit with 2."""
+        """Print usage and message, suggest the closest choice or option if one was mistyped; exit with 2."""
         wrong = re.search(r"invalid choice: '([^']*)'.*\(choose from (.*)\)", message)
         if wrong is not None:
             message += near(wrong[1], [name.strip(" '") for name in wrong[2].split(",")])

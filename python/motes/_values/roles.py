@@ -25,9 +25,9 @@ class Roles:
         manager: the rank that creates births, balances and writes the log.
         image_generator: the rank that gets the picture.
         calculators: the ranks that compute particles, in the order of their domains.
-        speeds: {rank: part of its speed, above 0, at most 1}. Such a rank takes the time that a machine of
-            that speed would take, so that one computer can stand for a heterogeneous cluster.
-            `MOTES_SPEEDS="2:1.0,3:0.5"` does the same without a change of the script, and takes precedence.
+        speeds: {rank: relative speed, above 0, at most 1}. The rank takes as long as a machine of that speed
+            would, to simulate a heterogeneous cluster on one computer. `MOTES_SPEEDS="2:1.0,3:0.5"` does the
+            same without changing the script, and takes precedence.
     """
 
     manager: int
@@ -49,9 +49,9 @@ class Roles:
 
 
 def cast(roles: Any, ranks: Sequence[int], size: int) -> Core:
-    """Turn World's `roles`, which are for `size` ranks, into manager, image generator and calculators.
+    """Return manager, image generator and calculators from `World`'s `roles`, which are for `size` ranks.
 
-    `ranks`: which of them are there, ascending; the result names them by their place in this list.
+    `ranks`: the ranks that exist, ascending; the result refers to them by their index in this list.
     """
     if isinstance(roles, Roles):
         chosen = (roles.manager, roles.image_generator, list(roles.calculators))
@@ -63,9 +63,9 @@ def cast(roles: Any, ranks: Sequence[int], size: int) -> Core:
 
 
 def speeds(roles: Any, ranks: Sequence[int], size: int) -> dict[int, float]:
-    """Return which ranks are to behave like slower machines: of MOTES_SPEEDS, or else of `roles`.
+    """Return the speeds of ranks that simulate slower machines, from MOTES_SPEEDS, or else from `roles`.
 
-    Both are for `size` ranks, of which `ranks` are there; the result names them by their place in this list.
+    Both are for `size` ranks, of which `ranks` exist; the result refers to them by their index in this list.
     """
     given = environment.read("MOTES_SPEEDS")
     if given is None and isinstance(roles, Roles):

@@ -1,6 +1,6 @@
-"""What is cut into domains, and periodic space.
+"""The axes that domains cut, and periodic space.
 
-Domains cut axes of space, a curve through its cells, or the ids of particles. Along periodic axes positions
+Domains cut axes of space, a curve through its cells, or the ids of particles. Along periodic axes, positions
 wrap at the ends of an interval, and crossings are counted.
 """
 
@@ -30,7 +30,7 @@ FARTHEST = 1e9  # metres
 
 
 class Period(NamedTuple):
-    """The half-open interval [low, high) of an axis, whose ends are float32s as positions are."""
+    """The half-open interval [low, high) of a periodic axis; its ends are float32 values, like positions."""
 
     axis: int
     low: float
@@ -53,7 +53,7 @@ def periods_of(value: Any) -> tuple[Period, ...]:
 def _period(axis: str, ends: Any) -> Period:
     if isinstance(ends, str) or not isinstance(ends, (tuple, list)) or len(ends) != 2:
         raise ArgumentError(f"periodic[{axis!r}]", ends, "(low, high), m")
-    import numpy as np  # not for those who only read logs
+    import numpy as np  # late, because programs that only read logs do not need it
 
     from . import arguments
 
@@ -67,17 +67,17 @@ def _period(axis: str, ends: Any) -> Period:
 
 
 def ends_of(periods: tuple[Period, ...]) -> dict[str, list[float]]:
-    """Return the ends of each periodic axis by its name, as files say them."""
+    """Return {axis: [low, high]} for the periodic axes, as written to files."""
     return {"xyz"[axis]: [low, high] for axis, low, high in periods}
 
 
 def half_period(periods: tuple[Period, ...]) -> float:
-    """Return half of the shortest period, m: the farthest that particles may see each other."""
+    """Return half of the shortest period, m: the largest possible reach of interactions."""
     return min((period.high - period.low) / 2 for period in periods)
 
 
 def unwrap(columns: dict[str, NDArray[Any]], periods: tuple[Period, ...]) -> dict[str, NDArray[Any]]:
-    """Return columns with the positions of particles that never wrapped, float64, and without crossings."""
+    """Return columns with unwrapped positions, float64, and without the column of crossings."""
     position = columns["position"].astype("float64")
     for axis, low, high in periods:
         position[:, axis] += columns[CROSSINGS][:, axis] * (high - low)
@@ -91,12 +91,12 @@ def are_bricks(axes: str) -> bool:
 
 
 def in_a_row(axes: str) -> bool:
-    """Return whether domains of these axes lie in a row: neighbours can give each other particles."""
+    """Return whether domains of these axes lie in a row, where neighbours can exchange load pairwise."""
     return axes in ("x", "y", "z", *CURVES)
 
 
 def bits_of(axes: str) -> int:
-    """Return the axes as the core takes them."""
+    """Return the core's bit mask of axes."""
     if axes in _CURVE_BITS:
         return _CURVE_BITS[axes]
     return sum(1 << "xyz".index(letter) for letter in axes if axes != BY_ID)

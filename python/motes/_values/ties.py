@@ -1,4 +1,4 @@
-"""Ties: which particles are tied to each other, by their ids, and how long each tie is."""
+"""Ties: pairs of tied particles, by id, and the length of each tie."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from .values import Value, value
 __all__ = ["BEND", "MOST_TETHERS", "SHEAR", "STRETCH", "Tethers", "Ties", "ties_of"]
 
 STRETCH, SHEAR, BEND = 0, 1, 2
-MOST_TETHERS = 4  # of one particle: to the pinned ones that are nearest along the ties
+MOST_TETHERS = 4  # per particle: to the pinned particles that are nearest along the ties
 MOST_TIES = 50_000_000
 
-# Of each tether: the particle's id, the place of the other one among the pinned, m.
+# Columns with one row per tether: the particle's id, the index of its pinned particle, the length in m.
 Tethers: TypeAlias = tuple[NDArray[np.uint64], NDArray[np.uint32], NDArray[np.float32]]
 
 
 @value()
 class Ties(Value):
-    """Pairs of particles that hold each other at a distance: for `System.tie`. Immutable.
+    """Pairs of particles kept at a fixed distance, for `System.tie`. Immutable.
 
     Attributes:
-        pairs: ids, shape (n, 2).
-        lengths: m, shape (n,) or one number.
-        kinds: 0 for ties against stretching, 1 against shearing, 2 against bending, shape (n,); None: all 0.
+        pairs: ids of the tied particles, shape (n, 2).
+        lengths: lengths of the ties in m, shape (n,), or one number.
+        kinds: 0: the tie resists stretching; 1: shearing; 2: bending; shape (n,). None: all 0.
         pinned: ids of particles that the ties do not move.
     """
 
@@ -40,7 +40,7 @@ class Ties(Value):
     pinned: ArrayLike = ()
 
     def __post_init__(self) -> None:
-        """Check the arrays and let the engine keep them."""
+        """Check the arrays and store them in the engine."""
         pairs = _ids("pairs", self.pairs)
         if pairs.size == 0:
             pairs = pairs.reshape(0, 2)
@@ -85,7 +85,7 @@ class Ties(Value):
         return (self.__dict__["_name"],)
 
     def __repr__(self) -> str:
-        """Say how many there are: the arrays may be long."""
+        """Show only counts: the arrays may be long."""
         return f"<Ties: {len(self)} ties, {len(self.__dict__['pinned'])} particles pinned>"
 
 
@@ -96,14 +96,14 @@ def ties_of(
     pinned: NDArray[np.uint64],
     tethers: Tethers,
 ) -> Ties:
-    """Return ties of arrays that need no check, with the tethers that they have."""
+    """Return ties with the given arrays and tethers, unchecked."""
     made = object.__new__(Ties)
     made._keep(pairs, lengths, kinds, pinned, tethers)
     return made
 
 
 def _tethers(pairs: NDArray[np.uint64], lengths: NDArray[np.float32], pinned: NDArray[np.uint64]) -> Tethers:
-    """Find how far particles are from those that are pinned, along ties: Dijkstra from all pins at once."""
+    """Find each particle's nearest pinned particles along ties, by Dijkstra's algorithm from all of them."""
     near: dict[int, list[tuple[int, float]]] = {}
     for (a, b), length in zip(pairs.tolist(), lengths.tolist(), strict=True):
         near.setdefault(a, []).append((b, length))

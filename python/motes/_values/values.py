@@ -1,4 +1,4 @@
-"""Values: objects that never change once made; those with equal fields are equal."""
+"""Values: immutable objects that are equal if their fields are."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 class Moving:
-    """Base of what stands for a number or a vector that depends on time: `motes.Curve`.
+    """Base of numbers and vectors that depend on time: `motes.Curve`.
 
-    No abstract base class: each field of each value is asked whether it is one, which takes five times as
-    long of those.
+    Not an `abc.ABC`: each field of each value is tested by `isinstance`, which takes five times as long for
+    an ABC.
     """
 
     times: tuple[float, ...]
-    """Where it has its extreme values."""
+    """The times of its keys, s, at which its values are checked."""
 
     @abstractmethod
     def __call__(self, time: float) -> Any:
@@ -48,7 +48,7 @@ class Moving:
 
 
 class _Late:
-    """An attribute of a class that is made each time somebody asks for it: runs never do."""
+    """A class attribute that is computed on each access; runs never access it."""
 
     def __init__(self, make: Callable[[type], Any]) -> None:
         self.make = make
@@ -66,7 +66,7 @@ def _decorated(kind: type) -> Any:
 
 
 def _fields_of(kind: type) -> dict[str, Field[Any]]:
-    """Make a class a dataclass; return its fields."""
+    """Turn a class into a dataclass and return its fields."""
     from dataclasses import dataclass
 
     made = _decorated(kind)
@@ -76,7 +76,7 @@ def _fields_of(kind: type) -> dict[str, Field[Any]]:
 
 
 def _signature_of(kind: Any) -> Signature:
-    """Return the signature of a class without a constructor of its own."""
+    """Return the signature of a class that inherits `Value.__init__`; raise AttributeError for others."""
     from inspect import Parameter, Signature
 
     if kind.__init__ is not Value.__init__:
@@ -92,25 +92,25 @@ def _signature_of(kind: Any) -> Signature:
 class Value:
     """Base of values: they are immutable, compare and hash by their fields, can be copied and pickled.
 
-    `repr` shows the call that makes an equal value. Subclasses are decorated by `value`, and become
-    dataclasses when `dataclasses` first looks at them: constructors that `dataclass` writes would take 34 ms
-    of each start, for 49 classes of which a run uses ten, and make a value hardly faster.
+    `repr` shows a call that creates an equal value. Subclasses are decorated with `value` and become
+    dataclasses when `dataclasses` first inspects them: generating dataclass constructors for all 49 classes,
+    of which a run uses ten, would add 34 ms to each start and hardly speed up creating values.
     """
 
     __signature__ = _Late(_signature_of)
     _fields: ClassVar[dict[str, str]]
     """The fields' types as text, by name."""
     _defaults: ClassVar[dict[str, Any]] = {}
-    """Of those that have one."""
+    """The fields' default values, by name, for fields that have one."""
     __match_args__: ClassVar[tuple[str, ...]] = ()
-    """The fields that may be given by place: all or none."""
+    """The fields that may be passed positionally: all or none."""
     _may_move: ClassVar[bool] = False
-    """Whether curves may stand in its fields."""
+    """Whether fields may be curves."""
     _moves = False
-    """Whether a curve stands in a field."""
+    """Whether a field is a curve."""
 
     def __init__(self, *by_place: Any, **given: Any) -> None:
-        """Take the fields."""
+        """Set and check the fields."""
         kind = type(self)
         if by_place:
             given = self._named(by_place, given)
@@ -127,7 +127,7 @@ class Value:
         self.__post_init__()
 
     def _named(self, by_place: tuple[Any, ...], given: dict[str, Any]) -> dict[str, Any]:
-        """Return all arguments by name. Raises TypeError for too many, as Python does."""
+        """Return all arguments by name. Raises TypeError for too many or duplicate ones, as Python does."""
         call, names = f"{type(self).__name__}.__init__()", self.__match_args__
         if len(by_place) > len(names):
             counted = f"{1 + len(names)} positional argument{'s' if names else ''}"  # self is one of them
@@ -141,14 +141,14 @@ class Value:
         """Check the fields."""
 
     def _at_time(self: T, time: float) -> T:
-        """Return the value as it is at a time, in seconds: with the curves' values in place of curves."""
+        """Return the value with each curve replaced by the curve's value at `time`, in seconds."""
         if not self._moves:  # type: ignore[attr-defined]
             return self
         items: dict[str, Any] = self._items()  # type: ignore[attr-defined]
         return type(self)(**{name: at(field, time) for name, field in items.items()})
 
     def _refuse(self, given: Mapping[str, Any]) -> NoReturn:
-        """Raise TypeError for arguments that do not fit, as Python does, but with the near name."""
+        """Raise TypeError for unknown or missing arguments, as Python does, but suggest the closest name."""
         call = f"{_decorated(type(self)).__name__}.__init__()"
         for name in given:
             if name not in self._fields:
@@ -159,40 +159,40 @@ class Value:
         raise TypeError(f"{call} missing {counted}: {', '.join(missing)}")
 
     def _check_moving(self) -> None:
-        """Check all that the value will be."""
+        """Check the value at the times of all keys of its curves."""
         items = self._items()
         for time in times_of(items.values()):
             type(self)(**{name: at(field, time) for name, field in items.items()})
         self.__dict__["_moves"] = True
 
     def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **keywords: Any) -> NoReturn:
-        """Refuse NumPy's arithmetic, which would take any object for a true constant."""
+        """Refuse NumPy's ufuncs, which would treat any object as a constant that is true."""
         self.__array_function__(ufunc, (), inputs, keywords)
 
     def __array_function__(self, function: Any, types: Any, args: Any, keywords: Any) -> NoReturn:
-        """Refuse NumPy's functions, for the same reason."""
+        """Refuse NumPy's functions, which would treat any object as a constant that is true."""
         kind = type(self).__name__
         allowed = f"a function of arrays; a {kind} is none, and can only be given to motes"
         raise ArgumentError("function", f"numpy.{function.__name__}", allowed)
 
     def _items(self) -> dict[str, Any]:
-        """Return the fields as they are now, by name."""
+        """Return the fields by name."""
         state = self.__dict__
         return {name: state[name] for name in self._fields}
 
     def _key(self) -> tuple[Any, ...]:
-        """Return what is compared and hashed."""
+        """Return the tuple by which values are compared and hashed."""
         return tuple(self._items().values())
 
     def __eq__(self, other: object) -> bool:
-        """Equal type and fields."""
+        """Return whether type and fields are equal."""
         if type(self) is not type(other):
             return NotImplemented
         assert isinstance(other, Value)
         return self._key() == other._key()
 
     def __hash__(self) -> int:
-        """Hash of type and fields."""
+        """Hash type and fields."""
         return hash((type(self), self._key()))
 
     def __copy__(self: T) -> T:
@@ -204,15 +204,15 @@ class Value:
         return self
 
     def __replace__(self: T, **changes: Any) -> T:
-        """Make another value for `copy.replace`."""
+        """Return a value with changed fields, for `copy.replace`."""
         return type(self)(**(self._items() | changes))  # type: ignore[attr-defined]
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle by the fields: unpickling checks them again."""
+        """Pickle the fields: unpickling checks them again."""
         return _made, (type(self), self._items())
 
     def __repr__(self) -> str:
-        """Show the call that makes this value, without the arguments that have their defaults."""
+        """Return the call that creates this value, without arguments that equal their defaults."""
         given = {name: one for name, one in self._items().items() if not self._is_default(name, one)}
         arguments = [f"{name}={shown(one)}" for name, one in given.items()]
         return f"{type(self).__name__}({', '.join(arguments)})"
@@ -238,27 +238,28 @@ class Value:
 
 
 def at(given: Any, time: float) -> Any:
-    """Return what a field is at a time: a curve's value then, or the field itself where it does not move."""
+    """Return a field at a time, in seconds: the value of a curve, or the field itself if it does not move."""
     if isinstance(given, Moving):
         return given(time)
     return given._at_time(time) if isinstance(given, Value) else given
 
 
 def times_of(given: Iterable[Any]) -> list[float]:
-    """Return the times at which some of the values begin to move another way, in seconds."""
+    """Return the key times of all curves among the given fields, in seconds, ascending."""
     return sorted({time for one in given if isinstance(one, Moving) for time in one.times})
 
 
 class FieldTexts:
-    """A class's docstring with the texts that stand below its fields, for `help`.
+    """A class's docstring with the descriptions below its fields, for `help`.
 
-    They are read from the source when somebody asks. `shown`: the site shows them field by field.
+    The descriptions are read from the source on each access.
     """
 
     shown = True
+    """Whether descriptions are added; the site, which shows them field by field, sets this to False."""
 
     def __init__(self, text: str) -> None:
-        """Take the docstring itself."""
+        """Store the docstring without descriptions."""
         self._text = text
 
     def __get__(self, _: object, kind: type) -> str:
@@ -276,29 +277,29 @@ def items_of(value: Value) -> dict[str, Any]:
 
 
 def key_of(value: Value) -> tuple[Any, ...]:
-    """Return what is compared and hashed of a value."""
+    """Return the tuple by which a value is compared and hashed."""
     return value._key()
 
 
 def moves(value: Value) -> bool:
-    """Tell whether a curve stands in a field of a value."""
+    """Return whether a field of a value is a curve."""
     return value._moves
 
 
 class Settings:
-    """Base of objects with attributes that may change: each is checked when assigned; there are no others."""
+    """Base of mutable objects that check each assignment and refuse unknown attributes."""
 
     _checks: ClassVar[Mapping[str, Callable[[str, Any], Any]]]
-    """By name: the check that takes name and value, and returns the value to keep."""
+    """The check of each attribute: it takes name and value, and returns the value to store."""
     _may_move: ClassVar[frozenset[str]] = frozenset()
-    """The names of those that may be curves."""
+    """The names of attributes that may be curves."""
 
     def __init_subclass__(cls) -> None:
-        """Let `help` show the texts of the attributes."""
+        """Let `help` show the descriptions of the attributes."""
         cls.__doc__ = FieldTexts(cls.__doc__ or "")  # type: ignore[assignment]
 
     def __setattr__(self, name: str, given: Any) -> None:
-        """Check and keep; names of the package itself begin with an underscore."""
+        """Check and store a value; names with a leading underscore are private and not checked."""
         if name.startswith("_"):
             self.__dict__[name] = given
             return
@@ -318,7 +319,7 @@ class Settings:
 
 @dataclass_transform(frozen_default=True, eq_default=False)
 def value(*, init: bool = True, kw_only: bool = False) -> Callable[[type[T]], type[T]]:
-    """Give a subclass of `Value` its fields; `init=False` where it has a constructor of its own."""
+    """Decorate a subclass of `Value`: set its fields; `init=False` if it defines `__init__`."""
 
     def made(kind: Any) -> type[T]:
         own = {name: text for name, text in kind.__annotations__.items() if not text.startswith("ClassVar")}
@@ -336,7 +337,7 @@ def value(*, init: bool = True, kw_only: bool = False) -> Callable[[type[T]], ty
 
 
 def says_near_names(function: Function) -> Function:
-    """Let a function that gets an unknown keyword argument say which known one is near."""
+    """Decorate a function: for an unknown keyword argument, its TypeError suggests the closest known one."""
     code = function.__code__
     known = code.co_varnames[1 : code.co_argcount + code.co_kwonlyargcount]
 
@@ -355,7 +356,7 @@ def says_near_names(function: Function) -> Function:
 
 
 def shown(value: object) -> str:
-    """Show a field so that Python reads it back without any import."""
+    """Return a field's text, which Python can read back without any import, except for arrays."""
     if isinstance(value, float) and not math.isfinite(value):
         return f"float({str(value)!r})"
     if hasattr(value, "__array_interface__") and getattr(value, "ndim", 0) > 0:

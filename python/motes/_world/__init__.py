@@ -1,1 +1,1 @@
-"""A world: one run of an animation from its start to its end, with all that all ranks agree on."""
+"""A world: one run of an animation from start to end, and what all ranks agree on."""

@@ -1,4 +1,4 @@
-"""Checks of those arguments of `World` and `World.system` that are more than a number or a name."""
+"""Checks for the arguments of `World` and `World.system` that are more than a number or a name."""
 
 from __future__ import annotations
 
@@ -55,9 +55,9 @@ def settings(
     speeds: Mapping[int, float],
     **given: Any,
 ) -> RunSettings:
-    """Return the settings of a run from the arguments of a world, checked; the environment takes precedence.
+    """Check the arguments of a world and return the run's settings; environment variables take precedence.
 
-    `cast`, `speeds`: what its `roles` come to on the ranks that are there.
+    `cast`, `speeds`: which rank plays which role, and the ranks' speeds, as given by `roles`.
     """
     seed, axes, log = given["seed"], axis(given["axis"]), given["log"]
     space, periods = interval(given["space"]), periods_of(given["periodic"])
@@ -90,9 +90,9 @@ def settings(
 
 
 def axis(value: Any, world: str | None = None) -> str:
-    """Return the axes that domains cut, in the order x, y, z: "x", "xz", ...; a curve; `BY_ID` for None.
+    """Return the axes that domains cut, sorted ("x", "xz", ...), or a curve's name, or `BY_ID` for None.
 
-    `world`: what "world" stands for, if anything.
+    `world`: the axes that the value "world" stands for; None: "world" is not allowed.
     """
     if world is not None and isinstance(value, str) and value == "world":
         return world
@@ -107,14 +107,14 @@ def axis(value: Any, world: str | None = None) -> str:
 
 
 def check_room(axes: str, space: Any, periods: Sequence[Period]) -> None:
-    """Check that space has ends on all sides where domains are stretches of a curve through its cells."""
+    """Check that space is bounded on all sides if domains are stretches of a curve through its cells."""
     if axes in CURVES and len(periods) < 3 and not isinstance(space, tuple):
         allowed = f"(low, high), m, where axis={axes!r}: a curve goes through all cells of a finite space"
         raise ArgumentError("space", space, allowed)
 
 
 def check_periods(axes: str, space: Any, periods: Sequence[Period]) -> None:
-    """Check space where domains cut only periodic axes: what they divide are the periods."""
+    """Check `space` if domains cut only periodic axes: domains then divide the periods."""
     ends = {"xyz"[axis]: (low, high) for axis, low, high in periods}
     cut = "xyz" if axes in CURVES else axes
     if not isinstance(space, tuple) or not set(cut) <= ends.keys():
@@ -128,7 +128,7 @@ def check_periods(axes: str, space: Any, periods: Sequence[Period]) -> None:
 
 
 def leader(systems: Sequence[Recorded], domains_of: Any, axes: str | None, space: Any) -> Recorded:
-    """Return the system whose domains a new one shares; its own wishes must be the same."""
+    """Return the system whose domains a new one shares; check that the new system's axis and space agree."""
     given = recorded_of(domains_of)
     if given is None or not any(system is given for system in systems):
         raise ArgumentError("domains_of", domains_of, "None or an earlier system of this world")
@@ -145,7 +145,7 @@ def leader(systems: Sequence[Recorded], domains_of: Any, axes: str | None, space
 
 
 def balancer(value: Any, axes: str) -> Balancer:
-    """Return `value`, or the balancer that keeps cuts for None, which must be able to move cuts of `axes`."""
+    """Return `value`, or `Static()` for None; check that the balancer can move cuts of `axes`."""
     if value is None:
         return Static()
     if not isinstance(value, Balancer):
@@ -157,9 +157,9 @@ def balancer(value: Any, axes: str) -> Balancer:
 
 
 def ranks_of(comm: Any) -> tuple[MPI.Intracomm, Sequence[int], int]:
-    """Return `comm`, its ranks, and of how many ranks these are.
+    """Return a communicator, its ranks, and the number of ranks that these are numbered among.
 
-    For None it is that of all ranks; once some were lost, that of those that are left.
+    The communicator is `comm`; for None, that of all ranks, or of the survivors once ranks were lost.
     """
     if rank_process.is_fork():
         if comm is not None:
@@ -179,7 +179,7 @@ def ranks_of(comm: Any) -> tuple[MPI.Intracomm, Sequence[int], int]:
 
 
 def directory(log: Any) -> str | None:
-    """Return `log` as a text, or None."""
+    """Return `log` as a string, or None."""
     if log is None:
         return None
     if not isinstance(log, (str, os.PathLike)):
@@ -188,7 +188,7 @@ def directory(log: Any) -> str | None:
 
 
 def spans(value: Any, *, log: Any) -> bool:
-    """Return `value`, True or False: spans need a log."""
+    """Return `value`, True or False; raise ArgumentError if it is True without a log."""
     if arguments.flag("spans", value) and log is None:
         raise ArgumentError("spans", value, "False where there is no log")
     return bool(value)

@@ -1,7 +1,7 @@
-"""The start of a run: every rank learns of every other, and all agree before anything can block.
+"""The start of a run: every rank learns about every other, and all agree before anything can block.
 
-Collective, in this order: all ranks are there (`attendance`), each learns where the others run, all were
-given the same settings, the manager may write the log. Whatever is wrong is raised on every rank.
+Collective, in this order: wait until all ranks are there (`attendance`), exchange where each runs, compare
+the settings, let the manager claim the log. An error on one rank is raised on every rank.
 """
 
 from __future__ import annotations
@@ -41,10 +41,10 @@ _VERDICT_BYTES = 4096
 def begin(comm: MPI.Intracomm, *, without_lost: bool = False) -> OpenRun:
     """Open a run once every rank of `comm` is about to start it. Collective.
 
-    A rank whose script has ended is reported, which ends the job; so is a lost one, unless the run starts
-    `without_lost`: then `process.left` are those that are left.
+    If a rank's script has ended, report it and end the job. The same happens if a rank is lost, unless
+    `without_lost` is set: then `process.left` becomes the communicator of the survivors.
     """
-    ending.install()  # where MPI was not started with motes
+    ending.install()  # in case motes did not start MPI
     launchers.check_alone()
     with _left_ends():
         attendance.begin(comm, without_lost=without_lost)
@@ -69,21 +69,21 @@ def _count_left(comm: MPI.Intracomm) -> None:
 
 
 class Met(NamedTuple):
-    """What ranks that have met know."""
+    """What every rank knows after the handshake."""
 
     settings: RunSettings
     found: Found | None
-    """Where the run's checkpoints are, and what it goes on from."""
+    """Where the run's checkpoints are, and which one it continues from; None: it has none."""
     repeats: Repeated | None
-    """The run whose orders this one repeats."""
+    """The run whose orders this one repeats, if any."""
 
 
 def meet(run: OpenRun, comm: MPI.Intracomm, settings: RunSettings, role: str) -> Met:
     """Fill in the run: communicator, peers, log. Collective.
 
-    The settings that it returns have the seed that all agreed on and this rank's threads. Raises
-    ScriptMismatchError if ranks were given different settings, and whatever `LogDirectory.claim` raises on
-    the manager; every rank raises it.
+    The returned settings hold the seed that all ranks agreed on and this rank's threads. Every rank raises
+    ScriptMismatchError if ranks were given different settings, or whatever `LogDirectory.claim` raises on the
+    manager.
     """
     from mpi4py import MPI
 
@@ -129,7 +129,7 @@ def _duplicate(comm: MPI.Intracomm, settings: RunSettings) -> MPI.Intracomm:
         made, request = comm.Idup()
         _wait_for(request, comm, settings)
         return made
-    # Open MPI 5.0 crashes where a rank is lost while a duplicate is being made.
+    # Open MPI 5.0 crashes if a rank is lost while a communicator is being duplicated.
     made = MPI.Intracomm(comm.Shrink())
     if made.size < comm.size:
         with _left_ends():
@@ -160,7 +160,7 @@ def _find_repeated(run: OpenRun, settings: RunSettings) -> Repeated | None:
 
 
 def _find_checkpoint(run: OpenRun, settings: RunSettings) -> Found | None:
-    """Find what the run goes on from, where it has checkpoints."""
+    """Find the checkpoint that the run continues from; return None if the run takes none."""
     if settings.checkpoint is None:
         return None
     from .._checkpoint.finding import Wishes, find
@@ -185,9 +185,9 @@ def _find_checkpoint(run: OpenRun, settings: RunSettings) -> Found | None:
 
 
 def close(run: OpenRun, *, well: bool) -> None:
-    """End a run: after this the rank may leave the script, unless another run is open.
+    """End a run: afterwards the rank may leave the script, unless another run is open.
 
-    `well`: all ranks reached the end; otherwise nothing is freed that needs the others.
+    `well`: all ranks reached the end; otherwise skip collective clean-up.
     """
     from .._run import busy
 
@@ -208,7 +208,7 @@ def close(run: OpenRun, *, well: bool) -> None:
 
 
 def forget_lost() -> None:
-    """Take back the launcher's notes of ranks that are lost: the others have come to the end without them."""
+    """Remove the launcher's notes about lost ranks: the others have finished the run without them."""
     from mpi4py import MPI
 
     for rank in lost_ranks(MPI.COMM_WORLD):
@@ -265,7 +265,7 @@ def _exchange_cards(
 
 
 def _compare(comm: MPI.Intracomm, cards: Sequence[_Card], text: bytes, settings: RunSettings) -> None:
-    """Raise ScriptMismatchError, naming ranks and difference, if ranks were given different settings."""
+    """Raise ScriptMismatchError if ranks were given different settings; name the ranks and the difference."""
     digests = [card.digest for card in cards]
     model = max(range(len(cards)), key=lambda rank: (digests.count(digests[rank]), -rank))
     different = [rank for rank, digest in enumerate(digests) if digest != digests[model]]
@@ -287,7 +287,7 @@ def _compare(comm: MPI.Intracomm, cards: Sequence[_Card], text: bytes, settings:
 
 
 def _claim_log(run: OpenRun, settings: RunSettings) -> None:
-    """Let the manager claim the log's directory; if that raises, every rank raises the same."""
+    """Let the manager claim the log's directory; if that raises, every rank raises the same error."""
     if settings.log is None:
         return
     assert run.comm is not None
@@ -313,7 +313,7 @@ def _as_bytes(error: MotesError, where: str) -> bytes:
         content = ["ArgumentError", error.argument, os.fspath(error.value), error.allowed]  # type: ignore[call-overload]
     else:
         content = ["LogError", f"{where}: {error}"]
-    limit = (_VERDICT_BYTES - 100) // (6 * len(content))  # JSON writes a letter as six at most
+    limit = (_VERDICT_BYTES - 100) // (6 * len(content))  # JSON takes at most six bytes per character
     return json.dumps([text[-limit:] if len(text) > limit else text for text in content]).encode()
 
 
@@ -332,7 +332,7 @@ def _broadcast(comm: MPI.Intracomm, text: bytes, root: int, length: int, setting
 
 def _wait_for(request: MPI.Request, comm: MPI.Comm, settings: RunSettings) -> None:
     def done() -> bool:
-        if process.survives:  # what is survived is a loss in a run: before, there is nothing to go on with
+        if process.survives:  # a loss can be survived only during a run: before it, there are no replicas
             attendance.check_lost(comm)
         return request.Test()
 
@@ -342,7 +342,7 @@ def _wait_for(request: MPI.Request, comm: MPI.Comm, settings: RunSettings) -> No
 
 @contextlib.contextmanager
 def _left_ends() -> Iterator[None]:
-    """End the job where a rank that the run needs has left the script, or is lost."""
+    """End the job if a rank that the run needs has left the script or is lost."""
     try:
         yield
     except attendance.Left as left:

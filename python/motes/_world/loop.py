@@ -21,16 +21,16 @@ __all__ = ["Loop"]
 
 
 class Loop:
-    """The loop of a world's frames, and its checkpoints between two of them."""
+    """The loop of a world's frames, and the checkpoints between them."""
 
     def __init__(self, session: Session, viewers: Viewers) -> None:
-        """Make the loop of a world whose run has not begun."""
+        """Create the loop of a world whose run has not begun."""
         self._session = session
         self._viewers = viewers
         self.course: Course | None = None
-        """Takes and continues from checkpoints; None: the run has none."""
+        """Writes checkpoints and restores them; None: the run has none."""
         self.ran = False
-        """Whether a frame ran in this process."""
+        """Whether this process has run a frame."""
         self.shows_in_cell = False
         """Whether a notebook shows the loop."""
         self._in_cell: CellProgress | None = None
@@ -59,7 +59,7 @@ class Loop:
                 frame = session.frame
                 self._show_in_cell()
                 viewers.looping = True
-                stopping.arm()  # a notebook takes Ctrl-C back for each cell
+                stopping.arm()  # a notebook resets the handler of Ctrl-C for each cell
                 yield frame
                 if session.frame != frame + 1:
                     raise MotesError(f"frame {frame} must end with one world.render() or world.step()")
@@ -70,11 +70,11 @@ class Loop:
             self._show_in_cell(last=True)
 
     def skips(self) -> bool:
-        """Tell whether an earlier run has already done the frame that ends. Collective."""
+        """Return whether an earlier run has already computed the frame that ends. Collective."""
         return self.course is not None and self.course.skip()
 
     def save_now(self) -> None:
-        """Write a checkpoint if the run takes any, and wait until it is complete. Collective."""
+        """Write a checkpoint and wait until it is complete, if the run has checkpoints. Collective."""
         if self.course is not None:
             self.course.save_now(self._session.frame)
 
@@ -85,7 +85,7 @@ class Loop:
         self._viewers.show(frame)
 
     def _show_in_cell(self, *, last: bool = False) -> None:
-        """Update the progress that a notebook shows; do nothing elsewhere."""
+        """Update the progress display in a notebook; do nothing elsewhere."""
         if not self.shows_in_cell or self._viewers.attached:
             return
         session = self._session

@@ -1,4 +1,4 @@
-"""Pictures: what a world's renderer shows, and the frames that the engine makes of it."""
+"""Pictures: the views of a world's renderer, and the frames that the engine draws of them."""
 
 from __future__ import annotations
 
@@ -18,28 +18,28 @@ class Pictures:
     """Turns views into frames."""
 
     def __init__(self, session: Session, renderer: Callable[[], Renderer | None]) -> None:
-        """Take what gives the renderer of now."""
+        """Create the pictures of a world; `renderer` returns its current renderer."""
         live = session.settings.live
         self._session = session
         self.steering = Steering(paused=live is not None and live.paused, wait=live is not None and live.wait)
-        """What all ranks agreed on of what viewers did: where they look, above all."""
+        """What viewers did, as all ranks agreed on it: mainly where they look from."""
         self._renderer = renderer
         self._last: Callable[[], Frame | None] = lambda: None
 
     @property
     def renderer(self) -> Renderer | None:
-        """What pictures look like now."""
+        """The current renderer."""
         return self._renderer()
 
     def view(self, time: float) -> _core.View:
-        """Return what the renderer shows at a time (s), from where viewers look."""
+        """Return the renderer's view at `time` (s), with the viewers' camera if they have moved it."""
         renderer = self._renderer()
         assert renderer is not None
         pose = self.steering.camera
         return view_of(renderer, time, None if pose is None else tuple(pose))
 
     def take(self, engine: _core.Engine, index: int, time: float, view: _core.View) -> Frame:
-        """Return the picture that the engine has made of a view."""
+        """Return the frame with the picture that the engine has drawn of `view`."""
         session, home = self._session, self._session.cast[1]
         pixels = engine.take_pixels(view.width, view.height) if session.rank == home else None
         frame = Frame(index, time, pixels, **kept(view, engine), home=home, rank=session.rank)
@@ -48,12 +48,12 @@ class Pictures:
         return frame
 
     def absent(self, index: int, missing: str = "") -> Frame:
-        """Return what stands for a frame without a picture; `missing` says why, where one was asked for."""
+        """Return a frame without a picture; `missing` says why, if one was requested."""
         time = (index + 1) * self._session.settings.dt
         return Frame(index, time, None, home=None, rank=self._session.rank, missing=missing)
 
     def keep_last(self) -> None:
-        """Let the last picture keep its arrays: the engine forgets them."""
+        """Fetch the last picture's arrays before the engine overwrites them."""
         picture = self._last()
         if picture is not None:
             keep_all(picture)

@@ -1,7 +1,7 @@
-"""The script's side of a rank that goes on when others are lost: `World(on_loss="recover")`.
+"""The Python side of a rank that continues when others are lost: `World(on_loss="recover")`.
 
-The core makes the world again (cpp/engine/recover.cpp) and asks for what only Python knows: who the others
-are now, films and pictures whose writer is gone, the log's directory.
+The core restores the world (cpp/engine/recover.cpp) and calls Python for what only Python knows: the
+surviving ranks, films and pictures whose writer was lost, the log's directory.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ if TYPE_CHECKING:
 __all__ = ["EVERY", "Recovery", "check"]
 
 EVERY = 12
-"""Copies of all particles are made before every so many frames."""
+"""Frames between two replicas of all particles."""
 
-_SAVES = 64  # pictures that the rank that is gone may not have written; it was one frame ahead at most
+_SAVES = 64  # the most recent saves, which a lost rank may not have written; it was at most one frame ahead
 
 
 def check(size: int) -> None:
-    """Raise MotesError where this job cannot survive losses."""
+    """Raise MotesError if this job cannot survive losses."""
     if size > 1 and not process.survives:
         raise MotesError(
             'World(on_loss="recover") needs a job that goes on without lost ranks: start it with '
@@ -44,10 +44,10 @@ def check(size: int) -> None:
 
 
 class Recovery:
-    """What one rank keeps for the loss of others, and does when it happens."""
+    """What one rank keeps in case others are lost, and what it does then."""
 
     def __init__(self, running: Running, engine: _core.Engine, run: OpenRun) -> None:
-        """Let the core survive losses from here on. All ranks make theirs behind the start of the engine."""
+        """Let the core survive losses from here on. Every rank does this right after the engine's start."""
         self._running = weakref.ref(running)  # the engine holds this, and the world holds the engine
         self._run = run
         self._picture: weakref.ref[Frame] | None = None
@@ -57,21 +57,21 @@ class Recovery:
         engine.survive_losses(EVERY, self)
 
     def secure_films(self, engine: _core.Engine) -> None:
-        """Bring films that stay open behind the run's end to the disk. Collective.
+        """Flush films that stay open after the run's end to disk. Collective.
 
-        Then another rank can give them their names where the one that writes them is lost meanwhile.
+        If the rank that writes a film is then lost, another rank can still give the film its name.
         """
         if continuing.open_movies():
             continuing.secure_movies(engine)
 
     def end(self) -> None:
-        """Forget what is kept: the run is over."""
+        """Release what is kept: the run is over."""
         continuing.keep_closed_movies(False)
 
     # --- what is kept
 
     def note_picture(self, picture: Frame) -> None:
-        """Note a frame that was drawn on another rank: what the script does with it may be done here."""
+        """Remember a frame drawn on another rank: this rank may have to take over saving it."""
         self._picture = weakref.ref(picture)
         tell_saves(picture, self._note_save)
 
@@ -79,18 +79,18 @@ class Recovery:
         self._saves.append((index, path, bits))
 
     def tell_unsaved(self, engine: _core.Engine) -> None:
-        """Tell the core which pictures are in no film yet, where this rank draws."""
+        """Tell the core the first picture that is not yet in a film, if this rank draws."""
         running = self._running()
         if running is not None and running.session.draws:
             first = [movie.first_unsaved() for movie in continuing.open_movies()]
             engine.set_unsaved_from(min((index for index in first if index is not None), default=None))
 
-    # --- what the core asks for after a loss
+    # --- what the core calls after a loss
 
     def regroup(self, loss: dict[str, Any]) -> str | None:
-        """Find the others that are left; return why this rank cannot go on, or "". Collective.
+        """Find the other survivors; return why this rank cannot continue, or "". Collective.
 
-        None: one more rank was lost meanwhile.
+        Returns None if another rank was lost meanwhile.
         """
         from mpi4py import MPI
 
@@ -105,7 +105,7 @@ class Recovery:
             return refusal
         except MPI.Exception:
             return None
-        except Exception as error:  # any: the others must hear of it
+        except Exception as error:  # of any kind: the other ranks must learn about it
             return f"{process.describe(self._run)}: {error}"
 
     def _meet(self, running: Running, loss: dict[str, Any]) -> None:
@@ -114,14 +114,14 @@ class Recovery:
         run, survivors = self._run, loss["survivors"]
         self._lost = [f"rank {rank} ({run.peers[rank].role})" for rank in loss["lost"]]
         left = MPI.Intracomm(MPI.Comm.f2py(loss["comm"]))
-        # Not a duplicate: Open MPI 5.0 crashes where a rank is lost while that is being made.
+        # Not a duplicate: Open MPI 5.0 crashes if a rank is lost while a communicator is being duplicated.
         made = MPI.Intracomm(left.Shrink())
         if made.size < left.size:
             raise MPI.Exception(MPI.ERR_PROC_FAILED)
         session = running.session
         session.take_ranks(made, loss["roles"])
         session.settings = session.settings.of_those_left(session.cast, survivors)
-        if running.given[0] is None:  # it was a world of all ranks
+        if running.given[0] is None:  # the world uses all ranks
             process.left = made
         names = [_core.describe_role(session.cast, rank) for rank in range(made.size)]
         run.ranks = [run.world_rank(rank) for rank in survivors]
@@ -155,7 +155,7 @@ class Recovery:
             run.log = taken_over(lambda: LogDirectory.claim(directory, continued=True))
 
     def unsaved_from(self) -> int | None:
-        """Return the first frame whose picture must be made again: this rank draws in place of a lost one."""
+        """Return the first frame whose picture must be redrawn by this rank, in place of a lost one."""
         ran = self._run.frame or 0
         wanted = [index for index, *_ in self._saves if index + 2 >= ran]
         picture = None if self._picture is None else self._picture()
@@ -166,7 +166,7 @@ class Recovery:
         return min(wanted, default=None)
 
     def resumed(self, frame: int) -> None:
-        """Go on: the world is what it was before `frame`."""
+        """Report that the run continues; the world has been restored to its state before `frame`."""
         running = self._running()
         assert running is not None
         session = running.session
@@ -181,7 +181,7 @@ class Recovery:
             write_run(session.settings.log, session.facts(), hosts, self._run.threads, continued_from=frame)
 
     def redrawn(self, index: int, view: _core.View) -> None:
-        """Write a picture that was made again to where the lost rank may not have written it."""
+        """Write a redrawn picture to the files and films that the lost rank may not have finished."""
         running = self._running()
         assert running is not None and running.session.engine is not None
         settings, engine = running.session.settings, running.session.engine

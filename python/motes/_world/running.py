@@ -35,7 +35,7 @@ __all__ = ["Running"]
 
 
 class Running:
-    """Starts a run, ends its frames and ends it; what is lost with other ranks comes back to it."""
+    """Starts a run, ends each of its frames, and ends the run."""
 
     def __init__(
         self,
@@ -47,7 +47,7 @@ class Running:
         *,
         given: tuple[MPI.Intracomm | None, str | _roles.Roles],
     ) -> None:
-        """Put a world's parts together; `given`: communicator and roles as the script said."""
+        """Put a world's parts together; `given`: communicator and roles as the script passed them."""
         self.session = session
         self.pictures = pictures
         self.viewers = viewers
@@ -56,12 +56,12 @@ class Running:
         self._told = told
         self._recovery: Recovery | None = None
         self._unseen: list[Recorded] = []  # systems whose first list has not run yet
-        self._pictured = False  # a frame, in this process
+        self._pictured = False  # whether this process has ended a frame with a picture
         viewers.before_stopping = loop.save_now
         session.given_up = lambda: self._leave(well=False)
 
     def add(self, system: Recorded) -> None:
-        """Take a new system."""
+        """Add a new system."""
         self.session.systems.append(system)
         self._unseen.append(system)
         if self.session.engine is not None:
@@ -93,7 +93,7 @@ class Running:
             raise
 
     def _join_those_left(self) -> None:
-        """Take the ranks that are there now: an earlier world may have lost some since this one was made."""
+        """Use the ranks that exist now: an earlier world may have lost some since this one was created."""
         comm, roles = self.given
         joined, ranks, of = checks.ranks_of(comm)
         session = self.session
@@ -117,7 +117,7 @@ class Running:
             comm=session.comm.py2f(),
             roles=session.cast,
             facts=settings.for_core(rank=session.rank, hosts=hosts),
-            # The garbage collector cannot see what the engine holds: it must not hold the world.
+            # The engine must not refer to the world: the garbage collector cannot see its references.
             while_waiting=lambda _: busy.look_around(run),
             describe=session.describe,
             warn_s=waiting.WARN_S,
@@ -143,7 +143,7 @@ class Running:
             steering, secure = self.viewers.steering, Weakly(self.viewers.secure)
             course = Course(run, settings, met.found, engine, steering, secure, session.systems)
             session.earlier = self.loop.course = course
-        if announce and session.manages:  # whatever `progress` is: nobody could repeat the run
+        if announce and session.manages:  # whatever `progress` is: without the seed nobody can repeat the run
             tell(f"seed {settings.seed}")
         if settings.log is not None and session.manages:
             from .._run.run_file import write_run
@@ -166,7 +166,7 @@ class Running:
     def end(self, error: BaseException | None) -> None:
         """End the run: `World.__exit__`."""
         session = self.session
-        if session.usage.inherited:  # a fork has nothing to end but itself
+        if session.usage.inherited:  # a forked process ends only itself
             if error is not None:
                 ending.end_fork(error)
             return
@@ -175,7 +175,7 @@ class Running:
         remarks: list[str] = []
         try:
             if error is not None and not isinstance(error, Stopped):
-                ending.stop_job(error, session.run)  # returns where this is the only rank
+                ending.stop_job(error, session.run)  # returns only if this is the only rank
                 return
             remarks = self._finish()
             well = True
@@ -198,11 +198,11 @@ class Running:
             warn(session, remark, 4)
 
     def _finish(self) -> list[str]:
-        """End the run well: its files, the last checkpoint, the engine; return the engine's last remarks."""
+        """Close files, write the last checkpoint and finish the engine; return the engine's last remarks."""
         session = self.session
         for files in list(session.files):
             files.close()
-        self.viewers.open_file()  # of a run without a frame
+        self.viewers.open_file()  # in case the run had no frame
         self.loop.save_now()
         engine = session.begin("the end of the world")
         try:
@@ -250,7 +250,7 @@ class Running:
         return self.pictures.absent(index)
 
     def _skipped(self) -> Frame:
-        """Return what stands for a frame that an earlier run has done."""
+        """Return the placeholder for a frame that an earlier run has computed."""
         from .._checkpoint.course import EARLIER
 
         return self.pictures.absent(self.session.frame - 1, EARLIER)

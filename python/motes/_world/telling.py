@@ -1,4 +1,4 @@
-"""Telling: the progress and the warnings of a run, which the manager prints."""
+"""Telling: the progress and the warnings of a run; only the manager prints them."""
 
 from __future__ import annotations
 
@@ -16,27 +16,27 @@ __all__ = ["Telling", "warn"]
 
 
 class Telling:
-    """How far a run is, told in the way that the script or the environment chose."""
+    """Shows how far a run is, in the way that the script or the environment chose."""
 
     def __init__(self, way: str | Callable[[dict[str, Any]], None], usual: bool) -> None:
-        """Take what `World(progress=)` says; `usual`: a notebook shows something better."""
+        """Store `World(progress=)`; `usual`: it is the default, which notebooks replace by a bar."""
         self._way = way
         self._in_cell = usual and environment.read("MOTES_PROGRESS") is None
         self._progress: Progress | None = None
 
     def start(self, hosts: Sequence[str]) -> bool:
-        """Begin; tell whether a notebook shows the loop instead."""
+        """Start showing progress; return whether a notebook shows the loop instead."""
         in_cell = self._in_cell and len(hosts) == 1 and kernel.running()
         self._progress = Progress("off" if in_cell else self._way, hosts)
         return in_cell
 
     def show(self, session: Session, *, last: bool = False) -> None:
-        """Tell how far the run is."""
+        """Show how far the run is."""
         if session.manages and self._progress is not None and session.engine is not None:
             self._progress.update(session.engine.last_row, total=session.total, last=last)
 
 
 def warn(session: Session, text: str, level: int) -> None:
-    """Warn of what the script probably does not mean; its line is `level` calls away."""
+    """Issue a MotesWarning on the manager, for the line of the script `level` calls up the stack."""
     if session.manages:
         warnings.warn(text, MotesWarning, stacklevel=level)

@@ -1,4 +1,4 @@
-"""Viewers: controls, redraws, and the border between two frames, where what viewers ask for counts."""
+"""Viewers: controls, redraws, and the border between two frames, where viewers' requests take effect."""
 
 from __future__ import annotations
 
@@ -27,28 +27,28 @@ if TYPE_CHECKING:
 
 __all__ = ["Viewers"]
 
-BEAT_S = 1.0  # how often ranks of a paused run hear from each other
+BEAT_S = 1.0  # longest interval between two messages among the ranks of a paused run
 
 
 class Viewers:
-    """Viewers of a live run, their orders, and the record of these."""
+    """The viewers of a live run, their orders, and the record of the orders."""
 
     def __init__(self, session: Session, pictures: Pictures) -> None:
-        """Start with what the arguments say, before the run."""
+        """Create the viewers of a world whose run has not begun."""
         self._session = session
         self._pictures = pictures
         self.steering = pictures.steering
-        """What all ranks agreed on."""
+        """What viewers did, as all ranks agreed on it."""
         self.stop = stopping.Stop()
         self.before_stopping: Callable[[], None] = lambda: None
-        """What must be done at the border where a signal stops the run. Collective."""
+        """Called at the border where a signal stops the run. Collective."""
         self.looping = False
-        """Inside the loop of `frames`."""
+        """Whether the script is inside the loop of `frames`."""
         self.attached = False
-        """To a notebook, which looks on and steers."""
+        """Whether a notebook shows and steers the run."""
         self._viewing: Viewing | None = None
         self._steer_file: SteerFile | None = None
-        self._live = False  # there may be viewers: the same on all ranks
+        self._live = False  # whether there may be viewers; equal on all ranks
         self._writes_steering = False
 
     def control(
@@ -60,7 +60,7 @@ class Viewers:
         step: float | None,
         choices: Sequence[Choice] | None,
     ) -> Control:
-        """Declare what viewers may move: `World.control`."""
+        """Declare a control for viewers: `World.control`."""
         if self._session.ended:
             raise MotesError("this world has ended; make a new one")
         with self._session.usage.during("control()"):
@@ -71,11 +71,11 @@ class Viewers:
 
     @property
     def url(self) -> str | None:
-        """Where the run can be seen, on the image generator; None elsewhere."""
+        """The address of the run's page, on the image generator; None elsewhere."""
         return None if self._viewing is None else self._viewing.url
 
     def redraw(self) -> Frame:
-        """Return another picture of the particles as they are: `World.redraw`."""
+        """Return another picture of the current particles: `World.redraw`."""
         session = self._session
         if self._pictures.renderer is None:
             raise ArgumentError("renderer", None, "given to World(renderer=...) before redraw()")
@@ -93,9 +93,9 @@ class Viewers:
         return self._pictures.take(engine, index, time, view)
 
     def stops(self) -> bool:
-        """Tell whether the run stops at this border, as all ranks have agreed. Collective where it does."""
+        """Return whether the run stops at this border, as all ranks have agreed. Collective if it stops."""
         if self.attached and stopping.interactive():
-            return False  # an interrupt is meant for the cell, which is not where this runs
+            return False  # Ctrl-C is meant for the notebook's cell, and the run is not in it
         engine = self._session.engine
         if engine is not None and self.stop.due(engine.stop_asked, self._session.frame):
             self._note_stop(None)
@@ -106,7 +106,7 @@ class Viewers:
     # --- from the run's start to its end
 
     def open(self, repeats: Repeated | None, engine: _core.Engine) -> None:
-        """Serve viewers, where the run has them, and begin the record of what they do."""
+        """Serve viewers if the run has them, and begin the record of what they do."""
         session, settings = self._session, self._session.settings
         if repeats is not None:
             self.steering.rows = repeats.rows
@@ -118,7 +118,7 @@ class Viewers:
         self._take_part(settings, engine)
 
     def _take_part(self, settings: RunSettings, engine: _core.Engine) -> None:
-        """Record what viewers do, or serve them, if this rank has that role."""
+        """Record what viewers do on the manager; serve viewers on the image generator."""
         earlier = settings.continued_from > 0 and os.path.exists(os.path.join(settings.log or "", NAME))
         wanted = self._live or settings.steering is not None or earlier
         self._writes_steering = wanted and settings.log is not None and self._session.manages
@@ -134,18 +134,18 @@ class Viewers:
             self._take_part(session.settings, session.engine)
 
     def _serve(self, live: Live | None, **about: Any) -> Viewing:
-        """Serve viewers from now on; `about` is shown beside the run's own description."""
+        """Serve viewers from now on; `about` is added to the run's description."""
         from .._live.viewing import Viewing
 
         assert live is not None
-        told = self.attached and stopping.interactive()  # a widget shows the page
+        told = self.attached and stopping.interactive()  # then a widget shows the page
         viewing = Viewing(live, self._about() | about, self._session.settings.steering, quiet=told)
         viewing.know(self.steering.controls)
         self._viewing = viewing
         return viewing
 
     def attach(self, title: str) -> Viewing:
-        """Let a notebook look on and steer a world of one rank, from its next border on."""
+        """Let a notebook show and steer a world of one rank, from its next border on."""
         self.attached = self._live = True
         settings = self._session.settings
         viewing = self._viewing or self._serve(settings.live or Live(0), title=title)
@@ -155,7 +155,7 @@ class Viewers:
         return viewing
 
     def detach(self) -> None:
-        """Take the world back from the notebook: no pause, no stop and no camera of a viewer is left."""
+        """Detach the world from the notebook; cancel the viewer's pause, stop and camera."""
         self.attached = False
         if self._session.settings.live is None:
             self._live = False
@@ -179,7 +179,7 @@ class Viewers:
         }
 
     def _take_orders(self) -> str:
-        """Return what viewers ask for, when the engine can carry it to all ranks."""
+        """Return the viewers' requests; the engine calls this when it can send them to all ranks."""
         if self._viewing is None:
             return ""
         renderer = self._pictures.renderer
@@ -192,7 +192,7 @@ class Viewers:
         return Pose.of(self._pictures.renderer.camera, self._session.time)
 
     def show(self, frame: Frame | None) -> None:
-        """Show the picture of the frame that ended, and come to the border, unless `frames` does that."""
+        """Show the picture of the frame that ended, and call `at_border`, unless `frames` calls it."""
         if self._viewing is not None and frame is not None:
             self._viewing.show(frame)
             self._viewing.keep_pace(self._session.settings.dt)
@@ -200,13 +200,13 @@ class Viewers:
             self.at_border()
 
     def after_frame(self, engine: _core.Engine, *, pictured: bool) -> None:
-        """Apply what viewers asked for during the frame, once all ranks have it."""
+        """Apply the viewers' requests that all ranks received during the frame."""
         self.steering.shown = pictured
         if self._live:
             self.steering.hear(engine.orders)
 
     def close(self) -> None:
-        """End what serves viewers, and the record."""
+        """Stop serving viewers and close the record."""
         if self._viewing is not None:
             self._tell_viewers()
             self._viewing.close()
@@ -217,7 +217,7 @@ class Viewers:
     # --- the border
 
     def at_border(self) -> bool:
-        """Obey viewers before the next frame; tell whether the run ends here. Collective in a live run."""
+        """Apply viewers' orders before the next frame; return whether to stop. Collective in a live run."""
         if self._live:
             self._hold()
         if self.stops():
@@ -235,13 +235,13 @@ class Viewers:
         return False
 
     def _hold(self) -> None:
-        """Wait while the run is paused, with new pictures for viewers who look around."""
+        """Wait while the run is paused; redraw for viewers who move the camera."""
         if not self.steering.held:
             return
         self._tell_viewers()
         stall_s = self._session.settings.stall_s
         beat_s = BEAT_S if stall_s is None else min(BEAT_S, stall_s / 4)
-        stopping.arm()  # a notebook takes Ctrl-C back for each cell
+        stopping.arm()  # a notebook resets the handler of Ctrl-C for each cell
         try:
             while self.steering.held and not self.stops():
                 self._ask_viewers(beat_s)
@@ -249,7 +249,7 @@ class Viewers:
             stopping.disarm()
 
     def _ask_viewers(self, most_s: float) -> None:
-        """Share viewers' requests with all ranks, at once or after so many seconds."""
+        """Share viewers' requests with all ranks, as soon as there are any or after `most_s` seconds."""
         if self._viewing is not None:
             self._viewing.wait(most_s)
         engine = self._session.begin("a pause")
@@ -276,7 +276,7 @@ class Viewers:
             self._viewing.tell(self.steering, frame=self._session.frame, total=self._session.total)
 
     def open_file(self) -> None:
-        """Begin steer.jsonl, once the script has made its controls; on the manager of a steered run."""
+        """Begin steer.jsonl on the manager of a steered run, once the script has created its controls."""
         settings = self._session.settings
         if self._steer_file is not None or not self._writes_steering:
             return
@@ -299,8 +299,8 @@ class Viewers:
             self._steer_file.secure()
 
     def _note_stop(self, who: str | None) -> None:
-        """Write that the run ends before this frame, and say why, where no signal did it."""
-        if self.attached:  # a notebook says it by itself, and its next cell may go on
+        """Record that the run ends before this frame; print who stopped it, if it was no signal."""
+        if self.attached:  # a notebook reports it, and its next cell may continue the run
             return
         self._write_row({"stop": True})
         if who is not None and self._session.manages:

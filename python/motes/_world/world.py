@@ -41,7 +41,7 @@ __all__ = ["World", "running_of", "session_of"]
 class World(Settings):
     """A world of particle systems, and the loop of its frames (the paper's Algorithm 1).
 
-    Every rank makes the same calls; the engine gives each its role. A frame goes
+    Every rank makes the same calls; the engine gives each its role. The phases of a frame are
     create -> act -> move -> agree -> exchange -> render::
 
         with world:
@@ -52,7 +52,7 @@ class World(Settings):
     """
 
     renderer: Renderer | None
-    """What pictures look like; may change between frames."""
+    """How pictures are drawn; may change between frames."""
 
     _checks = {"renderer": checks.renderer}
 
@@ -91,43 +91,44 @@ class World(Settings):
             dt: seconds per frame.
             substeps: how many times per frame the recorded list runs, each time for dt / substeps.
             axis: what domains cut. One axis makes slabs, two or three ("xy", "xyz") make bricks by recursive
-                bisection; "hilbert" and "morton" cut that curve through 256^3 cells of `space`, or of its
-                periods; None deals particles out by id, wherever they are.
+                bisection; "hilbert" and "morton" cut that curve through 256^3 cells of `space`, or of the
+                periods; None assigns particles to calculators by id, regardless of position.
             space: the interval in metres that domains divide at the start, the same along each axis: (lo,
                 hi); None: the paper's infinite space; "fit": quantiles of the first births. Along periodic
-                axes they divide the period.
-            periodic: axes along which space repeats, with its ends in metres, as in {"x": (0, 10)}: positions
-                wrap into [low, high), and particles see each other across. None: none.
+                axes, domains divide the period.
+            periodic: periodic axes and their bounds in metres, such as {"x": (0, 10)}: positions wrap into
+                [low, high), and particles interact across the boundary. None: no periodic axes.
             roles: "auto": one rank plays all; of three or more, rank 0 draws, rank 1 manages, and the others
                 calculate (the paper). "shared": every rank calculates. Or Roles(...).
-            balancer: one of `motes.balance`; None: cuts stay.
+            balancer: a balancer of `motes.balance`; None: cuts do not move.
             renderer: what `render` draws; may change between frames.
             combine: how several systems share a frame (paper 3.3). "one_by_one"; "together": one message per
                 pair of ranks for all systems; "overlapped": one system's messages travel while the next
                 computes.
             births: who creates newborn particles: the "manager", which sends them to their owners, or the
-                "calculators", each its part. "auto" chooses for each frame by their number. The particles are
-                the same.
+                "calculators", each its part. "auto" chooses for each frame by the number of births. The
+                particles are the same.
             fan_out: each rank relays the manager's messages to at most this many others.
-            threads: threads of each rank, with the same bits for any number; None: the processors that this
-                process may use, shared among the ranks of its host. `MOTES_THREADS` takes precedence.
-            clock: what measures a calculator's load: "cpu", the processor time of its threads divided by
-                their number, which other processes do not lengthen; or "wall".
+            threads: threads per rank; any number gives the same bits. None: the processors that this process
+                may use, shared among the ranks of its host. `MOTES_THREADS` takes precedence.
+            clock: how a calculator's load is measured: "cpu", the CPU time of its threads divided by their
+                number, unaffected by other processes; or "wall".
             log: a directory for the run's log; None: no log.
             spans: also log a timeline of each rank.
-            digest: also log fingerprints of particles and picture for each frame.
-            checkpoint: a directory, or Checkpoint(directory, every=48, keep=2): every so many frames all
-                particles are written there, and a later run of the script goes on from the newest whole one.
+            digest: also log hashes of particles and picture for each frame.
+            checkpoint: a directory, or Checkpoint(directory, every=48, keep=2): all particles are written
+                there every `every` frames, and a later run of the script continues from the newest complete
+                checkpoint.
             on_loss: what happens when a rank is killed. "stop": the job ends; "recover", under `motes run
-                --survive`: the other ranks take over its work and go on with the same bits.
+                --survive`: the other ranks take over its work and continue with the same bits.
             live: a port, or Live(port=8080): the run can be seen and steered in a browser.
-            steering: the steer.jsonl of such a run, whose orders are repeated at the same frames.
-            progress: "lines", in a notebook a bar and the last picture below the cell; "bar"; "off"; or a
-                function that takes a row of the log.
+            steering: the steer.jsonl of a live run, whose orders are repeated at the same frames.
+            progress: "lines" (notebooks show a bar and the last picture instead); "bar"; "off"; or a function
+                that takes a row of the log.
             comm: an mpi4py communicator; None: all ranks.
 
         Raises:
-            ArgumentError: for a setting that is not allowed, with what is.
+            ArgumentError: if a setting is not allowed; the message says what is.
         """
         joined, ranks, of = checks.ranks_of(comm)
         cast = _roles.cast(roles, ranks, of)
@@ -169,14 +170,14 @@ class World(Settings):
         """Create a particle system; every rank makes the same calls in the same order.
 
         Args:
-            name: a text that no other system of this world has.
+            name: a string that no other system of this world has.
             capacity: most particles alive at once; births beyond it are dropped and counted. None: no limit.
             sprite: how its particles are drawn; None: Sprite().
             axis: what its domains cut, as in `World`; "world": the same as the world's.
             space: the interval in metres that its domains divide at the start; None: the world's.
-            domains_of: an earlier system whose domains this one always shares, so that the same calculator
-                owns what is in the same place. Balancers see the sum of both loads, and count all particles
-                alike where they look for a cut.
+            domains_of: an earlier system whose domains this one always shares: particles of both systems in
+                the same place have the same owner. Balancers see the sum of both loads, and weigh all
+                particles equally when they place a cut.
             attributes: extra float32 columns with their initial values, such as {"heat": 0.0, "wind": (0, 0,
                 0)}.
 
@@ -243,9 +244,9 @@ class World(Settings):
         """End the run. Collective; after an exception the whole job ends.
 
         Args:
-            kind: the class of the exception that leaves the block, or None.
-            error: the exception.
-            trace: where it was raised.
+            kind: the class of the exception that left the block, or None.
+            error: the exception, or None.
+            trace: its traceback, or None.
         """
         self._running.end(error)
 
@@ -266,7 +267,7 @@ class World(Settings):
         """End the frame with a picture. Collective.
 
         Returns:
-            The picture; on other ranks than the image generator it is falsy, and saving it does nothing.
+            The picture; on ranks other than the image generator it is falsy, and saving it does nothing.
 
         Raises:
             RankError: if a rank failed; all ranks raise it.
@@ -276,7 +277,7 @@ class World(Settings):
         return self._running.render()
 
     def step(self) -> Frame:
-        """End the frame without a picture. Collective. Raises what `render` raises.
+        """End the frame without a picture. Collective. Raises the same errors as `render`.
 
         Returns:
             A frame without a picture: it is falsy, and saving it does nothing.
@@ -287,7 +288,7 @@ class World(Settings):
         """Hash every particle of every system, all columns. Collective.
 
         Returns:
-            Hexadecimal digits; equal particles give equal ones, whatever the number of ranks and the order in
+            Hexadecimal digits; equal particles give equal digits for any number of ranks and any order in
             memory.
         """
         engine = self._session.begin("digest()", reads=True)
@@ -301,20 +302,20 @@ class World(Settings):
     def frames(self, n: int) -> Iterator[int]:
         """Yield the frames of 0..n-1 that are still to do. Collective: every rank runs the same loop.
 
-        Each pass of the loop ends its frame by `render` or `step`. Frames count from the world's first one:
-        after `frames(5)`, `frames(8)` yields 5, 6 and 7. A world with checkpoints goes on from the newest
-        whole one, where there is one, and writes new ones between two passes of the loop. SIGINT (Ctrl-C),
-        SIGTERM or SIGUSR1 on any rank ends the loop on all ranks once its frame is done. At a prompt or in a
-        notebook Ctrl-C then raises KeyboardInterrupt, and `frames(n)` goes on later.
+        Each iteration must end its frame with `render` or `step`. Frames count from the world's first one:
+        after `frames(5)`, `frames(8)` yields 5, 6 and 7. A world with checkpoints continues from the newest
+        complete one, if any, and writes new ones between iterations. SIGINT (Ctrl-C), SIGTERM or SIGUSR1 on
+        any rank ends the loop on all ranks once its frame is done. At a prompt or in a notebook, Ctrl-C then
+        raises KeyboardInterrupt, and another `frames(n)` continues.
 
         Args:
-            n: how many frames the run has in all.
+            n: the total number of frames of the run.
 
         Yields:
             The number of the frame to record.
 
         Raises:
-            MotesError: outside `with world:`, and if a pass did not end its frame.
+            MotesError: if called outside `with world:`, or if an iteration did not end its frame.
         """
         return self._loop.frames(n)
 
@@ -333,20 +334,19 @@ class World(Settings):
     ) -> Control:
         """Let viewers of a live run set `Control.value`; without viewers it stays `value`.
 
-        Every rank makes the same calls. The value is the same on all ranks, and changes between two frames
-        only: where the loop of `frames` begins its next pass. With whole numbers for `value` and all bounds
-        it is an int.
+        Every rank makes the same calls. The value is the same on all ranks and changes only between frames,
+        when the loop of `frames` begins its next iteration. If `value` and all bounds are ints, it is an int.
 
         Args:
-            name: a text that no other control of this world has.
-            value: what it is set to at first: a number, a bool, or one of `choices`.
-            low: the least number; needed for a number.
-            high: the largest number; needed for a number.
-            step: numbers go from `low` in steps of this; None: any number between the bounds.
-            choices: the texts or numbers that it can be; None: it is a number or a bool.
+            name: a string that no other control of this world has.
+            value: the initial value: a number, a bool, or one of `choices`.
+            low: the lower bound; required for a number.
+            high: the upper bound; required for a number.
+            step: the increment, counted from `low`; None: any number between the bounds.
+            choices: the strings or numbers to choose from; None: it is a number or a bool.
 
         Returns:
-            The control, whose `value` the script reads in each frame.
+            The control; the script reads its `value` in each frame.
 
         Raises:
             MotesError: if the world has ended.
@@ -355,34 +355,34 @@ class World(Settings):
 
     @property
     def live_url(self) -> str | None:
-        """Where the run can be seen: the page's address, on the image generator; None elsewhere."""
+        """The address of the run's live page, on the image generator; None elsewhere."""
         return self._viewers.url
 
     def redraw(self) -> Frame:
-        """Draw the particles as they are between two frames once more. Collective.
+        """Draw the particles once more, as they are between two frames. Collective.
 
-        Nothing is computed and nothing counts as a frame: what was recorded for the next one is not in it.
-        The picture is seen from where viewers look, or from where `renderer.camera` is now.
+        No frame is computed or counted; what has been recorded for the next frame has no effect. The camera
+        is where viewers have moved it, or the current `renderer.camera`.
 
         Returns:
-            The picture; on other ranks than the image generator it is falsy.
+            The picture; on ranks other than the image generator it is falsy.
 
         Raises:
-            ArgumentError: if particles were read after some of the frame's list, or the world has no
+            ArgumentError: if particles were read partway through the frame's list, or the world has no
                 renderer.
         """
         return self._viewers.redraw()
 
-    # --- what is known without asking other ranks
+    # --- known without communication
 
     @property
     def rank(self) -> int:
-        """This process among the world's ranks."""
+        """This process's rank in the world."""
         return self._session.rank
 
     @property
     def size(self) -> int:
-        """How many ranks the world has."""
+        """The number of the world's ranks."""
         return self._session.size
 
     @property
@@ -402,7 +402,7 @@ class World(Settings):
 
     @property
     def time(self) -> float:
-        """Seconds of the animation at the frame's start."""
+        """The animation time at the frame's start, in seconds."""
         return self._session.time
 
     @property
@@ -412,12 +412,12 @@ class World(Settings):
 
     @property
     def seed(self) -> int | None:
-        """The seed; None before a run that draws its own."""
+        """The seed; None before the start of a run that draws its own."""
         return self._session.settings.seed
 
     @property
     def threads(self) -> int | None:
-        """This rank's threads; None before a run that leaves them to the machine."""
+        """The number of this rank's threads; None before the start of a run with `threads=None`."""
         return self._session.settings.threads
 
     @property
@@ -431,7 +431,7 @@ class World(Settings):
         return {} if self._session.engine is None else self._session.engine.times
 
     def say(self, text: object) -> None:
-        """Print once, on the manager.
+        """Print a text once, on the manager.
 
         Args:
             text: what to print.
@@ -441,10 +441,10 @@ class World(Settings):
 
 
 def running_of(world: World) -> Running:
-    """Return what runs a world, for the rest of the package."""
+    """Return a world's `Running`, for the rest of the package."""
     return world._running
 
 
 def session_of(world: World) -> Session:
-    """Return a world's session, for the rest of the package."""
+    """Return a world's `Session`, for the rest of the package."""
     return world._session

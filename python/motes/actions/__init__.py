@@ -1,9 +1,9 @@
-"""Actions over particles as values (paper 3.1.5). `System` has a method for each that records it.
+"""Actions on particles as values (paper 3.1.5). `System` has one method per action, which records it.
 
-An action treats each particle by itself: v is its velocity in m/s, x its position in m, dt the (sub)step in
-seconds. Actions that accelerate are in `forces`, those that lead along fields and paths in `guides`, those
-that set or approach given values in `targets`, those that move, bounce, sort and kill in `motion`, those
-between particles in `between`, those that a script writes itself in `laws`; all are names of this package.
+In formulas, v is a particle's velocity in m/s, x its position in m, dt the (sub)step in seconds. `forces` has
+actions that accelerate, `guides` those that follow fields and paths, `targets` those that set or approach
+given values, `motion` those that move, bounce, sort and kill, `between` those between particles, `laws` those
+that a script writes itself. All names are exported here.
 """
 
 from __future__ import annotations

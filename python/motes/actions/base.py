@@ -1,4 +1,4 @@
-"""The base of all actions: a value that a script records and the engine runs."""
+"""Base class of all actions: values that a script records and the engine runs."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ __all__ = ["Action", "Where", "as_action", "as_where", "at_least_0", "compiled"]
 
 
 Where = Shape | Condition | None
-"""What `where=` takes: a shape, a condition on columns, or None for all particles."""
+"""Type of `where=`: a shape, a condition on columns, or None for all particles."""
 
 
 @value(kw_only=True)
@@ -23,7 +23,7 @@ class Action(Value):
     """Base of all actions.
 
     Attributes:
-        where: which particles it acts on: those in a shape, or for which a comparison of columns holds;
+        where: which particles to act on: those inside a shape, or those that satisfy a comparison of columns;
             None: all.
     """
 
@@ -31,7 +31,7 @@ class Action(Value):
     _may_move = True
 
     def _set(self, name: str, **fields: Any) -> None:
-        """Keep the checked fields and make the engine's value of them: numbers by name, shapes in order."""
+        """Store the checked fields and build the engine's action: numbers by name, shapes in order."""
         numbers: dict[str, Any] = {}
         shapes: list[_core.Shape] = []
         for key, field in fields.items():
@@ -50,7 +50,7 @@ class Action(Value):
         state["_made"] = _core.Action(name, numbers, shapes)
 
     def _compiled(self, columns: Columns, others: Columns | None = None) -> _core.Action:
-        """Return the engine's value for a system with these columns, and with those of another one."""
+        """Return the engine's action for a system with these columns, and for the other system's columns."""
         if self.where is None:
             made: _core.Action = self.__dict__["_made"]
             return made
@@ -61,28 +61,28 @@ class Action(Value):
 
 
 def compiled(action: Action, columns: Columns, others: Columns | None = None) -> _core.Action:
-    """Return the engine's value of an action for a system with these columns, for the rest of the package."""
+    """Return the engine's action for a system with these columns; for use elsewhere in the package."""
     return action._compiled(columns, others)
 
 
 def as_action(value: Any) -> Action:
-    """Return `value`, which must be an action."""
+    """Return `value`; raise if it is not an action."""
     if not isinstance(value, Action):
         raise ArgumentError("action", value, "an action of motes.actions, or a list of them")
     return value
 
 
 def as_where(value: Any) -> Where:
-    """Return `value`, a shape, a vector for a `Point`, a condition or None."""
+    """Return `value` as a shape (a vector becomes a `Point`), a condition or None."""
     if value is None or isinstance(value, (Shape, Condition)):
         return value
     if isinstance(value, (tuple, list)):
         return as_shape("where", value)
-    return as_condition("where", value)  # which says what is allowed
+    return as_condition("where", value)  # raises if it is not a condition
 
 
 def at_least_0(argument: str, value: Any) -> float:
-    """Return `value`, a number >= 0 that may be infinite."""
+    """Return `value` as a float >= 0, which may be infinite."""
     return arguments.number(argument, value, low=0, finite=False)
 
 

@@ -1,7 +1,8 @@
-"""Actions between particles: each sees the others within its reach, wherever they are (paper 3.1.5).
+"""Actions between particles: each particle interacts with others within reach, on any rank (paper 3.1.5).
 
-They read what all particles were before and sum in an order that positions and ids give, so the result is the
-same on any number of ranks. They stand before `bounce` and `move`. `where` says who is changed; all are seen.
+They read the state of all particles before the action and sum in an order determined by positions and ids, so
+the result is the same on any number of ranks. Record them before `bounce` and `move`. `where` selects which
+particles change; all particles count as neighbours.
 """
 
 from __future__ import annotations
@@ -42,19 +43,19 @@ LEAST_DENSITY = 1e-9  # kg/m^3
 
 @value(kw_only=True)
 class Gravitate(Action):
-    """Draws particles to each other, more strongly the nearer they are.
+    """Pulls particles toward each other, more strongly the nearer they are.
 
     Formula: v_i += sum over 0 < r < max_radius of toward_ij magnitude dt / (r^2 + epsilon), with r the
-    distance to particle j, toward_ij the direction to it
+    distance to particle j, toward_ij the direction to j
 
     Attributes:
         magnitude: strength, m^3/s^2; negative: particles repel each other.
-        epsilon: softens the pull of those that are near, m^2.
+        epsilon: softens the pull of near particles, m^2.
         max_radius: no pull beyond this distance, m.
-        far: "exact", every pair; or "cells": distant particles are grouped into cells, with a root mean
-            square error of 0.2 to 0.3 %; needs an infinite `max_radius`.
+        far: "exact" sums every pair; "cells" groups distant particles into cells, with a root mean square
+            error of 0.2 to 0.3 %, and needs an infinite `max_radius`.
 
-    Source: McAllister's Gravitate; cells: Barnes and Hut (1986), on the levels of a cube.
+    Source: McAllister's Gravitate; cells: Barnes and Hut (1986), on the levels of an octree.
     """
 
     magnitude: Number = 1
@@ -63,7 +64,7 @@ class Gravitate(Action):
     far: Literal["exact", "cells"] = "exact"
 
     def __post_init__(self) -> None:
-        """Check the fields and make the engine's value."""
+        """Check the fields and build the engine's action."""
         far = arguments.choice("far", self.far, ("exact", "cells"))
         if far == "cells" and self.max_radius != math.inf:
             raise ArgumentError("far", far, "'exact' where max_radius is finite")
@@ -79,14 +80,14 @@ class Gravitate(Action):
 
 @value(kw_only=True)
 class Follow(Action):
-    """Draws each particle to the next living one that was born after it; the last one goes free.
+    """Pulls each particle toward the next living particle born after it; the last particle is free.
 
     Formula: v += toward magnitude dt / (r^2 + epsilon) where r < max_radius, with r the distance to that
     particle, toward the direction to it
 
     Attributes:
         magnitude: strength, m^3/s^2.
-        epsilon: softens the pull of one that is near, m^2.
+        epsilon: softens the pull of a near particle, m^2.
         max_radius: no pull beyond this distance, m.
 
     Source: McAllister's Follow.
@@ -97,7 +98,7 @@ class Follow(Action):
     max_radius: Number = math.inf
 
     def __post_init__(self) -> None:
-        """Check the fields and make the engine's value."""
+        """Check the fields and build the engine's action."""
         self._set(
             "follow",
             magnitude=arguments.number("magnitude", self.magnitude),
@@ -108,18 +109,18 @@ class Follow(Action):
 
 @value(kw_only=True)
 class MatchVelocity(Action):
-    """Draws each particle's velocity to those of the others within reach, as in a flock.
+    """Pulls each particle's velocity toward the velocities of others within reach, as in a flock.
 
     Formula: v_i += sum over r < max_radius of (v_j - v_i) w_ij / max(1, sum of w_ij), with r the distance to
     particle j, w_ij = magnitude dt / (r^2 + epsilon)
 
     Attributes:
         magnitude: strength, m^2/s.
-        epsilon: softens the effect of those that are near, m^2.
+        epsilon: softens the effect of near particles, m^2.
         max_radius: no effect beyond this distance, m.
 
-    Source: McAllister's MatchVelocity, whose sums are unstable where weights are large: here they count for
-    at most 1.
+    Source: McAllister's MatchVelocity, which is unstable where the sum of weights is large: here the sum is
+    limited to 1.
     """
 
     magnitude: Number = 1
@@ -127,19 +128,19 @@ class MatchVelocity(Action):
     max_radius: Number = math.inf
 
     def __post_init__(self) -> None:
-        """Check the fields and make the engine's value."""
+        """Check the fields and build the engine's action."""
         _set_match(self, "match_velocity")
 
 
 @value(kw_only=True)
 class MatchRotationalVelocity(Action):
-    """Draws each particle's rotational velocity to those of the others within reach.
+    """Pulls each particle's rotational velocity toward those of others within reach.
 
     Formula: as `MatchVelocity`, with rotational velocities.
 
     Attributes:
         magnitude: strength, m^2/s.
-        epsilon: softens the effect of those that are near, m^2.
+        epsilon: softens the effect of near particles, m^2.
         max_radius: no effect beyond this distance, m.
 
     Source: McAllister's MatchRotationalVelocity; see `MatchVelocity`.
@@ -150,33 +151,35 @@ class MatchRotationalVelocity(Action):
     max_radius: Number = math.inf
 
     def __post_init__(self) -> None:
-        """Check the fields and make the engine's value."""
+        """Check the fields and build the engine's action."""
         _set_match(self, "match_rotational_velocity")
 
 
 @value(kw_only=True)
 class Collide(Action):
-    """Keeps spheres apart, with friction: they push each other so that none overlap after this step.
+    """Keeps spheres apart, with friction: they push each other until none would overlap after this step.
 
     Piles come to rest if a frame has enough sub-steps: about dt sqrt(50 g layers / diameter). Momentum is
-    conserved, except for particles that fall asleep. `contacts` becomes the number of others that a particle
-    touches in this sub-step.
+    conserved, except for particles that fall asleep. Sets the attribute `contacts` to the number of particles
+    touched in this sub-step.
 
-    Formula: v_i += sum over contacts of f (n out - t min(|t|, friction out) / |t|) w_i / (w_i + w_j),
-    with out = overlap after the step / dt, or (1 + restitution) times the speed of approach where that is
-    above 2 g dt and gives more (never with a restitution of 0), n the direction from j to i, t the velocity
-    of i relative to j along the contact, w = 1 / mass, f = min(1, 2 / contacts of the busier in the last
-    sub-step); then v_i = 0 where |v_i| < sleep and two or more touch
+    Formula: v_i += sum over contacts of f (n out - t min(|t|, friction out) / |t|) w_i / (w_i + w_j), with
+    out = overlap after the step / dt, or (1 + restitution) times the approach speed if that is larger,
+    restitution > 0 and the approach speed exceeds 2 g dt; n the direction from j to i, t the tangential
+    velocity of i relative to j, w = 1 / mass, f = min(1, 2 / contacts in the last sub-step of the particle
+    that had more); then v_i = 0 where |v_i| < sleep and i touches two or more
 
     Attributes:
-        radius: of the particles, m; None: half of `size[0]`.
-        restitution: speed after a head-on collision to that before, 0..1.
+        radius: particle radius, m; None: half of `size[0]`.
+        restitution: ratio of the speeds after and before a head-on collision, 0..1.
         friction: Coulomb's coefficient.
-        sleep: particles that touch several others and are slower stop, m/s; None: 2.5 g times the sub-step.
-        other: another system: its particles collide with these, and none among themselves.
-        other_radius: of its particles, m; None: half of `size[0]`.
-        clear: newborn particles that overlap others by more than this part of their radius after the step are
-            removed (of two newborn ones that of the higher id), before they push anybody. 0: none are.
+        sleep: particles slower than this that touch several others stop, m/s; None: 2.5 g times the sub-step.
+        other: another system: the particles of the two systems collide with each other, and not among
+            themselves.
+        other_radius: radius of the other system's particles, m; None: half of `size[0]`.
+        clear: newborn particles that would overlap others by more than this fraction of their radius after
+            the step are removed before they push any (of two newborn ones, the one with the higher id); 0:
+            none are removed.
 
     Source: Mueller et al. (2007), "Position based dynamics", one iteration, as an action on velocities.
     """
@@ -190,7 +193,7 @@ class Collide(Action):
     clear: Number = 0
 
     def __post_init__(self) -> None:
-        """Check the fields and make the engine's value."""
+        """Check the fields and build the engine's action."""
         radius = None if self.radius is None else _radius("radius", self.radius)
         other_radius = None if self.other_radius is None else _radius("other_radius", self.other_radius)
         restitution = arguments.number("restitution", self.restitution, low=0, high=1)
@@ -214,33 +217,34 @@ class Collide(Action):
 class Contact(Action):
     """Lets spheres press, rub and roll on each other like grains (discrete elements).
 
-    Forces and spins (`rotational_velocity`) are physical, unlike those of `collide`. Two grains touch for pi
-    sqrt(mass / (2 stiffness)); a sub-step should be a twentieth of that, which gives the restitution to 0.03,
-    with 100 sub-steps per touch to 0.01, with 300 to a thousandth. Above a fifth, springs are softened. Each
-    contact of a list remembers its own touches (40 bytes each). Particles without a positive mass touch
-    nobody. Walls are like flat grains that nothing moves: each
-    holds a particle on the side where its centre is, whichever way a plane's normal points. Bodies are
-    touched at one point from outside, at each face from inside. Of a system of clumps
-    (`System.clumps`), each sphere is a grain with its clump's mass: pushes add up to the clump's velocity and
-    `spin`, and `contacts` counts touches of spheres.
+    Forces and spins (`rotational_velocity`) are physical, unlike those of `collide`. A collision of two
+    grains takes pi sqrt(mass / (2 stiffness)) seconds. With 20 sub-steps per collision, the recommended
+    minimum, the restitution is accurate to 0.03, with 100 to 0.01, with 300 to 0.001. With fewer than 5,
+    springs are softened. Each `contact` action in the list remembers its own contacts (40 bytes per contact).
+    Particles whose mass is not positive touch nothing. Walls behave like flat, immovable grains: each keeps a
+    particle on the side where its centre is, whichever way a plane's normal points. A body is touched at one
+    point from outside and at each face from inside. In a system of clumps (`System.clumps`), each sphere is a
+    grain with its clump's mass: forces add up to the clump's velocity and `spin`, and `contacts` counts the
+    contacts of spheres.
 
     Formula: force_i = -n (stiffness overlap - damper n.v_ij) + drag, torque_i = arm n x drag - r n x brake,
-    with n the direction to particle j, v_ij its velocity seen from here, damper = 2 zeta sqrt(stiffness m),
-    zeta that of the restitution, m and r half the harmonic means of masses and radii; drag and brake of
-    springs of 2/7 of the stiffness, drawn out by sliding and by rolling and damped half as much, at most
-    friction and rolling_friction times the force along n; a solid sphere's moment of inertia
+    with n the direction to particle j, v_ij the velocity of j relative to i, damper = 2 zeta sqrt(stiffness
+    m), zeta the damping ratio for the restitution, m and r half the harmonic means of masses and radii; drag
+    and brake are forces of springs with 2/7 of the stiffness, stretched by sliding and by rolling, with half
+    the damping, limited to friction and rolling_friction times the force along n; the moment of inertia is a
+    solid sphere's
 
     Attributes:
-        stiffness: of the spring between two particles, N/m.
-        restitution: speed after a head-on collision of two to that before, 0..1.
+        stiffness: stiffness of the spring between two particles, N/m.
+        restitution: ratio of the speeds after and before a head-on collision, 0..1.
         friction: Coulomb's coefficient.
-        rolling_friction: the same for rolling, as rough or angular grains have it.
-        radius: of the particles, m; None: half of `size[0]`.
-        walls: shapes with a surface. A mesh (its grid of distances) may be `moving_from` another place; other
-            shapes stand still within a frame.
+        rolling_friction: coefficient of rolling friction, for rough or angular grains.
+        radius: particle radius, m; None: half of `size[0]`.
+        walls: shapes with a surface. A mesh (its distance field) can move within a frame (`moving_from`);
+            other shapes are fixed during a frame.
 
     Source: Cundall and Strack (1979), "A discrete numerical model for granular assemblies"; sliding and
-    rolling as in Luding (2008), "Cohesive, frictional powders"; its scaling on clusters: Henty (2000).
+    rolling as in Luding (2008), "Cohesive, frictional powders"; scaling on clusters: Henty (2000).
     """
 
     stiffness: Number
@@ -251,7 +255,7 @@ class Contact(Action):
     walls: Sequence[Shape] = ()
 
     def __post_init__(self) -> None:
-        """Check the fields and make the engine's value."""
+        """Check the fields and build the engine's action."""
         radius = None if self.radius is None else _radius("radius", self.radius)
         self._set(
             "contact",
@@ -269,23 +273,23 @@ class Contact(Action):
 class Fluid(Action):
     """Keeps a liquid's density: particles push each other apart until they are no denser than at rest.
 
-    A particle's mass is what it stands for: rest_density spacing^3, where they are born `spacing` apart;
-    `radius` is twice the spacing, so that each sees some 30 others. Stiffness comes from sub-steps: with 20
-    per 24th of a second the lowest of 16 layers of 5 cm is a sixth too dense, with 40 a 20th. `bounce` keeps
-    a liquid in a vessel. Momentum is conserved.
+    Give particles that are born `spacing` apart the mass rest_density spacing^3, and set `radius` to twice
+    the spacing: each then sees about 30 others. More sub-steps make the liquid stiffer: with 20 per 1/24 s,
+    the lowest of 16 layers of 5 cm is 1/6 too dense, with 40 it is 1/20. Use `bounce` to keep a liquid in a
+    vessel. Momentum is conserved.
 
-    Formula: at x + v dt, density_i = sum of mass_j W(r); pressure_i such that it would come to rest_density
-    if it is above that; what was above already comes down by a 20th; v_i += sum of (pressure_i mass_j /
-    mass_i + pressure_j) grad W / (rest_density dt) + 10 viscosity dt sum of mass_j / rest_density
-    (v_ij . n / r) grad W + cohesion dt sum of mass_j / rest_density C(r) n, with n the direction to particle
-    j, v_ij its velocity seen from here; W of Mueller et al. (2003), C of Akinci et al. (2013)
+    Formula: at x + v dt, density_i = sum of mass_j W(r); pressure_i brings a density above rest_density down
+    to it, but removes only 1/20 of any excess that already exists; v_i += sum of (pressure_i mass_j / mass_i
+    + pressure_j) grad W / (rest_density dt) + 10 viscosity dt sum of mass_j / rest_density (v_ij . n / r)
+    grad W + cohesion dt sum of mass_j / rest_density C(r) n, with n the direction to particle j, v_ij the
+    velocity of j relative to i; W of Mueller et al. (2003), C of Akinci et al. (2013)
 
     Attributes:
-        radius: how far particles see each other, 1e-4 to 1e6 m.
-        rest_density: of the liquid, kg/m^3.
-        viscosity: kinematic, m^2/s: 1e-2 is honey; what is above radius^2 / (24 dt) has no effect, and
-            radius^2 / (4000 dt) are always there, so that a liquid comes to rest.
-        cohesion: draws particles to each other, m/s^2: drops and strings.
+        radius: reach of the interaction, 1e-4 to 1e6 m.
+        rest_density: the liquid's density at rest, kg/m^3.
+        viscosity: kinematic viscosity, m^2/s; honey has 1e-2. radius^2 / (4000 dt) is always added, so a
+            liquid comes to rest; the sum is limited to radius^2 / (24 dt).
+        cohesion: attraction between particles, m/s^2; forms drops and strings.
 
     Source: Macklin and Mueller (2013), "Position based fluids", one iteration, as an action on velocities;
     viscosity: Monaghan (2005), "Smoothed particle hydrodynamics".
@@ -297,7 +301,7 @@ class Fluid(Action):
     cohesion: Number = 0
 
     def __post_init__(self) -> None:
-        """Check the fields and make the engine's value."""
+        """Check the fields and build the engine's action."""
         self._set(
             "fluid",
             rest_density=arguments.number("rest_density", self.rest_density, low=LEAST_DENSITY),
@@ -309,28 +313,30 @@ class Fluid(Action):
 
 @value(kw_only=True)
 class Tie(Action):
-    """Holds particles at the distances that ties give them, as in cloth and ropes.
+    """Holds particles at the distances given by their ties, as in cloth and ropes.
 
-    Stiffness comes from sub-steps: 40 keep a cloth that falls over a ball within a few percent of its size.
-    Ties to dead particles do not pull. Pinned particles stand still unless the script moves them. Each bit of
-    `torn` stands for one of a particle's ties, in the order of its partners' ids. Ties that can tear must not
-    share particles with other ties of the list, and a script that replaces ties sets `torn` to 0. In periodic
-    space ties go to the nearest image; tethers longer than half a period do nothing.
+    More sub-steps make ties stiffer: 40 keep a cloth that falls over a ball within a few percent of its size.
+    Ties to dead particles do not pull. Pinned particles do not move unless the script moves them. Each bit of
+    `torn` represents one of a particle's ties, in the order of its partners' ids. Ties that can tear must not
+    share particles with the other `tie` actions in the list, and a script that replaces ties must set `torn`
+    to 0. In periodic space ties pull toward the nearest image; tethers longer than half a period have no
+    effect.
 
     Formula: at x + v dt, correction_ij = -w_i (r - length) / (w_i + w_j + compliance / dt^2) along the tie,
-    with w = 1 / mass; x_i moves by 1.8 times the mean of its corrections, less where
-    they all point the same way; v_i is what takes it there
+    with w = 1 / mass; x_i moves by 1.8 times the mean of its corrections, less where they all point the same
+    way; v_i is the velocity that takes it there
 
     Attributes:
-        ties: of `System.cloth`, `System.rope`, or `motes.Ties`.
+        ties: the result of `System.cloth` or `System.rope`, or a `motes.Ties`.
         stretch: compliance of ties between neighbours, m/N; 0: as stiff as the sub-steps allow.
-        shear: of those across the meshes, m/N.
-        bend: of those between the next but one, m/N.
-        damping: how fast a particle takes on its partners' velocity, 1/s.
-        break_at: a tie that is longer than so many times its length tears.
-        tethers: keep particles from getting farther away from pinned ones than along the ties.
+        shear: compliance of diagonal ties, m/N.
+        bend: compliance of ties between second neighbours, m/N.
+        damping: rate at which a particle takes on its partners' velocity, 1/s.
+        break_at: a tie tears when stretched beyond this many times its length.
+        tethers: whether particles are kept from moving farther from pinned particles than the ties between
+            them allow.
 
-    Source: Macklin et al. (2016), "XPBD", one iteration, each particle by itself, as an action on velocities.
+    Source: Macklin et al. (2016), "XPBD", one iteration, computed per particle, as an action on velocities.
     """
 
     ties: Ties
@@ -342,7 +348,7 @@ class Tie(Action):
     tethers: bool = True
 
     def __post_init__(self) -> None:
-        """Check the fields and make the engine's value."""
+        """Check the fields and build the engine's action."""
         if not isinstance(self.ties, Ties):
             raise ArgumentError("ties", self.ties, "what cloth() or rope() returned, or motes.Ties")
         self._set(
@@ -356,7 +362,7 @@ class Tie(Action):
         )
 
     def _compiled(self, columns: Columns, others: Columns | None = None) -> _core.Action:
-        """Return the engine's value for a system with these columns."""
+        """Return the engine's action for a system with these columns."""
         name, numbers, own = self.__dict__["_call"]
         shapes = list(own)
         where = condition_of(self.where, columns, shapes)
@@ -364,7 +370,7 @@ class Tie(Action):
 
 
 def compiled_for_clumps(action: Contact, clump: Clump, columns: Columns) -> _core.Action:
-    """Return the engine's value of a contact for a system of clumps with these columns."""
+    """Return the engine's contact action for a system of clumps with these columns."""
     if action.radius is not None:
         raise ArgumentError("radius", action.radius, "None for clumps, whose spheres have their own")
     _, numbers, own = action.__dict__["_call"]

@@ -1,4 +1,4 @@
-"""Actions that accelerate: what pulls, pushes and turns particles. Part of `motes.actions`."""
+"""Actions that accelerate: they pull, push and turn particles. Part of `motes.actions`."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Gravity(Action):
     Formula: v += acceleration dt
 
     Attributes:
-        acceleration: m/s^2.
+        acceleration: acceleration of all particles, m/s^2.
 
     Source: McAllister's Gravity.
     """
@@ -41,18 +41,18 @@ class Gravity(Action):
     acceleration: Vector
 
     def __post_init__(self) -> None:
-        """Check the fields and make the engine's value."""
+        """Check the fields and build the engine's action."""
         self._set("gravity", acceleration=arguments.triple("acceleration", self.acceleration))
 
 
 @value(kw_only=True)
 class RandomAcceleration(Action):
-    """Gives each particle an acceleration of its own, drawn anew in each step.
+    """Gives each particle its own random acceleration, redrawn in each step.
 
     Formula: v += a dt, a uniform in the shape
 
     Attributes:
-        shape: where a is drawn from, m/s^2.
+        shape: distribution of a, m/s^2.
 
     Source: McAllister's RandomAccel.
     """
@@ -60,7 +60,7 @@ class RandomAcceleration(Action):
     shape: Shape | ArrayLike
 
     def __post_init__(self) -> None:
-        """Check the fields and make the engine's value."""
+        """Check the fields and build the engine's action."""
         self._set("random_acceleration", shape=as_shape("shape", self.shape))
 
 
@@ -68,11 +68,11 @@ class RandomAcceleration(Action):
 class Jet(Action):
     """Accelerates the particles inside a shape, as a fan does.
 
-    Formula: v += a dt where the shape holds x; a uniform in `acceleration`
+    Formula: v += a dt where x is in the shape; a uniform in `acceleration`
 
     Attributes:
-        shape: where it blows, m.
-        acceleration: a value, or a shape from which a is drawn anew in each step, m/s^2.
+        shape: where the jet blows, m.
+        acceleration: a value, or a shape from which a is redrawn in each step, m/s^2.
 
     Source: McAllister's Jet.
     """
@@ -81,7 +81,7 @@ class Jet(Action):
     acceleration: Shape | ArrayLike
 
     def __post_init__(self) -> None:
-        """Check the fields and make the engine's value."""
+        """Check the fields and build the engine's action."""
         self._set(
             "jet",
             shape=as_shape("shape", self.shape),
@@ -97,8 +97,8 @@ class Explosion(Action):
     the direction away from it, g(y) = exp(-y^2 / (2 sigma^2)) / (sigma sqrt(2 pi))
 
     Attributes:
-        center: m.
-        radius: of the shock wave's crest, m.
+        center: centre of the explosion, m.
+        radius: distance of the shock wave's crest from the centre, m.
         magnitude: strength, m^4/s^2.
         sigma: thickness of the wave, m.
         epsilon: softens the push near the centre, m^2.
@@ -113,7 +113,7 @@ class Explosion(Action):
     epsilon: Number
 
     def __post_init__(self) -> None:
-        """Check the fields and make the engine's value."""
+        """Check the fields and build the engine's action."""
         self._set(
             "explosion",
             center=arguments.triple("center", self.center),
@@ -126,13 +126,13 @@ class Explosion(Action):
 
 @value(kw_only=True)
 class OrbitPoint(Action):
-    """Pulls particles toward a point, more strongly the nearer they are, so that they may orbit it.
+    """Pulls particles toward a point, more strongly the nearer they are, which lets them orbit it.
 
     Formula: v += toward magnitude dt / (r^2 + epsilon) where r < max_radius, with r the distance from the
     centre, toward the direction to it
 
     Attributes:
-        center: m.
+        center: the point, m.
         magnitude: strength, m^3/s^2.
         epsilon: softens the pull near the centre, m^2.
         max_radius: no pull beyond this distance, m.
@@ -146,7 +146,7 @@ class OrbitPoint(Action):
     max_radius: Number = math.inf
 
     def __post_init__(self) -> None:
-        """Check the fields and make the engine's value."""
+        """Check the fields and build the engine's action."""
         self._set(
             "orbit_point",
             center=arguments.triple("center", self.center),
@@ -165,7 +165,7 @@ class OrbitLine(Action):
 
     Attributes:
         point: any point of the line, m.
-        axis: along the line, of any length.
+        axis: the line's direction; any length.
         magnitude: strength, m^3/s^2.
         epsilon: softens the pull near the line, m^2.
         max_radius: no pull beyond this distance, m.
@@ -180,7 +180,7 @@ class OrbitLine(Action):
     max_radius: Number = math.inf
 
     def __post_init__(self) -> None:
-        """Check the fields and make the engine's value."""
+        """Check the fields and build the engine's action."""
         self._set(
             "orbit_line",
             point=arguments.triple("point", self.point),
@@ -193,21 +193,21 @@ class OrbitLine(Action):
 
 @value(kw_only=True)
 class Vortex(Action):
-    """Whirls particles around an axis as a tornado does: draws them in, then carries them around and up.
+    """Whirls particles around an axis like a tornado: pulls them in, then carries them around and up.
 
     Formula: with h = 0..1 along the axis, R = max_radius h^tightness, r the distance from the axis, m the
-    mass: r < R: v = (along up_speed + around around_speed) dt / m; R <= r < max_radius: v += inward
-    in_speed dt / m; elsewhere nothing. along is the direction of the axis, inward that to the axis, around
-    = along x inward
+    mass: r < R: v = (along up_speed + around around_speed) dt / m; R <= r < max_radius: v += inward in_speed
+    dt / m; elsewhere nothing changes. along is the direction of the axis, inward the direction to the axis,
+    around = along x inward
 
     Attributes:
         tip: where the axis starts, m.
         axis: from the tip to the upper end, m.
-        tightness: 1 makes a cone, more bends its side inward.
-        max_radius: width at the upper end; nothing happens beyond it, m.
-        in_speed: acceleration toward the axis, outside the whirl, kg m/s^2.
-        up_speed: along the axis, inside the whirl, kg m/s^2.
-        around_speed: around the axis, inside the whirl, kg m/s^2.
+        tightness: 1 makes a cone; larger values bend its side inward.
+        max_radius: radius at the upper end, m; farther particles are not affected.
+        in_speed: force toward the axis outside the whirl, kg m/s^2.
+        up_speed: v m / dt along the axis inside the whirl, kg m/s^2.
+        around_speed: v m / dt around the axis inside the whirl, kg m/s^2.
 
     Source: McAllister's Vortex.
     """
@@ -221,7 +221,7 @@ class Vortex(Action):
     around_speed: Number
 
     def __post_init__(self) -> None:
-        """Check the fields and make the engine's value."""
+        """Check the fields and build the engine's action."""
         self._set(
             "vortex",
             tip=arguments.triple("tip", self.tip),
@@ -241,8 +241,8 @@ class Wind(Action):
     Formula: v += (velocity - v) (1 - exp(-drag dt))
 
     Attributes:
-        velocity: of the air, m/s.
-        drag: after 1 / drag seconds, what was at rest has 63 % of the air's velocity, 1/s.
+        velocity: the air's velocity, m/s.
+        drag: rate, 1/s: a particle at rest reaches 63 % of the air's velocity in 1 / drag seconds.
 
     Source: linear drag (Stokes).
     """
@@ -251,7 +251,7 @@ class Wind(Action):
     drag: Number
 
     def __post_init__(self) -> None:
-        """Check the fields and make the engine's value."""
+        """Check the fields and build the engine's action."""
         self._set(
             "wind",
             velocity=arguments.triple("velocity", self.velocity),
@@ -261,23 +261,23 @@ class Wind(Action):
 
 @value(kw_only=True)
 class CurlNoise(Action):
-    """Stirs particles as turbulent air does: accelerates them along a random field without divergence.
+    """Stirs particles like turbulent air: accelerates them along a random, divergence-free field.
 
-    The field neither thins particles out nor crowds them, and is smooth in space and time. Each system has
-    fields of its own.
+    The field neither disperses nor crowds particles, and is smooth in space and time. Each system has its own
+    fields.
 
-    Formula: v += strength n(x / scale, speed t) dt, with n the curl of gradient noise, 1 in root mean square;
-    with several octaves, each has half the size and half the strength of the one before. t is the animation's
-    time at the start of the (sub)step
+    Formula: v += strength n(x / scale, speed t) dt, with n the curl of gradient noise, scaled to a root mean
+    square of 1; each further octave has half the size and half the strength of the previous one. t is the
+    animation's time at the start of the (sub)step
 
     Attributes:
         strength: root mean square of the acceleration, m/s^2. Together with `wind`, particles reach speeds of
             about strength / drag.
         scale: edge length of a cell of the noise, about the distance between eddies, m.
         octaves: 1 to 8; each adds smaller eddies, at the cost of one more evaluation of the noise.
-        speed: how many times per second the field is replaced by another, smoothly, 1/s; 0: it never changes.
-        field: which of the system's fields, 0 to 65535. The same number is the same field in every frame,
-            wherever the action stands in the list; two actions with different fields need two numbers.
+        speed: how many times per second the field changes smoothly into another one, 1/s; 0: never.
+        field: number of the system's field, 0 to 65535. The same number gives the same field in every frame,
+            wherever the action is in the list; give two actions different numbers for different fields.
 
     Source: Bridson, Houriham, Nordenstam: Curl-noise for procedural fluid flow (2007); Perlin's noise.
     """
@@ -289,7 +289,7 @@ class CurlNoise(Action):
     field: int = 0
 
     def __post_init__(self) -> None:
-        """Check the fields and make the engine's value."""
+        """Check the fields and build the engine's action."""
         self._set(
             "curl_noise",
             strength=arguments.number("strength", self.strength),
@@ -304,19 +304,20 @@ class CurlNoise(Action):
 class Avoid(Action):
     """Turns particles that would hit a shape within `look_ahead`, without changing their speed.
 
-    Formula: v = |v| unit(unit(v) + aside magnitude dt / (q^2 + epsilon)). With t the time until the hit,
-    q = t and aside is the direction of v along the surface (Plane), from the place of the hit to the nearest
-    edge (Rectangle, Triangle), from the centre to it (Disc). Sphere, from outside: q = |v| t, aside across v,
-    away from the centre. Box, from outside: as the Rectangle that is hit. Cylinder and Cone, from outside:
-    walls as a Plane, flat ends as a Disc. Union: as the part that would be hit first
+    Formula: v = |v| unit(unit(v) + aside magnitude dt / (q^2 + epsilon)). With t the time until the hit, q =
+    t and aside is the direction of v along the surface (Plane), from the hit point to the nearest edge
+    (Rectangle, Triangle), or from the centre to the hit point (Disc). Sphere, from outside: q = |v| t, aside
+    is perpendicular to v and points away from the centre. Box, from outside: as for the Rectangle that would
+    be hit. Cylinder and Cone, from outside: walls as for a Plane, flat ends as for a Disc. Union: as for the
+    part that would be hit first
 
     Attributes:
-        shape: what is avoided, m.
-        magnitude: how sharply they turn, s (Sphere: m^2/s).
+        shape: the obstacle, m.
+        magnitude: how sharply particles turn, s (Sphere: m^2/s).
         epsilon: softens the turn near the shape, s^2 (Sphere: m^2).
-        look_ahead: s.
+        look_ahead: how far ahead in time hits are predicted, s.
 
-    Source: McAllister's Avoid; Box, Cylinder, Cone and Union by the same idea.
+    Source: McAllister's Avoid; Box, Cylinder, Cone and Union follow the same idea.
     """
 
     shape: Shape
@@ -325,7 +326,7 @@ class Avoid(Action):
     look_ahead: Number
 
     def __post_init__(self) -> None:
-        """Check the fields and make the engine's value."""
+        """Check the fields and build the engine's action."""
         self._set(
             "avoid",
             shape=as_shape("shape", self.shape),

@@ -1,4 +1,4 @@
-"""Actions that lead particles: along the vectors of a grid, or along a path. Part of `motes.actions`."""
+"""Actions that guide particles along the vectors of a grid or along a path. Part of `motes.actions`."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ __all__ = ["Field", "FollowPath"]
 
 MOST_NODES = 2**25
 MOST_POINTS = 4096
-PIECES = 16  # of a smooth path from point to point
+PIECES = 16  # straight pieces between two points of a smooth path
 GRID = "finite numbers of shape (nx, ny, nz, 3)"
 POINTS = f"finite numbers of shape (n, 3), 2 <= n <= {MOST_POINTS}"
 
 
 @value(kw_only=True)
 class Field(Action):
-    """Accelerates particles by the vectors of a grid, or drags them along as air with these velocities.
+    """Accelerates particles by the vectors of a grid, or drags them along as moving air.
 
-    The array holds a vector for each node of a regular grid; the first nodes are at `low`, the last ones at
-    `high`, and vectors are trilinear between them. Outside nothing happens. Along an axis with one node the
-    field is constant. The engine keeps each array until the process ends: make an action once, and record it
-    in each frame by `apply`.
+    The array holds one vector per node of a regular grid from `low` to `high`; between nodes, vectors are
+    interpolated trilinearly. Particles outside are not affected. Along an axis with one node the field is
+    constant. The engine keeps each array until the process ends, so create the action once and record it in
+    each frame with `apply`.
 
     Formula: within low..high, with F the field at x: v += strength F dt; with `drag`, v += (strength F - v)
     (1 - exp(-drag dt)), as `wind`
@@ -41,10 +41,10 @@ class Field(Action):
         grid: float32 (nx, ny, nz, 3), m/s^2, or m/s with `drag`; it is copied.
         low: the corner of node [0, 0, 0], m.
         high: the corner of node [-1, -1, -1], above `low` in each component, m.
-        strength: what the vectors are multiplied by.
-        drag: None, or how fast particles take on the field's velocity, 1/s.
+        strength: factor that multiplies the vectors.
+        drag: rate at which particles take on the field's velocity, 1/s; None: the vectors are accelerations.
 
-    Source: D. McAllister's list of what his API still lacked; common in effects editors.
+    Source: D. McAllister's list of features missing from his API; common in effects editors.
     """
 
     grid: ArrayLike
@@ -54,10 +54,10 @@ class Field(Action):
     drag: Number | None = None
 
     def __post_init__(self) -> None:
-        """Check the fields and let the engine keep the array."""
+        """Check the fields and store the array in the engine."""
         low = arguments.triple("low", self.low)
         high = arguments.triple("high", self.high)
-        with np.errstate(over="ignore"):  # the core refuses what leaves the range of float32
+        with np.errstate(over="ignore"):  # the core rejects values beyond float32's range
             grows = bool((np.array(low, np.float32) < np.array(high, np.float32)).all())
         if not grows:
             raise ArgumentError("high", high, f"above low = {low} in each component")
@@ -72,30 +72,32 @@ class Field(Action):
         return _key_of(self, "grid")
 
     def _compiled(self, columns: Columns, others: Columns | None = None) -> _core.Action:
-        """Return the engine's value for a system with these columns."""
+        """Return the engine's action for a system with these columns."""
         return _with_table(self, columns)
 
 
 @value(kw_only=True)
 class FollowPath(Action):
-    """Steers particles along a path, toward a point some way ahead of the nearest one.
+    """Steers particles along a path, toward a point ahead of the nearest point of the path.
 
     Particles slow down toward the end of the path, and where a bend brings the point ahead nearer than
-    `look_ahead`. Where a path is equally near in two places, the first one counts.
+    `look_ahead`. If two points of the path are equally near, the first one counts.
 
     Formula: v += (w - v) min(strength dt, 1) where the nearest point is within `radius`, with w = speed d /
-    max(|d|, a), d the way from x to the point a = look_ahead (at most the path's length) farther along the
-    path than the nearest one; not beyond the end, or, with `loop`, on from the start
+    max(|d|, a), d the vector from x to the point a = look_ahead (at most the path's length) ahead of the
+    nearest point along the path; this point stops at the end of the path, or with `loop` continues from the
+    start
 
     Attributes:
-        points: the way points, (n, 3), m; equal ones in a row count once.
-        speed: m/s.
-        strength: how fast velocities change, 1/s.
-        look_ahead: m; larger cuts corners, smaller follows more closely.
-        radius: particles farther from the path are left alone, m.
-        loop: whether the path goes on from the last point to the first one.
-        smooth: whether it is a Catmull-Rom spline through the points instead of straight lines; the spline
-            is drawn with 16 straight pieces from point to point.
+        points: waypoints, (n, 3), m; consecutive duplicates count once.
+        speed: speed along the path, m/s.
+        strength: rate at which velocities change, 1/s.
+        look_ahead: distance of the point ahead, m; larger values cut corners, smaller ones follow more
+            closely.
+        radius: particles farther from the path are not affected, m.
+        loop: whether the path continues from the last point to the first.
+        smooth: whether the path is a Catmull-Rom spline through the points instead of straight lines; the
+            spline is approximated by 16 straight pieces between two points.
 
     Source: Reynolds (1999), "Steering behaviors for autonomous characters": path following and arrival.
     """
@@ -109,7 +111,7 @@ class FollowPath(Action):
     smooth: bool = False
 
     def __post_init__(self) -> None:
-        """Check the fields and let the engine keep the path."""
+        """Check the fields and store the path in the engine."""
         loop, smooth = arguments.flag("loop", self.loop), arguments.flag("smooth", self.smooth)
         points = _points(self.points)
         speed = arguments.number("speed", self.speed, low=0)
@@ -123,14 +125,14 @@ class FollowPath(Action):
         self.__dict__.update(look_ahead=look_ahead, radius=radius, loop=loop, smooth=smooth)
 
     def _compiled(self, columns: Columns, others: Columns | None = None) -> _core.Action:
-        """Return the engine's value for a system with these columns."""
+        """Return the engine's action for a system with these columns."""
         return _with_table(self, columns)
 
 
 def _make(
     action: Action, name: str, numbers: dict[str, Any], table: NDArray[np.float32], size: tuple[int, int, int]
 ) -> None:
-    """Let the engine keep the table and check the action."""
+    """Store the table in the engine and let it check the action."""
     key = _core.keep_table(table, size)
     _core.Action(name, numbers, [], table=key)
     action.__dict__.update(_call=(name, numbers), _table=key, where=as_where(action.where))
@@ -144,7 +146,7 @@ def _with_table(action: Action, columns: Columns) -> _core.Action:
 
 
 def _key_of(action: Action, array: str) -> tuple[Any, ...]:
-    """Return what is compared and hashed: the array by the engine's name for it."""
+    """Return the key for comparing and hashing, with the engine's key for the table instead of the array."""
     return tuple(action.__dict__["_table"] if name == array else v for name, v in items_of(action).items())
 
 
@@ -174,7 +176,7 @@ def _points(given: Any) -> NDArray[np.float64]:
 
 
 def _spline(points: NDArray[np.float64], loop: bool) -> NDArray[np.float64]:
-    """Return points of the Catmull-Rom spline through the given ones; its ends continue straight on."""
+    """Return points of the Catmull-Rom spline through the given points; both ends continue straight."""
     if loop:
         around = np.concatenate([points[-1:], points, points[:2]])
     else:
@@ -189,7 +191,7 @@ def _spline(points: NDArray[np.float64], loop: bool) -> NDArray[np.float64]:
 
 
 def _segments(points: NDArray[np.float64], loop: bool) -> NDArray[np.float32]:
-    """Return the path's segments as the engine has them: start, direction, way so far, length."""
+    """Return the path's segments as rows of start, direction, distance along the path and length."""
     ends = np.concatenate([points, points[:1]]) if loop else points
     ways = np.diff(ends, axis=0)
     lengths = np.sqrt(ways[:, 0] ** 2 + ways[:, 1] ** 2 + ways[:, 2] ** 2).astype(np.float32)
@@ -198,7 +200,7 @@ def _segments(points: NDArray[np.float64], loop: bool) -> NDArray[np.float32]:
         raise ArgumentError("points", points[0].tolist(), "at least two different points")
     directions = ways[kept] / lengths[kept, None]
     starts = np.zeros(int(kept.sum()), np.float32)
-    for i, length in enumerate(lengths[kept][:-1]):  # one after the other, as float32 adds them everywhere
+    for i, length in enumerate(lengths[kept][:-1]):  # float32 sums in a fixed order
         starts[i + 1] = starts[i] + length
     columns = (ends[:-1][kept], directions, starts[:, None], lengths[kept, None])
     return np.ascontiguousarray(np.concatenate(columns, axis=1), np.float32)

@@ -1,7 +1,7 @@
-"""Laws of one's own, written as expressions: for each particle, or for pairs. Part of `motes.actions`.
+"""Custom laws written as expressions, for each particle or for pairs. Part of `motes.actions`.
 
-They run in the engine, over hundreds of particles or pairs at a time. Values come from what all particles
-were before; what is not finite, as after a division by 0, adds nothing and changes nothing.
+They run in the engine, over hundreds of particles or pairs at a time. They read the state of all particles
+before the action. Values that are not finite, as after a division by 0, are ignored.
 """
 
 from __future__ import annotations
@@ -30,14 +30,14 @@ Part = tuple[str, int, int]
 
 @value(kw_only=True)
 class Law(Action):
-    """Lets each particle obey a law of the script's own, written as expressions of its columns.
+    """Applies a custom law, written as expressions of columns, to each particle.
 
     Formula: v += acceleration dt + velocity
 
     Attributes:
         acceleration: m/s^2: a vector or an expression.
-        velocity: what is added to the velocity in each (sub)step, m/s.
-        set: values of attributes, by name.
+        velocity: change of velocity in each (sub)step, m/s.
+        set: new values of attributes, by name.
 
     Source: new here.
     """
@@ -46,18 +46,18 @@ class Law(Action):
     velocity: Any = None
     set: Mapping[str, Any] | None = None
     _by_name: ClassVar[int] = 0
-    """From which field on arguments are given by name."""
+    """Index of the first field that is keyword-only in the recording method."""
 
     def __post_init__(self) -> None:
-        """Check what can be checked before the system is known."""
+        """Check everything that does not depend on the system."""
         self.__dict__.update(_values_of(self, ("acceleration", "velocity")), where=as_where(self.where))
 
     def _key(self) -> tuple[Any, ...]:
-        """Return what is compared and hashed: `==` of expressions makes conditions."""
+        """Return the key for comparing and hashing; `==` on expressions would build a condition."""
         return (*_key_of(self, ("acceleration", "velocity")), self.where)
 
     def _compiled(self, columns: Columns, others: Columns | None = None) -> _core.Action:
-        """Return the engine's value for a system with these columns."""
+        """Return the engine's action for a system with these columns."""
         shapes: list[_core.Shape] = []
         where = condition_of(self.where, columns, shapes)
         results = _Results(columns, {}, columns, shapes)
@@ -67,25 +67,26 @@ class Law(Action):
 
 @value(kw_only=True)
 class Interact(Action):
-    """Applies a pair law of the script's own, written as expressions.
+    """Applies a custom law, written as expressions, to pairs of particles.
 
-    `motes.a` is the particle that changes, `motes.b` each other one within the radius, `motes.r` their
-    distance, `motes.normal` the direction to b (0 where both are at one place), `motes.relative_velocity`
-    the velocity of b relative to a. Sums go in the order of ids and skip values that are not finite.
+    `motes.a` is the particle that changes, `motes.b` each other particle within the radius, `motes.r` their
+    distance, `motes.normal` the direction from a to b (0 if their positions are equal),
+    `motes.relative_velocity` the velocity of b relative to a. Sums run in the order of ids and skip values
+    that are not finite.
 
-    What a pair remembers is each end's own: `motes.a.state.slip` is 0 where b comes within the radius, then
-    what `set` gave it in the last (sub)step, until b leaves or `where` leaves a out.
+    Each particle of a pair has its own state: `motes.a.state.slip` is 0 when b comes within the radius, then
+    the value that `set` gave it in the last (sub)step, until b leaves the radius or `where` excludes a.
 
     Formula: v_a += sum over r < radius of (acceleration dt + velocity), spin_a += sum of spin
 
     Attributes:
-        radius: how far particles see each other, m.
-        acceleration: of a by b, m/s^2: a vector or an expression.
-        velocity: what b adds to the velocity of a in each (sub)step, m/s.
-        spin: what b adds to the spin of a in each (sub)step, rad/s.
-        set: values by name: of states, and of attributes of a, which become the sum over all b.
-        state: names of what a pair remembers, and how many numbers each has: 1 or 3, at most 96 in all.
-        other: another system, whose particles b is; they do not change.
+        radius: reach of the interaction, m.
+        acceleration: acceleration of a due to b, m/s^2: a vector or an expression.
+        velocity: change of a's velocity due to b in each (sub)step, m/s.
+        spin: change of a's spin due to b in each (sub)step, rad/s.
+        set: new values by name: of state variables, and of attributes of a, which become the sum over all b.
+        state: names of a pair's state variables, and the size of each: 1 or 3 numbers, at most 96 in all.
+        other: another system, to which b belongs; its particles do not change.
 
     Source: new here; pairs are found as for `contact`.
     """
@@ -100,7 +101,7 @@ class Interact(Action):
     _by_name: ClassVar[int] = 1
 
     def __post_init__(self) -> None:
-        """Check what can be checked before the systems are known."""
+        """Check everything that does not depend on the systems."""
         radius = arguments.number("radius", self.radius, low=0, high=1e15)
         if radius == 0:
             raise ArgumentError("radius", self.radius, "above 0")
@@ -109,13 +110,13 @@ class Interact(Action):
         self.__dict__.update(changes, radius=radius, state=state, where=as_where(self.where))
 
     def _key(self) -> tuple[Any, ...]:
-        """Return what is compared and hashed: `==` of expressions makes conditions."""
+        """Return the key for comparing and hashing; `==` on expressions would build a condition."""
         state = None if self.state is None else tuple(self.state.items())
         changes = _key_of(self, ("acceleration", "velocity", "spin"))
         return (self.radius, *changes, state, self.other, self.where)
 
     def _compiled(self, columns: Columns, others: Columns | None = None) -> _core.Action:
-        """Return the engine's value for a system with these columns, and another one's."""
+        """Return the engine's action for a system with these columns, and for the other system's columns."""
         shapes: list[_core.Shape] = []
         where = condition_of(self.where, columns, shapes)
         states, numbers = {}, 0
@@ -140,7 +141,7 @@ class Interact(Action):
 
 
 class _Leaves(Columns):
-    """The columns of a law of pairs: those that its expressions name, in the order in which they do."""
+    """The columns used by a pair law, in the order in which its expressions first name them."""
 
     def __init__(self, own: Columns, others: Columns, states: Columns) -> None:
         self.parts: list[Part] = []
@@ -173,7 +174,7 @@ class _Leaves(Columns):
         return len(self._known)
 
     def _must_know(self, name: object) -> object:
-        """Raise the error for a name that no pair has, with those that it could be."""
+        """Return `name`; raise if it is an attribute or state that the pair does not have."""
         if name in self._known or not isinstance(name, str) or "." not in name:
             return name
         of = name.rpartition(".")[0]
@@ -183,7 +184,7 @@ class _Leaves(Columns):
 
 
 class _Results:
-    """The values of a law, and where they go."""
+    """The compiled values of a law, and where each is written."""
 
     def __init__(self, read: Columns, states: Columns, own: Columns, shapes: list[_core.Shape]) -> None:
         self.values: list[Any] = []
@@ -191,7 +192,7 @@ class _Results:
         self._read, self._states, self._own, self._shapes = read, states, own, shapes
 
     def add_changes(self, law: Any) -> None:
-        """Add all that a law gives."""
+        """Add all changes that a law makes."""
         named = list(self._own)
         for field, how, attribute in (
             ("acceleration", "rate", "velocity"),

@@ -26,27 +26,27 @@ __all__ = [
 
 @value(kw_only=True)
 class Bounce(Action):
-    """Makes particles that hit the surface of a shape in this step rebound: record it before `move`.
+    """Makes particles that hit the surface of a shape in this step rebound; record it before `move`.
 
-    With `exact_hit`, the true place and time of the hit within the step count, and the particle stays on its
-    side. Without it, as in McAllister's library, only the velocity changes if x + v dt is beyond the surface;
-    planes have two sides, and spheres use the normal at the old position.
+    With `exact_hit`, the exact point and time of the hit within the step are used, and the particle stays on
+    its side. Without it, as in McAllister's library, only the velocity changes if x + v dt is beyond the
+    surface; planes have two sides, and spheres use the normal at the old position.
 
-    n is the normal of the surface at the hit: across the axis for a Cylinder's wall, across the slope for a
-    Cone's, along the axis for their flat ends, across its plane for a Triangle. For a Union, the part that is
-    hit first counts.
+    n is the surface normal at the hit: perpendicular to the axis for a Cylinder's wall, to the slope for a
+    Cone's, to the plane for a Triangle; along the axis for flat ends. For a Union, the part that is hit first
+    counts.
 
-    Formula: with v split along (t) and across (n) the surface, v = (1 - friction) v_t - restitution v_n; no
-    friction where |v_t| <= min_tangential_speed. exact_hit: x += (v before - v after) (time until the hit),
-    so that `move` ends where the rebound does
+    Formula: with v split into v_t along and v_n across the surface, v = (1 - friction) v_t - restitution v_n;
+    no friction where |v_t| <= min_tangential_speed. exact_hit: x += (v before - v after) (time until the
+    hit), which makes `move` end where the rebound does
 
     Attributes:
         shape: Plane (from above), Rectangle, Triangle and Disc (both sides), Box, Cylinder, Cone and Sphere
             (from outside and from inside; a Sphere's inner radius has no surface), or a Union of them, m.
-        restitution: part of the speed across the surface that remains.
-        friction: part of the speed along the surface that is lost, 0..1.
-        min_tangential_speed: m/s.
-        exact_hit: whether the true place and time of the hit count.
+        restitution: fraction of the speed across the surface that remains.
+        friction: fraction of the speed along the surface that is lost, 0..1.
+        min_tangential_speed: no friction up to this speed along the surface, m/s.
+        exact_hit: whether the exact point and time of the hit are used.
 
     Source: McAllister's Bounce; the exact hit is new here.
     """
@@ -58,7 +58,7 @@ class Bounce(Action):
     exact_hit: bool = True
 
     def __post_init__(self) -> None:
-        """Check the fields and make the engine's value."""
+        """Check the fields and build the engine's action."""
         self._set(
             "bounce",
             shape=as_shape("shape", self.shape),
@@ -71,13 +71,13 @@ class Bounce(Action):
 
 @value(kw_only=True)
 class Sink(Action):
-    """Kills particles inside a shape, or with inside=False those outside it.
+    """Kills particles inside a shape, or outside it with inside=False.
 
-    Formula: dead where the shape holds x
+    Formula: dead where x is in the shape
 
     Attributes:
-        shape: m.
-        inside: whether those inside die, or those outside.
+        shape: region of positions, m.
+        inside: whether particles inside the shape die, or those outside.
 
     Source: McAllister's Sink.
     """
@@ -86,7 +86,7 @@ class Sink(Action):
     inside: bool = True
 
     def __post_init__(self) -> None:
-        """Check the fields and make the engine's value."""
+        """Check the fields and build the engine's action."""
         self._set("sink", shape=as_shape("shape", self.shape), inside=arguments.flag("inside", self.inside))
 
 
@@ -94,11 +94,11 @@ class Sink(Action):
 class SinkVelocity(Action):
     """Kills particles whose velocity is inside a shape, or outside it: slow or fast ones.
 
-    Formula: dead where the shape holds v
+    Formula: dead where v is in the shape
 
     Attributes:
-        shape: m/s.
-        inside: whether those inside die, or those outside.
+        shape: region of velocities, m/s.
+        inside: whether particles inside the shape die, or those outside.
 
     Source: McAllister's SinkVelocity.
     """
@@ -107,7 +107,7 @@ class SinkVelocity(Action):
     inside: bool = True
 
     def __post_init__(self) -> None:
-        """Check the fields and make the engine's value."""
+        """Check the fields and build the engine's action."""
         self._set(
             "sink_velocity", shape=as_shape("shape", self.shape), inside=arguments.flag("inside", self.inside)
         )
@@ -115,15 +115,15 @@ class SinkVelocity(Action):
 
 @value(kw_only=True)
 class KillOld(Action):
-    """Kills particles that have reached an age, or with younger=True those that have not.
+    """Kills particles that have reached an age; with younger=True, kills those that have not.
 
-    Ages do not drift: with `kill_old(24 * dt)` before `move`, a particle is in 24 pictures.
+    Ages do not drift: with `kill_old(24 * dt)` before `move`, a particle appears in 24 pictures.
 
     Formula: dead where age >= age_limit (younger: age < age_limit)
 
     Attributes:
-        age_limit: s.
-        younger: whether the younger ones die.
+        age_limit: the age, s.
+        younger: whether younger particles die instead.
 
     Source: McAllister's KillOld.
     """
@@ -132,7 +132,7 @@ class KillOld(Action):
     younger: bool = False
 
     def __post_init__(self) -> None:
-        """Check the fields and make the engine's value."""
+        """Check the fields and build the engine's action."""
         self._set(
             "kill_old",
             age_limit=arguments.number("age_limit", self.age_limit, finite=False),
@@ -146,17 +146,17 @@ class KillExpired(Action):
 
     Formula: dead where age >= lifetime
 
-    Source: new here, where lifetimes are an attribute.
+    Source: new here.
     """
 
     def __post_init__(self) -> None:
-        """Check the fields and make the engine's value."""
+        """Check the fields and build the engine's action."""
         self._set("kill_expired")
 
 
 @value(kw_only=True)
 class Align(Action):
-    """Turns orientations by the shortest way, until the particle's own z axis points along a direction.
+    """Turns each particle by the shortest rotation until its own z axis points along a direction.
 
     The z axis is the front of a card or a mesh, the y axis its top. A particle at rest keeps its orientation
     with `to="velocity"`.
@@ -164,15 +164,15 @@ class Align(Action):
     Formula: orientation turns by at most rate dt
 
     Attributes:
-        to: "velocity", or a vector.
-        rate: the largest speed of turning, rad/s.
+        to: direction, "velocity" or a vector.
+        rate: maximum angular speed, rad/s.
     """
 
     to: Literal["velocity"] | Vector = "velocity"
     rate: Number = math.inf
 
     def __post_init__(self) -> None:
-        """Check the fields and make the engine's value."""
+        """Check the fields and build the engine's action."""
         to = self.to
         along = isinstance(to, str) and to == "velocity"
         if isinstance(to, str) and not along:
@@ -191,7 +191,7 @@ class Move(Action):
     """Moves particles by their velocity, turns them by their rotational velocity and spin, and ages them.
 
     A particle dies if its position would leave float32's range (3e38 m), or if its velocity is not finite.
-    Ages do not drift: n frames after birth at age 0 a particle's age is n dt, rounded to float32 once, with
+    Ages do not drift: n frames after birth at age 0, a particle's age is n dt rounded to float32 once, with
     any number of sub-steps, for 48 hours of film. Other ages stay within four units in the last place.
 
     Formula: x += v dt; age += dt; with `rotational`, up += rotational_velocity dt, and orientation turns
@@ -206,23 +206,23 @@ class Move(Action):
     rotational: bool = True
 
     def __post_init__(self) -> None:
-        """Check the fields and make the engine's value."""
+        """Check the fields and build the engine's action."""
         self._set("move", rotational=arguments.flag("rotational", self.rotational))
 
 
 @value(kw_only=True)
 class Sort(Action):
-    """Sorts particles for drawing: far ones first, so that nearer ones cover them.
+    """Sorts particles for drawing: far ones first, so nearer ones cover them.
 
     Each calculator sorts its own particles, before the picture and before `System.local` shows them. Births,
-    deaths and migration disturb the order, so record it in each frame. Pictures do not need it, and it
-    changes no particle. `gather` sorts by id. With `where`, the other particles keep their places.
+    deaths and migration disturb the order, so record it in each frame. Pictures do not need it, and particles
+    do not change. `gather` sorts by id. With `where`, the other particles keep their places.
 
     Formula: by (x - eye) . look, from the largest to the smallest; ties by id
 
     Attributes:
         eye: the viewer's position, m.
-        look: the direction of view, of any length.
+        look: the viewing direction; any length.
 
     Source: McAllister's Sort.
     """
@@ -231,5 +231,5 @@ class Sort(Action):
     look: Vector
 
     def __post_init__(self) -> None:
-        """Check the fields and make the engine's value."""
+        """Check the fields and build the engine's action."""
         self._set("sort", eye=arguments.triple("eye", self.eye), look=arguments.triple("look", self.look))

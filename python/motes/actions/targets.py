@@ -49,9 +49,9 @@ class Damping(Action):
     Formula: v *= 1 - (1 - damping) dt, each component, where min_speed <= |v| <= max_speed
 
     Attributes:
-        damping: the part of the velocity that remains after one second, along each axis.
-        min_speed: m/s.
-        max_speed: m/s.
+        damping: fraction of the velocity that remains after one second, per axis.
+        min_speed: lower end of the range, m/s.
+        max_speed: upper end of the range, m/s.
 
     Source: McAllister's Damping.
     """
@@ -61,7 +61,7 @@ class Damping(Action):
     max_speed: Number = math.inf
 
     def __post_init__(self) -> None:
-        """Check the fields and make the engine's value."""
+        """Check the fields and build the engine's action."""
         self._set(
             "damping",
             damping=arguments.triple("damping", self.damping, low=0),
@@ -78,9 +78,9 @@ class RotationalDamping(Action):
     |rotational_velocity| <= max_speed
 
     Attributes:
-        damping: the part of the rotational velocity that remains after one second, along each axis.
-        min_speed: 1/s.
-        max_speed: 1/s.
+        damping: fraction of the rotational velocity that remains after one second, per axis.
+        min_speed: lower end of the range, 1/s.
+        max_speed: upper end of the range, 1/s.
 
     Source: McAllister's RotDamping.
     """
@@ -90,7 +90,7 @@ class RotationalDamping(Action):
     max_speed: Number = math.inf
 
     def __post_init__(self) -> None:
-        """Check the fields and make the engine's value."""
+        """Check the fields and build the engine's action."""
         self._set(
             "rotational_damping",
             damping=arguments.triple("damping", self.damping, low=0),
@@ -106,8 +106,8 @@ class SpeedClamp(Action):
     Formula: v *= clamp(|v|, min_speed, max_speed) / |v|
 
     Attributes:
-        min_speed: m/s.
-        max_speed: m/s.
+        min_speed: lower end of the range, m/s.
+        max_speed: upper end of the range, m/s.
 
     Source: McAllister's SpeedClamp.
     """
@@ -116,7 +116,7 @@ class SpeedClamp(Action):
     max_speed: Number = math.inf
 
     def __post_init__(self) -> None:
-        """Check the fields and make the engine's value."""
+        """Check the fields and build the engine's action."""
         self._set(
             "speed_clamp",
             min_speed=arguments.number("min_speed", self.min_speed, low=0),
@@ -126,12 +126,12 @@ class SpeedClamp(Action):
 
 @value(kw_only=True)
 class RandomVelocity(Action):
-    """Gives each particle a new velocity, drawn anew in each step.
+    """Gives each particle a new random velocity in each step.
 
     Formula: v = sample, uniform in the shape
 
     Attributes:
-        shape: where the sample is drawn from, m/s.
+        shape: distribution of the sample, m/s.
 
     Source: McAllister's RandomVelocity.
     """
@@ -139,18 +139,18 @@ class RandomVelocity(Action):
     shape: Shape | ArrayLike
 
     def __post_init__(self) -> None:
-        """Check the fields and make the engine's value."""
+        """Check the fields and build the engine's action."""
         self._set("random_velocity", shape=as_shape("shape", self.shape))
 
 
 @value(kw_only=True)
 class RandomDisplacement(Action):
-    """Shifts each particle by a displacement of its own, drawn anew in each step; velocities stay.
+    """Shifts each particle by its own random displacement, redrawn in each step; velocities stay.
 
     Formula: x += sample dt, uniform in the shape
 
     Attributes:
-        shape: where the sample is drawn from, m/s.
+        shape: distribution of the sample, m/s.
 
     Source: McAllister's RandomDisplace.
     """
@@ -158,18 +158,18 @@ class RandomDisplacement(Action):
     shape: Shape | ArrayLike
 
     def __post_init__(self) -> None:
-        """Check the fields and make the engine's value."""
+        """Check the fields and build the engine's action."""
         self._set("random_displacement", shape=as_shape("shape", self.shape))
 
 
 @value(kw_only=True)
 class RandomRotationalVelocity(Action):
-    """Gives each particle a new rotational velocity, drawn anew in each step.
+    """Gives each particle a new random rotational velocity in each step.
 
     Formula: rotational_velocity = sample, uniform in the shape
 
     Attributes:
-        shape: where the sample is drawn from, 1/s.
+        shape: distribution of the sample, 1/s.
 
     Source: McAllister's RandomRotVelocity.
     """
@@ -177,20 +177,20 @@ class RandomRotationalVelocity(Action):
     shape: Shape | ArrayLike
 
     def __post_init__(self) -> None:
-        """Check the fields and make the engine's value."""
+        """Check the fields and build the engine's action."""
         self._set("random_rotational_velocity", shape=as_shape("shape", self.shape))
 
 
 @value(kw_only=True)
 class TargetColor(Action):
-    """Moves color and alpha toward given values, by the same part of the difference in each step.
+    """Moves color and alpha toward given values, by the same fraction of the difference in each step.
 
-    Formula: color += (target - color) scale dt; alpha likewise
+    Formula: color += (target - color) scale dt; the same for alpha
 
     Attributes:
-        color: linear RGB.
-        alpha: 0..1.
-        scale: part of the difference per second, 1/s.
+        color: target color, linear RGB.
+        alpha: target alpha, 0..1.
+        scale: fraction of the difference per second, 1/s.
 
     Source: McAllister's TargetColor.
     """
@@ -200,7 +200,7 @@ class TargetColor(Action):
     scale: Number
 
     def __post_init__(self) -> None:
-        """Check the fields and make the engine's value."""
+        """Check the fields and build the engine's action."""
         self._set(
             "target_color",
             color=arguments.color("color", self.color),
@@ -211,13 +211,13 @@ class TargetColor(Action):
 
 @value(kw_only=True)
 class TargetSize(Action):
-    """Moves the size toward a given one, each component by its own part of the difference in each step.
+    """Moves the size toward a given one, each component by its own fraction of the difference per step.
 
     Formula: size += (target - size) scale dt, each component
 
     Attributes:
-        size: one number or three, m.
-        scale: part of the difference per second, one number or three, 1/s.
+        size: target size, one number or three, m.
+        scale: fraction of the difference per second, one number or three, 1/s.
 
     Source: McAllister's TargetSize.
     """
@@ -226,7 +226,7 @@ class TargetSize(Action):
     scale: Vector
 
     def __post_init__(self) -> None:
-        """Check the fields and make the engine's value."""
+        """Check the fields and build the engine's action."""
         self._set(
             "target_size",
             size=arguments.triple("size", _thrice(self.size)),
@@ -236,13 +236,13 @@ class TargetSize(Action):
 
 @value(kw_only=True)
 class TargetVelocity(Action):
-    """Moves the velocity toward a given one, by the same part of the difference in each step.
+    """Moves the velocity toward a given velocity, by the same fraction of the difference in each step.
 
     Formula: v += (target - v) scale dt
 
     Attributes:
-        velocity: m/s.
-        scale: part of the difference per second, 1/s.
+        velocity: target velocity, m/s.
+        scale: fraction of the difference per second, 1/s.
 
     Source: McAllister's TargetVelocity.
     """
@@ -251,7 +251,7 @@ class TargetVelocity(Action):
     scale: Number
 
     def __post_init__(self) -> None:
-        """Check the fields and make the engine's value."""
+        """Check the fields and build the engine's action."""
         self._set(
             "target_velocity",
             velocity=arguments.triple("velocity", self.velocity),
@@ -261,13 +261,13 @@ class TargetVelocity(Action):
 
 @value(kw_only=True)
 class TargetRotationalVelocity(Action):
-    """Moves the rotational velocity toward a given one, by the same part of the difference in each step.
+    """Moves the rotational velocity toward a given one, by the same fraction of the difference per step.
 
     Formula: rotational_velocity += (target - rotational_velocity) scale dt
 
     Attributes:
-        rotational_velocity: 1/s.
-        scale: part of the difference per second, 1/s.
+        rotational_velocity: target rotational velocity, 1/s.
+        scale: fraction of the difference per second, 1/s.
 
     Source: McAllister's TargetRotVelocity.
     """
@@ -276,7 +276,7 @@ class TargetRotationalVelocity(Action):
     scale: Number
 
     def __post_init__(self) -> None:
-        """Check the fields and make the engine's value."""
+        """Check the fields and build the engine's action."""
         self._set(
             "target_rotational_velocity",
             rotational_velocity=arguments.triple("rotational_velocity", self.rotational_velocity),
@@ -288,15 +288,15 @@ class TargetRotationalVelocity(Action):
 class Restore(Action):
     """Returns particles to position_b and up_b, where they come to rest after `time_left`.
 
-    The script lowers `time_left` by dt from frame to frame. position_b is where a particle was born, unless
+    The script must decrease `time_left` by dt in each frame. position_b is where a particle was born, unless
     `copy_vertex_b`, `configure` or `emit(position_b=...)` changed it.
 
     Formula: v = v ((1 - q) (1 - 3 q) - 0.0002 q) + (position_b - x) 6 q (1 - q) / time_left, with q = dt /
-    time_left, at most 1: the cubic path that ends at rest (McAllister's 0.0002 ends it that much short). Once
-    time_left <= 0: x = position_b, v = 0. up and rotational_velocity likewise
+    time_left, at most 1: the cubic path that ends at rest (McAllister's 0.0002 makes it stop short by this
+    fraction). Once time_left <= 0: x = position_b, v = 0. The same for up and rotational_velocity
 
     Attributes:
-        time_left: s.
+        time_left: time until particles come to rest, s.
         position: whether positions go back.
         up: whether orientations go back.
 
@@ -308,7 +308,7 @@ class Restore(Action):
     up: bool = True
 
     def __post_init__(self) -> None:
-        """Check the fields and make the engine's value."""
+        """Check the fields and build the engine's action."""
         self._set(
             "restore",
             time_left=arguments.number("time_left", self.time_left),
@@ -334,7 +334,7 @@ class CopyVertexB(Action):
     velocity: bool = False
 
     def __post_init__(self) -> None:
-        """Check the fields and make the engine's value."""
+        """Check the fields and build the engine's action."""
         self._set(
             "copy_vertex_b",
             position=arguments.flag("position", self.position),
@@ -344,10 +344,10 @@ class CopyVertexB(Action):
 
 @value(kw_only=True)
 class ColorOverLife(Action):
-    """Sets the color from the part of its lifetime that a particle has lived.
+    """Sets each particle's color from the fraction of its lifetime that has passed.
 
-    Formula: color = ramp(age / lifetime), linear between knots, constant before the first and after the
-    last; two knots at one ratio make a jump; an infinite lifetime counts as ratio 0
+    Formula: color = ramp(age / lifetime), linear between knots, constant before the first and after the last;
+    two knots with the same ratio make a jump; an infinite lifetime counts as ratio 0
 
     Attributes:
         ramp: knots (ratio 0..1, linear RGB) in ascending order.
@@ -358,13 +358,13 @@ class ColorOverLife(Action):
     ramp: Sequence[tuple[float, ArrayLike]]
 
     def __post_init__(self) -> None:
-        """Check the fields and make the engine's value."""
+        """Check the fields and build the engine's action."""
         self._set("color_over_life", ramp=_knots(self.ramp, arguments.color))
 
 
 @value(kw_only=True)
 class AlphaOverLife(Action):
-    """Sets alpha from the part of its lifetime that a particle has lived.
+    """Sets each particle's alpha from the fraction of its lifetime that has passed.
 
     Formula: alpha = ramp(age / lifetime), as color_over_life
 
@@ -377,13 +377,13 @@ class AlphaOverLife(Action):
     ramp: Sequence[tuple[float, float]]
 
     def __post_init__(self) -> None:
-        """Check the fields and make the engine's value."""
+        """Check the fields and build the engine's action."""
         self._set("alpha_over_life", ramp=_knots(self.ramp, arguments.number))
 
 
 @value(kw_only=True)
 class SizeOverLife(Action):
-    """Sets the size from the part of its lifetime that a particle has lived.
+    """Sets each particle's size from the fraction of its lifetime that has passed.
 
     Formula: size = ramp(age / lifetime), as color_over_life
 
@@ -396,20 +396,20 @@ class SizeOverLife(Action):
     ramp: Sequence[tuple[float, ArrayLike]]
 
     def __post_init__(self) -> None:
-        """Check the fields and make the engine's value."""
+        """Check the fields and build the engine's action."""
         self._set("size_over_life", ramp=_knots(self.ramp, _size))
 
 
 @value(kw_only=True)
 class Set(Action):
-    """Sets an attribute to a value, or to an expression of columns that is computed for each particle.
+    """Sets an attribute to a value, or to an expression of columns evaluated for each particle.
 
-    Where the result is not finite, as in a division by 0, the attribute does not change.
+    Where the result is not finite, as after a division by 0, the attribute does not change.
 
-    Formula: attribute = value, computed from the particle as it was before the action
+    Formula: attribute = value, computed from the particle's state before the action
 
     Attributes:
-        attribute: its name; the method takes `attribute=value` instead.
+        attribute: the attribute's name; the method `set` takes `attribute=value` instead.
         value: a number, a vector or an expression such as column("age") * 2, with the functions of
             motes.expressions.
 
@@ -420,7 +420,7 @@ class Set(Action):
     value: Any
 
     def __post_init__(self) -> None:
-        """Check what can be checked before the system is known."""
+        """Check everything that does not depend on the system."""
         if not isinstance(self.attribute, str):
             raise ArgumentError("attribute", self.attribute, "an attribute's name")
         given = as_expression(self.attribute, self.value)
@@ -428,11 +428,11 @@ class Set(Action):
         self.__dict__.update(value=given if constant is None else constant, where=as_where(self.where))
 
     def _key(self) -> tuple[Any, ...]:
-        """Return what is compared and hashed: `==` of expressions makes conditions."""
+        """Return the key for comparing and hashing; `==` on expressions would build a condition."""
         return self.attribute, node_of(as_expression(self.attribute, self.value)), self.where
 
     def _compiled(self, columns: Columns, others: Columns | None = None) -> _core.Action:
-        """Return the engine's value for a system with these columns."""
+        """Return the engine's action for a system with these columns."""
         if self.attribute not in columns:
             known = ", ".join(columns)
             raise ArgumentError("attribute", self.attribute, f"one of {known}", known=columns)
@@ -443,7 +443,7 @@ class Set(Action):
 
 
 def _thrice(value: Any) -> Any:
-    """Make three numbers from one, as `configure` does for sizes."""
+    """Repeat a single number three times, as `configure` does for sizes."""
     return (value, value, value) if isinstance(value, (int, float, np.integer, np.floating)) else value
 
 
@@ -454,7 +454,7 @@ def _size(argument: str, value: Any) -> arguments.Triple:
 def _knots(ramp: Any, checked: Callable[[str, Any], T]) -> tuple[tuple[float, T], ...]:
     try:
         pairs = [(ratio, given) for ratio, given in ramp]
-    except Exception:  # any: this runs methods of users' classes
+    except Exception:  # any exception: this runs methods of users' classes
         pairs = []
     if not pairs:
         raise ArgumentError("ramp", ramp, "a list of (age / lifetime, value), at least one")

@@ -1,8 +1,7 @@
 """Analysis of a run's log: tables, measures, plots, traces, reports, the live view.
 
-`open_run` reads one log, `open_runs` many. Everything is loaded when it is used; pandas and matplotlib (the
-extra `analysis`) are loaded for the first table or plot. Nothing here needs MPI; only `Run.replay` needs the
-core.
+`open_run` reads one log, `open_runs` many. Modules are loaded on first use, pandas and matplotlib (the extra
+`analysis`) with the first table or plot. Nothing here needs MPI; only `Run.replay` needs the core.
 """
 
 from __future__ import annotations

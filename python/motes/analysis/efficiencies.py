@@ -1,4 +1,4 @@
-"""POP's measures of parallel efficiency as a table, from where each rank's time went (see factors.py)."""
+"""POP's factors of parallel efficiency as a table, computed from the log's times (see factors.py)."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ def work_by_rank(times: DataFrame) -> DataFrame:
 
 
 def wall_by_rank(times: DataFrame) -> DataFrame:
-    """Return seconds of each frame on each rank, one row per frame, one column per rank."""
+    """Return the wall-clock seconds of frames, one row per frame, one column per rank."""
     return times.pivot(index="frame", columns="rank", values="wall_s")
 
 
 def frame_seconds(times: DataFrame) -> Any:
-    """Return the seconds of each frame: those of the rank that took longest."""
+    """Return the seconds of each frame on its slowest rank."""
     return wall_by_rank(times).max(axis=1)
 
 
 def efficiencies(times: DataFrame) -> DataFrame:
-    """Return the factors of each frame, and of all in the row "all"."""
+    """Return the factors of each frame, and of the whole run in the row "all"."""
     pd = _extras.pandas()
     if times.empty:
         index = pd.Index([], name="frame", dtype=object)
@@ -42,7 +42,7 @@ def efficiencies(times: DataFrame) -> DataFrame:
     work, wall = work_by_rank(times), wall_by_rank(times)
     chain = times.pivot(index="frame", columns="rank", values="chain_s").max(axis=1)
     longer = chain.diff()
-    longer = longer.where(longer > 0, chain)  # the first frame, or the first behind a restart
+    longer = longer.where(longer > 0, chain)  # the first frame, or the first after a restart
     rows = [
         factors(work.loc[frame].tolist(), float(wall.loc[frame].max()), float(longer[frame]))
         for frame in work.index

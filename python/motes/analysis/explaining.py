@@ -1,4 +1,4 @@
-"""Why a run takes as long as it does: `Run.explain`."""
+"""Explain what costs a run's time: `Run.explain`."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ __all__ = ["Explanation", "Loss", "explain", "frame_s_of", "saving_of", "told_s"
 
 MOST_SENTENCES = 6
 LEAST_PART = 0.02
-"""A loss below this part of the frame is not worth a sentence."""
+"""Losses below this fraction of the frame are not reported."""
 _SLOW = 1.25
-"""A calculator that takes so many times as long per particle as others is slow."""
+"""A calculator is slow if it takes this many times as long per particle as others."""
 _ALONE = {
     "script": "its script takes {own} where others' takes {others}: do less in Python on this rank, or in a "
     "thread of its own",
@@ -39,14 +39,14 @@ _ALONE = {
 
 @dataclass(frozen=True)
 class Loss:
-    """Time that a frame loses.
+    """Time lost per frame to one cause.
 
     Attributes:
-        cause: "imbalance", "slow rank", "network", "script", "log", "talk", "system"; or what a rank does
-            while others wait: "manager", "image generator" or "rank".
-        seconds: of a frame, on average.
-        rank: whose; None: all.
-        sentence: what it is, and what to try.
+        cause: "imbalance", "slow rank", "network", "script", "log", "talk", "system"; or the role of a rank
+            for which others wait: "manager", "image generator" or "rank".
+        seconds: mean seconds lost per frame.
+        rank: the rank responsible; None: all ranks.
+        sentence: description of the loss, and advice.
     """
 
     cause: str
@@ -57,11 +57,11 @@ class Loss:
 
 @dataclass(frozen=True)
 class Explanation:
-    """Why a run takes as long as it does; prints as sentences, the largest loss first.
+    """Losses of a run's time; prints as sentences, the largest loss first.
 
     Attributes:
-        losses: each with its cause, its seconds per frame and a sentence; at most six.
-        saving: part of the run's time, 0..1, that perfect balance would save, if moving particles cost
+        losses: at most six losses, each with its cause, seconds per frame and a sentence.
+        saving: fraction 0..1 of the run's time that perfect balance would save if moving particles cost
             nothing.
         frame_s: mean seconds per frame.
     """
@@ -92,7 +92,7 @@ class Explanation:
 
 
 def explain(run: Run) -> Explanation:
-    """Return what costs the run's time. `Run.explain` documents it."""
+    """Return the losses of a run's time; documented in `Run.explain`."""
     seconds = frame_s_of(run)
     losses = [*_of_calculators(run, seconds)]
     times = _settled(run.times)
@@ -106,9 +106,9 @@ def explain(run: Run) -> Explanation:
 
 
 def saving_of(run: Run) -> float:
-    """Return the part of the run's time that perfect balance would save, if moving cost nothing.
+    """Return the fraction of the run's time that perfect balance would save if moving particles cost nothing.
 
-    Without the first frame, as in all of `explain`.
+    The first frame is excluded, as in all of `explain`.
     """
     seconds = frame_s_of(run)
     return _saved_s(run) / seconds if seconds > 0 and not run.load.empty else float("nan")
@@ -121,9 +121,9 @@ def frame_s_of(run: Run) -> float:
 
 
 def _saved_s(run: Run) -> float:
-    """Return the seconds of a frame that perfect balance would save.
+    """Return the mean seconds per frame that perfect balance would save.
 
-    No frame can become shorter than the longest work of a rank that does not calculate.
+    No frame can become shorter than the longest work of a rank that is not a calculator.
     """
     act, seconds = _acting(run), _seconds(run)
     saved = (act.max(axis=1) - act.mean(axis=1)).reindex(seconds.index).fillna(0.0)
@@ -135,20 +135,20 @@ def _saved_s(run: Run) -> float:
 
 
 def _settled(table: DataFrame) -> DataFrame:
-    """Leave out the first frame, in which files open and memory grows, where there are more."""
+    """Drop the first frame, which opens files and allocates memory, unless fewer than three would remain."""
     first = table["frame"].min()
     later = table[table["frame"] > first]
     return later if later["frame"].nunique() >= 3 else table
 
 
 def _seconds(run: Run) -> Series:
-    """Seconds of each frame."""
+    """Return the seconds of each frame."""
     times = _settled(run.times)
     return _settled(run.frames).set_index("frame")["t_frame_s"] if times.empty else frame_seconds(times)
 
 
 def _acting(run: Run) -> DataFrame:
-    """Seconds that the actions took, frame x calculator, also those that the system took from them."""
+    """Return the seconds of actions, frame x calculator, including time taken by the operating system."""
     act = measures.by_rank(_settled(run.load), "t_compute_s").fillna(0.0)
     if run.times.empty:
         return act
@@ -159,7 +159,7 @@ def _acting(run: Run) -> DataFrame:
 
 
 def _of_calculators(run: Run, frame_s: float) -> Iterator[Loss]:
-    """Particles that are badly shared, and a calculator that is slower per particle than the others."""
+    """Yield the losses due to unevenly shared particles, and to a calculator that is slow per particle."""
     load = _settled(run.load)
     if load.empty or load["rank"].nunique() < 2:
         return
@@ -209,7 +209,7 @@ def _balancer(run: Run, which: str = "") -> str:
 
 
 def _alone(run: Run, spent: DataFrame, frame_s: float) -> Iterator[Loss]:
-    """Ranks that do what no other does, while others wait."""
+    """Yield the losses due to work of one rank for which the others wait."""
     if len(spent) < 2:
         return
     facts = latest(run.facts)
@@ -241,7 +241,7 @@ def _alone(run: Run, spent: DataFrame, frame_s: float) -> Iterator[Loss]:
 
 
 def _of_all(spent: DataFrame, frame_s: float) -> Iterator[Loss]:
-    """What every rank does, so that more ranks do not make it shorter."""
+    """Yield the losses that every rank has, which more ranks do not reduce."""
     script = float(spent["script_s"].min())
     yield Loss(
         "script",
@@ -274,7 +274,7 @@ def _of_all(spent: DataFrame, frame_s: float) -> Iterator[Loss]:
 
 
 def _network(run: Run, times: DataFrame, frame_s: float) -> Iterator[Loss]:
-    """Messages on their way; on a crowded host, ranks that get no core when one has come."""
+    """Yield the loss due to messages in flight, or to ranks that wait for a core on a crowded host."""
     transfer = efficiencies(run.times)["transfer"].reindex(sorted(times["frame"].unique()))
     lost = float(((1 - transfer.to_numpy()) * frame_seconds(times).to_numpy()).mean())
     cores = run.facts.get("cores")

@@ -1,15 +1,15 @@
-"""POP's measures of parallel efficiency, from where each rank's time went.
+"""POP's factors of parallel efficiency, computed from each rank's work and wall-clock time.
 
 The POP Centre of Excellence (https://pop-coe.eu/node/69) divides parallel efficiency into factors:
 
     parallel      = load_balance x communication
     communication = serialisation x transfer
 
-With work = time that a rank neither waits nor sends nor receives, and T the time of the slowest rank:
+With work = the time in which a rank neither waits nor sends nor receives, and T the time of the slowest rank:
 parallel = mean work / T, load_balance = mean work / largest work, serialisation = largest work / T_ideal and
-transfer = T_ideal / T. T_ideal is what the run would take on a network where messages take no time. POP
-gets it by replaying a trace (Dimemas). Here each message carries the length of the longest chain of work that
-led to it, so T_ideal is known while the run goes on, on any machine and on virtual clusters.
+transfer = T_ideal / T. T_ideal is the run's time on a network where messages take no time. POP computes it by
+replaying a trace (Dimemas). Here each message carries the length of the longest chain of work that led to it,
+so T_ideal is known during the run, on any machine and on virtual clusters.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ COLUMNS = ("parallel", "load_balance", "communication", "serialisation", "transf
 
 
 def factors(work: Sequence[float], seconds: float, ideal_s: float) -> tuple[float, ...]:
-    """Divide the efficiency of ranks that worked so long in so many seconds (NaN: unknown), as in COLUMNS."""
+    """Return the factors in COLUMNS for ranks that worked `work` seconds each (NaN: unknown) in `seconds`."""
     known = [one for one in work if not math.isnan(one)]
     most = max(known, default=0.0)
     if not (seconds > 0 and most > 0):

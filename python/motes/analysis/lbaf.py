@@ -1,9 +1,9 @@
-"""A run as load data that LBAF reads, the Load Balancing Analysis Framework of the DARMA project.
+"""Export of a run as load data for LBAF, the Load Balancing Analysis Framework of the DARMA project.
 
-One JSON file per rank, NAME.RANK.json, in the format "LBDatafile" that vt writes (docs/md/node-lb-data.md
-there). A frame is a phase. The movable tasks of a calculator are sixteenths of its particles of a system, as
-density.jsonl has them along the axis; each takes the same part of its seconds. All else that a rank works is
-a task that cannot move. Migrants are messages between the sixteenths on both sides of a cut.
+Writes one JSON file per rank, NAME.RANK.json, in vt's format "LBDatafile" (docs/md/node-lb-data.md in vt). A
+frame is a phase. A calculator's particles of each system form 16 migratable tasks along the axis, as in
+density.jsonl, with equal shares of its seconds. All other work of a rank is one task that cannot migrate.
+Migrants are messages between the tasks on both sides of a cut.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ __all__ = ["PARTS", "write_lbaf"]
 
 Task = dict[str, Any]
 PARTS = 16
-"""Movable tasks of each system on each calculator."""
+"""Migratable tasks per system and calculator."""
 
 
 def write_lbaf(run: Run, directory: str | os.PathLike[str], name: str = "motes") -> list[Path]:
-    """Write the files; returns their paths in the order of ranks."""
+    """Write the files; return their paths in the order of ranks."""
     if run.frames.empty or run.load.empty:
         raise LogError(f"{run.name}: no frame in the log yet")
     folder = Path(directory)
@@ -93,7 +93,7 @@ def _task(number: int, rank: int, seconds: float, name: str) -> Task:
 
 
 def _messages(run: Run, system: int, rank: int, sent: float) -> Iterator[Task]:
-    """Send what a calculator sent to its neighbours along the axis, the same to each."""
+    """Yield messages from a calculator to its neighbours along the axis, which get equal shares of bytes."""
     order = run.calculators
     if sent <= 0 or run.axis(run.systems[system]) not in ("x", "y", "z"):
         return

@@ -1,7 +1,7 @@
-"""A run as an OTF2 archive, which Vampir, Scalasca and other tools open.
+"""Export of a run as an OTF2 archive for Vampir, Scalasca and other tools.
 
-Regions are phases, and waits within them; a message goes from the rank waited for to the end of each wait.
-The archive is written by OTF2's own Python package.
+Phases, and waits within them, become regions; each wait becomes a message from the rank waited for. OTF2's
+own Python package writes the archive.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _ENTER, _LEAVE, _SEND, _RECEIVE = range(4)
 
 
 def write_otf2(run: Run, directory: str | os.PathLike[str]) -> Path:
-    """Write the archive; returns the path of its anchor file, traces.otf2."""
+    """Write the archive; return the path of its anchor file, traces.otf2."""
     otf2 = _extras.otf2()
     if run.frames.empty:
         raise LogError(f"{run.name}: no frame in the log yet")
@@ -41,7 +41,7 @@ def write_otf2(run: Run, directory: str | os.PathLike[str]) -> Path:
 
 
 def _events(run: Run) -> dict[int, list[tuple[int, int, Any]]]:
-    """Return each rank's events in order: time in ns, kind, and what: a region's name or the other rank."""
+    """Return each rank's events in order: time in ns, kind, and the region's name or the other rank."""
     found, measured = timeline.slices(run)
     found = found[found["phase"] != UNDER_WAY]
     origin = float(found["start_s"].min())
@@ -61,12 +61,12 @@ def _events(run: Run) -> dict[int, list[tuple[int, int, Any]]]:
             )
             events[other].append((at, _SEND, rank))
             events[rank].append((at, _RECEIVE, other))
-    # The sort keeps the order of events at the same time: a region is left before the next one is entered.
+    # The sort is stable: at equal times, a region is left before the next one is entered.
     return {rank: sorted(mine, key=lambda event: event[0]) for rank, mine in events.items()}
 
 
 def _nested(slices: list[tuple[int, int, str]]) -> list[tuple[int, int, Any]]:
-    """Return enter and leave events; a slice ends no later than the one in which it begins."""
+    """Return enter and leave events; a slice is cut off at the end of the slice in which it begins."""
     events: list[tuple[int, int, Any]] = []
     within: list[tuple[int, str]] = []
     for begin, end, name in sorted(slices, key=lambda one: (one[0], -one[1])):

@@ -1,4 +1,4 @@
-"""A run as one HTML file that needs nothing else: `python -m motes report RUN`."""
+"""Report of a run as one self-contained HTML file: `python -m motes report RUN`."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ MOST_SYSTEMS = 4
 
 
 def write_report(run: Run, path: str | os.PathLike[str]) -> Path:
-    """Write a run's summary and plots as one HTML file, whole or not at all; returns its path.
+    """Write a run's summary and plots as one HTML file, atomically; return its path.
 
     Raises LogError if the run has no frame yet or the file cannot be written, MissingExtraError without
     pandas or matplotlib.

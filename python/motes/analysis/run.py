@@ -26,10 +26,10 @@ __all__ = ["Run", "open_run"]
 
 
 def open_run(path: str | os.PathLike[str]) -> Run:
-    """Open the log of a run, which may have been killed or may still go on.
+    """Open the log of a run, which may have been killed or may still be running.
 
-    All whole rows are read. Tables are read when they are first asked for; columns that logs of earlier
-    versions do not have are empty there.
+    All complete rows are read. Each table is read on first use; columns missing from logs of earlier versions
+    are empty.
 
     Args:
         path: a directory that `World(log=...)` wrote.
@@ -47,7 +47,7 @@ def open_run(path: str | os.PathLike[str]) -> Run:
 class Run:
     """A run: `facts` (run.json) and the log's tables as DataFrames.
 
-    Made by `open_run`, or by `Run.replay`, which computes what another balancer would have done.
+    Returned by `open_run`, and by `Run.replay`, which predicts the run under another balancer.
     """
 
     def __init__(
@@ -56,13 +56,13 @@ class Run:
         tables: Mapping[str, DataFrame],
         path: str | os.PathLike[str] | None = None,
     ) -> None:
-        """Take facts and tables; scripts call `motes.open_run`.
+        """Set facts and tables; scripts call `motes.open_run`.
 
         Args:
-            facts: the run's run.json.
-            tables: those that are known already, by name: "load", "frames", ...
-            path: the log's directory, from which other tables are read when needed; None: there are no
-                others.
+            facts: contents of run.json.
+            tables: tables that are already available, by name: "load", "frames", ...
+            path: the log's directory, from which other tables are read when needed; None: there are no other
+                tables.
         """
         self.facts = dict(facts)
         self.path = None if path is None else Path(path)
@@ -95,22 +95,22 @@ class Run:
 
     @property
     def balance(self) -> DataFrame:
-        """One row per cut that a balancer evaluated; empty if there was none."""
+        """One row per cut that a balancer evaluated; empty if there were none."""
         return self._table("balance")
 
     @property
     def density(self) -> DataFrame:
-        """One row per frame, system and calculator: how its particles lie along the axis."""
+        """One row per frame, system and calculator: quantiles of its particles along the axis."""
         return self._table("density")
 
     @property
     def events(self) -> DataFrame:
-        """The events of the run: its start, its end, and what happened in between."""
+        """Events of the run: its start, its end, and others in between."""
         return self._table("events")
 
     @property
     def spans(self) -> DataFrame:
-        """One row per phase and rank, of all ranks, with `World(spans=True)`; else empty."""
+        """One row per phase and rank with `World(spans=True)`; else empty."""
         return self._table("spans")
 
     @property
@@ -119,10 +119,10 @@ class Run:
         return self._table("times")
 
     def waits(self) -> DataFrame:
-        """Say who waited for whom.
+        """Return how long ranks waited for each other.
 
-        Ranks wait for the rank that sends the message they need; where the manager's messages are relayed,
-        that is the rank above them.
+        A rank waits for the rank that sends the message it needs; if the manager's messages are relayed, that
+        is the rank above it in the tree.
 
         Returns:
             One row per frame, rank, rank waited for (-1: several) and phase, with seconds.
@@ -130,7 +130,7 @@ class Run:
         return self._table("waits")
 
     def reload(self) -> Run:
-        """Forget what was read, so that a run that still goes on is read again.
+        """Discard all tables, to read them again from a run that is still running.
 
         Returns:
             The run itself.
@@ -144,14 +144,14 @@ class Run:
 
     @property
     def finished(self) -> bool:
-        """Whether the run finished; False if it was killed or still goes on."""
+        """Whether the run finished; False if it was killed or is still running."""
         if self.path is None and "events" not in self._given:
             return True
         return bool((self.events["kind"] == "end").any())
 
     @property
     def torn(self) -> list[Path]:
-        """Files, among those read so far, whose last line was torn when the run was killed."""
+        """Files read so far whose last line is incomplete because the run was killed."""
         return list(self._torn)
 
     @property
@@ -168,7 +168,7 @@ class Run:
 
     @property
     def space(self) -> tuple[float, float] | str | None:
-        """The interval that domains divided at the start; None (the paper's infinite space); or "fit"."""
+        """The interval that domains initially divided; None (the paper's infinite space); or "fit"."""
         space = self.facts.get("space")
         return (float(space[0]), float(space[1])) if isinstance(space, (list, tuple)) else space
 
@@ -178,22 +178,22 @@ class Run:
         return list(self.facts.get("systems") or measures.systems_of(self.load))
 
     def axis(self, system: str) -> str:
-        """Return the axes that a system's domains cut.
+        """Return the axes along which a system's domains are cut.
 
         Args:
-            system: its name.
+            system: the system's name.
 
         Returns:
-            "x", "xz", ...; "hilbert", "morton"; "id" where particles are dealt out by id.
+            "x", "xz", ...; "hilbert", "morton"; "id" if particles are distributed by id.
         """
         axes = dict(zip(self.systems, self.facts.get("axes") or [], strict=False))
         return str(axes.get(system, self.facts.get("axis", "x")))
 
     @property
     def stretches(self) -> list[dict[str, Any]]:
-        """The parts of a run that was continued from checkpoints: from which `frame` on, and its facts then.
+        """Parts of a run that was continued from checkpoints: the first `frame` of each, and its facts.
 
-        One part for a run that was not.
+        A run that was not continued has one part.
         """
         return stretches.of_facts(self.facts)
 
@@ -201,37 +201,37 @@ class Run:
     def calculators(self) -> list[int]:
         """The calculators' ranks in the order of their domains.
 
-        Those of all stretches of a continued run; each frame has rows of its own stretch's only.
+        For a continued run, the calculators of all stretches; each frame has rows only for its own stretch.
         """
         told = [rank for part in self.stretches for rank in part.get("calculators") or []]
         return list(dict.fromkeys(told)) or [int(rank) for rank in sorted(self.load["rank"].unique())]
 
     @property
     def ranks(self) -> int:
-        """How many ranks the run had; the most, if it was continued on another number."""
+        """Number of ranks; the largest number if the run was continued on a different one."""
         told = self.facts.get("ranks")
         least = len(told) if isinstance(told, list) else int(told or len(self.calculators))
         return max([least, *(len(stretches.ranks_of(part)) for part in self.stretches)])
 
     @property
     def hosts(self) -> dict[int, str]:
-        """Each rank's host; the last one's, if the run was continued elsewhere."""
+        """Each rank's host; the last one if the run was continued elsewhere."""
         parts = self.stretches
         return {row["rank"]: row.get("host", "") for part in parts for row in stretches.ranks_of(part)}
 
     @property
     def speeds(self) -> dict[int, float]:
-        """Factors by which ranks were slowed down on purpose (MOTES_SPEEDS); empty if none was."""
+        """Factors by which ranks were slowed down on purpose (MOTES_SPEEDS); empty if none were."""
         return {int(rank): float(speed) for rank, speed in (self.facts.get("speeds") or {}).items()}
 
     # --- measures
 
     def by_rank(self, column: str = "t_compute_s", system: str | None = None) -> DataFrame:
-        """Make a table of one column of `load`.
+        """Return one column of `load` as a table.
 
         Args:
-            column: its name.
-            system: whose; None: the sum over all systems.
+            column: the column's name.
+            system: the system's name; None: the sum over all systems.
 
         Returns:
             One row per frame, one column per calculator's rank.
@@ -242,8 +242,8 @@ class Run:
         """Compute largest / mean over the calculators; 1 is perfect.
 
         Args:
-            column: seconds as they were measured, or "n_end", particle counts, which have no noise.
-            system: whose; None: the sum over all systems.
+            column: measured seconds, or "n_end", particle counts, which are free of noise.
+            system: the system's name; None: the sum over all systems.
 
         Returns:
             One number per frame.
@@ -251,11 +251,11 @@ class Run:
         return measures.imbalance(self.load, column, system)
 
     def efficiency(self, column: str = "t_compute_s", system: str | None = None) -> Series:
-        """Compute mean / largest over the calculators: load balance as POP defines it.
+        """Compute mean / largest over the calculators: POP's load-balance efficiency.
 
         Args:
-            column: seconds as they were measured, or "n_end", particle counts, which have no noise.
-            system: whose; None: the sum over all systems.
+            column: measured seconds, or "n_end", particle counts, which are free of noise.
+            system: the system's name; None: the sum over all systems.
 
         Returns:
             One number per frame.
@@ -263,13 +263,13 @@ class Run:
         return measures.efficiency(self.load, column, system)
 
     def efficiencies(self) -> DataFrame:
-        """Divide parallel efficiency into factors, as the POP Centre of Excellence defines them.
+        """Divide parallel efficiency into factors, as defined by the POP Centre of Excellence.
 
-        parallel = load_balance x communication, and communication = serialisation x transfer; all ranks
-        count. `motes.analysis.efficiencies` says how each is measured.
+        parallel = load_balance x communication, and communication = serialisation x transfer, over all ranks.
+        `motes.analysis.factors` describes how each is measured.
 
         Returns:
-            One row per frame, and one of all frames, "all": parallel, load_balance, communication,
+            One row per frame, and one for the whole run, "all": parallel, load_balance, communication,
             serialisation, transfer, each 0..1. Empty for replays and logs of earlier versions.
         """
         from .efficiencies import efficiencies
@@ -277,21 +277,21 @@ class Run:
         return efficiencies(self.times)
 
     def explain(self) -> Explanation:
-        """Say why the run takes as long as it does.
+        """Explain what costs the run's time.
 
         Returns:
-            At most six sentences, the largest loss first, each with what to try: print it. `saving` is the
-            part of the time that perfect balance would save, `losses` has causes and seconds.
+            At most six sentences with advice, the largest loss first; print it. `saving` is the fraction of
+            the time that perfect balance would save; `losses` has causes and seconds.
         """
         from .explaining import explain
 
         return explain(self)
 
     def summary(self) -> dict[str, Any]:
-        """Sum the run up in figures.
+        """Summarise the run in figures.
 
         Returns:
-            Plain numbers by name, with units in the names; NaN where the log does not say.
+            Plain values by name, with units in the names; NaN where the log lacks the data.
         """
         frames = self.frames
         n = len(frames)
@@ -321,14 +321,14 @@ class Run:
         }
 
     def _moved(self) -> int:
-        """Particles that balancing moved; of bricks, and by id, only what donors counted."""
+        """Return the number of particles moved by balancing; for bricks, only those counted by donors."""
         rows = [system for system in self.systems if in_a_row(self.axis(system))]
         balance = self.balance
         asked = balance[balance["given"].notna() | balance["system"].isin(rows)]
         return measures.moved_by_cuts(asked, self.density)
 
     def warnings(self) -> list[str]:
-        """Say what a reader of this run should know first.
+        """Return what a reader of this run should know first.
 
         Returns:
             Sentences, the most important first.
@@ -347,10 +347,10 @@ class Run:
         return Plots(self)
 
     def to_perfetto(self, path: str | os.PathLike[str]) -> Path:
-        """Write a trace that ui.perfetto.dev and chrome://tracing open: ranks, their phases, counters.
+        """Write a trace for ui.perfetto.dev and chrome://tracing: ranks, their phases, counters.
 
         Args:
-            path: of the file.
+            path: path of the file.
 
         Returns:
             The path.
@@ -360,13 +360,13 @@ class Run:
         return write_trace(self, path)
 
     def to_lbaf(self, directory: str | os.PathLike[str]) -> list[Path]:
-        """Write load data that LBAF reads, the Load Balancing Analysis Framework.
+        """Write load data for LBAF, the Load Balancing Analysis Framework.
 
-        A frame is a phase. Sixteenths of each calculator's particles are tasks that may move, its other work
-        is one that may not, migrants are messages to the neighbours.
+        A frame is a phase. Each calculator's particles form 16 migratable tasks per system, and its other
+        work one task that cannot migrate; migrants are messages between neighbours.
 
         Args:
-            directory: for motes.0.json, motes.1.json, ...; made if it does not exist.
+            directory: where to write motes.0.json, motes.1.json, ...; created if it does not exist.
 
         Returns:
             The files, one per rank.
@@ -379,16 +379,16 @@ class Run:
         return write_lbaf(self, directory)
 
     def to_otf2(self, directory: str | os.PathLike[str]) -> Path:
-        """Write an OTF2 archive, which Vampir and Scalasca's tools open.
+        """Write an OTF2 archive for Vampir and Scalasca's tools.
 
-        Phases of all ranks with `World(spans=True)`, with waits and messages; else put together from
-        durations. Needs the extra `[otf2]`.
+        With `World(spans=True)` it has the phases of all ranks, with waits and messages; otherwise phases are
+        estimated from durations. Needs the extra `[otf2]`.
 
         Args:
-            directory: of the archive; new or empty.
+            directory: directory of the archive; must be new or empty.
 
         Returns:
-            Its anchor file, traces.otf2.
+            The archive's anchor file, traces.otf2.
 
         Raises:
             LogError: if the log has no frame, or the archive cannot be written.
@@ -404,14 +404,14 @@ class Run:
         powers: Sequence[float] | None = None,
         migrant_s: float | None = None,
     ) -> Run:
-        """Compute this run as it would have been under another balancer.
+        """Predict this run under another balancer.
 
         Args:
-            balancer: the other one.
-            powers: each machine's power, one per calculator on any scale, where they are known; None:
-                measured speeds belong to the machines. `motes.replay.predict` explains both.
-            migrant_s: seconds of a frame per migrant of the calculator that sends and receives most;
-                `motes.cluster.migrant_s(cluster)` says it of a known one. None: as in this run.
+            balancer: the other balancer.
+            powers: the machines' powers, one per calculator on any scale, if known; None: measured speeds are
+                attributed to the machines. `motes.replay.predict` explains both.
+            migrant_s: seconds per migrant of the calculator that sends and receives most, for example from
+                `motes.cluster.migrant_s(cluster)`. None: as in this run.
 
         Returns:
             A run with the same tables and plots.
@@ -419,7 +419,7 @@ class Run:
         Raises:
             LogError: if the log has no densities.
         """
-        from ..replay import predict  # needs the compiled core, unlike all else here
+        from ..replay import predict  # needs the compiled core, unlike the rest
 
         rows = predict(self, balancer, powers=powers, migrant_s=migrant_s)
         facts = {

@@ -1,4 +1,4 @@
-"""Many runs side by side: `motes.open_runs`, and the speed-up tables of the paper."""
+"""Comparison of runs: `motes.open_runs`, and the paper's speed-up tables."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ def open_runs(pattern: str | os.PathLike[str] | Iterable[str | os.PathLike[str]]
     """Open all logs that match a pattern, in the order of their names.
 
     Args:
-        pattern: such as "runs/*", or a list of paths; a directory that is not a log itself stands for the
-            logs in it.
+        pattern: a glob pattern such as "runs/*", or a list of paths; a directory that is not a log itself
+            stands for the logs in it.
 
     Returns:
-        The runs; what is no log is skipped.
+        The runs; paths that are not logs are skipped.
 
     Raises:
-        LogError: if nothing is left.
+        LogError: if no log is found.
     """
     if isinstance(pattern, (str, os.PathLike)):
         paths = [Path(name) for name in sorted(glob.glob(os.fspath(pattern)))]
@@ -55,7 +55,7 @@ def open_runs(pattern: str | os.PathLike[str] | Iterable[str | os.PathLike[str]]
 
 
 def configuration(run: Run) -> str:
-    """Name space and balancing as the paper does: IS or FS, infinite or finite space; SLB or DLB."""
+    """Return the paper's name: IS or FS for infinite or finite space; SLB or DLB for static or dynamic."""
     space = {None: "IS", "fit": "fit"}.get(run.space if not isinstance(run.space, tuple) else "", "FS")
     return f"{space}-{'SLB' if _kind(run) in ('Static', 'None') else 'DLB'}"
 
@@ -70,13 +70,13 @@ def _scene(run: Run) -> str:
 
 
 class Runs(Sequence[Run]):
-    """Runs to compare; a sequence of `Run`."""
+    """A sequence of runs to compare."""
 
     def __init__(self, runs: Iterable[Run]) -> None:
-        """Take runs; scripts call `motes.open_runs`.
+        """Make a sequence of runs; scripts call `motes.open_runs`.
 
         Args:
-            runs: in the order in which they are shown.
+            runs: the runs, in the order to show them.
         """
         self._runs = list(runs)
 
@@ -87,15 +87,15 @@ class Runs(Sequence[Run]):
     def __getitem__(self, index: slice) -> Runs: ...
 
     def __getitem__(self, index: int | slice) -> Run | Runs:
-        """Return a run, or those of a slice."""
+        """Return a run, or a slice of the runs."""
         return Runs(self._runs[index]) if isinstance(index, slice) else self._runs[index]
 
     def __len__(self) -> int:
-        """Count the runs."""
+        """Return the number of runs."""
         return len(self._runs)
 
     def __iter__(self) -> Iterator[Run]:
-        """Go through the runs."""
+        """Iterate over the runs."""
         return iter(self._runs)
 
     @property
@@ -106,13 +106,13 @@ class Runs(Sequence[Run]):
         return table
 
     def where(self, **facts: Any) -> Runs:
-        """Choose runs by facts or figures.
+        """Select runs by facts or figures.
 
         Args:
-            **facts: what they must be: `runs.where(ranks=4, balancer="Static()")`.
+            **facts: required values: `runs.where(ranks=4, balancer="Static()")`.
 
         Returns:
-            The runs that have all of them.
+            The runs that match all of them.
         """
         return Runs(run for run in self if _matches(run, facts))
 
@@ -124,18 +124,19 @@ class Runs(Sequence[Run]):
     ) -> DataFrame:
         """Compute speed-up and efficiency over a baseline, from wall-clock seconds per frame.
 
-        Only frames that both runs have are compared. Efficiency is speed-up over calculators.
+        Only frames that both runs have are compared. Efficiency is speed-up divided by the number of
+        calculators.
 
         Args:
             baseline: a run, a log's path, facts that identify one (`{"ranks": 1}`), or seconds per frame.
-                None: the run of the same scene on one rank, or if there is none the slowest of those with the
-                fewest calculators, of which a MotesWarning tells.
-            layout: "paper": one row per number of calculators, the columns IS-SLB, FS-SLB, IS-DLB, FS-DLB as
-                in the paper's Tables 1 and 3 (several runs of one kind: their median; several dynamic
-                balancers: one column each). "long": one row per run.
+                None: the run of the same scene on one rank; if there is none, the slowest of those with the
+                fewest calculators, with a MotesWarning.
+            layout: "paper": one row per number of calculators, with columns IS-SLB, FS-SLB, IS-DLB, FS-DLB as
+                in the paper's Tables 1 and 3 (the median of several runs of one kind; one column per dynamic
+                balancer if there are several). "long": one row per run.
 
         Returns:
-            The table. `attrs["baseline"]` says over what, also the column `baseline` of "long": the names of
+            The table. `attrs["baseline"]`, and the column `baseline` of "long", name the baseline: names of
             runs, or seconds per frame.
         """
         layout = arguments.choice("layout", layout, ("paper", "long"))
@@ -175,7 +176,7 @@ class Runs(Sequence[Run]):
         }
 
     def _reference(self, run: Run, baseline: Any) -> tuple[str, float, float]:
-        """Name the baseline; its seconds per frame and the run's, over the frames that both have."""
+        """Return the baseline's name, its seconds per frame and the run's, over the frames that both have."""
         if isinstance(baseline, (int, float)) and not isinstance(baseline, bool):
             if not baseline > 0:
                 raise ArgumentError("baseline", baseline, "more than 0 seconds per frame")

@@ -1,4 +1,4 @@
-"""A run at a glance: warnings as sentences, and HTML for notebooks and reports."""
+"""Summary of a run: warnings as sentences, and HTML for notebooks and reports."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ STYLE = """
 .motes .warning { border-left: 3px solid #E69F00; padding: 1px 0 1px 9px; margin: 4px 0; }
 .motes img { max-width: 100%; background: white; }
 """
-SENTENCES = ("crowded", "overlap", "softened", "unseen", "slow_balancer")  # kinds of events: sentences
-_TOLD = ("start", "continued", "recovered", "end", "births_dropped")  # those that are told otherwise
+SENTENCES = ("crowded", "overlap", "softened", "unseen", "slow_balancer")  # events whose text is a sentence
+_TOLD = ("start", "continued", "recovered", "end", "births_dropped")  # kinds reported in other ways
 
 
 def warnings(run: Run) -> list[str]:
-    """Return sentences about what a reader of this run should know first."""
+    """Return the sentences that a reader of this run should know first."""
     return [text for rule in _RULES for text in rule(run)]
 
 
@@ -89,7 +89,7 @@ def _balance(run: Run) -> Iterable[str]:
 
 
 def _stopped(run: Run) -> Iterable[str]:
-    """Warn of ranks that the system kept from working: no processor time shows what they lost."""
+    """Warn about ranks that the operating system kept from working, which processor times do not show."""
     if run.times.empty:
         return
     spent = run.times.groupby("rank")[["wall_s", "other_s", "act_s", "births_s", "picture_s"]].mean()
@@ -110,7 +110,7 @@ _RULES = (_ending, _events, _machine, _balance, _stopped)
 
 
 def html(run: Run) -> str:
-    """Return a summary for notebooks: figures as text, warnings, imbalance and domains as a picture."""
+    """Return a summary for notebooks: figures as text, warnings, and a plot of imbalance and domains."""
     parts = [f"<style>{STYLE}</style><div class='motes'>", f"<b>Run {_escape(run.name)}</b>"]
     parts.append(summary_table(run))
     parts += [f"<div class='warning'>{_escape(text)}</div>" for text in warnings(run)]
@@ -173,7 +173,7 @@ def _inline_figure(run: Run) -> str:
 
 
 def image(figure: Any, *, dpi: int = 110) -> str:
-    """Return a figure as an inline HTML picture."""
+    """Return a figure as an inline HTML image."""
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=dpi)
     text = base64.b64encode(buffer.getvalue()).decode()
@@ -181,7 +181,7 @@ def image(figure: Any, *, dpi: int = 110) -> str:
 
 
 def runs_html(runs: Runs) -> str:
-    """Return a table of several runs for notebooks."""
+    """Return an HTML table of several runs for notebooks."""
     if not len(runs):
         return "<p>no runs</p>"
     columns = ["configuration", "balancer", "ranks", "calculators", "frames", "frames_per_s"]

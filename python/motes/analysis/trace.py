@@ -1,4 +1,4 @@
-"""A run as a trace that ui.perfetto.dev and chrome://tracing open.
+"""Export of a run as a trace for ui.perfetto.dev and chrome://tracing.
 
 The format is Chrome's "Trace Event Format" in JSON: complete events ("X") whose slices nest within a thread,
 counters ("C"), names ("M"); times in microseconds.
@@ -26,13 +26,13 @@ __all__ = ["write_trace"]
 Event = dict[str, Any]
 Slice = tuple[int, int, str, dict[str, Any]]
 _MESSAGES = 100
-"""The first thread for messages under way; what the rank does meanwhile is in other threads."""
+"""First thread for messages in flight; the rank's work meanwhile is in lower-numbered threads."""
 _RUN = 1_000_000
-"""The process that stands for the whole run; no rank has this number. Each rank is a process of its own."""
+"""Process number for the whole run, which no rank has; each rank is shown as a process."""
 
 
 def write_trace(run: Run, path: str | os.PathLike[str]) -> Path:
-    """Write the trace, whole or not at all; returns its path."""
+    """Write the trace atomically; return its path."""
     if run.frames.empty:
         raise LogError(f"{run.name}: no frame in the log yet")
     target = Path(path)
@@ -76,7 +76,7 @@ def _events(run: Run) -> Iterator[Event]:
 
 
 def _waits(run: Run, origin: float, phases: dict[int, list[Slice]]) -> Iterator[Event]:
-    """Add each wait as a slice inside its phase; yields arrows from the rank waited for to the wait's end."""
+    """Add each wait to `phases` as a nested slice; yield arrows from the rank waited for to its end."""
     waits = run.spans[run.spans["phase"] == "wait"]
     numbered = enumerate(waits.dropna(subset=["waited_for"]).to_dict("records"))
     for number, row in numbered:
@@ -121,7 +121,7 @@ def _process(pid: int, name: str, position: int) -> Iterator[Event]:
 
 
 def _thread(pid: int, found: Iterable[Slice], name: str, *, first: int = 0) -> Iterator[Event]:
-    """Slices of one process from thread `first` on; those that overlap without nesting get more threads."""
+    """Yield a process's slices in threads from `first` on; slices that overlap but do not nest get more."""
     lanes: list[list[int]] = []
     for start, end, label, details in sorted(found, key=lambda one: (one[0], -one[1])):
         lane = _lane_for(lanes, start, end)
@@ -136,7 +136,7 @@ def _thread(pid: int, found: Iterable[Slice], name: str, *, first: int = 0) -> I
 
 
 def _lane_for(lanes: list[list[int]], start: int, end: int) -> int:
-    """The first thread in which [start, end] lies beside or inside all slices that are still open."""
+    """Return the first thread in which [start, end] is disjoint from, or nested in, all open slices."""
     for i, ends in enumerate(lanes):
         while ends and ends[-1] <= start:
             ends.pop()

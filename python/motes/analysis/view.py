@@ -1,4 +1,4 @@
-"""A run while it goes on, read from its log as it grows. Needs no pandas."""
+"""Live view of a run, read from its growing log. Needs no pandas."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ SPARKS = "▁▂▃▄▅▆▇█"
 
 
 class View:
-    """What is known about a run while it goes on."""
+    """Live state of a run."""
 
     def __init__(self, path: Path, facts: Mapping[str, Any]) -> None:
-        """Take the log's directory and the run's facts."""
+        """Set the log's directory and the run's facts."""
         self.path = path
         self.facts = latest(facts)
         self._frames, self._load, self._events, self._times, self._waits = (
@@ -49,7 +49,7 @@ class View:
         self.events: deque[str] = deque(maxlen=3)
 
     def read(self) -> bool:
-        """Read what the run wrote since the last call; returns whether there is a new frame."""
+        """Read what the run wrote since the last call; return whether there is a new frame."""
         frames, load, events = (table.new_rows() for table in (self._frames, self._load, self._events))
         if self._frames.restarted or self._events.restarted:
             self._forget()
@@ -65,7 +65,7 @@ class View:
             self.frame = row
         for row in load:
             self.load[row["system"], row["rank"]] = row
-        if load:  # ranks of an earlier start may be gone; of the last frame not all rows may be there yet
+        if load:  # drop ranks of an earlier start; the last frame may be incomplete
             recent = max(row["frame"] for row in load) - 1
             self.load = {key: row for key, row in self.load.items() if row["frame"] >= recent}
         self._note_times()
@@ -74,7 +74,7 @@ class View:
         return bool(frames)
 
     def _note_times(self) -> None:
-        """Note POP's factors of the last frame that is whole, and its longest wait for another rank."""
+        """Store POP's factors of the last complete frame, and its longest wait for another rank."""
         times, waits = self._latest
         for before, now in times.ended(self._times.new_rows()):
             seconds = [float(row.get("wall_s") or 0.0) for row in now]
@@ -91,7 +91,7 @@ class View:
 
     @property
     def silent_s(self) -> float:
-        """Seconds since the log last grew, as far as this view has seen."""
+        """Seconds since this view last saw the log grow."""
         return time.monotonic() - self._last_news
 
     @property
@@ -121,7 +121,7 @@ class View:
         return printable(progress.line(row, total=0, fps=self.fps))
 
     def figures(self) -> dict[str, Any]:
-        """Return the view as plain values: of the last frame, and by rank."""
+        """Return the view as plain values, for the last frame and per rank."""
         ranks = {rank: {"t_compute_s": 0.0, "particles": 0} for rank in self._ranks()}
         for (_, rank), row in self.load.items():
             ranks[rank]["t_compute_s"] += float(row.get("t_compute_s") or 0.0)
@@ -142,7 +142,7 @@ class View:
     def lines(self, width: int, *, plain: bool = False) -> list[str]:
         """Draw the run in a terminal of this width; `plain`: ASCII only.
 
-        Names come from the log: control characters in them are written as escapes.
+        Control characters in names from the log are escaped.
         """
         lines = [printable(line) for line in self._drawn(width, plain)]
         if plain:
@@ -166,7 +166,7 @@ class View:
         return made
 
     def _pop(self, width: int) -> list[str]:
-        """Return the line of POP's factors, and that of the longest wait."""
+        """Return the lines with POP's factors and with the longest wait."""
         made = []
         if self.efficiency and not math.isnan(self.efficiency["parallel"]):
             shown = {name: f"{value:.0%}" for name, value in self.efficiency.items()}
@@ -201,7 +201,7 @@ class View:
     def _domains(self, system: str, width: int, plain: bool) -> list[str]:
         axes = dict(zip(self.facts.get("systems") or [], self.facts.get("axes") or [], strict=False))
         if not in_a_row(along := axes.get(system, "x")):
-            return []  # a strip shows a row
+            return []  # a strip can show only domains in a row
         rows = [self.load[system, rank] for rank in self._ranks() if (system, rank) in self.load]
         cuts = [float(row["domain_hi"]) for row in rows[:-1] if row.get("domain_hi") is not None]
         if not cuts or len(cuts) < len(rows) - 1:
@@ -224,14 +224,14 @@ class View:
 
 
 class _Latest:
-    """The rows of the last frames of a table that grows."""
+    """Rows of the last two frames of a growing table."""
 
     def __init__(self) -> None:
         self._before: list[Row] = []
         self._now: list[Row] = []
 
     def ended(self, rows: list[Row]) -> Iterator[tuple[list[Row], list[Row]]]:
-        """Take new rows; yield the rows of each frame that is whole, behind those of the frame before."""
+        """Add new rows; for each completed frame, yield the previous frame's rows and its own."""
         for row in rows:
             if self._now and row["frame"] != self._now[-1]["frame"]:
                 yield self._before, self._now

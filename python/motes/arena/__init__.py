@@ -1,4 +1,4 @@
-"""Balancers play workloads on machines, and are scored against the best cuts: `python -m motes arena`."""
+"""Balancers play workloads on machines and are scored against the best cuts: `python -m motes arena`."""
 
 from .machines import MACHINES, Machine, machine
 from .score import Score, Track

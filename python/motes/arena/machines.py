@@ -1,4 +1,4 @@
-"""Virtual machines for the arena: the speeds of ranks, and what it costs to move particles."""
+"""Virtual machines for the arena: the speeds of ranks, and the costs of moving particles."""
 
 from __future__ import annotations
 
@@ -18,23 +18,23 @@ from ..errors import ArgumentError
 __all__ = ["MACHINES", "Machine", "machine"]
 
 ACTIONS = ("gravity", "random_acceleration", "bounce", "kill_old", "move")
-"""What each particle of the paper's snow goes through in a frame."""
+"""Actions on each particle of the paper's snow in a frame."""
 BYTES = 60
-"""Of a particle in a message: position, velocity, orientation, age, id and what identifies its birth."""
+"""Bytes per particle in a message: position, velocity, orientation, age, id and the birth's key."""
 
 
 @dataclass(frozen=True)
 class Machine:
-    """Ranks in the order of their domains; all of them calculate.
+    """A virtual machine: ranks in the order of their domains, all of which are calculators.
 
     Attributes:
-        name: of the machine.
-        speeds: of each rank, relative to the processor whose costs these are.
-        particle_s: seconds for the actions of one particle at speed 1.
-        leave_s: to take one out and pack it.
-        arrive_s: to take one in.
+        name: the machine's name.
+        speeds: speed of each rank, relative to the processor on which the costs were measured.
+        particle_s: seconds for the actions on one particle at speed 1.
+        leave_s: seconds to remove and pack a particle at speed 1.
+        arrive_s: seconds to unpack and add a particle at speed 1.
         byte_s: seconds per byte on a rank's link.
-        message_s: of any message between two ranks.
+        message_s: seconds per message between two ranks.
     """
 
     name: str
@@ -46,7 +46,7 @@ class Machine:
     message_s: float
 
     def __post_init__(self) -> None:
-        """Check what was given."""
+        """Check the fields."""
         if not self.speeds:
             raise ArgumentError("speeds", self.speeds, "one number per rank")
         for speed in self.speeds:
@@ -57,20 +57,20 @@ class Machine:
 
     @property
     def move_cost(self) -> float:
-        """What giving or taking a particle costs, in frames of its actions: the mean of both ends."""
+        """Cost of moving a particle, mean of both ends, in units of its actions' time per frame."""
         return ((self.leave_s + self.arrive_s) / 2 + BYTES * self.byte_s) / self.particle_s
 
     @staticmethod
     def of(
         name: str, cluster: Cluster, costs: str | None = None, actions: Sequence[str] = ACTIONS
     ) -> Machine:
-        """Make one of a virtual cluster.
+        """Return the machine that represents a virtual cluster.
 
         Args:
-            name: of the machine.
-            cluster: nodes, and the network, of which the first counts.
-            costs: of work at speed 1, lines `name = nanoseconds`; None: measured on a Xeon.
-            actions: what each particle goes through in a frame.
+            name: the machine's name.
+            cluster: nodes and networks; only the first network is used.
+            costs: costs of work at speed 1, as lines `name = nanoseconds`; None: measured on a Xeon.
+            actions: actions on each particle in a frame.
         """
         found = costs_of(MEASURED_COSTS.read_text() if costs is None else costs)
         network = cluster.networks[0]
@@ -106,12 +106,12 @@ MACHINES: dict[str, Callable[[], Machine]] = {
     "two_kinds": _two_kinds,
     "thousand": _thousand,
 }
-"""By name: the paper's 8 B and 8 A with two ranks each; 16 ranks of two kinds, on which particles are so
-cheap that moving one costs as much as a dozen frames; 1024 ranks, on which particles collide."""
+"""Machines by name: the paper's 8 B and 8 A nodes with two ranks each; 16 ranks of two kinds, where moving a
+particle costs as much as a dozen frames of its actions; 1024 ranks, where particles collide."""
 
 
 def machine(name: str) -> Machine:
-    """Return a virtual machine: by its name, or of a file that says `cluster = motes.cluster.Cluster(...)`.
+    """Return a virtual machine by name, or from a file that defines `cluster = motes.cluster.Cluster(...)`.
 
     Args:
         name: one of `MACHINES`, or a path that ends in .py.

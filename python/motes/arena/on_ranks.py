@@ -1,4 +1,4 @@
-"""Real ranks play: one job, in which a world per balancer follows the other; prints one JSON object."""
+"""Play on real ranks: one job runs a world per balancer, one after another, and prints one JSON object."""
 
 from __future__ import annotations
 
@@ -21,27 +21,27 @@ if TYPE_CHECKING:
 __all__ = ["play"]
 
 PASSES = 8
-"""Of a calculation over all particles that stands for work which a disturbed machine does more slowly."""
+"""Passes of synthetic work over all particles per frame, on a machine at full speed."""
 
 
 def play(
     name: str, balancers: Sequence[str], ranks: int, *, frames: int, cells: int, particles: int
 ) -> list[Score]:
-    """Start a job on real ranks, all of which calculate, and score each balancer.
+    """Start a job on real ranks, all of them calculators, and score each balancer.
 
-    The optimum is that of the speeds which the ranks had on average over all balancers; seconds are those of
-    the actions, the slowest rank's in each frame.
+    The optimum is computed from each rank's mean speed over all balancers. Seconds are the time of the
+    actions on the slowest rank in each frame.
 
     Args:
-        name: of the workload.
-        balancers: as `player` takes them.
-        ranks: how many.
-        frames: of each.
-        cells: of the workload.
-        particles: in all.
+        name: the workload's name.
+        balancers: balancers as text for `player`.
+        ranks: number of ranks.
+        frames: number of frames per balancer.
+        cells: number of the workload's cells.
+        particles: total number of particles.
 
     Raises:
-        MotesError: with the job's errors, if it fails.
+        MotesError: if the job fails, with its errors.
     """
     sizes = {"frames": frames, "cells": cells, "particles": particles}
     played = {"workload": name, "sizes": sizes, "balancers": list(balancers)}
@@ -65,7 +65,7 @@ def play(
 
 
 def main(played: str) -> None:
-    """Play all balancers, on each rank; rank 0 prints the figures. `played`: what `play` has put together."""
+    """Play all balancers on this rank; rank 0 prints the figures. `played` is the JSON built by `play`."""
     given = json.loads(played)
     game = workload(given["workload"], **given["sizes"])
     rows = [_played(game, text) for text in given["balancers"]]
@@ -74,7 +74,7 @@ def main(played: str) -> None:
 
 
 def _played(game: Workload, text: str) -> dict[str, Any] | None:
-    """Run a world under one balancer; the figures on rank 0."""
+    """Run a world under one balancer; return the figures on rank 0, None elsewhere."""
     from mpi4py import MPI
 
     import motes
@@ -110,7 +110,7 @@ def _played(game: Workload, text: str) -> dict[str, Any] | None:
 
 
 def _work(passes: int) -> Callable[[LocalParticles], None]:
-    """Return what calculates something about each particle several times, and forgets it."""
+    """Return a callback that makes this many passes of synthetic work over all particles."""
 
     def work(particles: LocalParticles) -> None:
         x = np.array(particles.position[:, 0])
@@ -121,7 +121,7 @@ def _work(passes: int) -> Callable[[LocalParticles], None]:
 
 
 def _moves(game: Workload, cuts: Sequence[Any], ranks: int) -> tuple[int, list[int]]:
-    """Return the particles that new cuts gave to others, and those that each rank acted on."""
+    """Return how many particles new cuts moved to other ranks, and how many each rank acted on."""
     history, moved, processed = Planned(game, np.ones(ranks)), 0, np.zeros(ranks, np.int64)
     before = None
     for frame, now in enumerate(cuts):

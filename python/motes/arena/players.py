@@ -1,4 +1,4 @@
-"""Balancers by what a command line says: `PrefixCuts`, `Pairwise(threshold=0.05)`, `mine.py:Mine`."""
+"""Balancers from command-line text: `PrefixCuts`, `Pairwise(threshold=0.05)`, `mine.py:Mine`."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from ..errors import ArgumentError, MotesError
 __all__ = ["FIELD", "player"]
 
 FIELD = ("Static", "Pairwise", "Pairwise(threshold=0.05)", *balance.BALANCERS[2:])
-"""Who plays if nobody is named."""
+"""The balancers that play by default."""
 
 
 def player(text: str, powers: Sequence[float] = (), move_cost: float | None = None) -> Balancer:
-    """Make a balancer.
+    """Make a balancer from its text.
 
     Args:
-        text: a balancer of `motes.balance`, with or without options as Python writes them; the beginning of
-            its name in lower case, as scripts take it; or `file.py:Name`, where the name is a class that is
-            made without arguments, or a balancer.
-        powers: of the machines, for `Proportional` unless it is given some; empty: not known.
-        move_cost: of a particle, in frames of its actions, for `CostAware` likewise; None: its default.
+        text: the name of a balancer in `motes.balance`, optionally with keyword arguments in Python syntax;
+            the beginning of its name in lower case; or `file.py:Name`, where Name is a balancer, or a
+            balancer class without required arguments.
+        powers: the machines' powers, used by `Proportional` if `text` gives none; empty: unknown.
+        move_cost: cost of moving a particle, used by `CostAware` if `text` gives none; None: its default.
 
     Raises:
-        ArgumentError: if it is none.
+        ArgumentError: if `text` does not name a balancer.
         MotesError: if the file does not exist.
     """
     path, _, name = text.rpartition(":")
@@ -64,7 +64,7 @@ def _call(text: str) -> tuple[str, dict[str, Any]]:
 
 
 def _of_file(path: Path, name: str) -> Balancer:
-    """Run a file, and return what stands there under a name."""
+    """Run a file and return its balancer of this name."""
     if not path.is_file():
         raise MotesError(f"balancer file {path} does not exist")
     spec = importlib.util.spec_from_file_location(path.stem, path)

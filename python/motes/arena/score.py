@@ -1,4 +1,4 @@
-"""One balancer on one workload and machine: played frame by frame, and scored against the best cuts."""
+"""One balancer on one workload and machine, played frame by frame and scored against the best cuts."""
 
 from __future__ import annotations
 
@@ -22,24 +22,24 @@ Floats = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Score:
-    """The result of a balancer.
+    """Result of one balancer on one workload and machine.
 
     Attributes:
-        machine: its name.
-        workload: its name.
-        balancer: as it is called.
-        ranks: calculators.
-        frames: how many were played.
-        seconds: of all frames; a frame takes as long as its slowest calculator.
-        optimum_s: the same with each frame's best cuts, where moving costs nothing.
-        efficiency: time of perfect balance without moving, over `seconds`, 0..1.
-        distance: seconds / optimum_s - 1: 0 is as good as can be.
+        machine: the machine's name.
+        workload: the workload's name.
+        balancer: the balancer's name.
+        ranks: number of calculators.
+        frames: number of frames played.
+        seconds: total over all frames; a frame takes as long as its slowest calculator.
+        optimum_s: `seconds` with each frame's best cuts, if moving particles cost nothing.
+        efficiency: time with perfect balance and no moves, divided by `seconds`, 0..1.
+        distance: seconds / optimum_s - 1; 0 is optimal.
         moved: particles that new cuts gave to another calculator.
-        verified: whether all particles were where they must be.
-        digest: fingerprint of all particles at the end; "" where none were computed.
-        decided_s: what all decisions took on the machine at hand; no part of `seconds`.
+        verified: whether all particles were where expected.
+        digest: digest of all particles at the end; "" on virtual machines.
+        decided_s: real seconds spent on all decisions on this computer; not part of `seconds`.
         frame_s: seconds of each frame.
-        best_s: the optimum of each frame.
+        best_s: optimal seconds of each frame.
     """
 
     machine: str
@@ -60,24 +60,24 @@ class Score:
 
     @property
     def figures(self) -> dict[str, Any]:
-        """What a table shows of it, the same in each repeat on a virtual machine."""
+        """The figures shown in tables; reproducible on a virtual machine."""
         left_out = ("decided_s", "frame_s", "best_s")
         return {name: value for name, value in vars(self).items() if name not in left_out}
 
     @property
     def is_slow_to_decide(self) -> bool:
-        """Whether decisions take more than a tenth of the frames, as in a run's warning."""
+        """Whether decisions take more than a tenth of the frames' time, the limit of a run's warning."""
         return self.decided_s > 0.1 * self.seconds
 
 
 class Bounds:
-    """What no balancer can beat, frame by frame."""
+    """Lower bounds on each frame's time, for any balancer."""
 
     def __init__(self, workload: Workload, speeds: npt.ArrayLike) -> None:
-        """Take the workload and its machines.
+        """Set the workload and its machines.
 
         Args:
-            workload: which.
+            workload: the workload.
             speeds: particles per second of each calculator, undisturbed.
         """
         self.workload = workload
@@ -91,7 +91,7 @@ class Bounds:
 
     @cached_property
     def ideal_s(self) -> Floats:
-        """Seconds of each frame if all calculators needed the same, (frames,)."""
+        """Seconds of each frame if all calculators took equally long, (frames,)."""
         calculators = len(self.speeds)
         rates = [self.speeds * self.workload.slowdown(k, calculators) for k in range(self.workload.frames)]
         acting = [self.workload.acting(k).sum() for k in range(self.workload.frames)]
@@ -99,34 +99,35 @@ class Bounds:
 
 
 class Track(Bounds):
-    """A workload on a virtual machine, on which any number of balancers play; nothing is left to chance."""
+    """A workload on a virtual machine, which any number of balancers can play; deterministic."""
 
     def __init__(self, workload: Workload, machine: Machine) -> None:
-        """Take both.
+        """Set the workload and the machine.
 
         Args:
-            workload: which.
-            machine: which.
+            workload: the workload.
+            machine: the virtual machine.
         """
         super().__init__(workload, np.array(machine.speeds) / machine.particle_s)
         self.machine = machine
 
     @cached_property
     def history(self) -> Planned:
-        """What a replay needs to know."""
+        """The workload as a history for replay."""
         return Planned(self.workload, self.speeds)
 
     def play(self, balancer: Balancer, name: str = "") -> Score:
-        """Play the workload under a balancer, as `motes.replay` does, and score it.
+        """Play the workload under a balancer, like `motes.replay`, and score it.
 
-        What a frame costs besides the actions is what the balancer moves: packing, the link, unpacking.
+        Besides the actions, a frame's time includes packing, sending and unpacking the particles that the
+        balancer moves.
 
         Args:
-            balancer: which; it sees what it would see in a run.
-            name: of the balancer in tables; "": its class, with the options that are no defaults.
+            balancer: the balancer; it gets the same loads as in a run.
+            name: the balancer's name in tables; "": its class, with the options that differ from defaults.
 
         Returns:
-            The score, the same in each repeat.
+            The score; every repeat gives the same one.
         """
         seconds, moved, whole, before, decided_s = [], 0, True, None, 0.0
         for step in simulate(self.history, balancer):
@@ -145,7 +146,7 @@ class Track(Bounds):
         )
 
     def _moving_s(self, source: Any, to: Any, particles: Floats) -> Floats:
-        """Seconds that each calculator needs to give and take particles."""
+        """Return the seconds that each calculator needs to give and take particles."""
         other, count = source != to, len(self.speeds)
         given = np.bincount(source[other], particles[other], count)
         taken = np.bincount(to[other], particles[other], count)
@@ -167,17 +168,17 @@ def scored(
     digest: str = "",
     decided_s: float = 0.0,
 ) -> Score:
-    """Compare the seconds of all frames with what no balancer can beat.
+    """Return the score of the frames' times against the lower bounds.
 
     Args:
-        machine: its name.
-        balancer: as it is called.
+        machine: the machine's name.
+        balancer: the balancer's name.
         frame_s: seconds of each frame.
-        bounds: of the workload on these machines.
+        bounds: lower bounds of the workload on these machines.
         moved: particles that new cuts gave to another calculator.
-        verified: whether all particles were where they must be.
-        digest: fingerprint of all particles at the end.
-        decided_s: what all decisions took.
+        verified: whether all particles were where expected.
+        digest: digest of all particles at the end.
+        decided_s: real seconds spent on all decisions.
     """
     seconds, optimum_s = float(np.sum(frame_s)), float(bounds.best_s.sum())
     return Score(
@@ -200,7 +201,7 @@ def scored(
 
 
 def name_of(balancer: Balancer) -> str:
-    """Return a balancer's class, with the options that are no defaults but not those of machines."""
+    """Return a balancer's class with the options that differ from defaults, except lists such as powers."""
     options = []
     for name, value in vars(balancer).items():
         if name.startswith("_") or isinstance(value, (list, tuple, np.ndarray)):

@@ -1,4 +1,4 @@
-"""Scores as text, as a plot and as a league that a file keeps."""
+"""Scores as text, as a plot, and as a league stored in a file."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .score import Score
 __all__ = ["keep", "kept", "league", "plot", "rows", "text"]
 
 KEY = ("machine", "ranks", "workload", "balancer")
-"""What makes two results the same: the later one counts."""
+"""Results with the same key replace each other; the latest is kept."""
 
 
 def rows(scores: Iterable[Score]) -> list[dict[str, Any]]:
@@ -25,7 +25,7 @@ def rows(scores: Iterable[Score]) -> list[dict[str, Any]]:
 
 
 def league(scores: Sequence[Score]) -> list[dict[str, Any]]:
-    """Return one row per balancer over all that it played, the one nearest to the optimum first."""
+    """Return one row per balancer, over all of its games, nearest to the optimum first."""
     found = []
     for name in dict.fromkeys(score.balancer for score in scores):
         own = [score for score in scores if score.balancer == name]
@@ -48,7 +48,7 @@ def _least(score: Score, scores: Iterable[Score]) -> float:
 
 
 def text(scores: Sequence[Score]) -> str:
-    """Return a table per machine and workload, and the league."""
+    """Return the text of one table per machine and workload, and of the league."""
     width = max(len(score.balancer) for score in scores)
     lines: list[str] = []
     for machine, workload in dict.fromkeys((score.machine, score.workload) for score in scores):
@@ -82,7 +82,7 @@ def text(scores: Sequence[Score]) -> str:
 
 
 def plot(scores: Sequence[Score], path: str | os.PathLike[str]) -> None:
-    """Draw each frame's time over the optimum, one panel per machine and workload."""
+    """Plot each frame's time above the optimum in percent, one panel per machine and workload."""
     Figure = _extras.matplotlib("matplotlib.figure").Figure
 
     games = list(dict.fromkeys((score.machine, score.workload) for score in scores))
@@ -114,7 +114,7 @@ def _played(machine: str, workload: str, scores: Iterable[Score]) -> list[Score]
 
 
 def keep(scores: Iterable[Score], path: Path) -> Path:
-    """Add results to a league's file; a repeated one replaces the earlier.
+    """Add results to a league's file, replacing earlier ones with the same key.
 
     Returns the file: Parquet if `path` ends in .parquet and pyarrow is installed, else JSON lines.
     """

@@ -1,14 +1,14 @@
-"""Load balancers (paper 3.2.5): they change domains so that all calculators need the same time.
+"""Load balancers (paper 3.2.5): they resize domains to equalise the calculators' times.
 
-After each frame the manager has each calculator's load: particles, seconds, speed. A balancer turns loads
-into orders for neighbours, or into every calculator's share; donors then find the new cuts. Particles and
-pixels never depend on it. A balancer of your own is a subclass with one method:
+After each frame the manager knows each calculator's load: particles, seconds, speed. From the loads a
+balancer computes orders between neighbours, or every calculator's share; donors then find the new cuts.
+Particles and pixels never depend on the balancer. To write your own, subclass `Balancer` with one method:
 
     class BySpeed(motes.balance.Balancer):
         def decide(self, load):
             return motes.balance.Targets(load.powers)
 
-The same object balances a run, `World(balancer=BySpeed())`, and replays the log of an earlier one,
+The same object can balance a run, `World(balancer=BySpeed())`, or replay an earlier run's log,
 `run.replay(BySpeed())`.
 """
 
@@ -48,10 +48,10 @@ __all__ = [
 
 @dataclass(frozen=True)
 class Targets:
-    """Wanted shares of all particles.
+    """Target shares of all particles.
 
-    The engine finds the cuts from histograms of all calculators, without gathering particles, and cuts all
-    domains anew at once.
+    The engine computes new cuts for all domains at once, from the calculators' histograms, without gathering
+    particles.
 
     Attributes:
         shares: one per calculator in the order of their domains, on any positive scale.
@@ -64,25 +64,26 @@ class Targets:
 class Orders:
     """Particles to move between neighbours.
 
-    The engine makes them legal: orders over the same cut are added with their signs, and no calculator gives
-    more particles than it has.
+    The engine makes orders legal: it nets orders across the same cut, and no calculator gives more particles
+    than it has.
 
     Attributes:
-        moves: `(from, to, count)` each, calculators numbered by their domains.
+        moves: `(from, to, count)` tuples, with calculators numbered in the order of their domains.
     """
 
     moves: Iterable[tuple[int, int, int]]
 
 
 class Balancer:
-    """Base of all balancers; a user's own overrides `decide`.
+    """Base class of all balancers; custom balancers override `decide`.
 
     Attributes:
-        smoothing: weight in 0..1 of a calculator's known speed against a new sample, while speeds change; 0
-            trusts only the last frame. While samples differ only by noise, the known speed has a larger
+        smoothing: weight 0..1 of a calculator's previous speed against a new sample while speeds change; 0
+            uses only the last frame. While samples differ only by noise, the previous speed has a larger
             weight.
-        over: "system" balances each particle system by itself, "all" the sum over systems.
-        slabs_only: whether it needs domains in a row: slabs along one axis, or stretches of a curve.
+        over: "system" balances each particle system separately, "all" the sum over systems.
+        slabs_only: whether the balancer needs domains in a row: slabs along one axis, or stretches of a
+            curve.
     """
 
     smoothing: float = 0.5
@@ -90,7 +91,7 @@ class Balancer:
     slabs_only: ClassVar[bool] = False
 
     def __new__(cls, *given: Any, **named: Any) -> Self:
-        """Refuse a class that cannot decide."""
+        """Raise if the class does not override `decide`."""
         if cls.decide is Balancer.decide:
             raise ArgumentError("balancer", cls.__name__, "a class with a method decide(load)")
         if (given or named) and cls.__init__ is object.__init__:
@@ -99,22 +100,22 @@ class Balancer:
 
     @abstractmethod
     def decide(self, load: LoadTable) -> Targets | Orders:
-        """Decide for one system's loads of one frame. Called on the manager only.
+        """Decide how to balance one system after a frame. Called only on the manager.
 
         Args:
             load: the loads of all calculators.
 
         Returns:
-            `Targets`, shares for all calculators, or `Orders`, particles to move between neighbours.
+            `Targets` with shares for all calculators, or `Orders` with particles to move between neighbours.
         """
 
     @property
     def _policy(self) -> _core.Policy:
-        """This balancer as the engine takes it."""
+        """This balancer as the engine's policy."""
         return _core.scripted_policy(self._name(), self._plan, *self._options())
 
     def _plan(self, table: _core.BalanceTable) -> _core.BalancePlan:
-        """Ask `decide`, and turn its answer into what the engine understands."""
+        """Call `decide`, and convert its result to the engine's plan."""
         where = f"{self._name()}, frame {table.frame}"
         try:
             answer = self.decide(LoadTable(table))
@@ -143,7 +144,7 @@ class Balancer:
 
 
 DEFAULT: Any = None
-"""Stands for the default of an option of a balancer of the core, which the core knows, as what is allowed."""
+"""Placeholder for the default of a core balancer's option; the core defines defaults and allowed values."""
 
 
 @dataclass_transform(kw_only_default=False)
@@ -154,9 +155,9 @@ class _Native(Balancer):
     _known: ClassVar[dict[str, Option]] = {}
 
     def __init_subclass__(cls, **keywords: Any) -> None:
-        """Take defaults and what is allowed from the core, and make the constructor."""
+        """Read defaults and allowed values from the core, and build the constructor."""
         super().__init_subclass__(**keywords)
-        if cls.__module__ != __name__:  # a user's, of a balancer of the core
+        if cls.__module__ != __name__:  # a user's subclass of a core balancer
             return
         cls._kind = cls.__name__
         described = {
@@ -176,27 +177,27 @@ class _Native(Balancer):
         return [name for name, option in cls._known.items() if option.kind == "shares"]
 
     def __setattr__(self, name: str, given: Any) -> None:
-        """Set an option; refuse unknown ones, unless a user's subclass has them."""
+        """Set an option; raise for unknown ones, except in users' subclasses."""
         known = [*self._known, "smoothing", "over"]
         if name not in known and type(self).__module__ == __name__:
             raise NotAssignableError(f"{type(self).__name__} has no option {name!r}{near(name, known)}")
         super().__setattr__(name, given)
 
     def decide(self, load: LoadTable) -> Targets | Orders:
-        """Ask the core's policy for its plan.
+        """Return the plan of the core's policy.
 
         Args:
             load: the loads of all calculators.
 
         Returns:
-            `Targets`, shares for all calculators, or `Orders`, particles to move between neighbours.
+            `Targets` with shares for all calculators, or `Orders` with particles to move between neighbours.
         """
         plan = self._core_policy().plan(table_of(load))
         return Targets(plan.shares) if len(plan.shares) else Orders(plan.orders)
 
     @property
     def _policy(self) -> _core.Policy:
-        """This balancer as the engine takes it: a subclass that decides by itself is asked."""
+        """This balancer as the engine's policy; calls `decide` if a subclass overrides it."""
         return super()._policy if type(self).decide is not _Native.decide else self._core_policy()
 
     def _core_policy(self) -> _core.Policy:
@@ -207,7 +208,7 @@ class _Native(Balancer):
         )
 
     def _check(self) -> None:
-        """Check the options, which a script may have changed since: `_policy` is what the engine takes."""
+        """Check the options again, because a script may have changed them since construction."""
         for name, option in self._known.items():
             setattr(self, name, option.checked(name, getattr(self, name)))
 
@@ -217,7 +218,7 @@ class _Native(Balancer):
 
 
 def _constructor(cls: type[_Native], names: list[str], required: list[str]) -> Callable[..., None]:
-    """Make `__init__`: the first option may be given by place, all by name."""
+    """Build `__init__`: the first option may be positional, the others are keyword-only."""
     kinds = [Parameter.POSITIONAL_OR_KEYWORD, *(Parameter.KEYWORD_ONLY for _ in names[1:])]
     own = Parameter("self", Parameter.POSITIONAL_OR_KEYWORD)
     options = [
@@ -250,28 +251,28 @@ def _constructor(cls: type[_Native], names: list[str], required: list[str]) -> C
     _, _, described = (getdoc(cls) or "").partition("Args:\n")
     init.__doc__ = "Set the options." + (f"\n\nArgs:\n{described}" if described else "")
     init.__name__, init.__qualname__ = "__init__", f"{cls.__qualname__}.__init__"
-    setattr(init, "__signature__", signature)  # noqa: B010 (for readers; the call binds it)
+    setattr(init, "__signature__", signature)  # noqa: B010 (for introspection; `bind` above uses it)
     return init
 
 
 class Static(_Native):
-    """Cuts stay where they are: the paper's static load balancing."""
+    """Cuts never move: the paper's static load balancing."""
 
 
 class Pairwise(_Native):
-    """The paper's dynamic load balancing (3.2.5), by the manager, between neighbours.
+    """The paper's dynamic load balancing (3.2.5): the manager balances pairs of neighbours.
 
     Pairs of neighbours are compared from left to right, starting alternately with the first and second pair.
     A pair whose times differ by more than the threshold divides its particles by processing power, and the
-    next pair is skipped: each calculator either gives or takes, and with one neighbour only. Times are
-    particles over measured speed; a difference that the noise of the measurement can explain does not count.
-    Domains must lie in a row: in bricks no neighbour is the next one.
+    next pair is skipped, so each calculator exchanges with only one neighbour. Times are particles divided by
+    measured speed; differences within the measurement noise are ignored. Domains must lie in a row; bricks
+    are not supported.
 
     Args:
         threshold: smallest difference in time that counts, as a fraction of the longer time.
-        powers: each machine's power, one per calculator, as in the paper: the last frame's times are
-            compared, and a pair divides its particles in proportion to its powers. None: measured speeds.
-        min_particles: fewer are not worth a message.
+        powers: each machine's power, one per calculator. As in the paper, the last frame's times are
+            compared, and a pair divides its particles in proportion to its powers. None: use measured speeds.
+        min_particles: smallest number of particles worth moving.
         smoothing: see `Balancer`.
         over: see `Balancer`.
     """
@@ -287,23 +288,23 @@ class Pairwise(_Native):
 
 
 class Diffusive(_Native):
-    """Neighbours decide by themselves (the paper's future work, section 6).
+    """Neighbours balance among themselves (the paper's future work, section 6).
 
-    Neighbours whose times differ tell each other their loads, and part of the difference flows over the cut
-    between them: first-order diffusion (G. Cybenko, 1989). The flow fades with the difference, so it needs no
-    wide threshold and does not stall on a gradient as `Pairwise` can; but an imbalance between distant
-    calculators takes many frames. Domains must lie in a row.
+    Neighbours whose times differ exchange their loads, and part of the difference flows across the cut
+    between them: first-order diffusion (G. Cybenko, 1989). The flow shrinks with the difference, so it needs
+    no wide threshold and does not stall on a gradient as `Pairwise` can; but levelling an imbalance between
+    distant calculators takes many frames. Domains must lie in a row.
 
-    With a manager, that one sees which neighbours differ, brings them together, and collects the new cuts.
-    With `manager=False` it plans nothing and is asked nothing: all neighbours compare their loads in each
-    frame, before they report. Reports carry the new cuts along, and the verdict brings them to all ranks.
-    What crosses a cut by itself then counts one frame later.
+    By default the manager detects which neighbours differ, pairs them, and collects the new cuts. With
+    `manager=False` it takes no part in balancing: all neighbours compare their loads in each frame before
+    they report; reports carry the new cuts, and the verdict distributes them to all ranks. Migration across
+    cuts is then taken into account one frame later.
 
     Args:
         threshold: smallest difference in time that counts, as a fraction of the longer time.
-        rate: part of half the difference that flows, in 0..1; with 1 equal machines may oscillate.
-        min_particles: fewer are not worth a message.
-        manager: whether it says which neighbours differ.
+        rate: fraction 0..1 of half the difference that flows; with 1, equal machines may oscillate.
+        min_particles: smallest number of particles worth moving.
+        manager: whether the manager detects which neighbours differ.
         smoothing: see `Balancer`.
         over: see `Balancer`.
     """
@@ -320,17 +321,17 @@ class Diffusive(_Native):
 
 
 class PrefixCuts(_Native):
-    """Moves all cuts at once, from global prefix sums along the axis; particles may skip several domains.
+    """Moves all cuts at once, from global prefix sums along the axis; particles can skip several domains.
 
-    Each calculator counts its particles in bins; the manager adds up the bins and places the cuts so that
-    each calculator gets its share. One evaluation is enough, wherever the imbalance is.
+    Each calculator counts its particles in bins; the manager sums the bins and places the cuts to give each
+    calculator its share. One evaluation is enough, wherever the imbalance is.
 
     Args:
         threshold: cuts move when the slowest calculator is this fraction above the mean.
-        powers: each machine's power, one per calculator: the rest of the measured time is the cost of the
-            place, which suits particles that differ in cost. None: shares follow measured speeds, which
-            suits machines that differ.
-        min_particles: cuts stay while no calculator is this many particles off its share.
+        powers: each machine's power, one per calculator; other differences in measured time are then
+            attributed to the places of particles, which suits particles that differ in cost. None: shares
+            follow measured speeds, which suits machines that differ.
+        min_particles: cuts stay while every calculator is within this many particles of its share.
         smoothing: see `Balancer`.
         over: see `Balancer`.
     """
@@ -344,12 +345,13 @@ class PrefixCuts(_Native):
 
 
 class Proportional(_Native):
-    """Fixed shares of the particles, whatever the clock says: cuts follow the particles alone.
+    """Gives each calculator a fixed share of the particles, regardless of measured times.
 
     Args:
         powers: each calculator's share, on any scale; 0 leaves a calculator idle.
-        threshold: cuts move when a calculator is off its share by more than this fraction of it,
-        min_particles: and by at least this many particles.
+        threshold: cuts move when a calculator is off its share by more than this fraction of it and by at
+            least `min_particles`.
+        min_particles: see `threshold`.
         over: see `Balancer`.
     """
 
@@ -367,7 +369,7 @@ class Bisection(_Native):
 
     Args:
         threshold: smallest difference between two halves that counts, as a fraction of the longer time.
-        min_particles: fewer are not worth a message.
+        min_particles: smallest number of particles worth moving.
         smoothing: see `Balancer`.
         over: see `Balancer`.
     """
@@ -380,12 +382,12 @@ class Bisection(_Native):
 
 
 class CostAware(_Native):
-    """Moves all cuts at once, as `PrefixCuts`, but only if moving costs less than it saves.
+    """Moves all cuts at once like `PrefixCuts`, but only if moving costs less than it saves.
 
     Args:
-        move_cost: of giving or taking a particle, in frames of its actions.
-        horizon: frames that a balance is expected to last.
-        min_particles: cuts stay while no calculator is this many particles off its share.
+        move_cost: cost of giving or taking a particle, in units of its actions' time per frame.
+        horizon: number of frames for which a balance is expected to last.
+        min_particles: cuts stay while every calculator is within this many particles of its share.
         smoothing: see `Balancer`.
         over: see `Balancer`.
     """
@@ -399,11 +401,11 @@ class CostAware(_Native):
 
 
 class Greedy(_Native):
-    """Again and again the slowest calculator gives to its faster neighbour. Domains must lie in a row.
+    """Moves particles repeatedly from the slowest calculator to its faster neighbour, in a row of domains.
 
     Args:
         threshold: smallest difference in time that counts, as a fraction of the longer time.
-        min_particles: fewer are not worth a message.
+        min_particles: smallest number of particles worth moving.
         smoothing: see `Balancer`.
         over: see `Balancer`.
     """
@@ -417,16 +419,16 @@ class Greedy(_Native):
 
 
 BALANCERS = tuple(_core.policy_names())
-"""The balancers of the core."""
+"""Names of the core's balancers."""
 
 
 def one_of_each(powers: Sequence[float]) -> list[Balancer]:
-    """Return each balancer of the core with its defaults; `powers` where it needs some."""
+    """Return one of each core balancer, with defaults, and `powers` where required."""
     return [kind(**dict.fromkeys(kind._required(), powers)) for kind in _kinds()]
 
 
 def by_name(text: str) -> Balancer:
-    """Return the balancer of the core, with its defaults, whose name begins so, in lower case."""
+    """Return the core balancer, with defaults, whose lower-case name starts with `text`."""
     kinds = {kind.__name__.lower(): kind for kind in _kinds() if not kind._required()}
     found = [kind for name, kind in kinds.items() if text and name.startswith(text)]
     if len(found) != 1:
@@ -447,12 +449,12 @@ def __dir__() -> list[str]:
 
 
 def is_native(balancer: Balancer) -> bool:
-    """Return whether the core knows a balancer by what it shows, for the rest of the package."""
+    """Return whether a balancer's class is defined here, not by a user; for use elsewhere in the package."""
     return type(balancer).__module__ == __name__
 
 
 def policy_of(balancer: Balancer) -> _core.Policy:
-    """Return what the engine takes for a balancer, for the rest of the package."""
+    """Return the engine's policy for a balancer; for use elsewhere in the package."""
     return balancer._policy
 
 
@@ -467,7 +469,7 @@ def _shares(where: str, targets: Targets) -> list[float]:
 def _moves(where: str, orders: Orders) -> list[tuple[int, int, int]]:
     allowed = "a list of (from, to, count), integers >= 0"
     moves = []
-    try:  # whatever the list is, and whatever numbers are in it
+    try:  # the list and its numbers can be any objects
         for move in orders.moves:
             source, to, count = (_whole(number) for number in move)
             if min(source, to) < 0 or max(source, to) >= 2**31 or not 0 <= count <= MOST:

@@ -1,4 +1,4 @@
-"""What a balancer sees: the loads of one particle system, or of all, after a frame."""
+"""The input of a balancer: the loads of one particle system, or of all, after a frame."""
 
 from __future__ import annotations
 
@@ -25,29 +25,29 @@ RECORD = np.dtype(
 
 
 class LoadTable:
-    """One row per calculator, in the order of their domains.
+    """Loads of all calculators, one row each, in the order of their domains.
 
     `np.asarray(load)` is a structured array (calculators,) with the fields particles, seconds, speed, low,
-    high; `load[i]` is one of its records. low and high are the ends of slabs, or parts of the ids; bricks
-    have NaN there. Arrays are read-only copies.
+    high; `load[i]` is one of its records. low and high are the ends of a slab, or of a range of ids; NaN for
+    bricks. Arrays are read-only copies.
     """
 
     def __init__(self, table: _core.BalanceTable) -> None:
-        """Take the loads; the engine gives them to `Balancer.decide`.
+        """Wrap the engine's table; the engine passes it to `Balancer.decide`.
 
         Args:
-            table: the engine's own.
+            table: the engine's table.
         """
         self._table = table
 
     @property
     def frame(self) -> int:
-        """The frame that has just been computed."""
+        """Number of the frame that has just been computed."""
         return self._table.frame
 
     @property
     def evaluation(self) -> int:
-        """How many times the balancer was asked about this system before: 0, 1, ..."""
+        """How many times the balancer was called for this system before: 0, 1, ..."""
         return self._table.evaluation
 
     @property
@@ -67,7 +67,7 @@ class LoadTable:
 
     @property
     def speed(self) -> npt.NDArray[np.float64]:
-        """Particles per second, smoothed, float64 (calculators,); 0 where not known yet."""
+        """Smoothed particles per second, float64 (calculators,); 0 while unknown."""
         return _kept(self._table.speed)
 
     @property
@@ -77,17 +77,17 @@ class LoadTable:
 
     @property
     def powers(self) -> npt.NDArray[np.float64]:
-        """`speed` without gaps: unknown speeds are the mean of the known ones, or 1 if none is, float64."""
+        """`speed` with unknown values replaced by the mean of the known ones, or 1 if none is known."""
         return _kept(self._table.complete_speed)
 
     @property
     def cuts(self) -> npt.NDArray[np.float32]:
-        """Where domains end, metres along the axis, float32 (calculators - 1,), ascending for slabs."""
+        """Cuts between domains, metres along the axis, float32 (calculators - 1,), ascending for slabs."""
         return _kept(self._table.cuts)
 
     @property
     def imbalance(self) -> float:
-        """Slowest calculator over the mean, from particles and speeds; 1 is perfect."""
+        """Time of the slowest calculator divided by the mean, from particles and speeds; 1 is perfect."""
         return self._table.imbalance
 
     def __len__(self) -> int:
@@ -108,16 +108,16 @@ class LoadTable:
         return records if dtype is None else records.astype(dtype)
 
     def __getitem__(self, key: Any) -> Any:
-        """Return a record, several, or a field by its name."""
+        """Return one or several records, or a field by name."""
         return np.asarray(self)[key]
 
     def __repr__(self) -> str:
-        """Show whose loads these are."""
+        """Show the system, the frame and the number of calculators."""
         return f"<LoadTable {self.system!r}, frame {self.frame}: {len(self)} calculators>"
 
 
 def table_of(load: LoadTable) -> _core.BalanceTable:
-    """Return the engine's table, for the rest of the package."""
+    """Return the engine's table; for use elsewhere in the package."""
     return load._table
 
 

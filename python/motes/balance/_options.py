@@ -1,4 +1,4 @@
-"""The options of the core's balancers: what they are allowed to be."""
+"""Options of the core's balancers, and checks of their values."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ MOST = 2**64 - 1
 
 
 class Option(NamedTuple):
-    """An option as the core describes it, beside the policy that has it (`cpp/balance/policy_*.h`)."""
+    """An option as described by the core's policy (`cpp/balance/policy_*.h`)."""
 
     kind: str
     default: Any
     most: float
 
     def checked(self, name: str, given: Any) -> Any:
-        """Return the value that an option is given, if it is allowed."""
+        """Return the value of an option; raise if it is not allowed."""
         match self.kind:
             case "number":
                 return arguments.number(name, given, low=0, high=self.most)
@@ -38,7 +38,7 @@ class Option(NamedTuple):
 
 
 def checked_powers(powers: Any, *, above: bool) -> list[float]:
-    """Return the powers of machines; `above`: all of them must be above 0, else one at least."""
+    """Return the checked powers of machines; all must be > 0 if `above`, else at least one."""
     allowed = f"a list of finite numbers {'>' if above else '>='} 0, one per calculator"
     values = arguments.floats("powers", powers, np.float64, allowed)
     good = values.ndim == 1 and values.size > 0 and bool(np.isfinite(values).all())

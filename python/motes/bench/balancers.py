@@ -1,4 +1,4 @@
-"""Comparisons of balancers: on synthetic or recorded loads, and by what they cost in a job."""
+"""Compares balancers: on synthetic or recorded loads, and by their cost in a job."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ PLANNING_CALCULATORS = 4096
 
 
 def balance(*, calculators: int, particles: int, frames: int, run: str | None) -> dict[str, Any]:
-    """Compare balancers on synthetic loads, or on those of `run`, the log of a run, which needs pandas."""
+    """Compare balancers on synthetic loads, or on those in `run`, a run's log; that needs pandas."""
     from .. import replay
 
     histories: dict[str, replay.History] = {}

@@ -1,4 +1,4 @@
-"""What checkpoints cost: what a frame waits for, and what a thread writes meanwhile."""
+"""Measures the cost of checkpoints: how long a frame waits, and how long a thread writes meanwhile."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ __all__ = ["checkpoint"]
 
 
 def checkpoint(*, particles: int, systems: int, every: int, repeats: int) -> dict[str, Any]:
-    """Run frames of falling particles with pictures, a checkpoint every so many; medians of wall time.
+    """Time frames of falling particles with pictures, and checkpoints every `every` frames.
 
-    Ordinary frames are those during which nothing is written; there are none where `every` is 1, which
-    raises ArgumentError.
+    Returns medians of wall time. Ordinary frames are those during which nothing is written; `every=1` has
+    none and raises ArgumentError.
     """
     if every < 2:
         raise ArgumentError(
@@ -52,7 +52,7 @@ def checkpoint(*, particles: int, systems: int, every: int, repeats: int) -> dic
 def _run(
     directory: Path, particles: int, systems: int, every: int, repeats: int
 ) -> tuple[list[float], list[float], list[float], list[float]]:
-    """Return seconds of: waits at borders, ordinary frames, frames beside a writer, whole writes."""
+    """Return the seconds of waits at borders, ordinary frames, frames during a write, and whole writes."""
     where = Checkpoint(directory, every=every)
     world = World(seed=1, space=falling.SPACE, renderer=falling.renderer(), progress="off", checkpoint=where)
     layers = [world.system(f"layer {i}") for i in range(systems)]
@@ -68,7 +68,7 @@ def _run(
             due = frame > 0 and frame % every == 0
             if due:
                 waited.append(start - border)
-                if begun:  # the last one was written until now: this border waited for it
+                if begun:  # this border waited for the end of the last write
                     written.append(start - begun)
                 begun = start
             for layer in layers:
@@ -85,7 +85,7 @@ def _run(
 
 
 def _plain_write(path: Path, size: int) -> float:
-    """Return the seconds in which as many bytes go to the disk in one piece."""
+    """Return the seconds that it takes to write `size` bytes to the disk in one piece."""
     content = bytes(size)
     start = time.perf_counter()
     with path.open("wb") as file:

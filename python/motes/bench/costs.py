@@ -1,7 +1,7 @@
-"""What pictures cost, in the terms of cpp/engine/render/render_costs.h: `python -m motes bench costs`.
+"""Measures the constants of cpp/engine/render/render_costs.h: `python -m motes bench costs`.
 
-One core projects, draws, tone-maps and merges; two ranks send each other messages by the engine's MPI calls.
-The figures stand in that file, from which the manager estimates what a picture takes on each path.
+One core projects, draws, tone-maps and merges; two ranks exchange messages with the engine's MPI calls. From
+the constants in that file the manager estimates the cost of a picture on each path.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from .jobs import figures_of
 __all__ = ["costs", "main"]
 
 SMALL, LARGE = 64, 8_000_000
-"""Bytes of messages: the first cost what a message costs, the second what its bytes cost."""
+"""Bytes of messages: small ones measure the cost per message, large ones the cost per byte."""
 MESSAGES = {SMALL: 500, LARGE: 8}
 
 
 def costs(*, particles: int, size: tuple[int, int], repeats: int) -> dict[str, Any]:
-    """Measure all of them: nanoseconds of processor time."""
+    """Measure all constants, in nanoseconds of processor time."""
     picture = _core.picture_bench(particles, *size, repeats)
     rounds = [figures_of("motes.bench.costs", 2, []) for _ in range(repeats)]
     small, large = (statistics.median(one[str(length)] for one in rounds) for length in (SMALL, LARGE))
@@ -45,9 +45,9 @@ def costs(*, particles: int, size: tuple[int, int], repeats: int) -> dict[str, A
 
 
 def _talk(length: int, count: int) -> float:
-    """Return seconds of processor time per message and end: packed, sent, received into new memory.
+    """Return the seconds of processor time per message on each side: pack, send, receive into new memory.
 
-    Waits do not count: a rank sleeps, and only the questions that were answered are timed.
+    Waits do not count: a rank sleeps between polls, and only successful polls are timed.
     """
     from mpi4py import MPI
 
@@ -73,7 +73,7 @@ def _talk(length: int, count: int) -> float:
 
 
 def _answer(ask: Callable[[], Any]) -> tuple[Any, float]:
-    """Ask until the answer is not None or False; return it and the seconds that this last question took."""
+    """Poll until `ask` returns neither None nor False; return its answer and the seconds of the last poll."""
     while True:
         start = time.process_time()
         answer = ask()

@@ -1,4 +1,4 @@
-"""What exports cost: the copy that a frame waits for, and the files that a thread writes, by format."""
+"""Measures the cost of exports: the copy that a frame waits for, and each format's files."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ COLUMNS = ("position", "velocity", "color", "alpha", "size", "age")
 
 
 def export(*, particles: int, repeats: int) -> dict[str, Any]:
-    """Time each format in turn with a plain write of the same bytes: medians of processor time."""
+    """Time each format, alternating with a plain write of the same bytes; medians of processor time."""
     columns, copy_s = _particles(particles, repeats)
     formats, missing = [], []
     for format in FORMATS.values():
@@ -39,7 +39,7 @@ def export(*, particles: int, repeats: int) -> dict[str, Any]:
     ratios: dict[str, list[float]] = {format.kind: [] for format in formats}
     size: dict[str, int] = {}
     with tempfile.TemporaryDirectory(prefix="motes-bench-") as folder:
-        for format in formats:  # once more than is timed: the first write imports what it needs
+        for format in formats:  # not timed: the first write imports packages
             format.write(Path(folder) / "first", columns, frame=0, time=0.0)
         for _ in range(repeats):
             for format in formats:
@@ -63,7 +63,7 @@ def export(*, particles: int, repeats: int) -> dict[str, Any]:
 
 
 def _particles(count: int, repeats: int) -> tuple[dict[str, NDArray[Any]], float]:
-    """Return columns of particles that have lived for a while, out of order, and what their copy costs."""
+    """Return columns of particles in unsorted order, after some time, and the seconds of their copy."""
     world = World(seed=1, dt=1 / FRAMES, progress="off", threads=1)
     snow = world.system("snow")
     snow.configure(

@@ -1,4 +1,4 @@
-"""What jobs measure that need a world at work: layers of particles that fall and bounce, in big pictures."""
+"""A scene for benchmarks that need a busy world: layers of falling, bouncing particles in large pictures."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ SPACE = (-20, 20)
 
 
 def renderer() -> Renderer:
-    """See all of them at 1920x1080."""
+    """Return a renderer that sees all particles, at 1920x1080."""
     return Renderer(1920, 1080, camera=Camera((0, 4, 40), (0, 4, 0)))
 
 

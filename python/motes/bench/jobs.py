@@ -1,4 +1,4 @@
-"""Benchmarks that are jobs of their own, on several ranks."""
+"""Runs benchmarks as separate jobs on several ranks."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ __all__ = ["figures_of"]
 
 
 def figures_of(module: str, ranks: int, options: Sequence[str], *, survive: bool = False) -> dict[str, Any]:
-    """Run a module on these ranks, and return the last JSON object that it prints.
+    """Run a module on `ranks` ranks, and return the last JSON object that it prints.
 
-    `survive`: ranks may be lost; the exit code then says nothing.
+    `survive`: ranks may be lost; the exit code is then ignored.
 
-    Raises MotesError with the job's errors if it fails or prints none.
+    Raises MotesError with the job's errors if it fails or prints no object.
     """
     argv = starting.command(ranks, [sys.executable, "-m", module, *options], survive=survive)
     with folder_of_a_job() as (_, own):
@@ -37,7 +37,7 @@ def figures_of(module: str, ranks: int, options: Sequence[str], *, survive: bool
 
 
 def _said(errors: str) -> str:
-    """Leave out the launcher's own messages, where ranks say what has failed."""
+    """Remove the launcher's own messages if a rank's message says what has failed."""
     kept: list[bytes] = []
     relay = Relay(kept.append)
     relay.feed(f"{errors}\n".encode())

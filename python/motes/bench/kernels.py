@@ -1,7 +1,7 @@
-"""Benchmarks of the core's own parts on one core: kernels, births, the picture. No MPI.
+"""Benchmarks of the C++ core on one processor core: kernels, births, the picture. No MPI.
 
-Figures are the median or the minimum of several repeats, in CPU time of this thread: whatever else runs on
-the machine counts as little as possible. Ratios compare figures of one run.
+Figures are the median or the minimum of several repeats, in CPU time of this thread, to reduce the effect of
+other programs. Ratios compare figures of one run.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ __all__ = ["actions", "births", "leavers", "lists", "meshes", "render", "scale",
 
 
 def scene(name: str, *, particles: int, steps: int) -> dict[str, Any]:
-    """Time the list of "snow" or "fountain" and compare it with the limit that memory sets."""
+    """Time the list of "snow" or "fountain", and compare it with the limit of memory bandwidth."""
     figures = _core.act_bench(name, particles, steps)
     return {"scene": name, "particles": particles, "steps": steps, **_one_core(), **figures}
 
 
 def actions(*, particles: int, repeats: int) -> dict[str, Any]:
-    """Time each action, alone and added to a list."""
+    """Time each action, by itself and added to a list."""
     return {
         "machine": _machine(),
         "particles": particles,
@@ -33,7 +33,7 @@ def actions(*, particles: int, repeats: int) -> dict[str, Any]:
 
 
 def meshes(*, particles: int, repeats: int) -> dict[str, Any]:
-    """Time bounces off a mesh of 10,000 triangles, beside those off a sphere, and the making of its grid."""
+    """Time bounces off a mesh of 10,000 triangles and off a sphere, and building the mesh's grid."""
     return {
         "particles": particles,
         "repeats": repeats,
@@ -43,13 +43,13 @@ def meshes(*, particles: int, repeats: int) -> dict[str, Any]:
 
 
 def births(*, calculators: int, births: int, repeats: int) -> dict[str, Any]:
-    """Time what a birth costs the calculators that create it and pass it on."""
+    """Time the work per birth of the calculators that create and pass on births."""
     figures = _core.birth_bench(calculators, births, repeats)
     return {"calculators": calculators, "births": births, "repeats": repeats, **_one_core(), **figures}
 
 
 def lists(*, particles: int, steps: int) -> dict[str, Any]:
-    """Compare lists of four to twelve actions, with and without random numbers, with memory's speed."""
+    """Compare lists of four to twelve actions, with and without random numbers, with memory bandwidth."""
     return {
         "particles": particles,
         "steps": steps,
@@ -59,9 +59,9 @@ def lists(*, particles: int, steps: int) -> dict[str, Any]:
 
 
 def scale(*, particles: int, steps: int) -> dict[str, Any]:
-    """Time snow on 1, 3, 10, 30, ... million particles, in turn: a slow moment affects all sizes.
+    """Time snow with 1, 3, 10, 30, ... million particles, in turn: a slow moment affects all sizes.
 
-    Beside the limit that memory sets: loads and stores alone are faster if a cache holds the particles.
+    Also time only the loads and stores, the lower limit, which drops if a cache holds the particles.
     """
     sizes = sorted({min(n * 10**k, particles) for n in (1, 3) for k in range(6, 9)})
     cost: dict[int, list[float]] = {n: [] for n in sizes}
@@ -82,7 +82,7 @@ def scale(*, particles: int, steps: int) -> dict[str, Any]:
 
 
 def leavers(*, particles: int, bins: int, steps: int) -> dict[str, Any]:
-    """Time the ways to find the particles that left a domain."""
+    """Time several ways to find the particles that have left a domain."""
     seconds = _core.leaver_bench(particles, bins, steps)
     return {
         "particles": particles,
@@ -100,7 +100,7 @@ def render(
 
 
 def scenery(*, size: tuple[int, int], frames: int) -> dict[str, Any]:
-    """Time external objects without particles: the camera moves around shapes and a mesh; a light moves."""
+    """Time pictures of solids without particles: the camera moves around shapes and a mesh; a light moves."""
     return _core.scenery_bench(*size, frames)
 
 

@@ -1,4 +1,4 @@
-"""How long a viewer waits: from an order to the picture that shows it, in a real job with one viewer."""
+"""Measures a viewer's latency, from an order to the picture that shows it, in a real job."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ with world:
 
 
 def live(*, particles: int, size: tuple[int, int], ranks: int, orders: int) -> dict[str, Any]:
-    """Start a job of falling particles, give orders one after the other, and time the pictures; wall time."""
+    """Start a job of falling particles, give orders one by one, and measure the wall time to each picture."""
     _extras.require_live()
     with tempfile.TemporaryDirectory(prefix="motes-bench-") as place:
         folder = Path(place)
@@ -94,7 +94,7 @@ def _url(job: subprocess.Popen[bytes], folder: Path) -> str:
 
 
 class _Viewer:
-    """Orbits a little, waits for the first picture that shows it, and so on; in a thread of its own."""
+    """Repeatedly orbits a little and waits for the first picture that shows it, in another thread."""
 
     def __init__(self, url: str, orders: int) -> None:
         parts = urlsplit(url)

@@ -1,7 +1,7 @@
-"""What particles that see each other cost: `python -m motes bench meetings`.
+"""Measures the cost of interactions between particles: `python -m motes bench meetings`.
 
-A jittered lattice, seven neighbours within reach of each. A meeting sorts all particles into cells and sums
-over the neighbours anew in each sub-step; lists without meetings cost a few nanoseconds.
+The scene is a jittered lattice with seven neighbours within reach of each particle. In each sub-step an
+interaction sorts all particles into cells and sums over neighbours; other actions take a few nanoseconds.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 __all__ = ["lattice", "meetings"]
 
 REACH = 1.25
-"""In lattice spacings: about seven others are within it."""
+"""Reach in lattice spacings: about seven other particles are within it."""
 
 SPRING = 1e3 * (r - REACH) + 10 * dot(relative_velocity, normal)
 """A linear spring and dashpot, N for 1 kg."""
@@ -47,7 +47,7 @@ ACTIONS: dict[str, Callable[[System], None]] = {
 
 
 def lattice(particles: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Return positions and velocities: a cube of unit spacing, each place off by up to 0.35."""
+    """Return positions and velocities: a cubic lattice of unit spacing, jittered by up to 0.35."""
     rng = np.random.default_rng(7)
     side = int(np.ceil(particles ** (1 / 3)))
     places = np.arange(particles)
@@ -57,7 +57,7 @@ def lattice(particles: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
 
 
 def meetings(*, particles: int, repeats: int) -> dict[str, Any]:
-    """Measure each action on one rank and one thread: the median of processor time."""
+    """Measure each action on one rank and one thread: the median processor time."""
     from .._world.world import World
 
     position, velocity = lattice(particles)

@@ -1,9 +1,8 @@
-"""What balancing costs if there is nothing to balance: one rank of `python -m motes bench overhead`.
+"""Measures the cost of balancing when there is nothing to balance: one rank of `bench overhead`.
 
-Worlds that differ only in their balancer run in one job and take turns of a few frames: whatever else the
-machine does affects all of them. All figures, of the frame, of its phases and in percent, are computed the
-same way: the median over the rounds of the world with static cuts, plus the median of the differences to it
-within a round. The row of a second world with static cuts shows how accurate they are.
+Worlds that differ only in their balancer run in one job and take turns of a few frames, so other programs
+affect all of them. All figures, for the frame and its phases, are the static world's median over the rounds
+plus the median difference to it within a round. A second static world shows how accurate they are.
 """
 
 from __future__ import annotations
@@ -31,14 +30,14 @@ SNOW = Snow(
     gusts=Sphere((0, 0, 0), 1),
     obstacles=(Box((-4, 0, -3), (4, 3, 3)), Sphere((10, 1, 0), 1)),
 )
-WARM = 16  # frames before the first that counts, in which balancers learn about the machine
+WARM = 16  # frames that do not count, in which balancers learn the machine's speed
 
 
 class Lane:
-    """One running world, and how long its frames took on this rank."""
+    """One running world, and the times of its frames on this rank."""
 
     def __init__(self, balancer: Balancer, systems: int, particles: int, frames: int) -> None:
-        """Make the world of the paper's snow, on equal machines that share it evenly."""
+        """Make a world of the paper's snow, whose load is equal on all calculators."""
         self.world = World(seed=1, space=(-30, 30), balancer=balancer, progress="off")
         self.layers = [self.world.system(f"snow {i}", capacity=2 * particles) for i in range(systems)]
         self.particles = particles

@@ -1,12 +1,12 @@
-"""Whole frames with pictures on several ranks: `python -m motes bench paths`.
+"""Times whole frames with pictures on several ranks: `python -m motes bench paths`.
 
-Each layout is a job of its own. Layouts take turns, round after round, and ratios compare jobs of one round:
-what else the machine does affects all of them. Beside wall time there is the processor time of the busiest
-rank: what a frame would take at least on a machine with a free processor for each rank.
+Each layout is a separate job. Layouts take turns, round after round, and ratios compare jobs of one round, so
+other programs affect all of them. Besides wall time there is the processor time of the busiest rank: the
+least time per frame on a machine with a free processor for each rank.
 
-"2 apart" is the machine's limit for two processors: two jobs at the same time that know nothing of each
-other, each with half of the systems and a picture of its own. They share memory and caches, and bear what
-else the host does, as two ranks or threads do, and wait for nobody.
+"2 apart" is the machine's limit for two processors: two independent jobs at the same time, each with half of
+the systems and its own picture. They share memory, caches and the host's other load as two ranks or threads
+do, but never wait for each other.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ __all__ = ["LAYOUTS", "main", "paths"]
 
 
 class Layout(NamedTuple):
-    """Ranks, their roles, the threads of each; and how many such jobs share the systems at the same time."""
+    """The ranks of a job, their roles, threads per rank, and how many such jobs share the systems."""
 
     ranks: int
     roles: str = "auto"
@@ -45,9 +45,9 @@ LAYOUTS = {
     "3 paper": Layout(3),
     "4 paper": Layout(4),
 }
-"""In those of the paper, manager and image generator have no particles where there are two ranks or more."""
+"""In "paper" layouts, which use the roles "auto", manager and image generator have no particles."""
 SYSTEMS = 8
-WARM = 4  # frames before the first that counts
+WARM = 4  # frames that do not count
 
 
 def paths(
@@ -63,7 +63,7 @@ def paths(
     rounds: int,
     frames: int,
 ) -> dict[str, Any]:
-    """Compare layouts of ranks with the first of them."""
+    """Time layouts of ranks, and compare them with the first."""
     options = [f"--size={size[0]}x{size[1]}", f"--path={path}", f"--frames={frames}", f"--blend={blend}"]
     for name, wanted in (("far", far), ("objects", objects)):
         options += [f"--{name}"] if wanted else []
@@ -80,7 +80,7 @@ def paths(
 
 
 def _row(name: str, found: dict[str, list[dict[str, Any]]], first: str) -> dict[str, Any]:
-    """Compare a layout with the first one, and with jobs that know nothing of each other."""
+    """Compare a layout with the first one and with the independent jobs of "2 apart"."""
 
     def middle(figure: str, of: str) -> float:
         value: float = statistics.median(one[figure] for one in found[of])
@@ -101,7 +101,7 @@ def _row(name: str, found: dict[str, list[dict[str, Any]]], first: str) -> dict[
 
 
 def _run(layout: Layout, particles: int, options: Sequence[str], parts: bool) -> dict[str, Any]:
-    """Run a layout once: as long as its slowest job."""
+    """Run a layout once; its times are those of its slowest job."""
     share = [f"--particles={particles // layout.jobs}", f"--systems={SYSTEMS // layout.jobs}"]
     with ThreadPoolExecutor(layout.jobs) as pool:
         jobs = list(pool.map(lambda _: _job(layout, [*share, *options], parts), range(layout.jobs)))
@@ -115,7 +115,7 @@ def _run(layout: Layout, particles: int, options: Sequence[str], parts: bool) ->
 
 
 def _job(layout: Layout, options: Sequence[str], parts: bool) -> dict[str, Any]:
-    """Run one job. `parts`: with a log, which tells the processor time of each part on each rank."""
+    """Run one job; with `parts`, log the processor time of each phase on each rank."""
     with tempfile.TemporaryDirectory(prefix="motes-paths-") as folder:
         log = [f"--log={folder}/log"] if parts else []
         how = [f"--roles={layout.roles}", f"--threads={layout.threads}"]
@@ -124,7 +124,7 @@ def _job(layout: Layout, options: Sequence[str], parts: bool) -> dict[str, Any]:
 
 
 def _parts(log: Path, ranks: int) -> dict[str, list[float]]:
-    """Read the spans: ms of processor time that each part took on each rank, the median over frames."""
+    """Read a log's spans; return the ms of processor time per phase and rank, medians over frames."""
     found: dict[str, list[float]] = {}
     for rank in range(ranks):
         spent: dict[str, dict[int, float]] = {}
@@ -143,7 +143,7 @@ def _parts(log: Path, ranks: int) -> dict[str, list[float]]:
 
 
 def _film(arguments: argparse.Namespace) -> dict[str, Any] | None:
-    """Make the film on this rank; rank 0 returns what it took."""
+    """Run the frames on this rank; rank 0 returns the times."""
     from mpi4py import MPI
 
     from .._picture.rendering import Camera, Renderer

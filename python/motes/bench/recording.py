@@ -1,4 +1,4 @@
-"""What Python costs per frame: the calls of a script that record actions, and a frame without particles."""
+"""Measures Python's cost per frame: a script's recording calls, and a frame without particles."""
 
 from __future__ import annotations
 

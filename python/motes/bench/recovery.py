@@ -1,4 +1,4 @@
-"""What it costs that the loss of a rank is survived, and how long one takes: a job on several ranks."""
+"""Measures the cost of surviving the loss of a rank, and the time of a recovery: a job on several ranks."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from . import falling
 
 __all__ = ["recovery"]
 
-_BESIDE = 3  # frames that replicas may lengthen: they are made, travel, and arrive
+_BESIDE = 3  # frames that replicas may lengthen: creation, transfer, arrival
 
 
 def recovery(*, particles: int, systems: int, ranks: int, repeats: int) -> dict[str, Any]:
-    """Run frames of falling particles with pictures; medians of wall time on the image generator.
+    """Time frames of falling particles with pictures: medians of wall time on the image generator.
 
-    Replicas of all particles are made every `EVERY` frames; at the end the last rank is killed.
+    All particles are replicated every `EVERY` frames; at the end the last rank is killed.
     """
     from .jobs import figures_of
 
@@ -31,10 +31,10 @@ def recovery(*, particles: int, systems: int, ranks: int, repeats: int) -> dict[
 
 
 def _figures(border_s: list[float], lost_s: float, particles: int, ranks: int) -> dict[str, Any]:
-    """Say how much longer frames are beside replicas, as a part of all frames."""
+    """Return how much replicas lengthen frames, in ms and as a percentage of all frames."""
     cycles = [border_s[start : start + EVERY] for start in range(EVERY, len(border_s) - EVERY + 1, EVERY)]
     plain_s = statistics.median(seconds for cycle in cycles for seconds in cycle[_BESIDE:-1])
-    # The frame at whose end replicas are made is the last one of a cycle.
+    # Replicas are made at the end of the last frame of a cycle.
     beside_s = [sum(cycle[:_BESIDE]) + cycle[-1] - (_BESIDE + 1) * plain_s for cycle in cycles]
     return {
         "particles": particles,

@@ -1,4 +1,4 @@
-"""The paper's snow (5.1) as the paper's tables, weak scaling and `bench overhead` run it."""
+"""The paper's snow (5.1), used by the paper's tables, weak scaling, `bench overhead` and `bench paths`."""
 
 from __future__ import annotations
 
@@ -15,26 +15,26 @@ __all__ = ["Snow"]
 class Snow:
     """Flakes that fall over the whole width and lie on the ground for the rest of their lives.
 
-    The air is full from the start, with flakes of all ages, so that in each frame as many die as are born.
+    The first frame already has flakes of all ages, so as many die in each frame as are born.
     """
 
     width: float = 60.0
     """Metres along x, centred on 0."""
     top: float = 12.0
-    """Metres from the ground to where flakes are born."""
+    """Height in metres at which flakes are born."""
     depth: float = 8.0
     """Metres along z, centred on 0."""
     life: float = 12.0
-    """Seconds."""
+    """Lifetime in seconds."""
     velocity: Shape = Box((-0.4, -1.4, -0.3), (0.4, -1.2, 0.3))
-    """Of newborn flakes, m/s."""
+    """Velocities of newborn flakes, m/s."""
     gusts: Shape = Box((-1, -1, -1), (1, 1, 1))
     """Random accelerations, m/s^2."""
     obstacles: tuple[Shape, ...] = ()
-    """What flakes fall on besides the ground."""
+    """Shapes on which flakes fall besides the ground."""
 
     def record(self, system: System, frame: int, particles: int) -> None:
-        """Record what a system of `particles` flakes does in a frame."""
+        """Record a frame of a system of `particles` flakes."""
         x, z = self.width / 2, self.depth / 2
         system.configure(velocity=self.velocity, age=0)
         if frame == 0:

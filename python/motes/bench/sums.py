@@ -1,4 +1,4 @@
-"""What sums over particles cost on one core, beside reading the columns that they need."""
+"""Measures the cost of sums over particles on one core, relative to reading a column."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from ..shapes import Box, Sphere
 __all__ = ["sums"]
 
 BINS, CELLS = 100, (100, 100, 100)
-SIZE = 1.0  # m, of the box that the particles fill
+SIZE = 1.0  # edge of the box that the particles fill, m
 
 
 def sums(*, particles: int, repeats: int) -> dict[str, Any]:
-    """Time each kind of sum in turn with reading a column: medians of CPU time, and of ratios."""
+    """Time each kind of sum, alternating with reading a column: medians of CPU time and of ratios."""
     world = World(seed=1, progress="off", threads=1)
     gas = world.system("gas")
     box = (0, 0, 0), (SIZE, SIZE, SIZE)

@@ -1,7 +1,7 @@
 """The command line: `python -m motes COMMAND ...`, one module per command.
 
 Each module has `configure(parser)`, which adds the command's arguments, and `run(args)`, which does the work
-and returns the exit code. Only the module of the command that was asked for is imported.
+and returns the exit code. Only the module of the given command is imported.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ _DESCRIPTION = "Particle animations on clusters.\n\ncommands:\n" + "\n".join(
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command; returns the exit code: 2 for usage errors and for errors of motes."""
+    """Run one command; return the exit code, 2 for usage errors and for errors of motes."""
     _open_standard_streams()
     given = list(sys.argv[1:] if argv is None else argv)
     if not given or given[0] not in COMMANDS:
@@ -56,7 +56,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except MotesError as error:
         return _failed(str(error))
     except BrokenPipeError:
-        # The reader of the output, such as a pager or `head`, has gone; the interpreter must not flush again.
+        # The reader of the output, such as a pager or `head`, has exited; Python must not flush again.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except OSError as error:
@@ -66,12 +66,12 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _open_standard_streams() -> None:
-    """Open what was closed by `2>&-` and the like: files and pipes of this process would take its place."""
+    """Open standard streams that `2>&-` or the like has closed: else other files would get their numbers."""
     for number in (0, 1, 2):
         try:
             os.fstat(number)
         except OSError:
-            os.open(os.devnull, os.O_RDWR)  # takes the lowest number that is free
+            os.open(os.devnull, os.O_RDWR)  # gets the lowest free number
     for number, name in ((1, "stdout"), (2, "stderr")):
         if getattr(sys, name) is None:
             setattr(sys, name, os.fdopen(number, "w", closefd=False))

@@ -24,13 +24,13 @@ from .parser import add_json, positive, print_figures
 __all__ = ["configure", "run"]
 
 EACH = 200_000
-"""Particles per rank of a virtual machine,"""
+"""Particles per virtual rank."""
 EACH_REAL = 20_000
-"""and of real ones."""
+"""Particles per real rank."""
 CELLS, CELLS_EACH = 1000, 16
-"""Cells in the row, and the least number per rank."""
+"""Fewest cells in the row, and fewest per rank."""
 FRAMES, FRAMES_OF_MANY, MANY = 60, 24, 256
-"""By default, and for more ranks than these."""
+"""Frames by default; frames on more than `MANY` ranks; that number of ranks."""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -71,7 +71,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Play, and print the scores; 1 if particles were lost or bits differ."""
+    """Play, and print the scores; return 1 if particles were lost or results differ."""
     if args.plot:
         _extras.matplotlib("matplotlib.figure")  # before minutes of work
     if args.league and args.league.suffix not in (".parquet", ".jsonl"):
@@ -121,7 +121,7 @@ def _on_ranks(args: argparse.Namespace, name: str) -> list[Score]:
 
 
 def _right(scores: list[Score]) -> bool:
-    """Whether all were verified, and each workload has one digest."""
+    """Tell whether all scores were verified, and each workload has one digest."""
     digests = {(score.machine, score.workload): set[str]() for score in scores}
     for score in scores:
         digests[score.machine, score.workload].add(score.digest)

@@ -3,8 +3,8 @@
   python -m motes bench snow
   python -m motes bench render --size 1280x720 --json
 
-Figures are the median or the minimum of several repeats, in CPU time of one thread: whatever else runs on the
-machine counts as little as possible. Ratios compare figures of one run.
+Figures are the median or the minimum of several repeats, in CPU time of one thread, to reduce the effect of
+other programs. Ratios compare figures of one run.
 """
 
 from __future__ import annotations
@@ -241,7 +241,7 @@ def _table(figures: Mapping[str, Any]) -> str:
 
 
 def _parts(parts: Mapping[str, Mapping[str, list[float]]]) -> list[str]:
-    """Show what each part took on each rank, one table per layout; parts below 0.01 ms are left out."""
+    """Show the time of each part on each rank, one table per layout; omit parts below 0.01 ms."""
     lines = []
     for layout, spent in parts.items():
         lines += ["", f"{layout}: processor time of a frame, ms: each rank, all"]
@@ -252,7 +252,7 @@ def _parts(parts: Mapping[str, Mapping[str, list[float]]]) -> list[str]:
 
 
 def _meetings(figures: Mapping[str, Any]) -> str:
-    """Show the meetings as a table."""
+    """Show the costs of interactions as a table."""
     seen = f"{figures['neighbours']:.1f} neighbours each"
     lines = [f"{figures['particles']} particles, {seen}, one core, {figures['simd']}"]
     lines += [f"{row['action']:24} {row['ns']:8.1f} ns per particle and sub-step" for row in figures["rows"]]
@@ -260,7 +260,7 @@ def _meetings(figures: Mapping[str, Any]) -> str:
 
 
 def _checkpoint(figures: Mapping[str, Any]) -> str:
-    """Say what a frame waits for, and what the thread writes."""
+    """Show how long a frame waits, and how long the thread writes."""
     return "\n".join(
         [
             f"{figures['particles']} particles, {figures['megabytes']:.0f} MB each {figures['every']} frames",
@@ -275,7 +275,7 @@ def _checkpoint(figures: Mapping[str, Any]) -> str:
 
 
 def _recovery(figures: Mapping[str, Any]) -> str:
-    """Say what replicas cost, and what a loss does."""
+    """Show the costs of replicas and of a loss."""
     return "\n".join(
         [
             f"{figures['particles']} particles on {figures['ranks']} ranks, "
@@ -290,7 +290,7 @@ def _recovery(figures: Mapping[str, Any]) -> str:
 
 
 def _export(figures: Mapping[str, Any]) -> str:
-    """Show the formats as a table, and which need a package that is not installed."""
+    """Show the formats as a table, and those whose package is not installed."""
     lines = [f"{'processor time per million particles':<38}{'ms':>8}{'MB':>8}{'by plain write':>16}"]
     lines += [
         f"{row['format']:<38}{row['ms']:>8.1f}{row['megabytes']:>8.1f}{row['by_plain']:>16.2f}"
@@ -301,7 +301,7 @@ def _export(figures: Mapping[str, Any]) -> str:
 
 
 def _peers(figures: Mapping[str, Any]) -> str:
-    """Show the peers as a table, what each leaves out, and which are not installed."""
+    """Show the peers as a table, the work that each leaves out, and those that are not installed."""
     lines = [f"{'':<8}{'threads':>8}{'M updates/s':>13}{'engine / it':>13}"]
     lines += [
         f"{row['peer']:<8}{row['threads']:>8}{row['million_per_s']:>13.0f}{row['engine_by_peer']:>13.2f}"
@@ -318,7 +318,7 @@ def _peers(figures: Mapping[str, Any]) -> str:
 
 
 def _colliding(figures: Mapping[str, Any]) -> list[str]:
-    """Show `collide` beside LAMMPS."""
+    """Show `collide` compared with LAMMPS."""
     lines = [f"{row['peer']:<32}{row['ns']:>9.1f}{row['engine_by_peer']:>13.2f}" for row in figures["rows"]]
     seen = f"{figures['neighbours']:.1f} neighbours each"
     about = f"{figures['spheres']} spheres, {seen}, LAMMPS {figures['lammps']}"
@@ -326,7 +326,7 @@ def _colliding(figures: Mapping[str, Any]) -> list[str]:
 
 
 def _bed(figures: Mapping[str, Any]) -> list[str]:
-    """Show grains in a bed beside LAMMPS."""
+    """Show the bed of grains compared with LAMMPS."""
     lines = []
     for row in figures["rows"]:
         timed = f"{row['ns']:>9.1f}{row['engine_by_peer']:>13.2f}"

@@ -1,4 +1,4 @@
-"""Run on a simulated cluster, reproduce the paper's tables, or show how the engine grows with the ranks.
+"""Run on a simulated cluster, reproduce the paper's tables, or measure how the engine scales with ranks.
 
   python -m motes cluster paper --table 1
   python -m motes cluster run cluster.py snow.motes --balancer mine.py:Mine
@@ -26,7 +26,7 @@ __all__ = ["configure", "run"]
 
 PLOTS = (".png", ".svg", ".pdf")
 REPLAY = ("combine", "roles", "frames")
-"""Options that go to motes_replay as they are."""
+"""Options that are passed on to motes_replay unchanged."""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -188,7 +188,7 @@ def _growth(args: argparse.Namespace) -> int:
 
 
 def _require_plot(args: argparse.Namespace) -> None:
-    """Raise MissingExtraError before minutes of work, not behind them."""
+    """Raise MissingExtraError before minutes of work, not after."""
     if args.plot:
         _extras.matplotlib("matplotlib.figure")
 

@@ -3,7 +3,7 @@
   python -m motes course evenings
   python -m motes course source --solutions --key "our secret"
 
-With --solutions notebooks have solutions and hidden tests, for the teacher, in nbgrader's format.
+With --solutions the notebooks contain solutions and hidden tests, for the teacher, in nbgrader's format.
 """
 
 from __future__ import annotations

@@ -5,9 +5,9 @@
   python -m motes demo -n 4 galaxy --size 1280x720 --particles 100000
   python -m motes demo galaxy --help
 
-It writes out/NAME.mp4, and its middle frame as out/NAME.png. -n is the number of ranks; one uses all cores,
-too. --live shows the run in a browser while it goes on. What else stands behind the name goes to the script:
---frames, --seed, --out and more, as --help after a name tells.
+It writes out/NAME.mp4, and its middle frame as out/NAME.png. -n is the number of ranks; a single one also
+uses all cores. --live shows the run in a browser. Other options after the name go to the script: --frames,
+--seed, --out and more; --help after a name lists them.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Become the demo, or list all."""
+    """Run the demo, or list all."""
     if args.name is None:
         sentences = {name: about(name) for name in names()}
         width = max(map(len, sentences), default=0)
@@ -57,12 +57,12 @@ def names() -> list[str]:
 
 
 def script(name: str) -> Path:
-    """Return where the script of a demo lies."""
+    """Return the path of a demo's script."""
     return next(_folder().rglob(f"{name}.py"))
 
 
 def about(name: str) -> str:
-    """Return what the first line of a demo's script says it shows."""
+    """Return a demo's description: the first line of its script's docstring."""
     lines = (ast.get_docstring(ast.parse(script(name).read_text(encoding="utf-8"))) or "").splitlines()
     return lines[0].split(": python -m motes")[0] if lines else ""
 

@@ -2,7 +2,7 @@
 
   python -m motes doctor
 
-Exit code 1 and one line per problem where something is wrong, such as a compiled core that does not load.
+If something is wrong, such as a compiled core that does not load, prints one line per problem; exit code 1.
 """
 
 from __future__ import annotations
@@ -30,14 +30,14 @@ from .parser import add_json, print_figures
 __all__ = ["Report", "configure", "examine", "run"]
 
 HELLO_LIMIT_S = 30
-# Each line in one piece, which print() would not do in an unbuffered Python: ranks' pieces may mix.
+# Write each line in one piece; unbuffered, print() would not, and lines of different ranks could mix.
 _HELLO = r"""
 import sys
 from mpi4py import MPI
 sys.stdout.write(f'motes-hello rank {MPI.COMM_WORLD.rank} of {MPI.COMM_WORLD.size}\n')
 """
 
-# In a process of its own: starting MPI or loading a broken core must not end the examination.
+# Run in a separate process: starting MPI or loading a broken core must not end the examination.
 _CORE = """
 import json, mpi4py
 mpi4py.rc.initialize = mpi4py.rc.finalize = False
@@ -65,7 +65,7 @@ class Report:
 
     @property
     def text(self) -> str:
-        """The report as a reader wants it."""
+        """The report as text."""
         width = max(map(len, self.figures))
         lines = [
             f"{name:<{width}}  {_shown(value)}"
@@ -83,7 +83,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print the report; returns 1 if there is a problem, else 0."""
+    """Print the report; return 1 if there is a problem, else 0."""
     report = examine()
     print_figures(args, {**report.figures, "problems": report.problems}, report.text)
     return 1 if report.problems else 0
@@ -105,7 +105,7 @@ def examine() -> Report:
 
 
 def _environment(report: Report) -> None:
-    """List the variables that are set, and those whose value is not allowed."""
+    """Add the environment variables that are set, and a problem for each invalid value."""
     values = {}
     for name in environment.TABLE:
         if environment.is_set(name):
@@ -118,7 +118,7 @@ def _environment(report: Report) -> None:
 
 
 def _threads() -> str:
-    """Say how many threads a script has that runs as one process."""
+    """Return how many threads a script has that runs as one process."""
     from .._run.threads import Place, most_threads, processors, threads_of
 
     alone = threads_of([Place("", processors(), 0, most_threads())])[0]
@@ -138,7 +138,7 @@ def _package(report: Report, name: str, *, needed: bool) -> None:
 
 
 def _mpi(report: Report) -> None:
-    """Look for the launcher and start two ranks."""
+    """Find the launcher and start two ranks."""
     try:
         report.figures["mpi_library"] = str(starting.library())
     except MotesError as error:
@@ -166,7 +166,7 @@ def _mpi(report: Report) -> None:
 
 
 def _core(report: Report) -> None:
-    """Load the compiled core beside mpi4py and find out which MPI library each of them loads."""
+    """Load the compiled core after mpi4py, and find out which MPI library each of them loads."""
     output, problem = _output([sys.executable, "-c", _CORE])
     match = re.search(r"motes-core (.*)", output)
     if match is None:
@@ -186,7 +186,10 @@ def _core(report: Report) -> None:
 
 
 def _output(argv: list[str], variables: Mapping[str, str] | None = None) -> tuple[str, str]:
-    """Run a program, with these variables; returns its output and, if it failed, the reason that it gave."""
+    """Run a program; return its output and, if it failed, the reason.
+
+    `variables` are added to its environment, unless set in this one.
+    """
     try:
         answer = subprocess.run(
             argv,
@@ -194,7 +197,7 @@ def _output(argv: list[str], variables: Mapping[str, str] | None = None) -> tupl
             text=True,
             timeout=HELLO_LIMIT_S,
             stdin=subprocess.DEVNULL,
-            env={**(variables or {}), **os.environ},  # without what a started MPI added to the environment
+            env={**(variables or {}), **os.environ},  # os.environ lacks what MPI added when it started
         )
     except subprocess.TimeoutExpired:
         return "", f"no end within {HELLO_LIMIT_S} s"
@@ -207,7 +210,7 @@ def _output(argv: list[str], variables: Mapping[str, str] | None = None) -> tupl
 
 
 def _variables(values: dict[str, str]) -> list[str]:
-    """List all environment variables that count, with what is set or what holds where nothing is."""
+    """List all environment variables of motes, with their values or defaults."""
     width = max(map(len, environment.TABLE))
     lines = []
     for name, variable in environment.TABLE.items():

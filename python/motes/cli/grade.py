@@ -3,8 +3,8 @@
   python -m motes grade 3 mine.py
   python -m motes grade noise mine.py --key "our secret" --json
 
-The submission runs in a process of its own, for seconds at most. The same file and key have the same score in
-each repeat, whatever else the machine does. The exit code is 1 if the submission fails.
+The submission runs in a separate process, for a few seconds at most. The same file and key always get the
+same score. The exit code is 1 if the submission fails.
 """
 
 from __future__ import annotations

@@ -4,8 +4,8 @@
   python -m motes live -n 4 --paused script.py [arguments]
   python -m motes live -n 16 --hosts node1:8,node2:8 --port 9000 script.py
 
-The line "motes: live at http://127.0.0.1:8080/?k=..." says where, and how to get there from another machine.
-What viewers do stands in steer.jsonl in the run's log, if it has one; `run --steering` repeats it.
+The line "motes: live at http://127.0.0.1:8080/?k=..." shows the address, and how to reach it from another
+machine. If the run has a log, steer.jsonl there records what viewers do; `run --steering` repeats it.
 A live view needs the extra: pip install "motes[live]". Other options are those of `run`.
 """
 

@@ -4,9 +4,9 @@
   python -m motes movie out/frames -o film.mp4 --fps 30
   python -m motes movie out --series snow. --gaps hold
 
-The pictures are called frame.0000.png or snow12.png: what stands before the number is their series. They
-follow each other by number, have one size, and none is missing, unless --gaps says what to show in its place:
-`hold`, the one before; `skip`, nothing. A film has no alpha channel: clear pixels show the
+Pictures have names such as frame.0000.png or snow12.png; the text before the number is their series. They are
+ordered by number and must have the same size. A missing number is an error, unless --gaps says what to show
+instead: `hold` the picture before it, `skip` nothing. A film has no alpha channel: clear pixels show the
 colour of --background.
 """
 
@@ -61,7 +61,7 @@ def _color(text: str) -> tuple[int, int, int]:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Write the film and say what is in it."""
+    """Write the film and print its figures."""
     folder = Path(args.directory)
     named = folder if folder.name not in ("", "..") else folder.resolve()
     target = Path(args.output) if args.output else named.with_name(f"{named.name}.mp4")
@@ -83,10 +83,10 @@ def join(
     gaps: str = "refuse",
     background: tuple[int, int, int] | None = None,
 ) -> dict[str, Any]:
-    """Write a film of a directory's pictures; returns what is in it.
+    """Write a film of a directory's pictures; return its figures.
 
-    `background`: the sRGB colour behind clear pixels. Raises MotesError, before a file is written, where
-    pictures are missing or their sizes differ, and where one has clear pixels and there is no background.
+    `background` is the sRGB colour behind clear pixels. Raises MotesError, before a file is written, if
+    pictures are missing or their sizes differ, or if one has clear pixels and there is no background.
     """
     from .._film.movie import Movie
 
@@ -101,7 +101,7 @@ def join(
 
 
 def _numbered(folder: Path, series: str | None) -> dict[int, Path]:
-    """Find the pictures of a series, or of the only one, by number."""
+    """Find the pictures of a series, or of the only series, by number."""
     if not folder.is_dir():
         raise MotesError(f"{folder} is no directory")
     found: dict[str, dict[int, Path]] = {}
@@ -126,7 +126,7 @@ def _numbered(folder: Path, series: str | None) -> dict[int, Path]:
 
 
 def _in_order(numbered: dict[int, Path], gaps: str) -> Iterator[Path]:
-    """Return the picture for each number from the first to the last."""
+    """Yield the picture for each number from the first to the last."""
     numbers = sorted(numbered)
     missing = [(a + 1, b - 1) for a, b in zip(numbers, numbers[1:], strict=False) if b > a + 1]
     if missing and gaps == "refuse":
@@ -144,7 +144,7 @@ def _in_order(numbered: dict[int, Path], gaps: str) -> Iterator[Path]:
 
 
 def _one_size(paths: list[Path]) -> tuple[int, int]:
-    """Return the size of all, from their heads."""
+    """Return the common size of all pictures, from their headers."""
     first = paths[0]
     size = _size(first)
     for path in paths[1:]:

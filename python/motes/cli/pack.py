@@ -5,8 +5,8 @@
   python -m motes pack out/snow.usd -o out/snow.pvd           for ParaView
   python -m motes pack out/pile --frame -1 -o pile.npz        one frame, to emit from in another script
 
-The export may be of any format: a directory, a .usd or a .pvd file. The joined files are the same, whatever
-the number of ranks was.
+The export may have any format: a directory, a .usd or a .pvd file. The joined files are the same for any
+number of ranks.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Join the files and say how many there are."""
+    """Join the files and print how many there are."""
     from .._interchange.pack import pack
 
     made = pack(args.export, args.output, system=args.system, frame=args.frame)

@@ -1,4 +1,4 @@
-"""What all commands share: their options and the ways to print."""
+"""Options and printing that all commands share."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ def add_commands(parser: argparse.ArgumentParser, title: str) -> argparse._SubPa
 
 
 class _Commands(argparse._SubParsersAction):  # type: ignore[type-arg]
-    """Sub-commands whose `--help` says in a sentence what they do, with an example."""
+    """Sub-commands whose `--help` has a sentence and an example."""
 
     def add_parser(self, name: str, *, example: str = "", **options: Any) -> Any:
-        """Add a command. `help` is the sentence, `example` what stands behind the name in the example."""
+        """Add a command. `help` is the sentence, `example` the arguments in the example."""
         about = options["help"]
         line = f"{self._prog_prefix} {name} {example}".rstrip()
         return super().add_parser(name, description=f"{about[0].upper()}{about[1:]}.\n\n  {line}", **options)
@@ -37,7 +37,7 @@ def add_json(parser: argparse.ArgumentParser) -> None:
 
 
 def add_key(parser: argparse.ArgumentParser, default: str) -> None:
-    """Add `--key`, which a user may keep out of the list of processes."""
+    """Add `--key`; with "-" the key does not show up in the list of processes."""
     parser.add_argument(
         "--key",
         type=lambda text: sys.stdin.readline().strip() if text == "-" else text,
@@ -48,7 +48,7 @@ def add_key(parser: argparse.ArgumentParser, default: str) -> None:
 
 
 def print_figures(args: argparse.Namespace, figures: Mapping[str, Any], text: str) -> None:
-    """Print the figures as one JSON object where `--json` was given, else the text."""
+    """Print the figures as one JSON object if `--json` was given, else the text."""
     print(json.dumps(plain(figures)) if args.json else text, flush=True)
 
 

@@ -57,7 +57,7 @@ def _add_own(parser: argparse.ArgumentParser) -> None:
 
 
 def _take_from_the_end(program: list[str], args: argparse.Namespace) -> list[str]:
-    """Take our own options, -o among them, off the end of the script's arguments; return the rest."""
+    """Parse our options, including -o, at the end of the script's arguments; return the rest."""
     end = len(program)
     found = False
     while end > 1:

@@ -2,7 +2,7 @@
 
   python -m motes report runs/today -o today.html
 
-It opens in any browser, also far from the run.
+It opens in any browser, on any machine.
 """
 
 from __future__ import annotations

@@ -8,8 +8,8 @@
   python -m motes run -n 4 --restarts 3 script.py
   python -m motes run -n 2 --steering log/steer.jsonl script.py
 
-A script with checkpoints continues from its newest complete one when the same command is run again, or by
-itself with --restarts.
+A script with checkpoints continues from its newest complete one when the same command is run again; with
+--restarts it does so by itself.
 
 With --survive (Open MPI 5) the other ranks outlive one that is killed: worlds with on_loss="recover" continue
 without it.

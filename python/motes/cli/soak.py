@@ -1,19 +1,19 @@
-"""Look for what breaks a promise: thousands of cases that go wrong, each from a seed that repeats it.
+"""Test the engine's promises under thousands of failures, each repeatable from its seed.
 
   python -m motes soak disasters --seeds 10000
   python -m motes soak disasters --from 4711 --seeds 1        the same disaster once more
   bash .ci/asan python -m motes soak files --seeds 100000     in a checkout, with AddressSanitizer
 
-disasters: small animations on simulated ranks (threads of one process, under a scheduler that draws who runs
-next and how long a message takes). Ranks die one by one and in company, while others recover, too; whole jobs
-are killed and go on from checkpoints, some of them damaged, on other ranks. The promises: each frame has the
-particles and the picture of the run to which nothing happened; a run ends early only where it says why, and
-never because of one rank alone; nobody waits for ever; damaged checkpoints are not used.
+disasters: small animations on simulated ranks (threads of one process; a scheduler draws which one runs next
+and how long a message takes). Ranks die one by one or together, even while others recover; whole jobs are
+killed and continue from checkpoints, some of them damaged, on other ranks. The promises: each frame has the
+particles and the picture of an undisturbed run; a run that ends early says why, and never ends because of a
+single rank; no rank waits forever; damaged checkpoints are not used.
 
-files: scenes, checkpoints and tables of a log, with bits flipped, bytes lost, doubled and exchanged. Reading
-one gives an error or what was written.
+files: scenes, checkpoints and tables of a log, with bits flipped and bytes lost, doubled or exchanged.
+Reading one must give an error or the original content.
 
-Prints the seeds that broke a promise; exit code 1 if there is one.
+Prints the seeds that broke a promise; exit code 1 if there are any.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Run them all and say which broke a promise."""
+    """Run all seeds, and print which broke a promise."""
     with tempfile.TemporaryDirectory(prefix="motes-soak-") as directory:
         case = _disaster if args.what == "disasters" else partial(_damaged_file, directory)
         figures = _soak(args, case)
@@ -86,7 +86,7 @@ def _all(case: Case, seeds: range, jobs: int) -> Iterator[tuple[int, dict[str, A
     if jobs == 1 or len(seeds) <= _CHUNK:
         yield from map(case, seeds)
         return
-    # Not by fork: the simulated ranks are threads.
+    # Not with fork, since the simulated ranks are threads.
     with get_context("spawn").Pool(jobs) as pool:
         yield from pool.imap(case, seeds, chunksize=_CHUNK)
 

@@ -1,4 +1,4 @@
-"""Show a run while it goes on, in another terminal, from its log.
+"""Show a run in progress in another terminal, from its log.
 
   python -m motes watch runs/today
 
@@ -26,7 +26,7 @@ __all__ = ["configure", "run", "watch"]
 EVERY_S = 0.5
 LINE_EVERY_S = 1.0
 SILENT_S = 120.0
-"""A log in which nothing was written for this long belongs to a run that is dead."""
+"""A run whose log has not grown for this many seconds counts as dead."""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -52,9 +52,9 @@ def run(args: argparse.Namespace) -> int:
 
 
 def watch(path: Path, *, once: bool = False, wait_s: float = 10.0, out: TextIO | None = None) -> int:
-    """Show the run on `out` (None: standard output) until it ends; returns the exit code.
+    """Show the run on `out` (None: standard output) until it ends; return the exit code.
 
-    `once`: only what there is now. `wait_s`: seconds to wait for the log.
+    `once`: show only the current state. `wait_s`: seconds to wait for the log.
     """
     view = View(path, _facts_when_there(path, 0.0 if once else wait_s))
     screen = _Screen(sys.stdout if out is None else out)
@@ -63,7 +63,7 @@ def watch(path: Path, *, once: bool = False, wait_s: float = 10.0, out: TextIO |
         screen.print_whole(view)
         return 0
     while True:
-        dead = view.process_is_gone()  # asked before reading: what it wrote last is read below
+        dead = view.process_is_gone()  # before reading, so that its last lines are read below
         view.read()
         over = view.ended or dead or view.silent_s > SILENT_S
         screen.show(view, last=over)
@@ -88,7 +88,7 @@ def _facts_when_there(path: Path, wait_s: float) -> dict[str, Any]:
 
 
 class _Screen:
-    """Redraws in place on a terminal; elsewhere prints one line per second at most."""
+    """Redraws in place on a terminal; elsewhere prints at most one line per second."""
 
     def __init__(self, out: TextIO) -> None:
         self._out = out
@@ -109,7 +109,7 @@ class _Screen:
             self._tell(view, last=last)
 
     def print_whole(self, view: View) -> None:
-        """Print the view once, without moving the cursor: for a file, a notebook, a mail."""
+        """Print the view once, without moving the cursor, for files and notebooks."""
         width = shutil.get_terminal_size().columns - 1
         print("\n".join(view.lines(width, plain=self._plain)), file=self._out, flush=True)
 

@@ -1,4 +1,4 @@
-"""Virtual clusters: machines and networks that this one does not have, simulated by SimGrid."""
+"""Virtual clusters: machines and networks simulated by SimGrid."""
 
 from .machines import Cluster, FastEthernet, Modern, Myrinet, Network, Node
 from .simulate import migrant_s, simulate

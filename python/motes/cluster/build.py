@@ -1,4 +1,4 @@
-"""Building `motes_replay` for SimGrid's SMPI, and finding what was built."""
+"""Builds `motes_replay` for SimGrid's SMPI, and finds the program."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ def find_smpirun() -> str:
 
 
 def find_replay() -> Path:
-    """Find `motes_replay` built for SMPI: `MOTES_SMPI_REPLAY`, or what `cluster build` has put beside Python.
+    """Find `motes_replay` built for SMPI: `MOTES_SMPI_REPLAY`, or the one from `cluster build` beside Python.
 
-    Raises MotesError if neither exists. Nothing is compiled here.
+    Raises MotesError if neither exists. Compiles nothing.
     """
     named = environment.read("MOTES_SMPI_REPLAY")
     if named:
@@ -48,11 +48,11 @@ def find_replay() -> Path:
 
 
 def build(source: Path, program: Path | None = None) -> Path:
-    """Compile `motes_replay` for SMPI from a clone of motes and copy it to `program`; returns its path.
+    """Compile `motes_replay` for SMPI from a clone of motes, copy it to `program`, and return its path.
 
-    The build folder is `source`/build/smpi, so that the next build compiles only what has changed. `program`:
-    None is where `find_replay` looks, beside this Python. Raises MotesError if `source` is not a clone of
-    motes, if CMake is absent, or with the compiler's errors.
+    The build folder is `source`/build/smpi, so the next build compiles only what has changed. `program`: None
+    is beside this Python, where `find_replay` looks. Raises MotesError if `source` is not a clone of motes,
+    if CMake is absent, or with the compiler's errors.
     """
     find_smpirun()
     source = source.resolve()

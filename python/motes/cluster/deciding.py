@@ -1,4 +1,4 @@
-"""Balancers of Python for `motes_replay`, which has no Python: it asks over two named pipes."""
+"""Lets `motes_replay`, which has no Python, use balancers written in Python, over two named pipes."""
 
 from __future__ import annotations
 
@@ -20,30 +20,30 @@ __all__ = ["deciding"]
 
 END = "end"
 ROOM = 1 << 20
-"""Bytes that a pipe holds: a plan for tens of thousands of calculators, even if nobody reads it any more."""
+"""Capacity of a pipe in bytes: holds a plan for tens of thousands of calculators, even without a reader."""
 
 
 @contextmanager
 def deciding(balancer: Balancer, folder: Path) -> Iterator[None]:
-    """Answer for a balancer while the body runs; the protocol stands in cpp/driver/asked.h.
+    """Answer for a balancer while the body runs; cpp/driver/asked.h describes the protocol.
 
-    An error in `decide` goes to `motes_replay`, which ends with it, and is raised here at the end.
+    An error in `decide` is sent to `motes_replay`, which ends with it, and is raised here at the end.
 
     Args:
-        balancer: who decides.
-        folder: what `motes_replay --ask` is to be given; it is made here.
+        balancer: the balancer that decides.
+        folder: the argument of `motes_replay --ask`; the folder is created.
 
     Raises:
-        MotesError: the body's, caused by what `decide` raised.
+        MotesError: the body's error, caused by the one that `decide` raised.
     """
-    policy = policy_of(copy.deepcopy(balancer))  # one that remembers starts anew in each run
+    policy = policy_of(copy.deepcopy(balancer))  # copied, since balancers may keep state between frames
     folder.mkdir()
     over = "all" if policy.over_all else "system"
     (folder / "facts").write_text(f"{' '.join(policy.name.split())}\n{policy.smoothing!r} {over}\n")
     pipes = []
     for name in ("tables", "plans"):
         os.mkfifo(folder / name, 0o600)
-        pipes.append(os.open(folder / name, os.O_RDWR))  # open at both ends: nobody waits for the other
+        pipes.append(os.open(folder / name, os.O_RDWR))  # open at both ends, so that opening never blocks
         fcntl.fcntl(pipes[-1], fcntl.F_SETPIPE_SZ, ROOM)
     tables, plans = pipes
     failed: list[BaseException] = []
@@ -54,7 +54,7 @@ def deciding(balancer: Balancer, folder: Path) -> Iterator[None]:
     except MotesError as error:
         raise error from (failed[0] if failed else error.__cause__)
     finally:
-        os.write(tables, f"\n{END}\n".encode())  # what was killed may have left half a line
+        os.write(tables, f"\n{END}\n".encode())  # a killed process may have left half a line
         thread.join()
         for pipe in pipes:
             os.close(pipe)

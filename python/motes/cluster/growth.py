@@ -1,4 +1,4 @@
-"""Weak scaling of the engine, by phase: the same number of particles per rank on ever more virtual ranks."""
+"""Weak scaling of the engine, by phase: a fixed number of particles per rank on many virtual ranks."""
 
 from __future__ import annotations
 
@@ -19,24 +19,24 @@ from .simulate import record, simulate
 __all__ = ["PHASES", "RANKS", "WAYS", "Row", "facts", "grow", "plot", "text"]
 
 PARTICLES = 400_000
-"""Per rank."""
+"""Particles per rank."""
 COMPUTED = 131_000_000
-"""Most particles that are computed in all; each stands for several, so that their number is made up for."""
+"""Most particles computed on all ranks; each one stands for several, to make up the full number."""
 EACH = 32_000
-"""And most on each rank: fewer would differ more from rank to rank than their number does."""
+"""Most particles computed per rank; with much fewer, random differences between ranks would grow."""
 PICTURE = (1920, 1080)
 """Pixels."""
 METRES = 4.0
-"""Width of a rank's domain."""
+"""Width of a rank's domain in metres."""
 FRAMES, MEASURED = 5, 3
 UNKNOWN = 3
-"""Frames more where there are pictures: the first ones are divided by guess, and the next waits for them."""
+"""Extra frames with pictures: the first ones are divided among ranks by a guess, which delays the next."""
 RANKS = (8, 16, 32, 64, 128)
 WAYS = {
     "calculators": ("--births", "calculators"),
     "manager": ("--births", "manager", "--fan-out", "1000000"),
 }
-"""Calculators create births, messages go along a tree; or the manager creates them and talks to each rank."""
+"""Calculators create births, and messages follow a tree; or the manager creates births and sends them all."""
 PHASES = {
     "create": ("create", "wait for births"),
     "act": ("act", "order"),
@@ -48,14 +48,14 @@ PHASES = {
         *("wait for tiles", "assemble"),
     ),
 }
-"""Phases of a frame, with the spans (docs/analysis.md) of which each consists."""
+"""Phases of a frame, each with its spans (docs/analysis.md)."""
 FOLDER = Path(__file__).parent
 
 
 def network() -> Network:
     """Describe InfiniBand HDR100: 100 Gb/s per node, 1.5 us, 0.3 us of a processor per message.
 
-    The vendor's 100 Gb/s; latency and overhead as MPI benchmarks of such networks have them (OSU
+    The bandwidth is the vendor's; latency and overhead are those of MPI benchmarks on such networks (OSU
     microbenchmarks: 1 to 2 us between nodes, of which each processor takes about 0.3 us). All pairs have the
     full bandwidth, as in a non-blocking fat tree.
     """
@@ -70,28 +70,28 @@ class Row:
     way: str
     pictures: bool
     computed: int
-    """Particles of a rank that are computed."""
+    """Particles computed per rank."""
     frame_s: float
     """Simulated seconds per frame."""
     phases: dict[str, float]
-    """Seconds of each phase, the mean over all calculators, waits included."""
+    """Seconds of each phase, including waits; the mean over all calculators."""
     ideal_s: float
-    """Seconds that a calculator acts (and draws), the mean: a frame in which nobody waits or talks."""
+    """Seconds of a frame without waits or messages: a calculator's mean time to act (and project)."""
 
     @property
     def efficiency(self) -> float:
-        """Part of the frame that is spent on particles."""
+        """Fraction of the frame that is spent on particles."""
         return self.ideal_s / self.frame_s
 
     @property
     def talk(self) -> float:
-        """Part of the frame that create, exchange and balance take."""
+        """Fraction of the frame that create, exchange and balance take."""
         return sum(self.phases[name] for name in ("create", "exchange", "balance")) / self.frame_s
 
 
 def grow(ranks: Sequence[int] = RANKS, way: str = "calculators", *, pictures: bool = False) -> list[Row]:
     """Run snow on each number of calculators, with one more rank for pictures and one more to manage."""
-    find_smpirun(), find_replay(), _extras.pandas()  # say at once what is missing
+    find_smpirun(), find_replay(), _extras.pandas()  # raise before minutes of work
     arguments.choice("way", way, tuple(WAYS))
     with tempfile.TemporaryDirectory(prefix="motes-growth-") as folder:
         return [_row(Path(folder), count, way, pictures) for count in ranks]
@@ -102,7 +102,9 @@ def _row(folder: Path, ranks: int, way: str, pictures: bool) -> Row:
     computed = min(EACH, COMPUTED // calculators)
     half = METRES * calculators / 2
     sizes = [f"--particles={computed * calculators}", f"--space={-half},{half}", f"--width={2 * half}"]
-    sizes += [f"--size={PICTURE[0]}x{PICTURE[1]}", f"--distance={half}"] if pictures else []  # all are seen
+    sizes += (
+        [f"--size={PICTURE[0]}x{PICTURE[1]}", f"--distance={half}"] if pictures else []
+    )  # far enough to see all
     scene, log = folder / f"{ranks}.motes", folder / f"{ranks}"
     frames = FRAMES + (UNKNOWN if pictures else 0)
     record(scene, FOLDER / "paper" / "snow.py", ["--systems=1", f"--frames={frames}", *sizes])
@@ -116,14 +118,14 @@ def _row(folder: Path, ranks: int, way: str, pictures: bool) -> Row:
         options=options,
     )
     found = {name: _seconds(run, spans) for name, spans in PHASES.items()}
-    found["agree"] -= _seconds(run, ("send migrants",))  # which is part of the wait for the verdict
+    found["agree"] -= _seconds(run, ("send migrants",))  # part of the wait for the verdict
     frame_s = float(run.frames["t_frame_s"].iloc[-MEASURED:].mean())
     ideal_s = found["act"] + (_seconds(run, ("project",)) if pictures else 0.0)
     return Row(ranks, way, pictures, computed, frame_s, found, ideal_s)
 
 
 def _seconds(run: Run, spans: Sequence[str]) -> float:
-    """Return seconds per measured frame, the mean over calculators."""
+    """Return the seconds of spans per measured frame, the mean over calculators."""
     calculators = run.facts["calculators"]
     rows = run.spans
     first = rows["frame"].max() + 1 - MEASURED
@@ -133,7 +135,7 @@ def _seconds(run: Run, spans: Sequence[str]) -> float:
 
 
 def facts(rows: Sequence[Row]) -> dict[str, Any]:
-    """Return all of it as plain values."""
+    """Return all figures as plain values."""
     return {
         "particles_a_rank": PARTICLES,
         "rows": [
@@ -153,7 +155,7 @@ def facts(rows: Sequence[Row]) -> dict[str, Any]:
 
 
 def text(rows: Sequence[Row]) -> str:
-    """Return the table, one line per number of ranks; phases in per cent of the frame."""
+    """Return a table, one line per number of ranks; phases in percent of the frame."""
     title = (
         f"Weak scaling: snow, {PARTICLES} particles per rank; phases in % of the frame, mean over calculators"
     )

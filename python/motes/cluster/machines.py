@@ -15,18 +15,17 @@ __all__ = ["Cluster", "FastEthernet", "Modern", "Myrinet", "Network", "Node", "d
 
 @dataclass(frozen=True)
 class Network:
-    """A switched network: each node has its own link, at full speed in both directions at once.
+    """A switched network: each node has its own link, with full bandwidth in both directions at once.
 
     Attributes:
         name: of the network.
         bandwidth: bytes per second of a node's link, in one direction.
         latency_s: seconds from one node to another.
-        overhead_s: processor seconds that a message takes at each of its ends; the first network's value
-            counts.
-        shared: whether messages share their nodes' links as they travel. If not, each message travels alone,
-            and the processors at its ends are busy with its bytes for as long as the link would be (the LogGP
-            model, Alexandrov et al. 1995). That suits thousands of ranks, for which a simulator would need
-            hours to share links among messages. The first network's value counts.
+        overhead_s: processor seconds that a message takes at each end; the first network's value counts.
+        shared: whether concurrent messages share their nodes' links. If not, messages do not affect each
+            other, and the processors at both ends are busy with a message's bytes for as long as the link
+            would be (the LogGP model, Alexandrov et al. 1995). That suits thousands of ranks, for which
+            simulating shared links would take hours. The first network's value counts.
     """
 
     name: str
@@ -35,13 +34,13 @@ class Network:
     """Seconds from one node to another."""
     overhead_s: float = 0.0
     shared: bool = True
-    """Whether messages share their nodes' links as they travel. If not, each message travels alone, and the
-    processors at its ends are busy with its bytes for as long as the link would be (the LogGP model,
-    Alexandrov et al. 1995). That suits thousands of ranks, for which a simulator would need hours to share
-    links among messages. The first network's value counts."""
+    """Whether concurrent messages share their nodes' links. If not, messages do not affect each other, and
+    the processors at both ends are busy with a message's bytes for as long as the link would be (the LogGP
+    model, Alexandrov et al. 1995). That suits thousands of ranks, for which simulating shared links would
+    take hours. The first network's value counts."""
 
     def __post_init__(self) -> None:
-        """Check what was given."""
+        """Check the values."""
         arguments.number(f"bandwidth of {self.name}", self.bandwidth, low=1)
         arguments.number(f"latency_s of {self.name}", self.latency_s, low=0)
         arguments.number(f"overhead_s of {self.name}", self.overhead_s, low=0)
@@ -49,7 +48,7 @@ class Network:
 
 
 def Myrinet() -> Network:
-    """Return Myrinet of 2000: 2 Gb/s, 10 us (Boden et al. 1995 for the switch; Myricom's M3F cards)."""
+    """Return the Myrinet of 2000: 2 Gb/s, 10 us (Boden et al. 1995 for the switch; Myricom's M3F cards)."""
     return Network("Myrinet", 2e9 / 8, 10e-6)
 
 
@@ -59,7 +58,7 @@ def FastEthernet() -> Network:
 
 
 def Modern() -> Network:
-    """Return a network of today's clusters: 200 Gb/s, 1.5 us."""
+    """Return a network of current clusters: 200 Gb/s, 1.5 us."""
     return Network("200 Gb/s", 200e9 / 8, 1.5e-6)
 
 
@@ -70,11 +69,12 @@ class Node:
     Attributes:
         name: of the kind.
         speed: relative to the machine on which the costs of work were measured.
-        cores: of each machine.
-        count: how many machines.
-        ranks: started on each; None: one per core.
-        sharing: part of its speed that each rank keeps while several are busy: they share memory and caches.
-        networks: names of the networks to which it is connected; None: all.
+        cores: per machine.
+        count: number of machines.
+        ranks: per machine; None: one per core.
+        sharing: fraction of its speed that each rank keeps while others are busy, since they share memory and
+            caches.
+        networks: names of the networks to which the machines are connected; None: all.
         copy_bandwidth: bytes per second between two ranks of a machine.
     """
 
@@ -84,13 +84,13 @@ class Node:
     count: int = 1
     ranks: int | None = None
     sharing: float = 1.0
-    """Part of its speed that each rank keeps while several are busy: they share memory and caches."""
+    """Fraction of its speed that each rank keeps while others are busy: they share memory and caches."""
     networks: tuple[str, ...] | None = None
     copy_bandwidth: float = 400e6
     """Bytes per second between two ranks of the node."""
 
     def __post_init__(self) -> None:
-        """Check what was given."""
+        """Check the values."""
         arguments.number(f"speed of {self.name}", self.speed, low=1e-6)
         arguments.integer(f"cores of {self.name}", self.cores, low=1)
         arguments.integer(f"count of {self.name}", self.count, low=1)
@@ -106,7 +106,7 @@ class Node:
 
     @property
     def rank_speed(self) -> float:
-        """Speed of each of its ranks while all of them work."""
+        """Speed of each rank while all ranks of the machine work."""
         alone = self.speed if self.started == 1 else self.speed * self.sharing
         return alone * min(1.0, self.cores / self.started)
 
@@ -116,9 +116,9 @@ class Cluster:
     """Nodes and the networks between them.
 
     Attributes:
-        nodes: kinds of machines. Ranks go to them in their order: the first is the image generator's, the
-            second the manager's (`roles="auto"`).
-        network: one, or several, the preferred one first: two nodes talk over the first one that connects
+        nodes: kinds of machines. Ranks are assigned in order: the first is the image generator, the second
+            the manager (`roles="auto"`).
+        network: one network or several, in order of preference: two nodes use the first one that connects
             both.
     """
 
@@ -126,7 +126,7 @@ class Cluster:
     network: Network | Sequence[Network] = field(default_factory=Modern)
 
     def __post_init__(self) -> None:
-        """Check that the machines can talk to each other."""
+        """Check that a network connects each pair of machines."""
         if not self.nodes:
             raise ArgumentError("nodes", self.nodes, "one Node at least")
         names = [node.name for node in self.nodes]
@@ -142,30 +142,30 @@ class Cluster:
 
     @property
     def networks(self) -> list[Network]:
-        """All networks, the preferred one first."""
+        """All networks, in order of preference."""
         return [self.network] if isinstance(self.network, Network) else list(self.network)
 
     @property
     def ranks(self) -> int:
-        """Ranks on all machines."""
+        """Number of ranks on all machines."""
         return sum(node.count * node.started for node in self.nodes)
 
     def hosts(self) -> Iterator[tuple[str, Node]]:
-        """Go through the machines in the order of ranks.
+        """Iterate over the machines in the order of ranks.
 
         Yields:
-            Each one's name and kind.
+            The name and the kind of each machine.
         """
         for node in self.nodes:
             for number in range(node.count):
                 yield f"{node.name}-{number}", node
 
     def between(self, a: Node, b: Node) -> Network:
-        """Return the network over which two machines talk.
+        """Return the network that two machines use.
 
         Args:
-            a: one machine's kind.
-            b: the other's.
+            a: kind of one machine.
+            b: kind of the other.
         """
         for network in self.networks:
             if all(node.networks is None or network.name in node.networks for node in (a, b)):
@@ -174,13 +174,13 @@ class Cluster:
 
 
 def described(path: Path) -> Cluster:
-    """Run a file that says `cluster = motes.cluster.Cluster(...)`, and return that.
+    """Run a file that sets `cluster = motes.cluster.Cluster(...)`, and return the cluster.
 
     Args:
         path: of the file.
 
     Raises:
-        MotesError: if it is absent or says none.
+        MotesError: if the file is absent or sets no cluster.
     """
     if not path.is_file():
         raise MotesError(f"cluster file {path} does not exist")

@@ -1,4 +1,4 @@
-"""A cluster as SimGrid reads it: the platform (hosts, links, routes) and the host of each rank."""
+"""Writes a cluster for SimGrid: the platform (hosts, links, routes) and the host of each rank."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ HEAD = """<?xml version="1.0"?>
 """
 
 OPERATIONS = 1e9
-"""Operations per second of a machine of speed 1 in the simulator, so that costs are nanoseconds."""
+"""Operations per second of a machine of speed 1 in the simulator: one operation takes a nanosecond."""
 
 
 def platform(cluster: Cluster) -> str:
-    """Write the platform file (XML)."""
+    """Return the platform file (XML)."""
     if len(cluster.nodes) == 1 and len(cluster.networks) == 1:
         return HEAD + _uniform(cluster.nodes[0], cluster.networks[0]) + "</platform>\n"
     machines = list(cluster.hosts())
@@ -42,7 +42,7 @@ def platform(cluster: Cluster) -> str:
 
 
 def _uniform(node: Node, network: Network) -> str:
-    """Describe machines of one kind briefly: thousands of them have millions of routes."""
+    """Return a short description of machines of one kind: thousands of them would have millions of routes."""
     facts = {
         **{"id": "cluster", "prefix": f"{node.name}-", "suffix": "", "radical": f"0-{node.count - 1}"},
         **{"speed": f"{node.rank_speed * OPERATIONS!r}f", "core": str(node.started)},
@@ -57,7 +57,7 @@ def _uniform(node: Node, network: Network) -> str:
 
 
 def hosts(cluster: Cluster) -> str:
-    """Write the host file: one line per rank."""
+    """Return the host file: one line per rank."""
     return "".join(f"{name}\n" * node.started for name, node in cluster.hosts())
 
 

@@ -1,4 +1,4 @@
-"""Runs of recorded scenes on a virtual cluster: SimGrid's SMPI executes each rank and keeps the time."""
+"""Runs recorded scenes on a virtual cluster: SimGrid's SMPI executes each rank and simulates time."""
 
 from __future__ import annotations
 
@@ -24,24 +24,24 @@ if TYPE_CHECKING:
 __all__ = ["MEASURED_COSTS", "costs_of", "migrant_s", "record", "simulate"]
 
 FLAGS = {
-    "smpi/simulate-computation": "no",  # work takes what its costs say
-    "smpi/test": "0",  # asking whether a message has left takes no time
-    "smpi/lat-factor": "0:1",  # networks are as the cluster says, not as SMPI was calibrated for another one
+    "smpi/simulate-computation": "no",  # work takes the time given by its costs
+    "smpi/test": "0",  # MPI_Test takes no time
+    "smpi/lat-factor": "0:1",  # use the cluster's networks without SMPI's calibration factors
     "smpi/bw-factor": "0:1",
     "smpi/privatization": "no",  # the engine has no global state
     "network/crosstraffic": "0",
     "smpi/cpu-threshold": "-1",
-    "smpi/send-is-detached-thresh": "65536",  # longer messages wait for their receiver
+    "smpi/send-is-detached-thresh": "65536",  # sends of longer messages wait for their receiver
 }
 ALONE = {
-    "smpi/send-is-detached-thresh": "0",  # the simulator searches one list for each unreceived message
+    "smpi/send-is-detached-thresh": "0",  # the simulator searches a list of all unreceived messages
 }
-"""For networks whose messages do not share links."""
+"""Flags for networks whose messages do not share links."""
 MEASURED_COSTS = Path(__file__).with_name("measured.costs")
 
 
 def record(scene: Path, script: Path, arguments: Sequence[object] = ()) -> None:
-    """Record a script's scene, in a process of its own. Raises MotesError with the script's errors."""
+    """Record a script's scene in another process. Raises MotesError with the script's errors."""
     argv = [sys.executable, "-m", "motes", "record", "-o", scene, script, *arguments]
     made = subprocess.run([str(part) for part in argv], capture_output=True, text=True, check=False)
     if made.returncode != 0:
@@ -64,12 +64,12 @@ def simulate(
         scene: a file that `python -m motes record` wrote.
         cluster: the machines and networks.
         log: the directory for the run's log.
-        costs: a file of what work costs, lines `name = nanoseconds` on a machine of speed 1; None is
-            `measured.costs` of this package: one core of a Xeon with AVX-512.
-        scale: how many particles each particle of the scene stands for: work on particles, and messages that
-            hold some, cost that many times more.
-        balancer: also one of your own, asked in this process; what it thinks takes no simulated time. None:
-            the scene's, or that of the options.
+        costs: a file of the costs of work, lines `name = nanoseconds` on a machine of speed 1; None:
+            `measured.costs` of this package, for one core of a Xeon with AVX-512.
+        scale: how many particles each particle of the scene stands for: work on particles, and messages with
+            particles, cost that many times more.
+        balancer: may be your own class; it runs in this process and takes no simulated time. None: the
+            scene's balancer, or that of the options.
         options: of `motes_replay`.
 
     Returns:
@@ -81,7 +81,7 @@ def simulate(
     scale = arguments.number("scale", scale, low=1e-9)
     smpirun, replay = find_smpirun(), find_replay()
     with tempfile.TemporaryDirectory(prefix="motes-cluster-") as text:
-        folder = Path(text)  # run from there, so that the log does not depend on any path
+        folder = Path(text)  # the working directory, so that the log depends on no path
         (folder / "platform.xml").write_text(platform(cluster))
         (folder / "hosts").write_text(hosts(cluster))
         (folder / "costs").write_text(_costs(costs, cluster.networks[0]))
@@ -96,7 +96,7 @@ def simulate(
 
 
 def _run_under(balancer: Balancer, argv: Sequence[str], folder: Path) -> None:
-    from ..balance import is_native  # needs the compiled core, unlike all else here
+    from ..balance import is_native  # needs the compiled core, unlike the rest of this module
     from .deciding import deciding
 
     if is_native(balancer):
@@ -114,7 +114,7 @@ def _run(argv: Sequence[str], folder: Path) -> None:
 
 
 def _launcher(smpirun: str, cluster: Cluster) -> list[str]:
-    """Compose smpirun's own part of the command line."""
+    """Return smpirun's own part of the command line."""
     flags = FLAGS | ({} if cluster.networks[0].shared else ALONE)
     return [
         smpirun,
@@ -127,20 +127,20 @@ def _launcher(smpirun: str, cluster: Cluster) -> list[str]:
 
 
 def _replay_options(scale: float, options: Sequence[str]) -> list[str]:
-    """Compose the arguments of motes_replay; smpirun splits arguments at blanks, so none may contain any."""
+    """Return the arguments of motes_replay, without blanks, at which smpirun would split them."""
     own = ["scene.motes", "--log", "log", "--scale", repr(scale), "--costs", "costs"]
     return own + ["".join(option.split()) for option in options]
 
 
 def _costs(path: str | os.PathLike[str] | None, network: Network) -> str:
-    """Return the costs of work, and those of each message and its bytes for the processors at its ends."""
+    """Return the costs of work, of each message, and of its bytes for the processors at both ends."""
     text = Path(MEASURED_COSTS if path is None else path).read_text()
     byte_s = 0.0 if network.shared else 1 / network.bandwidth
     return f"{text}\nmessage = {1e9 * network.overhead_s!r}\nbyte = {1e9 * byte_s!r}\n"
 
 
 def costs_of(text: str) -> dict[str, float]:
-    """Read costs of work: lines `name = nanoseconds`; returns seconds by name."""
+    """Parse costs of work, lines `name = nanoseconds`; return seconds by name."""
     lines = (line.partition("#")[0].partition("=") for line in text.splitlines())
     return {name.strip().strip('"'): 1e-9 * float(value) for name, equals, value in lines if equals}
 
@@ -148,18 +148,18 @@ def costs_of(text: str) -> dict[str, float]:
 def migrant_s(
     cluster: Cluster, costs: str | os.PathLike[str] | None = None, *, scale: float = 1.0, size: float = 36.0
 ) -> float:
-    """Return what a particle that changes its calculator costs each of the two, for `Run.replay(migrant_s=)`.
+    """Return the cost of a migrating particle for each of the two calculators, for `Run.replay(migrant_s=)`.
 
-    A log cannot tell it if little was exchanged, or the same number in each frame.
+    It cannot be derived from a log in which few particles, or equally many in each frame, were exchanged.
 
     Args:
-        cluster: the machines and networks, of which the first counts; on average over its ranks.
-        costs: as `simulate` takes it.
-        scale: likewise.
+        cluster: the machines, averaged over ranks, and the networks, of which the first counts.
+        costs: as in `simulate`.
+        scale: as in `simulate`.
         size: bytes of a particle in a message; 36 for one with position, velocity, age and id.
 
     Returns:
-        Seconds: packing or unpacking, and its bytes on the link.
+        Seconds for packing or unpacking the particle, and for its bytes on the link.
     """
     found = costs_of(Path(MEASURED_COSTS if costs is None else costs).read_text())
     slowness = [node.started / node.rank_speed for node in cluster.nodes for _ in range(node.count)]

@@ -1,9 +1,9 @@
-"""A course of six evenings about load balancing, which grades itself: `python -m motes course DIR`.
+"""A self-grading course of six evenings about load balancing: `python -m motes course DIR`.
 
     print(motes.course.grade(3, "mine.py"))
 
-The evenings: read a log; cut space by prefix sums; noisy clocks; machines of unknown speeds; what moving
-costs; a tournament. Nothing here needs mpirun.
+The evenings: read a log; cut space by prefix sums; noisy clocks; machines of unknown speeds; the cost of
+moving particles; a tournament. No evening needs mpirun.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""The process in which a submission runs: it sees what it is asked, and answers.
+"""The process in which a submission runs: it receives requests and answers them.
 
-Started by `asking.py` as a script of its own. What the grader knows, such as loads still to come, is in
-another process. This one may neither write files nor read any but those of the installation; it may start
-nothing, talk to nobody and not sleep. That keeps mistakes and shortcuts out; it is no prison for malice.
+`asking.py` starts it as a separate script. The grader's knowledge, such as future loads, stays in another
+process. This one may read only files of the installation, and may not write files, start processes, use the
+network or sleep. That prevents mistakes and shortcuts; it is not a sandbox against malice.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from typing import Any
 
 import mpi4py
 
-mpi4py.rc.initialize = mpi4py.rc.finalize = False  # this process is nobody's rank
+mpi4py.rc.initialize = mpi4py.rc.finalize = False  # this process is not a rank
 
 import numpy as np  # noqa: E402
 
@@ -38,15 +38,15 @@ FORBIDDEN = {
     "changes files": ("os.remove", "os.rename", "os.mkdir", "os.rmdir", "os.link", "os.symlink", "shutil."),
     "sends a signal": ("os.kill", "signal."),
 }
-"""What a submission may not do, and the audit events by which Python tells."""
+"""What a submission may not do, and the prefixes of the audit events that Python raises for it."""
 
 
 class ForbiddenError(BaseException):
-    """The submission does what it must not; no `except Exception` of its own hides that."""
+    """The submission does something forbidden; a BaseException, so its `except Exception` cannot hide it."""
 
 
 class Guard:
-    """The audit hook that says no."""
+    """The audit hook that raises for forbidden actions."""
 
     def __init__(self) -> None:
         """Remember which folders may be read."""
@@ -57,7 +57,7 @@ class Guard:
         self.seen = ""
 
     def __call__(self, event: str, arguments: tuple[Any, ...]) -> None:
-        """Raise for what is forbidden."""
+        """Raise ForbiddenError if the event is forbidden."""
         if event == "open":
             self._open(*arguments)
         for what, events in FORBIDDEN.items():
@@ -71,7 +71,7 @@ class Guard:
             self.refuse(f"reads a file ({path!r})")
 
     def refuse(self, what: str) -> None:
-        """Raise, and remember."""
+        """Raise ForbiddenError, and remember the first reason."""
         self.seen = self.seen or what
         raise ForbiddenError(what)
 
@@ -80,13 +80,13 @@ class Submission:
     """The student's module."""
 
     def __init__(self) -> None:
-        """Begin without one."""
+        """Start without a module."""
         self._names: dict[str, Any] = {}
         self._file = ""
         self._mine: Any = None
 
     def load(self, source: str, file: str) -> dict[str, Any]:
-        """Run the file."""
+        """Run the submission's file."""
         self._file = file
         linecache.cache[file] = (len(source), None, source.splitlines(True), file)
         self._names = {"__name__": "submission", "__file__": file}
@@ -94,7 +94,7 @@ class Submission:
         return {}
 
     def call(self, function: str, arguments: dict[str, Any]) -> dict[str, Any]:
-        """Call a function with arrays."""
+        """Call one of the submission's functions, with lists as arrays."""
         return {"value": plain(self._of(function)(**{name: array(one) for name, one in arguments.items()}))}
 
     def make(self, options: dict[str, Any]) -> dict[str, Any]:
@@ -106,7 +106,7 @@ class Submission:
         return {"smoothing": float(self._mine.smoothing)}
 
     def decide(self, table: dict[str, Any]) -> dict[str, Any]:
-        """Ask `Mine` about loads."""
+        """Return the decision of `Mine` for a table of loads."""
         answer = self._mine.decide(LoadTable(_core.BalanceTable(**table)))
         if isinstance(answer, Targets):
             return {"shares": plain(np.asarray(answer.shares, np.float64))}
@@ -115,7 +115,7 @@ class Submission:
         raise TypeError(f"decide returns {type(answer).__name__}, not Targets or Orders")
 
     def where(self, error: BaseException) -> str:
-        """Name the submission's line in which an error arose."""
+        """Return the submission's line that raised an error; "" if there is none."""
         lines = [line for name, line in _lines(error) if name == self._file]
         return f"{os.path.basename(self._file)}, line {lines[-1]}" if lines else ""
 
@@ -126,12 +126,12 @@ class Submission:
 
 
 def array(value: Any) -> Any:
-    """Return lists as arrays."""
+    """Convert a list to an array; return other values unchanged."""
     return np.array(value, np.float64) if isinstance(value, list) else value
 
 
 def plain(value: Any) -> Any:
-    """Return what JSON can hold."""
+    """Convert a value to plain types that JSON can hold."""
     if isinstance(value, (str, bool, int, float, type(None))):
         return value
     if isinstance(value, (np.generic, np.ndarray)):
@@ -152,7 +152,7 @@ def _lines(error: BaseException) -> list[tuple[str, int | None]]:
 
 
 def answered(guard: Guard, submission: Submission, function: Callable[..., Any], request: Any) -> Any:
-    """Return a function's answer, or what went wrong."""
+    """Return a function's answer, or its error."""
     try:
         answer = function(**request)
     except BaseException as error:
@@ -162,7 +162,7 @@ def answered(guard: Guard, submission: Submission, function: Callable[..., Any],
 
 
 def restrict() -> Guard:
-    """Take from this process what a submission must not use; cannot be undone."""
+    """Limit this process's resources and forbid what a submission must not do; cannot be undone."""
     random.seed(0)
     np.random.seed(0)
     used = resource.getrusage(resource.RUSAGE_SELF)
@@ -173,7 +173,7 @@ def restrict() -> Guard:
         (resource.RLIMIT_AS, MEMORY),
         (resource.RLIMIT_CORE, 0),
     ):
-        with suppress(ValueError, OSError):  # a lower one is in force already
+        with suppress(ValueError, OSError):  # a lower limit is in force already
             resource.setrlimit(limit, (value, value))
     guard = Guard()
     time.sleep = lambda _: guard.refuse("sleeps")
@@ -182,7 +182,7 @@ def restrict() -> Guard:
 
 
 def main() -> None:
-    """Answer requests, one line of JSON each, until there are no more."""
+    """Answer requests, one line of JSON each, until the pipe closes."""
     requests, answers = os.fdopen(int(sys.argv[1])), os.fdopen(int(sys.argv[2]), "w")
     submission, guard = Submission(), restrict()
     for line in requests:
@@ -190,11 +190,11 @@ def main() -> None:
         function = getattr(submission, request.pop("do"))
         try:
             text = json.dumps(answered(guard, submission, function, request))
-        except BaseException as error:  # what cannot be told, such as a list that has itself in it
+        except BaseException as error:  # not JSON, such as a list that contains itself
             text = json.dumps({"error": f"{type(error).__name__}: {error}", "where": ""})
         answers.write(text + "\n")
         answers.flush()
-    os._exit(0)  # threads that the submission left behind are not waited for
+    os._exit(0)  # do not wait for the submission's threads
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Games: a hidden load on hidden machines, what a policy sees of it, and what its seconds are worth."""
+"""Games: a hidden load on hidden machines, what a policy sees of it, and the points for its seconds."""
 
 from __future__ import annotations
 
@@ -21,28 +21,28 @@ __all__ = ["Game", "Hidden", "Result", "Seen", "machine"]
 PARTICLE_S = 1e-7
 """Seconds that one particle takes at speed 1."""
 PATIENCE = (1, 3, 8, 24)
-"""Frames within which moving must pay, of the policies that know all machines; the best has 100 points."""
+"""Frames within which a move must pay, for each reference policy; the best one is worth 100 points."""
 MARGIN = 1.2
-"""How many times as long as the best takes what is worth 0 points, at least."""
+"""Smallest ratio of the time worth 0 points to the best time."""
 
 Table = dict[str, Any]
 
 
 class Hidden(Workload):
-    """Particles spread evenly, and a crowd that is born in some frame and is then here and there."""
+    """Particles spread evenly, and a crowd that is born in some frame and then moves about."""
 
     name = "hidden"
 
     def __init__(
         self, places: Sequence[float], *, part: float, slow: Floats, width: float = 0.1, born: int = 0
     ):
-        """Make it; its frames are as many as the places.
+        """Make a load of as many frames as places.
 
         Args:
-            places: the crowd's middle in each frame, as parts of the row.
-            part: of all particles that are in the crowd.
-            slow: part of its speed that each machine has in each frame, (frames, calculators).
-            width: of the crowd on either side, as part of the row.
+            places: the crowd's middle in each frame, as fractions of the row.
+            part: fraction of all particles that are in the crowd.
+            slow: fraction of its speed that each machine has in each frame, (frames, calculators).
+            width: half the crowd's width, as a fraction of the row.
             born: the frame in which the crowd is born.
         """
         super().__init__(frames=len(places), cells=256, particles=200_000)
@@ -50,7 +50,7 @@ class Hidden(Workload):
         self._part, self._slow, self._width, self._born = part, slow, width, born
 
     def born(self, frame: int) -> Counts | None:
-        """Particles born in a frame, before they move, (2 sheets, cells)."""
+        """Return the particles born in a frame, before they move, (2 sheets, cells)."""
         crowd = round(self._part * self.particles)
         sheets = np.zeros((2, self.cells), np.int64)
         if frame == 0 and crowd < self.particles:
@@ -61,22 +61,22 @@ class Hidden(Workload):
         return sheets if sheets.any() else None
 
     def shifts(self, frame: int) -> tuple[int, int]:
-        """Cells by which each sheet moves in a frame."""
+        """Return the cells by which each sheet moves in a frame."""
         return 0, self._at[frame] - self._at[frame - 1] if frame > self._born else 0
 
     def slowdown(self, frame: int, calculators: int) -> Floats:
-        """Part of its speed that each machine has in a frame, (calculators,)."""
+        """Return the fraction of its speed that each machine has in a frame, (calculators,)."""
         parts: Floats = self._slow[frame]
         return parts
 
 
 def machine(speeds: Sequence[float], particle_move_s: float) -> Machine:
-    """Make machines of these relative speeds; a particle that moves costs so many seconds at each end."""
+    """Make machines of relative speeds; a particle that moves costs `particle_move_s` seconds at each end."""
     return Machine("hidden", tuple(speeds), PARTICLE_S, particle_move_s, particle_move_s, 0.0, 0.0)
 
 
 class Seen(Balancer):
-    """A policy that sees loads as they were measured: with noise, and unsmoothed where `raw`."""
+    """A policy that sees loads as measured: with noise, and unsmoothed if `raw`."""
 
     def __init__(
         self,
@@ -86,18 +86,18 @@ class Seen(Balancer):
         noise: Floats | None = None,
         smoothing: float = 0.5,
     ) -> None:
-        """Wrap one.
+        """Wrap a policy.
 
         Args:
-            ask: is given the arguments of the core's table of loads.
+            ask: the policy; it takes the arguments of the core's table of loads.
             raw: whether it sees speeds of the last frame, without their errors.
             noise: relative errors of measured seconds, (frames, calculators).
-            smoothing: as of `Balancer`.
+            smoothing: as in `Balancer`.
         """
         self._ask, self._raw, self._noise, self.smoothing = ask, raw, noise, smoothing
 
     def __deepcopy__(self, _: object) -> Seen:
-        """Return itself: it plays one game, and what it remembers is in the submission's process."""
+        """Return itself: it plays one game, and its state is in the submission's process."""
         return self
 
     @staticmethod
@@ -110,13 +110,13 @@ class Seen(Balancer):
         return Seen(ask, raw=raw, noise=noise, smoothing=balancer.smoothing)
 
     def decide(self, load: LoadTable) -> Targets | Orders:
-        """Ask the policy.
+        """Return the policy's decision.
 
         Args:
             load: the loads of all calculators.
 
         Returns:
-            Its answer.
+            The policy's answer.
         """
         seconds = load.seconds if self._noise is None else load.seconds * (1 + self._noise[load.frame])
         known = (load.particles > 0) & (seconds > 0)
@@ -135,34 +135,34 @@ class Seen(Balancer):
         )
 
     def __repr__(self) -> str:
-        """Show it as the submission's policy, in errors."""
+        """Name the submission's class, for error messages."""
         return "Mine()"
 
 
 class _Naive(Balancer):
-    """Believes each measurement and acts on it at once."""
+    """Trusts each measurement and acts on it at once."""
 
     def decide(self, load: LoadTable) -> Targets:
         return Targets(load.powers)
 
 
 class _Knowing(Balancer):
-    """Knows speeds and loads without noise, but not what is to come.
+    """Knows speeds and loads without noise, but not the future.
 
-    It moves where that pays within so many frames, if all stays as it is.
+    It moves particles if that pays within `patience` frames while nothing changes.
     """
 
     smoothing = 0.0
 
     def __init__(self, track: Track, patience: float, move_s: float) -> None:
-        """`patience`: frames; `move_s`: seconds per particle that moves, at each end."""
+        """`patience` is in frames; `move_s` in seconds per particle that moves, at each end."""
         self._track, self._patience, self._move_s = track, patience, move_s
 
     def decide(self, load: LoadTable) -> Targets | Orders:
         workload = self._track.workload
         rates = self._track.speeds * workload.slowdown(load.frame, len(load))
         below = np.concatenate([[0], np.cumsum(workload.counts(load.frame))])
-        cells = np.ceil(np.asarray(load.cuts, np.float64) - 0.5)  # a cell's particles are in its middle
+        cells = np.ceil(np.asarray(load.cuts, np.float64) - 0.5)  # particles are in the middle of their cell
         held = below[np.clip(cells, 0, workload.cells).astype(np.int64)].astype(np.float64)
         wanted = np.cumsum(rates)[:-1] * (below[-1] / rates.sum())
         now, then = (np.concatenate([[0.0], cuts, [float(below[-1])]]) for cuts in (held, wanted))
@@ -174,18 +174,18 @@ class _Knowing(Balancer):
 
 @dataclass(frozen=True)
 class Result:
-    """How a policy did in a game.
+    """A policy's result in a game.
 
     Attributes:
         name: of the game.
         points: 0..100.
         seconds: of all frames.
-        zero_s: seconds that are worth 0 points: of the better of two simple policies, static cuts and
+        zero_s: seconds that are worth 0 points: those of the better of two simple policies, static cuts and
             following each measurement, but at least a fifth more than `full_s`.
-        full_s: seconds that are worth 100 points: of a policy that knows each machine, but not what is to
-            come.
-        moved: particles that it moved.
-        full_moved: particles that the best one moved.
+        full_s: seconds that are worth 100 points: those of a policy that knows each machine, but not the
+            future.
+        moved: particles that the policy moved.
+        full_moved: particles that the best policy moved.
         static: whether static cuts are within 2 % of the best.
         frame_s: seconds of each frame.
     """
@@ -206,12 +206,12 @@ class Game:
     """A load on machines.
 
     Attributes:
-        name: what students are told about it.
-        workload: where particles are.
+        name: the description for students.
+        workload: the particles' places in each frame.
         machine: the speeds.
-        noise: relative errors of measured seconds, (frames, calculators); None: there are none.
+        noise: relative errors of measured seconds, (frames, calculators); None: no errors.
         raw: whether policies see each frame's own speeds, not the engine's smoothed ones.
-        options: what a policy is made with.
+        options: arguments with which a policy is made.
     """
 
     name: str
@@ -223,12 +223,12 @@ class Game:
 
     @cached_property
     def track(self) -> Track:
-        """Where policies play it."""
+        """The track on which policies play the game."""
         return Track(self.workload, self.machine)
 
     @cached_property
     def bounds(self) -> tuple[float, Score, float]:
-        """Seconds worth 0 points, the best that knows all machines, and seconds of static cuts."""
+        """Seconds worth 0 points, the best score with full knowledge, and the seconds of static cuts."""
         static = self.track.play(Static())
         naive = self.track.play(self.seen(_Naive()))
         move_s = self.machine.leave_s
@@ -241,13 +241,13 @@ class Game:
         return Seen.by(balancer, raw=self.raw, noise=self.noise)
 
     def play(self, balancer: Balancer) -> Result:
-        """Play it.
+        """Let a balancer play the game.
 
         Args:
-            balancer: sees loads as they are: `seen` makes it see what a submission would.
+            balancer: sees the true loads; wrap it in `seen` to show it what a submission would see.
 
         Returns:
-            The result; the same in each repeat.
+            The result, which is the same in each repeat.
         """
         score = self.track.play(balancer)
         zero_s, best, static_s = self.bounds

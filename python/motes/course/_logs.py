@@ -1,4 +1,4 @@
-"""Writes a game under static cuts as a run's log: what students read, plot and replay. It names no speed."""
+"""Writes a game under static cuts as a run's log for students, without the machines' speeds."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ __all__ = ["write_log"]
 
 SYSTEM = "particles"
 BYTES = 44
-"""Of a particle in a message."""
+"""Bytes of a particle in a message."""
 OTHER = 0.15
-"""Seconds of a frame beside computing, as part of the seconds of even work."""
+"""Time of a frame besides computing, as a fraction of the calculators' mean compute time."""
 
 Row = dict[str, Any]
 
@@ -32,8 +32,8 @@ def write_log(folder: Path, game: Game) -> None:
     """Write the log.
 
     Args:
-        folder: of the log, which must not exist.
-        game: which.
+        folder: of the log; it must not exist.
+        game: the game to log.
     """
     speeds = game.track.speeds
     count = len(speeds)

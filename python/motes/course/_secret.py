@@ -1,4 +1,4 @@
-"""Numbers that a key decides and nobody can guess: the same everywhere, and for every release of NumPy."""
+"""Random numbers from a key: unpredictable without it, and the same with every release of NumPy."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ __all__ = ["PRACTICE", "Secret"]
 T = TypeVar("T")
 
 PRACTICE = "practice"
-"""The key of the loads that everybody may play with."""
+"""The public key, for practice."""
 
 
 class Secret:
-    """A stream of numbers: SHA-256 of a key, of what the numbers are for, and of a counter."""
+    """A stream of random numbers: SHA-256 of a key, a purpose and a counter."""
 
     def __init__(self, key: str, purpose: str) -> None:
-        """`key`: the teacher's; `purpose`: such as "3 burst": streams of different purposes are unrelated."""
+        """`key` is the teacher's; `purpose`, such as "3 burst", selects one of many independent streams."""
         self._stream = _words(f"motes course\n{key}\n{purpose}")
 
     def uniform(self, low: float = 0.0, high: float = 1.0) -> float:
@@ -34,16 +34,16 @@ class Secret:
         return low + int((high - low + 1) * next(self._stream))
 
     def one_of(self, choices: Sequence[T]) -> T:
-        """Draw one of several."""
+        """Draw one of the choices."""
         return choices[self.whole(0, len(choices) - 1)]
 
     def shuffled(self, values: Sequence[T]) -> list[T]:
-        """Return the values in an order that is drawn."""
+        """Return the values in random order."""
         left = list(values)
         return [left.pop(self.whole(0, len(left) - 1)) for _ in values]
 
     def noise(self, shape: tuple[int, int], deviation: float) -> Floats:
-        """Draw errors around 0, nearly normal: twelve uniform numbers each, added up."""
+        """Draw nearly normal errors around 0: each is the sum of twelve uniform numbers."""
         count = 12 * shape[0] * shape[1]
         draws = np.fromiter((next(self._stream) for _ in range(count)), np.float64, count)
         errors: Floats = deviation * (draws.reshape(*shape, 12).sum(axis=-1) - 6.0)

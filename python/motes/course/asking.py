@@ -1,4 +1,4 @@
-"""The grader's end of a submission's process: asks, waits, and says in a sentence what went wrong."""
+"""The grader's side of a submission's process: sends requests, waits, and explains failures in a sentence."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ from ..errors import MotesError
 __all__ = ["Asked", "SubmissionError"]
 
 IDLE_S = 8
-"""Seconds for which a submission may be asleep; those in which others have its core do not count."""
+"""Seconds for which a submission may sleep; time spent waiting for a core does not count."""
 CHECKED_S = 1.0
 KEPT, MOST = 2000, 1_000_000
-"""Bytes of a submission's output that are kept, and that it may write."""
+"""Bytes of a submission's output that are kept, and the most that it may write."""
 _KEPT_VARIABLES = ("PATH", "LD_LIBRARY_PATH", "LANG", "LC_ALL", "VIRTUAL_ENV")
 
 
 class SubmissionError(MotesError):
-    """A submission fails: it raises, takes too long, or does what it must not."""
+    """A submission fails: it raises, takes too long, or does something forbidden."""
 
 
 class Asked:
-    """A submission in a process of its own: `with Asked(path) as submission: submission.ask("call", ...)`."""
+    """A submission in a separate process: `with Asked(path) as submission: submission.ask("call", ...)`."""
 
     def __init__(self, path: Path) -> None:
-        """`path`: the student's file; SubmissionError where it is no Python."""
+        """`path` is the student's file. Raises SubmissionError if it is not Python."""
         self._path = path
         try:
             self._source = path.read_text(encoding="utf-8")
@@ -86,7 +86,7 @@ class Asked:
 
     @property
     def printed(self) -> str:
-        """What the submission has printed, complete once the process has ended."""
+        """The start of the submission's output, complete once the process has ended."""
         return self._printed.decode(errors="replace")
 
     def call(self, function: str, **arguments: Any) -> Any:
@@ -97,16 +97,16 @@ class Asked:
             arguments: numbers, or arrays as lists.
 
         Returns:
-            What it returns, as JSON has it.
+            The function's result as plain JSON types.
         """
         return self.ask("call", function=function, arguments=arguments)["value"]
 
     def make(self, options: dict[str, float]) -> float:
-        """Make a new `Mine`; returns its `smoothing`."""
+        """Make a new `Mine`; return its `smoothing`."""
         return float(self.ask("make", options=options)["smoothing"])
 
     def decide(self, table: dict[str, Any]) -> Targets | Orders:
-        """Ask the `Mine` that was made last about loads, the arguments of the core's table."""
+        """Return the newest `Mine`'s decision for loads, given as the arguments of the core's table."""
         answer = self.ask("decide", table=table)
         return Targets(answer["shares"]) if "shares" in answer else Orders(answer["orders"])
 
@@ -114,14 +114,14 @@ class Asked:
         """Send a request and wait for the answer.
 
         Args:
-            do: what, one of the functions of `Submission` in `_child.py`.
-            request: its arguments; arrays are sent as lists.
+            do: the request, a function of `Submission` in `_child.py`.
+            request: its arguments; arrays as lists.
 
         Returns:
             The answer.
 
         Raises:
-            SubmissionError: if there is none.
+            SubmissionError: if the submission fails.
         """
         try:
             _write(self._requests, json.dumps({"do": do, **request}).encode() + b"\n")
@@ -146,7 +146,7 @@ class Asked:
         return line
 
     def _wait(self) -> None:
-        """Wait until there is an answer, or the process has slept for too long."""
+        """Wait for an answer. Raises SubmissionError if the process sleeps for too long."""
         asleep, before = 0, -1
         while not select.select([self._answers], [], [], CHECKED_S)[0]:
             state, ticks = _state(self._process.pid)
@@ -156,7 +156,7 @@ class Asked:
                 raise SubmissionError("it does not answer: does it wait for something?")
 
     def _ended(self) -> str:
-        """Say why the process has ended."""
+        """Return why the process has ended."""
         code = self._process.wait()
         if self._floods:
             return "it prints without end"
@@ -192,7 +192,7 @@ class Asked:
 
 
 def _environment(folder: str) -> dict[str, str]:
-    """Return what the process is told: nothing of the grader's."""
+    """Return the process's environment variables, without any that belong to the grader."""
     kept = {name: os.environ[name] for name in _KEPT_VARIABLES if name in os.environ}
     package = str(Path(__file__).resolve().parents[2])
     threads = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")

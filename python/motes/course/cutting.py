@@ -15,12 +15,12 @@ from .grades import Part
 __all__ = ["Case", "cases", "graded"]
 
 ENOUGH = 1e-6
-"""Particles on the wrong side of a cut, as part of all, that are none."""
+"""Largest fraction of all particles on the wrong side of a cut that counts as correct."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """A histogram, and who is to get how much of it."""
+    """A histogram, and the share of it that each calculator must get."""
 
     name: str
     edges: Floats
@@ -28,7 +28,7 @@ class Case:
     shares: Floats
 
     def wrong(self, cuts: Floats) -> float:
-        """Return the largest number of particles on the wrong side of a cut, as part of all."""
+        """Return the most particles on the wrong side of a cut, as a fraction of all."""
         below = np.concatenate([[0.0], np.cumsum(self.counts)])
         total = below[-1]
         wanted = np.cumsum(self.shares)[:-1] / self.shares.sum()
@@ -67,7 +67,7 @@ def _case(key: str, name: str) -> Case:
 
 
 def graded(asked: Asked, histograms: list[Case]) -> list[Part]:
-    """Ask a submission to cut each histogram."""
+    """Let a submission cut each histogram, and grade its cuts."""
     return [_part(case, _cut(asked, case)) for case in histograms]
 
 

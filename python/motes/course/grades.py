@@ -1,4 +1,4 @@
-"""What a submission is worth: points in parts, with hints."""
+"""Grades of submissions: points in parts, with hints."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ class Part:
     """A part of a grade.
 
     Attributes:
-        name: what was asked.
+        name: of the part.
         points: 0..100.
-        hint: what to look at; "" where all is well.
-        result: of a game; None where there was none.
+        hint: what to look at; "" if nothing is wrong.
+        result: of the part's game; None if it is not a game.
     """
 
     name: str
@@ -30,12 +30,12 @@ class Part:
 
 @dataclass(frozen=True)
 class Grade:
-    """What a submission is worth.
+    """The grade of a submission.
 
     Attributes:
         evening: 1 to 6.
         name: of the task.
-        parts: what was asked, each worth as much as the others; empty where the submission failed.
+        parts: all of equal weight; empty if the submission failed.
         problem: why it failed; "" if it did not.
         printed: the first part of what it printed.
     """
@@ -55,7 +55,7 @@ class Grade:
 
     @property
     def figures(self) -> dict[str, Any]:
-        """All of it as plain values."""
+        """The grade as plain values."""
         return {
             "evening": self.evening,
             "name": self.name,

@@ -1,4 +1,4 @@
-"""Grades a submission: its answers to hidden cases, twice, in processes of its own."""
+"""Grades a submission by its answers to hidden cases, in two separate processes that must agree."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ class Task:
 
     Attributes:
         evening: 1 to 6.
-        name: in one word.
-        about: in a sentence.
-        cases: makes the hidden cases from a key.
-        graded: asks a submission about them.
+        name: one word.
+        about: a sentence.
+        cases: function that makes the hidden cases from a key.
+        graded: function that grades a submission on them.
     """
 
     evening: int
@@ -51,7 +51,7 @@ TASKS = (
     _games(5, "moving", "balance only where it pays"),
     _games(6, "tournament", "a policy of one's own against everything"),
 )
-"""The course."""
+"""The tasks of the course."""
 
 
 def task(which: int | str) -> Task:
@@ -61,7 +61,7 @@ def task(which: int | str) -> Task:
         which: its evening, 1 to 6, or its name.
 
     Raises:
-        ArgumentError: if there is none.
+        ArgumentError: if there is no such task.
     """
     for one in TASKS:
         if str(which) in (str(one.evening), one.name):
@@ -71,15 +71,15 @@ def task(which: int | str) -> Task:
 
 
 def grade(task_of: int | str, submission: str | os.PathLike[str], *, key: str = PRACTICE) -> Grade:
-    """Grade a submission. The same file and key give the same grade in each repeat.
+    """Grade a submission. The same file and key always give the same grade.
 
-    The file runs in a process of its own, which sees only what it is asked; what it may use there is limited.
+    The file runs in a separate process, which sees only its requests and has restricted rights.
 
     Args:
         task_of: the evening, 1 to 6, or the task's name.
         submission: the student's Python file.
-        key: decides the hidden cases. The default's can be read from the package, those of a key of your
-            own cannot.
+        key: decides the hidden cases. With the default key they can be derived from the package; with your
+            own key they cannot.
 
     Returns:
         Points in parts, with hints.
@@ -115,7 +115,7 @@ def grade(task_of: int | str, submission: str | os.PathLike[str], *, key: str = 
 
 @lru_cache(maxsize=len(TASKS))
 def _cases(evening: int, key: str) -> Any:
-    """Make hidden cases once: games keep what their points are measured by."""
+    """Make hidden cases once, since games cache the reference results for their points."""
     return task(evening).cases(key)
 
 

@@ -46,7 +46,7 @@ def _slow_from(frame: int, who: int, part: float, calculators: int) -> Floats:
 
 
 def _measured(secret: Secret, calculators: int, deviation: float) -> Floats:
-    """Return noise: near to normal, and 3 of 100 samples take up to twice as long."""
+    """Return nearly normal noise, in which 3 of 100 samples take up to twice as long."""
     noise = secret.noise((FRAMES, calculators), deviation)
     for row in noise:
         for c in range(calculators):
@@ -56,7 +56,7 @@ def _measured(secret: Secret, calculators: int, deviation: float) -> Floats:
 
 
 def _third(key: str) -> list[Game]:
-    """Equal machines, a noisy clock, and at most one change that is real."""
+    """Make games of equal machines, a noisy clock, and at most one real change."""
     count, cheap = 8, machine([1.0] * 8, 2e-7)
     games = []
     for name in ("nothing happens", "a burst", "a machine slows down"):
@@ -73,7 +73,7 @@ def _third(key: str) -> list[Game]:
 
 
 def _fourth(key: str) -> list[Game]:
-    """Machines of unknown speeds, some of which have nothing to measure at first."""
+    """Make games of machines with unknown speeds, some of which have no particles at first."""
     games = []
     for name in ("an even load", "a crowd that drifts", "a machine that gets slower"):
         secret = Secret(key, f"4 {name}")
@@ -90,7 +90,7 @@ def _fourth(key: str) -> list[Game]:
 
 
 def _fifth(key: str) -> list[Game]:
-    """The same loads where moving is cheap and where it is dear."""
+    """Make games in which moving particles is cheap, and games in which it is expensive."""
     games = []
     for network, move_s in (("fast network", 1e-8), ("slow network", 2e-6)):
         for name in ("a crowd that stays", "a crowd that jumps", "a crowd near the end"):
@@ -109,7 +109,7 @@ def _fifth(key: str) -> list[Game]:
 
 
 def _sixth(key: str) -> list[Game]:
-    """Everything at once."""
+    """Make games of all kinds."""
     games = []
     for kind in ("equal machines", "two kinds of machines"):
         for name in ("a burst", "a crowd that drifts", "a crowd that jumps", "a machine slows down"):
@@ -136,7 +136,7 @@ GAMES: dict[int, Callable[[str], list[Game]]] = {3: _third, 4: _fourth, 5: _fift
 
 
 def practice(evening: int, key: str) -> Game:
-    """Return the game whose log an evening's notebook reads: one like the hidden ones, but none of them."""
+    """Return the game whose log an evening's notebook reads: like the hidden ones, but not one of them."""
     secret = Secret(key, f"practice {evening}")
     if evening in GAMES:
         games = GAMES[evening](f"{key}\npractice")
@@ -148,7 +148,7 @@ def practice(evening: int, key: str) -> Game:
 
 
 def graded(asked: Asked, games: Sequence[Game]) -> list[Part]:
-    """Let a submission play, and turn seconds into points and hints."""
+    """Let a submission play each game, and return points and hints."""
     return [_part(game.play(_policy(asked, game))) for game in games]
 
 
@@ -162,7 +162,7 @@ def _part(result: Result) -> Part:
 
 
 def _hint(result: Result) -> str:
-    """Say what to look at; nothing where little is to be gained."""
+    """Return a hint about what to look at; "" from 90 points on."""
     moved, enough = result.moved, result.full_moved
     if result.points >= 90:
         return ""

@@ -1,4 +1,4 @@
-"""Evening 1: from the seconds in a log to who is slow, and to what balance would save."""
+"""Evening 1: find the slow machine in a log's seconds, and what balance would save."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ NUMBERS = ("load_balance", "communication", "parallel", "saving_s")
 
 @dataclass(frozen=True)
 class Case:
-    """What a log says: arrays (frames, calculators), and the wall-clock seconds of each frame (frames,)."""
+    """A log's content: arrays (frames, calculators), and the wall-clock seconds of each frame (frames,)."""
 
     name: str
     seconds: Floats
@@ -30,7 +30,7 @@ class Case:
 
 
 def cases(key: str) -> list[Case]:
-    """Make logs from a key: each has one trouble."""
+    """Make logs from a key, each with one problem."""
     return [_case(key, name) for name in ("a crowd", "a slow machine", "an idle machine", "a slow network")]
 
 
@@ -47,7 +47,7 @@ def _case(key: str, name: str) -> Case:
     elif name == "a slow machine":
         speed[slow] *= 0.4
     elif name == "an idle machine":
-        share[slow] *= 0.3  # so that the slowest machine is not the one that takes longest
+        share[slow] *= 0.3  # so the slowest machine does not take longest
     elif name == "a slow network":
         rest = 3.0
     drift = np.array([[secret.uniform(0.95, 1.05) for _ in range(CALCULATORS)] for _ in range(FRAMES)])
@@ -60,7 +60,7 @@ def _case(key: str, name: str) -> Case:
 
 
 def answers(case: Case) -> dict[str, Any]:
-    """Return what is right."""
+    """Return the right answers."""
     mean, longest = case.seconds.mean(axis=1).sum(), case.seconds.max(axis=1).sum()
     frames = case.frame_s.sum()
     waiting, rest = longest - mean, frames - longest
@@ -76,7 +76,7 @@ def answers(case: Case) -> dict[str, Any]:
 
 
 def graded(asked: Asked, logs: list[Case]) -> list[Part]:
-    """Ask a submission for its report on each log."""
+    """Let a submission report on each log, and grade its reports."""
     told = [(case, answers(case), _report(asked, case)) for case in logs]
     parts = []
     for name in answers(logs[0]):

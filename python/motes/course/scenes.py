@@ -1,4 +1,4 @@
-"""A game on real ranks: its load as a script's parts, its machines as work that no log names."""
+"""A game on real ranks: a script plays its load, and hidden extra work imitates its machines."""
 
 from __future__ import annotations
 
@@ -18,23 +18,23 @@ if TYPE_CHECKING:
 __all__ = ["Scene"]
 
 PASSES = 4
-"""Square roots of all coordinates that a machine at full speed takes per frame."""
+"""How often a machine at full speed takes the square roots of all coordinates per frame."""
 
 
 class Scene:
-    """An evening's load for a script, on ranks that are as quick as its hidden machines.
+    """An evening's load for a script, on ranks that are as fast as its hidden machines.
 
     Attributes:
-        frames: how many it has.
-        options: what the evening's policy is made with.
+        frames: number of frames.
+        options: arguments with which the evening's policy is made.
     """
 
     def __init__(self, evening: int | str, game: int = 0, *, key: str = PRACTICE) -> None:
-        """Make it.
+        """Make a load.
 
         Args:
             evening: 1 to 6, or the task's name.
-            game: which one of the evening's hidden loads, from 0 on; the first two evenings have one.
+            game: index of the evening's hidden load, from 0 on; the first two evenings have one.
             key: decides the hidden loads.
 
         Raises:
@@ -48,16 +48,16 @@ class Scene:
 
     @property
     def world(self) -> dict[str, Any]:
-        """What `World` is to be given."""
+        """Arguments for `World`."""
         return self._load.world
 
     def step(self, system: System, frame: int, *, rank: int) -> None:
         """Record a frame's births and actions.
 
         Args:
-            system: whose.
-            frame: which, from 0 on.
-            rank: this process's rank, below the number of machines.
+            system: the particles.
+            frame: its number, from 0 on.
+            rank: this process's rank, less than the number of machines.
         """
         if rank >= len(self._speeds):
             raise ArgumentError("rank", rank, f"below {len(self._speeds)}: there are no more machines")
@@ -65,7 +65,7 @@ class Scene:
         passes = round(PASSES / (self._speeds[rank] * part))
 
         def work(particles: Any) -> None:
-            """Take as long as the machine does; changes nothing."""
+            """Take as long as the hidden machine would; change nothing."""
             for _ in range(passes):
                 np.sqrt(np.abs(particles.position))
 

@@ -29,19 +29,19 @@ def write(directory: str | os.PathLike[str], *, key: str = PRACTICE, solutions: 
     """Write the course.
 
     Each folder, `evening_1` to `evening_6`, has a notebook of the same name, the log `run` that it reads, and
-    `scene.py` for real processes. With `solutions` the directory can stand as nbgrader's `source`.
+    `scene.py` for real processes. With `solutions` the directory can serve as nbgrader's `source`.
 
     Args:
-        directory: where to; made if it is missing.
+        directory: where to write; created if missing.
         key: decides the hidden loads: of the logs, and with `solutions` of the notebooks' hidden tests.
-        solutions: with solutions and hidden tests, for the teacher.
+        solutions: whether to include solutions and hidden tests, for the teacher.
 
     Returns:
-        The notebooks.
+        The paths of the notebooks.
 
     Raises:
         ArgumentError: for an empty key.
-        MotesError: if there is one of them already.
+        MotesError: if one of the folders exists.
     """
     if not key:
         raise ArgumentError("key", key, "a text that is not empty")
@@ -62,15 +62,15 @@ def write(directory: str | os.PathLike[str], *, key: str = PRACTICE, solutions: 
 
 
 def notebook(evening: int, *, key: str = PRACTICE, solutions: bool = False) -> dict[str, Any]:
-    """Make a notebook, as JSON has it.
+    """Return a notebook in its JSON form.
 
     Args:
         evening: 1 to 6.
-        key: of the hidden tests; there are none for the key that all know.
-        solutions: with solutions and hidden tests.
+        key: of the hidden tests; the public key `PRACTICE` makes none.
+        solutions: whether to include solutions and hidden tests.
 
     Returns:
-        Its cells and metadata.
+        The notebook's cells and metadata.
     """
     made = []
     for number, cell in enumerate(cells(evening, key if solutions and key != PRACTICE else "")):
@@ -89,7 +89,7 @@ def solution(evening: int) -> str:
         evening: 1 to 6.
 
     Returns:
-        The file that its notebook writes.
+        The content of the file that its notebook writes.
     """
     (cell,) = (one for one in cells(evening) if one["metadata"].get("nbgrader", {}).get("solution"))
     lines = cell["source"].splitlines()
@@ -97,14 +97,14 @@ def solution(evening: int) -> str:
 
 
 def cells(evening: int, key: str = "") -> Iterator[Cell]:
-    """Read an evening's text as cells, with solutions.
+    """Read an evening's text as cells, including solutions.
 
     Args:
         evening: 1 to 6.
-        key: of hidden tests; "": none.
+        key: of the hidden tests; "": no hidden tests.
 
     Yields:
-        Their types, metadata and sources.
+        The cells: types, metadata and sources.
     """
     text = (TEXTS / f"evening_{evening}.md").read_text(encoding="utf-8")
     at = 0

@@ -1,13 +1,13 @@
-"""Expressions of columns: what `where=` tests, `set` computes and sums add up, for each particle.
+"""Expressions of columns, evaluated per particle: for `where=`, `set` and sums.
 
-`motes.column("age") > 2`, `motes.column("velocity").length() * 0.5`, `Box(...) & ~Sphere(...)`. An
-expression is a value: it is recorded and hashed like any other argument. Vectors work component by component,
-and one number goes with a vector as in NumPy.
+`motes.column("age") > 2`, `motes.column("velocity").length() * 0.5`, `Box(...) & ~Sphere(...)`. An expression
+is an immutable value, recorded and hashed like any other argument. Operations on vectors work component by
+component; a number and a vector combine as in NumPy.
 
-The functions here take expressions, numbers and vectors. NumPy's own of the same meaning do, too:
-`numpy.sin(column("age"))`. The engine computes in float32, with the same bits on every machine; errors are at
-most 2 units in the last place (sin and cos: for arguments up to 1e6). Division by 0, the logarithm of a
-negative number and the like give infinities and NaN, as IEEE 754 says.
+The functions here take expressions, numbers and vectors. The equivalent NumPy functions also take
+expressions: `numpy.sin(column("age"))`. The engine computes in float32, with the same bits on every machine;
+errors are at most 2 units in the last place (sin and cos: for arguments up to 1e6). Division by 0, the
+logarithm of a negative number and the like give infinities and NaN, as IEEE 754 says.
 """
 
 from __future__ import annotations
@@ -81,13 +81,13 @@ def __dir__() -> list[str]:
 
 
 def column(name: str) -> Expression:
-    """Make the expression that is a particle's attribute.
+    """Return the expression for an attribute of a particle.
 
     Args:
-        name: of the attribute: "age", "position", a user's own.
+        name: the attribute's name: "age", "position" or one that the script declared.
 
     Returns:
-        The column, with the values that particles have when the action runs.
+        The column, with its values at the time the action runs.
     """
     if not isinstance(name, str):
         raise ArgumentError("name", name, "a column's name")
@@ -95,12 +95,12 @@ def column(name: str) -> Expression:
 
 
 def time() -> Expression:
-    """Make the expression that is the animation's time.
+    """Return the expression for the animation's time.
 
-    It is the time at the start of the (sub)step in which the action runs; in the conditions of `spawn` and
-    `sort` at the start of the frame; in sums it is `world.time`.
+    Actions use the time at the start of the current (sub)step, conditions of `spawn` and `sort` the time at
+    the start of the frame, and sums `world.time`.
 
     Returns:
-        Seconds.
+        The time in seconds.
     """
     return Expression(("time",))

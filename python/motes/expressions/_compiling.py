@@ -1,4 +1,4 @@
-"""What the engine takes for an expression: a program for each of its components."""
+"""Compile expressions into the engine's programs, one per component."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ __all__ = ["compile_values", "components_of"]
 def compile_values(
     name: str, value: Any, width: int, columns: Columns, shapes: list[_core.Shape]
 ) -> list[Program]:
-    """Compile what `set` gives an attribute of `width` numbers; one number serves all components."""
+    """Compile the value of an attribute of `width` numbers; a single number fills all components."""
     parts = components_of(name, value, columns, shapes)
     if len(parts) not in (1, width):
         raise ArgumentError(name, value, "a number or an expression of one number per particle")
@@ -23,5 +23,5 @@ def compile_values(
 
 
 def components_of(name: str, value: Any, columns: Columns, shapes: list[_core.Shape]) -> list[Program]:
-    """Compile the components of an expression: one, or three."""
+    """Compile the one or three components of an expression."""
     return [program_of(part, shapes) for part in components(node_of(as_expression(name, value)), columns)]

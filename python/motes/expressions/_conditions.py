@@ -1,8 +1,8 @@
-"""Conditions and expressions as trees of plain tuples, and the engine's instructions made from them.
+"""Conditions and expressions as trees of plain tuples, compiled into the engine's instructions.
 
 A node is (operation, operand, ...): ("column", name), ("constant", numbers), ("time",), ("inside", shape),
 ("component", node, index), ("noise", position, time, octaves, field), or an operation and its nodes. Nodes
-never change, so they can be compared and hashed.
+are immutable, so they can be compared and hashed.
 """
 
 from __future__ import annotations
@@ -32,14 +32,14 @@ __all__ = [
 Node = tuple[Any, ...]
 Step = tuple[str, Any]
 Steps = tuple[Step, ...]
-"""Instructions before a shape's number is known: operation and operand."""
+"""Instructions as (operation, operand), where the operand of "inside" is still a shape."""
 Program = list[tuple[str, int, float]]
 """The engine's instructions."""
 Columns = Mapping[str, tuple[int, int]]
 """A system's columns: name -> (first component, width)."""
 
-MOST_STEPS = 256  # operations of one expression
-EACH = {  # operations that work component by component, as scripts write them
+MOST_STEPS = 256  # operations per expression
+EACH = {  # component-wise operations, as scripts write them
     "negate": "-{}",
     "absolute": "abs({})",
     "square_root": "{}.sqrt()",
@@ -78,45 +78,45 @@ WHOLE = {  # operations on whole vectors
     "cross": "cross({}, {})",
     "normalize": "normalize({})",
 }
-TURNED = {"greater": "less", "greater_equal": "less_equal"}  # the engine has these with operands exchanged
+TURNED = {"greater": "less", "greater_equal": "less_equal"}  # compiled with operands swapped
 COMPARISONS = ("less", "less_equal", "greater", "greater_equal", "equal")
 
 
 class Held:
-    """What holds some particles and not others: NumPy's functions make expressions of it, or refuse it."""
+    """Base of shapes and conditions: passes NumPy's functions to expressions and rejects use as a bool."""
 
     __slots__ = ()
 
     def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **keywords: Any) -> Any:
-        """Combine conditions by `numpy.logical_and`, `logical_or`, `logical_not`, or their signs."""
+        """Combine conditions with `numpy.logical_and`, `logical_or`, `logical_not` or the operators & | ~."""
         from ._numpy_calls import numpy_ufunc
 
         return numpy_ufunc(ufunc, method, inputs, keywords)
 
     def __array_function__(self, function: Any, _: Any, args: Any, keywords: Any) -> Any:
-        """Let `numpy.where` choose."""
+        """Let `numpy.where` build an expression."""
         from ._numpy_calls import numpy_function
 
         return numpy_function(function, args, keywords)
 
     def __bool__(self) -> bool:
-        """Refuse: it is true or false per particle only. Write & | ~ instead of and, or, not."""
+        """Raise: the truth value differs per particle. Write & | ~ instead of and, or, not."""
         raise ArgumentError(
             "condition", self, "combined with & | ~ and given to where=, not tested in Python"
         )
 
 
 class Region(Held):
-    """What can hold a particle: the base of shapes."""
+    """Base of shapes: a region that can contain a particle."""
 
     __slots__ = ()
 
     _native: _core.Shape
-    """The engine's value; for the package itself."""
+    """The engine's shape; internal to the package."""
 
 
 class Condition(Held):
-    """True or false for each particle: combine conditions with & | ~ and give them to `where=`."""
+    """True or false for each particle; combine conditions with & | ~ and pass them to `where=`."""
 
     __slots__ = ("_node", "_size")
 
@@ -124,11 +124,11 @@ class Condition(Held):
     _size: int
 
     def __init__(self, node: Node, size: int = 1) -> None:
-        """Take the tree; comparisons of columns make conditions.
+        """Wrap a tree; scripts get conditions by comparing columns.
 
         Args:
             node: an operation and its operands.
-            size: the number of operations in it.
+            size: number of operations in the tree.
         """
         object.__setattr__(self, "_node", node)
         object.__setattr__(self, "_size", checked(size))
@@ -157,7 +157,7 @@ class Condition(Held):
         return hash((Condition, self._node))
 
     def __setattr__(self, name: str, _: object) -> None:
-        """Refuse: values do not change."""
+        """Raise: conditions are immutable."""
         raise AttributeError(f"a condition does not change: {name!r} cannot be assigned")
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -170,7 +170,7 @@ class Condition(Held):
 
 
 def as_condition(argument: str, value: Any) -> Condition:
-    """Return `value`, a condition or a shape that holds the particle."""
+    """Return `value` as a condition; a shape becomes the condition that it contains the particle."""
     if isinstance(value, Condition):
         return value
     if isinstance(value, Region):
@@ -179,7 +179,7 @@ def as_condition(argument: str, value: Any) -> Condition:
 
 
 def size_of(operation: str, sizes: Sequence[int]) -> int:
-    """Return how many operations a component takes, where the operands' components take `sizes`."""
+    """Return the number of operations per component, given those of the operands' components."""
     size = sum(sizes)
     if operation == "length":
         return 3 * size + 6
@@ -191,7 +191,7 @@ def size_of(operation: str, sizes: Sequence[int]) -> int:
 
 
 def checked(size: int) -> int:
-    """Return the number of operations, if an expression may have that many."""
+    """Return the number of operations; raise if an expression may not have that many."""
     if size > MOST_STEPS:
         raise ArgumentError("expression", f"{size} operations", f"of at most {MOST_STEPS} operations")
     return size
@@ -220,11 +220,11 @@ def text_of(node: Node) -> str:
     return (EACH.get(operation) or WHOLE[operation]).format(*map(text_of, operands))
 
 
-# --- to the engine's instructions
+# --- compilation into the engine's instructions
 
 
 def zero_divisor_of(node: Node) -> str | None:
-    """Return the division by a constant 0 that a tree has, as a script writes it."""
+    """Return the text of the first division by a constant 0 in a tree, or None."""
     operation, *operands = node
     if operation in ("divide", "modulo"):
         divisor, *numbers = operands[1]
@@ -237,7 +237,7 @@ def zero_divisor_of(node: Node) -> str | None:
 
 
 def columns_of(attributes: Iterable[tuple[str, int]]) -> Columns:
-    """Return the columns of attributes in this order, each with its width."""
+    """Return the columns of attributes given as (name, width) pairs, in this order."""
     columns, first = {}, 0
     for name, width in attributes:
         columns[name] = (first, width)
@@ -246,7 +246,7 @@ def columns_of(attributes: Iterable[tuple[str, int]]) -> Columns:
 
 
 def components(node: Node, columns: Columns) -> list[Steps]:
-    """Return the steps of each component of a tree: one, or three."""
+    """Return the steps of each of a tree's one or three components."""
     operation, *operands = node
     if operation == "column":
         first, width = _column(operands[0], columns)
@@ -275,14 +275,14 @@ def components(node: Node, columns: Columns) -> list[Steps]:
 
 
 def condition_of(where: Any, columns: Columns, shapes: list[_core.Shape]) -> Program:
-    """Compile `where`, or nothing where it is None; its shapes are added to `shapes`."""
+    """Compile `where` (None: an empty program), appending its shapes to `shapes`."""
     if where is None:
         return []
     return program_of(components(as_condition("where", where)._node, columns)[0], shapes)
 
 
 def program_of(steps: Steps, shapes: list[_core.Shape]) -> Program:
-    """Add the shapes that the steps name to `shapes`, and return the engine's instructions."""
+    """Return the engine's instructions for the steps, appending their shapes to `shapes`."""
     program: Program = []
     for operation, operand in steps:
         if operation == "inside":
@@ -301,7 +301,7 @@ def _combine(operation: str, a: Condition, b: Condition) -> Condition:
 
 def _column(name: str, columns: Columns) -> tuple[int, int]:
     given = name
-    if name not in columns and name.startswith("a."):  # each particle by itself
+    if name not in columns and name.startswith("a."):  # outside pair laws, `a` is the particle itself
         name = name[2:]
     if name not in columns and "." in name:
         shown = text_of(("column", given))
@@ -328,7 +328,7 @@ def _component_of_vector(node: Node, columns: Columns) -> Steps:
 
 
 def _spread(operands: Sequence[Node], parts: list[list[Steps]]) -> list[tuple[Steps, ...]]:
-    """Return the operands' steps component by component; one number serves all components."""
+    """Return the operands' steps per component; a single number is repeated for all components."""
     width = max(map(len, parts))
     return list(zip(*(part * width if len(part) == 1 else part for part in parts), strict=True))
 
@@ -341,7 +341,7 @@ def _three(operation: str, node: Node, columns: Columns) -> list[Steps]:
 
 
 def _of_vectors(operation: str, operands: Sequence[Node], columns: Columns) -> list[Steps]:
-    if operation == "length":  # also of one number
+    if operation == "length":  # also defined for one number
         return [_length(components(operands[0], columns))]
     a = _three(operation, operands[0], columns)
     if operation == "normalize":

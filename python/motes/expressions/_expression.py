@@ -1,4 +1,4 @@
-"""Expression: a tree of operations on columns that arithmetic and comparisons make."""
+"""Expression: a tree of operations on columns, built by arithmetic and comparisons."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ class Expression:
     _size: int
 
     def __init__(self, node: Node, size: int = 1) -> None:
-        """Take the tree; scripts use `column`.
+        """Wrap a tree; scripts use `column`.
 
         Args:
             node: an operation and its operands.
-            size: the number of operations in it.
+            size: number of operations in the tree.
         """
         object.__setattr__(self, "_node", node)
         object.__setattr__(self, "_size", checked(size))
@@ -65,7 +65,7 @@ class Expression:
         return made("divide", other, self)
 
     def __pow__(self, other: Any) -> Expression:
-        """Power; of a negative number for whole exponents only."""
+        """Power; NaN for a negative base unless the exponent is an integer."""
         return power(self, other)
 
     def __rpow__(self, other: Any) -> Expression:
@@ -73,11 +73,11 @@ class Expression:
         return power(other, self)
 
     def __mod__(self, other: Any) -> Expression:
-        """Rest of a division, with the divisor's sign."""
+        """Remainder of a division, with the divisor's sign."""
         return made("modulo", self, other)
 
     def __rmod__(self, other: Any) -> Expression:
-        """Rest of a division, with the divisor's sign."""
+        """Remainder of a division, with the divisor's sign."""
         return made("modulo", other, self)
 
     def __neg__(self) -> Expression:
@@ -89,11 +89,11 @@ class Expression:
         return made("absolute", self)
 
     def sqrt(self) -> Expression:
-        """Return the square root, as `motes.expressions.sqrt` does."""
+        """Return the square root, like `motes.expressions.sqrt`."""
         return made("square_root", self)
 
     def floor(self) -> Expression:
-        """Return the largest integer that is not above."""
+        """Return the largest integer <= the value."""
         return made("floor", self)
 
     def length(self) -> Expression:
@@ -101,13 +101,13 @@ class Expression:
         return made("length", self)
 
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **keywords: Any) -> Any:
-        """Let NumPy's functions and arithmetic make expressions."""
+        """Let NumPy's functions and arithmetic build expressions."""
         from ._numpy_calls import numpy_ufunc
 
         return numpy_ufunc(ufunc, method, inputs, keywords)
 
     def __array_function__(self, function: Any, _: Any, args: Any, keywords: Any) -> Any:
-        """Let `numpy.where`, `clip`, `dot` and `cross` make expressions."""
+        """Let `numpy.where`, `clip`, `dot` and `cross` build expressions."""
         from ._numpy_calls import numpy_function
 
         return numpy_function(function, args, keywords)
@@ -138,21 +138,21 @@ class Expression:
         return _compare("greater_equal", self, other)
 
     def __eq__(self, other: object) -> Condition:  # type: ignore[override]
-        """Compare: a condition for each particle, not True or False."""
+        """Compare per particle: returns a condition, not a bool."""
         return _compare("equal", self, other)
 
     def __ne__(self, other: object) -> Condition:  # type: ignore[override]
-        """Compare: a condition for each particle, not True or False."""
+        """Compare per particle: returns a condition, not a bool."""
         return ~_compare("equal", self, other)
 
     __hash__ = None  # type: ignore[assignment]
 
     def __bool__(self) -> bool:
-        """Refuse: an expression has one value per particle."""
+        """Raise: an expression has one value per particle."""
         raise ArgumentError("expression", self, "compared and given to where=, not tested in Python")
 
     def __setattr__(self, name: str, _: object) -> None:
-        """Refuse: values do not change."""
+        """Raise: expressions are immutable."""
         raise AttributeError(f"an expression does not change: {name!r} cannot be assigned")
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -165,10 +165,10 @@ class Expression:
 
 
 def power(a: Any, b: Any) -> Expression:
-    """Return a to the power of b, as `a ** b` does.
+    """Return a to the power of b, like `a ** b`.
 
     Args:
-        a: a number or an expression; of a negative one the result is NaN unless b is a whole number.
+        a: a number or an expression; if negative, the result is NaN unless b is an integer.
         b: a number or an expression.
     """
     if isinstance(b, (int, float, np.integer, np.floating)) and b == 2:
@@ -177,7 +177,7 @@ def power(a: Any, b: Any) -> Expression:
 
 
 def as_expression(argument: str, value: Any) -> Expression:
-    """Return `value`, an expression, a number or a vector."""
+    """Return `value`, an expression, a number or a vector, as an expression."""
     if isinstance(value, Expression):
         return value
     if isinstance(value, (bool, Condition, Region)):
@@ -205,17 +205,18 @@ def _vector(argument: str, parts: Sequence[Any]) -> Expression:
 
 
 def noise(position: Any, time: Any = 0, *, octaves: int = 1, field: int = 0) -> Expression:
-    """Make smooth random numbers over space and time.
+    """Return smooth random numbers over space and time.
 
-    Gradient noise, as in `curl_noise`. Its mean is 0, its root mean square 1/3, and few values are outside of
+    This is gradient noise, as in `curl_noise`, with mean 0 and root mean square 1/3; few values are outside
     -1..1.
 
     Args:
         position: a vector or an expression of one, in cells of edge length 1: `column("position") / 0.5`
-            makes cells of 0.5 m. Times 2^octaves, it should stay below 1e6.
-        time: from one whole number to the next all numbers become new ones.
-        octaves: 1 to 8; each adds details of half the size and half the strength of the one before.
-        field: 0 to 65535, which of the fields of random numbers; the same in each run and system.
+            makes cells of 0.5 m. Its coordinates times 2^octaves should stay below 1e6.
+        time: the field changes completely between one integer and the next.
+        octaves: 1 to 8; each adds details of half the size and half the strength of the previous one.
+        field: number of the random field, 0 to 65535; the same number gives the same field in every run and
+            system.
 
     Returns:
         One number per particle.
@@ -230,7 +231,7 @@ def choose(condition: Condition | Region, yes: Any, no: Any) -> Expression:
     """Return one of two values for each particle.
 
     Args:
-        condition: a comparison of columns, or a shape, which holds the particles in it.
+        condition: a comparison of columns, or a shape, which is true for particles inside it.
         yes: the result where the condition holds.
         no: the result elsewhere.
     """
@@ -239,12 +240,12 @@ def choose(condition: Condition | Region, yes: Any, no: Any) -> Expression:
 
 
 def node_of(expression: Expression) -> Node:
-    """Return the tree of an expression, which can be compared and hashed."""
+    """Return an expression's tree, which can be compared and hashed."""
     return expression._node
 
 
 def constant_of(expression: Expression) -> float | tuple[float, ...] | None:
-    """Return the number or vector that an expression is, or None if it depends on columns."""
+    """Return the value of a constant expression; None if it depends on columns."""
     operation, *operands = expression._node
     if operation != "constant":
         return None
@@ -253,7 +254,7 @@ def constant_of(expression: Expression) -> float | tuple[float, ...] | None:
 
 
 def made(operation: str, *operands: Any) -> Expression:
-    """Return an operation on its operands."""
+    """Return the expression that applies an operation to its operands."""
     parts = [as_expression("operand", operand) for operand in operands]
     size = conditions.size_of(operation, [part._size for part in parts])
     return Expression((operation, *(part._node for part in parts)), size)

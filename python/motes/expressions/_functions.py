@@ -1,4 +1,4 @@
-"""Functions of expressions: of one number, of vectors, and what chooses between values."""
+"""Functions of expressions: of numbers, of vectors, and choices between values."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def sin(angle: Any) -> Expression:
     """Return the sine.
 
     Args:
-        angle: radians; beyond 1e9 it counts as 0.
+        angle: radians; treated as 0 beyond 1e9.
     """
     return made("sine", angle)
 
@@ -47,7 +47,7 @@ def cos(angle: Any) -> Expression:
     """Return the cosine.
 
     Args:
-        angle: radians; beyond 1e9 it counts as 0.
+        angle: radians; treated as 0 beyond 1e9.
     """
     return made("cosine", angle)
 
@@ -66,43 +66,43 @@ def exp(a: Any) -> Expression:
     """Return e to the power of a.
 
     Args:
-        a: a number or an expression; of vectors, component by component.
+        a: a number, a vector or an expression; vectors are handled component by component.
     """
     return made("exponential", a)
 
 
 def log(a: Any) -> Expression:
-    """Return the natural logarithm: -infinity of 0, NaN of negative numbers.
+    """Return the natural logarithm: -infinity for 0, NaN for negative numbers.
 
     Args:
-        a: a number or an expression; of vectors, component by component.
+        a: a number, a vector or an expression; vectors are handled component by component.
     """
     return made("logarithm", a)
 
 
 def sqrt(a: Any) -> Expression:
-    """Return the square root: NaN of negative numbers.
+    """Return the square root: NaN for negative numbers.
 
     Args:
-        a: a number or an expression; of vectors, component by component.
+        a: a number, a vector or an expression; vectors are handled component by component.
     """
     return made("square_root", a)
 
 
 def floor(a: Any) -> Expression:
-    """Return the largest integer that is not above.
+    """Return the largest integer <= a.
 
     Args:
-        a: a number or an expression; of vectors, component by component.
+        a: a number, a vector or an expression; vectors are handled component by component.
     """
     return made("floor", a)
 
 
 def absolute(a: Any) -> Expression:
-    """Return the absolute value, as `abs(a)` does.
+    """Return the absolute value, like `abs(a)`.
 
     Args:
-        a: a number or an expression; of vectors, component by component.
+        a: a number, a vector or an expression; vectors are handled component by component.
     """
     return made("absolute", a)
 
@@ -111,7 +111,7 @@ def sign(a: Any) -> Expression:
     """Return -1, 0 or 1.
 
     Args:
-        a: a number or an expression; of vectors, component by component.
+        a: a number, a vector or an expression; vectors are handled component by component.
     """
     return made("sign", a)
 
@@ -120,8 +120,8 @@ def minimum(a: Any, b: Any) -> Expression:
     """Return the smaller of two, component by component; NaN where either is.
 
     Args:
-        a: a number or an expression, or a vector.
-        b: likewise.
+        a: a number, a vector or an expression.
+        b: a number, a vector or an expression.
     """
     return made("minimum", a, b)
 
@@ -130,8 +130,8 @@ def maximum(a: Any, b: Any) -> Expression:
     """Return the larger of two, component by component; NaN where either is.
 
     Args:
-        a: a number or an expression, or a vector.
-        b: likewise.
+        a: a number, a vector or an expression.
+        b: a number, a vector or an expression.
     """
     return made("maximum", a, b)
 
@@ -140,18 +140,18 @@ def clamp(a: Any, low: Any, high: Any) -> Expression:
     """Return a within low..high, component by component.
 
     Args:
-        a: a number or an expression, or a vector.
-        low: the least value.
+        a: a number, a vector or an expression.
+        low: the smallest value.
         high: the largest value.
     """
     return minimum(maximum(a, low), high)
 
 
 def mix(a: Any, b: Any, part: Any) -> Expression:
-    """Return a + (b - a) part.
+    """Return the linear interpolation a + (b - a) part.
 
     Args:
-        a: the result where part is 0: a number or an expression, or a vector.
+        a: the result where part is 0: a number, a vector or an expression.
         b: the result where part is 1.
         part: a number or an expression.
     """
@@ -169,27 +169,28 @@ def step(edge: Any, a: Any) -> Expression:
 
 
 def smoothstep(low: Any, high: Any, a: Any) -> Expression:
-    """Return 0 where a <= low, 1 where a >= high, and t^2 (3 - 2t) between, t being the part of the way.
+    """Return 0 where a <= low, 1 where a >= high, else t^2 (3 - 2t) with t = (a - low) / (high - low).
 
     Args:
         low: where the rise begins.
-        high: where it ends.
+        high: where the rise ends.
         a: a number or an expression.
     """
     return made("smoothstep", low, high, a)
 
 
 def ramp(curve: Curve, at: Any) -> Expression:
-    """Return the value of a curve at a number of each particle, as in `ramp(fire, column("age") / 2)`.
+    """Return a curve's value at one number per particle, as in `ramp(fire, column("age") / 2)`.
 
-    Add an attribute to shift it per particle, and take `choose` or `mix` between several.
+    To shift the curve per particle, add an attribute to `at`. To combine several curves, use `choose` or
+    `mix`.
 
     Args:
-        curve: a `motes.Curve`, or what `+`, `-` and `*` make of curves; where it has times it takes `at`.
-        at: a number or an expression; before the first key, and where it is NaN, the first value stands.
+        curve: a `motes.Curve`, or curves combined with `+`, `-` and `*`; evaluated at `at` instead of time.
+        at: a number or an expression; before the first key and for NaN, the result is the first value.
 
     Raises:
-        ArgumentError: `curve` is none, or has so many keys that the expression is too long.
+        ArgumentError: `curve` is not a curve, or has so many keys that the expression is too long.
     """
     if isinstance(curve, Combined):
         a, b = (
@@ -210,7 +211,7 @@ def ramp(curve: Curve, at: Any) -> Expression:
 
 
 def _piece(powers: list[tuple[float, ...]], part: Any) -> Any:
-    """Return a polynomial by Horner's rule, without powers whose factors are all 0."""
+    """Return a polynomial by Horner's rule, omitting terms whose coefficients are all 0."""
     made: Any = None
     for factors in reversed(powers[1:]):
         if made is not None:
@@ -252,7 +253,7 @@ def length(a: Any) -> Expression:
 
 
 def normalize(a: Any) -> Expression:
-    """Return a vector divided by its length: NaN where that is 0.
+    """Return a vector divided by its length: NaN where the length is 0.
 
     Args:
         a: a vector or an expression of one.
@@ -261,10 +262,10 @@ def normalize(a: Any) -> Expression:
 
 
 def where(condition: Condition | Region, yes: Any, no: Any) -> Expression:
-    """Return one of two values for each particle or pair, as `choose` does.
+    """Return one of two values for each particle or pair, like `choose`.
 
     Args:
-        condition: a comparison, or a shape, which holds the particles in it.
+        condition: a comparison, or a shape, which is true for particles inside it.
         yes: the result where the condition holds.
         no: the result elsewhere.
     """

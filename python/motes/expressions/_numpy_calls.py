@@ -1,4 +1,4 @@
-"""What NumPy's functions make of expressions: `numpy.sin(column("age"))`, `numpy.float32(2) * expression`."""
+"""NumPy functions of expressions: `numpy.sin(column("age"))`, `numpy.float32(2) * expression`."""
 
 from __future__ import annotations
 
@@ -63,14 +63,14 @@ _OTHERS: dict[str, Callable[..., Any]] = {
 
 
 def numpy_ufunc(ufunc: np.ufunc, method: str, inputs: Sequence[Any], keywords: Mapping[str, Any]) -> Any:
-    """Return the expression or condition that a NumPy function of element-wise arithmetic stands for."""
+    """Return the expression or condition equivalent to a call of a NumPy ufunc."""
     return _called(
         ufunc.__name__ if method == "__call__" else f"{ufunc.__name__}.{method}", _UFUNCS, inputs, keywords
     )
 
 
 def numpy_function(function: Callable[..., Any], args: Sequence[Any], keywords: Mapping[str, Any]) -> Any:
-    """Return the expression that another NumPy function stands for."""
+    """Return the expression equivalent to a call of a NumPy function that is no ufunc."""
     return _called(function.__name__, _OTHERS, args, keywords)
 
 

@@ -1,4 +1,4 @@
-"""What the laws of `interact` are about: a particle, another one within reach, and what they remember."""
+"""Names for the laws of `interact`: a particle, another one within reach, and the pair's state."""
 
 from __future__ import annotations
 
@@ -17,24 +17,24 @@ class Particle:
     _name: str
 
     def __init__(self, name: str) -> None:
-        """Take its name, a or b; scripts use `motes.a` and `motes.b`."""
+        """Set its name, a or b; scripts use `motes.a` and `motes.b`."""
         object.__setattr__(self, "_name", name)
 
     @property
     def state(self) -> PairState:
-        """What a pair remembers, as `a` sees it: `motes.a.state.slip`."""
+        """The pair's state as `a` sees it: `motes.a.state.slip`."""
         if self._name != "a":
             raise ArgumentError("motes.b.state", "of b", "motes.a.state: a pair remembers what a sees")
         return PairState()
 
     def __getattr__(self, name: str) -> Expression:
-        """Make the expression that is an attribute of this particle."""
+        """Return the expression for an attribute of this particle."""
         if name.startswith("_"):
             raise AttributeError(f"motes.{self._name} has no attribute {name!r}")
         return Expression(("column", f"{self._name}.{name}"))
 
     def __setattr__(self, name: str, _: object) -> None:
-        """Refuse: `interact` says what changes."""
+        """Raise: only the arguments of `interact` change particles."""
         raise AttributeError(
             f"motes.{self._name}.{name} cannot be assigned: interact(acceleration=..., set={{...}}) changes a"
         )
@@ -49,12 +49,12 @@ class Particle:
 
 
 class PairState:
-    """What a pair remembers from one sub-step to the next; its names are those that `state=` declares."""
+    """Values that a pair keeps from one sub-step to the next, with the names declared by `state=`."""
 
     __slots__ = ()
 
     def __getattr__(self, name: str) -> Expression:
-        """Make the expression that is one of the states."""
+        """Return the expression for a state variable."""
         if name.startswith("_"):
             raise AttributeError(f"motes.a.state has no {name!r}")
         return Expression(("column", f"a.state.{name}"))
@@ -65,12 +65,12 @@ class PairState:
 
 
 a = Particle("a")
-"""The particle that a law changes; alone, in `law` and `where=`, each particle."""
+"""The particle that a pair law changes; in `law` and `where=`, each particle."""
 b = Particle("b")
-"""The other one of a pair, within reach of `a`."""
+"""The other particle of a pair, within reach of `a`."""
 r = Expression(("column", "pair.r"))
-"""Their distance, m."""
+"""Distance between `a` and `b`, m."""
 normal = Expression(("column", "pair.normal"))
-"""The unit vector from `a` to `b`; (0, 0, 0) where both are at the same place."""
+"""Unit vector from `a` to `b`; (0, 0, 0) if their positions are equal."""
 relative_velocity = b.velocity - a.velocity
-"""The velocity of `b` as `a` sees it, m/s."""
+"""Velocity of `b` relative to `a`, m/s."""

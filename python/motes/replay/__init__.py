@@ -1,8 +1,8 @@
-"""What another balancer would have done with the loads of an earlier run: no MPI, the same policies.
+"""Replay the loads of an earlier run under another balancer: without MPI, with the same policies.
 
 `predict` takes the tables of a recorded run; `Run.replay` calls it for a log. `synthetic` makes loads that
-each show one effect; `simulate` runs a history, recorded or synthetic, under a balancer, frame by frame;
-`compare` puts several balancers side by side.
+isolate one effect each; `simulate` runs a recorded or synthetic history under a balancer, frame by frame;
+`compare` compares several balancers.
 """
 
 from .compare import candidates, compare, planning_ms

@@ -1,7 +1,7 @@
-"""Particles in bricks, and the cuts between bricks: what density.py is for slabs.
+"""Distribution of particles in bricks, and the cuts between bricks; density.py does this for slabs.
 
-A log says how each calculator's particles are distributed along every axis that is cut, but not how the axes
-depend on each other. Inside one brick they count as independent, and particles as evenly spread between two
+A log records how each calculator's particles are distributed along every cut axis, but not how the axes
+correlate. Within a brick, axes are assumed to be independent, and particles to be uniform between two
 quantiles.
 """
 
@@ -24,16 +24,16 @@ Cuts = npt.NDArray[np.float32]
 Box = tuple[Floats, Floats]
 
 BINS = {1: 16, 2: 16, 3: 8}
-"""Parts of a calculator's particles along each axis, by the number of axes: at most 512 cells for each."""
+"""Bins of a calculator's particles per axis, by the number of cut axes; at most 512 cells in all."""
 FINE = 1024
-"""The core counts cells in whole particles: parts of a particle are told as so many."""
+"""Scale of cell counts for the core, which takes integers: one particle counts as this many."""
 
 
 class Tree:
-    """Cuts of bricks in the order of the domains: each has its own axis, and halves what is around it."""
+    """Tree of cuts between bricks, in the order of the domains; each cut has an axis and halves its node."""
 
     def __init__(self, axes: Sequence[int], at: npt.ArrayLike) -> None:
-        """`axes`: 0, 1 or 2 for each cut; `at`: metres."""
+        """`axes`: 0, 1 or 2 for each cut; `at`: position of each cut, m."""
         self.axes = list(axes)
         self.at: Cuts = np.asarray(at, np.float32)
 
@@ -42,7 +42,7 @@ class Tree:
         return len(self.axes)
 
     def nodes(self) -> Iterator[tuple[int, int, Box]]:
-        """Visit what cuts halve, and the domains: the first one in it, the last + 1, its ends (3,) each."""
+        """Yield all nodes, down to single domains: first domain, last + 1, and (low, high), (3,) each."""
         todo = [(0, len(self) + 1, (np.full(3, -np.inf), np.full(3, np.inf)))]
         while todo:
             first, last, (low, high) = todo.pop()
@@ -64,7 +64,7 @@ class Tree:
 
     @staticmethod
     def of_boxes(low: Floats, high: Floats) -> Tree:
-        """Find the cuts that make these domains, (domains, 3) each; ValueError if there are none."""
+        """Return the cuts that make these domains, (domains, 3) each; ValueError if there are none."""
         axes, at = [0] * (len(low) - 1), np.zeros(len(low) - 1, np.float32)
         todo = [(0, len(low))]
         while todo:
@@ -82,7 +82,7 @@ class Tree:
 
 
 class Cloud:
-    """Cells with particles that are evenly spread in each."""
+    """Cells whose particles are uniformly distributed within each cell."""
 
     def __init__(self, low: Floats, high: Floats, count: Floats) -> None:
         """`low`, `high`: ends of cells (m, 3), equal along axes that are not cut; `count`: particles (m,)."""
@@ -90,17 +90,17 @@ class Cloud:
 
     @property
     def total(self) -> float:
-        """All particles."""
+        """Total number of particles."""
         return float(self.count.sum())
 
     @staticmethod
     def none() -> Cloud:
-        """Return one without particles."""
+        """Return a cloud without particles."""
         return Cloud(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0))
 
     @staticmethod
     def of_quantiles(quantiles: Floats, counts: npt.ArrayLike, axes: Sequence[int]) -> Cloud:
-        """Join reports: quantiles (n, axes, q) along these axes, NaN if no particles, and counts (n,)."""
+        """Combine reports: quantiles (n, axes, q) along these axes, NaN if no particles, and counts (n,)."""
         counts = np.asarray(counts, np.float64)
         known = ~np.isnan(quantiles).any(axis=(1, 2)) & (counts > 0)
         bins = BINS[len(axes)]
@@ -115,7 +115,7 @@ class Cloud:
         return Cloud(low.reshape(-1, 3), high.reshape(-1, 3), count)
 
     def clipped(self, box: Box) -> Cloud:
-        """Return what is in a box."""
+        """Return the part of the cloud inside a box."""
         low, high = np.maximum(self.low, box[0]), np.minimum(self.high, box[1])
         width = self.high - self.low
         spread = np.where(width > 0, (high - low) / np.where(width > 0, width, 1), 1.0)
@@ -125,17 +125,17 @@ class Cloud:
         return Cloud(low[some], high[some], (self.count * part)[some])
 
     def parts(self, tree: Tree) -> list[Cloud]:
-        """Return what is in each domain."""
+        """Return the part of the cloud in each domain."""
         return [self.clipped(box) for box in zip(*tree.boxes(), strict=True)]
 
     def domains(self, tree: Tree) -> Counts:
-        """Whole particles in each domain; they add up to the rounded total."""
+        """Return the number of particles in each domain, as integers that sum to the rounded total."""
         ends = np.cumsum([0.0, *(part.total for part in self.parts(tree))])
         counts: Counts = np.diff(np.rint(ends)).astype(np.int64)
         return counts
 
     def overlaps(self, ours: Tree, theirs: Tree) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp], Floats]:
-        """Particles by two trees at once: our domain, their domain, particles in both; without zeros."""
+        """Return the overlaps of two trees: our domain, their domain, particles in both; no zeros."""
         found = [
             (mine, other, both.total)
             for mine, part in enumerate(self.parts(ours))
@@ -146,7 +146,7 @@ class Cloud:
         return np.array(mine, np.intp), np.array(other, np.intp), np.array(n, np.float64)
 
     def around(self, tree: Tree) -> float:
-        """Particles within a hundredth of their whole extent of a cut, summed over the cuts."""
+        """Return the particles within 1/100 of the cloud's extent from a cut, summed over the cuts."""
         if not len(self.count):
             return 0.0
         near = (self.high.max(axis=0) - self.low.min(axis=0)) / 100
@@ -161,7 +161,7 @@ class Cloud:
         return found
 
     def divided(self, costs: Floats, shares: Floats, tree: Tree) -> Tree:
-        """Return the cuts that give each domain its share, as the engine finds them."""
+        """Return the cuts that give each domain its share, computed as in the engine."""
         cells = [
             (
                 part.low.astype(np.float32),
@@ -173,7 +173,7 @@ class Cloud:
         return Tree(tree.axes, _core.tree_cuts(cells, costs, shares, tree.axes, tree.at))
 
     def quantiles(self, tree: Tree, parts: int, axis: int) -> Floats:
-        """Places along an axis that divide each domain's particles evenly; NaN where none."""
+        """Return each domain's quantiles along an axis, (domains, parts + 1); NaN without particles."""
         return np.array([part._along(axis, parts) for part in self.parts(tree)])
 
     def _along(self, axis: int, parts: int) -> Floats:
@@ -188,7 +188,7 @@ class Cloud:
 
     @staticmethod
     def exchange(before: npt.ArrayLike, after: npt.ArrayLike) -> tuple[Floats, Floats]:
-        """The least that each calculator sends and receives: the difference, wherever it comes from."""
+        """Return the minimum that each calculator sends and receives: the difference of its counts."""
         after = np.asarray(after, np.float64)
         before = np.asarray(before, np.float64)
         before = before * (after.sum() / max(before.sum(), 1e-300))

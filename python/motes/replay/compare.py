@@ -1,4 +1,4 @@
-"""Balancers side by side on the same load: `python -m motes bench balance`."""
+"""Compare balancers on the same load: `python -m motes bench balance`."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from .history import History
 __all__ = ["compare", "candidates", "planning_ms"]
 
 GOAL = 1.05
-"""The imbalance that counts as balanced."""
+"""Imbalance up to which a frame counts as balanced."""
 
 
 def candidates(speeds: Iterable[float]) -> list[Balancer]:
-    """Return the balancers that a comparison shows.
+    """Return the balancers to compare.
 
     Args:
-        speeds: of the machines, for `Proportional`.
+        speeds: the machines' speeds, for `Proportional`.
     """
     static, pairwise, *others = one_of_each(list(speeds))
     return [static, pairwise, Pairwise(0.05), *others]
@@ -34,12 +34,13 @@ def compare(history: History, balancers: Iterable[Balancer]) -> list[dict[str, A
 
     Args:
         history: recorded or synthetic loads.
-        balancers: which.
+        balancers: the balancers to run.
 
     Returns:
-        One row of figures each. `mean_imbalance` and `last_imbalance` are slowest over mean of the
-        calculators' seconds; `evaluations_to_goal` counts from the worst frame to the first at 1.05 or below
-        (None: never); `moved` counts the particles that all new cuts together gave to other calculators.
+        One row of figures per balancer. `mean_imbalance` and `last_imbalance` are the slowest calculator's
+        seconds divided by the mean; `evaluations_to_goal` counts frames from the worst to the first at 1.05
+        or below (None: never); `moved` counts the particles that new cuts gave to other calculators, over all
+        frames.
     """
     rows = []
     for balancer in balancers:
@@ -62,11 +63,11 @@ def compare(history: History, balancers: Iterable[Balancer]) -> list[dict[str, A
 
 
 def planning_ms(balancer: Balancer, calculators: int) -> float:
-    """Time one plan, made legal.
+    """Measure the time of one plan, including the check that makes it legal.
 
     Args:
-        balancer: whose.
-        calculators: how many.
+        balancer: the balancer that plans.
+        calculators: number of calculators.
 
     Returns:
         Processor time in milliseconds, the shortest of several.

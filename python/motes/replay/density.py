@@ -1,4 +1,4 @@
-"""The distribution of particles along the axis: their number as a function of place, for any domains."""
+"""Distribution of particles along one axis: the cumulative count as a function of position."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ Counts = npt.NDArray[np.int64]
 
 
 class Density:
-    """A cumulative number of particles, linear between ascending places; equal places make a jump."""
+    """Cumulative number of particles, linear between ascending positions; equal positions make a jump."""
 
     def __init__(self, x: Floats, below: Floats) -> None:
-        """`x`: ascending places (m,); `below`: particles left of each, from 0 up to all of them (m,)."""
+        """`x`: ascending positions (m,); `below`: particles below each, from 0 to the total (m,)."""
         self.x = x
         self.below = below
 
     @property
     def total(self) -> float:
-        """All particles."""
+        """Total number of particles."""
         return float(self.below[-1]) if len(self.below) else 0.0
 
     def count_below(self, places: npt.ArrayLike) -> Floats:
-        """Particles with x < place, one number per place; places may be infinite."""
+        """Return the number of particles with x < place for each place, which may be infinite."""
         places = np.asarray(places, np.float64)
         if not len(self.x):
             return np.zeros(len(places))
@@ -41,22 +41,22 @@ class Density:
         return np.where(right == 0, 0.0, np.where(right == len(self.x), self.total, between))
 
     def place(self, counts: npt.ArrayLike) -> Floats:
-        """The place with this many particles on its left, the inverse of `count_below`; needs particles."""
+        """Return the place with this many particles below it, the inverse of `count_below`."""
         return np.interp(np.asarray(counts, np.float64), self.below, self.x)
 
     def around(self, cuts: npt.NDArray[np.float32]) -> float:
-        """Particles within a hundredth of their whole extent of a cut, summed over the cuts."""
+        """Return the particles within 1/100 of the particles' extent from a cut, summed over the cuts."""
         near = (self.x[-1] - self.x[0]) / 100 if len(self.x) else 0.0
         return float((self.count_below(cuts + near) - self.count_below(cuts - near)).sum())
 
     def domains(self, cuts: npt.NDArray[np.float32]) -> Counts:
-        """Whole particles in each domain; they add up to the rounded total."""
+        """Return the number of particles in each domain, as integers that sum to the rounded total."""
         ends = np.concatenate([[0.0], self.count_below(cuts), [self.total]])
         counts: Counts = np.diff(np.rint(ends)).astype(np.int64)
         return counts
 
     def histograms(self, cuts: npt.NDArray[np.float32]) -> list[tuple[npt.NDArray[np.float32], Counts]]:
-        """Edges and counts of each domain, as calculators would report them."""
+        """Return the histogram (edges, counts) of each domain, as a calculator would report it."""
         beyond = np.nextafter(self._jumps(), np.float32(np.inf))
         places = np.unique(np.concatenate([self.x.astype(np.float32), beyond, cuts]))
         below = np.rint(self.count_below(places))
@@ -67,19 +67,19 @@ class Density:
         for first, last in zip(firsts, lasts, strict=True):
             edges = places[first : last + 1].copy()
             counts = np.diff(below[first : last + 1]).astype(np.int64)
-            if len(counts):  # the last bin is closed: it ends before the next domain
+            if len(counts):  # the last bin is closed, so it must end before the next domain
                 edges[-1] = max(edges[-2], np.nextafter(edges[-1], np.float32(-np.inf)))
             made.append((edges if len(counts) else edges[:0], counts))
         return made
 
     def _jumps(self) -> npt.NDArray[np.float32]:
-        """Places that several particles share, and the last one."""
+        """Return the positions of jumps, and the last position."""
         shared = np.append(self.x[1:] == self.x[:-1], True) if len(self.x) else np.zeros(0, bool)
         places: npt.NDArray[np.float32] = self.x[shared].astype(np.float32)
         return places
 
     def quantiles(self, cuts: npt.NDArray[np.float32], parts: int) -> Floats:
-        """Places that divide each domain's particles evenly, (domains, parts + 1); NaN where none."""
+        """Return each domain's quantiles, (domains, parts + 1); NaN where there are no particles."""
         ends = np.concatenate([[0.0], self.count_below(cuts), [self.total]])
         low, high = ends[:-1, None], ends[1:, None]
         if self.total <= 0:
@@ -90,10 +90,10 @@ class Density:
     def overlaps(
         self, ours: npt.NDArray[np.float32], theirs: npt.NDArray[np.float32]
     ) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp], Floats]:
-        """Particles by two sets of cuts at once: our domain, their domain, particles in both; no zeros."""
+        """Return the overlaps of two sets of cuts: our domain, their domain, particles in both; no zeros."""
         ends = np.sort(np.concatenate([ours, theirs]))
         below = np.concatenate([[0.0], self.count_below(ends), [self.total]])
-        # A piece is owned like its left end; the first reaches from -infinity.
+        # A piece's left end determines its owner; the first piece starts at -infinity.
         left = np.concatenate([[-np.inf], ends])
         n = np.diff(below)
         some = n > 0
@@ -104,22 +104,22 @@ class Density:
     def divided(
         self, costs: Floats, shares: Floats, cuts: npt.NDArray[np.float32]
     ) -> npt.NDArray[np.float32]:
-        """Return the cuts that give each domain its share, as the engine finds them."""
+        """Return the cuts that give each domain its share, computed as in the engine."""
         return _core.prefix_cuts(self.histograms(cuts), costs, shares, cuts)
 
     @staticmethod
     def exchange(before: npt.ArrayLike, after: npt.ArrayLike) -> tuple[Floats, Floats]:
-        """Return what `exchange` does."""
+        """Return the result of the function `exchange`."""
         return exchange(before, after)
 
     @staticmethod
     def none() -> Density:
-        """Return one without particles."""
+        """Return a density without particles."""
         return Density(np.zeros(0), np.zeros(0))
 
     @staticmethod
     def of_quantiles(quantiles: Floats, counts: npt.ArrayLike) -> Density:
-        """Join calculators' reports on their own particles: quantiles (n, q), NaN if none, counts (n,)."""
+        """Combine calculators' reports: quantiles (n, q), NaN if no particles, and counts (n,)."""
         counts = np.asarray(counts, np.float64)
         known = ~np.isnan(quantiles).any(axis=1) & (counts > 0)
         x, n = quantiles[known], counts[known]
@@ -130,13 +130,13 @@ class Density:
 
 
 def exchange(before: npt.ArrayLike, after: npt.ArrayLike) -> tuple[Floats, Floats]:
-    """The least that each calculator sends and receives: what it takes if particles keep their order.
+    """Return the minimum that each calculator sends and receives if particles keep their order.
 
-    `before`: particles by calculator before they moved and cuts changed; `after`: at the frame's end.
+    `before`: particles per calculator before they moved and cuts changed; `after`: at the frame's end.
     """
     after = np.asarray(after, np.float64)
     before = np.asarray(before, np.float64)
-    before = before * (after.sum() / max(before.sum(), 1e-300))  # deaths: everywhere alike
+    before = before * (after.sum() / max(before.sum(), 1e-300))  # assumes equal death rates everywhere
     starts, ends = np.cumsum(before)[:-1], np.cumsum(after)[:-1]
     ranks = np.sort(np.concatenate([starts, ends]))
     left = np.concatenate([[0.0], ranks])

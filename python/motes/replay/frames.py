@@ -1,4 +1,4 @@
-"""The frames of a history under another balancer: who holds what, how long it takes, where cuts go."""
+"""Simulate a history's frames under another balancer: owners of particles, times, and new cuts."""
 
 from __future__ import annotations
 
@@ -28,23 +28,23 @@ class SystemStep:
     """One system in one frame under the other balancer; arrays are (calculators,).
 
     Attributes:
-        cuts: between domains.
+        cuts: cuts between domains in this frame.
         n_start: particles at the frame's start.
         created: newborn particles.
         n_end: particles after the exchange.
-        seconds: of the actions.
-        rescaled: the same in proportion to `n_end`.
-        smoothed: particles per second, as the balancer knows them.
-        error: relative standard error of these.
+        seconds: time of the actions.
+        rescaled: `seconds` rescaled to `n_end` particles.
+        smoothed: smoothed particles per second, the balancer's input.
+        error: relative standard error of `smoothed`.
         moved: particles that the new cuts gave to another calculator in this frame.
-        sent: particles to other calculators.
-        received: particles from other calculators.
-        changing: particles exchanged in addition to those that `sent` and `received` count: they swap sides
-            of a cut, or others die in their place. Below 0 where fewer are exchanged.
-        density: where particles are.
-        killed: particles removed.
-        plan: what the balancer decided; None: it was not asked.
-        next_cuts: those from the next frame on.
+        sent: particles sent to other calculators.
+        received: particles received from other calculators.
+        changing: particles exchanged beyond the minimum in `sent` and `received`: swaps across a cut, and
+            crossings offset by deaths; negative if fewer are exchanged.
+        density: distribution of the particles.
+        killed: number of particles removed.
+        plan: the balancer's decision; None: it was not called.
+        next_cuts: cuts from the next frame on.
     """
 
     cuts: Cuts | Tree
@@ -67,13 +67,13 @@ class SystemStep:
 
 @dataclass
 class Step:
-    """One frame.
+    """One simulated frame.
 
     Attributes:
-        k: its place in the history.
-        frame: its number.
-        systems: each system in it.
-        decided_s: what the balancer's decisions took here.
+        k: index of the frame in the history.
+        frame: frame number.
+        systems: results per system.
+        decided_s: real seconds of the balancer's decisions.
     """
 
     k: int
@@ -83,13 +83,13 @@ class Step:
 
     @property
     def seconds(self) -> Floats:
-        """Each calculator's time for all systems."""
+        """Each calculator's seconds for all systems."""
         total: Floats = np.sum([system.seconds for system in self.systems], axis=0)
         return total
 
     @property
     def busiest(self) -> float:
-        """Migrants that the busiest calculator sends and receives; swaps count for all alike."""
+        """Migrants sent plus received by the busiest calculator; swaps are spread evenly over all."""
         own = [
             system.sent + system.received + 2 * system.changing / len(system.sent) for system in self.systems
         ]
@@ -103,7 +103,7 @@ class Step:
 
 
 class _System:
-    """What a system's frames remember of earlier ones."""
+    """State of a system that is carried from frame to frame."""
 
     def __init__(self, policy: _core.Policy, calculators: int) -> None:
         self.cuts: Cuts | Tree = np.zeros(0, np.float32)
@@ -115,9 +115,9 @@ class _System:
         self.evaluations = 0
 
     def act(self, moment: Moment, powers: Floats | None) -> SystemStep:
-        """One frame up to the report: births go by the new cuts, old ones act once more where they were."""
+        """Run one frame up to the report: births follow the new cuts, older particles act, then migrate."""
         if not self.began:
-            self.cuts = self.cuts_before = moment.cuts  # nobody balances before there are particles
+            self.cuts = self.cuts_before = moment.cuts  # no balancing before there are particles
             self.began = moment.density.total > 0
         n_start = self.n_end
         created = moment.births.domains(self.cuts)
@@ -156,7 +156,7 @@ class _System:
         )
 
     def _changing(self, moment: Moment, moved: int, least: float) -> float:
-        """Particles exchanged beyond the least necessary."""
+        """Return the number of particles exchanged beyond the minimum."""
         near, around = moment.density.around(self.cuts), moment.density.around(moment.cuts)
         share = near / around if around > 0 else 0.0
         if moment.crossing is None:
@@ -166,28 +166,28 @@ class _System:
 
 
 def simulate(history: History, balancer: Balancer, powers: Floats | None = None) -> Iterator[Step]:
-    """Run a history's frames under a balancer, as the engine would.
+    """Run a history's frames under a balancer, like the engine.
 
-    The balancer plans at a frame's end; births of the next frame are distributed by the new cuts, and
-    particles that are then outside their domain go to their owner in that frame's exchange.
+    The balancer plans at the end of a frame. In the next frame, births follow the new cuts, and particles
+    outside their domain migrate to their owner in the exchange.
 
     Args:
         history: recorded or synthetic loads.
-        balancer: which.
-        powers: one per calculator, where the machines are known: the rest of the measured time is the cost of
-            a place. None: it is the machine's.
+        balancer: the balancer to run.
+        powers: the machines' powers, one per calculator, if known; other differences in measured time are
+            attributed to places. None: all differences are attributed to the machines.
 
     Yields:
-        What each frame is like.
+        The result of each frame.
 
     Raises:
-        ArgumentError: for a balancer that the history's domains do not suit.
+        ArgumentError: if the balancer does not support the history's domains.
     """
     for name, axes in zip(history.systems, history.axes, strict=True):
         if balancer.slabs_only and not in_a_row(axes):
             allowed = "Static, PrefixCuts, Proportional, Bisection, CostAware or your own with Targets"
             raise ArgumentError("balancer", balancer, f"{allowed}: domains of {name!r} are no slabs ({axes})")
-    policy = policy_of(copy.deepcopy(balancer))  # one that remembers starts anew in each replay
+    policy = policy_of(copy.deepcopy(balancer))  # a balancer with state starts fresh in each replay
     policy.check(len(history.ranks))
     systems = [_System(policy, len(history.ranks)) for _ in history.systems]
     for k, frame in enumerate(history.frames):
@@ -200,7 +200,7 @@ def simulate(history: History, balancer: Balancer, powers: Floats | None = None)
 
 
 def _seconds(density: Particles, cuts: Cuts | Tree, moment: Moment, powers: Floats | None) -> Floats:
-    """Time of each calculator for these particles, cut by `cuts`."""
+    """Return each calculator's seconds for these particles, divided by `cuts`."""
     if powers is None:
         return density.domains(cuts) / moment.speeds
     mine, theirs, n = density.overlaps(cuts, moment.cuts)
@@ -211,7 +211,7 @@ def _seconds(density: Particles, cuts: Cuts | Tree, moment: Moment, powers: Floa
 def _balance(
     history: History, frame: int, policy: _core.Policy, systems: list[_System], steps: list[SystemStep]
 ) -> float:
-    """Set the cuts of the next frame; returns the seconds that the policy took to decide."""
+    """Set the cuts of the next frame; return the seconds that the policy took to decide."""
     tables = [
         _core.BalanceTable(
             frame,
@@ -253,6 +253,6 @@ def _cuts_after(plan: _core.BalancePlan, density: Particles, cuts: Cuts | Tree) 
     for source, to, count in plan.orders:
         cut = min(source, to)
         wanted = below[cut] + (count if source > to else -count)
-        # Inside the donor's domain, where a gap leaves a choice.
+        # Where a gap leaves a choice, the cut stays inside the donor's domain.
         after[cut] = np.clip(density.place(wanted), ends[source], ends[source + 1])
     return after

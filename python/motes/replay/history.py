@@ -1,4 +1,4 @@
-"""A run's loads without its balancer: where particles were, how fast the machines were, frame by frame."""
+"""A run's loads, independent of its balancer: particle positions and machine speeds, frame by frame."""
 
 from __future__ import annotations
 
@@ -23,45 +23,45 @@ __all__ = ["FrameCosts", "History", "Moment", "Particles", "Recorded", "Tables"]
 Floats = npt.NDArray[np.float64]
 Cuts = npt.NDArray[np.float32]
 _DEATHS = 0.5
-"""Where so many die for each particle that is sent, what is missing on one side of a cut says little about
-who crossed it: it died there, and others were born elsewhere."""
+"""Ratio of deaths to sent particles from which crossings can no longer be derived from counts beside a cut,
+because deaths and births change these counts more."""
 _SMOOTH = 8
-"""Frames on each side over which crossings are averaged: few particles cross a cut in one frame."""
-LEAST_PARTICLES, LEAST_SECONDS = 1000, 5e-5  # as in the engine: smaller samples say nothing about a machine
+"""Crossings are averaged over this many frames on each side, because few particles cross a cut per frame."""
+LEAST_PARTICLES, LEAST_SECONDS = 1000, 5e-5  # as in the engine: smaller samples do not measure speed
 
 
 class Particles(Protocol):
-    """Where particles are: a `Density` along one axis, or a `Cloud` in bricks; cuts are of that kind."""
+    """Distribution of particles: a `Density` along one axis, or a `Cloud` in bricks; cuts match it."""
 
     @property
     def total(self) -> float:
-        """All particles."""
+        """Total number of particles."""
 
     def domains(self, cuts: Any) -> npt.NDArray[np.int64]:
-        """Whole particles in each domain."""
+        """Return the integer number of particles in each domain."""
 
     def overlaps(self, ours: Any, theirs: Any) -> tuple[Any, Any, Floats]:
-        """Particles by two sets of cuts at once: our domain, their domain, particles in both."""
+        """Return the overlaps of two sets of domains: our domain, their domain, particles in both."""
 
     def around(self, cuts: Any) -> float:
-        """Particles near a cut."""
+        """Return the number of particles near cuts."""
 
     def divided(self, costs: Floats, shares: Floats, cuts: Any) -> Any:
         """Return the cuts that give each domain its share."""
 
     def exchange(self, before: npt.ArrayLike, after: npt.ArrayLike) -> tuple[Floats, Floats]:
-        """The least that each calculator sends and receives."""
+        """Return the minimum that each calculator sends and receives."""
 
     def none(self) -> Particles:
-        """Return the same kind without particles."""
+        """Return an empty distribution of the same kind."""
 
 
 @dataclass(frozen=True)
 class Moment:
-    """One system in one frame; only `cuts` depend on who balanced: they were the run's."""
+    """One system in one frame; only `cuts`, which are the recorded run's, depend on the balancer."""
 
     density: Particles
-    """At the frame's end."""
+    """Particles at the frame's end."""
     births: Particles
     killed: int
     cuts: Cuts | Tree
@@ -70,32 +70,32 @@ class Moment:
     overhead_s: Floats
     """Fixed extra time of a calculator with any particles, (calculators,)."""
     changing: float = 0.0
-    """Particles that swapped sides of a cut: those exchanged beyond the least necessary; where `crossing` is
-    known, those by which this frame differs from its neighbours."""
+    """Particles exchanged beyond the minimum because they swapped sides of a cut; if `crossing` is known,
+    this frame's deviation from the smoothed rate."""
     crossing: float | None = None
-    """Particles that cross a cut in a frame, for each particle near it (`around`); None: not known."""
+    """Particles that cross a cut per frame, per particle near it (`around`); None: unknown."""
 
 
 @dataclass(frozen=True)
 class FrameCosts:
-    """What a frame cost in addition to the actions."""
+    """Costs of a frame in addition to the actions."""
 
     other_s: float
-    """What no calculator's particles and no migrants cost."""
+    """Seconds that depend on neither particles nor migrants."""
     bytes_each: float
-    """Of a migrant."""
+    """Bytes per migrant."""
     migrant_s: float = 0.0
-    """Seconds of the frame per migrant of the calculator that sends and receives most."""
+    """Seconds per migrant of the calculator that sends and receives most."""
     picture_s: Floats | None = None
     """Seconds per particle of each calculator's part of the picture; None: no picture."""
 
 
 class Tables(Protocol):
-    """What is read from a recorded run; a `Run` has all of it."""
+    """Data needed from a recorded run; a `Run` has all of them."""
 
     @property
     def name(self) -> str:
-        """The run's name in errors."""
+        """The run's name, for error messages."""
 
     @property
     def calculators(self) -> list[int]:
@@ -106,18 +106,18 @@ class Tables(Protocol):
         """The particle systems' names."""
 
     def axis(self, system: str) -> str:
-        """Return the axes that a system's domains cut.
+        """Return the axes along which a system's domains are cut.
 
         Args:
-            system: its name.
+            system: the system's name.
 
         Returns:
-            "x", "xz", ...; "hilbert", "morton"; "id" where ids decide.
+            "x", "xz", ...; "hilbert", "morton"; "id" if particles are distributed by id.
         """
 
     @property
     def speeds(self) -> Mapping[int, float]:
-        """Factors by which ranks were slowed down on purpose; empty if none was."""
+        """Factors by which ranks were slowed down on purpose; empty if none were."""
 
     @property
     def hosts(self) -> Mapping[int, str]:
@@ -137,13 +137,13 @@ class Tables(Protocol):
 
 
 class History(Protocol):
-    """What a replay needs to know.
+    """Input of a replay.
 
     Attributes:
         ranks: the calculators, in the order of their domains.
-        systems: names.
-        axes: what each system's domains cut.
-        frames: numbers.
+        systems: names of the systems.
+        axes: axes along which each system's domains are cut.
+        frames: frame numbers.
     """
 
     ranks: list[int]
@@ -155,8 +155,8 @@ class History(Protocol):
         """Return one system in one frame.
 
         Args:
-            k: the place of the frame in the history.
-            system: the system's place.
+            k: index of the frame in the history.
+            system: index of the system.
         """
 
 
@@ -164,15 +164,15 @@ class Recorded:
     """The history of a recorded run."""
 
     def __init__(self, run: Tables, migrant_s: float | None = None) -> None:
-        """Take the tables of a run.
+        """Read the tables of a run.
 
         Args:
-            run: whose.
-            migrant_s: seconds per migrant of the busiest calculator, where the network is known; None: as
-                the run's frames that exchanged more took longer.
+            run: the recorded run.
+            migrant_s: seconds per migrant of the busiest calculator, if the network is known; None: fitted to
+                the run's frames.
 
         Raises:
-            LogError: if they do not suffice.
+            LogError: if tables are missing or incomplete.
         """
         self.ranks = run.calculators
         self.systems = run.systems
@@ -214,8 +214,8 @@ class Recorded:
             self._add_bricks(run.name, axes, load, density, grid)
         processed = grid["n_start"] + grid["created"]
         grid["speeds"] = self._speeds(grid, processed)
-        # A sample too small for the machine's speed still says how long this frame took. What it took longer
-        # would be as much for more particles; what it took less would be in proportion.
+        # A sample too small to measure the machine's speed still gives this frame's time. Extra time is
+        # treated as a fixed overhead; less time as a higher speed.
         grid["speeds"] = np.where(processed > 0, np.fmax(grid["speeds"], grid["speed"]), grid["speeds"])
         longer = grid["t_compute_s"] - processed / grid["speeds"]
         grid["overhead"] = np.where((processed > 0) & (longer > 0), longer, 0.0)
@@ -224,7 +224,7 @@ class Recorded:
     def _add_bricks(
         self, run: str, axes: str, load: DataFrame, density: DataFrame, grid: dict[str, Any]
     ) -> None:
-        """Add quantiles along all axes that are cut, and the ends of all domains."""
+        """Add quantiles along all cut axes, and the ends of all domains."""
         numbers = grid["axes"] = ["xyz".index(axis) for axis in axes]
         told = [name for name in density.columns if name[1:3] == "_q" and name[0] in axes[1:]]
         if len(told) != 17 * (len(axes) - 1) or density[told].isna().all(axis=None):
@@ -245,12 +245,12 @@ class Recorded:
         return grid.reindex(index=self.frames, columns=self.ranks).to_numpy(np.float64)
 
     def _whole(self, name: str) -> None:
-        """Leave out the frames at the end whose rows are not all there: the run was killed."""
+        """Drop frames at the end with missing rows, which a killed run leaves behind."""
         missing = []
         for grid in self._grids:
             needed = sum(grid[key] for key in ("n", "n_start", "created", "killed", "sent", "t_compute_s"))
             gaps = np.isnan(needed).any(axis=1)
-            if "axes" not in grid:  # bricks may reach to infinity on any side
+            if "axes" not in grid:  # bricks can extend to infinity on any side
                 gaps |= np.isnan(grid["domain_hi"][:, :-1]).any(axis=1)
             missing.append(gaps)
         broken = np.logical_or.reduce(missing)
@@ -260,7 +260,7 @@ class Recorded:
         self.frames = self.frames[:whole]
 
     def _speeds(self, grid: dict[str, Any], processed: Floats) -> Floats:
-        """Samples of each frame; for gaps: the last or first sample, or the mean of other machines."""
+        """Return speeds per frame; gaps get the last or first sample, else the other machines' mean."""
         speed = grid["speed"]
         good = (speed > 0) & (processed >= LEAST_PARTICLES) & (grid["t_compute_s"] >= LEAST_SECONDS)
         if not good.any():
@@ -282,8 +282,8 @@ class Recorded:
         """Return one system in one frame, from the log.
 
         Args:
-            k: the place of the frame in the history.
-            system: the system's place.
+            k: index of the frame in the history.
+            system: index of the system.
         """
         grid = self._grids[system]
         n, created = grid["n"][k], grid["created"][k]
@@ -309,10 +309,10 @@ class Recorded:
         )
 
     def _crossing(self, system: int) -> tuple[Floats, Floats]:
-        """Return how many particles crossed per particle near a cut, and by how many more in each frame.
+        """Return crossings per particle near a cut, and each frame's deviation from this rate in particles.
 
-        The first is smoothed over frames. What moving cuts gave to other calculators is left out. Births and
-        deaths do not count: only who crosses a cut is sent.
+        The rate is smoothed over frames. Particles reassigned by moving cuts are excluded. Births and deaths
+        do not matter, because only particles that cross a cut are sent.
         """
         grid = self._grids[system]
         if "crossing" not in grid:
@@ -332,7 +332,7 @@ class Recorded:
 
     @staticmethod
     def _places(grid: dict[str, Any], k: int) -> tuple[Density, Density, Cuts]:
-        """Particles and births along an axis, and the cuts."""
+        """Return the particles and births along an axis, and the cuts."""
         x = grid["x"][k]
         cuts = grid["domain_hi"][k, :-1].astype(np.float32)
         births = Density.of_quantiles(_somewhere(_born(grid, k, cuts), cuts), grid["created"][k])
@@ -340,7 +340,7 @@ class Recorded:
 
     @staticmethod
     def _bricks(grid: dict[str, Any], k: int) -> tuple[Cloud, Cloud, Tree]:
-        """The same in bricks."""
+        """Return the particles and births in bricks, and the cuts."""
         x, axes = grid["x"][k], grid["axes"]
         low, high = grid["low"][k].astype(np.float64), grid["high"][k].astype(np.float64)
         somewhere = np.where(np.isnan(x), _middle(low, high)[:, axes, None], x)
@@ -348,10 +348,10 @@ class Recorded:
         return Cloud.of_quantiles(x, grid["n"][k], axes), births, Tree.of_boxes(low, high)
 
     def costs(self, k: int) -> FrameCosts:
-        """Return what a frame cost besides the actions.
+        """Return a frame's costs in addition to the actions.
 
         Args:
-            k: the place of the frame in the history.
+            k: index of the frame in the history.
         """
         n = np.maximum(sum(grid["n"][k] for grid in self._grids), 1.0)
         rest = self._t_frame[k] - self._slowest()[k] - self._migrant_s * self._migrants()[k]
@@ -363,29 +363,29 @@ class Recorded:
         )
 
     def _slowest(self) -> Floats:
-        """Return the seconds that the slowest calculator's particles took, per frame."""
+        """Return the seconds of the slowest calculator's actions and picture, per frame."""
         spent = sum(grid["t_compute_s"][: len(self.frames)] for grid in self._grids)
         slowest: Floats = np.asarray(spent + self._picture).max(axis=1)
         return slowest
 
     def _migrants(self) -> Floats:
-        """Return how many migrants the busiest calculator sent and received, per frame."""
+        """Return the migrants sent plus received by the busiest calculator, per frame."""
         moved = sum((grid["sent"] + grid["received"])[: len(self.frames)] for grid in self._grids)
         busiest: Floats = np.nan_to_num(np.asarray(moved)).max(axis=1)
         return busiest
 
     def _pictures(self, run: Tables) -> Floats:
-        """Return each calculator's seconds of work for pictures, per frame; waits are not in it."""
+        """Return each calculator's seconds of work on pictures, per frame, without waits."""
         times = getattr(run, "times", None)
         if times is None or not len(times):
             return np.zeros((len(self.frames), len(self.ranks)))
         return np.nan_to_num(self._grid(times, "picture_s"))
 
     def _fit_migrants(self, run: Tables) -> float:
-        """Return by how many seconds a migrant makes a frame longer: the slope of a line through the frames.
+        """Return the seconds per migrant: the slope of a line fitted to the frames.
 
-        The slope between frames of like cost is found in pairs (Theil and Sen), so that interrupted frames do
-        not count; where all frames exchanged about the same, it is unknown, and migrants cost nothing.
+        The slope is the median over pairs of frames (Theil-Sen), which makes it robust against interrupted
+        frames. If all frames exchanged about the same number, the slope is unknown and taken as 0.
         """
         chosen = np.unique(np.linspace(0, len(self.frames) - 1, 300).astype(int))
         x, y = self._migrants()[chosen], (self._t_frame - self._slowest())[chosen]
@@ -399,10 +399,11 @@ class Recorded:
 
 
 def _born(grid: dict[str, Any], k: int, cuts: Cuts) -> Floats:
-    """Return quantiles of where each calculator's particles are born, inside its domain.
+    """Return quantiles of each calculator's births, inside its domain.
 
-    The log does not tell; but in a frame in which most of a calculator's particles were born, they are still
-    near. Sources seldom move far; where there was no such frame, all of its particles stand for the newborn.
+    The log does not contain them. They are taken from the last frame in which more than half of a
+    calculator's particles were newborn, because sources seldom move far. Without such a frame, the quantiles
+    of all its particles are used.
     """
     if "fresh" not in grid:
         rows = np.arange(len(grid["n"]))[:, None]
@@ -415,14 +416,14 @@ def _born(grid: dict[str, Any], k: int, cuts: Cuts) -> Floats:
 
 
 def _somewhere(x: Floats, cuts: Cuts) -> Floats:
-    """Give calculators without particles a place for their births: inside the domain, near other ones."""
+    """Replace missing quantiles of births by a position inside the domain."""
     low = np.concatenate([[-np.inf], cuts])
     high = np.concatenate([cuts, [np.inf]])
     return np.where(np.isnan(x), _middle(low, high)[:, None], x)
 
 
 def _middle(low: Floats, high: Floats) -> Floats:
-    """Return a place inside each domain."""
+    """Return a position inside each domain."""
     with np.errstate(invalid="ignore"):
         middle = np.where(np.isinf(low), high - 1, np.where(np.isinf(high), low + 1, (low + high) / 2))
     return np.where(np.isfinite(middle), middle, 0.0)

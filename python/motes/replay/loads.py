@@ -1,4 +1,4 @@
-"""Synthetic loads, for comparing balancers without a cluster: each isolates one effect that real runs mix."""
+"""Synthetic loads for comparing balancers without a cluster: each isolates one effect that real runs mix."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Load: TypeAlias = Literal["halves", "alternating", "step", "hot_spot"]
 
 
 class Synthetic:
-    """A history made by a formula: particles on the axis 0..1, one system, cut into equal domains."""
+    """A history computed from formulas: one system of particles on the axis 0..1, cut into equal domains."""
 
     def __init__(
         self,
@@ -28,14 +28,14 @@ class Synthetic:
         calculators: int,
         particles: int,
     ) -> None:
-        """Take the formula; scripts call `motes.replay.synthetic`.
+        """Set the formulas; scripts call `motes.replay.synthetic`.
 
         Args:
-            frames: how many.
-            speeds: of a frame, those of the machines, particles/s.
-            shape: of a frame, the relative density at 0..1 in equal steps.
-            calculators: how many.
-            particles: how many.
+            frames: number of frames.
+            speeds: function from the frame to the machines' speeds, particles/s.
+            shape: function from the frame to the relative density at equidistant points in 0..1.
+            calculators: number of calculators.
+            particles: number of particles.
         """
         self.ranks = list(range(calculators))
         self.systems = ["particles"]
@@ -50,8 +50,8 @@ class Synthetic:
         """Return the k-th frame; all particles are born in the first.
 
         Args:
-            k: the place of the frame in the history.
-            system: the system's place.
+            k: index of the frame in the history.
+            system: index of the system.
         """
         shape = self._shape(k)
         below = np.concatenate([[0.0], np.cumsum((shape[1:] + shape[:-1]) / 2)])
@@ -68,15 +68,16 @@ def synthetic(
     particles: int = 3_200_000,
     frames: int = 100,
 ) -> Synthetic:
-    """Make a load that shows one effect.
+    """Return a load that shows one effect.
 
     Args:
         load: "halves": the first half of the machines is twice as fast as the second. "alternating": every
-            other machine is. "step": equal machines; after a tenth of the frames, half of all particles are
-            within a fifth of the axis. "hot_spot": equal machines; such a cluster moves from end to end.
-        calculators: from 1 to thousands.
-        particles: any number.
-        frames: how many.
+            other machine is twice as fast. "step": equal machines; after a tenth of the frames, half of all
+            particles are within a fifth of the axis. "hot_spot": equal machines; such a cluster moves from
+            end to end.
+        calculators: number of calculators, from 1 to thousands.
+        particles: number of particles.
+        frames: number of frames.
 
     Returns:
         The history, for `simulate` and `compare`.
@@ -109,7 +110,7 @@ def _hot_spot(calculators: int, particles: int, frames: int) -> Synthetic:
 
 
 def _crowd(calculators: int, particles: int, frames: int, center: Callable[[int], float | None]) -> Synthetic:
-    """Put half of all particles around a place, 0.05 wide (sigma), and spread the others evenly."""
+    """Return a load with half of the particles around a centre (sigma 0.05), and the others spread evenly."""
     x = np.linspace(0, 1, 4097)
 
     def shape(k: int) -> Floats:
@@ -130,4 +131,4 @@ LOADS: dict[Load, Callable[[int, int, int], Synthetic]] = {
     "step": _step,
     "hot_spot": _hot_spot,
 }
-"""Loads by name: calculators, particles, frames -> history."""
+"""Loads by name: functions (calculators, particles, frames) -> history."""

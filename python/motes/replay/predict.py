@@ -1,4 +1,4 @@
-"""What a recorded run would have been under another balancer, as rows of the log's tables."""
+"""Predict a recorded run under another balancer, as rows of the log's tables."""
 
 from __future__ import annotations
 
@@ -29,35 +29,34 @@ def predict(
 ) -> dict[str, list[Row]]:
     """Predict a recorded run under another balancer.
 
-    Where particles were in each frame comes from the log (density.jsonl); it does not depend on who held
-    them.
+    Particle positions in each frame come from the log (density.jsonl); they do not depend on which calculator
+    owned them.
 
-    `sent` and `received` are the least that brings the particles to their calculators. In `exchanged` of
-    `frames` those that swap sides of a cut come on top, as many of the particles near it as in the recorded
-    run. Where many die, it is what crosses the cuts instead, and what moving cuts give. A frame takes what
-    the slowest calculator needs for its particles and its part of the picture, what its migrants cost, and
-    the rest of the recorded frame.
+    `sent` and `received` are the minimum that brings all particles to their calculators. `exchanged` in
+    `frames` adds those that swap sides of a cut: the same fraction of the particles near it as in the
+    recorded run. If many particles die, it is instead the number that cross the cuts plus the number
+    reassigned by moving cuts. A frame's time is that of the slowest calculator for its particles and its part
+    of the picture, plus the cost of migrants, plus the remaining time of the recorded frame.
 
-    The log tells where each calculator's particles are along every axis that is cut, but not how the axes
-    depend on each other. So inside one brick they count as independent. Where particles are dealt out by id,
-    the parts of the ids are cut, as slabs are.
+    The log records the distribution of each calculator's particles along every cut axis, but not how the axes
+    correlate, so they are assumed to be independent within a brick. If particles are distributed by id,
+    ranges of ids are cut like slabs.
 
     Args:
-        tables: of the run, such as a `Run`.
-        balancer: the other one.
-        powers: one per calculator on any scale, where the machines are known: the rest of the measured time
-            is the cost of a place, which the particles there keep when another calculator gets them. None:
-            measured speeds belong to the machines, calculator by calculator, frame by frame.
-        migrant_s: seconds of a frame per migrant of the calculator that sends and receives most; None: as in
-            the recorded run, where frames that exchanged more took longer.
+        tables: the recorded run's tables, such as a `Run`.
+        balancer: the balancer to predict.
+        powers: the machines' powers, one per calculator on any scale, if known. Other differences in measured
+            time are then attributed to places, and move with the particles there to another calculator. None:
+            measured speeds are attributed to the machines, per calculator and frame.
+        migrant_s: seconds per migrant of the calculator that sends and receives most; None: fitted to the
+            recorded run.
 
     Returns:
         Rows of "frames", "load", "density" and "balance".
 
     Raises:
-        LogError: if the log has no densities, or not along all axes that are cut, as those of earlier
-            versions.
-        ArgumentError: for what is no balancer or does not fit, such as orders for bricks.
+        LogError: if the log has no densities, or not along all cut axes, as in logs of earlier versions.
+        ArgumentError: if `balancer` is not a balancer or does not fit, such as orders for bricks.
     """
     if not isinstance(balancer, Balancer):
         raise ArgumentError("balancer", balancer, "a Balancer")
@@ -137,7 +136,7 @@ def _load_rows(
 
 
 def _domains(axes: str, cuts: Any) -> list[Row]:
-    """Return the ends of each domain as the log has them."""
+    """Return the ends of each domain as columns of the log."""
     if not isinstance(cuts, Tree):
         low, high = [None, *map(float, cuts)], [*map(float, cuts), None]
         return [{"domain_lo": lo, "domain_hi": hi} for lo, hi in zip(low, high, strict=True)]

@@ -1,8 +1,8 @@
-"""Regions of space as values: where particles are born, killed or bounced, and what is drawn from them.
+"""Regions of space as values: where particles are born, die or bounce, and distributions to sample from.
 
-Units are metres. Points of sampled shapes are uniform by measure. A vector, 3 numbers or 2 for (x, y, 0),
-stands for a `Point` wherever a shape is asked for. Paper: section 4, after D. McAllister's Particle System
-API (his "domains").
+Units are metres. Samples are uniform by length, area or volume. Wherever a shape is expected, a vector of 3
+numbers, or 2 for (x, y, 0), counts as a `Point`. Paper: section 4, after D. McAllister's Particle System API
+(his "domains").
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ __all__ = [
 
 
 class Shape(Region, Value):
-    """What all shapes can do."""
+    """Base of all shapes."""
 
     def _set(self, **fields: Any) -> None:
         numbers: list[float] = []
@@ -52,24 +52,26 @@ class Shape(Region, Value):
                 numbers.append(number)
         state = self.__dict__
         state.update(fields)
-        state["_native"] = _core.Shape(type(self).__name__, numbers)  # which checks the numbers
+        state["_native"] = _core.Shape(type(self).__name__, numbers)  # checks the numbers
 
     @property
     def measure(self) -> float:
         """Length, area or volume in m, m^2 or m^3; 0 for a point, infinite for a plane and a blob.
 
-        Equal radii leave a curve or a surface, measured as such. A union has the sum of its parts.
+        A shape with equal radii is a curve or a surface and measured as such. A union's measure is the sum of
+        its parts'.
         """
         return self._native.measure()
 
     def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
-        """Tell which points the shape holds.
+        """Return which points are inside the shape.
 
-        Shapes without volume (point, line, triangle, rectangle, disc) hold none; a plane holds the half-space
-        below it, a blob what is within one sigma of its centre, a union what any of its parts holds.
+        Shapes without volume (point, line, triangle, rectangle, disc) contain no points. A plane contains the
+        half-space below it, a blob the points within one sigma of its centre, a union the points in any of
+        its parts.
 
         Args:
-            points: (n, 3) or (3,), m; points of 2 numbers lie at z = 0.
+            points: (n, 3) or (3,), m; points with 2 numbers have z = 0.
 
         Returns:
             bool (n,), or () for one point.
@@ -83,10 +85,10 @@ class Shape(Region, Value):
         return inside if array.ndim == 2 else inside[0]
 
     def sample(self, n: int, seed: int = 0) -> NDArray[np.float32]:
-        """Draw points of the shape, uniformly by measure. A plane gives its own point.
+        """Draw random points from the shape, uniform by measure. A plane returns its `point`.
 
         Args:
-            n: how many.
+            n: number of points.
             seed: 0..2^64-1; the same seed gives the same points.
 
         Returns:
@@ -96,25 +98,25 @@ class Shape(Region, Value):
         return self._native.sample(n, arguments.integer("seed", seed, high=2**64 - 1))
 
     def __or__(self, other: Shape | ArrayLike) -> Union:
-        """Unite two shapes: `a | b | c` is one union of three."""
+        """Return the union of two shapes: `a | b | c` is one union of three."""
         try:
             return Union(self, as_shape("shapes", other))
         except ArgumentError:
             return NotImplemented
 
     def __and__(self, other: Any) -> Condition:
-        """Make the condition that this shape and another, or a comparison, hold the particle."""
+        """Return the condition that a particle is inside this shape and satisfies `other`."""
         both: Condition = as_condition("shape", self) & other
         return both
 
     __rand__ = __and__
 
     def __invert__(self) -> Condition:
-        """Make the condition that this shape does not hold the particle."""
+        """Return the condition that a particle is outside this shape."""
         return ~as_condition("shape", self)
 
     def __ror__(self, other: ArrayLike) -> Union:
-        """Unite a vector, which is a point, with this shape."""
+        """Return the union of a vector, as a `Point`, and this shape."""
         try:
             return Union(as_shape("shapes", other), self)
         except ArgumentError:
@@ -126,19 +128,19 @@ class Point(Shape):
     """A single point.
 
     Attributes:
-        p: its coordinates, m.
+        p: the point's coordinates, m.
     """
 
     p: Triple
 
     def __init__(self, p: ArrayLike) -> None:
-        """Take the point's coordinates."""
+        """Make a point from its coordinates."""
         self._set(p=arguments.triple("p", p))
 
 
 @value(init=False)
 class Line(Shape):
-    """A segment.
+    """A line segment.
 
     Attributes:
         p0: one end, m.
@@ -149,7 +151,7 @@ class Line(Shape):
     p1: Triple
 
     def __init__(self, p0: ArrayLike, p1: ArrayLike) -> None:
-        """Take the two ends."""
+        """Make a segment from its two ends."""
         self._set(p0=arguments.triple("p0", p0), p1=arguments.triple("p1", p1))
 
 
@@ -165,7 +167,7 @@ class Triangle(Shape):
     """A corner, m."""
 
     def __init__(self, p0: ArrayLike, p1: ArrayLike, p2: ArrayLike) -> None:
-        """Take the three corners, which span an area."""
+        """Make a triangle from three corners that are not on one line."""
         self._set(p0=arguments.triple("p0", p0), p1=arguments.triple("p1", p1), p2=arguments.triple("p2", p2))
 
 
@@ -175,8 +177,8 @@ class Rectangle(Shape):
 
     Attributes:
         origin: a corner, m.
-        u: an edge that starts there, m.
-        v: the other edge that starts there, m.
+        u: one edge from the corner, m.
+        v: the other edge from the corner, m.
     """
 
     origin: Triple
@@ -184,7 +186,7 @@ class Rectangle(Shape):
     v: Triple
 
     def __init__(self, origin: ArrayLike, u: ArrayLike, v: ArrayLike) -> None:
-        """Take a corner and the two edges that start there."""
+        """Make a parallelogram from a corner and the two edges that start there."""
         self._set(
             origin=arguments.triple("origin", origin), u=arguments.triple("u", u), v=arguments.triple("v", v)
         )
@@ -195,16 +197,16 @@ class Disc(Shape):
     """A flat ring around `center`, perpendicular to `normal`."""
 
     center: Triple
-    """Its middle, m."""
+    """The centre, m."""
     normal: Triple
-    """What it is perpendicular to; any length."""
+    """A vector perpendicular to the disc; any length."""
     radius: float
     """The outer radius, m."""
     inner_radius: float = 0
-    """The radius of its hole, m."""
+    """The hole's radius, m."""
 
     def __init__(self, center: ArrayLike, normal: ArrayLike, radius: float, inner_radius: float = 0) -> None:
-        """Take the centre, the normal (any length), the outer and the inner radius."""
+        """Make a disc from its centre, normal (any length), outer and inner radius."""
         self._set(
             center=arguments.triple("center", center),
             normal=arguments.triple("normal", normal),
@@ -218,12 +220,12 @@ class Plane(Shape):
     """The plane through `point`; it contains the half-space on the side opposite to `normal`."""
 
     point: Triple
-    """Any point of it, m."""
+    """Any point of the plane, m."""
     normal: Triple
-    """What points away from the half-space that it contains; any length."""
+    """A vector pointing out of the half-space that the plane contains; any length."""
 
     def __init__(self, point: ArrayLike, normal: ArrayLike) -> None:
-        """Take any point of the plane and its normal (any length)."""
+        """Make a plane from one of its points and its normal (any length)."""
         self._set(point=arguments.triple("point", point), normal=arguments.triple("normal", normal))
 
 
@@ -237,7 +239,7 @@ class Box(Shape):
     """The corner with the highest coordinates, m."""
 
     def __init__(self, low: ArrayLike, high: ArrayLike) -> None:
-        """Take the corner with the lowest and the one with the highest coordinates."""
+        """Make a box from its corners with the lowest and the highest coordinates."""
         self._set(low=arguments.triple("low", low), high=arguments.triple("high", high))
 
 
@@ -245,20 +247,20 @@ class Box(Shape):
 class Cylinder(Shape):
     """The cylinder around the axis from `p0` to `p1`, or the pipe between two radii.
 
-    With equal radii it is an open tube without thickness: drawn by area, and it holds nothing.
+    With equal radii it is an open tube without thickness: sampled by area, and containing no points.
     """
 
     p0: Triple
-    """An end of its axis, m."""
+    """One end of the axis, m."""
     p1: Triple
     """The other end, m."""
     radius: float
     """The outer radius, m."""
     inner_radius: float = 0
-    """The radius of the pipe's inside, m."""
+    """The pipe's inner radius, m."""
 
     def __init__(self, p0: ArrayLike, p1: ArrayLike, radius: float, inner_radius: float = 0) -> None:
-        """Take the axis's two ends, the outer and the inner radius."""
+        """Make a cylinder from the two ends of its axis, outer and inner radius."""
         self._set(
             p0=arguments.triple("p0", p0),
             p1=arguments.triple("p1", p1),
@@ -269,22 +271,22 @@ class Cylinder(Shape):
 
 @value(init=False)
 class Cone(Shape):
-    """The cone from `apex` to the disc around `base`, or what lies between two cones with the same apex.
+    """The cone from `apex` to the disc around `base`, or the space between two cones with the same apex.
 
-    Radii are those at the base. With equal radii it is the side alone: drawn by area, and it holds nothing.
+    With equal radii it is only the lateral surface: sampled by area, and containing no points.
     """
 
     apex: Triple
-    """Its tip, m."""
+    """The tip, m."""
     base: Triple
-    """The middle of its base, m."""
+    """The centre of the base, m."""
     radius: float
     """The outer radius at the base, m."""
     inner_radius: float = 0
     """The radius of the inner cone at the base, m."""
 
     def __init__(self, apex: ArrayLike, base: ArrayLike, radius: float, inner_radius: float = 0) -> None:
-        """Take the tip, the base's centre, the outer and the inner radius there."""
+        """Make a cone from its tip, the base's centre, and the outer and inner radius at the base."""
         self._set(
             apex=arguments.triple("apex", apex),
             base=arguments.triple("base", base),
@@ -298,14 +300,14 @@ class Sphere(Shape):
     """The ball around `center`, or the thick shell between two radii."""
 
     center: Triple
-    """Its middle, m."""
+    """The centre, m."""
     radius: float
     """The outer radius, m."""
     inner_radius: float = 0
-    """The radius of its hollow, m."""
+    """The cavity's radius, m."""
 
     def __init__(self, center: ArrayLike, radius: float, inner_radius: float = 0) -> None:
-        """Take the centre, the outer and the inner radius."""
+        """Make a ball or shell from its centre, outer and inner radius."""
         self._set(
             center=arguments.triple("center", center),
             radius=arguments.number("radius", radius, low=0),
@@ -315,36 +317,36 @@ class Sphere(Shape):
 
 @value(init=False)
 class Blob(Shape):
-    """A cloud without border: each coordinate is normally distributed around `center` with deviation `sigma`.
+    """A cloud without a border: coordinates are normally distributed around `center` with deviation `sigma`.
 
-    It holds what is within one sigma of its centre, and has no surface to bounce off.
+    It contains the points within one sigma of its centre, and has no surface to bounce off.
     """
 
     center: Triple
-    """Its middle, m."""
+    """The centre, m."""
     sigma: float
     """The standard deviation of each coordinate, m."""
 
     def __init__(self, center: ArrayLike, sigma: float) -> None:
-        """Take the centre and the standard deviation of each coordinate in metres."""
+        """Make a blob from its centre and the standard deviation of each coordinate in metres."""
         self._set(center=arguments.triple("center", center), sigma=arguments.number("sigma", sigma, low=0))
 
 
 @value(init=False)
 class Union(Shape):
-    """Several shapes as one, also written `a | b`; a union among them counts as its parts.
+    """Several shapes as one, also written `a | b`; nested unions are flattened.
 
-    It holds what any part holds; particles bounce off the part that is hit first, even inside other parts.
-    Points are drawn from a part chosen in proportion to its measure, where m, m^2 and m^3 count equally, or
-    with equal chances if all measures are 0 or one is infinite. Where parts overlap, points are drawn for
-    each.
+    It contains the points in any of its parts; particles bounce off the part that is hit first, even inside
+    other parts. `sample` chooses a part with a probability proportional to its measure (m, m^2 and m^3 count
+    equally), or with equal probability if all measures are 0 or one is infinite. Overlaps are sampled once
+    per part.
     """
 
     shapes: tuple[Shape, ...]
     """The parts, none of them a union."""
 
     def __init__(self, *shapes: Shape | ArrayLike) -> None:
-        """Take the parts.
+        """Make a union of its parts.
 
         Args:
             *shapes: shapes; a vector is a point.
@@ -369,7 +371,7 @@ class Union(Shape):
 
 
 def __getattr__(name: str) -> Any:
-    if name == "Mesh":  # whose module needs this one
+    if name == "Mesh":  # its module imports this one
         from ._mesh import Mesh
 
         return Mesh
@@ -381,12 +383,12 @@ def __dir__() -> list[str]:
 
 
 def native_of(shape: Shape) -> _core.Shape:
-    """Return what the engine takes for a shape, for the rest of the package."""
+    """Return the engine's shape; for use elsewhere in the package."""
     return shape._native
 
 
 def as_shape(argument: str, value: Any) -> Shape:
-    """Return `value`, a shape or a vector for a `Point`."""
+    """Return `value` as a shape; a vector becomes a `Point`."""
     if isinstance(value, Shape):
         return value
     try:

@@ -1,4 +1,4 @@
-"""Surfaces of triangles, made of arrays or read from files: Mesh."""
+"""Mesh: a surface of triangles, made from arrays or read from a file."""
 
 from __future__ import annotations
 
@@ -28,30 +28,31 @@ TRIANGLES = "integers of shape (m, 3), m >= 1"
 
 @value(init=False)
 class Mesh(Shape):
-    """A surface of triangles: a shape like the others, and what a `Solid` shows.
+    """A surface of triangles: a shape like the others, also drawn by `Solid`.
 
-    Points are drawn uniformly, or as `density` says, from its surface; `solid`: from its inside. It holds
-    what is inside, particles bounce off it from both sides, and it may be part of a union. All but drawing
-    points from the surface, and `Solid`, needs a closed surface: each edge has two triangles, which face the
-    same side, and no two parts of it overlap. Vertices at the same place, up to a millionth of the mesh's
-    size, count as one there, and triangles without an area do not count.
+    `sample` draws points from its surface, uniformly or weighted by `density`, or with `solid` from its
+    inside. It contains the points inside, particles bounce off it from both sides, and it can be part of a
+    union. Everything except sampling the surface and `Solid` needs a closed surface: each edge belongs to two
+    triangles of the same orientation, and no two parts overlap. In this check, vertices closer than a
+    millionth of the mesh's size count as one, and triangles without area are ignored.
 
-    What is inside is found by a grid of signed distances, made when it is first needed: about a second's work
-    for 96 cells, and 4 bytes per node. Corners and edges are rounded, and what is thinner than a cell may be
-    missed.
+    Inside and outside are determined by a grid of signed distances, computed when first needed: about one
+    second for 96 cells, and 4 bytes per node. Corners and edges are rounded, and features thinner than a cell
+    may be missed.
 
-    Two meshes are equal if their arrays, their places and options are.
+    Two meshes are equal if their arrays, poses and options are equal.
 
     Attributes:
         vertices: positions in metres, float32 (n, 3), read-only.
-        triangles: three indices of vertices each, uint32 (m, 3), read-only.
-        solid: whether points are drawn from its inside.
+        triangles: three vertex indices per triangle, uint32 (m, 3), read-only.
+        solid: whether points are sampled from the inside instead of the surface.
         resolution: cells of the grid along the longest side of the mesh, 8 to 512.
-        colors: linear RGB of the vertices, float32 (n, 3), read-only; None: it has none. `Solid` and
-            `Sprite` show them, linear between corners; particles that are born on its surface may take them:
+        colors: linear RGB of the vertices, float32 (n, 3), read-only; None: no colours. `Solid` and `Sprite`
+            show them, interpolated linearly between corners; particles born on the surface can take them with
             `motes.surface_color`.
-        uv: places of the vertices on a picture, float32 (n, 2), read-only, or None.
-        density: of births on its surface at the vertices, float32 (n,), read-only; None: it is even.
+        uv: texture coordinates of the vertices, float32 (n, 2), read-only, or None.
+        density: relative density of births on the surface at each vertex, float32 (n,), read-only; None:
+            uniform.
     """
 
     vertices: NDArray[np.float32]
@@ -73,24 +74,24 @@ class Mesh(Shape):
         uv: ArrayLike | None = None,
         density: ArrayLike | str | os.PathLike[str] | None = None,
     ) -> None:
-        """Take the arrays, which are copied, and the options.
+        """Make a mesh from arrays, which are copied, and options.
 
         Args:
             vertices: positions in metres, (n, 3).
-            triangles: three indices of vertices each, (m, 3).
-            solid: whether points are drawn from its inside.
-            resolution: cells of its grid of distances along its longest side, 8 to 512.
-            colors: of the vertices, linear RGB (n, 3) or n texts; or a picture: a path or uint8 (height,
-                width, 3 or 4), of which each vertex takes the colour at its `uv`.
-            uv: place of each vertex on a picture, (n, 2): (0, 0) is its lower left corner, (1, 1) its upper
-                right one, beyond which it repeats.
-            density: how many particles are born per area at each vertex, relative to the others, 0 to 1e6,
-                (n,), linear between them; or a picture, as in `colors`: half as bright has half as many.
-                Only drawing points from the surface uses it.
+            triangles: three vertex indices per triangle, (m, 3).
+            solid: whether points are sampled from the inside instead of the surface.
+            resolution: cells of the distance grid along the mesh's longest side, 8 to 512.
+            colors: colour of each vertex, linear RGB (n, 3) or n strings; or a picture, a path or uint8
+                (height, width, 3 or 4), from which each vertex takes the colour at its `uv`.
+            uv: texture coordinates of each vertex, (n, 2): (0, 0) is the picture's lower left corner, (1, 1)
+                its upper right corner; the picture repeats beyond.
+            density: relative number of births per area at each vertex, 0 to 1e6, (n,), interpolated linearly;
+                or a picture as for `colors`, where half the brightness gives half the density. Only sampling
+                the surface uses it.
 
         Raises:
-            ArgumentError: if an argument is not valid, such as a density that is 0 everywhere, or that is
-                given with `solid`.
+            ArgumentError: if an argument is not valid, such as a density that is 0 everywhere or given with
+                `solid`.
         """
         points = _vertices(vertices)
         corners = _triangles(triangles, len(points))
@@ -126,21 +127,21 @@ class Mesh(Shape):
     ) -> Mesh:
         """Read a file: .obj, .ply, .stl or .glb.
 
-        All its parts become one mesh, placed as the file says; its colours and images are not read. Faces of
-        more than three corners are cut into triangles that cover them, concave ones too. A .glb with Draco
-        compression needs the extra [mesh].
+        All parts of the file become one mesh, placed as in the file; colours and images are not read. Faces
+        with more than three corners, even concave ones, are triangulated. A .glb with Draco compression needs
+        the extra [mesh].
 
         Args:
-            path: of the file.
+            path: path of the file.
             scale: metres per unit of the file.
-            solid: as of the mesh.
-            resolution: as of the mesh.
+            solid: as in the constructor.
+            resolution: as in the constructor.
 
         Returns:
             The mesh.
 
         Raises:
-            ArgumentError: if the file cannot be read whole, naming it and the reason.
+            ArgumentError: if the file cannot be read completely; names the file and the reason.
         """
         file = arguments.file_path("path", path)
         from .. import _meshes
@@ -166,24 +167,24 @@ class Mesh(Shape):
         moving_from: Mesh | None = None,
         vertices: ArrayLike | None = None,
     ) -> Mesh:
-        """Put this mesh at another place, also in another form.
+        """Return this mesh at another place, optionally deformed.
 
         Args:
-            place: where the origin of its vertices goes, m; or the whole motion as a matrix of shape (4, 4),
+            place: where to move the mesh's origin, m; or a rigid transform as a matrix of shape (4, 4),
                 without scaling or mirroring.
-            axis: around which it is turned before that.
-            angle_deg: by how much.
-            moving_from: where the mesh was one frame ago, if it moves: the same mesh at another place. It
-                then moves evenly from there to here during the frame: `bounce`, which lets no particle get to
-                its other side, and `contact`, as a wall, give particles the velocity of its surface.
-                Everything else sees it here, at the end of the frame.
-            vertices: where its vertices are in another form, (n, 3), m: a deforming mesh has new ones in each
-                frame. Each form is kept until the program ends, and bouncing off it makes a grid of its own.
-                It has no `moving_from`.
+            axis: axis of the rotation, which is applied before the move.
+            angle_deg: angle of the rotation, degrees.
+            moving_from: where the mesh was one frame ago, if it moves: the same mesh at another place. During
+                the frame it moves at constant velocity from there to here: `bounce`, which lets no particle
+                through, and `contact`, with the mesh as a wall, give particles the velocity of its surface.
+                Everything else uses its place at the end of the frame.
+            vertices: deformed vertices, (n, 3), m; a deforming mesh passes new ones in each frame. Each
+                deformed mesh is kept until the program ends, and bouncing off it computes a new distance
+                grid. Cannot be combined with `moving_from`.
 
         Returns:
-            The mesh there. It shares the arrays and the grid, so it costs nothing: a mesh may have another
-            place in each frame.
+            The mesh at its new place. Without `vertices` it shares the arrays and the grid, so moving a mesh
+            in each frame costs nothing.
         """
         if vertices is not None:
             if moving_from is not None:
@@ -195,7 +196,7 @@ class Mesh(Shape):
             if not isinstance(moving_from, Mesh) or moving_from._content != self._content:
                 raise ArgumentError("moving_from", moving_from, "this mesh at another place")
             before = moving_from._numbers[:7]
-            if sum(map(operator.mul, here[3:], before[3:])) < 0:  # the same rotation, by the shorter way
+            if sum(map(operator.mul, here[3:], before[3:])) < 0:  # interpolate the shorter way
                 here = (*here[:3], *(-number for number in here[3:]))
         made = object.__new__(Mesh)
         made.__dict__.update(self.__dict__)
@@ -203,7 +204,7 @@ class Mesh(Shape):
         return made
 
     def _formed(self, vertices: ArrayLike) -> Mesh:
-        """Return the mesh with its vertices elsewhere."""
+        """Return a mesh with other vertices and the same triangles."""
         points = _vertices(vertices)
         if len(points) != len(self.vertices):
             allowed = f"finite numbers of shape ({len(self.vertices)}, 3), one row per vertex, metres"
@@ -216,7 +217,7 @@ class Mesh(Shape):
 
     @property
     def _content(self) -> int:
-        """The engine's name for it, made from its content; for the package itself."""
+        """The engine's key for the mesh, a hash of its content; internal to the package."""
         made: int = self.__dict__["_name"]
         return made
 
@@ -226,7 +227,7 @@ class Mesh(Shape):
         return made
 
     def _place(self, numbers: tuple[float, ...]) -> None:
-        """Keep the places at the frame's end and start, and make the engine's value."""
+        """Store the poses at the frame's end and start, and build the engine's shape."""
         self.__dict__["_placed"] = numbers
         self.__dict__["_native"] = _core.Shape.mesh(self._content, [*numbers, self.solid, self.resolution])
 
@@ -235,11 +236,11 @@ class Mesh(Shape):
         return (self._content, self.solid, self.resolution, self._numbers, places)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle by the arrays, the options and the places."""
+        """Pickle by arrays, options and poses."""
         return _again, (self.vertices, self.triangles, self._options, self._numbers)
 
     def __repr__(self) -> str:
-        """Name the numbers of vertices and triangles."""
+        """Show the numbers of vertices and triangles."""
         solid = ", solid" if self.solid else ""
         return f"<Mesh of {len(self.vertices)} vertices, {len(self.triangles)} triangles{solid}>"
 
@@ -256,7 +257,7 @@ def _again(
 
 
 def _pose(place: Any, axis: Any, angle_deg: Any) -> tuple[float, ...]:
-    """Return the position and the rotation, a quaternion w x y z."""
+    """Return the position and the rotation as a quaternion (w, x, y, z)."""
     try:
         shape = np.shape(place)
     except ValueError:  # rows of different lengths
@@ -278,7 +279,7 @@ def _pose(place: Any, axis: Any, angle_deg: Any) -> tuple[float, ...]:
     longest = np.abs(around).max()
     if not longest > 0:
         raise ArgumentError("axis", axis, "a vector that is not zero")
-    around /= longest  # its square may be no number
+    around /= longest  # its square could overflow or vanish
     half = math.radians(arguments.number("angle_deg", angle_deg)) / 2
     return (*position, math.cos(half), *(math.sin(half) / math.sqrt(around @ around) * around).tolist())
 
@@ -291,7 +292,7 @@ def _position(place: Any) -> tuple[float, float, float]:
 
 
 def _quaternion(turned: NDArray[np.float64]) -> tuple[float, ...]:
-    """Return the rotation matrix as a quaternion, from the largest of its four numbers."""
+    """Return the rotation matrix as a quaternion, computed from its largest component."""
     xx, yy, zz = turned.diagonal().tolist()
     (_, xy, xz), (yx, _, yz), (zx, zy, _) = turned.tolist()
     squares = (1 + xx + yy + zz, 1 + xx - yy - zz, 1 - xx + yy - zz, 1 - xx - yy + zz)
@@ -326,7 +327,7 @@ def _vertices(given: Any) -> NDArray[np.float32]:
 def _triangles(given: Any, vertices: int) -> NDArray[np.uint32]:
     try:
         array: NDArray[Any] = np.asarray(given)
-    except Exception:  # any: this runs methods of users' classes
+    except Exception:  # any exception: this runs methods of users' classes
         raise ArgumentError("triangles", given, TRIANGLES) from None
     if array.dtype.kind not in "iu" or array.ndim != 2 or array.shape[1] != 3 or len(array) < 1:
         raise ArgumentError("triangles", f"{array.dtype} {array.shape}", TRIANGLES)
@@ -344,5 +345,5 @@ def _kept(array: NDArray[Any]) -> NDArray[Any]:
 
 
 def content_of(mesh: Mesh) -> int:
-    """Return the number under which the engine keeps a mesh's vertices, triangles, colours and density."""
+    """Return the engine's key for a mesh's vertices, triangles, colours and density."""
     return mesh._content

@@ -1,4 +1,4 @@
-"""Colours and densities of a mesh's vertices: given, or read from a picture at their places on it."""
+"""Colours and densities of a mesh's vertices, given directly or read from a picture at their `uv`."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ MOST_SIDE = 8192
 
 
 def places(given: Any, vertices: int) -> NDArray[np.float32]:
-    """Return places on a picture, one per vertex."""
+    """Return the checked texture coordinates, one row per vertex."""
     return _rows("uv", given, (vertices, 2))
 
 
@@ -57,7 +57,7 @@ def densities(
 
 
 def _picture(argument: str, given: Any) -> NDArray[np.uint8] | None:
-    """Return the pixels where a picture is given, uint8 (height, width, 3 or 4)."""
+    """Return the pixels if a picture is given, uint8 (height, width, 3 or 4), else None."""
     if isinstance(given, (str, os.PathLike)):
         from .._values.images import read_picture
 
@@ -82,7 +82,7 @@ def _read(
     uv: NDArray[np.float32],
     value: Callable[[NDArray[np.uint8]], NDArray[np.float64]],
 ) -> NDArray[np.float32]:
-    """Mix the values of the four nearest pixels at each place."""
+    """Interpolate the values of the four nearest pixels at each texture coordinate."""
     height, width, _ = picture.shape
     x = (uv[:, 0].astype(np.float64) % 1) * width - 0.5
     y = (1 - uv[:, 1].astype(np.float64) % 1) * height - 0.5

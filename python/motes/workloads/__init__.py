@@ -1,6 +1,6 @@
-"""Loads whose answer is known, for comparing balancers: where all particles are, and the best cuts.
+"""Loads with known solutions, for comparing balancers: all particle positions and the best cuts.
 
-A script plays one::
+To play one in a script::
 
     pic = motes.workloads.Pic("geometric", cells=64, particles=10_000)
     world = motes.World(**pic.world)
@@ -11,8 +11,8 @@ A script plays one::
             world.step()
         assert pic.verify(system.gather(to="all"), 20)
 
-Each has `counts(frame)`, `optimum(frame, speeds)` and the parts of a script; `python -m motes arena` plays
-balancers on them.
+Each provides `counts(frame)`, `optimum(frame, speeds)` and the methods used in this script; `python -m motes
+arena` plays balancers on them.
 """
 
 from __future__ import annotations
@@ -48,13 +48,13 @@ WORKLOADS = (*_KINDS, *(f"pic_{name}" for name in DISTRIBUTIONS))
 
 
 def workload(name: str, *, frames: int = 60, cells: int = 1000, particles: int = 200_000) -> Workload:
-    """Make a workload by its name.
+    """Make a workload by name.
 
     Args:
         name: one of `WORKLOADS`.
-        frames: how many.
-        cells: in the row; of "pic_...", along each side.
-        particles: in all.
+        frames: number of frames.
+        cells: number of cells in the row; for "pic_...", along each side.
+        particles: total number of particles.
 
     Returns:
         The workload.

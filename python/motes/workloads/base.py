@@ -1,4 +1,4 @@
-"""What a workload is: where its particles are in each frame, as numbers and as a script's parts."""
+"""Base class of workloads: particle counts in each frame, and the script that produces them."""
 
 from __future__ import annotations
 
@@ -24,20 +24,20 @@ Counts = npt.NDArray[np.int64]
 Floats = npt.NDArray[np.float64]
 
 CROWD_AT = 1.5
-"""The second sheet's y; the first one's is 0.5."""
+"""y of the second sheet, m; the first sheet's is 0.5."""
 
 
 class Workload:
-    """Particles in the middles of a row of cells, each 1 m wide, and how they move in each frame.
+    """Particles at the centres of a row of cells, each 1 m wide, and their motion in each frame.
 
-    They lie in two sheets, the even ones and a crowd. All of it is known before a run, so the best cuts are,
-    too; and a script plays the same on any ranks.
+    They form two sheets: evenly distributed particles and a crowd. All counts are known before a run, and so
+    are the best cuts; a script gives the same result on any ranks.
 
     Attributes:
-        name: of the workload.
-        frames: how many it has.
-        cells: in the row, along x from 0 to `cells` metres.
-        particles: in all, once all are born.
+        name: name of the workload.
+        frames: number of frames.
+        cells: number of cells in the row, along x from 0 to `cells` metres.
+        particles: total number of particles, once all are born.
         disturbed: whether machines are slower in some frames.
     """
 
@@ -45,46 +45,46 @@ class Workload:
     disturbed = False
 
     def __init__(self, *, frames: int = 60, cells: int = 1000, particles: int = 200_000) -> None:
-        """Make it.
+        """Make the workload.
 
         Args:
-            frames: how many, from 2 on.
-            cells: in the row, from 32 on.
-            particles: in all.
+            frames: number of frames, at least 2.
+            cells: number of cells in the row, at least 32.
+            particles: total number of particles.
         """
         self.frames = arguments.integer("frames", frames, low=2, high=10**6)
         self.cells = arguments.integer("cells", cells, low=32, high=2**22)
         self.particles = arguments.integer("particles", particles, low=1, high=2**40)
-        self._last: tuple[Any, Best] = (None, Best(np.zeros(0, np.int64), 0.0))  # often the next is the same
+        self._last: tuple[Any, Best] = (None, Best(np.zeros(0, np.int64), 0.0))  # often the next is equal
 
     @abstractmethod
     def born(self, frame: int) -> Counts | None:
-        """Return the particles born in a frame, before they move, (2 sheets, cells); None: none.
+        """Return the particles born in a frame, before they move, (2 sheets, cells); None: no births.
 
         Args:
-            frame: which, from 0 on.
+            frame: frame index, from 0.
         """
 
     def shifts(self, frame: int) -> tuple[int, int]:
-        """Return the cells by which each sheet moves in a frame, around the end of the row.
+        """Return by how many cells each sheet moves in a frame, wrapping around the row's end.
 
         Args:
-            frame: which, from 0 on.
+            frame: frame index, from 0.
         """
         return 0, 0
 
     def slowdown(self, frame: int, calculators: int) -> Floats:
-        """Return the part of its speed that each calculator has in a frame, (calculators,).
+        """Return each calculator's fraction of its undisturbed speed in a frame, (calculators,).
 
         Args:
-            frame: which, from 0 on.
-            calculators: how many.
+            frame: frame index, from 0.
+            calculators: number of calculators.
         """
         return np.ones(calculators)
 
     @cached_property
     def _sheets(self) -> list[tuple[Counts, Counts]]:
-        """Of each frame: what acts, and what is there at its end, summed over the sheets."""
+        """Per frame: particles acted on, and particles at its end, in each cell, summed over the sheets."""
         found, now = [], np.zeros((2, self.cells), np.int64)
         for frame in range(self.frames):
             newborn = self.born(frame)
@@ -94,35 +94,35 @@ class Workload:
         return found
 
     def births(self, frame: int) -> Counts:
-        """Return the particles born in a frame, in each cell, int64 (cells,).
+        """Return the number of particles born in each cell in a frame, int64 (cells,).
 
         Args:
-            frame: which, from 0 on.
+            frame: frame index, from 0.
         """
         newborn = self.born(frame)
         return np.zeros(self.cells, np.int64) if newborn is None else newborn.sum(axis=0)
 
     def acting(self, frame: int) -> Counts:
-        """Return the particles that a frame's actions work on, where they are then, int64 (cells,).
+        """Return the number of particles in each cell when a frame's actions run, int64 (cells,).
 
         Args:
-            frame: which, from 0 on.
+            frame: frame index, from 0.
         """
         return self._sheets[frame][0]
 
     def counts(self, frame: int) -> Counts:
-        """Return the particles in each cell at a frame's end, int64 (cells,).
+        """Return the number of particles in each cell at a frame's end, int64 (cells,).
 
         Args:
-            frame: which, from 0 on.
+            frame: frame index, from 0.
         """
         return self._sheets[frame][1]
 
     def optimum(self, frame: int, speeds: npt.ArrayLike) -> Best:
-        """Return the best cuts of a frame, and the seconds of its slowest calculator with them.
+        """Return a frame's best cuts, and the seconds of its slowest calculator with them.
 
         Args:
-            frame: which.
+            frame: frame index, from 0.
             speeds: particles per second of each undisturbed calculator.
         """
         rates = np.asarray(speeds, np.float64)
@@ -135,15 +135,15 @@ class Workload:
 
     @property
     def world(self) -> dict[str, Any]:
-        """What `World` is to be given."""
+        """Keyword arguments for `World`."""
         return {"seed": 1, "dt": 1.0, "space": (0.0, float(self.cells)), "axis": "x"}
 
     def step(self, system: System, frame: int) -> None:
         """Record a frame's births and actions.
 
         Args:
-            system: whose.
-            frame: which, from 0 on.
+            system: the system that plays the workload.
+            frame: frame index, from 0.
         """
         newborn = self.born(frame)
         if newborn is not None:
@@ -155,11 +155,11 @@ class Workload:
             system.set(position=vector(further - self.cells * floor(further / self.cells), at.y, 0.0))
 
     def verify(self, particles: Particles, steps: int) -> bool:
-        """Return whether each cell has the particles that it must have.
+        """Return whether each cell has the expected number of particles.
 
         Args:
-            particles: all of the system's, as `System.gather` returns them.
-            steps: frames that have run.
+            particles: all particles of the system, as returned by `System.gather`.
+            steps: number of frames that have run.
         """
         x = particles.position[:, 0]
         cell = np.floor(x).astype(np.int64)
@@ -169,16 +169,16 @@ class Workload:
         return bool(np.array_equal(found, self.counts(steps - 1)))
 
     def __repr__(self) -> str:
-        """Show what it is."""
+        """Show name, particles, cells and frames."""
         return f"<{self.name}: {self.particles} particles in {self.cells} cells, {self.frames} frames>"
 
 
 def laid(weights: npt.ArrayLike, particles: int) -> Counts:
-    """Divide particles among cells by weight, in whole numbers that add up, int64 (cells,).
+    """Distribute particles over cells by weight, in integers that sum to the total, int64 (cells,).
 
     Args:
-        weights: of the cells, from 0 on, on any scale.
-        particles: all of them.
+        weights: weights of the cells, >= 0, on any scale.
+        particles: total number of particles.
     """
     given = np.asarray(weights, np.float64)
     if not (given.sum() > 0) or (given < 0).any():
@@ -190,7 +190,7 @@ def laid(weights: npt.ArrayLike, particles: int) -> Counts:
 
 
 def _places(sheets: Counts) -> npt.NDArray[np.float32]:
-    """Return the positions of particles in the middles of their cells, float32 (n, 3)."""
+    """Return the positions of particles at the centres of their cells, float32 (n, 3)."""
     rows = []
     for number, sheet in enumerate(sheets):
         x = np.repeat(np.arange(len(sheet)), sheet) + 0.5
@@ -199,5 +199,5 @@ def _places(sheets: Counts) -> npt.NDArray[np.float32]:
 
 
 def vector(x: Any, y: Any, z: Any) -> Any:
-    """Return a vector of three expressions."""
+    """Return the vector of three scalar expressions."""
     return x * np.array((1.0, 0.0, 0.0)) + y * np.array((0.0, 1.0, 0.0)) + z * np.array((0.0, 0.0, 1.0))

@@ -1,4 +1,4 @@
-"""A workload on machines of given speeds, as a history that `motes.replay.simulate` plays without MPI."""
+"""A workload on machines of given speeds, as a history for `motes.replay.simulate`."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ __all__ = ["Planned"]
 
 
 class Planned:
-    """The history of a workload: one system, cut into equal domains at the start.
+    """The history of a workload: one system, initially cut into equal domains.
 
     Attributes:
-        ranks: one per calculator, from 0 on.
-        systems: the one that there is.
-        axes: the axis that its domains cut.
-        frames: numbers.
+        ranks: one per calculator, from 0.
+        systems: name of the only system.
+        axes: axis along which its domains are cut.
+        frames: frame numbers.
     """
 
     def __init__(self, workload: Workload, speeds: npt.ArrayLike) -> None:
-        """Take the workload and the machines.
+        """Set the workload and the machines.
 
         Args:
-            workload: which.
+            workload: the workload.
             speeds: particles per second of each undisturbed calculator, in the order of domains.
         """
         self._workload, self._speeds = workload, np.asarray(speeds, np.float64)
@@ -41,8 +41,8 @@ class Planned:
         """Return the k-th frame.
 
         Args:
-            k: the place of the frame in the history.
-            system: the system's place.
+            k: index of the frame in the history.
+            system: index of the system.
         """
         speeds = self._speeds * self._workload.slowdown(k, len(self._speeds))
         if k not in self._places:
@@ -52,7 +52,7 @@ class Planned:
 
 
 def _in_cells(counts: Counts) -> Density:
-    """Return the density of particles that are all in the middles of their cells."""
+    """Return the density of particles at the centres of their cells."""
     below = np.concatenate([[0], np.cumsum(counts)]).astype(np.float64)
     x = np.arange(len(counts)) + 0.5
     if not below[-1]:

@@ -1,4 +1,4 @@
-"""Workloads that each show one thing: a step, a wave, hot spots that jump, a slowed rank, noise."""
+"""Workloads that isolate one effect each: a step, a wave, jumping hot spots, a slow rank, noise."""
 
 from __future__ import annotations
 
@@ -9,31 +9,31 @@ from .base import Counts, Floats, Workload, laid
 __all__ = ["HotSpots", "Noise", "SlowRank", "Step", "Wave"]
 
 JUMPS = (0.15, 0.7, 0.4, 0.9, 0.25, 0.6)
-"""Where the hot spot is, one after the other, as parts of the row."""
+"""Successive positions of the hot spot, as fractions of the row."""
 
 
 class _Even(Workload):
-    """All particles are born in the first frame, evenly spread."""
+    """All particles are born in the first frame, evenly distributed."""
 
     def born(self, frame: int) -> Counts | None:
-        """Return the particles born in a frame, (2 sheets, cells); None: none.
+        """Return the particles born in a frame, (2 sheets, cells); None: no births.
 
         Args:
-            frame: which, from 0 on.
+            frame: frame index, from 0.
         """
         return _of_both(laid(np.ones(self.cells), self.particles)) if frame == 0 else None
 
 
 class Step(Workload):
-    """After a quarter of the frames as many as there are burst into a corner: a sixteenth of the row."""
+    """After a quarter of the frames the number of particles doubles, with all births in 1/16 of the row."""
 
     name = "step"
 
     def born(self, frame: int) -> Counts | None:
-        """Return the particles born in a frame, (2 sheets, cells); None: none.
+        """Return the particles born in a frame, (2 sheets, cells); None: no births.
 
         Args:
-            frame: which, from 0 on.
+            frame: frame index, from 0.
         """
         half = self.particles // 2
         if frame == 0:
@@ -44,15 +44,15 @@ class Step(Workload):
 
 
 class Wave(Workload):
-    """One period of a wave passes through the row twice."""
+    """A density wave of one period travels through the row twice."""
 
     name = "wave"
 
     def born(self, frame: int) -> Counts | None:
-        """Return the particles born in a frame, (2 sheets, cells); None: none.
+        """Return the particles born in a frame, (2 sheets, cells); None: no births.
 
         Args:
-            frame: which, from 0 on.
+            frame: frame index, from 0.
         """
         if frame:
             return None
@@ -60,25 +60,25 @@ class Wave(Workload):
         return _of_both(laid(1 + 0.9 * np.sin(angle), self.particles))
 
     def shifts(self, frame: int) -> tuple[int, int]:
-        """Return the cells by which each sheet moves in a frame.
+        """Return by how many cells each sheet moves in a frame.
 
         Args:
-            frame: which, from 0 on.
+            frame: frame index, from 0.
         """
         by = max(round(2 * self.cells / self.frames), 1)
         return by, by
 
 
 class HotSpots(Workload):
-    """Half of all particles are in a spot that jumps to another place every sixth of the frames."""
+    """Half of all particles are in a spot that jumps to another place after every sixth of the frames."""
 
     name = "hot_spots"
 
     def born(self, frame: int) -> Counts | None:
-        """Return the particles born in a frame, (2 sheets, cells); None: none.
+        """Return the particles born in a frame, (2 sheets, cells); None: no births.
 
         Args:
-            frame: which, from 0 on.
+            frame: frame index, from 0.
         """
         if frame:
             return None
@@ -88,10 +88,10 @@ class HotSpots(Workload):
         return np.stack([laid(np.ones(self.cells), self.particles - half), crowd])
 
     def shifts(self, frame: int) -> tuple[int, int]:
-        """Return the cells by which each sheet moves in a frame.
+        """Return by how many cells each sheet moves in a frame.
 
         Args:
-            frame: which, from 0 on.
+            frame: frame index, from 0.
         """
         every = max(self.frames // len(JUMPS), 1)
         if frame == 0 or frame % every:
@@ -101,17 +101,17 @@ class HotSpots(Workload):
 
 
 class SlowRank(_Even):
-    """In the middle third of the frames the middle calculator has a third of its speed."""
+    """In the middle third of the frames, the middle calculator runs at a third of its speed."""
 
     name = "slow_rank"
     disturbed = True
 
     def slowdown(self, frame: int, calculators: int) -> Floats:
-        """Return the part of its speed that each calculator has in a frame, (calculators,).
+        """Return each calculator's fraction of its undisturbed speed in a frame, (calculators,).
 
         Args:
-            frame: which, from 0 on.
-            calculators: how many.
+            frame: frame index, from 0.
+            calculators: number of calculators.
         """
         parts = np.ones(calculators)
         if self.frames // 3 <= frame < 2 * self.frames // 3:
@@ -120,17 +120,17 @@ class SlowRank(_Even):
 
 
 class Noise(_Even):
-    """All machines lose up to 20 % of their speed by chance, and one in 25 half of it: nothing to balance."""
+    """Machines randomly lose up to 20 % of their speed, one in 25 a further half: nothing to balance."""
 
     name = "noise"
     disturbed = True
 
     def slowdown(self, frame: int, calculators: int) -> Floats:
-        """Return the part of its speed that each calculator has in a frame, (calculators,).
+        """Return each calculator's fraction of its undisturbed speed in a frame, (calculators,).
 
         Args:
-            frame: which, from 0 on.
-            calculators: how many.
+            frame: frame index, from 0.
+            calculators: number of calculators.
         """
         random = np.random.Generator(np.random.Philox(key=(1, frame)))
         parts = 1 - 0.2 * random.random(calculators)
@@ -139,6 +139,6 @@ class Noise(_Even):
 
 
 def _of_both(counts: Counts, *, crowd: bool = False) -> Counts:
-    """Return both sheets, one of which has these particles."""
+    """Return both sheets, with these particles in one of them."""
     none = np.zeros_like(counts)
     return np.stack([none, counts] if crowd else [counts, none])

@@ -1,4 +1,4 @@
-"""The best cuts of a line of cells: what no balancer can beat."""
+"""Optimal cuts of a row of cells, the bound for any balancer."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ Counts = npt.NDArray[np.int64]
 
 
 class Best(NamedTuple):
-    """The best cuts.
+    """The best cuts and their time.
 
     Attributes:
-        starts: the first cell of each calculator but the first one, ascending, int64 (calculators - 1,).
-        seconds: of the slowest calculator.
+        starts: first cell of each calculator except the first, ascending, int64 (calculators - 1,).
+        seconds: time of the slowest calculator.
     """
 
     starts: Counts
@@ -29,19 +29,19 @@ class Best(NamedTuple):
 
 
 def best_cuts(counts: npt.ArrayLike, speeds: npt.ArrayLike) -> Best:
-    """Divide cells in a row among calculators in a row, so that the slowest one needs the least time.
+    """Divide a row of cells among a row of calculators to minimise the slowest calculator's time.
 
-    Exact: for a bound on the time, a dynamic programme over the calculators finds how far the first ones
-    reach; the bound moves only among times that some run of cells takes on some calculator, until none is
-    left between what suffices and what does not (chains on chains: A. Pinar and C. Aykanat, J. Parallel
-    Distrib. Comput. 64, 2004).
+    The result is exact. For a bound on the time, a greedy pass gives each calculator as many cells as fit.
+    Bisection narrows the bound among times that some run of cells takes on some calculator, until no such
+    time is left between the last bound that suffices and the last that does not (chains-on-chains: A. Pinar
+    and C. Aykanat, J. Parallel Distrib. Comput. 64, 2004).
 
     Args:
-        counts: particles in each cell, whole numbers (cells,).
+        counts: particles in each cell, integers (cells,).
         speeds: particles per second of each calculator, above 0, in the order of their domains.
 
     Returns:
-        Where the runs of cells begin, and the time of the slowest calculator.
+        Where each calculator's run of cells begins, and the time of the slowest calculator.
 
     Raises:
         ArgumentError: for negative counts, or speeds that are not positive.
@@ -54,7 +54,7 @@ def best_cuts(counts: npt.ArrayLike, speeds: npt.ArrayLike) -> Best:
         raise ArgumentError("speeds", speeds, "a list of finite numbers above 0")
     below = [0, *np.cumsum(whole).tolist()]
     machines = rates.tolist()
-    starts, enough = [len(whole)] * (len(machines) - 1), below[-1] / machines[0]  # the first one takes all
+    starts, enough = [len(whole)] * (len(machines) - 1), below[-1] / machines[0]  # the first takes all cells
     least = below[-1] / sum(machines) * (1 - 1e-9)
     while least < enough:
         bound = (least + enough) / 2
@@ -71,9 +71,9 @@ def best_cuts(counts: npt.ArrayLike, speeds: npt.ArrayLike) -> Best:
 
 
 def _reach(below: list[int], machines: list[float], bound: float) -> tuple[list[int], float]:
-    """Give each calculator as many cells as it can take within the bound.
+    """Give each calculator as many cells as it can process within the bound.
 
-    Returns each one's end, and the least longer time for which one of these ends would be further.
+    Returns the end of each calculator's run, and the smallest larger bound that would extend one of them.
     """
     ends, longer, end, last = [], math.inf, 0, len(below) - 1
     for rate in machines:

@@ -1,9 +1,9 @@
-"""The particle-in-cell case of the Parallel Research Kernels: charges that drift, and where each must end.
+"""The particle-in-cell kernel of the Parallel Research Kernels: drifting charges with known final positions.
 
 E. Georganas, R. F. Van der Wijngaart, T. G. Mattson: Design and implementation of a parallel research kernel
 for assessing dynamic load-balancing capabilities, IPDPS 2016. Fixed charges are at the corners of square
-cells, positive in even columns and negative in odd ones. The four of its cell act on each particle, whose
-charge is such that it moves 2 k + 1 cells to the right and m cells up in each step.
+cells, positive in even columns and negative in odd ones. The four charges of its cell act on each particle,
+whose own charge makes it move 2 k + 1 cells to the right and m cells up in each step.
 """
 
 from __future__ import annotations
@@ -30,14 +30,15 @@ Distribution: TypeAlias = Literal["geometric", "sinusoidal", "linear", "patch"]
 DISTRIBUTIONS: tuple[Distribution, ...] = ("geometric", "sinusoidal", "linear", "patch")
 PLANE = np.array((1.0, 1.0, 0.0))
 NEAR = 1e-3
-"""Metres, of cells of 1 m: how far a particle may end from its place; positions are float32."""
+"""Tolerance of final positions, m, for cells of 1 m; positions are float32."""
 
 
 class Pic(Workload):
-    """The kernel on a periodic square of cells, each 1 m wide; a step is 1 s.
+    """The kernel on a periodic square of cells, each 1 m wide, with steps of 1 s.
 
-    A particle's z is its charge, which the plane motion does not touch, and `up` the force on it. The
-    particles of a column are evenly spread over its rows, where the kernel draws each cell's by chance.
+    A particle's z stores its charge, which the motion in the plane does not change, and `up` the force on it.
+    The particles of a column are spread evenly over its rows, whereas the original kernel draws each cell's
+    number at random.
     """
 
     def __init__(
@@ -54,21 +55,22 @@ class Pic(Workload):
         patch: tuple[int, int, int, int] | None = None,
         frames: int = 60,
     ) -> None:
-        """Describe the case.
+        """Set the parameters of the kernel.
 
         Args:
-            distribution: of the particles over the columns of cells: "geometric": ratio^column; "sinusoidal":
-                cos^2 over half a period; "linear": offset - slope * column / cells; "patch": evenly in one.
-            ratio: of "geometric", above 0.
+            distribution: distribution of the particles over the columns of cells. "geometric": ratio^column;
+                "sinusoidal": cos^2 over half a period; "linear": offset - slope * column / cells; "patch":
+                uniform in a rectangle.
+            ratio: parameter of "geometric", above 0.
             k: particles move 2 k + 1 cells to the right in each step.
-            m: and m cells up.
-            cells: along each side, an even number.
-            particles: in all.
-            slope: of "linear".
-            offset: of "linear", at least the slope.
-            patch: left, right, bottom and top cell of "patch", the last ones included; None: the first fifth
-                of the columns, the second tenth of the rows, as in the kernel's own tests.
-            frames: how many the arena plays.
+            m: particles move m cells up in each step.
+            cells: number of cells along each side, even.
+            particles: total number of particles.
+            slope: parameter of "linear".
+            offset: parameter of "linear", at least the slope.
+            patch: left, right, bottom and top cell of "patch", inclusive; None: the first fifth of the
+                columns and the second tenth of the rows, as in the kernel's own tests.
+            frames: number of frames that the arena plays.
         """
         super().__init__(frames=frames, cells=cells, particles=particles)
         if self.cells % 2:
@@ -93,7 +95,7 @@ class Pic(Workload):
 
     @cached_property
     def _columns(self) -> Counts:
-        """Particles born in each column of cells, int64 (cells,)."""
+        """Number of particles born in each column of cells, int64 (cells,)."""
         x = np.arange(self.cells)
         if self.distribution == "geometric":
             return laid(self.ratio ** x.astype(np.float64), self.particles)
@@ -105,7 +107,7 @@ class Pic(Workload):
 
     @cached_property
     def _starts(self) -> tuple[Counts, Counts]:
-        """Column and row of each particle in the order of their ids."""
+        """Initial column and row of each particle, in the order of ids."""
         count = self._columns
         columns = np.repeat(np.arange(self.cells), count)
         number = np.arange(self.particles) - np.repeat(np.cumsum(count) - count, count)
@@ -114,41 +116,41 @@ class Pic(Workload):
         return columns, rows
 
     def born(self, frame: int) -> Counts | None:
-        """Return the particles born in a frame by column, (2 sheets, cells): all in the first sheet.
+        """Return the particles born in a frame per column, (2 sheets, cells); None: no births.
 
         Args:
-            frame: which, from 0 on.
+            frame: frame index, from 0.
         """
         if frame:
             return None
         return np.stack([self._columns, np.zeros_like(self._columns)])
 
     def shifts(self, frame: int) -> tuple[int, int]:
-        """Return the columns by which each sheet moves in a frame.
+        """Return by how many columns each sheet moves in a frame.
 
         Args:
-            frame: which, from 0 on.
+            frame: frame index, from 0.
         """
         return 2 * self.k + 1, 2 * self.k + 1
 
     @property
     def world(self) -> dict[str, Any]:
-        """What `World` is to be given: a periodic square."""
+        """Keyword arguments for `World`: a periodic square."""
         ends = (0.0, float(self.cells))
         return {**super().world, "periodic": {"x": ends, "y": ends}}
 
     @property
     def charge(self) -> float:
-        """What takes a particle one cell further from rest in an even column, in units of a fixed charge."""
-        r2, cosine = 0.5, 0.5**0.5  # of all four corners
+        """Charge that moves a particle in an even column one cell from rest, in units of a fixed charge."""
+        r2, cosine = 0.5, 0.5**0.5  # the same for all four corners
         return float(r2 / (2 * cosine))
 
     def step(self, system: System, frame: int) -> None:
-        """Record a frame's births and actions: all particles in frame 0, and one step of the motion.
+        """Record a frame's births and actions: all births in frame 0, and one step of the motion.
 
         Args:
-            system: whose.
-            frame: which, from 0 on.
+            system: the system that plays the workload.
+            frame: frame index, from 0.
         """
         if frame == 0:
             columns, rows = self._starts
@@ -166,11 +168,11 @@ class Pic(Workload):
         system.set(velocity=half)
 
     def verify(self, particles: Particles, steps: int) -> bool:
-        """Return whether each particle is where it must be.
+        """Return whether each particle is at its expected position.
 
         Args:
-            particles: all of the system's, as `System.gather` returns them.
-            steps: frames that have run.
+            particles: all particles of the system, as returned by `System.gather`.
+            steps: number of frames that have run.
         """
         columns, rows = self._starts
         if len(particles) != len(columns):
@@ -182,7 +184,7 @@ class Pic(Workload):
 
 
 def _drawn(corner: Sequence[int]) -> Any:
-    """Return the force of one corner of its cell on each particle, q Q r / |r|^3; y grows upwards."""
+    """Return the force of one corner of its cell on each particle, q Q r / |r|^3; y points up."""
     at = column("position")
     r = at % 1.0 * PLANE - np.array((*corner, 0.0))
     sign = 1 - 2 * ((floor(at.x) + corner[0]) % 2)

@@ -1,4 +1,4 @@
-// How ages grow (actions/ageing.h): exact at the borders of frames, whatever the step, its parts and the age.
+// Growth of ages (actions/ageing.h): exact at the borders of frames, for any step, sub-steps and age.
 #include <bit>
 #include <cmath>
 #include <limits>
@@ -15,7 +15,7 @@ namespace {
 constexpr double kSteps[] = {1.0 / 24, 1.0 / 30, 0.1, 1001.0 / 30000, 1e-3, 0.7, 1.0 / 64};
 constexpr int kSubsteps[] = {1, 2, 3, 20, 200};
 
-/// Moves resting particles by the sub-steps `first`.. of a frame.
+/// Moves resting particles by the sub-steps `first`.. of a frame; returns their ages.
 std::vector<float> aged(const actions::Kernels& kernels, std::vector<float> ages, double dt, int substeps,
                         int first = 0) {
   const std::size_t count = ages.size(), padded = count + particles::kPadding;
@@ -37,7 +37,7 @@ std::vector<float> aged(const actions::Kernels& kernels, std::vector<float> ages
   return ages;
 }
 
-// Numbers of steps: the first ones, those around powers of two, and any.
+// Returns numbers of steps: the first ones, those around powers of two, and random ones.
 std::vector<double> numbers_of_steps(test::Dice& dice, int bits) {
   std::vector<double> numbers;
   for (int n = 0; n < 300; ++n) numbers.push_back(n);

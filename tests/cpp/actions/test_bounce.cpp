@@ -1,4 +1,4 @@
-// Bounces: the true place of the hit, from both sides, however fast, and no sinking.
+// Bounces: the exact point of the hit, from both sides, at any speed, and no sinking.
 #include <cmath>
 #include <vector>
 
@@ -82,7 +82,7 @@ void near(Vector a, Vector b, double tolerance, int line) {
 }
 #define NEAR(a, b) near(a, b, 2e-5, __LINE__)
 
-// One step, one hit: where and how fast afterwards.
+// Checks the position and velocity after one step with one hit.
 void one_step(const Shape& s, Particle before, Vector position, Vector velocity, int line, double restitution = 1,
               double friction = 0, double dt = 0.2) {
   World world({before}, s, dt, restitution, friction);
@@ -210,10 +210,11 @@ TEST(bounce_keeps_a_swarm_inside) {
 
 namespace {
 
-// Metres above the surface, in double precision.
+// Returns metres above the surface, in double precision.
 using Height = double (*)(Vector);
 
-// Particles within the surface, or all outside it, still are after some steps; `rounding` is what a coordinate may err.
+// Checks that particles within the surface, or all outside it, still are after some steps; `rounding`: error of a
+// coordinate.
 void check_held(World& world, std::size_t count, Height height, double side, double rounding, int steps, int line) {
   std::size_t lost = 0;
   for (int step = 0; step < steps; ++step) world.step();
@@ -244,7 +245,7 @@ const Shape kTip = shape(Kind::cone, {0, 2, 0, 0, -2, 0, 2, 0});
 }  // namespace
 
 TEST(bounce_holds_where_a_surface_passes_the_origin) {
-  // There coordinates are tiny, while a hit's rounding is that of the shape's size.
+  // At the origin coordinates are tiny, while a hit's rounding is that of the shape's size.
   struct Case {
     Shape shape;
     Vector start;
@@ -320,7 +321,7 @@ TEST(bounce_has_no_friction_at_low_tangential_speed) {
 }
 
 TEST(a_plane_along_an_axis_is_any_plane) {
-  // Turned so little that no number changes, a plane is oblique: its paths are followed in double precision.
+  // A plane turned so little that no result changes counts as oblique: its paths are followed in double precision.
   test::Dice dice(8);
   for (int axis = 0; axis < 3; ++axis) {
     for (const float side : {1.0f, -1.0f}) {

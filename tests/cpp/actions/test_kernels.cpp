@@ -1,4 +1,4 @@
-// All kernels in all builds: the same particles give the same bits, whatever the numbers are.
+// All kernels in all builds: the same particles give the same bits, whatever their numbers.
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -40,7 +40,7 @@ std::vector<Shape> all_shapes() {
           shapes::unite({shape(Kind::box, {-1, -1, -1, 0, 1, 1}), shape(Kind::disc, {1, 0, 0, 1, 2, 3, 2, 0.5f})})};
 }
 
-// Now and then a number that arithmetic may trip over.
+// Returns a random number, now and then one that arithmetic may trip over.
 float odd_number(test::Dice& dice) {
   constexpr float kInf = std::numeric_limits<float>::infinity();
   const float odd[] = {std::numeric_limits<float>::quiet_NaN(), kInf,  -kInf,  0.0f, -0.0f, 1e-40f, -3e-42f,
@@ -52,7 +52,7 @@ struct Particles {
   std::size_t count;
   std::vector<std::vector<float>> planes;
   particles::IdList ids;
-  std::vector<std::uint32_t> dead;  // a bit each
+  std::vector<std::uint32_t> dead;  // one bit per particle
 
   Particles(std::size_t n, test::Dice& dice) : count(n), dead(n / 32 + 2) {
     for (int c = 0; c < components_of_all(); ++c) {
@@ -71,7 +71,7 @@ struct Particles {
   bool died(std::size_t i) const { return (dead[i / 32] >> i % 32 & 1u) != 0; }
 };
 
-// Equal bits, except that a NaN equals any NaN: processors choose its payload by the order of operands.
+// Compares bits, but treats all NaNs as equal: processors choose their payload by the order of operands.
 bool same(float a, float b) {
   return (std::isnan(a) && std::isnan(b)) || std::bit_cast<std::uint32_t>(a) == std::bit_cast<std::uint32_t>(b);
 }
@@ -103,13 +103,13 @@ std::vector<double> numbers_for(const actions::Facts& facts, test::Dice& dice) {
   if (dice.coin() && facts.name == std::string("damping")) numbers[4] = std::numeric_limits<double>::infinity();
   const int knots = facts.ramp > 0 ? 1 + static_cast<int>(dice.word() % 20) : 0;
   for (int knot = 0; knot < knots; ++knot) {
-    numbers.push_back((knot + knot % 2) / 20.0);  // some make jumps
+    numbers.push_back((knot + knot % 2) / 20.0);  // some knots make jumps
     for (int i = 0; i < facts.ramp; ++i) numbers.push_back(static_cast<double>(dice.between(0, 9)));
   }
   return numbers;
 }
 
-// What an action's kernel reads: a small grid, or a path of three segments.
+// The table of an action's kernel: a small grid, or a path of three segments.
 struct SmallTable {
   std::vector<float> values;
   int size[3] = {1, 1, 1};
@@ -127,7 +127,7 @@ struct SmallTable {
   }
 };
 
-// velocity.x += sin(position.y / age) dt; position.x and age change places.
+// velocity.x += sin(position.y / age) dt; swaps position.x and age.
 struct SmallLaw {
   expressions::Formula formula;
   std::vector<actions::LawResult> outcomes;
@@ -258,7 +258,7 @@ TEST(contains_and_collect_agree_in_every_build) {
   const auto builds = test::builds();
   for (const std::size_t count : kCounts) {
     Particles p(count, dice);
-    for (std::uint32_t& word : p.dead) {  // few in some words, many in others, and beyond the last particle, too
+    for (std::uint32_t& word : p.dead) {  // few bits in some words, many in others, also beyond the last particle
       word = static_cast<std::uint32_t>(dice.word()) & (dice.coin() ? ~0u : 1u << dice.below(32));
     }
     std::vector<float*> components;
@@ -282,7 +282,7 @@ TEST(contains_and_collect_agree_in_every_build) {
         const auto index = static_cast<std::uint32_t>(1000 + i);
         if (p.died(i)) {
           dead_wanted.push_back(index);
-        } else if (!(x[i] >= -1 && x[i] < 2)) {  // NaN stays in no domain
+        } else if (!(x[i] >= -1 && x[i] < 2)) {  // NaN is outside every domain
           left_wanted.push_back(index);
         }
       }
@@ -309,7 +309,7 @@ TEST(samples_lie_in_their_shapes) {
     float* into[3] = {planes[0].data(), planes[1].data(), planes[2].data()};
     particles::DrawKeys draws;
     builds.back().kernels.draw(d, {0, 0, 1, {1, 2}, 0, &draws}, ids, count, into, 3);
-    // Enlarged by a few rounding errors: a sample may lie on the surface.
+    // Enlarged by a few rounding errors, since a sample may lie on the surface.
     Shape grown = s;
     if (kind == Kind::sphere) {
       grown.number[3] *= 1.00001f;

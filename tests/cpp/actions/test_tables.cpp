@@ -1,4 +1,4 @@
-// Tables of actions: equal content has one name, files carry it, and nothing wrong is kept.
+// Tables of actions: equal content has one key, files contain tables, and invalid tables are refused.
 #include <limits>
 #include <set>
 #include <stdexcept>

@@ -1,4 +1,4 @@
-// Where donors cut, how particles are counted into bins, and cuts from all calculators' bins.
+// Where donors cut, how particles are counted into bins, and cuts from the bins of all calculators.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -27,16 +27,16 @@ std::uint64_t from(const std::vector<float>& xs, float cut) {
 
 float uniform(std::mt19937_64& random) { return static_cast<float>(random() % (1 << 24)) * 0x1p-24f; }
 
-// Several ways in which particles may be distributed.
+// Returns coordinates in one of several distributions.
 std::vector<float> spread(int kind, std::size_t count, std::mt19937_64& random) {
   std::vector<float> xs(count);
   for (std::size_t i = 0; i < count; ++i) {
     const float u = uniform(random);
-    if (kind == 0) xs[i] = u;                                            // evenly
-    if (kind == 1) xs[i] = std::floor(u * 8);                            // at eight places
-    if (kind == 2) xs[i] = u < 0.5f ? u : 1e6f + u;                      // two far clusters
-    if (kind == 3) xs[i] = u * u * u * u * u * u;                        // mostly at one end
-    if (kind == 4) xs[i] = 3;                                            // all at one place
+    if (kind == 0) xs[i] = u;  // evenly
+    if (kind == 1) xs[i] = std::floor(u * 8);  // at eight places
+    if (kind == 2) xs[i] = u < 0.5f ? u : 1e6f + u;  // two far clusters
+    if (kind == 3) xs[i] = u * u * u * u * u * u;  // mostly at one end
+    if (kind == 4) xs[i] = 3;  // all at one place
     if (kind == 5) xs[i] = static_cast<float>(i) / static_cast<float>(count);  // in order
   }
   return xs;
@@ -80,7 +80,7 @@ TEST(gifts_never_exceed_the_order_and_miss_only_ties) {
         CHECK(left.count <= wanted && below(xs, left.cut) == left.count);
         const Gift right = give_right(xs, wanted, -1, 2e6f);
         CHECK(right.count <= wanted && from(xs, right.cut) == right.count);
-        // One more place would be too many.
+        // A cut at the next coordinate would give too many.
         float next = inf;
         float previous = -inf;
         for (const float x : xs) {
@@ -138,7 +138,7 @@ TEST(histograms_count_all_in_bins_of_about_equal_counts) {
       }
     }
   }
-  // A place that many particles share has a bin of its own.
+  // A coordinate that many particles share has its own bin.
   std::vector<float> xs = spread(0, 1000, random);
   xs.insert(xs.end(), 1000, 0.25f);
   const Histogram h = histogram(xs, 16);
@@ -161,11 +161,11 @@ TEST(prefix_cuts_are_exact_on_what_is_spread_evenly) {
   const std::vector<float> before{10, 20, 30};
   CHECK(prefix_cuts(one, {}, std::vector<double>{1, 1, 1, 1}, before) == std::vector<float>({1, 2, 3}));
   CHECK(alike(prefix_cuts(one, {}, std::vector<double>{1, 2, 4, 1}, before), {0.5, 1.5, 3.5}));
-  // The cost depends on the place: the second half costs three times as much.
+  // The cost depends on the position: the second half costs three times as much.
   const std::vector<Histogram> two{{{0, 2}, {100}}, {{2, 4}, {100}}};
   CHECK(prefix_cuts(two, std::vector<double>{1, 3}, std::vector<double>{1, 1}, std::vector<float>{2}) ==
         std::vector<float>({2 + 2.0f / 3}));
-  // The same when histograms overlap, as they do where particles still wait for their owner.
+  // Histograms may overlap, as they do while particles wait for their owner.
   const std::vector<Histogram> over{{{0, 4}, {100}}, {{0, 2}, {100}}, {}};
   CHECK(alike(prefix_cuts(over, {}, std::vector<double>{3, 3, 2}, std::vector<float>{1, 2}), {1, 2}));
 }

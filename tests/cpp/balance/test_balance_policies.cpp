@@ -37,7 +37,7 @@ std::vector<Load> half_fast(std::size_t calculators, std::uint64_t each) {
   return loads;
 }
 
-// Executes orders as if every donor could give exactly what was asked.
+// Executes orders as if every donor could give exactly the number in the order.
 void obey(std::vector<Load>& loads, const Plan& plan) {
   for (const Order& order : plan.orders) {
     loads[static_cast<std::size_t>(order.from)].particles -= order.count;
@@ -86,12 +86,12 @@ TEST(load_is_rescaled_and_small_samples_do_not_count) {
   CHECK(rescaled(2.0, 100, 0) == 0.0);
   Speeds speeds(2, {0.75, 1e-3, 100});
   CHECK(speeds.of(0) == 0);
-  speeds.add(0, 99, 1.0);                                      // too few
-  speeds.add(0, 1000, 1e-4);                                   // too short
-  speeds.add(0, 1000, 0);                                      // no time
+  speeds.add(0, 99, 1.0);  // too few
+  speeds.add(0, 1000, 1e-4);  // too short
+  speeds.add(0, 1000, 0);  // no time
   speeds.add(0, 1000, std::numeric_limits<double>::quiet_NaN());  // NaN
   CHECK(speeds.of(0) == 0);
-  speeds.add(0, 1000, 0.1, 501);                               // mostly born in this frame
+  speeds.add(0, 1000, 0.1, 501);  // mostly born in this frame
   CHECK(speeds.of(0) == 0);
   speeds.add(0, 1000, 0.5, 500);
   CHECK(speeds.of(0) == 2000);
@@ -166,7 +166,7 @@ TEST(what_disturbs_for_a_few_frames_is_not_believed) {
     for (int i = 0; i < 4; ++i) speeds.add(0, 1000, 1.7 * std::exp(noise * normal(random)));
     CHECK(std::abs(speeds.of(0) / before - 1) < 0.03 + 2 * noise);
     for (int i = 0; i < 3; ++i) speeds.add(0, 1000, 1.7 * std::exp(noise * normal(random)));
-    CHECK(std::abs(speeds.of(0) * 1.7 / 1000 - 1) < 0.05 + 2 * noise);  // it lasts
+    CHECK(std::abs(speeds.of(0) * 1.7 / 1000 - 1) < 0.05 + 2 * noise);  // the change lasts
   }
 }
 
@@ -179,7 +179,7 @@ TEST(differences_within_noise_are_left_alone) {
   CHECK(pairwise(0.1, 1)->plan(apart(0.061)).orders.empty());
   CHECK(diffusive(0.01, 1, 1)->plan(apart(0.06)).orders.size() == 2);
   CHECK(diffusive(0.01, 1, 1)->plan(apart(0.061)).orders.size() == 1);
-  // Three calculators: the largest of three errors is 3.35 of one.
+  // Three calculators: noise explains up to 3.35 standard errors of the largest of three.
   CHECK(!prefix_cuts(0.05, {}, 1)->plan(apart(0.0298)).shares.empty());
   CHECK(prefix_cuts(0.05, {}, 1)->plan(apart(0.03)).shares.empty());
 }
@@ -283,7 +283,8 @@ TEST(prefix_cuts_asks_for_shares_above_its_threshold) {
   CHECK(prefix_cuts(0.1, {}, 1)->plan(table_of(loads)).shares.empty());
   CHECK(prefix_cuts(0.04, {}, 1)->plan(table_of(loads)).shares == std::vector<double>({3e6, 1e6}));
   CHECK(prefix_cuts(0.04, {}, 100)->plan(table_of(loads)).shares.empty());
-  // With powers, the place is expensive: calculator 1 has the same machine and takes three times as long per particle.
+  // With powers, the position determines the cost: calculator 1 has the same machine but takes three times as long per
+  // particle.
   const Plan plan = prefix_cuts(0.04, {2, 2, 2}, 1)->plan(table_of({{300, 0, 3e6}, {300, 0, 1e6}, {0, 0, 0}}));
   CHECK(plan.shares == std::vector<double>({2, 2, 2}));
   CHECK_NEAR(plan.costs[1] / plan.costs[0], 3, 1e-12);
@@ -309,7 +310,7 @@ TEST(legal_nets_orders_and_limits_donors) {
   CHECK(legal(plan, table, "").orders == std::vector<Order>({{0, 1, 10}, {1, 2, 50}}));
   plan.orders = {{1, 0, 60}, {1, 2, 40}};
   CHECK(legal(plan, table, "").orders == std::vector<Order>({{1, 0, 30}, {1, 2, 20}}));
-  plan.orders = {{1, 0, 40}, {1, 2, 40}};  // each it could give, both it could not
+  plan.orders = {{1, 0, 40}, {1, 2, 40}};  // it could give either, but not both
   CHECK(legal(plan, table, "").orders == std::vector<Order>({{1, 0, 25}, {1, 2, 25}}));
   constexpr std::uint64_t most = std::numeric_limits<std::uint64_t>::max();
   plan.orders = {{1, 0, most}, {1, 0, most}, {1, 2, most}};
@@ -366,7 +367,7 @@ TEST(a_plan_for_all_systems_is_divided_among_them) {
 
 namespace {
 
-// Seconds of the quickest of several plans for so many calculators, by each policy that plans for all of them at once.
+// Returns, for each policy that plans for all calculators at once, the seconds of the quickest of several plans.
 std::vector<double> planning_s(int calculators) {
   std::mt19937_64 random(11);
   std::vector<Load> loads;
@@ -392,13 +393,13 @@ std::vector<double> planning_s(int calculators) {
 
 }  // namespace
 
-// By a ratio in one process, whatever the machine: of n calculators it grows like n, where n^2 would be 256.
+// The ratio does not depend on the machine: linear growth gives about 16, quadratic growth 256.
 TEST(planning_for_16_times_as_many_calculators_takes_about_16_times_as_long) {
   const std::vector<double> few = planning_s(256), many = planning_s(4096);
   for (std::size_t i = 0; i < few.size(); ++i) CHECK(many[i] < 80 * few[i]);
 }
 
-// The paper's: the machines' powers are known before the run, times are as measured.
+// The paper's method: the machines' powers are known before the run, and times are as measured.
 TEST(pairwise_with_given_powers_compares_measured_times) {
   std::vector<Load> loads(2);
   loads[0] = {1000, 3.0, 5, 0.5};  // measured speeds and their errors do not count
@@ -450,12 +451,12 @@ TEST(cost_aware_moves_only_what_pays) {
   const auto made = [](double cost, double horizon) {
     return policy_made("CostAware", {{"move_cost", cost}, {"horizon", horizon}});
   };
-  // Balance saves 500 particles' time per frame, and 500 particles are given or taken at each end.
+  // Balance saves the time of 500 particles per frame, and each end gives or takes 500 particles.
   const LoadTable table = table_of(loads_of({1500, 500}));
   CHECK(made(10, 20)->plan(table).shares == std::vector<double>({1e6, 1e6}));
   CHECK(made(10, 9)->plan(table).empty());
   CHECK(made(0, 1)->plan(table_of(loads_of({1000, 1000}))).empty());
-  // All of the particles in the middle change hands twice as far as one domain goes: slabs keep their order.
+  // Slabs keep their order, so the calculators in the middle exchange all of their particles.
   const LoadTable chain = table_of(loads_of({3000, 1500, 1500, 0}));
   CHECK(!made(1, 20)->plan(chain).empty() && made(20, 1)->plan(chain).empty());
 }

@@ -1,4 +1,4 @@
-// Cuts of bricks from particles that are counted in boxes.
+// Cuts of bricks from particles counted in boxes.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -30,7 +30,7 @@ struct Cloud {
   }
 };
 
-// Dense in the middle, thin outside.
+// Returns points, dense in the middle and thin outside.
 Cloud cloud(std::size_t count, test::Dice& dice) {
   Cloud made;
   for (std::size_t i = 0; i < count; ++i) {
@@ -48,7 +48,7 @@ std::vector<Cloud> dealt(const Cloud& all, const Domains& domains) {
   return parts;
 }
 
-// With as many cells as the frame asks for: more where more particles are.
+// Counts each part in as many cells as a frame uses: more if it has more particles.
 std::vector<std::vector<Cell>> counted(const std::vector<Cloud>& parts, Axes axes, std::size_t count) {
   std::vector<std::vector<Cell>> all;
   for (const Cloud& part : parts) {
@@ -121,7 +121,7 @@ TEST(tree_cuts_keep_axes_and_count_costs) {
   CHECK(tree[0].axis == 0 && tree[1].axis == 1 && tree[2].axis == 0);
   CHECK_NEAR(tree[1].at, 2.0 / 3, 1e-6);
   CHECK_NEAR(tree[0].at, 0.5, 1e-6);
-  CHECK(tree[2].at >= 1 && tree[2].at <= 2);  // all of the right half's 100 in the gap: 100 on each side
+  CHECK(tree[2].at >= 1 && tree[2].at <= 2);  // in the gap: the right half has 100 below and 100 above
   CHECK_THROWS(balance::tree_cuts(cells, {}, std::vector<double>(3, 1.0), before), std::invalid_argument);
 }
 
@@ -132,7 +132,7 @@ TEST(tree_cuts_stay_where_nothing_is_and_in_gaps) {
   CHECK(balance::tree_cuts(none, {}, std::vector<double>(4, 0.0), before) == before);
   const std::vector<std::vector<Cell>> two{{{{0, 0, 0}, {1, 1, 0}, 10}}, {}, {}, {{{0, 9, 0}, {1, 9.5, 0}, 10}}};
   const Domains after = balance::tree_cuts(two, {}, std::vector<double>(4, 1.0), before);
-  CHECK(after.cuts()[1] == 5);  // anywhere between 1 and 9: it stays
+  CHECK(after.cuts()[1] == 5);  // any cut between 1 and 9 is right, so it stays
   CHECK_NEAR(after.cuts()[0], 0.5, 1e-6);
   CHECK_NEAR(after.cuts()[2], 0.5, 1e-6);
   const Domains all = balance::tree_cuts(two, {}, std::vector<double>{0, 0, 1, 1}, before);
@@ -144,7 +144,7 @@ TEST(tree_cuts_of_particles_in_one_place) {
   const std::vector<std::vector<Cell>> heap{{{{2, 2, 0}, {2, 2, 0}, 1000}}, {}, {}, {{{-8, -8, 0}, {-7, -7, 0}, 10}}};
   const Domains after = balance::tree_cuts(heap, {}, std::vector<double>(4, 1.0), before);
   CHECK(after.count() == 4);
-  // Those in one place stay together: a second look changes nothing any more.
+  // Particles at one place stay together, so planning again changes nothing.
   CHECK(balance::tree_cuts(heap, {}, std::vector<double>(4, 1.0), after) == after);
 }
 

@@ -1,4 +1,4 @@
-// Checksums of checkpoints, against published values, and by the processor's instruction against tables.
+// Checksums of checkpoints: published values, and the processor's instruction compared with tables.
 #include <cstring>
 #include <vector>
 
@@ -42,7 +42,7 @@ TEST(crc32c_of_known_bytes) {
   CHECK(base::crc32c(ascending) == 0x46DD794Eu);
 }
 
-// Lengths around those at which stretches are summed side by side, at all alignments.
+// Lengths around those at which stretches are summed in parallel, at all alignments.
 TEST(crc32c_is_the_same_by_tables_and_in_parts) {
   const std::vector<std::byte> all = noise(60000);
   for (const std::size_t count : {1u, 7u, 8u, 9u, 4095u, 4096u, 12287u, 12288u, 12289u, 24576u, 24600u, 50001u}) {

@@ -30,7 +30,7 @@ struct Nothing {
 template <class Visitor>
 constexpr void fields(Visitor&, Nothing&) {}
 
-// Padding behind a list of numbers.
+// Has padding behind a list of numbers.
 struct Listed {
   std::uint64_t first = 0;
   float numbers[17] = {};
@@ -41,7 +41,7 @@ constexpr void fields(Visitor& visit, Listed& listed) {
   visit(listed.first, listed.numbers);
 }
 
-// Padding after the first and the last field.
+// Has padding after the first and the last field.
 struct Padded {
   std::uint8_t small = 0;
   double large = 0;
@@ -117,7 +117,7 @@ T value_of(const Bytes& bytes, T over = {}) {
   return over;
 }
 
-// The bytes of a list of one value whose memory, padding included, held something else before.
+// Returns the bytes of a list of one value whose memory, including padding, held something else before.
 template <class T, class Set>
 std::string bytes_over(int filler, const Set& set) {
   std::vector<T> list(1);
@@ -139,7 +139,7 @@ TEST(fields_survive_their_bytes) {
   const Bytes bytes = bytes_of(all);
   CHECK(value_of<Everything>(bytes) == all);
   CHECK(value_of(bytes, all) == all);
-  CHECK(value_of(bytes_of(Everything{}), all) == Everything{});  // overwrites a fuller one
+  CHECK(value_of(bytes_of(Everything{}), all) == Everything{});  // overwrites a value with more content
   for (std::size_t length = 0; length < bytes.size(); ++length) {
     Reader part(bytes.view().first(length));
     Everything other;
@@ -217,14 +217,14 @@ TEST(a_list_longer_than_its_bytes_is_refused_before_memory_is_asked_for) {
   }
 }
 
-// What an object is after it was moved from is what these tests are about.
+// These tests are about the state of objects that were moved from.
 // NOLINTBEGIN(bugprone-use-after-move)
 TEST(what_bytes_are_moved_from_is_empty) {
   Bytes first;
   first.put_text("a text");
   Bytes second = std::move(first);
   CHECK(first.empty() && second.size() == 10);
-  first.put_text("another");  // in memory of its own
+  first.put_text("another");  // in new memory
   CHECK(first.size() == 11 && second.size() == 10);
   second = std::move(first);
   CHECK(first.empty() && second.size() == 11);

@@ -60,7 +60,7 @@ void expect_one(SimulatedRank& self) {
   comm.expect(0, Phase::report, {7, 3});
 }
 
-// A sender whose transport carries messages that no communicator would send.
+// Runs a sender whose transport carries messages that no communicator would send.
 std::string forged(const std::function<void(Message&)>& forge) {
   return outcome(
       [&](SimulatedRank& self) {

@@ -16,7 +16,7 @@
 namespace motes::test_last_words {
 namespace {
 
-// What a child process writes to its standard error until it ends, and the signal that ended it.
+// What a child process writes to its standard error, and the signal that ended it.
 struct Ended {
   std::string said;
   int signal = 0;
@@ -52,7 +52,7 @@ void prepare() {
 
 bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
-// Not a tail call, and each level needs more of the stack than a compiler can keep in registers.
+// Recurses without a tail call; each level needs more of the stack than a compiler can keep in registers.
 [[gnu::noinline]] std::size_t deep(std::size_t level) {
   if (level == SIZE_MAX) return 0;
   volatile char room[512];

@@ -90,7 +90,7 @@ TEST(chain_of_work_is_as_long_as_the_run_on_a_network_that_takes_no_time) {
   ledger.note_messages(1);
   CHECK(ledger.chain_s() == 5);
   clock.spend(1);
-  ledger.follow(4);  // an older message makes nothing shorter
+  ledger.follow(4);  // an older message shortens nothing
   CHECK(ledger.chain_s() == 6 && ledger.take().chain_s == 6 && ledger.chain_s() == 6);
   Header header;
   header.set_chain_s(12345.678);

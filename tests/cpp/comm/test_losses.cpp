@@ -1,4 +1,4 @@
-// Ranks that are lost: those that are left notice, make connections of their own, and go on; under hundreds of orders.
+// Lost ranks: the survivors notice, connect to each other and continue, under hundreds of orders of events.
 #include <map>
 #include <memory>
 #include <set>
@@ -24,11 +24,11 @@ Message number(std::uint64_t value) {
   return message;
 }
 
-// How one rank came through.
+// How the run of one rank ended.
 struct End {
-  std::vector<int> ranks;  // that reached the end with it, in the numbers of all
+  std::vector<int> ranks;  // that reached the end with it, by their original numbers
   int losses = 0;
-  int named = 0;  // losses of which the rank was known
+  int named = 0;  // losses whose rank was known
 };
 
 struct Outcome {
@@ -48,7 +48,7 @@ void round_of_all_to_all(Communicator& comm, std::uint32_t turn) {
   }
 }
 
-// All to all `kRounds` times, from the start after each loss: what every rank that lives must get to the end of.
+// Sends all to all `kRounds` times, and starts again after each loss, until the survivors reach the end.
 End to_the_end(SimulatedRank& self) {
   End end;
   auto comm = std::make_unique<Communicator>(self.transport(), Watch{});
@@ -73,7 +73,7 @@ End to_the_end(SimulatedRank& self) {
       recovers = true;
       ++end.losses;
       if (lost.rank() >= 0) ++end.named;
-      CHECK_THROWS(comm->flush(), RankLost);  // as every call from now on
+      CHECK_THROWS(comm->flush(), RankLost);  // as does every later call
       comm->revoke();
       comm->revoke();
     }
@@ -89,8 +89,8 @@ Outcome outcome(std::uint64_t seed, int ranks, const std::vector<Death>& deaths)
   return result;
 }
 
-// Those that live have reached the end, and together: each knows the same ranks, all of them that live and maybe one
-// that died behind the last message.
+// Checks that the survivors have reached the end together: each knows the same ranks, all survivors and perhaps one
+// rank that died after the last message.
 void check_together(const Outcome& outcome, int ranks) {
   const std::set<int> dead(outcome.run.dead.begin(), outcome.run.dead.end());
   std::vector<int> first;
@@ -125,7 +125,7 @@ TEST(who_is_left_goes_on_wherever_a_rank_dies) {
     try {
       result = outcome(seed, ranks, {{static_cast<int>(seed) % ranks, point}});
     } catch (const RankLost&) {
-      CHECK(point < 10);  // before all had entered: there is nothing to go on with
+      CHECK(point < 10);  // before all had entered, no rank can continue
       continue;
     }
     check_together(result, ranks);
@@ -137,8 +137,8 @@ TEST(who_is_left_goes_on_wherever_a_rank_dies) {
     }
   }
   CHECK(smaller > 400);
-  CHECK(whole > 10);    // died behind their last message
-  CHECK(unnamed > 50);  // learnt by a revocation
+  CHECK(whole > 10);    // died after their last message
+  CHECK(unnamed > 50);  // known only from a revocation
 }
 
 TEST(a_rank_may_die_at_any_of_its_messages) {
@@ -157,7 +157,7 @@ TEST(several_ranks_may_die_at_once) {
         outcome(seed, 5, {{1, 2 + seed % 40}, {static_cast<int>(2 + seed % 3), 2 + seed % 40}, {0, 20 + seed % 80}});
     check_together(result, 5);
   }
-  // All but one.
+  // All ranks but one die.
   for (std::uint64_t seed = 0; seed < 100; ++seed) {
     const Outcome result = outcome(seed, 4, {{0, 5}, {1, 9 + seed % 30}, {3, 9 + seed % 17}});
     check_together(result, 4);
@@ -171,7 +171,7 @@ TEST(a_rank_may_die_among_those_that_recover) {
     const Outcome result =
         outcome(seed, 5, {{2, 1 + seed % 7, Death::At::send}, {4, 1 + seed / 7 % 3, Death::At::shrink}});
     check_together(result, 5);
-    if (result.run.dead.size() < 2) continue;  // it asked less often
+    if (result.run.dead.size() < 2) continue;  // a rank made fewer calls than that
     for (const auto& [rank, end] : result.ends) {
       CHECK(end.ranks == (std::vector<int>{0, 1, 3}));
       if (end.losses > 1) ++counted_in;
@@ -181,7 +181,7 @@ TEST(a_rank_may_die_among_those_that_recover) {
 }
 
 TEST(the_end_or_a_loss_comes_first_for_all) {
-  // Deaths where all are about to finish: some would have passed, others not.
+  // Deaths when all are about to finish, and some could have finished without the others.
   int finished = 0;
   int recovered = 0;
   for (std::uint64_t seed = 0; seed < 400; ++seed) {

@@ -1,4 +1,4 @@
-// Memory that processes of one host share.
+// Memory that the processes of one host share.
 #include <cstring>
 #include <memory>
 
@@ -44,7 +44,7 @@ TEST(shared_memory_stays_while_anybody_has_it) {
   memory.reset();
   CHECK(found && found->data()[kBytes - 1] == std::byte{3});
   found->data()[0] = std::byte{4};
-  CHECK(SharedMemory::open(address) == nullptr);  // the one who made it is gone
+  CHECK(SharedMemory::open(address) == nullptr);  // its creator is gone
 }
 
 TEST(memory_that_is_not_the_one_meant_is_not_opened) {

@@ -19,7 +19,7 @@ Message number(std::uint64_t value) {
   return message;
 }
 
-// All to all, `rounds` times; every rank compares what arrives with what was sent.
+// Sends all to all, `rounds` times; every rank compares what arrives with what was sent.
 void all_to_all(SimulatedRank& self, std::uint32_t rounds) {
   Communicator comm(self.transport(), {});
   for (std::uint32_t turn = 0; turn < rounds; ++turn) {
@@ -143,7 +143,7 @@ TEST(a_deadlock_says_who_waits_for_whom_on_all_ranks) {
 }
 
 TEST(a_message_that_nobody_takes_may_keep_its_sender) {
-  // As under MPI, where a large message stays until its receiver asks for it: half of the timings show this.
+  // As under MPI, a large message stays until its receiver asks for it; half of the timings show this.
   int kept = 0;
   Simulation simulation;
   for (simulation.seed = 0; simulation.seed < 40; ++simulation.seed) {

@@ -1,4 +1,4 @@
-// Signals that ask for a stop: what a process notes of them, and how ranks agree on the frame after which they stop.
+// Signals that ask for a stop: what a process records of them, and how ranks agree on the frame after which they stop.
 #include "comm/stop_signals.h"
 
 #include <signal.h>
@@ -19,7 +19,7 @@ using comm::SimulatedRank;
 
 namespace {
 
-// How a child process ends: its exit code, or minus the signal.
+// Returns how a child process ends: its exit code, or minus the signal.
 template <class Work>
 int child(const Work& work) {
   const pid_t process = fork();
@@ -50,7 +50,7 @@ TEST(the_first_signal_is_noted_and_a_second_one_does_what_it_did_before) {
   CHECK(child([] {
           comm::note_stop_signals({SIGTERM}, 60, false);
           raise(SIGTERM);
-          raise(SIGTERM);  // the same one, passed on by two
+          raise(SIGTERM);  // the same signal, passed on by two processes
           _exit(comm::stop_signal());
         }) == SIGTERM);
 }
@@ -103,10 +103,10 @@ struct Asked {
   bool shared = false;
   int fan_out = 8;
   engine::Combine combine = engine::Combine::together;
-  std::map<int, std::pair<std::uint64_t, int>> signals;  // by rank: the frame in which it gets one, and its number
+  std::map<int, std::pair<std::uint64_t, int>> signals;  // by rank: the frame in which it gets a signal, and its number
 };
 
-// After how many frames each rank stops, and because of what.
+// After how many frames each rank stops, and because of which signal.
 using Stops = std::map<int, std::pair<std::uint64_t, int>>;
 
 void play(SimulatedRank& self, const Asked& asked, Stops& stops) {

@@ -21,7 +21,8 @@ struct Waiting {
     watch.while_waiting = [this](int rank) { looks.push_back(rank); };
   }
 
-  // Seconds until Stalled, or -1: not within `at_most_s`. From `jump_at_s` on the clock is `jump_s` ahead.
+  // Returns the seconds until Stalled, or -1 if it takes longer than `at_most_s`. From `jump_at_s` on the clock is
+  // `jump_s` ahead.
   double run(double patience, double at_most_s, double nap_s = 0.01, double jump_at_s = 1e9, double jump_s = 0) {
     Wait wait(watch, 1, "frame 7, phase report", patience, 100);
     for (double t = 0; t < at_most_s; t += nap_s) {
@@ -79,7 +80,7 @@ TEST(a_wait_ends_where_the_process_is_gone) {
   CHECK(waiting.text ==
         "rank 1 (manager) waited 60 s for rank 3 (calculator 1): frame 7, phase report (its process is gone)");
   CHECK(waiting.warnings.empty());
-  Waiting patient(3600);  // a longer limit does not keep it
+  Waiting patient(3600);  // a longer limit does not delay the end
   patient.watch.life = [](int) { return gone(); };
   CHECK_NEAR(patient.run(1, 1000), 60, 0.1);
 }
@@ -121,10 +122,10 @@ TEST(a_limit_that_was_set_ends_a_wait_whatever_lives) {
 
 TEST(a_suspended_process_does_not_count_the_time_as_a_stall) {
   Waiting waiting(60);
-  CHECK_NEAR(waiting.run(1, 1000, 0.01, 30, 3600), 59, 0.2);  // of the hour, one second counts
+  CHECK_NEAR(waiting.run(1, 1000, 0.01, 30, 3600), 59, 0.2);  // of the hour that the clock jumps, one second counts
   CHECK(waiting.run(1, 59, 0.01, 0.02, 1e7) == -1);
   CHECK(has((waiting.run(1, 1000, 0.01, 30, 3600), waiting.text), "waited 60 s"));
-  // Even naps of seconds, on a hopelessly overloaded machine, come to an end.
+  // Even with naps of seconds, on a hopelessly overloaded machine, the wait ends.
   Waiting slow(2);
   CHECK_NEAR(slow.run(1, 1000, 5), 25, 1);
 }

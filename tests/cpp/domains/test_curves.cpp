@@ -1,4 +1,4 @@
-// Curves through cells, and domains that are stretches of them: held against the cells one by one.
+// Curves through cells, and domains that are stretches of them, compared with the cells one by one.
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -31,7 +31,7 @@ namespace {
 constexpr Room kUnits{{0, 0, 0}, {256, 256, 256}};  // cells are 1 m wide
 constexpr Room kUneven{{-3.2, -1e-3, 100}, {0.8, 2.5, 1000}};
 
-// The cell of this number, in the room of units.
+// Returns the cell with this number, in the room of units.
 Curve::Cell cell_at(const Curve& curve, std::uint32_t number) {
   const BoxCover cover = curve.cover(number, number + 1);
   CHECK(cover.boxes.size() == 1 && cover.whole == 1);
@@ -50,7 +50,7 @@ int steps_between(const Curve::Cell& a, const Curve::Cell& b) {
   return steps;
 }
 
-// Anywhere in a room and around it, often on the faces of cells and beside them.
+// Returns a place in a room or around it, often on the faces of cells or next to them.
 Place random_place(const Room& room, test::Dice& dice) {
   Place p{};
   for (std::size_t a = 0; a < 3; ++a) {
@@ -65,7 +65,7 @@ Place random_place(const Room& room, test::Dice& dice) {
 
 Domains random_stretches(int count, std::shared_ptr<const Curve> curve, test::Dice& dice) {
   std::vector<float> cuts;
-  const float wide = dice.below(2) == 0 ? 1.0f : 1e-5f;  // also of a few cells each
+  const float wide = dice.below(2) == 0 ? 1.0f : 1e-5f;  // small: stretches of a few cells each
   for (int i = 1; i < count; ++i) cuts.push_back(0.5f + wide * dice.between(-0.5f, 0.5f));
   std::sort(cuts.begin(), cuts.end());
   return {std::move(cuts), std::move(curve)};
@@ -216,7 +216,7 @@ TEST(stretches_of_a_curve_are_cut_like_slabs) {
 
 TEST(a_curve_needs_a_room_with_ends) {
   CHECK_THROWS(Curve(kHilbert, {{0, 0, 0}, {1, 0, 1}}), std::invalid_argument);
-  CHECK_THROWS(Curve(kMorton, {{1e9, 0, 0}, {1e9 + 1, 1, 1}}), std::invalid_argument);  // one float32
+  CHECK_THROWS(Curve(kMorton, {{1e9, 0, 0}, {1e9 + 1, 1, 1}}), std::invalid_argument);  // smaller than one float32
   CHECK_THROWS(Curve(kMorton, {{0, 0, 0}, {1, kInf, 1}}), std::invalid_argument);
   CHECK(!domains::has_ends({}, {}));
   CHECK(domains::has_ends({domains::Space::Kind::finite, 0, 1}, {}));

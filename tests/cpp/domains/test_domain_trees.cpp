@@ -1,4 +1,4 @@
-// Bricks and parts of the ids: trees of cuts, held against the boxes that they make.
+// Bricks and parts of the ids: trees of cuts, compared with the boxes that they make.
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -22,7 +22,7 @@ using domains_test::Place;
 
 namespace {
 
-// A tree over so many domains whose cuts lie inside what they halve; now and then on its face.
+// Grows a tree over domains first .. last - 1, whose cuts lie inside the boxes that they halve, now and then on a face.
 void grow(std::vector<Cut>& tree, int first, int last, const Box& box, Axes axes, test::Dice& dice) {
   if (last - first < 2) return;
   int axis = static_cast<int>(dice.below(3));
@@ -45,7 +45,7 @@ Domains random_tree(int count, Axes axes, test::Dice& dice) {
   return Domains::of(tree);
 }
 
-// Anywhere, and on cuts as often.
+// Returns a place anywhere or, as often, on cuts.
 Place random_place(const Domains& d, test::Dice& dice) {
   Place p{dice.between(-5, 5), dice.between(-5, 5), dice.between(-5, 5)};
   for (int i = 0; i < 3 && d.count() > 1; ++i) {
@@ -126,7 +126,7 @@ TEST(trees_give_what_is_no_number_to_the_far_side_of_each_cut) {
 }
 
 TEST(trees_that_are_none_are_refused) {
-  CHECK_THROWS(Domains::of({{0, 1}, {0, 0}}), std::invalid_argument);           // does not ascend
+  CHECK_THROWS(Domains::of({{0, 1}, {0, 0}}), std::invalid_argument);  // does not ascend
   CHECK_THROWS(Domains::of({{0, 1}, {0, 0}, {1, 0}}), std::invalid_argument);  // left of 0 at 1
   CHECK_THROWS(Domains::of({{1, kNaN}, {0, 0}, {1, 0}}), std::invalid_argument);
   CHECK_THROWS(Domains::of({{4, 0}}), std::invalid_argument);

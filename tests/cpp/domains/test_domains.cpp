@@ -17,7 +17,7 @@ namespace {
 constexpr float kInf = std::numeric_limits<float>::infinity();
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 
-// The owner of x along the first axis.
+// Returns the owner of x along the first axis.
 int at(const Domains& d, float x) { return d.owner_of({x, 0, 0}, 0); }
 }  // namespace
 

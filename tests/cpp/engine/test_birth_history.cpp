@@ -31,7 +31,7 @@ Birth emitted(std::size_t rows, float x) {
   return birth;
 }
 
-// Particles of one call as they are where copies are kept from birth on.
+// Creates the particles of one call, with copies kept from birth on.
 particles::Store with_copies(const Birth& birth, const particles::Schema& schema, particles::Key key,
                              std::uint64_t first, std::uint64_t count) {
   return recording::make(birth, schema, key, first, count, kDt, true);
@@ -77,7 +77,7 @@ TEST(birth_values_come_back_for_the_living_whatever_was_forgotten) {
   history.add(emitted(50, 3), 100, 50, kDt);
   history.add(source(-5), 150, 100, kDt);
   history.forget_before(120);
-  particles::Store living(schema);  // ids 120 .. 249, in their places of today
+  particles::Store living(schema);  // ids 120 .. 249, at their current positions
   living.reserve(130);
   living.grow(130);
   for (std::size_t i = 0; i < 130; ++i) living.set_id(i, 120 + i);

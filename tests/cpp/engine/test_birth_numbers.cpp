@@ -1,4 +1,4 @@
-// Numbers of births in the messages of a step: each reaches its owner, once, and what does not belong there is refused.
+// Numbers of births in the messages of a step: each reaches its owner once, and invalid ones are refused.
 #include <algorithm>
 #include <cstdint>
 #include <numeric>
@@ -21,7 +21,7 @@ namespace {
 
 constexpr std::uint32_t kGroups = 3;
 
-// Each calculator's part of three groups, one of them empty, with owners anywhere.
+// Returns each calculator's part of three groups, one of them empty, with random owners.
 std::vector<std::vector<BirthNumbers>> shares(int calculators, std::uint64_t seed) {
   test::Dice dice(seed);
   std::uint32_t next[kGroups] = {};
@@ -38,7 +38,7 @@ std::vector<std::vector<BirthNumbers>> shares(int calculators, std::uint64_t see
   return all;
 }
 
-// What each calculator has after all steps along the ring: messages are handed over at once.
+// Returns what each calculator has after all steps along the ring, where messages arrive at once.
 std::vector<std::vector<Message>> travel(std::vector<std::vector<BirthNumbers>> all) {
   const int calculators = static_cast<int>(all.size());
   std::vector<std::vector<Message>> here(all.size());

@@ -1,4 +1,4 @@
-// The last frame's camera, as the record of a frame has it.
+// The previous frame's camera in the record of a frame.
 #include "engine/state/script.h"
 #include "image/camera.h"
 #include "support/check.h"
@@ -32,7 +32,7 @@ TEST(an_open_shutter_knows_the_camera_of_the_frame_before) {
   CHECK(!before(5, view_from(5, 1)));  // the frame before was not drawn
   image::View replayed = view_from(6, 1);
   replayed.before = view_from(-6, 1).camera;
-  CHECK(before(6, replayed) == view_from(-6, 1).camera);  // a recorded scene says it
+  CHECK(before(6, replayed) == view_from(-6, 1).camera);  // a recorded scene contains it
 }
 
 TEST(a_shutter_opens_that_part_of_a_frame_ago) {

@@ -1,4 +1,4 @@
-// Where the images of particles in periodic space are, and how far it is to them.
+// Where the images of particles in periodic space are, and how far away they are.
 #include <cmath>
 #include <limits>
 #include <set>
@@ -63,10 +63,10 @@ TEST(domains_of_several_boxes_are_as_near_as_the_nearest) {
   const Images images(periods_of(0));
   const Box left{{0, 0, 0}, {1, 1, 1}}, right{{9, 9, 9}, {10, 10, 10}}, other{{6, 0, 0}, {7, 1, 1}};
   const BoxCover both{{left, right}, 2, {{0, 0, 0}, {10, 10, 10}}};
-  CHECK(!images.within(both, of(other), 4.9) && images.within(both, of(other), 5));  // though all around reaches it
+  CHECK(!images.within(both, of(other), 4.9) && images.within(both, of(other), 5));  // though their hull contains it
   CHECK(images.outside(both, {5, 5, 5}) == 4 && images.outside(both, {9.5f, 9.5f, 12}) == 2);
   CHECK(engine::within(both, {5, 5, 5}, 4) && !engine::within(both, {5, 5, 5}, 3.9));
-  CHECK(engine::within(both, {2, 0, 0}, 1) && engine::within(both, {8, 9, 9}, 1));  // near one of them alone
+  CHECK(engine::within(both, {2, 0, 0}, 1) && engine::within(both, {8, 9, 9}, 1));  // near only one of them
 }
 
 TEST(images_refuse_what_reaches_too_far) {

@@ -1,5 +1,5 @@
 // Whole frames on simulated ranks: births, exchange, balance, spawn and pictures give the same bits for any number of
-// ranks and any order of events, and balancing decisions repeat with the simulated time. MOTES_TEST_ORDERS says how
+// ranks and any order of events, and balancing decisions repeat with the simulated time. MOTES_TEST_ORDERS sets how
 // many orders are tried.
 #include <cstdlib>
 #include <memory>
@@ -166,7 +166,7 @@ TEST(frames_are_the_same_bits_on_any_simulated_ranks_in_any_order) {
     way.fan_out = 1 + static_cast<int>(seed % 4);
     way.threads = seed % 10 == 9 ? 3 : 1;
     way.path = static_cast<image::View::Path>(seed / 2 % 4);
-    // Half of them in a row; of the children, a quarter follows.
+    // Half of the runs have domains in a row; in a quarter of them children share their parents' domains.
     constexpr std::uint8_t kRows[] = {1, 2, 4, 32, 16};
     way.axes.bits = seed % 2 == 0 ? kRows[seed / 2 % 5] : static_cast<std::uint8_t>(seed / 2 % 8);
     if (seed % 4 == 1) way.axes_of_children.reset();
@@ -199,7 +199,7 @@ TEST(what_balancing_decides_repeats_with_the_simulated_time) {
 
 namespace {
 
-// Thinks for a (simulated) second.
+// A policy that takes a simulated second to plan.
 class Slow final : public balance::Policy {
  public:
   const char* kind() const override { return "Slow"; }
@@ -209,7 +209,7 @@ class Slow final : public balance::Policy {
   }
 };
 
-// The longest that a rank of each role waited for the verdict, and that it took to draw.
+// The longest time that a rank waited for the verdict, drew, or planned.
 struct Waits {
   double verdict_s = 0;
   double draw_s = 0;

@@ -1,6 +1,6 @@
 // Frames in which particles meet, on simulated ranks: the same bits for any number of ranks, any domains and any order
-// of events; a rank that fails, or whose list is another one, stops all of them. MOTES_TEST_ORDERS says how many orders
-// are tried.
+// of events; a rank that fails, or has a different list, stops all of them. MOTES_TEST_ORDERS sets how many orders are
+// tried.
 #include <cstdlib>
 #include <map>
 #include <memory>
@@ -30,8 +30,8 @@ struct Way {
   int ranks = 1;
   bool shared = false;  // roles
   domains::Axes axes;
-  bool own_domains = true;  // of pebbles: not those of the grains
-  bool prefix = false;  // how cuts are found
+  bool own_domains = true;  // whether pebbles have other domains than grains
+  bool prefix = false;  // PrefixCuts instead of Pairwise
   engine::Births births = engine::Births::manager;
   engine::Combine combine = engine::Combine::together;
   int threads = 1;
@@ -72,7 +72,7 @@ Action bounce() { return {Kind::bounce, {0.5, 0.1, 0, 1}, {{shapes::Kind::plane,
 Action kill_old(double age) { return actions::make(actions::numbers::kill_old<>{.age_limit = age}); }
 Action move() { return actions::make(actions::numbers::move<>{.rotational = 1}); }
 
-// Particles that are thrown over several domains in one step.
+// Returns an action that throws particles over several domains in one step.
 Action far_away(int frame) {
   Action set = actions::make(actions::numbers::set<>{});
   set.target = particles::position;
@@ -216,7 +216,7 @@ struct Fault {
 
 constexpr int kLast = 1;  // frame
 
-// A message of a meeting arrives with another number of particles in it than its header says.
+// Changes a message of a meeting, so that it has another number of particles than its header says.
 class Distorting final : public test::Forwarding {
  public:
   Distorting(std::unique_ptr<Transport> under, const int& meetings)
@@ -232,11 +232,11 @@ class Distorting final : public test::Forwarding {
   }
 
  private:
-  const int& meetings_;  // the one that is distorted, of those from each rank
+  const int& meetings_;  // index of the distorted message among those from each rank
   std::map<int, int> seen_;
 };
 
-// Four meetings among three callbacks, each of which may fail.
+// Records four meetings among three callbacks, each of which may fail.
 void record_faulty(engine::Engine& engine, bool last, const Fault* fault) {
   int callbacks = 0;
   int meetings = 4;
@@ -249,7 +249,7 @@ void record_faulty(engine::Engine& engine, bool last, const Fault* fault) {
   engine.record(grains, move());
 }
 
-// How each rank ended: the kind of the failure and who failed, or what it threw itself.
+// How each rank ended: the kind of failure and the rank that failed, or the exception that it threw itself.
 using Ends = std::map<int, std::string>;
 
 void play(SimulatedRank& self, const Fault& fault, bool shared, Ends& ends) {

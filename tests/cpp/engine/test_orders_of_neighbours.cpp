@@ -1,5 +1,5 @@
 // Neighbours that balance without the manager, on simulated ranks: all ranks know the same cuts before each frame, the
-// bits are those of one rank, nobody plans, and a rank that fails is named by all.
+// bits are those of a run on one rank, no rank plans, and all ranks name a rank that fails.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -24,7 +24,7 @@ using comm::SimulatedRank;
 namespace {
 
 constexpr int kFrames = 6;
-constexpr int kFails = 3;  // the frame in which a rank does
+constexpr int kFails = 3;  // the frame in which a rank fails
 
 struct Way {
   int ranks = 1;
@@ -35,9 +35,9 @@ struct Way {
   engine::Combine combine = engine::Combine::together;
   int fan_out = 8;
   bool follows = false;  // children share their parents' domains
-  bool children_born = false;  // some of them by a source of their own
-  int fails = -1;        // this rank: its callback throws, or
-  int differs = -1;      // this one asks for something else than a frame
+  bool children_born = false;  // some children come from their own source
+  int fails = -1;  // the rank whose callback throws
+  int differs = -1;  // the rank that makes a different call than a frame
 };
 
 struct Sent {
@@ -114,7 +114,7 @@ void play(SimulatedRank& self, const Way& way, Film& film) {
   });
   engine.start();
   for (int i = 0; i < kFrames; ++i) {
-    if (i + 1 < kFrames) record(engine, way);  // particles that nothing moves follow the cuts too
+    if (i + 1 < kFrames) record(engine, way);  // particles that no action moves follow the cuts, too
     if (i == kFails && self.rank() == way.differs) engine.digest();
     engine.run_frame(std::nullopt);
     test::check_owners(engine);
@@ -221,8 +221,8 @@ TEST(a_rank_that_fails_among_neighbours_without_a_manager_is_named_by_all) {
   }
 }
 
-// Calculators create the births of the second round while the first one's messages travel: who is in no frame and waits
-// for the first verdict at once would hold up all.
+// Calculators create the births of the second round while the first round's messages travel: a rank outside the frame
+// that waited for the first verdict at once would block all.
 TEST(a_rank_that_asks_for_something_else_is_named_where_rounds_overlap) {
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     Way way = way_of(seed);
@@ -239,7 +239,7 @@ TEST(a_rank_that_asks_for_something_else_is_named_where_rounds_overlap) {
   }
 }
 
-// A difference is evened out once, although loads are compared before the particles of the last new cuts have arrived.
+// A difference is evened out once, although loads are compared before the particles of the last cuts have arrived.
 TEST(cuts_of_neighbours_without_a_manager_settle_where_times_are_equal) {
   std::vector<double> times(16);
   std::vector<std::vector<float>> cuts;

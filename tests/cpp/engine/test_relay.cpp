@@ -19,7 +19,7 @@ std::string text_of(std::span<const std::byte> bytes) {
 
 std::span<const std::byte> bytes_of(const std::string& text) { return std::as_bytes(std::span(text)); }
 
-// Texts of different lengths, some of them empty.
+// Returns texts of different lengths, some of them empty.
 std::string words(int rank, std::uint32_t turn) {
   return std::string(static_cast<std::size_t>(rank) % 5 * 7, static_cast<char>('a' + rank % 26)) + std::to_string(turn);
 }
@@ -55,7 +55,8 @@ void listen(engine::Relay& relay, int size, Stamp stamp) {
   }
 }
 
-// A frame's exchange with the manager: it tells, all receive and answer, it collects. The first one is flat.
+// Runs a frame's exchange with the manager: it sends to all, all receive and answer, it collects. The first one is
+// flat.
 void converse(SimulatedRank& self, const roles::Cast& cast, int fan_out, std::uint32_t turns) {
   comm::Communicator comm(self.transport(), {});
   engine::Relay relay(comm, cast);
@@ -103,7 +104,7 @@ TEST(who_stands_next_to_a_silent_rank_speaks_first) {
       std::string first;
       comm::Watch watch;
       watch.warn_s = 1;
-      watch.life = [](int) { return comm::Life{comm::Life::State::lives, ""}; };  // so all go on waiting
+      watch.life = [](int) { return comm::Life{comm::Life::State::lives, ""}; };  // so all keep waiting
       watch.warn = [&](const std::string& text) {
         if (!(comm::wall_seconds() < first_s)) return;
         first_s = comm::wall_seconds();

@@ -1,4 +1,5 @@
-// A rank that fails in the middle of a picture: all who need its part hear why, on every path, in any order of events.
+// A rank that fails in the middle of a picture: all ranks that need its part learn why, on every path and in any order
+// of events.
 #include <map>
 #include <memory>
 #include <stdexcept>
@@ -37,8 +38,8 @@ struct Fault {
   bool shared;
   Path path;
   int rank;
-  bool projecting;     // or painting
-  bool later = false;  // when a message of tiles has been sent already
+  bool projecting;     // whether it fails while projecting; else while painting
+  bool later = false;  // whether a message of tiles has been sent already
   float bloom = 0;     // above 0: each rank needs light of all
 };
 
@@ -58,7 +59,7 @@ void break_down(engine::Painter& painter, bool projecting) {
   }
 }
 
-// In a picture of which each rank's part takes several messages, in the second one.
+// Fails in the second message, in a picture for which each rank sends several.
 void break_down_later(engine::Painter& painter) {
   static const image::SplatLanes kSplat = [] {
     image::SplatLanes lanes = image::splat_lanes();
@@ -69,7 +70,7 @@ void break_down_later(engine::Painter& painter) {
   painter.workers = image::TileWorkers(kSplat);
 }
 
-// How each rank ended: "", its own exception, or what it heard.
+// How each rank ended: "", its own exception, or the one that was reported to it.
 using Ends = std::map<int, std::string>;
 
 void play(SimulatedRank& self, const Fault& fault, Ends& ends, engine::RenderPlan& plan) {
@@ -92,18 +93,18 @@ void play(SimulatedRank& self, const Fault& fault, Ends& ends, engine::RenderPla
       engine.run_frame(view);
       plan = engine.painter().plan;
     }
-    engine.digest();  // nobody comes past here
+    engine.digest();  // no rank gets past this
     ends[self.rank()] = "all went well";
   } catch (const engine::Agreed& agreed) {
     ends[self.rank()] = "rank " + std::to_string(agreed.verdict().failed_rank) + ": " + agreed.verdict().failure.text;
   } catch (const comm::Deadlock&) {
-    ends[self.rank()] = "waits";  // for those who gave up: a real job ends now
+    ends[self.rank()] = "waits";  // for ranks that gave up; a real job would end now
   } catch (const std::runtime_error& error) {
     ends[self.rank()] = error.what();
   }
 }
 
-// Ends of all ranks, and the plan of the last frame.
+// Returns the ends of all ranks; sets the plan of the last frame.
 Ends run(const Fault& fault, std::uint64_t seed, engine::RenderPlan& plan) {
   Ends ends;
   try {

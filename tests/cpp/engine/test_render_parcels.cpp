@@ -22,10 +22,10 @@ struct Asked {
   int ranks;
   Path path;
   float bloom = 0;
-  bool linear = false;  // sums of light travel, four times as many bytes
+  bool linear = false;  // sums of light travel: four times as many bytes
 };
 
-// The image generator's pictures, and what all ranks told their transports.
+// The image generator's pictures, and what all ranks asked of their transports.
 struct Seen {
   std::vector<std::string> pictures;
   int in_records = 0, in_frames = 0;  // calls of progress(), of all ranks
@@ -106,7 +106,7 @@ TEST(messages_travel_while_a_rank_records_acts_and_draws) {
   for (const int ranks : {1, 2, 3}) {
     const Seen seen = seen_of({ranks, Path::tiles, 0}, 1);
     CHECK(seen.in_records == 3 * 2 * ranks);
-    CHECK(seen.in_frames > 3 * tiles);  // one behind each tile, on the rank that draws it
+    CHECK(seen.in_frames > 3 * tiles);  // one after each tile, on the rank that draws it
     CHECK((seen.awaited > 1) == (ranks > 1));
   }
 }

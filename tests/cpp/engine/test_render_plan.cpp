@@ -1,4 +1,4 @@
-// Who draws what: the plan of a picture from counts and seconds; and in which order tiles are dealt out.
+// Which rank draws what: the plan of a picture from counts and seconds; and the order in which tiles are dealt out.
 #include <numeric>
 
 #include "engine/render/render_load.h"
@@ -23,7 +23,7 @@ image::View view(Path path = Path::automatic) {
 
 constexpr int kTiles = 30 * 17;
 
-// `records` in all, evenly over the tiles first .. end - 1.
+// Returns a load of `records`, evenly over the tiles first .. end - 1.
 RenderLoad load(const roles::Cast& cast, double records, int first = 0, int end = kTiles, double act_s = 0.01) {
   RenderLoad load;
   load.grid = {1920, 1080};
@@ -49,7 +49,7 @@ double records_of(const RenderPlan& plan, const RenderLoad& load, int rank) {
   return records;
 }
 
-// Every slot has one owner, in the order in which the tiles are dealt out.
+// Checks that every slot has one owner, in the order in which the tiles are dealt out.
 void check_owners(const RenderPlan& plan, int ranks, int slots) {
   std::vector<int> owners(static_cast<std::size_t>(slots), 0);
   for (int r = 0; r < ranks; ++r) {
@@ -100,19 +100,19 @@ TEST(equal_ranks_draw_equal_numbers_of_records) {
 }
 
 TEST(who_has_other_things_to_do_draws_less) {
-  // The image generator draws while the calculators act; the manager must tell the births before they do.
+  // The image generator draws while the calculators act; the manager must announce the births before they do.
   const roles::Cast cast = roles::cast_auto(4);
   const RenderLoad some = load(cast, 3.2e6, 0, kTiles, 0.02);
   const RenderPlan p = plan(view(Path::tiles), some, cast, 4);
   const double generator = records_of(p, some, 0), manager = records_of(p, some, 1);
   CHECK(generator > 1.5 * manager);
   for (const int c : cast.calculators) CHECK_NEAR(records_of(p, some, c) / manager, 1, 0.2);
-  // Seconds of one frame are no promise for the next: nobody draws much more than twice an even share.
+  // Seconds of one frame promise nothing for the next, so no rank draws much more than twice an even share.
   const RenderLoad busy = load(cast, 3.2e6, 0, kTiles, 100);
   const RenderPlan q = plan(view(Path::tiles), busy, cast, 4);
   CHECK(records_of(q, busy, 0) >= generator);
   CHECK(records_of(q, busy, 0) < 0.5 * 3.2e6 && q.draws(2));
-  // Where the manager puts the picture together, nobody acts before that is done.
+  // If the manager assembles the picture, no calculator acts before that is done.
   const roles::Cast shared = roles::cast_shared(4);
   RenderLoad uneven = load(shared, 3.2e6);
   uneven.calculators[2].act_s *= 3;
@@ -138,7 +138,7 @@ TEST(slow_ranks_draw_as_much_less_as_they_are_slower) {
         1.2 * engine::estimate(Path::tiles, v, kDiscs, load(cast, 3.2e6), cast, 4).seconds);
 }
 
-// On path composite nobody can draw a slow calculator's particles for it.
+// On path composite no other rank can draw a slow calculator's particles.
 TEST(a_slow_calculator_draws_its_own_particles_slowly) {
   const roles::Cast cast = roles::cast_shared(4);
   const RenderLoad alike = load(cast, 3.2e6, 200, 202);
@@ -173,7 +173,7 @@ TEST(who_assembles_draws_less_by_what_that_took) {
   some.speeds.add(std::vector<engine::DrawSample>{{0, 0.01, 0.02}, {1, 0.01, 0.02}});
   CHECK(some.speeds.slowness() == 2);
   CHECK_NEAR(light - share_with(2e-9), (light - heavy) / 2, 0.01);
-  // Messages of many ranks take longer than what is in them.
+  // The messages of many ranks cost more than their content.
   const roles::Cast many = roles::cast_shared(512);
   RenderLoad large = load(many, 3.2e6);
   large.assembled_pixel_s = 1e-12;
@@ -220,7 +220,7 @@ TEST(speeds_are_those_of_many_pictures_relative_to_all_that_draw) {
   speeds.add(std::vector<engine::DrawSample>{{1, 1e-6, 1}, {0, 0, 0}});  // next to nothing was drawn
   CHECK(speeds.of(1) == before);
   for (int i = 0; i < 100; ++i) speeds.add(std::vector<engine::DrawSample>{{0, 1, 1}, {1, 1, 1e6}});
-  CHECK(speeds.of(1) >= 1.0 / 40);  // and may show that it is not as slow as that
+  CHECK(speeds.of(1) >= 1.0 / 40);  // and may show that it is faster
 }
 
 TEST(records_cost_as_many_bytes_as_they_had_in_the_last_picture) {
@@ -251,7 +251,7 @@ TEST(auto_picks_the_path_of_the_least_time) {
   small.width = 256;
   small.height = 128;
   CHECK(plan(small, load(cast, 100), cast, 4).path == Path::gather);
-  small.bloom = 0.2f;  // which ranks share
+  small.bloom = 0.2f;  // bloom, which ranks share
   CHECK(plan(small, load(cast, 100), cast, 4).path == Path::tiles);
 }
 
@@ -347,7 +347,7 @@ TEST(tiles_with_objects_stay_with_their_owners_while_others_are_no_better) {
   CHECK(plan(still, later, cast, 4) != some.last);
 }
 
-// Ranks tell of a picture while the next one is planned: sizes that alternate come back before their counts do.
+// Ranks report a picture while the next one is planned: with alternating sizes, the size returns before its counts do.
 TEST(a_plan_for_another_size_or_for_more_ranks_is_not_taken_again) {
   image::View large = view(Path::tiles), small = large;
   small.width = 200;

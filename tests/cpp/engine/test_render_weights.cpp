@@ -1,4 +1,4 @@
-// What pictures cost where they are simulated: each computed particle may stand for many, as its records do.
+// What pictures cost on simulated machines: each computed particle may stand for many, and so may its records.
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -40,7 +40,7 @@ class Watching final : public test::Forwarding {
   std::vector<Sent>& sent_;
 };
 
-// What calculators send for the pictures of a few frames.
+// Returns what calculators send for the pictures of a few frames.
 std::vector<Sent> sent_on(Path path) {
   std::vector<Sent> sent;
   comm::simulate({.ranks = 4, .variation = 0}, [&](SimulatedRank& self) {
@@ -63,7 +63,7 @@ std::vector<Sent> sent_on(Path path) {
   return sent;
 }
 
-// Bytes of a message for tiles that no particle touches: at most so many.
+// The maximum bytes of a message for tiles that no particle touches.
 constexpr double kEmpty = 150;
 
 bool weighs(const Sent& one, double scale) {
@@ -83,7 +83,7 @@ TEST(records_weigh_as_many_as_they_stand_for_and_partial_tiles_their_bytes) {
 
 namespace {
 
-// Simulated seconds of a frame whose picture takes a second where nothing glows; nothing else has costs.
+// Returns the simulated seconds of a frame whose picture takes a second without bloom; nothing else has costs.
 double frame_s(int ranks, Path path, float bloom) {
   double seconds = 0;
   comm::simulate({.ranks = ranks, .variation = 0}, [&](SimulatedRank& self) {

@@ -40,7 +40,7 @@ Report rich_report() {
   return report;
 }
 
-// What one of several ranks reports of one system.
+// Returns what one of several ranks reports about one system.
 Report plain_report(std::uint64_t particles, std::uint64_t oldest, std::vector<std::uint64_t> parents) {
   Report report;
   report.systems.resize(1);

@@ -1,5 +1,5 @@
-// Reports and verdicts along the tree: how many messages and bytes reach the manager, who is told what, and what all
-// ranks hear when some of them fail or say something else.
+// Reports and verdicts along the tree: how many messages and bytes reach the manager, which ranks receive what, and
+// what all ranks learn when some of them fail or record something else.
 #include <algorithm>
 #include <map>
 #include <memory>
@@ -50,7 +50,7 @@ engine::Settings settings(int fan_out, engine::Combine combine = engine::Combine
   return settings;
 }
 
-// Particles that fall asunder: some leave for both neighbours in each frame.
+// Records particles that fly apart: some leave for both neighbours in each frame.
 void record(engine::Engine& engine, int system) {
   recording::Birth birth;
   birth.kind = recording::Birth::Kind::source;
@@ -71,7 +71,7 @@ recording::SystemDefinition definition(const std::string& name) {
   return made;
 }
 
-// What the manager receives in the frames themselves.
+// Returns what the manager receives in the frames themselves.
 Arrived at_the_manager(int ranks, int fan_out, int systems) {
   Arrived arrived;
   comm::simulate({.ranks = ranks}, [&](SimulatedRank& self) {
@@ -103,13 +103,13 @@ TEST(the_manager_hears_as_many_reports_as_it_has_children_and_no_more_bytes_than
         const Arrived arrived = at_the_manager(ranks, fan_out, systems);
         const int children = std::min(fan_out, ranks - 1);
         CHECK(arrived.messages.at(Phase::report) == kFrames * children);
-        // Each calculator's load, and of each child a report whose size does not depend on the number of ranks below
-        // it: particles that cross the borders of its part of the tree come from few calculators.
+        // The load of each calculator and, from each child, a report whose size does not depend on the number of ranks
+        // below it: particles that cross the borders of its part of the tree come from few calculators.
         const auto loads =
             static_cast<std::size_t>(ranks - 2) * static_cast<std::size_t>(systems) * sizeof(engine::CalculatorLoad);
         const auto reports = static_cast<std::size_t>(children) * static_cast<std::size_t>(600 + 300 * systems);
         CHECK(arrived.bytes.at(Phase::report) <= kFrames * (loads + reports));
-        CHECK(!arrived.messages.contains(Phase::log));  // nobody asked for a log
+        CHECK(!arrived.messages.contains(Phase::log));  // no log was requested
       }
     }
   }
@@ -117,7 +117,7 @@ TEST(the_manager_hears_as_many_reports_as_it_has_children_and_no_more_bytes_than
 
 namespace {
 
-// What each calculator received of each system, in all frames about which the manager knows all.
+// Returns what each calculator received of each system, in all frames that the manager knows completely.
 std::vector<std::uint64_t> received_by_each(int ranks, int fan_out, engine::Combine combine) {
   std::vector<std::uint64_t> received;
   std::uint64_t sent = 0, arrived = 0;
@@ -155,7 +155,7 @@ TEST(arrivals_are_counted_wherever_the_reports_of_sender_and_receiver_meet) {
 
 namespace {
 
-// How each rank ended: its own exception, or whom all blame.
+// How each rank ended: its own exception, or the rank that all blame.
 struct End {
   std::string own;
   int blamed = -1;
@@ -169,14 +169,14 @@ struct Trouble {
   int fan_out = 8;
   engine::Combine combine = engine::Combine::together;
   std::vector<int> failing;    // ranks whose callback throws
-  std::vector<int> differing;  // ranks whose list is another one
+  std::vector<int> differing;  // ranks with a different list
 };
 
 bool contains(const std::vector<int>& list, int rank) {
   return std::find(list.begin(), list.end(), rank) != list.end();
 }
 
-// A run without trouble yet, of its own shape for each seed.
+// Returns a run without trouble yet, whose shape depends on the seed.
 Trouble trouble_of(std::uint64_t seed, int ranks) {
   Trouble trouble;
   trouble.ranks = ranks;
@@ -244,7 +244,7 @@ TEST(all_ranks_hear_who_recorded_another_list_wherever_it_stands) {
     Trouble trouble = trouble_of(seed, 4 + static_cast<int>(seed % 10));
     const int other = static_cast<int>(seed * 5) % trouble.ranks;
     trouble.differing = {other};
-    if (seed % 3 == 0) trouble.failing = {trouble.ranks - 1};  // a failure beside it is not told
+    if (seed % 3 == 0) trouble.failing = {trouble.ranks - 1};  // a further failure is not reported
     for (const auto& [rank, end] : ends_of(trouble, seed)) {
       const bool own = end.own == "broken" && contains(trouble.failing, rank);
       CHECK(own || (end.blamed == other && end.differ == std::vector<std::int32_t>{other} && end.frame == 2));

@@ -1,4 +1,4 @@
-// Pictures in memory that the ranks of a host share: the same pixels, whatever a script still holds.
+// Pictures in memory that the ranks of a host share: the same pixels, whatever pictures a script still holds.
 #include <memory>
 #include <span>
 #include <string>
@@ -27,13 +27,13 @@ struct Asked {
   bool shared_roles = true;
   Path path = Path::tiles;
   float bloom = 0;
-  bool linear = false;       // sums of light stand in the memory, not pixels
+  bool linear = false;       // the memory holds sums of light, not pixels
   std::uint8_t layers = 0;
   std::vector<int> widths = {640, 640, 640, 640};  // of each frame's picture
-  bool held = false;         // all pictures, by the script
-  bool redrawn = false;      // each, once, from elsewhere
-  bool refused = false;      // by the image generator
-  int refused_by = -1;       // a rank that draws
+  bool held = false;  // the script holds all pictures
+  bool redrawn = false;  // each picture is drawn once more, from elsewhere
+  bool refused = false;  // the image generator refuses shared memory
+  int refused_by = -1;  // the rank that refuses it
 };
 
 struct Seen {
@@ -42,7 +42,7 @@ struct Seen {
   int told = 0;                      // messages that say where the memory is
 };
 
-// Processes, as far as the engine knows: here they are threads of one.
+// A transport that presents ranks as processes, although they are threads of one.
 class OfProcesses : public test::Forwarding {
  public:
   OfProcesses(std::unique_ptr<Transport> under, std::uint64_t& bytes, int& told)
@@ -116,7 +116,7 @@ Seen alone(Asked asked) {
   return seen_of(asked);
 }
 
-// More than what messages say of tiles whose pixels stand in shared memory.
+// More bytes than messages about tiles whose pixels are in shared memory.
 constexpr std::uint64_t kPixels = 20'000;
 
 }  // namespace
@@ -167,7 +167,7 @@ TEST(pictures_that_the_script_holds_are_not_drawn_into_again) {
   const Seen held = seen_of({.widths = widths, .held = true});
   CHECK(held.pictures == one.pictures);
   CHECK(held.bytes[SharedPictures::kPictures - 1] < kPixels);
-  CHECK(held.bytes[SharedPictures::kPictures] > kPixels);  // there is none left
+  CHECK(held.bytes[SharedPictures::kPictures] > kPixels);  // no picture is left
 }
 
 TEST(a_picture_that_is_drawn_again_leaves_the_first_one_alone) {
@@ -208,7 +208,7 @@ TEST(a_picture_that_a_child_process_still_sees_stays_as_it_is) {
       std::shared_ptr<std::uint8_t[]> free = open();
       const std::uint8_t* const place = free.get();
       free.reset();
-      CHECK(open().get() == place);  // nobody holds it
+      CHECK(open().get() == place);  // nothing holds it any more
       free = open();
       const pid_t child = ::fork();
       if (child == 0) ::_exit(0);

@@ -1,6 +1,6 @@
-// What all ranks ask together in the middle of a frame. Sums over the particles of many ranks are the same on every
-// rank, whatever their number, their tree and the order of events. Before particles are written, totals reach every
-// rank, and notes the manager alone. All ranks hear when one of them fails or asks something else.
+// Collective calls in the middle of a frame. Sums over the particles of many ranks are the same on every rank, whatever
+// the number of ranks, their tree and the order of events. Before particles are written, totals reach every rank, and
+// notes only the manager. All ranks learn when one of them fails or makes a different call.
 #include <map>
 #include <memory>
 #include <stdexcept>
@@ -26,12 +26,12 @@ struct Run {
   int fan_out = 8;
   int substeps = 1;
   std::uint64_t seed = 0;
-  int failing = -1;    // the rank whose callback throws, or who cannot write
-  enum class Asks { sums, digest, gather, write } asks = Asks::sums;  // when it does
+  int failing = -1;  // the rank whose callback throws, or that cannot write
+  enum class Asks { sums, digest, gather, write } asks = Asks::sums;  // the call in which it does
   int differing = -1;  // the rank that asks for other sums, or writes something else
 };
 
-// How each rank ended: its own exception, or whom all blame and why.
+// How each rank ended: its own exception, or the rank that all blame and why.
 struct End {
   std::vector<Totals> found;
   std::vector<engine::Notes> notes;
@@ -95,7 +95,7 @@ void play(SimulatedRank& self, const Run& run, End& end) {
       engine.record(0, actions::make(actions::numbers::move<>{.rotational = 1}));
       const bool writes = frame == 2 && run.asks == Run::Asks::write;
       const bool differs = frame == 2 && self.rank() == run.differing;
-      const bool reads = frame == 0;  // later what was recorded waits, for what is asked next
+      const bool reads = frame == 0;  // later, what was recorded waits for the next call
       end.notes.push_back(engine.prepare_write(writes && differs ? "ages" : "all", reads, [&] {
         if (writes && self.rank() == run.failing) throw std::logic_error("broken");
         return note_of(self.rank(), frame);
@@ -124,7 +124,7 @@ std::vector<End> ends_of(const Run& run) {
   return ends;
 }
 
-// Different numbers of ranks, trees and orders of events.
+// Returns a run with random numbers of ranks, trees and orders of events.
 Run random_run(std::uint64_t seed) {
   Run run;
   run.seed = seed;
@@ -184,7 +184,7 @@ TEST(a_rank_that_fails_while_all_read_or_write_is_blamed_on_all_ranks) {
 TEST(a_rank_that_asks_for_something_else_is_found_out) {
   for (std::uint64_t seed = 0; seed < 40; ++seed) {
     Run run = random_run(seed);
-    if (run.ranks < 3) continue;  // of two nobody knows who is right
+    if (run.ranks < 3) continue;  // of two ranks, neither knows which is right
     run.differing = static_cast<int>(seed * 5) % run.ranks;
     run.asks = seed % 3 == 0 ? Run::Asks::write : Run::Asks::sums;
     const bool writes = run.asks == Run::Asks::write;

@@ -25,7 +25,7 @@ struct Asked {
   float shutter = 0;
 };
 
-// What one rank heard and saw.
+// What one rank received and saw.
 struct End {
   std::vector<std::string> heard;  // after each frame and each question between frames
   int asked = 0;  // how often the image generator's function was called
@@ -70,7 +70,7 @@ End play(SimulatedRank& self, const Asked& asked) {
   engine::Engine engine(std::make_unique<comm::Communicator>(self.transport(), comm::Watch{}), cast, settings);
   End end;
   engine.on_orders(
-      [&] { return "order " + std::to_string(end.asked++); });  // of others than the image generator: not asked
+      [&] { return "order " + std::to_string(end.asked++); });  // never called on ranks other than the image generator
   recording::SystemDefinition definition;
   definition.space = {domains::Space::Kind::finite, -4, 4};
   for (const char* name : {"a", "b"}) {
@@ -88,7 +88,7 @@ End play(SimulatedRank& self, const Asked& asked) {
     end.heard.push_back(engine.orders());
     if (asked.redraws) {
       redraw_twice(engine, asked, x, end);
-      CHECK(engine.orders() == end.heard.back());  // a picture brings none, and forgets none
+      CHECK(engine.orders() == end.heard.back());  // a picture adds none and forgets none
     } else if (engine.session().draws()) {
       end.pictures.push_back(engine.painter().take_pixels());
     }

@@ -1,4 +1,4 @@
-// Opaque, alpha and additive sprites of fixed size in one tile, compared with references that look at every fragment.
+// Opaque, alpha and additive sprites of fixed size in one tile, compared with references that evaluate every fragment.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -47,7 +47,7 @@ struct Seen {
   std::uint32_t surface = 0xffffffffu;
 };
 
-// The nearest opaque fragment of each pixel.
+// Returns the nearest opaque fragment of each pixel.
 std::vector<Seen> nearest_of(const std::vector<Batch>& batches, const Area& area) {
   std::vector<Seen> nearest(static_cast<std::size_t>(area.width * area.height));
   for (const Batch& batch : batches) {
@@ -71,8 +71,8 @@ std::vector<Seen> nearest_of(const std::vector<Batch>& batches, const Area& area
   return nearest;
 }
 
-// All fragments of alpha and additive records, sorted and blended in double precision on top of `light`. `deep`: the
-// same with the depths that are compared with the wall's.
+// Blends all fragments of alpha and additive records, sorted, in double precision on top of `light`. `deep`: the same
+// batches with the depths that are compared with the wall's.
 std::vector<double> blended(std::vector<double> light, const std::vector<Batch>& batches,
                             const std::vector<Batch>& deep, const Area& area, const std::vector<float>& wall) {
   struct Item {
@@ -120,7 +120,7 @@ std::vector<Piece> whole(const std::vector<Batch>& batches) {
   return pieces;
 }
 
-// Every blend and kind of fixed size.
+// Returns batches of every blend and kind of fixed size.
 std::vector<Batch> mixed(const View& view, std::uint64_t seed) {
   std::vector<Batch> batches;
   batches.push_back(random_batch(sprite_of(Kind::disc, Blend::opaque, 5), view, 60, seed));
@@ -305,7 +305,7 @@ TEST(image_crowds_stay_at_the_greatest_sum_when_sorted) {
   Batch added(sprite_of(Kind::disc, Blend::add, 3), Layout::deep, view);
   for (int i = 0; i < 6000; ++i) added.put(DeepRecord{-400, -300, {255, 255, 255}, 255, 0x41200000});
   Batch veil(sprite_of(Kind::disc, Blend::alpha, 3), Layout::deep, view);
-  veil.put(DeepRecord{-400, -300, {0, 0, 0}, 1, 0x41300000});  // behind all
+  veil.put(DeepRecord{-400, -300, {0, 0, 0}, 1, 0x41300000});  // behind all others
   PaintedTile painted(view);
   const auto plain = painted.paint({added.piece()});
   painted.painter.start(painted.area);

@@ -1,4 +1,4 @@
-// Bloom: light spreads and stays the same in total, alike at any resolution and in every build.
+// Bloom: light spreads without changing in total, alike at any resolution and in every build.
 #include <cmath>
 #include <cstdint>
 #include <deque>
@@ -24,7 +24,7 @@ using image::kUnit;
 
 namespace {
 
-// What a message holds of the glow.
+// The part of the glow that a message holds.
 struct GlowAround {
   std::vector<std::uint64_t> memory;
   image::BloomCells cells;
@@ -50,7 +50,7 @@ struct Picture {
     for (std::size_t i = static_cast<std::size_t>(c); i < light.size(); i += 3) total += light[i];
     return total;
   }
-  // As ranks do that draw some of its tiles each, in `threads` threads.
+  // Applies bloom as ranks do that draw some tiles each, in `threads` threads.
   void bloom(float part, const BloomLanes& lanes = image::bloom_lanes(), int ranks = 1, int threads = 1) {
     const Grid grid{width, height};
     image::View view;
@@ -189,7 +189,7 @@ TEST(bloom_is_the_same_everywhere) {
   CHECK(digest == "99c4202e12c1e723036abc8d23e17f295be9a9bb2d42872c807c17cdb211307b");
 }
 
-// The glow of a square that is a tenth as wide as the picture is high, along a line through its middle.
+// The glow along a line through the middle of a square that is a tenth as wide as the picture is high.
 TEST(bloom_looks_the_same_at_any_resolution) {
   std::vector<std::vector<double>> profiles;
   for (const int height : {180, 360, 720, 1440}) {
@@ -212,7 +212,7 @@ TEST(bloom_looks_the_same_at_any_resolution) {
   }
 }
 
-// The variance of the three curves, and no shift, wherever between the cells the light is.
+// The variance is that of the three curves, without a shift, wherever the light is between the cells.
 TEST(bloom_spreads_as_far_as_it_says) {
   const double wanted = 0.5 * 0.004 * 0.004 + 0.3 * 0.016 * 0.016 + 0.2 * 0.064 * 0.064;
   for (const int height : {200, 250, 333, 480, 700}) {

@@ -110,7 +110,7 @@ TEST(image_crowded_tiles_saturate_the_same_by_either_path) {
   }
 }
 
-// Messages say how faint their particles are, so that sums are not looked at before they can overflow.
+// Messages contain how faint their particles are, so that sums are not checked before they can overflow.
 TEST(image_faint_crowds_saturate_no_sooner_and_no_later) {
   View dark = small_view(70, 70);
   dark.background = {0, 0, 0};
@@ -137,12 +137,12 @@ TEST(image_faint_crowds_saturate_no_sooner_and_no_later) {
       CHECK(once == brightest({own}, sprite, *lanes) && once < greatest);
       CHECK(brightest({faint, full}, sprite, *lanes) == brightest({full, own}, sprite, *lanes));
     }
-    // Particles in the middle of pixels: their whole weight of 255 is in one.
+    // Particles are in the middle of pixels, so their whole weight of 255 is in one pixel.
     CHECK(brightest({faint, faint}, {Sprite::Kind::disc, 3}, *lanes) == greatest);
   }
 }
 
-// A colour above 1 makes records brighter than their alpha says.
+// A colour above 1 makes records brighter than their alpha.
 TEST(image_bright_crowds_saturate_no_sooner_and_no_later) {
   View dark = small_view(70, 70);
   dark.background = {0, 0, 0};
@@ -181,7 +181,7 @@ TEST(image_backgrounds_keep_their_light) {
       CHECK_NEAR(linear[c], wanted, 1e-6 + 1e-6 * double{wanted});
     }
   }
-  // Particles on a bright one add their light, until the sum is at its greatest.
+  // Particles on a bright background add their light until the sum reaches its maximum.
   view = small_view(70, 70);
   view.background = {4000, 4000, 4000};
   const auto linear = linear_picture(view, message(Cloud(9000), {Sprite::Kind::disc, 3}, view));

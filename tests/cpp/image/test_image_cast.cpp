@@ -1,4 +1,5 @@
-// The scenery's vectors of rays: next to a caster of single rays in double precision, and the same in all builds.
+// The scenery's vectors of rays, compared with a caster of single rays in double precision; the same bits in all
+// builds.
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -79,7 +80,7 @@ Scenery rendered(const View& view, const image::CastLanes& lanes = image::cast_l
 
 int tile_at(const View& view, int x, int y) { return y / 64 * ((view.width + 63) / 64) + x / 64; }
 
-// What a pixel shows, 0..1 in sRGB's steps more or less.
+// Returns what a pixel shows, 0..1, roughly in sRGB's steps.
 double shown(double linear) { return std::sqrt(std::min(linear, 1.0)); }
 double shown(const Scenery& scenery, const View& view, int x, int y, std::size_t c) {
   const bool occupied = scenery.occupied(tile_at(view, x, y));
@@ -87,7 +88,7 @@ double shown(const Scenery& scenery, const View& view, int x, int y, std::size_t
   return shown(static_cast<double>(light) / kUnit);
 }
 
-// The mean difference of two pictures of a view, in 1/255.
+// Returns the mean difference of two pictures of a view, in 1/255.
 template <class A, class B>
 double difference(const View& view, const A& a, const B& b) {
   double sum = 0;
@@ -99,7 +100,7 @@ double difference(const View& view, const A& a, const B& b) {
   return 255 * sum / (3.0 * view.width * view.height);
 }
 
-// A whole picture by single rays: edges are where surfaces of neighbours differ.
+// A whole picture by single rays; edges are where the surfaces of neighbouring pixels differ.
 class Reference {
  public:
   explicit Reference(const View& view) : view_(view), caster_(view) {
@@ -122,7 +123,7 @@ class Reference {
   }
 
  private:
-  // Also of a neighbour that is not in the picture.
+  // Returns the surface at a pixel, which may be just outside the picture.
   std::uint32_t surface(int x, int y) const {
     const bool inside = x >= 0 && y >= 0 && x < view_.width && y < view_.height;
     return inside ? center(x, y).surface : caster_.cast(x + 0.5, y + 0.5).surface;
@@ -203,7 +204,7 @@ TEST(image_scenery_does_not_depend_on_the_order_of_tiles) {
   CHECK(difference(view, one, other) == 0);
 }
 
-// Of two pictures by one camera, whose middle they share, the wider one shows more at both sides.
+// Of two pictures by one camera with a common middle, the wider one shows more on both sides.
 TEST(image_edges_on_the_border_of_a_picture_are_those_of_a_wider_one) {
   constexpr int kMore = 20;  // at each side
   int smooth = 0, apart = 0;

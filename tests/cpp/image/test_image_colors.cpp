@@ -1,4 +1,4 @@
-// Records of a system that has one colour do without it: no picture shows it.
+// Records of a system with one colour omit it, and no picture shows a difference.
 #include <algorithm>
 #include <stdexcept>
 #include <vector>
@@ -15,7 +15,8 @@ namespace {
 
 constexpr float kColor[] = {0.9f, 0.5f, 0.25f}, kAlpha = 0.6f;
 
-// Particles of one colour, and what else records tell; planes have the same colour for each.
+// Particles of one colour, with the other columns of records; the colour's planes have the same value for each
+// particle.
 struct OneColor {
   Cloud cloud;
   std::vector<float> size, velocity[3];
@@ -65,7 +66,7 @@ Seen tile_of(const std::vector<std::vector<std::byte>>& messages, const View& vi
   return seen;
 }
 
-// Whether messages with and without colours look the same in each build of the kernels.
+// Returns whether messages with and without colours look the same in each build of the kernels.
 bool look_alike(const std::vector<std::vector<std::byte>>& with, const std::vector<std::vector<std::byte>>& without,
                 const View& view) {
   const auto lanes = usable_splat_lanes();
@@ -111,7 +112,7 @@ TEST(image_records_without_colors_look_the_same) {
   }
 }
 
-// Each message has a colour of its own, though the painter draws them with one brush.
+// Each message has its own colour, though the painter draws them with one brush.
 TEST(image_messages_of_several_colors_keep_them) {
   const View view = painter_view(true);
   const OneColor first(400, 5), second(400, 6);

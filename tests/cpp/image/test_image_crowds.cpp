@@ -1,4 +1,4 @@
-// Opaque records behind others that are drawn already are left out: no picture shows it.
+// Opaque records behind others that are already drawn are skipped, and no picture shows a difference.
 #include <algorithm>
 #include <bit>
 #include <limits>
@@ -25,7 +25,7 @@ Sprite opaque(const Fixed& fixed) {
   return sprite;
 }
 
-// Of any size, many of them along streaks, turned.
+// Returns records of any size, many of them along streaks, turned.
 Batch wide_crowd(const Sprite& sprite, const View& view, std::size_t count) {
   Batch batch(sprite, Layout::wide, view);
   test::Dice dice(41);
@@ -51,7 +51,7 @@ struct Seen {
   bool operator==(const Seen&) const = default;
 };
 
-// Drawn a few at a time, each on a tile where nothing else is.
+// Draws records a few at a time, each time on an empty tile.
 Seen one_by_one(const View& view, int tile, const std::vector<Batch>& batches) {
   constexpr std::size_t kFew = 20;
   PaintedTile owner(view, tile), others(view, tile);
@@ -69,7 +69,7 @@ Seen together(const View& view, int tile, const std::vector<Piece>& pieces, cons
   return {painted.light(), painted.depth()};
 }
 
-// Whole tiles, and one that is cut off at both sides.
+// Whole tiles, and one that is cut off on two sides.
 constexpr int kTiles[] = {0, 3};
 
 void check_crowd(const View& view, Batch batch) {
@@ -105,7 +105,7 @@ TEST(image_crowds_of_any_size_look_as_if_each_record_was_drawn) {
   }
 }
 
-// The crowd's own front is known while the rest is drawn: it must be known for footprints of each brush.
+// The crowd's own front is known while the rest is drawn, for the footprints of each brush.
 TEST(image_crowds_of_several_brushes_look_as_if_each_record_was_drawn) {
   const View view = painter_view();
   test::Dice dice(3);

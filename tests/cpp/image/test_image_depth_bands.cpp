@@ -1,4 +1,4 @@
-// Records outside the bands around a tile's surfaces are not looked at: that must not show.
+// Records outside the bands around a tile's surfaces are not tested, which must not show.
 #include "image/raster/splat_lanes.h"
 
 #include <cstring>
@@ -10,7 +10,7 @@
 namespace motes::image_test::depth_bands {
 namespace {
 
-// Every record is looked at.
+// Selects every record.
 std::size_t find_all(const BandSearch&, const unsigned char*, std::size_t count, std::uint32_t* numbers) {
   std::iota(numbers, numbers + count, 0u);
   return count;
@@ -23,7 +23,7 @@ std::vector<std::byte> settled_by(const SplatLanes& lanes, const PaintedTile& ti
   return {changed.records, changed.records + piece.count * piece.brush->record_bytes()};
 }
 
-// A floor up to the horizon, a ball and a box, in a picture whose sides are not whole tiles.
+// Returns a view of a floor up to the horizon, a ball and a box, in a picture whose sides are not whole tiles.
 View solid_view() {
   View view = small_view(201, 149);
   Solid floor, ball, box;
@@ -38,7 +38,7 @@ View solid_view() {
   return view;
 }
 
-// Half of them close to the surface that is at their centre.
+// Returns a random depth, half of the time close to the surface at the record's centre.
 float near_depth(test::Dice& dice, const PaintedTile& tile, float x, float y) {
   const Scenery& scenery = tile.scene.scenery();
   const auto pixel = [](float at, int first, int count) {
@@ -50,7 +50,7 @@ float near_depth(test::Dice& dice, const PaintedTile& tile, float x, float y) {
   return dice.between(2, 40);
 }
 
-// They reach into the tile.
+// Returns random records that reach into the tile.
 Batch random_records(const Sprite& sprite, Layout layout, const View& view, const PaintedTile& tile,
                      std::uint64_t seed) {
   Batch batch(sprite, layout, view);

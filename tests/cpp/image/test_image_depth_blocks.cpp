@@ -15,7 +15,7 @@ namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-// Slopes with holes to what is infinitely far: blocks that are near, far, and both.
+// Slopes with infinitely deep holes: blocks that are near, far, and both.
 class Depths {
  public:
   explicit Depths(unsigned seed) : bits_(kPixelNumbers, 0) {
@@ -43,7 +43,7 @@ struct Range {
   float nearest = kInfinity, farthest = 0;
 };
 
-// Of the area's pixels in columns left .. right - 1 and rows top .. bottom - 1.
+// Returns the depths of the area's pixels in columns left .. right - 1 and rows top .. bottom - 1.
 Range range_of(const Depths& depths, const Area& area, int left, int right, int top, int bottom) {
   Range range;
   for (int y = std::max(top, 0); y < std::min(bottom, area.height); ++y) {
@@ -84,7 +84,7 @@ TEST(image_blocks_of_depths_have_the_range_of_what_footprints_meet) {
         }
       }
       CHECK(within);
-      // No more than what footprints reach that begin in the same block.
+      // The range covers no more than what footprints reach that begin in the same block.
       bool least = true;
       const int reach = 8 * (1 + (size + 6) / 8);
       for (int row = 0; row < kTile; row += 8) {
@@ -112,11 +112,11 @@ TEST(image_depths_that_changed_are_measured_again) {
   CHECK(blocks.met(tile, area, 5)[2 * DepthBlocks::at(8, 8)] == 2);
 }
 
-// Records that are drawn whole or left out, since the blocks say so, have the same light as if each pixel were tested.
+// Records that are drawn whole or skipped because of the blocks give the same light as a test of each pixel.
 TEST(image_light_among_solids_is_that_of_a_test_of_each_pixel) {
   const View view = [] {
     View seen = small_view(kTile, kTile);
-    Solid ball;  // that there is one gives records depths
+    Solid ball;  // its presence gives records depths
     ball.shape.kind = shapes::Kind::sphere;
     ball.shape.number[3] = 1;
     seen.objects.push_back(ball);

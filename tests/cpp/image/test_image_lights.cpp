@@ -21,7 +21,7 @@ Solid solid(Kind kind, std::initializer_list<float> numbers) {
   return made;
 }
 
-// The ground from above, at night: the light on the point below the camera is what is above the sky's.
+// Returns a view of the ground from above, at night.
 View night() {
   View view = small_view(129, 129);
   view.camera.position = {0, 10, 0};
@@ -47,7 +47,7 @@ double light_at(const View& view, int x, int y, std::size_t c = 0) {
 
 TEST(image_point_lights_follow_the_inverse_square) {
   View view = night();
-  const double dark = light_at(view, 64, 64), clear = 1 - 100.0 / (100 + 2500);  // of fog
+  const double dark = light_at(view, 64, 64), clear = 1 - 100.0 / (100 + 2500);  // the light that passes the fog
   for (const double height : {0.5, 1.0, 2.0, 4.0}) {
     view.lights = {{{0, height, 0}, {1, 0.5f, 0}, 0.5f}};
     CHECK_NEAR(light_at(view, 64, 64) - dark, clear * 0.5 / (height * height), 2e-4 * (1 + 1 / height));
@@ -93,7 +93,7 @@ TEST(image_a_lamp_shines_and_lets_its_light_out) {
   view.objects[1].light = 2;
   CHECK_NEAR(light_at(view, 64, 64) - lamp, 2 * 0.5, 0.05);
   CHECK_NEAR(light_at(view, 64, 64, 1), 0.5 * light_at(view, 64, 64), 0.01);
-  CHECK_NEAR(light_at(view, 100, 64), ground, 1e-4);  // what shines does not light others by itself
+  CHECK_NEAR(light_at(view, 100, 64), ground, 1e-4);  // what shines does not light others
   view.lights = {{{0, 1, 0}, {1, 1, 1}, 2}};          // in the middle of the lamp
   CHECK(light_at(view, 100, 64) > ground + 0.02);
 }
@@ -143,7 +143,7 @@ TEST(image_moving_lights_need_no_rays_from_the_camera) {
   view.objects[0].color = {0.5f, 1, 1};
   const double after = light_at(scenery, view, 20, 64);
   CHECK(rays == 0 && after != before);
-  CHECK(after == light_at(view, 20, 64));  // as if rendered anew
+  CHECK(after == light_at(view, 20, 64));  // as in a new rendering
   Scenery anew;
   anew.prepare(view);
   anew.render_all();

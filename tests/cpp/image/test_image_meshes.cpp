@@ -1,4 +1,4 @@
-// Meshes as external objects: what rays see of them, their tree, what is refused.
+// Meshes as external objects: what rays see of them, their tree, and what is refused.
 #include "image/test_image_meshes.h"
 
 #include <algorithm>
@@ -92,7 +92,7 @@ View view_of(std::vector<Solid> objects) {
   return view;
 }
 
-// Light of every pixel, in units of 64 sums; what is not occupied has that of the background.
+// Returns the light of every pixel, in units of 64 sums; pixels that are not occupied have that of the background.
 std::vector<int> light_of(const View& view) {
   Scenery scenery;
   scenery.prepare(view);
@@ -126,8 +126,8 @@ TEST(image_a_mesh_looks_like_the_shape_that_it_approximates) {
   CHECK(before < 0.1);
 }
 
-// From inside a closed mesh the background is nowhere seen: edges of triangles, vertices and the four samples of
-// pixels on creases included.
+// From inside a closed mesh the background is not visible anywhere, including edges of triangles, vertices, and the
+// four samples of pixels on creases.
 TEST(image_meshes_are_watertight) {
   Dice dice(7);
   for (const int times : {0, 3, 5}) {
@@ -135,7 +135,7 @@ TEST(image_meshes_are_watertight) {
     view.objects[0].color = {0, 0, 0};
     view.background = {4, 4, 4};
     for (int turn = 0; turn < 4; ++turn) {
-      // The first look goes exactly at a vertex along an axis.
+      // The first view goes exactly at a vertex along an axis.
       view.camera.position = {0, 1, 0};
       if (turn > 0)
         view.camera.position = {dice.between(-0.2f, 0.2f), dice.between(0.8f, 1.2f), dice.between(-0.2f, 0.2f)};
@@ -168,7 +168,7 @@ TEST(image_a_mesh_throws_shadows_on_itself_and_on_others) {
     const int column = static_cast<int>(160 + l.focal_px * x / z), row = static_cast<int>(100 - l.focal_px * y / z);
     return light[static_cast<std::size_t>(3 * (row * 320 + column))];
   };
-  CHECK(at({-1.7, 0.5, 0.5}) > 2 * at({0.1, 0.5, 0.5}));  // on the table: beside the roof's shadow, in it
+  CHECK(at({-1.7, 0.5, 0.5}) > 2 * at({0.1, 0.5, 0.5}));  // on the table: beside the roof's shadow and in it
   CHECK(at({2.4, 0, 2.2}) > 2 * at({0.5, 0, 1.9}) || at({0, 0, 2.6}) > 2 * at({0, 0, 1.7}));
   CHECK(at({0, 0, 2.6}) > 3000);
 }

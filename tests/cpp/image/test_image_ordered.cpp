@@ -23,7 +23,7 @@ DeepRecord record_at(const std::byte* from) {
   return record;
 }
 
-// In the order that is promised, by comparing alone.
+// Sorts records into the promised order, only by comparing them.
 std::vector<std::byte> sorted(const std::vector<std::byte>& records) {
   std::vector<const std::byte*> order;
   for (std::size_t at = 0; at < records.size(); at += kBytes) order.push_back(records.data() + at);

@@ -1,4 +1,4 @@
-// Records made by hand, for tests of a tile's painter.
+// Handmade records, for tests of a tile's painter.
 #pragma once
 
 #include <algorithm>
@@ -48,7 +48,7 @@ struct Batch {
   }
 };
 
-/// Particles all over a view of at most 256 pixels; few different depths, so that many are equal.
+/// Returns particles all over a view of at most 256 pixels, with few different depths, so that many are equal.
 inline Batch random_batch(const Sprite& sprite, const View& view, std::size_t count, std::uint64_t seed) {
   Batch batch(sprite, Layout::deep, view);
   test::Dice dice(seed);
@@ -96,7 +96,7 @@ struct PaintedTile {
     painter.depth(depths.data(), static_cast<std::size_t>(area.width));
     return depths;
   }
-  /// The depths behind which particles are hidden: of solids, a little behind their surfaces.
+  /// Returns the depths behind which particles are hidden: for solids, a little behind their surfaces.
   std::vector<float> hides() const {
     std::vector<float> depths = depth();
     const Scenery& scenery = scene.scenery();
@@ -119,7 +119,8 @@ struct PaintedTile {
   }
 };
 
-/// The batches as the tile's painter draws them: those close behind a surface are deeper (image/raster/behind.h).
+/// Returns the batches as the tile's painter draws them: those close behind a surface are deeper
+/// (image/raster/behind.h).
 inline std::vector<Batch> settled(const std::vector<Batch>& batches, const PaintedTile& tile) {
   Behind behind;
   behind.start(tile.scene.scenery(), tile.area, splat_lanes());
@@ -131,7 +132,7 @@ inline std::vector<Batch> settled(const std::vector<Batch>& batches, const Paint
   return changed;
 }
 
-/// All of the batches, each shuffled and cut in two, in some order.
+/// Returns all of the batches, each shuffled and cut in two, in random order.
 inline std::vector<Piece> shuffled_pieces(std::vector<Batch>& batches, test::Dice& dice) {
   std::vector<Piece> pieces;
   for (Batch& b : batches) {
@@ -144,7 +145,7 @@ inline std::vector<Piece> shuffled_pieces(std::vector<Batch>& batches, test::Dic
   return pieces;
 }
 
-/// A ball of a few metres at the origin: it hides part of what `random_batch` makes.
+/// Returns a ball that hides part of what `random_batch` makes.
 inline Solid ball(float x, float y, float radius) {
   Solid solid;
   solid.shape.kind = shapes::Kind::sphere;

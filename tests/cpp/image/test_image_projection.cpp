@@ -1,4 +1,5 @@
-// What a message says beside places: systems, sprites, depths that others need, velocities, parts for each owner.
+// What a message contains besides positions: systems, sprites, depths that others need, velocities, parts for each
+// owner.
 #include <algorithm>
 #include <cstring>
 #include <limits>

@@ -234,7 +234,7 @@ TEST(image_parts_of_a_message_hold_the_records_of_their_tiles) {
   }
 }
 
-// The records in a slot, in order.
+// Returns the records in a slot, in order.
 std::vector<std::byte> in_slot(const RecordsView& view, int slot) {
   std::vector<std::byte> found;
   for (const auto& batch : view.batches()) {

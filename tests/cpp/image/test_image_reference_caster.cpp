@@ -110,8 +110,8 @@ bool Caster::shadowed(const Ray& to_sun, const Item& self) const {
   return false;
 }
 
-// Relative bias: what rests on a surface lies slightly in front of it, the more so the steeper the depth changes across
-// neighbouring pixels.
+// Returns the relative bias: what rests on a surface lies slightly in front of it, the more the steeper the depth
+// changes across neighbouring pixels.
 double Caster::bias(const Ray& ray, const Hit& hit) const {
   const double across = std::fabs(dot(hit.normal, lens_.right)) + std::fabs(dot(hit.normal, lens_.up));
   const double slope = across / (lens_.focal_px * std::fabs(dot(hit.normal, ray.along)));

@@ -1,5 +1,5 @@
-// What one ray from the camera sees of the external objects, in double precision: what the scenery is compared with.
-// One sun, no other lights, no meshes.
+// Casts one ray from the camera at the external objects, in double precision: the reference for the scenery. One sun,
+// no other lights, no meshes.
 #pragma once
 
 #include <cstdint>
@@ -28,10 +28,10 @@ class Caster {
   /// The view must outlive the caster.
   explicit Caster(const View& view);
 
-  /// Selects a part of the image, in pixels from the top left corner. False: no object is visible there.
+  /// Selects a part of the image, in pixels from the top left corner. Returns false if no object is visible there.
   bool aim(double left, double top, double right, double bottom);
 
-  /// At (x, y) pixels from the top left corner, inside the selected part.
+  /// Returns what a ray sees at (x, y) pixels from the top left corner, inside the selected part.
   Sample cast(double x, double y) const;
 
  private:

@@ -17,7 +17,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 Vector towards(const Vector& normal, const Ray& ray) { return dot(normal, ray.along) > 0 ? normal * -1 : normal; }
 
-// Distance to the plane through `point`; NaN or infinite where the ray is parallel to it.
+// Returns the distance to the plane through `point`; NaN or infinite if the ray is parallel to it.
 double plane_distance(const Ray& ray, const Vector& point, const Vector& normal) {
   return dot(point - ray.from, normal) / dot(ray.along, normal);
 }
@@ -43,7 +43,7 @@ bool intersect_disc(const Shape& s, const Ray& ray, double nearest, double farth
   return true;
 }
 
-// offset = a u + b v, in the plane spanned by u and v.
+// Solves offset = a u + b v, in the plane spanned by u and v.
 struct Parts {
   double a, b;
 };
@@ -90,7 +90,7 @@ bool intersect_sphere(const Shape& s, const Ray& ray, double nearest, double far
   return true;
 }
 
-// The part of the ray that is inside all three pairs of faces.
+// Intersects the parts of the ray that are inside each of the three pairs of faces.
 bool intersect_box(const Shape& s, const Ray& ray, double nearest, double farthest, Hit& hit) {
   double enter = -kInfinity, leave = kInfinity;
   int enter_axis = 0, leave_axis = 0;
@@ -118,7 +118,7 @@ bool intersect_box(const Shape& s, const Ray& ray, double nearest, double farthe
   return true;
 }
 
-// A ray in the coordinates of a cylinder or cone: at distance t its height along the axis is height + t rise, and its
+// A ray in the coordinates of a cylinder or cone: at distance t, its height along the axis is height + t rise, and its
 // offset from the axis is across + t aside.
 struct AlongAxis {
   Vector axis;  // unit
@@ -134,7 +134,7 @@ struct AlongAxis {
   }
 };
 
-// The surface whose distance from the axis is radius + widening * height, between the ends.
+// Intersects the surface whose distance from the axis is radius + widening * height, between the ends.
 bool intersect_side(const AlongAxis& at, const Ray& ray, double radius, double widening, double nearest,
                     double farthest, Hit& hit) {
   const double here = radius + widening * at.height, change = widening * at.rise;
@@ -157,7 +157,7 @@ bool intersect_side(const AlongAxis& at, const Ray& ray, double radius, double w
   return false;
 }
 
-// The flat end at a height, a ring.
+// Intersects the flat end at a height, a ring.
 bool intersect_end(const AlongAxis& at, const Ray& ray, double height, double inner, double outer, double nearest,
                    double farthest, Hit& hit) {
   const double distance = (height - at.height) / at.rise;
@@ -169,7 +169,8 @@ bool intersect_end(const AlongAxis& at, const Ray& ray, double height, double in
   return true;
 }
 
-// Walls outside and, for a pipe, inside, with flat ends between them. With equal radii only the wall.
+// Intersects the outer wall and, for a pipe, the inner wall, with flat ends between them; with equal radii only the
+// wall.
 bool intersect_shell(const Shape& s, const Ray& ray, double nearest, double farthest, Hit& hit) {
   const AlongAxis at(s, ray);
   const bool cone = s.kind == Kind::cone;

@@ -1,5 +1,5 @@
-// Where a ray meets an external object, in double precision, one ray at a time: what the engine's vectors of rays are
-// compared with.
+// Finds where a ray meets an external object, in double precision, one ray at a time: the reference for the engine's
+// vectors of rays.
 #pragma once
 
 #include "image/scene.h"
@@ -17,8 +17,8 @@ struct Hit {
   int face;       // distinguishes faces that meet at an edge
 };
 
-/// The first surface beyond `nearest`: true, with `hit` set, where there is one nearer than `farthest`. Surfaces are
-/// visible from both sides; a sphere is its outer surface only; discs, cylinders and cones keep their holes.
+/// Finds the first surface beyond `nearest`. Returns true and sets `hit` if one is nearer than `farthest`. Surfaces are
+/// visible from both sides; a sphere is only its outer surface; discs, cylinders and cones keep their holes.
 bool intersect(const shapes::Shape& shape, const Ray& ray, double nearest, double farthest, Hit& hit);
 
 }  // namespace motes::image_test

@@ -1,4 +1,4 @@
-// What a picture shows does not depend on its resolution, nor its light on motion.
+// A picture's content does not depend on its resolution, nor its light on motion.
 #include <array>
 #include <cmath>
 #include <vector>
@@ -22,7 +22,7 @@ View dark_view(int width, int height) {
   return view;
 }
 
-// A picture's light: linear RGB.
+// Returns a picture's light: linear RGB.
 std::vector<float> light_of(const Drawn& drawn, const Sprite& sprite, const View& view, double dt = 0) {
   Projector projector;
   Records records;
@@ -42,7 +42,7 @@ double sum(const std::vector<float>& light) {
   return total;
 }
 
-// The light of `side` x `side` equal parts of a picture, per pixel.
+// Returns the light per pixel of `side` x `side` equal parts of a picture.
 std::vector<double> parts(const std::vector<float>& light, int width, int height, int side) {
   std::vector<double> mean(static_cast<std::size_t>(side * side), 0);
   for (int y = 0; y < height; ++y) {
@@ -105,7 +105,7 @@ TEST(image_sizes_in_parts_of_the_height_look_the_same_at_every_resolution) {
 TEST(image_sizes_in_parts_of_the_height_do_not_depend_on_pixels) {
   const Scene scene(3000, 1, 1);
   const View view = dark_view(320, 180);
-  for (const float part : {0.02f, 0.1f}) {  // of fixed size, and any
+  for (const float part : {0.02f, 0.1f}) {  // a fixed size, and any size
     std::vector<std::vector<float>> light;
     for (const int pixels : {5, 1, 0}) {
       Sprite sprite;

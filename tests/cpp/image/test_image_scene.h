@@ -1,4 +1,4 @@
-// Scenes that the image tests share.
+// Scenes for the image tests.
 #pragma once
 
 #include <cstddef>
@@ -45,16 +45,16 @@ struct Cloud {
   }
 };
 
-/// Random particles that fill more than the view of `small_view`.
+/// Returns random particles that fill more than the view of `small_view`.
 Cloud random_cloud(std::size_t count, std::uint64_t seed, bool colored = true);
 
-/// Every `step`-th particle.
+/// Returns every `step`-th particle, starting with `first`.
 Cloud every(const Cloud& cloud, std::size_t first, std::size_t step);
 
-/// From (0, 0, 10) towards the origin.
+/// Returns a view from (0, 0, 10) towards the origin.
 View small_view(int width = 200, int height = 150);
 
-/// The ISA builds that this processor can run.
+/// Return the builds that this processor can run.
 std::vector<const ProjectLanes*> usable_project_lanes();
 std::vector<const SplatLanes*> usable_splat_lanes();
 
@@ -66,10 +66,10 @@ std::vector<std::byte> message(const Cloud& cloud, const Sprite& sprite, const V
 Pixels picture(const View& view, const std::vector<std::vector<std::byte>>& messages,
                const SplatLanes& lanes = splat_lanes());
 
-/// Sums of light as linear RGB, before exposure and roll-off.
+/// Returns sums of light as linear RGB, before exposure and roll-off.
 std::vector<float> linear_of(const std::vector<std::uint32_t>& sums);
 
-/// What a painter has made of a tile: linear RGB, three numbers per pixel.
+/// Returns what a painter has made of a tile: linear RGB, three numbers per pixel.
 std::vector<float> light_of(const TilePainter& painter, const Area& area);
 
 }  // namespace motes::image_test

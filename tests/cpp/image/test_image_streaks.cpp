@@ -12,7 +12,7 @@ using namespace image_test;
 
 namespace {
 
-// A streak of a sprite of one size, which may have a stamp. Places and half ways are in 1/16 px.
+// Adds a streak of a sprite of one size, which may have a stamp. Positions and half lengths are in 1/16 px.
 void put_streak(Batch& batch, int x, int y, int half_x, int half_y, std::uint32_t color = ~0u) {
   const Sprite& sprite = batch.brush.sprite();
   const std::int16_t place[] = {static_cast<std::int16_t>(x), static_cast<std::int16_t>(y)};
@@ -27,7 +27,7 @@ void put_streak(Batch& batch, int x, int y, int half_x, int half_y, std::uint32_
   batch.put(record);
 }
 
-// Of a sprite without a streak, the mean over its places in a pixel.
+// Returns the light of a sprite without a streak, the mean over its positions in a pixel.
 double still_light(const View& view, const Sprite& sprite, double diameter) {
   double light = 0;
   for (int i = 0; i < 16; ++i) {
@@ -59,7 +59,7 @@ TEST(image_a_streak_has_the_light_of_the_still_sprite) {
   }
 }
 
-// Narrow ones that follow a row or a column lie between its pixels, or not, for all of their way.
+// Narrow streaks along a row or a column lie between its pixels, or do not, for their whole length.
 TEST(image_a_streak_across_all_of_a_large_picture_keeps_its_light) {
   for (const Kind kind : {Kind::point, Kind::disc, Kind::sphere, Kind::image}) {
     const Sprite sprite = wide_sprite(kind, Blend::add, kind == Kind::image ? two_colors() : 0);
@@ -86,7 +86,7 @@ TEST(image_a_streak_across_all_of_a_large_picture_keeps_its_light) {
   }
 }
 
-// The same particle in the layout that has a size or a way, with or without depth.
+// The same particle in layouts with a size or a streak, with or without depth.
 TEST(image_short_records_look_like_wide_ones) {
   const View view = painter_view(true);
   test::Dice dice(77);
@@ -96,7 +96,7 @@ TEST(image_short_records_look_like_wide_ones) {
     for (const Blend blend : {Blend::add, Blend::alpha, Blend::opaque}) {
       for (const Layout layout : {Layout::sized, Layout::deep_sized, Layout::moving, Layout::deep_moving}) {
         const RecordForm f = form(layout);
-        if (kind == Kind::point && f.way != 0) continue;  // points are of one size: see the next test
+        if (kind == Kind::point && f.way != 0) continue;  // points have one size: see the next test
         const Sprite sprite = wide_sprite(kind, blend);
         Batch wide(sprite, Layout::wide, view), narrow(sprite, layout, view);
         for (int i = 0; i < 30; ++i) {
@@ -122,14 +122,14 @@ TEST(image_short_records_look_like_wide_ones) {
         }
         const auto light = whole_picture(view, {wide.piece()});
         CHECK(*std::max_element(light.begin(), light.end()) > 0.01);
-        // Without a depth, records are in the order of other bytes.
+        // Without a depth, records are sorted by other bytes.
         if (f.depth != 0 || blend != Blend::alpha) CHECK(whole_picture(view, {narrow.piece()}) == light);
       }
     }
   }
 }
 
-// Their places and lengths are rounded, and their weights are kept from record to record.
+// Positions and lengths are rounded, and weights are kept from record to record.
 TEST(image_streaks_of_one_size_keep_their_light_in_any_order) {
   const View view = painter_view();
   for (const int pixels : {1, 2, 3, 5, 9, 15}) {
@@ -141,7 +141,7 @@ TEST(image_streaks_of_one_size_keep_their_light_in_any_order) {
     Batch all(sprite, Layout::moving, view);
     test::Dice dice(static_cast<std::uint64_t>(pixels));
     for (int i = 0; i < 60; ++i) {
-      const int reach = i % 4 == 0 ? 40 : 16;  // px, half of the way; the long ones have no stamps
+      const int reach = i % 4 == 0 ? 40 : 16;  // px, half of the length; the long ones have no stamps
       const auto way = [&] { return (static_cast<int>(dice.below(33)) - 16) * reach; };
       const auto place = [&] { return static_cast<int>(dice.below(400)) - 200; };
       const int numbers[] = {place(), place(), way(), way()};
@@ -165,8 +165,8 @@ TEST(image_streaks_of_one_size_keep_their_light_in_any_order) {
   }
 }
 
-// Stamps are for 16 places in a pixel, in the middle of its quarters: there they are what is drawn without them, in
-// steps of a weight.
+// Stamps exist for 16 positions in a pixel, the centres of a 4 x 4 grid. There they equal what is drawn without them,
+// up to one step of a weight.
 TEST(image_a_stamp_is_the_streak_at_its_place) {
   const View view = wide_view(64, 64);
   for (const int pixels : {2, 3, 5, 9}) {
@@ -193,7 +193,7 @@ TEST(image_a_stamp_is_the_streak_at_its_place) {
 }
 
 // Many records of one colour are added up before they become light; a black one after each hundred of them leaves no
-// run that is worth it. Both are the same to the last bit, also where sums stay at their greatest value.
+// run long enough for that. Both give the same sums to the last bit, also where sums are clipped.
 TEST(image_streaks_of_one_color_are_added_up_to_the_same_sums) {
   const View view = painter_view();
   Sprite sprite;
@@ -295,7 +295,7 @@ TEST(image_what_is_drawn_as_a_point_looks_like_one_at_rest_and_in_motion) {
   }
 }
 
-// Ways of (8, 2) and (-8, 18) px share a place among the stamps: each replaces the other's while records of both are
+// Streaks of (8, 2) and (-8, 18) px share a slot for stamps: each replaces the other's stamp while records of both are
 // drawn.
 TEST(image_stamps_that_share_a_place_are_not_mistaken_for_each_other) {
   const View view = wide_view(64, 64);
@@ -321,7 +321,7 @@ TEST(image_a_streak_is_as_long_and_wide_as_it_should_be) {
   const auto at = [&](int x, int y) { return light[static_cast<std::size_t>(3 * (y * view.width + x))]; };
   CHECK(at(50, 30) > 0 && at(72, 29) > 0 && at(27, 30) > 0);
   CHECK(at(74, 30) == 0 && at(25, 30) == 0 && at(50, 34) == 0 && at(50, 25) == 0);
-  CHECK_NEAR(at(50, 30), at(40, 29), 1e-5);  // even along its way
+  CHECK_NEAR(at(50, 30), at(40, 29), 1e-5);  // even along its length
 }
 
 }  // namespace motes::test_image_streaks

@@ -11,7 +11,7 @@ using namespace image_test;
 
 namespace {
 
-/// A tile painter with the memory that its users give it.
+/// A tile painter with the memory that its users provide.
 struct Tile {
   std::vector<std::vector<std::byte>> records;
   PreparedScene scene;
@@ -69,7 +69,7 @@ TEST(image_partial_tiles_add_up_to_the_whole_tile) {
         Tile whole(view, tile, {message(cloud, sprite, view)});
         whole.painter.start(whole.area);
         whole.paint();
-        // The owner has records of its own, and partial tiles from two others, in either order.
+        // The owner has its own records, and partial tiles from two others, in either order.
         const auto first = Tile(view, tile, {message(every(cloud, 0, 3), sprite, view)}).partial();
         const auto second = Tile(view, tile, {message(every(cloud, 1, 3), sprite, view)}).partial();
         for (const bool swapped : {false, true}) {

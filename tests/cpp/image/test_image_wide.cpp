@@ -1,4 +1,4 @@
-// Wide records against projections in double precision: where they are, how large, which way, in which tiles.
+// Wide records compared with projections in double precision: position, size, direction and tiles.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -154,11 +154,12 @@ std::vector<const ProjectWideLanes*> usable_wide_lanes() {
   return test::runnable<ProjectWideLanes>(MOTES_BUILDS(project_wide_lanes));
 }
 
-// The tiles with a pixel whose middle is within `reach` px of the way from (x0, y0) to (x1, y1), px from the corner.
+// Returns the tiles with a pixel whose centre is within `reach` px of the line from (x0, y0) to (x1, y1), px from the
+// corner.
 std::set<int> tiles_near(const View& view, double x0, double y0, double x1, double y1, double reach) {
   std::set<int> tiles;
   const double dx = x1 - x0, dy = y1 - y0, square = dx * dx + dy * dy;
-  const auto pixels = [reach](double from, double to, int size) {  // those that may be near, first and last
+  const auto pixels = [reach](double from, double to, int size) {  // the first and last pixel that may be near
     const auto [low, high] = std::minmax(from, to);
     return std::pair{static_cast<int>(std::clamp(low - reach - 1, 0.0, size - 1.0)),
                      static_cast<int>(std::clamp(high + reach + 1, 0.0, size - 1.0))};
@@ -225,7 +226,7 @@ TEST(image_wide_records_stand_in_every_tile_they_touch) {
     const WideRecord& r = found[0].record;
     const double x = r.x / 256.0 + 166.5, y = r.y / 256.0 + 100, radius = r.size / 128.0;
     CHECK(within(tiles_near(view, x, y, x, y, radius), found[0].tiles));
-    // No tile beyond the bounding box: the circle around it.
+    // No tile lies beyond the circle around the bounding box.
     CHECK(within(found[0].tiles, tiles_near(view, x, y, x, y, (radius + 2) * 1.4143)));
     several += found[0].tiles.size() > 4;
   }
@@ -265,7 +266,7 @@ TEST(image_streaks_lead_from_where_particles_were) {
       CHECK_NEAR(r.y, (end.y + start.y) * 128, 12);
       ++whole;
     } else if (r.light < 32768) {
-      // The part that is left of a long streak has its part of the light.
+      // The visible part of a long streak has its share of the light.
       const double length = std::hypot(end.x - start.x, end.y - start.y);
       CHECK_NEAR(r.light / 32768.0, std::hypot(r.dx, r.dy) / 256 / length, 2e-3);
       ++clipped;
@@ -283,7 +284,7 @@ TEST(image_streaks_of_particles_that_came_from_behind_the_camera_begin_near_it) 
   view.shutter = 1;
   WideCloud cloud(1);
   cloud.place(0, 0.02f, 0, 9);
-  cloud.velocity[2][0] = -24;  // 1 m in the frame: from the camera's place to 1 m before it
+  cloud.velocity[2][0] = -24;  // 1 m in the frame: from the camera's position to 1 m in front of it
   const auto found = project_one(cloud, 0, {}, view, 1.0 / 24);
   CHECK(found.size() == 1);
   const Lens l = lens(view);
@@ -302,7 +303,7 @@ TEST(image_without_motion_there_are_no_streaks) {
   const auto found = found_in(RecordsView(wide_message(cloud.drawn(), {}, view, 1.0 / 24)));
   CHECK(found.size() > 100);
   for (const Found& one : found) CHECK(one.record.dx == 0 && one.record.dy == 0 && one.record.light == 32768);
-  for (auto& v : cloud.velocity) v.assign(v.size(), kNan);  // where a particle came from is unknown: it is drawn still
+  for (auto& v : cloud.velocity) v.assign(v.size(), kNan);  // its earlier position is unknown: no streak
   CHECK(wide_message(cloud.drawn(), {}, view, 1.0 / 24).size() > 64);
   for (const Found& one : found_in(RecordsView(wide_message(cloud.drawn(), {}, view, 1.0 / 24)))) {
     CHECK(one.record.dx == 0 && one.record.dy == 0);

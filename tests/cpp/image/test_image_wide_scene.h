@@ -1,4 +1,4 @@
-// Wide records and the pictures that they make.
+// Wide records and their pictures.
 #pragma once
 
 #include <cmath>
@@ -22,7 +22,7 @@ inline Sprite wide_sprite(Kind kind, Blend blend, meshes::AssetKey picture = 0) 
   return s;
 }
 
-// At (x, y) pixels from the centre of the image.
+// Returns a record at (x, y) pixels from the centre of the image.
 inline WideRecord wide_record(double x, double y, double diameter, double depth = 10) {
   WideRecord r{};
   r.x = static_cast<std::int32_t>(std::lround(x * 256));
@@ -42,7 +42,7 @@ inline View wide_view(int width, int height) {
   return view;
 }
 
-// All tiles of a picture, rows from top to bottom.
+// Returns all tiles of a picture, rows from top to bottom.
 inline std::vector<float> whole_picture(const View& view, const std::vector<Piece>& pieces) {
   const auto row = static_cast<std::size_t>(3 * view.width);
   std::vector<std::uint32_t> light(row * static_cast<std::size_t>(view.height));
@@ -68,7 +68,7 @@ inline std::vector<float> picture_of(const View& view, const Sprite& sprite, con
 
 inline double sum(const std::vector<float>& light) { return std::accumulate(light.begin(), light.end(), 0.0); }
 
-// Opaque, 16x8: the upper half red, the lower half green, half transparent.
+// Returns an image of 16 x 8 texels: the upper half red and opaque, the lower half green and half transparent.
 inline meshes::AssetKey two_colors() {
   meshes::Picture p;
   p.width = 16;

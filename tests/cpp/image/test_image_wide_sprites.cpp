@@ -57,7 +57,7 @@ TEST(image_wide_discs_look_like_footprints) {
     Sprite fixed;
     fixed.pixels = pixels;
     for (int step = 0; step < 5; ++step) {
-      // Footprints know few positions: take one of them.
+      // Footprints exist for few positions: take one of them.
       const double at = step * 0.25 + 0.125 + (pixels > 7 ? 0 : -0.0625) + 1.0 / 32;
       Batch small(fixed, Layout::deep, view);
       const DeepRecord r{static_cast<std::int16_t>(std::floor(at * 16)),
@@ -160,7 +160,7 @@ TEST(image_small_pictures_are_means_of_large_ones) {
   }
 }
 
-// Of any sides, however much smaller or larger it is shown.
+// Pictures with any sides, shown at any scale.
 TEST(image_pictures_are_where_and_as_large_as_they_should_be) {
   const View view = wide_view(64, 64);
   for (const auto& [width, height] :
@@ -188,7 +188,7 @@ TEST(image_pictures_are_where_and_as_large_as_they_should_be) {
         const double least = size * std::min(width, height) / longer, place = least < 1 ? 0.5 : 0.2;
         CHECK_NEAR(x / all, 0, place);
         CHECK_NEAR(y / all, 0, place);
-        // The square of a rectangle's distances from its middle, and that of a texel's and a pixel's edges.
+        // The mean square distance from the middle of a rectangle, plus that of a texel's and a pixel's edges.
         const double sides = size * size * (width * width + height * height) / (longer * longer) / 12;
         CHECK(square / all < sides + 0.9 && square / all > 0.8 * sides);
         CHECK_NEAR(all / (size * size * width * height / (longer * longer)), 1, 0.07);
@@ -217,7 +217,7 @@ TEST(image_thin_pictures_do_not_flicker) {
   }
 }
 
-// Images of up to 8 px are drawn from stamps: two pictures in turn, whose stamps share places.
+// Images of up to 8 px are drawn from stamps: two pictures alternate, whose stamps share slots.
 TEST(image_stamps_of_small_pictures_show_their_picture_and_its_direction) {
   const View view = wide_view(64, 64);
   const Sprite halves = wide_sprite(Kind::image, Blend::add, two_colors());
@@ -250,7 +250,7 @@ TEST(image_stamps_of_small_pictures_show_their_picture_and_its_direction) {
   }
 }
 
-// The same across the border of two tiles as within one; what is nearer hides what is farther.
+// The same across the border of two tiles as within one; nearer records hide farther ones.
 TEST(image_stamps_of_opaque_pictures_cover_their_area_in_their_colours) {
   const View view = wide_view(2 * kTile, kTile);
   meshes::Picture two{16, 8, std::vector<std::uint8_t>(512, 255)};
@@ -307,7 +307,7 @@ TEST(image_stamps_of_opaque_pictures_are_others_than_those_of_light) {
   for (std::size_t i = 0; i < sum.size(); ++i) CHECK_NEAR(all[i], sum[i], 1e-6);
 }
 
-// A picture of few texels, shown large: its edge must not be as wide as they are, or tiles beside it would not see it.
+// A picture of few texels, magnified: its edge must not be as wide as a texel, or neighbouring tiles would not see it.
 TEST(image_magnified_pictures_have_sharp_edges_in_all_tiles) {
   const View view = wide_view(128, 128);
   meshes::Picture white;
@@ -355,7 +355,7 @@ TEST(image_wide_sprites_do_not_depend_on_order_pieces_or_isa) {
         CHECK(other.paint(pieces) == reference);
         CHECK(other.depth() == depths);
       }
-      // Opaque ones by way of partial tiles.
+      // Opaque records go through partial tiles.
       PaintedTile first(view, tile), second(view, tile), owner(view, tile);
       std::vector<Piece> one, two, rest;
       for (const Batch& b : batches) {
@@ -408,7 +408,7 @@ TEST(image_wide_records_at_the_limits_stay_inside_the_tile) {
           }
         }
       }
-      const auto light = whole_picture(view, {batch.piece()});  // the sanitizers look at the rest
+      const auto light = whole_picture(view, {batch.piece()});  // the sanitizers check the rest
       CHECK(*std::max_element(light.begin(), light.end()) > 0);
     }
   }

@@ -1,5 +1,5 @@
-// The order (cell, id) against a plain sort, for particles in any order in memory, with any of them as ghosts, on any
-// number of threads.
+// The order (cell, id) compared with a plain sort, for particles in any order in memory, with any of them as ghosts, on
+// any number of threads.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -45,7 +45,7 @@ Place place_of(const Scene& scene, std::size_t i) {
   return place;
 }
 
-// By the definition.
+// Returns the order by its definition.
 std::vector<Place> sorted(const Scene& scene) {
   std::vector<Place> places;
   for (std::size_t i = 0; i < scene.flock.size(); ++i) places.push_back(place_of(scene, i));
@@ -63,7 +63,7 @@ std::uint32_t most_in_a_cell(const std::vector<Place>& places) {
   return most;
 }
 
-// Rows cover the order; each has one x and y, and its table leads to the first particle of each z.
+// Checks that rows cover the order; each has one x and y, and its table leads to the first particle of each z.
 void check_rows(const Cells& cells, const std::vector<Place>& places) {
   const interactions::CellsView view = cells.view(0);
   CHECK(view.row_count + 1 == cells.rows().size());
@@ -117,9 +117,9 @@ std::vector<Scene> scenes() {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   std::vector<Scene> all{
       {"a box", 0.1, scaled(3000, 1, 1)},
-      {"one cell", 3, scaled(3000, 1, 2)},         // negative and positive: eight
+      {"one cell", 3, scaled(3000, 1, 2)},  // negative and positive: eight
       {"one each", 0.01, scaled(3000, 1, 3)},
-      {"sparse", 0.02, scaled(2000, 5000, 4)},     // rows without a table
+      {"sparse", 0.02, scaled(2000, 5000, 4)},  // rows without a table
       {"far apart", 1e-3, scaled(2000, 3000, 5)},  // beyond the outermost cells
       {"without an edge", static_cast<double>(kInfinity), scaled(500, 1, 6)},
       {"one", 1, scaled(1, 1, 7)},

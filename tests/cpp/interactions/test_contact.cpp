@@ -1,5 +1,5 @@
-// contact: many steps against an independent simulation in double precision, which computes each pair once; what
-// particles remember of their touches, whatever the order in memory, and with any of them as ghosts.
+// contact: many steps compared with an independent simulation in double precision, which computes each pair once; and
+// what particles remember of their contacts, for any order in memory and any of them as ghosts.
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -37,14 +37,14 @@ struct Grain {
   double radius = 0, mass = 0;
 };
 
-// All grains, which fall to the origin.
+// Grains that all fall to the origin.
 struct Heap {
   std::vector<Grain> grains;
   std::map<std::pair<std::size_t, std::size_t>, std::pair<Vec, Vec>> springs;  // of the first of two: slid, rolled
 
   static constexpr double kFall = 3;  // 1/s2
 
-  // A spring along the surface with its damper, and Coulomb's limit.
+  // Returns the pull of a spring along the surface with its damper, within Coulomb's limit.
   static Vec held(Vec& at, const Vec& speed, double stiffness, double damper, double limit, double step) {
     at = at + speed * step;
     Vec pull = at * stiffness + speed * damper;
@@ -109,7 +109,7 @@ struct Heap {
   }
 };
 
-// The same grains, through the kernels.
+// The same grains, computed by the kernels.
 struct Kernels {
   Flock flock;
   test::Remembered touches;
@@ -197,7 +197,7 @@ TEST(grains_move_and_turn_as_in_double_precision) {
       farthest = std::max(farthest, std::abs(heap.grains[i].spin[c]));
     }
   }
-  CHECK(farthest > 5);  // they do turn
+  CHECK(farthest > 5);  // the grains do turn
 }
 
 TEST(the_order_in_memory_and_the_build_do_not_show_in_many_steps) {
@@ -246,7 +246,7 @@ TEST(a_step_is_too_long_for_the_lightest_two_that_touch) {
   const particles::Schema schema;
   particles::Store store(schema);
   store.grow(3);
-  const float masses[3] = {2, 0.25f, 0};  // the last one touches nobody
+  const float masses[3] = {2, 0.25f, 0};  // the last one touches no other
   for (std::size_t i = 0; i < 3; ++i) store.writable_plane(particles::mass, 0)[i] = masses[i];
   const Law law = slow_law(1000);
   const interactions::Extent extent = interactions::extent_of(law.action, store, 1, false, threads::alone());

@@ -1,4 +1,4 @@
-// fluid: a step against all pairs in double precision.
+// fluid: a step compared with all pairs in double precision.
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -34,7 +34,7 @@ struct Liquid {
 
   double mass(std::size_t i) const { return double{flock.column[interactions::mass][i]}; }
 
-  // Of two: distance, direction to the second, velocity of the second seen from the first.
+  // A pair: distance, direction to the second, velocity of the second relative to the first.
   struct Pair {
     double distance;
     Vec normal, apart;

@@ -1,5 +1,5 @@
-// Laws between particles: against all pairs in double precision, the same bits from every build, and with any of the
-// particles as ghosts.
+// Laws between particles: compared with all pairs in double precision, the same bits from every build, and with any of
+// the particles as ghosts.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -25,7 +25,7 @@ using Vec = std::array<double, 3>;
 Vec minus(const Vec& a, const Vec& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
 double dot(const Vec& a, const Vec& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
-// What one particle hears: the sum of terms, and how large they are together.
+// The effect on one particle: the sum of terms, and how large they are together.
 struct Sum {
   Vec sum{};
   double size = 0;
@@ -103,7 +103,7 @@ Sum sum_of(const Law& law, const Flock& a, std::size_t i, const Flock& b) {
 
 double sleep_of(const Law& law) { return actions::numbers_of<actions::numbers::collide>(law.action).sleep; }
 
-// What the kernel should have said of a particle, from all pairs.
+// Returns what the kernel should give for a particle, from all pairs.
 Vec said_of(const Law& law, const Flock& a, std::size_t i, const Sum& sum) {
   if (law.action.kind == Kind::gravitate) return sum.sum;
   Vec now = triple(a, interactions::velocity_x, i);
@@ -114,7 +114,7 @@ Vec said_of(const Law& law, const Flock& a, std::size_t i, const Sum& sum) {
   return sleeps ? Vec{} : now;
 }
 
-// Returns how many pairs there are.
+// Compares results with all pairs; returns how many pairs there are.
 std::uint64_t check_against_pairs(const Law& law, const Flock& a, const Flock& b, const Heard& heard) {
   std::uint64_t pairs = 0;
   for (std::size_t i = 0; i < a.own; ++i) {
@@ -134,7 +134,7 @@ Flock cube(std::size_t count, std::uint64_t seed) { return test::random_flock(co
 
 bool same(const Heard& a, const Heard& b) { return a.out == b.out && a.touches == b.touches; }
 
-// A part of the particles as this rank's own, the others within `reach` of some of them as its ghosts, all shuffled.
+// Some of the particles as this rank's own, and the others within `reach` of them as its ghosts, all shuffled.
 struct Share {
   std::vector<std::size_t> of;  // their indices in the whole: own ones first
   Flock flock;
@@ -161,7 +161,7 @@ Share share_of(const Flock& whole, const std::vector<bool>& own, double reach, D
   return share;
 }
 
-// The particles of each of some domains, which are slabs, or any particles at all.
+// Divides the particles among some domains: slabs, or at random.
 std::vector<std::vector<bool>> divided(const Flock& whole, Dice& dice) {
   const std::size_t domains = 2 + dice.below(4);
   const std::size_t axis = dice.below(4);  // 3: any
@@ -181,7 +181,7 @@ std::vector<std::vector<bool>> divided(const Flock& whole, Dice& dice) {
 TEST(laws_between_particles_come_to_all_pairs_in_double_precision) {
   const Flock flock = cube(2000, 1);
   for (const Law& law : test::all_laws()) {
-    if (law.action.kind == Kind::contact || law.action.kind == Kind::fluid) continue;  // have tests of their own
+    if (law.action.kind == Kind::contact || law.action.kind == Kind::fluid) continue;  // tested elsewhere
     const std::uint64_t pairs = check_against_pairs(law, flock, flock, test::heard(meeting_builds()[0], law, flock));
     CHECK(pairs > 6000);
   }
@@ -190,7 +190,7 @@ TEST(laws_between_particles_come_to_all_pairs_in_double_precision) {
 TEST(two_systems_that_meet_come_to_all_pairs_between_them) {
   const Flock first = cube(900, 2);
   Flock second = cube(1100, 3);
-  second.ids = test::numbers(second.size(), 100);  // ids of two systems have nothing to do with each other
+  second.ids = test::numbers(second.size(), 100);  // ids of two systems are unrelated
   for (Law law : test::all_laws()) {
     if (law.action.kind != Kind::collide) continue;
     law.side = 1;
@@ -253,7 +253,7 @@ TEST(momentum_between_particles_is_kept) {
   Flock flock = cube(2000, 7);
   for (const Law& law : test::all_laws()) {
     if (law.action.kind == Kind::match_velocity && law.action.numbers[0] > 2.56)
-      continue;  // where weights count for at most 1 it is not
+      continue;  // not kept where weights count for at most 1
     const Heard heard = test::heard(meeting_builds().back(), law, flock);
     Vec sum{};
     double size = 0;
@@ -293,7 +293,7 @@ TEST(particles_at_one_place_part_in_opposite_directions) {
     }
     CHECK_NEAR(std::sqrt(apart) * double{law.step}, 0.25, 1e-5);  // they will just not overlap
     CHECK(both.out[3][0] == 1 && both.out[3][1] == 1);
-    for (const std::size_t own : {std::size_t{0}, std::size_t{1}}) {  // the same where the other one is a copy
+    for (const std::size_t own : {std::size_t{0}, std::size_t{1}}) {  // the same if the other one is a ghost
       const Heard one = test::heard(meeting_builds()[0], law, test::taken(pair, {own, 1 - own}, 1));
       for (std::size_t c = 0; c < 4; ++c) CHECK(one.out[c][0] == both.out[c][own]);
     }

@@ -1,4 +1,5 @@
-// Meetings of stores: who is changed, what must be known of other ranks' particles, and balls that hit each other.
+// Meetings of stores: which particles change, what must be known of other ranks' particles, and balls that hit each
+// other.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -74,7 +75,7 @@ float value(const Store& store, int attribute, std::size_t i, int c = 0) {
   return plane != nullptr ? plane[i] : store.uniform_value(attribute)[static_cast<std::size_t>(c)];
 }
 
-// One rank with all particles.
+// Runs a meeting on one rank with all particles.
 interactions::InteractionCounts meet(const Action& action, Store& first, Store* second = nullptr,
                                      const std::vector<std::uint8_t>* chosen = nullptr) {
   Extent extent = interactions::extent_of(action, first, kDt, false, threads::alone());
@@ -109,7 +110,7 @@ Store balls(const std::vector<Ball>& all) {
   return store;
 }
 
-// Their speeds when they have met.
+// Returns the balls' speeds after they have met.
 std::vector<float> speeds_after(const Collision& collision, const std::vector<Ball>& all) {
   Store store = balls(all);
   for (int step = 0; step < 60; ++step) {
@@ -163,7 +164,7 @@ Ghosts ghosts_of(const Action& action, const Store& store, const std::vector<std
   return ghosts;
 }
 
-// All particles, on ranks that own slabs and know of others what lies within the action's range.
+// Runs a meeting on ranks that own slabs, and know only those of others' particles that lie within the action's range.
 particles::Digest met_on_slabs(const Action& action, const Store& all, const std::vector<float>& cuts) {
   particles::Digest sum;
   constexpr double kInf = std::numeric_limits<double>::infinity();
@@ -184,7 +185,7 @@ particles::Digest met_on_slabs(const Action& action, const Store& all, const std
     here.append(all, indices_where(all, own));
     const Ghosts ghosts = ghosts_of(action, all, indices_where(all, copied));
     interactions::Side sides[2] = {{&here, &ghosts, nullptr}, {}};
-    sides[0].now = 2;  // they remember what was before
+    sides[0].now = 2;  // particles remember earlier contacts
     interactions::Scratch scratch;
     interactions::act(action, extent, kDt, sides, scratch, threads::alone());
     sum += particles::digest(here);
@@ -284,7 +285,7 @@ TEST(those_that_are_not_chosen_are_seen_but_not_changed) {
 TEST(copies_within_the_range_are_all_that_a_rank_must_know) {
   Dice dice(2);
   Store all = random_store(1000, dice);
-  meet(contact(), all);  // from now on they remember
+  meet(contact(), all);  // from now on they remember contacts
   for (const Action& action : {Collision{0, 0.5, 0.5}.action(), Collision{0.1, 0, 0.5}.action(), gravitation(0.2),
                                matching(0.2), spin_matching(0.2), gravitation(0.5), contact(), fluid()}) {
     const particles::Digest whole = met_on_slabs(action, all, {});

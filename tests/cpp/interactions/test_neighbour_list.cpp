@@ -1,4 +1,4 @@
-// Neighbour lists: which pairs they have, for how long they hold, and what pairs remember from list to list.
+// Neighbour lists: which pairs they contain, how long they hold, and what pairs remember from list to list.
 #include "interactions/neighbour_list.h"
 
 #include <cmath>
@@ -15,7 +15,7 @@ namespace {
 using interactions::NeighbourList;
 using test::Flock;
 
-// A flock, listed as it is in one sub-step.
+// A flock and its neighbour list.
 struct Listed {
   Flock flock;
   particles::Schema schema;
@@ -63,7 +63,7 @@ struct Listed {
     return kept;
   }
 
-  // Pairs by ids: those that are listed, and those that touch.
+  // Return pairs by ids: those that are listed, and those that touch.
   std::set<std::pair<std::uint64_t, std::uint64_t>> listed() {
     std::set<std::pair<std::uint64_t, std::uint64_t>> found;
     const interactions::PairsView view = list.view(1);
@@ -98,7 +98,7 @@ bool all_in(const std::set<std::pair<std::uint64_t, std::uint64_t>>& some,
   return std::includes(all.begin(), all.end(), some.begin(), some.end());
 }
 
-// Ids from 1 on: 0 is "no pair before".
+// Returns spheres with ids from 1 on: 0 means "no pair before".
 Flock spheres(std::size_t count, std::uint64_t seed) {
   Flock flock = test::random_flock(count, 0.5f, seed);
   for (std::uint64_t& id : flock.ids) ++id;
@@ -122,7 +122,7 @@ TEST(lists_have_all_pairs_that_touch_for_as_long_as_they_hold) {
     for (std::size_t c = 0; c < 3; ++c) {
       for (float& x : some.flock.column[c]) x += dice.between(-way, way);
     }
-    if (now == 90) some.flock.column[interactions::radius][7] *= 1.5f;  // grows
+    if (now == 90) some.flock.column[interactions::radius][7] *= 1.5f;  // a sphere grows
   }
   CHECK(kept > 60);
   CHECK(made > 2);
@@ -135,12 +135,12 @@ TEST(a_list_is_made_anew_when_something_has_moved_by_half_of_the_skin) {
     CHECK(some.meet(2));
     (grows ? some.flock.column[interactions::radius] : some.flock.column[1])[11] += 0.06f * some.reach();
     CHECK(!some.meet(3));
-    some.flock.column[0][3] = std::nanf("");  // touches nobody
+    some.flock.column[0][3] = std::nanf("");  // touches no other
     some.flock.column[0][4] = std::nanf("");
     CHECK(some.meet(4));
     some.flock.column[0][4] = 1.5f;
     CHECK(!some.meet(5));
-    CHECK(!some.meet(7));  // nobody met in sub-step 6
+    CHECK(!some.meet(7));  // no meeting in sub-step 6
     std::swap(some.flock.ids[0], some.flock.ids[1]);
     CHECK(!some.meet(8));
   }
@@ -170,7 +170,7 @@ TEST(any_number_of_touches_is_remembered_from_list_to_list_and_in_the_store) {
   for (std::size_t k = 0; k < before.size(); ++k) some.store.set_touches(some.list.cells().order()[k], before[k]);
   Listed later(flock);
   later.store = some.store;
-  std::swap(some.flock.ids[4], some.flock.ids[5]);  // made anew from the one before
+  std::swap(some.flock.ids[4], some.flock.ids[5]);  // rebuilt from the one before
   std::swap(later.flock.ids[4], later.flock.ids[5]);
   for (const auto& column : {interactions::at_x, interactions::at_y}) {
     std::swap(some.flock.column[static_cast<std::size_t>(column)][4],

@@ -1,4 +1,4 @@
-// Tables of the log that a run goes on with: exactly the rows of earlier frames stay.
+// Tables of the log that a later run continues: exactly the rows of earlier frames stay.
 #include <unistd.h>
 
 #include <cstdlib>
@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::size_t kLine = 64;
 
-// A directory of its own for each test, removed at its end.
+// A new directory for each test, removed at its end.
 struct Folder {
   Folder() {
     std::string name = (std::filesystem::temp_directory_path() / "motes_table_XXXXXX").string();

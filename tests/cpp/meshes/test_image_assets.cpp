@@ -1,4 +1,4 @@
-// Pictures and meshes: kept once, named by their content, written to files and read back.
+// Pictures and meshes: kept once, identified by their content, written to files and read back.
 #include "meshes/assets.h"
 
 #include <cmath>

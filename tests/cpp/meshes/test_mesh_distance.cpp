@@ -1,4 +1,4 @@
-// Meshes as closed surfaces: what has an inside, and how far away the surface is.
+// Meshes as closed surfaces: which have an inside, and how far away the surface is.
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -88,7 +88,7 @@ TEST(mesh_nearest_places_have_the_distance_and_the_side_that_trying_all_triangle
 
 namespace {
 
-// Compares the side of points near a place with what trying all triangles says.
+// Compares the side of points near a place with the result of trying all triangles.
 void check_sides(const Mesh& mesh, float x, float y, float z) {
   test::Dice dice(4);
   const Surface surface = meshes::weld(mesh);
@@ -101,7 +101,7 @@ void check_sides(const Mesh& mesh, float x, float y, float z) {
   }
 }
 
-// A needle, whose tips are sharp. One of the sides that meet at the first tip is cut into many triangles.
+// Returns a needle, whose tips are sharp. One of the sides that meet at the first tip is cut into many triangles.
 Mesh needle(int cuts) {
   Mesh mesh = test::tetrahedron();  // sides 012, 023, 031 and 132
   for (int i = 1; i < cuts; ++i) {
@@ -123,8 +123,8 @@ Mesh needle(int cuts) {
 
 }  // namespace
 
-// Where the nearest place is an edge or a corner, each triangle alone may give the wrong side; so does their mean,
-// where one side has more triangles than others.
+// If the nearest place is an edge or a corner, a single triangle may give the wrong side, and so may the mean, if one
+// side has more triangles than others.
 TEST(mesh_sides_are_right_near_sharp_corners) {
   for (const int cuts : {1, 40}) {
     const Mesh mesh = needle(cuts);
@@ -134,7 +134,7 @@ TEST(mesh_sides_are_right_near_sharp_corners) {
   }
 }
 
-// A vertex on an edge, which a triangle without width joins to it: its normal, by rounding, faces inwards.
+// A vertex on an edge, joined to it by a triangle without width whose normal, by rounding, faces inwards.
 TEST(mesh_slivers_do_not_turn_sides_around) {
   Mesh mesh = test::block(-1, 1);
   const float beyond = 1 + 0x1p-22f;

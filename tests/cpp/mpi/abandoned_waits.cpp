@@ -25,7 +25,7 @@ void sleep_s(double seconds) {
   nanosleep(&time, nullptr);
 }
 
-// Abandons a wait at its fourth look, after 0.2 s.
+// Returns a watch that abandons a wait at its fourth look, after 0.2 s.
 Watch impatient() {
   Watch watch;
   watch.while_waiting = [looks = 0](int) mutable {
@@ -40,7 +40,7 @@ Message large() {
   return message;
 }
 
-// Memory of many sizes, most likely including what was freed a moment ago.
+// Fills memory of many sizes, most likely including what was freed a moment ago.
 class Scribble {
  public:
   Scribble() {
@@ -113,7 +113,7 @@ void send(const Environment& mpi) {
   mpi.first(false);
 }
 
-// Rank 0 abandons the wait before rank 1 has come.
+// Rank 0 abandons the wait before rank 1 has entered.
 void enter(const Environment& mpi) {
   if (mpi.rank() == 0) {
     check(abandons([&] { const Communicator comm(make_mpi(mpi.world()), impatient()); }), 0, "it entered alone");
@@ -129,7 +129,7 @@ void enter(const Environment& mpi) {
   mpi.first(false);
 }
 
-// Worlds one after another, each freed when all ranks have agreed that it is over.
+// Creates worlds one after another, each freed when all ranks have agreed that it is over.
 void finish(const Environment& mpi) {
   for (std::uint32_t i = 0; i < 200; ++i) {
     Communicator comm(make_mpi(mpi.world()), {});

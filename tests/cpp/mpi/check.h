@@ -1,4 +1,4 @@
-// What ranks of a program say of a check that failed.
+// Reports of failed checks by the ranks of a program.
 #pragma once
 
 #include <cstdio>

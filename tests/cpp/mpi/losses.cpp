@@ -1,6 +1,6 @@
 // Ranks of a real MPI that are killed while others wait for them. Arguments: what the others do meanwhile (receive,
-// send, compute, finish, shrink or anything), the ranks that die, separated by commas, and after how many seconds the
-// first dies. Prints a line per rank that came through: its old rank, and who is left.
+// send, compute, finish, shrink or anything), the ranks that die, separated by commas, and the seconds until the first
+// one dies. Prints a line per survivor: its old rank, and the ranks that are left.
 #include <signal.h>
 #include <time.h>
 #include <unistd.h>

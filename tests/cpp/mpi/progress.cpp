@@ -1,5 +1,5 @@
-// Large messages between two ranks, of which one computes: it only lets messages travel. Argument: a file that says
-// when it may stop. Prints one line per failed check; then the exit code is 1.
+// Large messages between two ranks, one of which computes and only lets messages progress. Argument: a file whose
+// existence ends the computation. Prints one line per failed check; then the exit code is 1.
 #include <unistd.h>
 
 #include <cstddef>
@@ -53,7 +53,7 @@ class Sign {
   }
   void remove() const { std::remove(path_); }
 
-  // Computes until the sign is there. What has come to pass by then came about by progress() alone.
+  // Computes until the sign is there. Only progress() can have moved messages by then.
   bool compute(Communicator& comm) const {
     for (const double start = wall_seconds(); wall_seconds() - start < kLimit;) {
       comm.progress();
@@ -66,7 +66,7 @@ class Sign {
   const char* path_;
 };
 
-// Rank 1 computes until rank 0's messages have left; it takes them afterwards, and more that come behind them.
+// Rank 1 computes until rank 0's messages have left; then it receives them, and more that follow.
 void receiver_computes(const Environment& mpi, Communicator& comm, const Sign& sign) {
   if (mpi.rank() == 0) {
     post_all(comm, 10);
@@ -76,7 +76,7 @@ void receiver_computes(const Environment& mpi, Communicator& comm, const Sign& s
   } else {
     comm.await(0, Phase::tiles, 2);
     comm.await(0, Phase::tiles, kMessages);
-    comm.await(0, Phase::tiles, 1);  // that is among them
+    comm.await(0, Phase::tiles, 1);  // which is among them
     check(sign.compute(comm), 1, "awaited messages did not arrive while it computed");
     take_all(comm, 10);
     take_all(comm, 10 + kMessages);

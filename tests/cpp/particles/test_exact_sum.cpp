@@ -1,4 +1,4 @@
-// Exact sums against integers of 128 bits, against each other in any order and parts, and at the ends of float32.
+// Exact sums compared with integers of 128 bits, with each other in any order and parts, and at the ends of float32.
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -40,7 +40,7 @@ void shuffle(std::vector<float>& values, test::Dice& dice) {
   for (std::size_t i = values.size(); i > 1; --i) std::swap(values[i - 1], values[dice.below(i)]);
 }
 
-// Any finite float32, all exponents as likely.
+// Returns a random finite float32; all exponents are equally likely.
 float any_float(test::Dice& dice) {
   for (;;) {
     const auto value = std::bit_cast<float>(static_cast<std::uint32_t>(dice.word()));

@@ -41,7 +41,7 @@ Points curl(const test::FunctionsProbe& build, const Points& p, int octaves, dou
 
 constexpr std::size_t kMany = 1 << 16;
 
-// d v[component] / d axis by central differences, at every point.
+// Returns d v[component] / d axis by central differences, at every point.
 std::vector<double> slope(const Points& p, int octaves, double time, int component, int axis, float step) {
   const test::FunctionsProbe& build = *test::function_builds().back();
   Points ahead = p, behind = p;

@@ -1,4 +1,4 @@
-// Memory of a store's planes: who shares large memory, and for how long.
+// Memory of a store's planes: which planes share large memory, and for how long.
 #include <algorithm>
 #include <cstdint>
 #include <cstring>

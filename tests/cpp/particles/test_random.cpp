@@ -1,5 +1,5 @@
-// Random numbers: Philox4x32 against the vectors that its authors publish (Random123, tests/kat_vectors), draws against
-// the same function written plainly, in every lane of every build.
+// Random numbers: Philox4x32 compared with the vectors that its authors publish (Random123, tests/kat_vectors), and
+// draws compared with the same function written plainly, in every lane of every build.
 #include <algorithm>
 #include <set>
 #include <vector>
@@ -32,7 +32,7 @@ constexpr Known kKnown[] = {
      {0xd16cfe09, 0x94fdcceb, 0x5001e420, 0x24126ea1}},
 };
 
-// The words of a particle in one draw.
+// Computes the words of a particle in one draw.
 void plain_draw(std::uint64_t id, std::uint32_t step, std::uint32_t stream_and_draw, const std::uint32_t key[2],
                 std::uint32_t out[4]) {
   std::uint32_t k[8];
@@ -112,7 +112,7 @@ TEST(kept_keys_are_those_of_the_draw_that_is_asked_for) {
   }
 }
 
-// Of streams that share all bits of a draw's number but some.
+// Streams that share all but some bits of a draw's number.
 TEST(draws_that_are_made_again_are_new_ones) {
   using namespace particles;
   std::set<std::vector<std::uint32_t>> seen;

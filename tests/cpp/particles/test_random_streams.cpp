@@ -1,6 +1,6 @@
-// The streams of random numbers that the engine draws, looked at as a statistician would: words of neighbouring ids,
-// of ids far apart or above 2^32, of neighbouring steps, places in the list, draws and seeds. Everything is a fixed
-// function, so a test that passes once passes always. docs/notes/speed.md tells what larger tests found.
+// Statistical tests of the engine's streams of random numbers: words of neighbouring ids, of ids far apart or above
+// 2^32, of neighbouring steps, places in the list, draws and seeds. Everything is a fixed function, so a test that
+// passes once always passes. docs/notes/speed.md reports what larger tests found.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -16,7 +16,7 @@ namespace motes::test_random_streams {
 namespace {
 
 constexpr std::uint64_t kCount = std::uint64_t{1} << 18;
-// Standard deviations: among the tens of thousands of figures below, chance alone exceeds it once in a hundred runs.
+// Standard deviations. Among the tens of thousands of figures below, chance alone exceeds this once in a hundred runs.
 constexpr double kLimit = 5.5;
 
 struct Words {
@@ -36,7 +36,7 @@ struct Where {
   }
 };
 
-// The words of `total` draws: number n is that of where(n). Ids that share the rest are drawn together.
+// Returns the words of `total` draws: number n is that of where(n). Ids that share the rest are drawn together.
 Words words(const std::function<Where(std::uint64_t)>& where, std::uint64_t total = kCount) {
   const test::Probe& probe = test::builds().back().probe;
   Words all;
@@ -65,7 +65,7 @@ Words words(const std::function<Where(std::uint64_t)>& where, std::uint64_t tota
   return all;
 }
 
-// How far chi-square is from its mean, in standard deviations (E. Wilson, M. Hilferty, PNAS 17, 1931).
+// Returns how far chi-square is from its mean, in standard deviations (E. Wilson, M. Hilferty, PNAS 17, 1931).
 double deviation(const std::vector<std::uint32_t>& counts, double total) {
   const double expected = total / static_cast<double>(counts.size());
   double chi = 0;
@@ -90,7 +90,7 @@ class Figures {
   std::string what_;
 };
 
-// `cell(n)`: 0 .. cells - 1.
+// Notes how evenly `cell(n)` fills the cells 0 .. cells - 1.
 template <class Cell>
 void uniform(Figures& figures, const std::string& what, std::size_t cells, std::size_t total, const Cell& cell) {
   std::vector<std::uint32_t> counts(cells);
@@ -98,7 +98,7 @@ void uniform(Figures& figures, const std::string& what, std::size_t cells, std::
   figures.note(what, deviation(counts, static_cast<double>(total)));
 }
 
-// Equal bits of two series: each of the 32 is a coin.
+// Notes how many bits of two series are equal: each of the 32 bits is a coin.
 void coins(Figures& figures, const std::string& what, const std::uint32_t* one, const std::uint32_t* other,
            std::size_t total) {
   std::uint32_t ones[32] = {};
@@ -181,7 +181,7 @@ TEST(words_of_few_ids_look_random_over_steps_places_draws_seeds_and_systems) {
 }
 
 TEST(words_of_many_ids_occur_twice_as_often_as_random_ones) {
-  // A word that is a permutation of the ids would never occur twice. The number is a Poisson count.
+  // Words that were a permutation of the ids would never occur twice. The number of repeats is a Poisson count.
   constexpr std::uint64_t kMany = std::uint64_t{1} << 20;
   Words all = words([](std::uint64_t n) { return Where{.id = n}; }, kMany);
   for (std::vector<std::uint32_t>& w : all.of) {
@@ -195,7 +195,7 @@ TEST(words_of_many_ids_occur_twice_as_often_as_random_ones) {
 
 TEST(a_bit_of_the_id_changes_each_bit_of_the_words_in_half_of_the_draws) {
   constexpr std::uint64_t kDraws = 8192;
-  // Ids of 26, 40 and 64 bits, as a short run, a long one, and none has.
+  // Ids of 26, 40 and 64 bits: as in a short run, in a long one, and in none.
   const auto id = [](std::uint64_t n) {
     const std::uint64_t bits = test::Dice(n).word();
     return n % 3 == 0 ? bits >> 38 : n % 3 == 1 ? bits >> 24 : bits;

@@ -1,4 +1,4 @@
-// The store of particles against a simple model of it: a map from id to values.
+// The store of particles compared with a simple model: a map from id to values.
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -17,7 +17,7 @@ namespace {
 
 using namespace particles;
 
-using Values = std::vector<float>;  // all components, and what it remembers of its touches
+using Values = std::vector<float>;  // all components, and what it remembers of its contacts
 using Model = std::map<std::uint64_t, Values>;
 
 Schema schema_of_test() {
@@ -49,7 +49,7 @@ Model model_of(const Store& store) {
   return model;
 }
 
-// Adds particles, some of whose columns are written and some not.
+// Adds particles, with some columns written and others not.
 void add(Store& store, Model& model, std::size_t count, std::uint64_t& next_id, test::Dice& dice) {
   const std::size_t first = store.grow(count);
   for (std::size_t i = first; i < store.size(); ++i) store.set_id(i, next_id++);
@@ -311,7 +311,7 @@ TEST(who_holds_planes_changes_no_particle_after_the_store_has_parted_from_them) 
   const std::shared_ptr<float[]> held = store.planes(0);
   store.part_from_holders();
   CHECK(digest(store) == before);
-  CHECK(store.plane(2, 0) == others);  // nobody else held these
+  CHECK(store.plane(2, 0) == others);  // no other store held these
   CHECK(store.plane(0, 0) != held.get());
   held[5] = 99;
   CHECK(digest(store) == before);

@@ -179,7 +179,7 @@ TEST(program_names_the_dead_and_those_that_leave) {
   }
 }
 
-// Who is chosen by a condition dies, and who was dead before the action stays so.
+// Particles selected by a condition die, and those that were dead before the action stay dead.
 TEST(program_with_conditions_kills_the_chosen_and_revives_nobody) {
   using actions::Op;
   for (const std::size_t count : {1u, 31u, 33u, 128u, 1000u}) {
@@ -352,7 +352,7 @@ TEST(program_gives_the_same_on_any_number_of_threads) {
     for (std::size_t i = 0; i < store.size(); ++i) age[i] = static_cast<float>(i % 100) * 0.001f;
     program::ListResult outcome;
     program.run(store, 77, 1, span, kKey, slice, outcome, pool);
-    CHECK(threads > 1 || pauses > 1);  // a long run is no reason to leave messages alone
+    CHECK(threads > 1 || pauses > 1);  // a long run must not delay messages
     digests.push_back(particles::digest(store));
     program::ListResult found;
     program::Program::find_migrants(store, 5, slice, found, pool);
@@ -393,7 +393,7 @@ TEST(the_next_block_is_asked_for_by_the_time_that_the_last_action_has_run) {
   CHECK(none.left() == 0);
 }
 
-// Such lists may run in longer blocks.
+// Long lists may run in longer blocks.
 TEST(program_of_many_actions_does_to_a_particle_what_it_does_to_it_alone) {
   const Store start = random_store(600, 17);
   std::vector<Action> list;

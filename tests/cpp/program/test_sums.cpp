@@ -1,4 +1,4 @@
-// Sums over stores against plain loops.
+// Sums over stores compared with plain loops.
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -30,7 +30,7 @@ std::vector<double> regular_edges(double low, double high, int bins) {
   return edges;
 }
 
-// The bin of numpy.histogram, by the definition.
+// Returns the bin of numpy.histogram, by its definition.
 std::uint32_t bin_of(const Dimension& dimension, float value) {
   const std::vector<double>& edges = dimension.edges;
   const auto bins = static_cast<std::uint32_t>(edges.size() - 1);
@@ -75,7 +75,7 @@ Sum tally_of_test(bool weighted) {
   return sum;
 }
 
-// What it should come to, by plain loops.
+// Returns the expected result, by plain loops.
 program::Summed plain_tally(const Sum& sum, const particles::Store& store, std::size_t count) {
   program::Summed summed = program::nothing(sum);
   for (std::size_t i = 0; i < count; ++i) {

@@ -1,4 +1,4 @@
-// The recorded list as bytes: what is read is what was written, and every field changes the hash.
+// The recorded list as bytes: reading gives what was written, and every field changes the hash.
 #include <functional>
 #include <string>
 #include <vector>
@@ -71,7 +71,7 @@ base::Bytes bytes_of(const Record& record) {
   return bytes;
 }
 
-// Every way to change one thing in the record.
+// Returns every way to change one thing in the record.
 std::vector<std::function<void(Record&)>> changes() {
   const auto source = [](Record& r) -> Birth& { return std::get<Birth>(r.lists[0][0]); };
   const auto action = [](Record& r, std::size_t at) -> actions::Action& {

@@ -1,4 +1,4 @@
-// Recorded lists with shapes of every kind: what is read is what was written, and broken bytes are refused.
+// Recorded lists with shapes of every kind: reading gives what was written, and broken bytes are refused.
 #include <stdexcept>
 #include <vector>
 

@@ -1,4 +1,4 @@
-// The scene file: what is read is what was written; nothing else is accepted as a scene.
+// The scene file: reading gives what was written, and nothing else is accepted as a scene.
 #include <algorithm>
 #include <climits>
 #include <cstdint>
@@ -80,7 +80,7 @@ Bytes copy_of(const Bytes& bytes) {
   return copy;
 }
 
-// As a file that was created like this, not damaged later.
+// Sets the right hash, as if the file had been created like this, not damaged later.
 void make_hash_right(Bytes& bytes) { bytes.set(24, base::hash(bytes.view().subspan(56))); }
 
 std::uint64_t next(std::uint64_t& state) {
@@ -88,7 +88,7 @@ std::uint64_t next(std::uint64_t& state) {
   return state >> 33;
 }
 
-// Runs a frame with few particles: what passed the checks must not crash.
+// Runs a frame with few particles: what passes the checks must not crash.
 void run(const Record& record) {
   for (std::size_t i = 0; i < record.systems.size(); ++i) {
     particles::Schema schema;
@@ -127,7 +127,7 @@ TEST(scene_comes_back) {
   CHECK(read_scene(scene_of(0).view()).frames.empty());
 }
 
-// A process that has never seen a mesh gets it from the file. Here the mesh in the file is exchanged for another.
+// A process that has never seen a mesh gets it from the file. Here the mesh in the file is replaced by another.
 TEST(scene_brings_the_meshes_that_it_shows) {
   meshes::Mesh mesh{{0, 0, 0, 1, 0, 0, 0, 1, 0.5f}, {0, 1, 2}};
   Record record = frame(0);

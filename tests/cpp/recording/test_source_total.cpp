@@ -1,4 +1,5 @@
-// Numbers of births against sums of whole numbers: rates that stay, change, pause, come in sub-steps or as integrals.
+// Numbers of births compared with sums of whole numbers: rates that stay, change, pause, come in sub-steps or as
+// integrals.
 #include <cstdint>
 #include <limits>
 #include <random>
@@ -31,7 +32,7 @@ engine::System system_of(std::uint64_t capacity = UINT64_MAX) {
   return {definition, 1, 0, 3};
 }
 
-// How many particles the system makes in a frame of these calls.
+// Returns how many particles the system creates in a frame of these calls.
 std::uint64_t born_in_frame(engine::System& system, const std::vector<Birth>& calls, int substeps = 1) {
   const std::uint64_t before = system.counts.born;
   system.start_frame();
@@ -85,7 +86,7 @@ TEST(source_totals_hold_rates_of_any_size) {
 
 TEST(sources_keep_their_fractions_while_others_are_called) {
   engine::System system = system_of();
-  // Halves: the one in frames 0, 2, 4, ..., the other in frames 0, 1, 2, ...
+  // Halves of a particle: one source in frames 0, 2, 4, ..., the other in frames 0, 1, 2, ...
   std::vector<std::uint64_t> born;
   for (int frame = 0; frame < 8; ++frame) {
     std::vector<Birth> calls{source_of(12, 2)};
@@ -126,16 +127,16 @@ TEST(sources_lose_what_the_capacity_drops) {
 TEST(source_totals_add_up_integrals) {
   Birth source = source_of(0);
   engine::System system = system_of();
-  source.until = {0.25, 0.75, 1.5};  // of a rate that was there before the source
+  source.until = {0.25, 0.75, 1.5};  // of a rate that began before the source
   CHECK(born_in_frame(system, {source}, 2) == 1);
-  CHECK(born_in_frame(system, {source_of(24 * 0.75)}, 2) == 1);  // a constant one goes on from there
+  CHECK(born_in_frame(system, {source_of(24 * 0.75)}, 2) == 1);  // a constant rate continues from there
   source.until = {1e15, 1e15 + 0.5, 1e15 + 1};
   CHECK(born_in_frame(system, {source}, 2) == 1);
   source.until = {3 - 1e-9, 3 - 1e-9, 3 - 1e-9};
   CHECK(born_in_frame(system, {source}, 2) == 0);
   source.until = {0, 1 - 1e-13, 1 - 1e-13};
   CHECK(born_in_frame(system, {source}, 2) == 0);
-  source.scale = 1000;  // now they are rounded like 1000
+  source.scale = 1000;  // now rounding errors are those of 1000
   source.until = {0, 0, 0};
   CHECK(born_in_frame(system, {source}, 2) == 1);
 }

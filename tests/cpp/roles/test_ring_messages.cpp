@@ -26,7 +26,7 @@ struct Item {
   auto operator<=>(const Item&) const = default;
 };
 
-// The births that calculator c creates in a turn: some for every owner, some for few, now and then none.
+// Returns the births that calculator c creates in a turn: some for every owner, some for few, now and then none.
 std::vector<Item> made(int calculators, int c, std::uint32_t turn) {
   test::Dice dice(1000 * turn + static_cast<std::uint64_t>(c));
   std::vector<Item> items(dice.below(4) == 0 ? 0 : dice.below(60));
@@ -37,7 +37,7 @@ std::vector<Item> made(int calculators, int c, std::uint32_t turn) {
   return items;
 }
 
-// One step: sends what must travel on, returns what stays and what arrives.
+// Runs one step: sends what must travel on, returns what stays and what arrives.
 std::vector<Item> pass_on(comm::Communicator& comm, const roles::Cast& cast, const roles::Ring& ring, int step,
                           Stamp stamp, const std::vector<Item>& items, bool failed) {
   const auto rank_of = [&](int c) { return cast.calculators[static_cast<std::size_t>(c)]; };
@@ -65,7 +65,7 @@ std::vector<Item> pass_on(comm::Communicator& comm, const roles::Cast& cast, con
   return here;
 }
 
-// `failing` creates and relays nothing, but takes part.
+// Runs a rank's births. `failing` creates and relays nothing, but takes part.
 void births(SimulatedRank& self, const roles::Cast& cast, int failing, std::uint32_t turns) {
   comm::Communicator comm(self.transport(), {});
   const int calculators = static_cast<int>(cast.calculators.size());
@@ -90,7 +90,7 @@ void births(SimulatedRank& self, const roles::Cast& cast, int failing, std::uint
     std::sort(items.begin(), items.end());
     if (failing < 0) {
       CHECK(items == due);
-    } else {  // what went through the failing one is missing, nothing else arrived
+    } else {  // births that passed through the failing one are missing; nothing foreign arrived
       CHECK(std::includes(due.begin(), due.end(), items.begin(), items.end()));
     }
   }

@@ -1,4 +1,4 @@
-// Meshes as shapes: what they hold, samples of them, and paths that meet them, in all builds.
+// Meshes as shapes: what they contain, their samples, and paths that meet them, in all builds.
 #include <cmath>
 #include <vector>
 
@@ -65,7 +65,7 @@ Points drawn(const actions::Kernels& kernels, const Shape& shape, std::size_t n,
   return points;
 }
 
-// A box of points around the shape.
+// Returns a box of points around the shape.
 Points cloud(std::size_t n, float reach) {
   test::Dice dice(8);
   Points points(n);
@@ -83,7 +83,7 @@ std::vector<std::uint8_t> inside(const actions::Kernels& kernels, const Shape& s
   return found;
 }
 
-// How far samples are from being spread evenly over cells that hold equal parts: chi square, per degree of freedom.
+// Returns chi square per degree of freedom of samples over cells that hold equal parts: how unevenly they are spread.
 double unevenness(const std::vector<std::size_t>& cells) {
   double sum = 0, total = 0;
   for (const std::size_t n : cells) total += static_cast<double>(n);
@@ -97,7 +97,7 @@ std::size_t cell(double part, std::size_t count) {
   return std::min(static_cast<std::size_t>(part * static_cast<double>(count)), count - 1);
 }
 
-// A step of `bounce` in one build.
+// The particles after a step of `bounce` in one build.
 struct Bounced {
   Points position, velocity;
 };
@@ -194,7 +194,7 @@ TEST(mesh_samples_of_the_inside_are_uniform_by_volume) {
   for (std::size_t i = 0; i < n; ++i) {
     const double x = points.at(i, 0), y = points.at(i, 1), z = points.at(i, 2), r = std::hypot(x, z);
     ++turns[cell(std::atan2(z, x) / 6.283185307 + 0.5, 24)];
-    // In tubes around the ring the volume grows with the square of the distance: by Pappus, whatever the turn.
+    // In tubes around the ring the volume grows with the square of the distance (Pappus), whatever the angle.
     ++tubes[cell(((r - 1) * (r - 1) + y * y) / (0.4 * 0.4), 8)];
   }
   CHECK(unevenness(turns) < 2);
@@ -213,7 +213,7 @@ TEST(mesh_shapes_survive_as_bytes_within_unions_too) {
   for (const Shape& shape : {one, shapes::unite({ball, one})}) {
     base::Bytes bytes;
     base::write_fields(shape, bytes);
-    CHECK(bytes.size() < 400);  // the mesh goes by its name
+    CHECK(bytes.size() < 400);  // the mesh is named by its key
     Shape read;
     base::Reader in(bytes.view());
     base::read_fields(in, read);
@@ -226,7 +226,7 @@ TEST(mesh_shapes_survive_as_bytes_within_unions_too) {
 }
 
 TEST(a_union_that_is_read_shares_samples_out_as_the_one_that_was_written) {
-  // A process that reads it has not yet built the inside of its mesh.
+  // A process that reads the shape has not yet built the inside of its mesh.
   float number[shapes::kNumbers] = {};
   number[3] = number[10] = number[kSolid] = 1;
   number[kResolution] = 9;  // no other test has this form

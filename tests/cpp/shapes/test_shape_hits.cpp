@@ -1,5 +1,5 @@
-// Where paths meet the surfaces of triangles, cylinders, cones and unions: against analytic values, from both sides,
-// at any speed.
+// Where paths meet the surfaces of triangles, cylinders, cones and unions: compared with analytic values, from both
+// sides, at any speed.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -139,7 +139,7 @@ TEST(hit_the_nearest_part_of_a_union) {
 
 namespace {
 
-// Particles of any speed around and in the shape bounce in random steps; none may change sides.
+// Bounces particles of any speed around and in the shape in random steps; none may change sides.
 void check_no_leak(const Shape& shape, float dt) {
   constexpr std::size_t kCount = 4096;
   const test::Build build = test::builds().back();
@@ -171,7 +171,7 @@ void check_no_leak(const Shape& shape, float dt) {
       parameters.shape = &shape;
       build.kernels.action[static_cast<std::size_t>(kind)](parameters, block, step);
     }
-    for (std::size_t i = 0; i < kCount; ++i) {  // come back
+    for (std::size_t i = 0; i < kCount; ++i) {  // bring particles back
       for (int c = 0; c < 3; ++c) {
         if (std::fabs(plane[c][i]) > 5) plane[c + 3][i] = std::copysign(plane[c + 3][i], -plane[c][i]);
       }
@@ -186,7 +186,7 @@ void check_no_leak(const Shape& shape, float dt) {
   CHECK(inside > 100);
 }
 
-// What a shape holds of places that a float32 apart from each other straddle its surface.
+// Returns which of these positions a shape contains: they are one float32 apart and straddle its surface.
 std::vector<std::uint8_t> held(const Shape& shape, int along, const std::vector<float>& at) {
   std::vector<float> plane[3];
   for (std::vector<float>& values : plane) values.assign(at.size() + 16, 0.0f);
@@ -204,7 +204,7 @@ TEST(shapes_hold_places_by_more_than_the_rounding_of_their_size) {
   const std::vector<std::uint8_t> below{1, 1, 1, 0, 0, 0}, by_double{1, 1, 1, 1, 0, 0};
   CHECK(held({Kind::plane, {0, 0, 0, 0.1f, 1, 0.05f}}, 1, near) == below);
   CHECK(held({Kind::plane, {500, -50, 0, 0.1f, 1, 0}}, 1, {-1e-3f, 1e-3f}) == std::vector<std::uint8_t>({1, 0}));
-  // Below 50 m times 2^-53, double precision has its say.
+  // Below 50 m times 2^-53, the rounding of double precision decides.
   CHECK(held({Kind::sphere, {0, -50, 0, 50, 0}}, 1, near) == by_double);
   CHECK(held({Kind::cylinder, {-3, -50, 0, 3, -50, 0, 50, 0}}, 1, near) == by_double);
 }

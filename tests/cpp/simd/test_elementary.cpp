@@ -1,4 +1,4 @@
-// The engine's own elementary functions against long double.
+// The engine's own elementary functions compared with long double.
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -27,7 +27,7 @@ std::vector<float> numbers(std::size_t count, float low, float high) {
   return v;
 }
 
-// Positive normal numbers of every exponent.
+// Returns positive normal numbers of every exponent.
 std::vector<float> all_exponents(std::size_t each) {
   test::Dice dice(3);
   std::vector<float> v;

@@ -1,4 +1,5 @@
-// Elementary functions of any argument against long double: errors in ulp, special values, equal bits in every build.
+// Elementary functions of any argument compared with long double: errors in ulp, special values, equal bits in every
+// build.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -19,7 +20,7 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr float kDenormal = 1e-42f;
 
-// Half of them evenly spread, half random.
+// Returns numbers, half of them evenly spread, half random.
 Numbers numbers(std::size_t count, float low, float high) {
   test::Dice dice(11);
   Numbers v(count);
@@ -30,7 +31,7 @@ Numbers numbers(std::size_t count, float low, float high) {
   return v;
 }
 
-// Of every magnitude in 2^low .. 2^high, with both signs where asked for.
+// Returns numbers of every magnitude in 2^low .. 2^high, with both signs if asked for.
 Numbers magnitudes(std::size_t count, int low, int high, bool both_signs) {
   test::Dice dice(12);
   Numbers v(count);
@@ -103,8 +104,8 @@ float two(FunctionsProbe::Two FunctionsProbe::* function, float a, float b) {
   return out[0];
 }
 
-// Agreement as between two good implementations of the C library: not to the last bit, but in sign, including the sign
-// of zeros.
+// Returns whether two results agree as well as those of two good implementations of the C library: not to the last bit,
+// but in sign, including the sign of zeros.
 bool alike(float a, float b) {
   if (std::isnan(a) || std::isnan(b) || std::isinf(a) || std::isinf(b)) {
     return (std::isnan(a) && std::isnan(b)) || a == b;
@@ -127,7 +128,7 @@ constexpr auto kFloor = &FunctionsProbe::floor;
 constexpr auto kPower = &FunctionsProbe::power;
 constexpr auto kModulo = &FunctionsProbe::modulo;
 
-// As Python and NumPy have it, in long double: exact for floats.
+// Returns the modulo of Python and NumPy in long double, which is exact for floats.
 long double modulo(long double x, long double y) {
   const long double rest = std::fmod(x, y);
   if (rest == 0) return std::copysign(0.0L, y);
@@ -141,7 +142,7 @@ TEST(sin_and_cos_of_radians) {
     check_one(kSin, std::sin, numbers(kMany, -most, most), 2);
     check_one(kCos, std::cos, numbers(kMany, -most, most), 2);
   }
-  // Close to multiples of pi / 2, where only the error of the reduction is left.
+  // Close to multiples of pi / 2, only the error of the reduction is left.
   Numbers near(kMany);
   for (std::size_t i = 0; i < kMany; ++i) near[i] = static_cast<float>(static_cast<double>(i) * 1.5707963267948966);
   check_one(kSin, std::sin, near, 2);

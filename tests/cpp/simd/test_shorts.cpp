@@ -1,4 +1,4 @@
-// Vectors of 16-bit numbers beside plain loops.
+// Vectors of 16-bit numbers compared with plain loops.
 #include <algorithm>
 #include <array>
 #include <cstdint>

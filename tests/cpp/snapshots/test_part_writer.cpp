@@ -1,4 +1,4 @@
-// Files of parts: what is written past the kernel's cache, in whole pieces, and what is left of it.
+// Files of parts: what is written past the kernel's cache in whole pieces, and the rest.
 #include <algorithm>
 #include <csignal>
 #include <filesystem>
@@ -30,7 +30,7 @@ std::string content_of(const std::string& path) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-// Whether the file has these bytes, one after the other.
+// Returns whether the file has these bytes, one after the other.
 bool holds(const std::string& path, const std::vector<std::byte>& head, const std::vector<std::byte>& rest) {
   const std::string content = content_of(path);
   const std::span<const std::byte> bytes = std::as_bytes(std::span(content));

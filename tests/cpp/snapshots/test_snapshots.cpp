@@ -1,5 +1,5 @@
-// Parts of checkpoints, and what all ranks know. That a world goes on from them with the same bits, on other ranks and
-// with other cuts, is held by simulated disasters: test_recovery.cpp.
+// Parts of checkpoints, and the state that all ranks share. Simulated disasters test that a world continues from them
+// with the same bits, on other ranks and with other cuts: test_recovery.cpp.
 #include <cstring>
 #include <memory>
 #include <numeric>

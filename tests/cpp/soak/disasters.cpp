@@ -1,5 +1,5 @@
-// Simulated disasters (soak/disasters.h) until one breaks a promise: `disasters SEEDS`. Ends with 1 and names it, or
-// with 0.
+// Runs simulated disasters (soak/disasters.h) until one breaks a promise: `disasters SEEDS`. Exits with 1 and names it,
+// or with 0.
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>

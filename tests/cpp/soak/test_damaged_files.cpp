@@ -1,4 +1,4 @@
-// Scenes, checkpoints and tables that something has damaged: see soak/files.h.
+// Damaged scenes, checkpoints and tables: see soak/files.h.
 #include <filesystem>
 #include <string>
 

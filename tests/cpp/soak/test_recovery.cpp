@@ -1,5 +1,5 @@
-// Runs whose ranks die: those that are left bring them to their end with the bits of a run that nothing happened to,
-// wherever that is, and say so where they cannot. Disasters of all kinds are drawn from seeds: see soak/disasters.h.
+// Runs whose ranks die: wherever that is, the survivors finish them with the bits of an undisturbed run, or report that
+// they cannot. Disasters of all kinds are drawn from seeds: see soak/disasters.h.
 #include <string>
 #include <vector>
 

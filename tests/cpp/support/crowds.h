@@ -1,4 +1,4 @@
-// Particles that meet, for tests of the laws between them, and the builds of the kernels side by side.
+// Crowds of particles for tests of the laws between them, and all builds of the kernels.
 #pragma once
 
 #include <array>
@@ -35,7 +35,7 @@ struct MeetingBuild {
   const interactions::Kernels& kernels;
 };
 
-/// The builds that this process can run, narrowest first.
+/// Returns the builds that this process can run, narrowest first.
 inline const std::vector<MeetingBuild>& meeting_builds() {
   static const std::vector<MeetingBuild> all = [] {
     std::vector<MeetingBuild> found;
@@ -58,7 +58,7 @@ inline std::vector<std::uint64_t> numbers(std::size_t count, std::uint64_t first
   return all;
 }
 
-/// Particles by their index: this rank's own, then ghosts of others.
+/// Particles by index: this rank's own, then ghosts of others.
 struct Flock {
   std::array<std::vector<float>, interactions::party_columns> column;
   std::vector<std::uint64_t> ids;
@@ -67,13 +67,14 @@ struct Flock {
   std::size_t size() const { return ids.size(); }
   interactions::Column plane(std::size_t c) const { return {column[c].data(), column[c].data() + own, 0}; }
   motes::particles::IdList own_ids() const { return motes::particles::IdList(std::span(ids).first(own)); }
-  /// Looks at own_ids(), which somebody else keeps.
+  /// Returns the crowd, which refers to own_ids(): the caller must keep them.
   interactions::Crowd crowd(const motes::particles::IdList& own_ids) const {
     return {{plane(0), plane(1), plane(2)}, own_ids, ids.data() + own, own, size() - own};
   }
 };
 
-/// In a cube around the origin, with ids in no order; reaches are below 0.25 m, contacts as a pile has them.
+/// Returns particles in a cube around the origin, with ids in random order; reaches are below 0.25 m, contacts as in a
+/// pile.
 inline Flock random_flock(std::size_t count, float half, std::uint64_t seed) {
   Dice dice(seed);
   Flock flock;
@@ -93,7 +94,7 @@ inline Flock random_flock(std::size_t count, float half, std::uint64_t seed) {
   return flock;
 }
 
-/// The particles at these indices; the first `own` are this rank's.
+/// Returns the particles at these indices; the first `own` are this rank's.
 inline Flock taken(const Flock& from, const std::vector<std::size_t>& indices, std::size_t own) {
   Flock flock;
   flock.own = own;
@@ -104,14 +105,14 @@ inline Flock taken(const Flock& from, const std::vector<std::size_t>& indices, s
   return flock;
 }
 
-/// An action and how its law is asked. The first three are what a test of a new law gives.
+/// An action and the settings that its law runs with. Tests of a new law set the first three.
 struct Law {
   motes::actions::Action action;
   float reach = 0, step = 1.0f / 256;
   bool radii = false, masses = false;
   int side = 0;
   std::uint32_t now = 7;
-  bool skin = false;  // contact: its list has one
+  bool skin = false;  // contact: whether its list has one
 
   std::vector<interactions::Component> outputs() const { return interactions::changed_by(action); }
 };
@@ -134,7 +135,7 @@ inline Law collision(float reach, double restitution, bool radii, bool masses) {
   return {make(given::collide<>{.restitution = restitution, .friction = 0.5}), reach, 1.0f / 256, radii, masses};
 }
 
-/// `reach`: of two of the largest radii.
+/// `reach`: that of two particles with the largest radius.
 inline Law contact_law(float reach, double stiffness = 2000) {
   return {make(given::contact<>{.restitution = 0.5, .friction = 0.5, .stiffness = stiffness, .rolling_friction = 0.25}),
           reach, 1.0f / 256, true, true};
@@ -146,7 +147,7 @@ inline Law fluid_law(float reach, double rest_density = 300, double viscosity = 
           reach, 1.0f / 256, false, true};
 }
 
-/// Each law, some with several settings: what tests of any law go through.
+/// Returns each law, some with several settings, for tests of all laws.
 inline const std::vector<Law>& all_laws() {
   static const std::vector<Law> all = [] {
     std::vector<Law> made{gravitation(0.25f), matching(0.25f, 1e-3f), matching(0.25f, 0.3f), contact_law(0.25f),
@@ -162,17 +163,17 @@ inline const std::vector<Law>& all_laws() {
   return all;
 }
 
-/// What own particles remember of their touches, by index.
+/// What own particles remember of their contacts, by index.
 using Remembered = std::vector<std::vector<motes::particles::Touch>>;
 
-/// What a law says of each own particle, by index.
+/// What a law computes for each own particle, by index.
 struct Heard {
   std::array<std::vector<float>, interactions::kMostResults> out;
   Remembered touches;
   std::uint64_t pairs = 0;
 };
 
-/// A flock in the order of its cells, as kernels take it.
+/// A flock in the order of its cells, as kernels expect it.
 struct Arranged {
   Arranged(const Flock& flock, float reach, motes::threads::Pool& pool)
       : own_ids(flock.own_ids()), crowd(flock.crowd(own_ids)) {
@@ -195,7 +196,7 @@ struct Arranged {
   const float* planes[interactions::party_columns];
 };
 
-/// Lists the pairs of a flock and puts it in the list's order. `touches`: what they remember.
+/// Lists the pairs of a flock and puts it in the list's order. `touches`: what the particles remember.
 inline interactions::NeighbourList listed(const Law& law, const Flock& flock, Arranged& arranged,
                                           const Remembered& touches, motes::threads::Pool& pool) {
   static const motes::particles::Schema schema;
@@ -211,7 +212,7 @@ inline interactions::NeighbourList listed(const Law& law, const Flock& flock, Ar
   return list;
 }
 
-/// `sources`: those that the targets see; `touches`: what the targets remember.
+/// Runs a law. `sources`: the particles that the targets see; `touches`: what the targets remember.
 inline Heard heard(const MeetingBuild& build, const Law& law, const Flock& targets, const Flock& sources,
                    motes::threads::Pool& pool = motes::threads::alone(), Remembered touches = {}) {
   touches.resize(targets.own);

@@ -7,7 +7,7 @@
 
 namespace test {
 
-/// One system, whose space is as wide as the box.
+/// Adds one system, whose space is as wide as the box.
 inline void add_drawn_system(motes::engine::Engine& engine) {
   motes::recording::SystemDefinition definition;
   definition.space = {motes::domains::Space::Kind::finite, -4, 4};
@@ -23,7 +23,7 @@ inline motes::image::View drawn_view(int width, int height, motes::image::View::
   return view;
 }
 
-/// Particles all over the box: so many per frame of a 24th of a second.
+/// Returns a source all over the box that emits this many particles per frame of 1/24 s.
 inline motes::recording::Birth drawn_source(double per_frame) {
   motes::recording::Birth birth;
   birth.kind = motes::recording::Birth::Kind::source;
@@ -32,7 +32,7 @@ inline motes::recording::Birth drawn_source(double per_frame) {
   return birth;
 }
 
-/// Lets this many ranks play, in an order of events that the seed decides.
+/// Runs `play` on this many simulated ranks, in an order of events that the seed determines.
 template <class Play>
 void on_ranks(int ranks, std::uint64_t seed, const Play& play) {
   motes::comm::Simulation simulation;

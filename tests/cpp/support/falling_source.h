@@ -5,7 +5,7 @@
 
 namespace test {
 
-/// Particles that fall on the ground at y = 0 and spread along x: so many per frame of a 24th of a second.
+/// Returns a source of particles that fall on the ground at y = 0 and spread along x: this many per frame of 1/24 s.
 inline motes::recording::Birth falling_source(double per_frame) {
   motes::recording::Birth birth;
   birth.kind = motes::recording::Birth::Kind::source;

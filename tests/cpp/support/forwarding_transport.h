@@ -1,4 +1,4 @@
-// A transport that does what the one below it does: tests override what they watch.
+// A transport that forwards every call to another one: tests override what they watch.
 #pragma once
 
 #include <memory>

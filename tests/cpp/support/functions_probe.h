@@ -1,4 +1,4 @@
-// The functions and shapes that the tests call in code compiled once for each instruction set.
+// Functions and shapes that tests call in code compiled once per instruction set.
 #pragma once
 
 #include <cstddef>
@@ -21,7 +21,7 @@ struct FunctionsProbe {
   /// Noise at (x, y, z, time).
   void (*noise)(const float* const* p, std::size_t count, int octaves, std::uint32_t field, float* out);
 
-  /// Shape::hit of the paths from p to p + path: part is below 0 where there is no hit.
+  /// Shape::hit of the paths from p to p + path; part is below 0 if there is no hit.
   void (*hit)(const motes::shapes::Shape&, const float* const* p, const float* const* path, std::size_t count,
               float* part, float* const* normal);
 };

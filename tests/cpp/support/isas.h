@@ -1,4 +1,4 @@
-// The builds of the kernels side by side, where the processor has them.
+// All builds of the kernels that the processor can run.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +23,7 @@ struct Build {
   const Probe& probe;
 };
 
-/// Of MOTES_BUILDS(table), what this process can run, narrowest first.
+/// Returns those of MOTES_BUILDS(table) that this process can run, narrowest first.
 template <class Table>
 std::vector<const Table*> runnable(const Table* const (&builds)[3]) {
   std::vector<const Table*> found;
@@ -33,7 +33,7 @@ std::vector<const Table*> runnable(const Table* const (&builds)[3]) {
   return found;
 }
 
-/// The builds that this process can run, narrowest first.
+/// Returns the builds that this process can run, narrowest first.
 inline std::vector<Build> builds() {
   const auto kernels = runnable<motes::actions::Kernels>(MOTES_BUILDS(action_kernels));
   const auto probes = runnable<Probe>(MOTES_BUILDS(probe));
@@ -50,7 +50,7 @@ class Dice {
  public:
   explicit Dice(std::uint64_t seed) : state_(seed) {}
   std::uint64_t word() { return motes::base::next_random(state_); }
-  /// 0 .. below - 1.
+  /// Returns 0 .. below - 1.
   std::size_t below(std::size_t below) { return static_cast<std::size_t>(word() % below); }
   float between(float low, float high) { return low + (high - low) * static_cast<float>(word() >> 40) * 0x1p-24f; }
   bool coin() { return (word() & 1u) != 0; }

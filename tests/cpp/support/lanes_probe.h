@@ -1,4 +1,4 @@
-// The functions that the tests call in code compiled once for each instruction set.
+// Functions that tests call in code compiled once per instruction set.
 #pragma once
 
 #include <cstddef>
@@ -18,12 +18,12 @@ struct Probe {
   void (*log)(const float* v, std::size_t count, float* out);
   void (*cube_root)(const float* v, std::size_t count, float* out);
 
-  /// Of 16 groups of eight 16-bit numbers, numbers k and k + 4 times the halves of the group's weights, added: four
-  /// planes of 16.
+  /// For 16 groups of eight 16-bit numbers, multiplies numbers k and k + 4 by the halves of the group's weights and
+  /// adds the products: four planes of 16.
   void (*pairs)(const std::uint16_t* groups, const std::int32_t* weights, std::int32_t* out);
-  /// Three planes of 16 numbers in turn.
+  /// Interleaves three planes of 16 numbers.
   void (*thirds)(const std::int32_t* planes, std::uint16_t* out);
-  /// The greatest of the first numbers that a vector has; 2 * lanes are read.
+  /// Returns the greatest of the numbers that fill one vector; 2 * lanes are read.
   int (*greatest)(const std::int16_t* numbers);
 };
 

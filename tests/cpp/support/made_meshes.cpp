@@ -24,7 +24,7 @@ void add(Mesh& mesh, double x, double y, double z) {
   for (const double v : {x, y, z}) mesh.vertices.push_back(static_cast<float>(v));
 }
 
-// Two triangles for each cell of a grid of vertices, `columns` in each row.
+// Adds two triangles for each cell of a grid of vertices, `columns` in each row.
 void add_grid(Mesh& mesh, std::uint32_t rows, std::uint32_t columns) {
   for (std::uint32_t i = 0; i + 1 < rows; ++i) {
     for (std::uint32_t j = 0; j + 1 < columns; ++j) {
@@ -50,7 +50,7 @@ double to_triangle(const Vector& p, const Vector& a, const Vector& b, const Vect
   return std::min({to_segment(p, a, b), to_segment(p, b, c), to_segment(p, c, a)});
 }
 
-// A. van Oosterom and J. Strackee, 1983.
+// Returns the solid angle of a triangle (A. van Oosterom and J. Strackee, 1983).
 double solid_angle(Vector a, Vector b, Vector c) {
   const double x = length(a), y = length(b), z = length(c);
   return 2 * std::atan2(dot(a, cross(b, c)), x * y * z + dot(a, b) * z + dot(b, c) * x + dot(c, a) * y);

@@ -1,26 +1,26 @@
-// Closed meshes that the tests of meshes share, and what is known of them.
+// Closed meshes for tests, and their known properties.
 #pragma once
 
 #include "meshes/assets.h"
 
 namespace test {
 
-/// A ball around the origin, as a formula gives it: the seam is there twice, and each pole once per meridian.
+/// Returns a ball around the origin, as a formula gives it: the seam has double vertices, each pole one per meridian.
 motes::meshes::Mesh globe(int parallels, int meridians, double radius = 1);
 
-/// A ring around the y axis.
+/// Returns a ring around the y axis.
 motes::meshes::Mesh torus(int around, int across, double radius = 1, double tube = 0.4);
 
-/// An axis-aligned box, facing outwards, or inwards.
+/// Returns an axis-aligned box, facing outwards or inwards.
 motes::meshes::Mesh block(double low, double high, bool inwards = false);
 
-/// Four corners of a cube: all edges are sharp.
+/// Returns four corners of a cube: all edges are sharp.
 motes::meshes::Mesh tetrahedron();
 
-/// Both, as one mesh.
+/// Joins both meshes into one.
 motes::meshes::Mesh together(const motes::meshes::Mesh& a, const motes::meshes::Mesh& b);
 
-/// Signed distance, found by trying each triangle; the sign by the solid angle under which all of them are seen.
+/// Returns the signed distance, found by trying each triangle; its sign is that of the solid angle of all of them.
 double distance_by_trying(const motes::meshes::Mesh& mesh, double x, double y, double z);
 
 }  // namespace test

@@ -1,4 +1,4 @@
-// Who has which particles.
+// Checks which calculator has which particles.
 #pragma once
 
 #include "engine/engine.h"
@@ -7,7 +7,7 @@
 
 namespace test {
 
-/// Between two frames each calculator has what belongs to it, and nothing else.
+/// Checks that each calculator has exactly the particles that it owns, as it must between two frames.
 inline void check_owners(motes::engine::Engine& engine) {
   for (int i = 0; engine.session().calculates() && i < engine.system_count(); ++i) {
     const motes::particles::Store& store = *engine.seen(i).store;

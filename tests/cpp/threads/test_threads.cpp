@@ -1,4 +1,4 @@
-// The pool: each part once, failures, sleep; and what the engine's loops make of it: the same bits as one thread.
+// The pool: each part runs once, failures, sleep; and the engine's loops give the same bits as one thread.
 #include "threads/pool.h"
 
 #include <sys/wait.h>
@@ -115,7 +115,7 @@ TEST(each_worker_begins_with_its_own_share) {
       pool.run(workers * each, [&](std::size_t part, std::size_t worker) {
         if (first_part[worker] != SIZE_MAX) return;
         first_part[worker] = part;
-        ++begun;  // nobody goes on before all are here
+        ++begun;  // no worker continues before all are here
         for (int wait = 0; wait < 5000 && begun < workers; ++wait) {
           std::this_thread::sleep_for(std::chrono::milliseconds(1));
         }
@@ -162,7 +162,7 @@ TEST(a_task_throws_what_its_lowest_failing_part_threw) {
       CHECK(what == "part 6");
       int runs = 0;
       pool.run(1, [&](std::size_t, std::size_t) { ++runs; });
-      CHECK(runs == 1);  // the pool goes on
+      CHECK(runs == 1);  // the pool still works
     }
   }
 }
@@ -189,13 +189,13 @@ TEST(a_pool_that_waits_uses_no_processor) {
   Pool pool(4);
   std::atomic<int> runs{0};
   pool.run(100, [&](std::size_t, std::size_t) { ++runs; });
-  std::this_thread::sleep_for(std::chrono::milliseconds(20));  // all have gone to sleep
+  std::this_thread::sleep_for(std::chrono::milliseconds(20));  // all threads have gone to sleep
   const double before = process_seconds();
   std::this_thread::sleep_for(std::chrono::milliseconds(200));
   CHECK(process_seconds() - before < 0.02);
 }
 
-// It has none of the threads.
+// A forked copy has none of the threads.
 TEST(a_copy_of_the_process_can_use_and_destroy_a_pool) {
   auto pool = std::make_unique<Pool>(3);
   const auto work = [&] {
@@ -205,7 +205,7 @@ TEST(a_copy_of_the_process_can_use_and_destroy_a_pool) {
   };
   for (int number = 0; number < 20; ++number) {
     CHECK(work() == 8);
-    // In every other copy all threads wait; else some may hold what the copy would wait for.
+    // In every other copy all threads are asleep; otherwise some may hold what the copy would wait for.
     if (number % 2 != 0) std::this_thread::sleep_for(std::chrono::milliseconds(20));
     const pid_t copy = fork();
     if (copy == 0) {

@@ -1,4 +1,4 @@
-"""Draws domains that are cut along several axes, as they are in one frame."""
+"""Draws domains cut along several axes, in one frame."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Array = npt.NDArray[np.float64]
 
 
 def draw_bricks(ax: Axes, load: DataFrame, axes: str, calculators: Sequence[int], space: Any) -> None:
-    """Draw one frame's bricks, seen along the axis that is not among the first two of `axes`."""
+    """Draw one frame's bricks, projected to the plane of the first two `axes`."""
     rows = load.set_index("rank").reindex([rank for rank in calculators if rank in set(load["rank"])])
     across = _ends(rows, "domain_lo", "domain_hi")
     along = _ends(rows, f"domain_{axes[1]}_lo", f"domain_{axes[1]}_hi")
@@ -44,7 +44,7 @@ def _polygon(corners: list[tuple[float, float]], **style: Any) -> Any:
 
 
 def _ends(rows: DataFrame, low: str, high: str) -> Array:
-    """Both ends of each brick; infinite where the log has none."""
+    """Return both ends of each brick; infinite where the log has none."""
     ends = rows.reindex(columns=[low, high]).to_numpy(dtype=float, copy=True)
     ends[:, 0] = np.where(np.isnan(ends[:, 0]), -np.inf, ends[:, 0])
     ends[:, 1] = np.where(np.isnan(ends[:, 1]), np.inf, ends[:, 1])
@@ -52,7 +52,7 @@ def _ends(rows: DataFrame, low: str, high: str) -> Array:
 
 
 def _limits(ends: Array, space: Any) -> tuple[float, float]:
-    """The visible range: all cuts and, where it is known, the space that was divided."""
+    """Return the range to show: all cuts and, if known, the space that was divided."""
     seen = [*ends[np.isfinite(ends)], *(space if isinstance(space, tuple) else ())]
     low, high = (min(seen), max(seen)) if seen else (-1.0, 1.0)
     margin = 0.0 if isinstance(space, tuple) else 0.25 * (high - low) or 1.0

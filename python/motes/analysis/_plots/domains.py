@@ -22,7 +22,7 @@ Array = npt.NDArray[np.float64]
 def draw_domains(
     ax: Axes, load: DataFrame, calculators: Sequence[int], density: DataFrame | None, space: Any
 ) -> None:
-    """Draw one system's domains: bands, cuts, and where its particles are."""
+    """Draw one system's domains as bands, its cuts, and the distribution of its particles."""
     left = load.pivot_table(index="frame", columns="rank", values="domain_lo", dropna=False)
     frames = left.index.to_numpy(dtype=float)
     ranks = [rank for rank in calculators if rank in set(load["rank"])]
@@ -31,13 +31,14 @@ def draw_domains(
     high = right.reindex(columns=ranks).to_numpy(dtype=float, copy=True)
     bottom, top = _limits(high[:, :-1], density, space)
     outside = int(((high[-1, :-1] < bottom) | (high[-1, :-1] > top)).sum())
-    # A run continued on other ranks has no rows for those that left; in a row, a missing end is infinite.
+    # A run continued on other ranks has no rows for ranks that left; in existing rows, a missing end is
+    # infinite.
     rows = load.pivot_table(index="frame", columns="rank", values="n_end", aggfunc="size", dropna=False)
     there = (rows.reindex(columns=ranks).fillna(0) > 0).to_numpy()
     low[there & np.isnan(low)], high[there & np.isnan(high)] = -np.inf, np.inf
-    # Draw bands far beyond the visible range: users may set wider limits afterwards.
+    # Draw bands far beyond the visible range, because users may set wider limits afterwards.
     reach = 20 * (top - bottom)
-    # A domain holds for its whole frame: without a copy of the last one, its band would have no width.
+    # Repeat the last frame at its end: otherwise its band would have no width.
     at = np.append(frames, frames[-1] + 1)
     low, high = (np.clip(np.vstack([ends, ends[-1:]]), bottom - reach, top + reach) for ends in (low, high))
     for i, rank in enumerate(ranks):
@@ -57,7 +58,7 @@ def draw_domains(
 
 
 def _name(ax: Axes, rank: int, x: float, ends: Array, height: float) -> None:
-    """Name a calculator on the right of its domain, where there is room."""
+    """Label a calculator to the right of its domain, if there is room."""
     if ends[1] - ends[0] > 0.025 * height:
         offset: dict[str, Any] = {"xytext": (4, 0), "textcoords": "offset points", "va": "center"}
         text = ax.annotate(f"rank {rank}", (x, float(ends.mean())), annotation_clip=False, **offset)
@@ -73,10 +74,10 @@ def _particles(ax: Axes, density: DataFrame, color: str) -> None:
 
 
 def _limits(cuts: Array, density: DataFrame | None, space: Any) -> tuple[float, float]:
-    """Return the range to show: the particles, and cuts near them; an infinite space is mostly empty."""
+    """Return the range to show: particles and cuts near them, because infinite space is mostly empty."""
     seen: list[float] = []
     if density is not None and density["x_q00"].notna().any():
-        # Not the outermost particles: one stray would squeeze all others into a line.
+        # Exclude the outermost particles: one outlier would squeeze all others into a line.
         seen = [float(density["x_q01"].min()), float(density["x_q15"].max())]
         reach = seen[1] - seen[0] or 1.0
         seen = [seen[0] - 0.1 * reach, seen[1] + 0.1 * reach]

@@ -1,4 +1,4 @@
-"""How plots look: colours that colour-blind readers can tell apart, axes with units; no plot shows itself."""
+"""Style of plots: colours that colour-blind readers can distinguish, and axes with units."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ __all__ = [
     "of_rank",
 ]
 
-# Okabe and Ito, "Color Universal Design" (2008), without black and in an order that keeps neighbours apart.
+# Okabe and Ito, "Color Universal Design" (2008), without black, and ordered to make neighbours distinct.
 PALETTE = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#F0E442")
 HEAT = "cividis"
 SIGNED = "PuOr"
@@ -59,11 +59,11 @@ PHASES = {
     "rest": "#F7F3E3",
     "wait": WAIT,
 }
-"""Colours of the frame's phases in their order; all that begin with "wait" are grey, as is the manager's
-"judge", which mostly waits for reports."""
+"""Colours of a frame's phases, in order. Names that begin with "wait" are grey, as is the manager's "judge",
+which mostly waits for reports."""
 
 UNDER_WAY = "messages"
-"""A span without work: from a report to the last message of its round, while other systems compute."""
+"""Phase without work, from a report to the last message of its round, while other systems compute."""
 
 _INK = "#333333"
 
@@ -83,7 +83,7 @@ def of_rank(position: int) -> str:
 
 
 def axes(ax: Axes | None, size: tuple[float, float] = (7.0, 3.2)) -> Axes:
-    """Return the axes to draw on, new ones if the user gave none."""
+    """Return `ax`, or new axes if it is None."""
     if ax is not None:
         return ax
     pyplot = _extras.matplotlib("matplotlib.pyplot")
@@ -92,14 +92,14 @@ def axes(ax: Axes | None, size: tuple[float, float] = (7.0, 3.2)) -> Axes:
 
 
 def new_axes(rows: int, columns: int, size: tuple[float, float], **options: Any) -> tuple[Any, list[Axes]]:
-    """Make a figure that pyplot does not know about, and its axes; for pages that embed it."""
+    """Make a figure outside pyplot, for embedding in a page; return it and its axes."""
     figure = _extras.matplotlib("matplotlib.figure").Figure(figsize=size, layout="constrained")
     made = figure.subplots(rows, columns, squeeze=False, **options)
     return figure, list(made.ravel())
 
 
 def beside(ax: Axes, entries: int, **options: Any) -> dict[str, Any]:
-    """Return how to put a legend on the right of the axes, in as many columns as its entries need."""
+    """Return options for a legend to the right of the axes, in as many columns as its entries need."""
     height = ax.figure.get_window_extent().height / ax.figure.dpi
     rows = max(int(height / 0.24) - 1, 1)
     return {"loc": "center left", "bbox_to_anchor": (1, 0.5), "ncols": -(-entries // rows), **options}
@@ -114,7 +114,7 @@ def finish(
     grid: Literal["x", "y", ""] = "y",
     legend: Any = None,
 ) -> Axes:
-    """Label the axes and remove what is not data."""
+    """Label the axes and remove decoration."""
     ax.set_xlabel(x)
     ax.set_ylabel(y)
     if title:
@@ -131,22 +131,22 @@ def finish(
 
 
 def integer_frames(ax: Axes) -> None:
-    """Put ticks at whole frames only."""
+    """Put ticks only at integer frames."""
     ax.xaxis.set_major_locator(_extras.matplotlib("matplotlib.ticker").MaxNLocator(integer=True))
 
 
 def note(ax: Axes, text: str) -> None:
-    """Write a remark inside the axes, at the top."""
+    """Write a note at the top of the axes."""
     box = {"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 2}
     place: dict[str, Any] = {"transform": ax.transAxes, "ha": "right", "va": "top"}
     ax.text(0.99, 0.97, text, fontsize="x-small", color=_INK, bbox=box, **place)
 
 
 def cells(ax: Axes, table: Any, *, label: str, names: Sequence[str], signed: bool = False) -> None:
-    """Draw a table of frames x things as coloured cells with their scale; one row of cells per thing.
+    """Draw a table, frames x items, as coloured cells with a colour bar; each item is a row of cells.
 
-    The scale ends where all but the largest half percent of the values end, if those stand far out: one
-    interrupted frame would otherwise darken all others.
+    The scale ends at the 99.5th percentile if the largest values are far above it, because one interrupted
+    frame would otherwise darken all others.
     """
     import numpy as np
 

@@ -18,14 +18,14 @@ _MARKERS = "osD^vP*"
 
 
 class RunsPlots:
-    """The plots of several runs; each draws on `ax`, or on new axes, and returns the matplotlib Axes."""
+    """Plots of several runs; each draws on `ax`, or on new axes, and returns the matplotlib Axes."""
 
     def __init__(self, runs: Runs) -> None:
-        """Take the runs."""
+        """Set the runs to plot."""
         self._runs = runs
 
     def speedup(self, baseline: Any = None, *, ax: Axes | None = None) -> Axes:
-        """Speed-up over the number of calculators, one line per configuration; the dashed line is ideal.
+        """Speed-up against the number of calculators, one line per configuration; the dashed line is ideal.
 
         `baseline`: as in `runs.speedup`.
         """
@@ -58,7 +58,7 @@ class RunsPlots:
         smooth: int = 1,
         ax: Axes | None = None,
     ) -> Axes:
-        """Imbalance of all runs over frames, each named by what distinguishes it."""
+        """Imbalance of all runs over frames, each labelled by what distinguishes it from the others."""
         ax = drawing.axes(ax)
         for run, label in zip(self._runs, self.labels(), strict=True):
             run.plot.imbalance(column=column, system=system, smooth=smooth, label=label, ax=ax)
@@ -79,7 +79,7 @@ class RunsPlots:
         return ax
 
     def labels(self) -> list[str]:
-        """Return a short name per run: what distinguishes it from the others, else its directory."""
+        """Return a short label per run: what distinguishes it from the others, else its directory."""
         parts = [
             [run.balancer for run in self._runs],
             ["infinite" if run.space is None else str(run.space) for run in self._runs],

@@ -43,13 +43,13 @@ _LABELS = {
 
 
 class Plots:
-    """The plots of a run.
+    """Plots of a run.
 
-    Each draws on `ax`, or on new axes, and returns the matplotlib Axes; none shows anything by itself.
+    Each draws on `ax`, or on new axes, and returns the matplotlib Axes without showing it.
     """
 
     def __init__(self, run: Run) -> None:
-        """Take the run."""
+        """Set the run to plot."""
         self._run = run
 
     def _title(self, text: str) -> str:
@@ -72,10 +72,10 @@ class Plots:
         label: str | None = None,
         ax: Axes | None = None,
     ) -> Axes:
-        """Load-balance efficiency, mean / largest over the calculators: 1 means that nobody waits.
+        """Load-balance efficiency, mean / largest over the calculators: with 1, no calculator waits.
 
-        `column`: what is balanced, seconds of compute or "n_end", particles. `smooth`: average over this
-        many frames. The dashed line at 0.8 is what the POP centre calls acceptable
+        `column`: the quantity to compare, compute seconds or particles ("n_end"). `smooth`: average over this
+        many frames. The dashed line at 0.8 is the limit that the POP centre calls acceptable
         (co-design.pop-coe.eu/metrics).
         """
         values = measures.efficiency(self._load(), column, system)
@@ -97,9 +97,9 @@ class Plots:
         label: str | None = None,
         ax: Axes | None = None,
     ) -> Axes:
-        """Imbalance, largest / mean over the calculators, per frame: from 1, perfect, to their number.
+        """Imbalance, largest / mean over the calculators, per frame: from 1 (perfect) to their number.
 
-        `label` names the line, to put several runs on the same `ax`.
+        `label`: name of the line, for several runs on the same `ax`.
         """
         values = measures.imbalance(self._load(), column, system)
         ax = drawing.axes(ax)
@@ -167,10 +167,10 @@ class Plots:
     ) -> Axes:
         """Domains over time: one band per calculator, with the cuts between them as lines.
 
-        Bricks as they are in one frame (None: the last), in the plane of the first two axes that are cut.
+        Bricks are shown in one frame (None: the last), in the plane of the first two cut axes.
 
-        With `particles`, and where the log has density.jsonl, the middle half of each calculator's particles
-        is darker and their median a line. `system`: None is the first one.
+        With `particles`, if the log has density.jsonl, the middle half of each calculator's particles is
+        shaded darker, and their median is a line. `system`: None is the first one.
         """
         load = self._load()
         name = system if system is not None else self._run.systems[0]
@@ -196,9 +196,9 @@ class Plots:
         return finish(ax, title=self._title(title), y=label, grid="")
 
     def shares(self, column: str = "n_end", *, system: str | None = None, ax: Axes | None = None) -> Axes:
-        """Each calculator's part of all particles, or of another column, stacked to 1.
+        """Each calculator's share of all particles, or of another column, stacked to 1.
 
-        If ranks were slowed down on purpose (MOTES_SPEEDS), dashed lines show the fair parts.
+        If ranks were slowed down on purpose (MOTES_SPEEDS), dashed lines show the fair shares.
         """
         ranks = self._run.calculators
         table = measures.shares(self._load(), column, system).reindex(columns=ranks)
@@ -207,7 +207,7 @@ class Plots:
         ax = drawing.axes(ax)
         colors = [drawing.of_rank(i) for i in range(len(table.columns))]
         values = table.fillna(0.0).to_numpy().T
-        values = np.column_stack([values, values[:, -1]])  # the last frame has its width too
+        values = np.column_stack([values, values[:, -1]])  # gives the last frame its width
         at = np.append(table.index, table.index[-1] + 1)
         ax.stackplot(at, values, step="post", colors=colors, alpha=0.75, edgecolor="white", linewidth=0.8)
         middles = np.cumsum(values[:, -1]) - values[:, -1] / 2
@@ -232,9 +232,10 @@ class Plots:
         return finish(ax, title=title, y=f"part of all {what}", grid="")
 
     def speeds(self, *, system: str | None = None, ax: Axes | None = None) -> Axes:
-        """Particles per second of compute, one line per calculator.
+        """Particles per second of compute time, one line per calculator.
 
-        If ranks were slowed down on purpose (MOTES_SPEEDS), dashed lines show the speeds by their factors.
+        If ranks were slowed down on purpose (MOTES_SPEEDS), dashed lines show the speeds expected from their
+        factors.
         """
         ranks = self._run.calculators
         table = measures.speeds(self._load(), system).reindex(columns=ranks)
@@ -255,10 +256,10 @@ class Plots:
         legend = {"ncols": 4, "loc": "lower left"} if len(table.columns) <= 12 else None
         return finish(ax, title=title, y="million particles/s", legend=legend)
 
-    # --- what ranks send each other
+    # --- messages between ranks
 
     def exchange(self, *, ax: Axes | None = None) -> Axes:
-        """Particles that changed their calculator by moving (bars) and their bytes (line), per frame."""
+        """Particles that migrated between calculators (bars) and their bytes (line), per frame."""
         frames = self._run.frames
         if frames.empty:
             raise LogError(f"{self._run.name}: no frame in the log yet")
@@ -269,17 +270,17 @@ class Plots:
         right.plot(frames["frame"], frames["exchanged_bytes"] / 1024, color=drawing.PALETTE[5], linewidth=1.4)
         right.set_ylabel("sent (KiB)", color=drawing.PALETTE[5])
         right.spines["top"].set_visible(False)
-        # The line above the bars, not on them.
+        # Scales that keep the line above the bars.
         ax.set_ylim(0, 1.35 * max(float(frames["exchanged"].max()), 1.0))
         right.set_ylim(0, 1.1 * max(float(frames["exchanged_bytes"].max()) / 1024, 1e-3))
         drawing.integer_frames(ax)
         return finish(ax, title=self._title("Exchange"), y="particles per frame")
 
     def given(self, system: str | None = None, *, ax: Axes | None = None) -> Axes:
-        """What balancing moved over each cut: + from left to right, - from right to left.
+        """Particles moved by balancing across each cut: + from left to right, - from right to left.
 
-        If the balancer cuts all domains anew, no calculator gives particles: then it shows how far each cut
-        moved, in m, or as a part of a curve or of the ids. Raises LogError for a run whose balancer evaluated
+        If the balancer replaces all cuts, there are no donations to count: the plot then shows how far each
+        cut moved, in m, or as a fraction of a curve or of the ids. Raises LogError if the balancer evaluated
         no cut.
         """
         balance = self._run.balance
@@ -307,7 +308,7 @@ class Plots:
     def phases(self, *, frames: Iterable[int] | None = None, ax: Axes | None = None) -> Axes:
         """Mean seconds per frame of each rank, stacked: script, births, act, talk, picture, log, other, wait.
 
-        Logs of earlier versions tell less: phases with `World(spans=True)`, else those of calculators.
+        For logs of earlier versions: phases of all ranks with `World(spans=True)`, else only of calculators.
         """
         self._load()
         table, _ = timeline.phase_seconds(self._run, frames)
@@ -335,10 +336,10 @@ class Plots:
         return finish(ax, title=self._title("Where the time goes"), x="rank", y="ms per frame", legend=legend)
 
     def waits(self, *, frames: Iterable[int] | None = None, ax: Axes | None = None) -> Axes:
-        """Who waits for whom: mean ms per frame that each rank (row) waits for each other (column).
+        """Matrix of waits: mean ms per frame that each rank (row) waits for each other (column).
 
-        Where the manager's messages are relayed, ranks wait for the one above them. Raises LogError for logs
-        of earlier versions.
+        Where the manager's messages are relayed, ranks wait for the rank above them in the tree. Raises
+        LogError for logs of earlier versions.
         """
         waits, times = self._run.waits(), self._run.times
         if frames is not None:
@@ -355,10 +356,10 @@ class Plots:
         )
 
     def gantt(self, frames: Iterable[int] | None = None, *, ax: Axes | None = None) -> Axes:
-        """What each rank did when, for some frames; None means the last three.
+        """Timeline of all ranks for some frames; None: the last three.
 
-        From spans if the run has them (`World(spans=True)`); else the phases' durations are laid end to end
-        from each frame's start, and the plot says so.
+        Uses spans if the run has them (`World(spans=True)`). Otherwise the durations of phases are laid end
+        to end from each frame's start, as the title states.
         """
         starts = timeline.frame_starts(self._run)
         chosen = sorted(starts)[-3:] if frames is None else [f for f in frames if f in starts]
@@ -397,7 +398,7 @@ class Plots:
 
     def _bars(self, ax: Axes, found: DataFrame, ranks: list[int], begin: float) -> None:
         lanes = {rank: i for i, rank in enumerate(ranks)}
-        # Short slices last, so that those inside others are seen.
+        # Draw short slices last, because they can lie inside others.
         found = found.assign(length=found["end_s"] - found["start_s"]).sort_values("length", ascending=False)
         order = [name for name in drawing.PHASES if (found["phase"] == name).any()]
         order += [name for name in found["phase"].unique() if name not in order]
@@ -427,7 +428,7 @@ class Plots:
 
 
 def _unit(axes: str, metres: str, of_a_curve: str) -> str:
-    """Name what cuts are measured in: `metres` along an axis of space."""
+    """Return the unit of cuts: `metres` along a spatial axis, else a fraction of the ids or of a curve."""
     if axes == BY_ID:
         return "part of the ids"
     return f"{of_a_curve} the {axes.title()} curve" if axes in CURVES else metres

@@ -1,4 +1,4 @@
-"""When each rank did what: slices of time, as measured or put together from durations of phases."""
+"""Timeline of all ranks: slices of time, measured or estimated from the durations of phases."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ COLUMNS = ("frame", "rank", "phase", "system", "start_s", "end_s")
 def slices(run: Run, frames: Iterable[int] | None = None) -> tuple[DataFrame, bool]:
     """Return one row per slice (frame, rank, phase, system, start_s, end_s), and whether they were measured.
 
-    Measured: the run's spans. Otherwise durations of phases are laid end to end from each frame's start: the
-    lengths are true, the positions are guessed.
+    Measured slices are the run's spans. Otherwise the durations of phases are laid end to end from each
+    frame's start: lengths are exact, positions are estimated.
     """
     chosen = None if frames is None else set(frames)
     spans = run.spans
@@ -75,7 +75,7 @@ def _laid_out(run: Run, chosen: set[int] | None) -> Iterator[Row]:
 
 
 def _lanes(facts: Row, frame: Row, load: dict[int, list[Row]], start: float) -> dict[int, list[Slice]]:
-    """Lay out one frame: what each rank does from `start` on. `facts`: of the stretch that it belongs to."""
+    """Return each rank's estimated slices of one frame from `start` on; `facts` are its stretch's."""
     acting = start + frame["t_create_s"]
     slowest = max((sum(row["t_compute_s"] for row in mine) for mine in load.values()), default=0.0)
     together = acting + slowest
@@ -85,7 +85,7 @@ def _lanes(facts: Row, frame: Row, load: dict[int, list[Row]], start: float) -> 
     for rank, rows in load.items():
         lanes.setdefault(rank, []).extend(_calculator(rows, acting, together))
     draws = facts.get("image_generator")
-    if draws is not None and int(draws) not in load:  # a calculator's own row has its time
+    if draws is not None and int(draws) not in load:  # calculators' rows include drawing time
         drawn = together + frame["t_exchange_s"]
         lanes.setdefault(int(draws), []).append(("render", "", drawn, drawn + frame["t_render_s"]))
     return lanes
@@ -105,11 +105,10 @@ def _calculator(load: list[Row], acting: float, together: float) -> list[Slice]:
 
 
 def phase_seconds(run: Run, frames: Iterable[int] | None = None) -> tuple[DataFrame, bool]:
-    """Return mean seconds per frame, rank x phase, and whether they are all of each rank's time.
+    """Return mean seconds per frame, rank x phase, and whether they cover each rank's whole time.
 
-    Logs of earlier versions do not tell where all time went: with spans these are the phases, without them a
-    calculator's frame is divided into compute, exchange and image (their waits included), other waiting, and
-    the rest.
+    Logs of earlier versions lack `times`: with spans, the phases are returned; without, a calculator's frame
+    is divided into compute, exchange and image (including their waits), other waiting, and the rest.
     """
     pd = _extras.pandas()
     if not run.times.empty:

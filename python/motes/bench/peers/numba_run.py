@@ -1,8 +1,8 @@
 """Numba: all four actions fused by hand into one loop, with a cheap 32-bit hash for random numbers.
 
-What a user can write who needs this list only. Each particle's three numbers are hashes of its place in the
-arrays and the step (xor-shift and multiply, three rounds). The compiler makes vector instructions of the loop
-and may reorder sums (`fastmath`).
+This is what a user can write who needs only this list. Each particle's three numbers are hashes of its index
+and the step (xor-shift and multiply, three rounds). The compiler vectorises the loop and may reorder sums
+(`fastmath`).
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def _hash(h: Any) -> Any:
 
 @numba.njit(fastmath=True)
 def _within(bits: Any, most: Any) -> Any:
-    """Uniform in -most..most."""
+    """Return a number from 32 random bits, uniform in -most..most."""
     return (float32(int32(bits >> uint32(8))) * _UNIT * float32(2) - float32(1)) * most
 
 

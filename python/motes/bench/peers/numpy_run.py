@@ -1,4 +1,4 @@
-"""NumPy: whole columns, one operation after the other, without temporary arrays where that can be."""
+"""NumPy: whole columns, one operation after the other, with as few temporary arrays as possible."""
 
 from __future__ import annotations
 

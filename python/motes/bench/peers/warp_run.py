@@ -1,4 +1,4 @@
-"""NVIDIA Warp on the processor: one kernel, with its own random numbers. There it uses one core."""
+"""NVIDIA Warp on the processor, where it uses one core: one kernel, with its own random numbers."""
 
 from typing import Any
 

@@ -1,1 +1,1 @@
-"""Tables 1 to 3 of the paper, again: its cluster is simulated, the engine is real."""
+"""Reproduces tables 1 to 3 of the paper with the real engine on a simulation of its cluster."""

@@ -1,4 +1,4 @@
-"""The paper's experiments on the virtual copy of its cluster: each cell of a table with a run of its own."""
+"""The paper's experiments on a virtual copy of its cluster, with separate runs for each cell of a table."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ _PAPER = ("--blocking", "--births", "manager", "--balancer")
 _OURS = ("--births", "manager", "--balancer", "PrefixCuts", "--combine", "together")
 _ALL = (*_OURS[:3], "PrefixCuts(threshold=0.03,min_particles=8)", *_OURS[4:], "--roles", "all")
 BEST = (_OURS, (*_OURS, "--path", "tiles", "--roles", "shared"), _ALL)
-"""In the paper's roles; where all processes calculate and draw; and where all calculate, while one also draws
-and another one manages. The fastest one counts."""
+"""Options of our runs, of which the fastest counts: the paper's roles; all processes calculate and draw; all
+calculate, while one also draws and another also manages."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Row:
 
     @property
     def error(self) -> float:
-        """How far the paper's policy on the virtual cluster is from the paper, relative."""
+        """Relative error of the paper's policy on the virtual cluster, compared with the paper."""
         return self.ours / self.cell.speedup - 1
 
     @property
@@ -51,7 +51,7 @@ def reproduce(table: int, jobs: int = 2) -> list[Row]:
 
 def measure(wanted: list[Cell], jobs: int = 2) -> list[Row]:
     """Run any cells; `jobs` simulations at a time."""
-    find_smpirun(), find_replay(), _extras.pandas()  # say at once what is missing
+    find_smpirun(), find_replay(), _extras.pandas()  # raise before minutes of work
     with tempfile.TemporaryDirectory(prefix="motes-paper-") as folder, ThreadPoolExecutor(jobs) as pool:
         bench = _Bench(Path(folder), pool)
         bench.record({(cell.experiment, cell.finite) for cell in wanted})
@@ -63,7 +63,7 @@ def measure(wanted: list[Cell], jobs: int = 2) -> list[Row]:
 
 
 class _Bench:
-    """Scenes, costs and runs of one table; a run that several cells ask for is made once."""
+    """Scenes, costs and runs of one table; a run that several cells need is made once."""
 
     def __init__(self, folder: Path, pool: ThreadPoolExecutor) -> None:
         self._folder = folder
@@ -73,7 +73,7 @@ class _Bench:
             (folder / f"{program}.costs").write_text(costs(program))
 
     def record(self, scenes: Iterable[tuple[str, bool]]) -> None:
-        """Record scenes: experiment, and whether the space is finite."""
+        """Record scenes, each given as its experiment and whether the space is finite."""
         size = model()["scale"]
         fixed = [f"--{name}={size[name]}" for name in ("systems", "particles", "frames")]
         for experiment, finite in scenes:
@@ -107,7 +107,7 @@ class _Bench:
     def _frame_s(
         self, cell: Cell, finite: bool, machines: Cluster, program: str, options: tuple[str, ...]
     ) -> Future[float]:
-        """Simulated seconds per frame, over the frames that count."""
+        """Return the simulated seconds per frame, over the measured frames."""
         key = (cell.experiment, finite, repr(machines), program, options)
         if key not in self._runs:
             log = self._folder / f"run-{len(self._runs)}"

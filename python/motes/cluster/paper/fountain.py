@@ -1,4 +1,4 @@
-"""The paper's fountains (5.2): a system each, side by side in a part of the space."""
+"""The paper's fountains (5.2): one system each, side by side in a part of the space."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""What stands in the paper's text alone: speed-ups, the time saved, when eight slow nodes are worth it."""
+"""Figures given only in the paper's text: speed-ups, the time saved, when eight slow nodes are worth it."""
 
 from __future__ import annotations
 
@@ -14,40 +14,41 @@ FAST_NODES = (4, 5, 6, 7, 8)
 PAYS_BELOW = 7
 """Eight A (16 processes) were "only justified when the amount of E800 nodes was lower than seven" (5.1)."""
 SAVED = (("snow", "myrinet", 84), ("snow", "fast-ethernet", 68), ("fountain", "myrinet", 66))
-"""By how many per cent the time was reduced (5.3)."""
+"""By how many percent the time was reduced (5.3)."""
 
 
 @dataclass(frozen=True)
 class Adding:
-    """What eight A, with two processes on each, add to some B."""
+    """The effect of adding eight A nodes, with two processes each, to some B nodes."""
 
     each: int
-    """Processes on a B."""
+    """Processes on each B node."""
     fast: int
-    """How many B."""
+    """Number of B nodes."""
     alone: float
-    """The speed-up of the B alone."""
+    """Speed-up of only the B nodes."""
     added: float
+    """Speed-up with eight A nodes added."""
 
 
 @dataclass(frozen=True)
 class Found:
-    """All of it, reproduced."""
+    """All figures of the text, reproduced."""
 
     speedups: list[Row]
     saved: list[tuple[int, Row]]
-    """Per cent as the text says, and the cell of the tables with the highest speed-up of that kind."""
+    """The text's percentage, and the cell of the tables with the highest speed-up of that kind."""
     adding: list[Adding]
-    """With one process on each B, then with two."""
+    """Results with one process on each B node, then with two."""
 
     def pays_below(self, each: int) -> int | None:
-        """The least number of B beside which eight A gain nothing; None: they always gain."""
+        """Return the least number of B nodes to which eight A nodes add no speed; None: they always do."""
         chosen = [one for one in self.adding if one.each == each]
         return min((one.fast for one in chosen if one.added <= one.alone), default=None)
 
 
 def reproduce(jobs: int = 2) -> Found:
-    """Run it all; `jobs` simulations at a time."""
+    """Run all experiments; `jobs` simulations at a time."""
     written, highest = cells(IN_TEXT), [_highest(*kind) for *kind, _ in SAVED]
     layouts = [(each, count) for each in (1, 2) for count in FAST_NODES]
     pairs = [cell for each, count in layouts for cell in (_alone(count, each), _with_slow_ones(count, each))]
@@ -96,7 +97,7 @@ def facts(found: Found) -> dict[str, Any]:
 
 
 def text(found: Found) -> str:
-    """Return it as three small tables."""
+    """Return the figures as three small tables."""
     lines = [f"{'speed-up':76}{'paper':>8}{'ours':>8}{'best':>8}"]
     for row in found.speedups:
         cell = row.cell
@@ -124,7 +125,7 @@ def _fewer(count: int | None) -> str:
 
 
 def saved(speedup: float) -> float:
-    """Return how much of the time a speed-up saves, per cent."""
+    """Return how much of the time a speed-up saves, in percent."""
     return 100 * (1 - 1 / speedup)
 
 

@@ -1,4 +1,4 @@
-"""The model of the paper's cluster and programs: `model.toml`, and what follows from it."""
+"""The model of the paper's cluster and programs: `model.toml`, and values derived from it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ __all__ = ["WITHIN", "alone", "balancer", "cluster", "costs", "fitted", "model",
 
 FOLDER = Path(__file__).parent
 WITHIN = {1: 0.2, 2: 0.3, 3: 0.2}
-"""How near a cell should come, by table."""
+"""Largest relative error that counts as near the paper, by table."""
 NETWORKS = {"myrinet": Myrinet, "fast-ethernet": FastEthernet}
 
 
@@ -26,28 +26,28 @@ def model() -> dict[str, Any]:
 
 
 def fitted(cell: Cell) -> bool:
-    """Whether the model's parameters were fitted to this cell; the others are predictions."""
+    """Tell whether the model's parameters were fitted to this cell; other cells are predictions."""
     return f"{cell.nodes} {cell.variant}" in model()["fitted"].get(str(cell.table), ())
 
 
 def scale() -> float:
-    """Particles of the paper's that each computed one stands for."""
+    """Return how many of the paper's particles each computed one stands for."""
     return float(model()["scale"]["paper_particles"] / model()["scale"]["particles"])
 
 
 def costs(program: str) -> str:
-    """Costs of the paper's program ("paper") or of this one ("motes") as the engine reads them."""
+    """Return the costs of the paper's program ("paper") or of this one ("motes"), as text for the engine."""
     return "".join(f"{name} = {value}\n" for name, value in model()["costs"][program].items())
 
 
 def balancer() -> str:
-    """Name the paper's dynamic balancing, with its free parameters."""
+    """Return the paper's dynamic balancer with its free parameters, as an option of motes_replay."""
     own = model()["balancer"]
     return f"Pairwise(threshold={own['threshold']}, min_particles={round(own['min_particles'] / scale())})"
 
 
 def cluster(cell: Cell) -> Cluster:
-    """Build a row's machines: "8*B" with 16 processes, or "4*B(8)+2*C(2)"."""
+    """Return a row's machines: "8*B" with 16 processes, or "4*B(8)+2*C(2)"."""
     nodes = []
     for term in cell.hosts.split("+"):
         found = re.fullmatch(r"(\d+)\*([ABC])(?:\((\d+)\))?", term)
@@ -58,7 +58,7 @@ def cluster(cell: Cell) -> Cluster:
 
 
 def alone(cell: Cell) -> tuple[Cluster, float]:
-    """The machine of the sequential run, and what its time is to be multiplied by."""
+    """Return the machine of the sequential run, and the factor for its time."""
     own = model()["baseline"][cell.compiler]
     return Cluster([_node(own["node"], cell.compiler, 1, 1)], NETWORKS[cell.network]()), float(own["factor"])
 

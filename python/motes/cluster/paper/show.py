@@ -14,7 +14,7 @@ __all__ = ["facts", "plot", "text"]
 
 
 def facts(rows: Sequence[Row]) -> dict[str, Any]:
-    """Return every cell, and how many are as near as they should be."""
+    """Return every cell, and the number of cells whose error is within the limit."""
     cells = [
         {
             "nodes": row.cell.nodes,

@@ -1,4 +1,4 @@
-"""The paper's snow (5.1): systems of particles that fall over all of a width, at any number of particles."""
+"""The paper's snow (5.1): systems of any number of particles, which fall over the whole width."""
 
 import motes
 from motes._system.distributions import Uniform

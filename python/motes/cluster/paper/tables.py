@@ -1,4 +1,4 @@
-"""Tables 1 to 3 of the paper, one row per cell, and the speed-ups that stand in its text alone."""
+"""Tables 1 to 3 of the paper, one row per cell, and the speed-ups given only in its text."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 __all__ = ["IN_TEXT", "Cell", "cells"]
 
 IN_TEXT = 0
-"""The "table" of what stands in the text."""
+"""The "table" of the speed-ups in the text."""
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class Cell:
     network: str
     compiler: str
     hosts: str
-    """As "8*B" or "4*B(8)+2*C(2)": nodes of a kind, in brackets the processes on all of them."""
+    """Number and kind of nodes, in brackets the processes on all of them: "8*B", "4*B(8)+2*C(2)"."""
     processes: int
     variant: str
     """Infinite or finite space, static or dynamic balancing: "IS-SLB", "FS-DLB", ..."""
@@ -31,7 +31,7 @@ class Cell:
 
     @property
     def nodes(self) -> str:
-        """As the paper writes it: "8*B /16 P."."""
+        """The nodes as the paper writes them: "8*B /16 P."."""
         if "(" not in self.hosts:
             return f"{self.hosts} /{self.processes} P."
         terms = re.sub(r"\((\d+)\)", r" (\1 P.)", self.hosts).replace("+", " + ")
@@ -39,7 +39,7 @@ class Cell:
 
     @property
     def finite(self) -> bool:
-        """Whether domains share the scene's own width at the start."""
+        """Whether the domains initially divide the scene's own width."""
         return self.variant.startswith("FS")
 
     @property
@@ -49,7 +49,7 @@ class Cell:
 
 
 def cells(table: int) -> list[Cell]:
-    """Read one table, or what stands `IN_TEXT`."""
+    """Read one table, or the figures `IN_TEXT`."""
     name = "text.csv" if table == IN_TEXT else "tables.csv"
     with open(Path(__file__).with_name(name), newline="") as file:
         rows = [row for row in csv.DictReader(file) if int(row.get("table", IN_TEXT)) == table]

@@ -36,7 +36,7 @@ def pytest_configure(config: pytest.Config) -> None:
     A shell makes its background jobs ignore Ctrl-C. With PYTHONUNBUFFERED, Python writes each line in
     pieces, and Open MPI 5.0.8 mixes the pieces of several ranks.
     """
-    # tests of single actions omit what an animation needs, which motes warns about
+    # Tests of single actions omit what an animation needs, and motes would warn about that.
     config.addinivalue_line("filterwarnings", "ignore::motes.errors.MotesWarning")
     config.addinivalue_line("markers", "slow: takes long; runs with --slow only")
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:

@@ -263,7 +263,7 @@ def test_sink_velocity_kills_by_speed_and_direction():
 
 
 def test_special_places_stay_finite():
-    """At the centre, on the axis, at rest, on a surface, straight at a shape: undefined directions do no harm."""
+    """At the centre, on the axis, at rest, on a surface, straight at a shape: results stay finite."""
     places = [(0, 0, 0), (0, 1, 0), (1, 0, 0), (0, -1, 0), (0, 4, 0), (1e-20, 0, 0), (0, 3, 1e-25)]
     speeds = [(0, 0, 0), (0, -5, 0), (1e-20, 0, 0), (-3, 0, 0), (1e9, 0, 0)]
     state = {

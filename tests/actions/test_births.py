@@ -1,4 +1,4 @@
-"""The number of particles that sources emit, against exact sums: changing rates, pauses, curves, sub-steps."""
+"""The number of particles from sources, against exact sums: changing rates, pauses, curves, sub-steps."""
 
 from __future__ import annotations
 
@@ -196,7 +196,7 @@ def test_keys_are_texts_or_integers(key: Any) -> None:
         assert s.recorded == []
 
 
-# --- the same births on any ranks, and after a restart
+# --- the same births on any ranks, after restarts and losses, and in replays
 
 SCENE = """
 import json, os, sys

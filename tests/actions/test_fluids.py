@@ -59,7 +59,7 @@ def test_still_water_is_as_dense_in_all_layers():
     density = 1000 * SPACING**3 * spread.sum(axis=1)
     inner = (np.abs(x[:, ::2] - wide / 2) < 1.2 * SPACING).all(axis=1)
     layer = (x[:, 1] / SPACING).astype(int)
-    layers = [density[inner & (layer == one)].mean() for one in range(layer.max() - 1)]  # layers below the surface
+    layers = [density[inner & (layer == one)].mean() for one in range(layer.max() - 1)]  # below the surface
     assert len(layers) >= 6
     np.testing.assert_allclose(layers, 1000, rtol=0.03)
 

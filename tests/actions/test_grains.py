@@ -1,4 +1,4 @@
-"""Grains against published values: docs/scripts/make_grains.py with vessels small enough to run in seconds."""
+"""Grains against published values: docs/scripts/make_grains.py with small vessels, for a run of seconds."""
 
 from __future__ import annotations
 

@@ -242,7 +242,7 @@ def test_ghosts_are_those_within_reach_of_the_ties(tmp_path: Path):
     assert load.groupby("frame")["neighbour_ranks"].max()[[0, 1]].tolist() == [3, 2]
     assert ghosts[0] >= 3 * 1200, "nobody knows how long the ties are: all become ghosts once"
     # The longest ties span two of the 20 rows (60 particles each); moving by 1/20 row widens the reach.
-    sides = 2 * 3 * 2  # of three cuts, both systems' ghosts in two sub-steps
+    sides = 2 * 3 * 2  # of three cuts, in two sub-steps
     assert all(sides * 2 * 60 <= ghosts[frame] <= sides * 3 * 60 for frame in range(1, 8))
     assert ghosts[8] > 4 * ghosts[7], "a jump is a long way"
 

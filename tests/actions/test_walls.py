@@ -131,13 +131,13 @@ def test_head_on_a_wall(restitution: float):
 
 @pytest.mark.parametrize("angle_deg", [20, 45, 60])
 def test_oblique_impacts_slide_as_coulomb_says(angle_deg: float):
-    """A ball that slides throughout loses friction (1 + restitution) v_n; its spin is 5/2 of that per radius."""
+    """A ball that never rolls loses friction (1 + restitution) v_n; its spin is 5/2 of that per radius."""
     normal, along = math.cos(math.radians(angle_deg)), math.sin(math.radians(angle_deg))
     start = {"position": [(0, 0.2, 0)], "velocity": [(along, -normal, 0)]}
     friction, restitution = 0.05, 0.8
     last = rolling([GROUND], start, frames=6, gravity=(0, 0, 0), friction=friction, restitution=restitution)
     lost = friction * (1 + restitution) * normal
-    assert along - lost > 2.5 * lost  # it slides throughout
+    assert along - lost > 2.5 * lost  # it never rolls
     assert last.velocity[0, 0] == pytest.approx(along - lost, abs=0.005)
     assert last.rotational_velocity[0, 2] * RADIUS == pytest.approx(-2.5 * lost, abs=0.01)
 
@@ -312,7 +312,8 @@ def test_who_is_not_chosen_remembers_no_wall():
     """A ball that slid along a wall before it was chosen behaves like one that has just arrived."""
     start = {"position": [(0, 0.099, 0), (0, 0.2, -1)], "velocity": [(0.1, 0, 0), (0, 0, 0)]}
     free = {"gravity": (0, 0, 0), "frames": 2}
-    chosen = motes.column("age") - motes.column("position").z > 1 / 24 - 1e-4  # always includes the second ball
+    # The first ball is chosen from its second frame on, the second ball always.
+    chosen = motes.column("age") - motes.column("position").z > 1 / 24 - 1e-4
     later = rolling([GROUND], start, where=chosen, **free)
     comes = rolling(lambda frame: [GROUND if frame > 0 else Plane((0, -9, 0), (0, 1, 0))], start, **free)
     assert later.velocity[0, 0] < 0.09  # friction has slowed it

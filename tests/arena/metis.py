@@ -1,4 +1,4 @@
-"""A balancer for the arena that uses METIS: `pip install pymetis`, `motes arena --balancer metis.py:Metis`."""
+"""An arena balancer that uses METIS: `pip install pymetis`, `motes arena --balancer metis.py:Metis`."""
 
 import numpy as np
 import pymetis

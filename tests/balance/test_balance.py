@@ -308,7 +308,7 @@ def nearer_to_told(row: dict[str, Any]) -> bool:
 
 
 def expected(row: dict[str, Any], given: dict[Any, int | None]) -> int:
-    """Return a calculator's particles before the exchange: those alive, and what new cuts brought and took."""
+    """Return a calculator's particles before the exchange: those alive, and what new cuts moved."""
     last, rank = (row["frame"] - 1, row["system"]), row["rank"]
     brought = (given.get((*last, rank - 1)) or 0) - (given.get((*last, rank)) or 0)
     return int(row["n_start"] + row["created"] - row["killed"] + brought)

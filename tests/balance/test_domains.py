@@ -95,7 +95,7 @@ def test_cuts_of_bricks_name_their_axes():
 
 def test_equal_bricks():
     told = lines(6, "axis='xz', space=(-2, 2), roles='shared'")
-    # Three of six domains lie below x = 0: one of these below z = -2/3, and a second cut in z divides the rest.
+    # Three of six domains are below x = 0: one of them below z = -2/3, and z divides the other two again.
     assert told[0].startswith("a [('z', -0.66")
     assert [word for word in told[0] if word in "xz"] == ["z", "z", "x", "z", "z"]
 

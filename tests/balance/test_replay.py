@@ -218,7 +218,7 @@ def test_a_killed_run_is_replayed_to_its_last_whole_frame(runs: dict[str, motes.
 def test_two_machines_share_by_their_true_speeds(
     balancer: motes.balance.Balancer, by_frame: int, noise: float
 ) -> None:
-    """From equal shares, reach the true ratio within 10 %, although measured times are off by some percent."""
+    """From equal shares, reach the true ratio within 10 %, although each time is off by some percent."""
     random = np.random.default_rng(5)
     speeds = [np.array([2e7, 1e7]) * np.exp(noise * random.standard_normal(2)) for _ in range(40)]
     even = Synthetic(40, lambda k: speeds[k], lambda _: np.ones(2), calculators=2, particles=400_000)
@@ -300,5 +300,6 @@ def test_a_replay_predicts_real_runs(tmp_path: Path) -> None:
     for name, run in real.items():
         for other, target in real.items():
             predicted = run.replay(eval(other, vars(motes.balance)))
-            guess, found = (one.imbalance().median() for one in (predicted, target))  # other processes disturb some frames
+            # Other processes disturb some frames, so compare medians.
+            guess, found = (one.imbalance().median() for one in (predicted, target))
             assert math.isclose(guess, found, rel_tol=0.1), f"{name} -> {other}"

@@ -1,4 +1,4 @@
-"""The command line: one grammar for all commands, errors in one sentence, JSON wherever figures are printed."""
+"""The command line: one grammar for all commands, errors in one sentence, JSON for all figures."""
 
 from __future__ import annotations
 

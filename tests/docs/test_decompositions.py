@@ -46,6 +46,6 @@ def test_a_run_gives_its_figures(made: dict[str, Any], tmp_path: Path):
     subprocess.run([*command, f"--log={tmp_path / 'log'}"], check=True, capture_output=True, timeout=200)
     found = made["figures_of"](motes.open_run(tmp_path / "log"), 1, 800.0)
     assert found["calculators"] == 2
-    assert 0 < found["ghosts"] < 0.2  # halves of a 93 m cube; the reach is 2 m
+    assert 0 < found["ghosts"] < 0.2  # each half of a 93 m cube has a 2 m layer of ghosts
     assert found["bytes"] > 800 * 32 * found["ghosts"] * 1000 - 1
     assert 1 <= found["share"] < 1.1

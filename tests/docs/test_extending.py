@@ -33,7 +33,7 @@ def test_the_list_is_the_only_place_that_registers():
     """The page says that a new action is one entry: no other file of the core names the action it shows."""
     core = [path for path in (ROOT / "cpp").rglob("*") if path.suffix in (".h", ".cpp", ".inc", ".txt")]
     named = {str(path.relative_to(ROOT)) for path in core if re.search(r"\bwind\b", path.read_text())}
-    # A comment or two also use the word, for a user's column; in code, only the kernel and the list do.
+    # Some comments name a user's column `wind`; in code, only the kernel and the list have the word.
     code = {path for path in named if re.search(r"\bwind\b", re.sub(r"//.*", "", (ROOT / path).read_text()))}
     assert code == {"cpp/actions/wind.h", "cpp/actions/list.inc"}
 

@@ -440,7 +440,7 @@ def test_births_from_files(tmp_path):
 
 
 def test_particles_from_a_file_remember_where_they_were_emitted(tmp_path):
-    """Birth positions are restored, not the zeros that stand for birth values where a system kept none."""
+    """`restore` uses the positions from the file, not the zeros of a system that kept no birth values."""
     short_run(motes.Export(tmp_path / "a"))
     kept = start = motes.open_particles(tmp_path / "a")[-1]
     world = motes.World(seed=5, progress="off")

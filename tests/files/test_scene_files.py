@@ -476,7 +476,7 @@ def test_same_digests_and_equal_logs_on_a_simulated_cluster(
     flags = ["--log=root.thresh:warning", *(f"--cfg=smpi/{flag}" for flag in FLAGS)]
     where = ["-hostfile", tmp_path / "hosts", "-platform", tmp_path / "cluster.xml"]
     for name in SCRIPTS:
-        many = ["--births", "calculators", "--fan-out", "3"]  # 38 calculators: two steps along the ring
+        many = ["--births", "calculators", "--fan-out", "3"]  # 38 calculators: a ring of two steps
         for ranks, log, more in ((1, "a", []), (4, "b", []), (18, "c", []), (18, "d", []), (40, "e", many)):
             argv = ["smpirun", "-np", ranks, *where, *flags, simulated_replay, recorded[name].scene]
             played = command([*argv, *more, "--digest", "--log", tmp_path / log])

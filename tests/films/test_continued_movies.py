@@ -117,7 +117,7 @@ def test_continuing_twice_and_at_the_same_place_again(tmp_path):
     film = tmp_path / "b.mkv"
     cut_off(film, 30, secure={10})
     movie = Movie(film)
-    writer_of(movie).continue_at(10)  # and killed before it wrote a frame
+    writer_of(movie).continue_at(10)  # as if killed before it writes a frame
     writer_of(movie)._film.close()
     movie = Movie(film)
     writer_of(movie).continue_at(10)
@@ -274,7 +274,7 @@ def test_a_movie_finds_by_itself_where_it_goes_on(tmp_path, monkeypatch):
     assert len(packets(tmp_path / "real" / "new.mp4")[0]) == 14
     assert len(packets(tmp_path / "none.mp4")[0]) == 14
     continued.end()
-    with Movie(film) as movie:  # a later world in this process starts its films from scratch
+    with Movie(film) as movie:  # a later world in this process starts a new film
         movie.write(next(moving(1)))
     assert len(packets(film)[0]) == 1
 

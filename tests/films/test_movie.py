@@ -121,7 +121,7 @@ def test_leaving_by_an_exception_keeps_the_partial_film(tmp_path):
     writer_of(movie)._thread.join()
     assert os.listdir(tmp_path) == ["a.partial.mp4"]
     assert len(read(tmp_path / "a.partial.mp4")[0]) == 30
-    with Movie(tmp_path / "a.mp4") as movie:  # the next movie starts from scratch
+    with Movie(tmp_path / "a.mp4") as movie:  # the next movie starts empty
         movie.write(frames(1)[0])
     assert os.listdir(tmp_path) == ["a.mp4"]
     assert len(read(tmp_path / "a.mp4")[0]) == 1

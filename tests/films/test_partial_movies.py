@@ -108,7 +108,7 @@ def test_a_killed_process_leaves_a_film(tmp_path, number):
 
 @pytest.mark.parametrize("moment", ["before", "behind"])
 def test_a_process_that_is_killed_while_it_closes_a_film(tmp_path, moment):
-    """Before the complete film gets its name, or after that, while the partial one is still there."""
+    """The kill comes before the complete film gets its name, or before the partial film is removed."""
     film = tmp_path / "a.mp4"
     script = (
         "import os, sys\nfrom films import moving\nfrom motes._film.movie import Movie\n"
@@ -165,7 +165,7 @@ except MotesError as error:
 
 
 def test_a_full_disk_is_told_and_leaves_what_there_is(tmp_path):
-    """At any moment: while segments are written, and while they are joined into the complete film."""
+    """The disk is full while segments are written, or while they are joined into the complete film."""
     whole(tmp_path / "whole.mp4", 200, secure=())
     cut_off(tmp_path / "b.mp4", 200, secure=())
     size, most = (tmp_path / "whole.mp4").stat().st_size, partial(tmp_path / "b.mp4").stat().st_size

@@ -149,7 +149,7 @@ def test_who_asks_for_a_binding_gets_it(two_cores, monkeypatch, options, variabl
 
 
 def test_ranks_on_several_hosts_are_not_bound():
-    """Including more ranks than cores."""
+    """This also holds for more ranks than cores."""
     script = "import motes, os; print(motes.World(seed=1).size, len(os.sched_getaffinity(0)), flush=True)"
     ranks = (os.cpu_count() or 1) + 1
     ended = motes("run", "-n", str(ranks), "--hosts", f"localhost:{ranks}", "-c", script)

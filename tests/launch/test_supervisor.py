@@ -64,7 +64,7 @@ def test_nulls_behind_the_launchers_texts_are_left_out():
 
 
 def test_a_run_without_a_standard_error_ends_as_it_did(tmp_path):
-    """The first pipe opened would otherwise get file descriptor 2."""
+    """File descriptor 2 is closed, so the first pipe that opens could take its place."""
     line = shlex.join([sys.executable, "-m", "motes", "run", "-n", "2", "-c", "import motes; print('well')"])
     ended = subprocess.run(f"{line} 2>&-", shell=True, stdout=subprocess.PIPE, text=True, timeout=60)
     assert ended.returncode == 0 and ended.stdout == "well\n" * 2

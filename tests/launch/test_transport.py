@@ -65,7 +65,7 @@ def test_ranks_of_one_host_draw_into_memory_that_they_share(tmp_path):
     shared = on_ranks(3, FILM, tmp_path / "shared")
     sent = on_ranks(3, FILM, tmp_path / "sent", env=PIXELS_TRAVEL)
     assert len(shared.lines) == 4 and shared.lines == sent.lines, shared.text + sent.text
-    pixels = 640 * 360 * 3 * 2 / 3  # of the ranks that are not the image generator
+    pixels = 640 * 360 * 3 * 2 / 3  # bytes of the ranks other than the image generator
     shared_bytes, sent_bytes = (
         analysis.open_run(tmp_path / name).frames["render_bytes"] for name in ("shared", "sent")
     )

@@ -59,7 +59,7 @@ def test_an_address_that_cannot_be_served_ends_the_job_with_one_report(tmp_path)
 
 
 def test_paused_from_the_start_then_stepped_looked_around_and_stopped(tmp_path):
-    """On 3 ranks; the camera moves while no frame is made."""
+    """The run has 3 ranks; the camera moves while the run is paused."""
     seen: dict[str, Any] = {}
 
     async def conversation() -> None:

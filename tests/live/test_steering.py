@@ -312,7 +312,7 @@ def test_a_signal_is_a_stop_too_also_in_a_pause(tmp_path, held):
 
 
 def test_a_steered_run_goes_on_from_its_checkpoint(tmp_path):
-    """Killed in the middle, then steered again: the whole is one film, and replays as one."""
+    """The run is killed in the middle, then steered again; the result is one film and replays as one."""
     saving = f"motes.Checkpoint({str(tmp_path / 'c')!r}, every=8)"
     options = f"dict(live=motes.Live(0, wait=True), pause_s=0.03, checkpoint={saving})"
 
@@ -375,7 +375,7 @@ def test_a_replay_goes_on_from_its_checkpoint(steered, tmp_path):
     path = str(steered / "log" / "steer.jsonl")
     options = f"dict(steering={path!r}, checkpoint=motes.Checkpoint({str(tmp_path / 'c')!r}, every=20))"
     assert run(2, tmp_path, 50, options).code == 0
-    result = run(3, tmp_path, 120, options, env={"MOTES_ANYWAY": "1"})  # the arguments differ
+    result = run(3, tmp_path, 120, options, env={"MOTES_ANYWAY": "1"})  # another number of frames
     assert result.code == 0 and "goes on with frame 50" in result.err, result.text
     assert film(tmp_path) == film(steered)[:120]
 

@@ -1,4 +1,4 @@
-"""A run that goes on after another one writes into its log without a seam."""
+"""A run that continues another one appends to its log without a seam."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def test_a_continued_log_stays_where_it_is(tmp_path):
         LogDirectory.claim(log, continued=True)
     claimed.release()
     LogDirectory.claim(log, continued=True).release()
-    LogDirectory.claim(log).release()  # a run that starts from its first frame moves it aside, as ever
+    LogDirectory.claim(log).release()  # a run that starts from its first frame moves it aside, as always
     assert set(os.listdir(tmp_path)) == {"today", "today.1"}
 
 
@@ -75,7 +75,7 @@ def test_a_damaged_run_file_is_told_before_anything_is_changed(tmp_path, text):
         LogDirectory.claim(log, continued=True)
     assert set(os.listdir(log)) == before
     (log / "run.json").write_text(json.dumps({"schema": 1, "argv": []}))
-    LogDirectory.claim(log, continued=True).release()  # the lock was not left behind
+    LogDirectory.claim(log, continued=True).release()  # the refused claim released the lock
 
 
 # --- run.json
@@ -152,7 +152,7 @@ with world:
 
 
 def check_whole(log, frames, ranks):
-    """Every table has each frame once, for each calculator and system or cut."""
+    """Check that every table has each frame once per calculator and system, and each cut at most once."""
     expected = {"frames": 1, "load": 2 * ranks, "density": 2 * ranks}
     for name, count in expected.items():
         told = [row["frame"] for row in rows_of(log / f"{name}.jsonl")]
@@ -218,7 +218,7 @@ def test_a_disk_that_is_full_at_a_checkpoint_ends_the_job(tmp_path, ranks):
 
 
 class Killer:
-    """Kills the run's manager once the log is secured."""
+    """Kills the run's manager once the log is synced to disk."""
 
     def __init__(self, log):
         self.log = log
@@ -232,7 +232,7 @@ class Killer:
 
 @pytest.mark.parametrize(("before", "after"), [(3, 2), (2, 3), (1, 1)])
 def test_a_killed_run_is_continued_in_its_log(tmp_path, before, after):
-    """Only the start of the continued run is shown here: it keeps the rows before its first frame."""
+    """Checks only the start of the continued run: it keeps the rows before its first frame."""
     log = tmp_path / "log"
     result = mpirun(before, SCENE, log, 6, "killed", 0, "shared", watch=Killer(log))
     assert result.code != 0
@@ -273,7 +273,7 @@ def test_a_damaged_row_ends_the_start_on_every_rank(tmp_path, ranks):
 
 @pytest.fixture
 def on_fewer_ranks(tmp_path):
-    """A run of four calculators, 2 to 5, that was continued from frame 20 on with three, 1 to 3."""
+    """Make a run of four calculators, ranks 2 to 5, continued from frame 20 on with three, ranks 1 to 3."""
     first, second = (moving_spot(tmp_path / name, calculators=n) for name, n in (("a", 4), ("b", 3)))
     for name in (*TABLES, "events"):
         kept = [row for row in rows_of(first / f"{name}.jsonl") if row["frame"] < 20]
@@ -337,7 +337,7 @@ def test_a_table_that_was_continued_is_followed_from_its_start(tmp_path):
     assert [row["frame"] for row in table.new_rows()] == [0, 1, 2, 3]
     rows(tmp_path / "draft", [{"frame": frame} for frame in range(3)])
     (tmp_path / "draft").rename(path)
-    rows(path, [{"frame": frame} for frame in range(3, 7)], mode="a")  # longer than it was, between two looks
+    rows(path, [{"frame": frame} for frame in range(3, 7)], mode="a")  # between reads, it outgrew the old one
     assert [row["frame"] for row in table.new_rows()] == list(range(7))
     assert table.restarted
     rows(path, [{"frame": 7}], mode="a")

@@ -1,4 +1,4 @@
-"""Whatever a log's files hold, what reads them works or raises LogError, naming the file."""
+"""Whatever the files of a log contain, reading them works or raises LogError with the file's name."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ def damaged(log: Path, name: str, draw: Any) -> None:
 
 
 def read_all(log: Path, *, plots: bool) -> list[LogError]:
-    """Do all that can be done with a log; return the LogErrors. Other errors are not caught."""
+    """Use every way to read a log; return the LogErrors. Other errors are not caught."""
     run = motes.open_run(log)
     made = []
     for work in (
@@ -121,7 +121,7 @@ def _figures(log: Path) -> dict[str, Any]:
 
 
 def main_report(log: Path) -> None:
-    """Write the report as the command does: it prints errors of motes only."""
+    """Write the report as the command does, which prints only errors of motes."""
     assert main(["report", str(log), "-o", str(log / "report.html")]) in (0, 2)
 
 
@@ -138,7 +138,7 @@ def check(whole: Path, draw: Any, *, plots: bool) -> None:
         assert all("log" in str(error) for error in errors), "an error names the log or its file"
 
 
-# Damage is random and small: what an example does is seen without making it smaller, which takes long.
+# Damage is random and small, so failing examples are readable without shrinking, which is slow.
 FUZZ = {
     "deadline": None,
     "suppress_health_check": list(HealthCheck),
@@ -166,7 +166,7 @@ def test_many_damaged_logs_are_drawn_or_refused(whole, data):
     check(whole, data.draw, plots=True)
 
 
-# --- which file, and where in it
+# --- the file and line that an error names
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Logs of earlier versions: their columns and phases are read under the names that they have now."""
+"""Logs of earlier versions: their columns and phases are read under their present names."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ Row = dict[str, Any]
 
 @pytest.fixture(scope="module")
 def log(tmp_path_factory) -> Path:
-    """Let four ranks write a log; rows for the replicas of a run that survives losses are added."""
+    """Let four ranks write a log; add a row about replicas, as a run that survives losses writes."""
     log: Path = tmp_path_factory.mktemp("names") / "log"
     assert on_ranks(4, SCENE, log).code == 0
     kept = {"frame": 5, "rank": 0, "waited_for": 1, "phase": "replicas", "seconds": 0.5}
@@ -60,7 +60,7 @@ def log(tmp_path_factory) -> Path:
 
 
 def renamed(row: Row, table: Table) -> Row:
-    """Give a row the names of earlier versions."""
+    """Rename a row's fields to those of earlier versions."""
     names = {column.name: column.earlier or column.name for column in table.columns}
     row = {names.get(name, name): value for name, value in row.items()}
     for column in table.columns:
@@ -71,7 +71,7 @@ def renamed(row: Row, table: Table) -> Row:
 
 
 def rewritten(log: Path, target: Path, is_old: Callable[[int], bool] = lambda line: True) -> Path:
-    """Copy a log, with the names of earlier versions in those lines for which `is_old` holds."""
+    """Copy a log, with the names of earlier versions in the lines for which `is_old` is true."""
     shutil.copytree(log, target)
     for table in TABLES.values():
         for path in target.glob(table.file):
@@ -109,7 +109,7 @@ def test_the_engine_writes_the_present_names(log: Path):
     ids=["all", "before", "after"],
 )
 def test_logs_read_alike_under_both_names(log: Path, tmp_path: Path, is_old: Callable[[int], bool]):
-    """A run that a later version continued has rows of both."""
+    """A run continued by a later version has rows of both."""
     old = rewritten(log, tmp_path / "old", is_old)
     assert '"meetings"' in (old / "load.jsonl").read_text()
     there, here = tables(motes.open_run(old)), tables(motes.open_run(log))

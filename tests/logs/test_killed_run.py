@@ -1,4 +1,4 @@
-"""A run that is killed with -9 at a random moment leaves a log that reads to its last whole row."""
+"""A run killed with -9 at a random moment leaves a log that can be read up to its last complete row."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Killer:
 
 
 def kill_and_read(log, table, delay_s):
-    """Return how many frames are left, all of them whole."""
+    """Kill a run; return the number of frames in its log, all of them complete."""
     result = mpirun(2, SCENE, log, timeout=40, watch=Killer(log, table, delay_s))
     assert result.code != 0, "the run was killed"
     tables = sorted(log.glob("*.jsonl"))
@@ -76,5 +76,5 @@ def kill_and_read(log, table, delay_s):
 )
 def test_every_row_of_a_killed_run_is_read(tmp_path, number):
     delay_s = random.Random(number).uniform(0, 0.6)
-    table = ("load.jsonl", "frames.jsonl")[number % 2]  # the first is written before the second
+    table = ("load.jsonl", "frames.jsonl")[number % 2]  # load.jsonl is written first
     assert kill_and_read(tmp_path / "log", table, delay_s) > 0 or table == "load.jsonl"

@@ -1,4 +1,4 @@
-"""The run's log: its columns, its sums, and what is left of it when a run is killed."""
+"""The run's log: its columns, its sums, and what remains of it when a run is killed."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ FRAMES = {
 
 
 def rows_of(path: Path) -> list[dict[str, Any]]:
-    """Read a table; every line must be whole: padded, never across a page."""
+    """Read a table; check that every line is complete, padded, and within a page."""
     data = path.read_bytes()
     at = 0
     rows = []
@@ -94,7 +94,7 @@ def rows_of(path: Path) -> list[dict[str, Any]]:
 
 @pytest.fixture(scope="module", params=[(4, "auto"), (3, "shared")], ids=["auto", "shared"])
 def run(request, tmp_path_factory):
-    """Give the log of a run, and what the script knew itself."""
+    """Return the log of a run, the lines that the script printed, and the number of calculators."""
     size, roles = request.param
     log = tmp_path_factory.mktemp("run") / "log"
     said = [line.split() for line in on_ranks(size, SCENE, log, roles).lines]

@@ -1,4 +1,4 @@
-"""A log directory belongs to one run: earlier logs are moved aside, foreign directories are refused."""
+"""A log directory belongs to one run: earlier logs are moved aside, other directories are refused."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from motes.errors import ArgumentError, LogError
 
 
 def earlier_log(folder: Path, **more: str) -> Path:
-    """Make what an earlier run has left."""
+    """Create the files of an earlier run."""
     folder.mkdir()
     run = {"schema": 1, "argv": ["x.py"]}
     files = {
@@ -36,7 +36,7 @@ def earlier_log(folder: Path, **more: str) -> Path:
 
 
 def names(folder: Path) -> set[str]:
-    """List a directory, but for its lock."""
+    """List a directory, without its lock."""
     return {file.name for file in folder.iterdir()} - {".lock"}
 
 
@@ -76,7 +76,7 @@ def test_other_files_stay_where_they_are(tmp_path):
     with pytest.raises(ArgumentError, match="is writing into this one"):
         LogDirectory.claim(today)
     claimed.release()
-    LogDirectory.claim(today).release()  # whose run left no run.json
+    LogDirectory.claim(today).release()  # its run left no run.json
     assert names(today) == {"film.mp4"}
     assert not (tmp_path / "today.2").exists()
 

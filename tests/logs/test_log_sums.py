@@ -1,4 +1,4 @@
-"""Columns of the log that are sums of others: over ranks, over frames, and of what the script counts."""
+"""Columns of the log that are sums of others: over ranks, over frames, and of the script's own counts."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def total(rows: list[Row], column: str) -> int:
 
 
 def check_rows(load: list[Row], density: list[Row]) -> None:
-    """A row's particles are those before it, plus and minus what came and went, and those of `density`."""
+    """Check that each row's particles are the last ones plus gains minus losses, and equal `density`'s."""
     held: dict[tuple[str, int], int] = defaultdict(int)
     placed = {(row["frame"], row["system"], row["rank"]): row["n"] for row in density}
     for row in load:
@@ -113,7 +113,7 @@ def check_rows(load: list[Row], density: list[Row]) -> None:
 
 
 def check_frame(row: Row, load: list[Row], counted: dict[str, list[int]]) -> None:
-    """A frame's row sums up those of its calculators, and says what the script counts."""
+    """Check that a frame's row sums up those of its calculators and agrees with the script's own counts."""
     assert row["particles"] == total(load, "n_end") == sum(count for count, _, _ in counted.values())
     assert row["exchanged"] == total(load, "sent") == total(load, "received"), row
     assert row["exchanged_bytes"] == total(load, "bytes_sent"), row
@@ -146,7 +146,7 @@ def test_rows_of_ranks_add_up_to_those_of_frames(tmp_path: Path, ranks: int, way
             assert total(of_it, "n_end") == count
             assert total(of_it, "created") == born_by_now - born[name], (frame, name)
             born[name] = born_by_now
-    accounts = [line for line in lines if isinstance(line, dict)]  # what the core says in between
+    accounts = [line for line in lines if isinstance(line, dict)]  # the core's totals during the run
     assert len(accounts) > 8
     for account in accounts:
         assert account == {name: frames[account["frame"]][name] for name in account}

@@ -1,4 +1,4 @@
-"""Runs as other tools read them: LBAF's load data, OTF2 archives."""
+"""Exports for other tools: load data for LBAF, OTF2 archives."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ MESSAGE = {"type": str, "from": dict, "to": dict, "messages": int, "bytes": floa
 
 
 def fits(value: dict, fields: dict) -> bool:
-    """Tell whether an object has these fields of these types and no others."""
+    """Return whether an object has exactly these fields, with these types."""
     return {name: type(one) for name, one in value.items()} == fields
 
 

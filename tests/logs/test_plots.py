@@ -1,4 +1,4 @@
-"""Plots: what they draw is what the log says, with labels and units, on the axes they are given."""
+"""Plots: they show the log's values, with labels and units, on the axes they are given."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def spot(tmp_path_factory):
 
 @pytest.fixture
 def small(tmp_path):
-    """Two calculators, two frames, no optional file: rank 1 works three times as long, then equally long."""
+    """Return a run of two calculators and two frames; rank 1 takes three times as long, then equally long."""
     load = [
         load_row(frame, "a", rank, n_end=n, t_compute_s=s, t_exchange_s=0.1, t_image_s=0.05, t_wait_s=0.4)
         for frame, slow in enumerate((0.6, 0.2))
@@ -205,7 +205,7 @@ def test_exchange(spot):
 
 
 def stacks(ax):
-    """Read a stacked bar chart: by label, the heights."""
+    """Read a stacked bar chart; return the heights by label."""
     return {box.get_label(): [bar.get_height() for bar in box] for box in ax.containers}
 
 
@@ -270,7 +270,7 @@ def test_an_empty_log_is_no_picture(tmp_path, name):
 
 
 def test_colours_can_be_told_apart_without_red_and_green():
-    """Simulated protanopia and deuteranopia (Vienot, Brettel and Mollon 1999) leave lines different."""
+    """Lines differ under simulated protanopia and deuteranopia (Vienot, Brettel and Mollon 1999)."""
     to_rgb = matplotlib.colors.to_rgb
     lms = np.array([[17.8824, 43.5161, 4.11935], [3.45565, 27.1554, 3.86714], [0.0299566, 0.184309, 1.46709]])
     blind = {
@@ -314,7 +314,7 @@ def test_lines_of_runs_are_named_by_what_differs(tmp_path):
 
 @pytest.fixture
 def bricks(tmp_path):
-    """Three calculators whose domains are bricks: x is cut at 0, the upper half at y = 0.5, then 0.25."""
+    """Three calculators with bricks as domains: x is cut at 0, the upper half at y = 0.5, later at 0.25."""
     load = []
     for frame, y in enumerate((0.5, 0.25)):
         load.append(load_row(frame, "a", 0, n_end=5, domain_hi=0.0))

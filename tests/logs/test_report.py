@@ -1,4 +1,4 @@
-"""What is shown of a run: summaries, reports, traces, the live view."""
+"""What motes shows of a run: summaries, reports, traces, the live view."""
 
 from __future__ import annotations
 
@@ -314,7 +314,7 @@ def test_the_view_as_json(log, capsys):
     last = motes.open_run(log).load.query("frame == 7")
     assert (told["frame"], told["particles"], told["ended"]) == (7, 40_000, True)
     assert [row["particles"] for row in told["ranks"]] == last["n_end"].tolist()
-    factors = motes.open_run(log).efficiencies().loc[6]  # whether frame 7 is whole, a view cannot know
+    factors = motes.open_run(log).efficiencies().loc[6]  # a live view cannot know whether frame 7 is complete
     assert told["efficiency"] == pytest.approx(factors.to_dict())
     assert [row["t_compute_s"] for row in told["ranks"]] == pytest.approx(last["t_compute_s"].tolist())
 
@@ -369,7 +369,7 @@ def test_watch_of_a_killed_run_ends(tmp_path, capsys):
 
 
 def on_a_terminal(argv, *, interrupt_at=None, timeout=60):
-    """Run a command on a pseudo terminal; return exit code and output. Send Ctrl-C when output matches."""
+    """Run a command on a pseudo-terminal; send Ctrl-C when output matches. Return exit code and output."""
     master, slave = pty.openpty()
     env = {**os.environ, "TERM": "xterm", "COLUMNS": "90", "LINES": "30"}
     process = subprocess.Popen(argv, stdin=slave, stdout=slave, stderr=slave, env=env, start_new_session=True)

@@ -1,4 +1,4 @@
-"""Logs as tables: `open_run` and `open_runs` on logs written by hand, whole, torn and damaged."""
+"""Logs as tables: `open_run` and `open_runs` on logs written by hand: complete, torn and damaged."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ pandas = pytest.importorskip("pandas")
 
 @pytest.fixture
 def log(tmp_path):
-    """Two systems on ranks 2 and 3; rank 3 takes three times as long, then twice, then equally long."""
+    """Write a log of two systems on ranks 2 and 3; rank 3 takes 3, 2 and 1 times as long."""
     load = [
         load_row(frame, system, rank, n_end=n, t_compute_s=seconds, t_wait_s=0.25, speed=n / seconds)
         for frame, slow in enumerate((0.75, 0.5, 0.25))
@@ -204,7 +204,7 @@ def test_without_pandas_the_error_names_the_extra(log, monkeypatch):
 
 def test_imbalance_and_efficiency(log):
     run = motes.open_run(log)
-    # seconds over both systems: (0.5, 1.5), (0.5, 1.0), (0.5, 0.5)
+    # Seconds over both systems: (0.5, 1.5), (0.5, 1.0), (0.5, 0.5).
     assert run.imbalance().tolist() == pytest.approx([1.5, 4 / 3, 1.0])
     assert run.efficiency().tolist() == pytest.approx([2 / 3, 0.75, 1.0])
     assert run.imbalance("n_end").tolist() == pytest.approx([1.5] * 3)
@@ -217,7 +217,7 @@ def test_by_rank_sums_systems_but_not_what_a_rank_has_once(log):
     assert run.by_rank("n_end").loc[0].to_dict() == {2: 200, 3: 600}
     assert run.by_rank("n_end", "b").loc[0].to_dict() == {2: 100, 3: 300}
     assert run.by_rank("t_wait_s").loc[1].to_dict() == {2: 0.25, 3: 0.25}
-    # particles over seconds, of both systems: 200 / 0.5, 600 / 1.5
+    # Particles per second over both systems: 200 / 0.5, 600 / 1.5.
     assert run.by_rank("speed").loc[0].to_dict() == pytest.approx({2: 400.0, 3: 400.0})
 
 

@@ -1,4 +1,4 @@
-"""Where each rank's time went: no gaps, who waited for whom, POP's factors, why a run takes so long."""
+"""Each rank's time: no gaps, which rank waited for which, POP's factors, why a run takes so long."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ with world:
 
 @pytest.fixture(scope="module", params=[(4, "auto"), (3, "shared"), (1, "shared")])
 def run(request, tmp_path_factory):
-    """Give a run's log and the number of its ranks."""
+    """Return a run's log and the number of its ranks."""
     size, roles = request.param
     log = tmp_path_factory.mktemp("times") / "log"
     on_ranks(size, SCENE, log, roles)
@@ -105,7 +105,7 @@ Times = dict[int, dict[str, float]]
 def made(
     folder: Path, spent: Times, *, chain: float, held: dict[int, int] | None = None
 ) -> motes.analysis.Run:
-    """Write four frames that are all alike: ranks 2 and 3 calculate; `chain` seconds of work in each."""
+    """Write four equal frames, calculated by ranks 2 and 3; `chain`: critical path of each, in seconds."""
     held = held or {2: 1000, 3: 1000}
     load, times = [], []
     for frame in range(4):
@@ -200,7 +200,7 @@ SLEEPER = {0: IDLE, 1: IDLE, 2: {"act": 0.1, "wait": 0.9}, 3: {"act": 0.1, "othe
     [
         (CAUSES["imbalance"][0], {2: 1000, 3: 9000}, 0.4),
         (CAUSES["slow rank"][0], {2: 1000, 3: 1000}, 0.4),
-        (CAUSES["slow rank"][0], {2: 1000, 3: 2000}, 0.4),  # some of both
+        (CAUSES["slow rank"][0], {2: 1000, 3: 2000}, 0.4),  # a slow rank and imbalance
         ({**CAUSES["imbalance"][0], 0: BUSY}, {2: 1000, 3: 9000}, 0.15),
         ({**CAUSES["slow rank"][0], 0: BUSY}, {2: 1000, 3: 1000}, 0.15),
         (SLEEPER, {2: 1000, 3: 1000}, 0.4),
@@ -209,7 +209,7 @@ SLEEPER = {0: IDLE, 1: IDLE, 2: {"act": 0.1, "wait": 0.9}, 3: {"act": 0.1, "othe
 )
 def test_all_that_tell_what_balance_would_save_agree(spent, held, saved, tmp_path):
     log = made(tmp_path / "log", spent, chain=0.98, held=held).path
-    for name, column in (("load", "t_compute_s"), ("times", "wall_s")):  # in the first frame files open
+    for name, column in (("load", "t_compute_s"), ("times", "wall_s")):  # files are opened in the first frame
         first, rest = (log / f"{name}.jsonl").read_text().split('"frame": 1', 1)
         slower = re.sub(rf'("{column}": )[\d.]+', r"\g<1>9.5", first)
         (log / f"{name}.jsonl").write_text(slower + '"frame": 1' + rest)

@@ -1,4 +1,4 @@
-"""Each notebook runs from its first cell to its last, and what its text says is so."""
+"""Each notebook runs from its first cell to its last, and the statements in its text are true."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ pytest.importorskip("ipykernel")
 FOLDER = Path(__file__).resolve().parents[2] / "docs" / "notebooks"
 pytestmark = pytest.mark.skipif(not FOLDER.is_dir(), reason="the notebooks need the source tree")
 
-# In particles, not in seconds, which depend on what else the machine does. Seconds still move the cuts, so
+# Checks count particles, not seconds, which depend on the machine's load. Seconds still move the cuts, so
 # bounds are wide.
 BALANCING = """
 # The paper counts processes, two of which are the manager and the image generator.
@@ -55,7 +55,7 @@ sent = {name: ms[0] - ms[-1] for name, ms in frame_ms.items()}
 assert sent["Static"] < min(sent[name] for name in ("Pairwise", "PrefixCuts", "Gentle"))
 """
 
-# In bytes, which hardly depend on seconds. (The notebook itself compares the pixels.)
+# Checks count bytes, which hardly depend on seconds. (The notebook itself compares the pixels.)
 PICTURES = """
 sent = costs["sent"]
 assert sent["near"]["tiles"] < 0.9 * min(sent["near"]["gather"], sent["near"]["composite"])
@@ -75,7 +75,7 @@ assert not player.running and player.result() is None
 """
 
 NOTEBOOKS = {"balancing": (BALANCING, 11), "first_steps": (FIRST_STEPS, 3), "pictures": (PICTURES, 2)}
-"""What each says, and how many figures it has."""
+"""For each notebook: checks to run at its end, and its number of figures."""
 
 
 def pictures(notebook):

@@ -1,4 +1,4 @@
-"""Runs in a real kernel: what a cell shows, interrupts, `motes.show`, `motes.launch` and their widgets."""
+"""Runs in a real kernel: cell output, interrupts, `motes.show`, `motes.launch` and their widgets."""
 
 from __future__ import annotations
 
@@ -136,13 +136,13 @@ def test_show_is_steered_by_the_messages_of_its_page(notebook: Kernel, tmp_path:
     notebook.run(f"scene(log={str(tmp_path)!r}); world.open(); player = motes.show(world, loop)")
     widget = notebook.widget
     notebook.until(lambda: widget.shown.get("frame", 0) > 3)
-    assert widget.pictures == [] and widget.shown["title"] == "loop"  # nobody looks
+    assert widget.pictures == [] and widget.shown["title"] == "loop"  # no viewer is looking
     notebook.say(widget, looks=True)
     notebook.until(lambda: len(widget.pictures) > 5)
     assert PIL_IMAGE.open(io.BytesIO(widget.last)).size == (160, 90)
 
     notebook.say(widget, pause=True)
-    notebook.until(lambda: widget.shown["paused"] and widget.pictures[-1][3] == 1)  # PNG: without loss
+    notebook.until(lambda: widget.shown["paused"] and widget.pictures[-1][3] == 1)  # lossless PNG
     held, still = widget.shown["frame"], widget.last
     notebook.say(widget, orbit=[0.5, 0.2])
     notebook.until(lambda: widget.last != still and widget.pictures[-1][3] == 1)
@@ -165,7 +165,7 @@ def test_show_is_steered_by_the_messages_of_its_page(notebook: Kernel, tmp_path:
     assert widget.shown["frame"] == frames
     assert widget.pictures[-1][1] == frames - 1
     notebook.until(lambda: bytes(widget.state["last"])[20:] == widget.last)
-    # The cells have the world again, with the script's own camera.
+    # The cells control the world again, with the script's own camera.
     notebook.run(f"again = [frame for frame in world.frames({frames + 1}) if one_frame()]")
     notebook.run("from motes._world.world import running_of")
     seen = "again, running_of(world).viewers.steering.camera, wind.value"
@@ -291,7 +291,7 @@ def test_a_script_on_two_ranks_is_seen_steered_and_stopped(notebook: Kernel, tmp
     notebook.say(widget, pause=False)
     notebook.until(lambda: widget.pictures[-1][1] > 10)
     assert PIL_IMAGE.open(io.BytesIO(widget.last)).size == (160, 90)
-    # An interrupt of a cell is not one of the ranks.
+    # An interrupt of a cell does not reach the ranks.
     cell = notebook.begin("print('sleeps', flush=True); time.sleep(30)")
     notebook.until(lambda: "sleeps" in cell.text)
     notebook.interrupt()

@@ -1,4 +1,4 @@
-"""Particles close behind a thin object are hidden, from both of its sides; those that lie on it show."""
+"""Particles close behind a thin object are hidden, from either side; those lying on it show."""
 
 from __future__ import annotations
 
@@ -50,12 +50,12 @@ def picture(
         if positions is not None:
             s.emit(position=positions, size=np.full((len(positions), 3), 0.08, np.float32))
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # one side of a plane is the inside of a half of space
+            warnings.simplefilter("ignore")  # one side of a plane is the inside of its half-space
             return np.asarray(world.render().pixels).astype(int)
 
 
 def changed(shape: object | None, camera: tuple[float, float, float], y: float, **options: object) -> int:
-    """How many pixels that show the shape, or any where there is none, a row of particles changes."""
+    """Count the shape's pixels (all pixels if there is no shape) that a row of particles changes."""
     row = np.array([(x, y, z) for x in np.linspace(-1, 1, 60) for z in (-0.5, 0, 0.7)], np.float32)
     without, with_them = picture(shape, camera, None, **options), picture(shape, camera, row, **options)
     shows = without.sum(axis=2) > 0
@@ -84,7 +84,7 @@ def test_of_every_kind(sprite):
 @pytest.mark.parametrize("camera", CAMERAS)
 @pytest.mark.parametrize("shape", THIN)
 def test_what_lies_on_a_surface_shows(shape, camera):
-    """From its own side: all of it, but for the lower edge of discs where the surface is seen edge on."""
+    """Seen from its own side it shows completely, except the lower edge of discs on surfaces seen edge on."""
     for at, eye, look_at in ((0.0012, mirrored(camera), (0, -1.5, 0)), (-0.0012, camera, (0, 1.5, 0))):
         free = changed(None, eye, at, look_at=look_at)
         assert free > 50
@@ -92,7 +92,7 @@ def test_what_lies_on_a_surface_shows(shape, camera):
         assert shown == free if abs(eye[1]) > 5 else shown >= 0.7 * free
 
 
-@pytest.mark.parametrize("radius", [2, 0.5])  # the smaller one turns away within few pixels
+@pytest.mark.parametrize("radius", [2, 0.5])  # the smaller surface turns away within few pixels
 @pytest.mark.parametrize("kind", [Sphere, Cylinder])
 def test_what_lies_on_a_round_surface_shows_up_to_its_silhouette(kind, radius):
     rows = np.random.default_rng(3).normal(size=(300, 3))
@@ -118,7 +118,7 @@ def test_what_lies_on_a_round_surface_shows_up_to_its_silhouette(kind, radius):
 
 
 def test_a_particle_that_reaches_out_from_behind_shows_there():
-    """Behind a rectangle's edge: its part beside the rectangle is in the picture, that behind it is not."""
+    """Of a disc across a rectangle's edge, only the part beside the rectangle is visible."""
     shape = Rectangle((-1, -1, 0), (2, 0, 0), (0, 2, 0))
     sprite = motes.Sprite("disc", pixels=21)
     same = {"look_at": (0, 0, 0), "sprite": sprite}

@@ -1,4 +1,4 @@
-"""Lamps make lit forms brighter than sun and sky do, up to white: references in double."""
+"""Lamps brighten lit spheres, meshes and cards beyond sun and sky, up to white; references in double."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 
 import motes
 
-SUN, SKY, BOUNCE = 0.70, 0.24, 0.10  # parts of daylight
+SUN, SKY, BOUNCE = 0.70, 0.24, 0.10  # fractions of daylight
 COLOR = (0.5, 0.25, 0.1)
 POINTS = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) / 2
 SIDES = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
@@ -21,7 +21,7 @@ LINEAR_TINT = ((TINTED[0, 0] + 0.055) / 1.055) ** 2.4
 
 
 def pixels(sprite: motes.Sprite, power: float, *, sun: Any = (0, 0, 0), **lens: float) -> np.ndarray:
-    """A picture of one particle, from which eye and lamp are 5 m and 4 m away along z."""
+    """Render one particle, with the eye 5 m and a lamp 4 m away along z."""
     lamps = [motes.Light((0, 0, 4), (1, 1, 1), power)]
     camera = motes.Camera((0, 0, 5), (0, 0, 0), **lens)
     renderer = motes.Renderer(48, 48, camera=camera, linear=True, sun=sun, lights=lamps)
@@ -39,7 +39,7 @@ def within_white(color: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("power", [2.0, 30.0, 120.0])
 @pytest.mark.parametrize("sun", [(0, 0, 0), (0.0, 1.0, 1.0)])
 def test_a_sphere(sun: tuple[float, ...], power: float) -> None:
-    """Daylight on each place of its surface, times what the lamp adds to all of it."""
+    """Each point of its surface is shaded by daylight; the lamp scales all of them by one factor."""
     picture = pixels(motes.Sprite("sphere", 30, blend="opaque", lit=True), power, sun=sun)
     away = (np.arange(48) - 23.5) / 15
     x, y = np.meshgrid(away, -away)
@@ -62,7 +62,7 @@ def test_a_sphere(sun: tuple[float, ...], power: float) -> None:
 @pytest.mark.parametrize("blend", ["add", "alpha", "opaque"])
 @pytest.mark.parametrize("power", [2.0, 30.0, 120.0])
 def test_a_mesh_that_faces_the_lamp(power: float, blend: Any) -> None:
-    """Without a sun its front has the mean light of the sky, and two thirds of the lamp's as a ball has."""
+    """Without a sun the front gets the sky's mean light and, like a ball, two thirds of the lamp's."""
     light = (BOUNCE + SKY) / 2 + 2 / 3 * power / 16
     picture = pixels(motes.Sprite("mesh", mesh=CUBE, blend=blend, lit=True), power)
     assert picture[24, 24] == pytest.approx(within_white(np.array(COLOR) * light), abs=0.012)
@@ -72,7 +72,7 @@ def test_a_mesh_that_faces_the_lamp(power: float, blend: Any) -> None:
 @pytest.mark.parametrize("blend", ["add", "alpha", "opaque"])
 @pytest.mark.parametrize("power", [2.0, 60.0, 500.0])
 def test_a_dark_picture(power: float, blend: Any, facing: Any) -> None:
-    """A lamp shows a dark picture as bright as a white one with less light, and in its hue."""
+    """A lamp brightens a dark image by the same factor as a white one, and keeps the hue."""
     sprite = motes.Sprite("image", 30, image=TINTED, blend=blend, lit=True)
     part = 2 / 3
     if facing == "orientation":
@@ -95,7 +95,7 @@ def test_small_ones_have_the_light_of_large_ones(kind: dict[str, Any], blend: An
 
 
 def test_blurred_cards_are_as_bright() -> None:
-    """Through a lens and in motion a card keeps its light."""
+    """A card out of focus keeps its light."""
     sprite = motes.Sprite("image", image=GREY, blend="alpha", lit=True, facing="orientation")
     there = pixels(sprite, 60, focus=4.9, aperture=0.2)[24, 24]
     light = (BOUNCE + SKY) / 2 + 60 / 16

@@ -1,4 +1,4 @@
-"""Frames: pixels on the image generator, nothing elsewhere; and the pictures they write."""
+"""Frames: pixels on the image generator, none elsewhere; and the image files they write."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def elsewhere():
 
 
 def decoded(data: bytes) -> np.ndarray:
-    """Read a PNG of the two kinds we write, by the format's own page."""
+    """Decode a PNG of the two kinds we write, by the PNG specification."""
     assert data[:8] == b"\x89PNG\r\n\x1a\n"
     position, chunks = 8, []
     while position < len(data):
@@ -150,12 +150,12 @@ def test_npy(tmp_path, frame):
 
 @pytest.fixture
 def light():
-    """Linear light from the darkest that 16 bits show to far above white."""
+    """Return linear light from the darkest that 16 bits resolve to far above white."""
     return np.geomspace(1e-7, 1e3, 64 * 33 * 3, dtype=np.float32).reshape(64, 33, 3)
 
 
 def shown(light: np.ndarray) -> np.ndarray:
-    """What a screen shows of light, 0..1: the tone curve and sRGB, in double precision."""
+    """Return the screen values of light, 0..1: the tone curve and sRGB, in double precision."""
     over = np.maximum(light - 0.5, 0) / 0.5
     rolled = np.where(light <= 0.5, light, 0.5 + 0.5 * (1 - 1 / np.sqrt(1 + 2 * over)))
     return np.where(rolled <= 0.0031308, 12.92 * rolled, 1.055 * rolled ** (1 / 2.4) - 0.055)
@@ -250,7 +250,7 @@ def test_exr_is_read_by_others(tmp_path, pixels):
     Frame(0, 0.0, pixels, linear=lambda: linear).save(tmp_path / "a.exr")
     with av.open(str(tmp_path / "a.exr")) as container:
         picture = next(container.decode(video=0))
-        # Older releases make float32 of the half floats in the file.
+        # Older releases convert the half floats in the file to float32.
         number = {"gbrpf16le": np.float16, "gbrpf32le": np.float32}[picture.format.name]
         green, blue, red = (np.frombuffer(plane, number) for plane in picture.planes)
         row = picture.planes[0].line_size // np.dtype(number).itemsize

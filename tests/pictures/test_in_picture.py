@@ -1,4 +1,4 @@
-"""A warning where no picture shows anything of a system: it is behind the camera, or outside of them."""
+"""A warning if no picture shows any particle of a system: all are behind the camera, or outside its view."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ STILL = motes.Camera((0, 0, 5), (0, 0, 0), fov_deg=45)
 
 
 def sprite_of(kind: str, blend: Any, **facts: Any) -> motes.Sprite:
-    """A mesh, a card or a ribbon."""
+    """Return a sprite: a mesh, a card or a ribbon."""
     if kind == "mesh":
         return motes.Sprite("mesh", mesh=CUBE, blend=blend, **facts)
     if kind == "card":
@@ -30,7 +30,7 @@ def sprite_of(kind: str, blend: Any, **facts: Any) -> motes.Sprite:
 
 
 def turn(axis: tuple[float, float, float], angle_deg: float) -> tuple[float, ...]:
-    """Return a quaternion x, y, z, w."""
+    """Return a rotation as a quaternion x, y, z, w."""
     half = np.radians(angle_deg) / 2
     return (*(np.sin(half) * np.array(axis) / np.linalg.norm(axis)), float(np.cos(half)))
 
@@ -43,7 +43,7 @@ def seen(
     facts: dict[str, Any] | None = None,
     **state: Any,
 ) -> NDArray[np.float32]:
-    """The light of one particle in a picture of 160 x 120 pixels."""
+    """Return the light of one particle in a picture of 160 x 120 pixels."""
     renderer = motes.Renderer(160, 120, camera=camera, linear=True, smooth=False, **(facts or {}))
     world = motes.World(seed=1, dt=1 / 16, renderer=renderer, progress="off")
     system = world.system("one", sprite=sprite)
@@ -112,7 +112,7 @@ def test_turning_while_the_shutter_is_open_is_the_mean_of_stills(kind: str, blen
 
 
 def test_the_head_of_a_ribbon_runs_while_the_shutter_is_open() -> None:
-    """It is there for a part of the time: in the middle of its way for half of it."""
+    """Each point of the head's path is covered for part of the exposure, its midpoint for half of it."""
     sprite = motes.Sprite("ribbon", width=0.1, length=0.5)
     state = {"frames": 12, "velocity": [(2, 0, 0)], "position": [(-1, 0, 0)], "color": [(1, 1, 1)]}
     still, open_ = (seen(sprite, facts={"shutter": part}, **state)[60, :, 0] for part in (0, 2))
@@ -127,7 +127,7 @@ def test_the_head_of_a_ribbon_runs_while_the_shutter_is_open() -> None:
 
 @pytest.mark.parametrize("blend", ["opaque", "alpha"])
 def test_a_leaf_on_the_ground_is_whole_through_a_lens(blend: Any) -> None:
-    """Each pixel of it is compared with the ground, not its middle alone, which may be below."""
+    """Each pixel of the leaf is depth-tested against the ground, not only its centre, which may be below."""
     ground = motes.Solid(shapes.Plane((0, 0, 0), (0, 1, 0)), (0, 0, 0))
     leaf = motes.Sprite("image", image=SHEET, blend=blend, facing="orientation")
     state = {"orientation": [turn((1, 0, 0), -90)], "size": [(1.5, 1, 1)], "position": [(0, 0.002, 0)]}

@@ -19,7 +19,7 @@ CUBE = motes.Mesh(POINTS, [t for a, b, c, d in SIDES for t in ((a, b, c), (a, c,
 def light(
     sprite: motes.Sprite, *, smoke: float = 0, facts: dict[str, Any] | None = None, **state: Any
 ) -> float:
-    """The light in the middle of a picture of one particle, from which the camera is 5 m away along z."""
+    """Return the light at the centre of a picture of one particle, with the camera 5 m away along z."""
     camera = motes.Camera((0, 0, 5), (0, 0, 0))
     renderer = motes.Renderer(48, 48, camera=camera, linear=True, **(facts or {}))
     world = motes.World(seed=1, renderer=renderer, progress="off")
@@ -27,7 +27,7 @@ def light(
     clouds = world.system("smoke", sprite=motes.Sprite("disc", None, shadow=1))
     with world:
         system.emit(position=[(0, 0, 0)], color=[(0.5, 0.5, 0.5)], **state)
-        if smoke > 0:  # black, and above: it is in no picture
+        if smoke > 0:  # black and above the view: it is in no picture
             clouds.configure(color=(0, 0, 0), size=0.3, alpha=smoke)
             clouds.burst(shapes.Box((-2, 2.5, -2), (2, 3, 2)), count=2000)
         return float(world.render().linear[24, 24].mean())
@@ -47,7 +47,7 @@ ALL_KINDS: list[dict[str, Any]] = [
 @pytest.mark.parametrize("blend", ["add", "alpha", "opaque"])
 @pytest.mark.parametrize("kind", ALL_KINDS)
 def test_bright_light_leaves_the_hue(kind: dict[str, Any], blend: Any) -> None:
-    """Brightness ends at white, and an orange particle stays orange."""
+    """Brightness is clipped at white, and an orange particle stays orange."""
     camera = motes.Camera((0, 0, 5), (0, 0, 0))
     lamps = [motes.Light((0, 0, 1), (1, 1, 1), 20)]
     renderer = motes.Renderer(48, 48, camera=camera, linear=True, sun=(0, 0, 0), lights=lamps)
@@ -63,7 +63,7 @@ def test_bright_light_leaves_the_hue(kind: dict[str, Any], blend: Any) -> None:
 
 
 def turned(angle_deg: float) -> list[tuple[float, ...]]:
-    """About the x axis: a front along z comes to look down, or up."""
+    """Return a rotation about the x axis: a front along z turns to face down, or up."""
     half = np.radians(angle_deg) / 2
     return [(float(np.sin(half)), 0.0, 0.0, float(np.cos(half)))]
 

@@ -1,4 +1,4 @@
-"""A mesh's own colours where it is drawn: against rays in double, on all paths and ranks."""
+"""A mesh's own colours: compared with rays in double precision, on all paths and ranks."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from motes import shapes
 
 CAMERA = motes.Camera((0, 0, 5), (0, 0, 0), fov_deg=45)
 WIDE, HIGH = 200, 150
-# From near to far: colours that were linear on the screen would be far off.
+# A long range of depths: colours interpolated linearly on the screen would be far off.
 CORNERS = np.array([(-1, -1.2, 2), (1.6, -0.8, 1.5), (0, 1.5, -9)], float)
 COLORS = np.array([(1, 0, 0.1), (0, 1, 0.2), (0.3, 0.5, 1)])
 COUPLE = np.array([(-2, -1, 1.5), (2, -1, 1.5), (2, -1, -5), (-2, -1, -5)], float)
 
 
 def seen(sprite: motes.Sprite | None, state: dict[str, Any], **facts: Any) -> NDArray[np.float64]:
-    """The light of a picture of one particle and some objects."""
+    """Return the light of a picture of one particle and some objects."""
     facts = {"smooth": False} | facts
     renderer = motes.Renderer(WIDE, HIGH, camera=CAMERA, linear=True, **facts)
     world = motes.World(seed=1, renderer=renderer, progress="off")
@@ -40,11 +40,11 @@ def drawn(how: str, mesh: motes.Mesh, **facts: Any) -> NDArray[np.float64]:
 
 
 def shares(corners: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Where the rays through pixels meet a triangle: barycentric coordinates, outside of 0..1 beside it."""
+    """Return barycentric coordinates of each pixel's ray in a triangle's plane; outside 0..1 is a miss."""
     focal = HIGH / 2 / np.tan(np.radians(22.5))
     x, y = np.meshgrid(np.arange(WIDE) + 0.5 - WIDE / 2, HIGH / 2 - np.arange(HIGH) - 0.5)
     rays = np.stack([x / focal, y / focal, np.full_like(x, -1)], -1)
-    # from + t ray = a p + b q + c r with a + b + c = 1
+    # Solve from + t ray = a p + b q + c r with a + b + c = 1.
     found = np.linalg.solve((corners - (0, 0, 5)).T, rays[..., None])[..., 0]
     return found / found.sum(axis=-1, keepdims=True)
 
@@ -67,7 +67,7 @@ def test_white_corners_draw_the_same_bits_as_none(how: str) -> None:
             drawn(how, motes.Mesh(CORNERS, [(0, 1, 2)], colors=c), **facts) for c in (None, np.ones((3, 3)))
         )
         np.testing.assert_array_equal(plain, white)
-    # What is brighter than white counts as white on particles, and shines on solids.
+    # Colours above white are clipped on particles, but brighten solids.
     bright = motes.Mesh(CORNERS, [(0, 1, 2)], colors=np.full((3, 3), 3.0))
     np.testing.assert_array_equal(drawn(how, bright), plain)
     more, less = (drawn("solid", one) for one in (bright, motes.Mesh(CORNERS, [(0, 1, 2)])))

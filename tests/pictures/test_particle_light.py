@@ -1,4 +1,4 @@
-"""Lit particles, the shadows that they throw, focus: references in double; the same pixels everywhere."""
+"""Lit particles, their shadows, focus: double-precision references, and the same pixels everywhere."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import motes
 from motes.errors import ArgumentError
 from motes.shapes import Blob, Box, Plane
 
-SUN, SKY, BOUNCE = 0.70, 0.24, 0.10  # parts of daylight
+SUN, SKY, BOUNCE = 0.70, 0.24, 0.10  # fractions of daylight
 
 
 def shown(renderer: motes.Renderer, *systems) -> np.ndarray:
@@ -30,7 +30,7 @@ def burst(shape, count):
 
 @pytest.mark.parametrize("lamp", [False, True])
 def test_the_shadow_of_a_known_cloud_on_the_ground(lamp: bool):
-    """A cloud of a normal distribution: its column density is known."""
+    """The cloud has a normal distribution, so its column density is known."""
     count, sigma, wide, opacity, height = 300_000, 1.0, 0.03, 0.05, 6.0
     camera = motes.Camera((0, 40, 0), (0, 0, 0), up=(0, 0, -1), fov_deg=14)
     floor = [motes.Solid(Plane((0, 0, 0), (0, 1, 0)), (1, 1, 1))]
@@ -62,7 +62,7 @@ def test_the_shadow_of_a_known_cloud_on_the_ground(lamp: bool):
 
 
 def test_smoke_shades_what_is_in_it():
-    """Probes in an even cloud get less sun the deeper they are."""
+    """Probes in a uniform cloud get less sun the deeper they are."""
     count, wide, opacity = 400_000, 0.03, 0.1
     cloud = Box((-3, 0, -3), (3, 2, 3))
     dice = np.random.default_rng(1)
@@ -93,7 +93,7 @@ def test_smoke_shades_what_is_in_it():
 
 @pytest.mark.parametrize("behind", [0, 60, 120, 180])
 def test_discs_are_lit_as_small_spheres(behind: int):
-    """Lambert's law for a sphere, by the angle between the sun and the eye."""
+    """Their light follows Lambert's law for a sphere, by the angle between the sun and the eye."""
     camera = motes.Camera((0, 0, 9), (0, 0, 0))
     angle = np.radians(behind)
     sun = (np.sin(angle), 0, np.cos(angle))

@@ -1,4 +1,4 @@
-"""What a renderer's attributes do to a picture."""
+"""The effect of a renderer's attributes on a picture."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ CAMERA = motes.Camera((0, 0, 5), (0, 0, 0))
 
 
 def rendered(*, sprite: motes.Sprite | None = None, **attributes: Any) -> motes.Frame:
-    """One particle in the middle of a picture."""
+    """Render one particle in the middle of a picture."""
     renderer = motes.Renderer(**{"width": 96, "height": 64, "camera": CAMERA, "linear": True, **attributes})
     world = motes.World(seed=1, renderer=renderer, progress="off")
     system = world.system("a", sprite=sprite or motes.Sprite(pixels=9))
@@ -36,7 +36,7 @@ DARK = [((0.002, 0.002, 0.002), 1), ((0.01, 0.005, 0), 0.5), ((0.5, 0.25, 0.1), 
 
 
 def light_of(color: Any, alpha: float, *, each: bool = False) -> np.ndarray:
-    """Return what a particle in the middle adds, as a part of one that is white; `each`: colours differ."""
+    """Return a particle's light, as a fraction of a white one's; `each`: two colours in one system."""
 
     def sums(color: Any, alpha: float) -> np.ndarray:
         renderer = motes.Renderer(96, 64, camera=CAMERA, linear=True)
@@ -56,7 +56,7 @@ def light_of(color: Any, alpha: float, *, each: bool = False) -> np.ndarray:
 @pytest.mark.parametrize("color, alpha", [*DIM, *BRIGHT, *DARK])
 @pytest.mark.parametrize("each", [False, True])
 def test_the_light_of_an_additive_particle_is_its_color_times_alpha(color, alpha, each):
-    """Also where bytes are coarse."""
+    """This holds even in low light, where byte colours are coarse."""
     wanted = np.array(color) * alpha
     found = light_of(color, alpha, each=each)
     np.testing.assert_allclose(found, wanted, atol=0.03 * wanted.max() + 0.5 / 4064)
@@ -132,7 +132,7 @@ RED = (1, 0, 0)
 
 
 def brightness(**attributes: Any) -> np.ndarray:
-    """The light of a picture without particles, by colour."""
+    """Return the mean light of a picture without particles, by colour."""
     return rendered(sprite=motes.Sprite("point"), **attributes).linear.reshape(-1, 3).mean(axis=0)
 
 
@@ -171,7 +171,7 @@ def test_lights_and_sun_may_change_between_frames():
     assert len({frame.digest() for frame in (first, second, third)}) == 3
 
 
-# --- sprites, and what is kept beside the picture
+# --- sprites, and layers
 
 ALL_SPRITES = """
 import hashlib, json, sys
@@ -213,7 +213,7 @@ def test_pictures_and_layers_are_the_same_on_all_paths_and_ranks():
 
 
 def balls(**attributes: Any) -> motes.Frame:
-    """A ball of 1 m, 2 m in front of the middle, that moves to the right; smoke in front of all of it."""
+    """Render a 1 m ball, 2 m in front of the centre, moving right, with smoke in front of everything."""
     renderer = motes.Renderer(96, 64, camera=CAMERA, layers=["depth", "alpha", "velocity"], **attributes)
     world = motes.World(seed=1, renderer=renderer, progress="off", dt=1e-6)
     ball = world.system("ball", sprite=motes.Sprite("sphere", pixels=None, blend="opaque"))
@@ -237,13 +237,13 @@ def test_layers_hold_metres_parts_and_metres_per_second():
     assert velocity[middle].tolist() == [3, 0, 0]
     assert velocity[0, 0].tolist() == [0, 0, 0]
     assert (alpha[middle], alpha[0, 0]) == (1, 0)
-    assert alpha[np.isinf(depth)].max() == pytest.approx(0.5, abs=0.05)  # where the smoke is
+    assert alpha[np.isinf(depth)].max() == pytest.approx(0.5, abs=0.05)  # the alpha of the smoke
     pixels_per_metre = 0.5 * 64 / np.tan(np.radians(20))
     assert (~np.isinf(depth)).sum() == pytest.approx(np.pi * (0.5 * pixels_per_metre / 3) ** 2, rel=0.1)
 
 
 def test_the_velocity_of_equals_does_not_depend_on_their_order():
-    """Nor on the sign of a zero."""
+    """It does not depend on the sign of a zero either."""
 
     def layer(velocities: Any) -> bytes:
         renderer = motes.Renderer(32, 32, camera=CAMERA, layers=["velocity"])
@@ -258,19 +258,19 @@ def test_the_velocity_of_equals_does_not_depend_on_their_order():
 
 
 def test_the_depth_of_solids_is_that_of_their_surfaces():
-    """Particles are hidden a little behind them."""
+    """The small offset that hiding particles uses does not show in the depth."""
     wall, ball = shapes.Rectangle((-9, -9, -2), (18, 0, 0), (0, 18, 0)), shapes.Sphere((0, 0, 0), 1)
     depth = rendered(objects=[wall, ball, shapes.Plane((0, -2, 0), (0, 1, 0))], layers=["depth"]).layer(
         "depth"
     )
     y, x = (np.indices((64, 96)) + 0.5).astype(float)
     up, right = (32 - y) * np.tan(np.radians(20)) / 32, (x - 48) * np.tan(np.radians(20)) / 32
-    to_ball = up**2 + right**2 < 1 / 24.5  # a ray (right, up, -1) from 5 m away
+    to_ball = up**2 + right**2 < 1 / 24.5  # for a ray (right, up, -1) from 5 m away
     a, b = 1 + up**2 + right**2, 5
     exact = np.where(to_ball, (b - np.sqrt(np.maximum(b * b - 24 * a, 0))) / a, 7)
     ground = np.where(up < 0, -2 / np.minimum(up, -1e-9), np.inf)
     exact = np.minimum(exact, np.where(to_ball, exact, ground))
-    sure = np.abs(up**2 + right**2 - 1 / 24) > 2e-3  # not at the ball's edge
+    sure = np.abs(up**2 + right**2 - 1 / 24) > 2e-3  # away from the ball's edge
     np.testing.assert_allclose(depth[sure], exact[sure], rtol=1e-4)
 
 
@@ -380,7 +380,7 @@ with world:
 
 
 def test_a_part_of_a_picture_larger_than_memory_says_so():
-    """The image generator has room for all of it, but another rank not for its tiles."""
+    """The image generator has memory for the whole picture, but another rank has none for its tiles."""
     job = mpirun(2, LARGE_PART, timeout=100)
     assert job.code != 0, job.text
     assert "rank 1" in job.err, job.text

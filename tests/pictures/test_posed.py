@@ -1,4 +1,4 @@
-"""Meshes and cards in space: against solids, plane geometry, and themselves on other paths and ranks."""
+"""Meshes and cards in space: compared with solids, plane geometry, and other paths and ranks."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SIDES[:, 4:] = (0, 255, 0, 255)
 
 
 def rock() -> motes.Mesh:
-    """A closed, concave surface: a ball of 12 x 16 faces, dented at random."""
+    """Return a closed, concave surface: a ball of 12 x 16 faces with random dents."""
     dice = np.random.default_rng(3)
     rows, columns = 12, 16
     polar, around = np.pi * np.arange(1, rows) / rows, 2 * np.pi * np.arange(columns) / columns
@@ -42,7 +42,7 @@ ROCK = rock()
 
 
 def turn(axis: tuple[float, float, float], angle_deg: float) -> tuple[float, ...]:
-    """Return a quaternion x, y, z, w."""
+    """Return a rotation as a quaternion x, y, z, w."""
     half = np.radians(angle_deg) / 2
     return (*(np.sin(half) * np.array(axis) / np.linalg.norm(axis)), float(np.cos(half)))
 
@@ -50,7 +50,7 @@ def turn(axis: tuple[float, float, float], angle_deg: float) -> tuple[float, ...
 def seen(
     sprite: motes.Sprite | None, state: dict[str, Any], camera: motes.Camera = FRONT, **facts: Any
 ) -> motes.Frame:
-    """A picture of 200 x 150 pixels of some particles."""
+    """Render some particles in a picture of 200 x 150 pixels."""
     renderer = motes.Renderer(200, 150, camera=camera, layers=["depth"], smooth=False, linear=True, **facts)
     world = motes.World(seed=1, renderer=renderer, progress="off")
     system = world.system("all", sprite=sprite)
@@ -61,7 +61,7 @@ def seen(
 
 
 def edges(inside: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Which pixels have a neighbour on the other side."""
+    """Return which pixels are inside with a neighbour outside, or vice versa."""
     padded = np.pad(inside, 1, mode="edge")
     rows, columns = inside.shape
     around = [padded[y : y + rows, x : x + columns] for y in range(3) for x in range(3)]
@@ -85,7 +85,7 @@ def test_an_instance_of_a_mesh_looks_like_the_solid(place: tuple[float, float, f
     off = np.abs(depth[both] / other[both] - 1)
     assert np.median(off) < 1e-4
     assert np.mean(off < 0.005) > 0.99, "but where a dent's rim hides the dent, within a pixel"
-    # Nothing shades the solid but the solid itself: where it does not, and haze is thin, light is the same.
+    # The solid casts shadows on itself: outside them, where haze is thin, the light is the same.
     light = np.abs(wanted.linear[both] - drawn.linear[both]).max(axis=1)
     assert np.mean(light < 0.06) > 0.7
 

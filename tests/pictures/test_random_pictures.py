@@ -1,6 +1,6 @@
 """Random pictures have the same pixels on any ranks, on all paths and with any vector width.
 
-They are compared as random lists of actions are: see `tests/support/list_jobs.py`.
+They are compared like random lists of actions: see `tests/support/list_jobs.py`.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Who draws the picture changes none of its pixels: paths, ranks, roles; and what the log says of them."""
+"""Pixels do not depend on who draws: paths, ranks, roles. Also what the log records about it."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ with world:
 
 
 def frames_of(log: Path) -> list[dict[str, Any]]:
-    """Rows of frames.jsonl."""
+    """Return the rows of frames.jsonl."""
     return [json.loads(line) for line in (log / "frames.jsonl").read_text().splitlines()]
 
 
@@ -68,7 +68,7 @@ def pictures(
     frames: int = 5,
     env: dict[str, str] | None = None,
 ) -> list[Any]:
-    """Run the scene; what it said of its pictures."""
+    """Run the scene; return what it printed about its pictures."""
     lines = on_ranks(size, SCENE, log, path, wish, distance, linear, count, frames, env=env).lines
     return [json.loads(line) for line in lines]
 
@@ -83,7 +83,7 @@ def test_any_path_ranks_and_roles(size: int):
 
 @pytest.fixture(scope="module")
 def alone(tmp_path_factory: pytest.TempPathFactory) -> list[Any]:
-    """Pictures of one rank, with their light."""
+    """Return the pictures of one rank, with their linear light."""
     log = tmp_path_factory.mktemp("alone") / "log"
     return [json.loads(line) for line in on_ranks(1, SCENE, log, "gather", "auto", 11, 1, COUNT, 5).lines]
 
@@ -97,7 +97,7 @@ def test_the_light_is_the_same(size: int, wish: str, path: str, alone: list[Any]
 @pytest.mark.parametrize("path", PATHS[1:])
 @pytest.mark.parametrize(("size", "wish"), [(2, "shared"), pytest.param(4, "auto", marks=pytest.mark.slow)])
 def test_the_log_says_who_drew(size: int, wish: str, path: str, tmp_path: Path):
-    # Tiles that a rank draws are seen by their pixels, which ranks of one host need not send.
+    # A rank that draws tiles shows up in the log by its pixels, which ranks on one host need not send.
     pictures(tmp_path / "log", size, path, wish, env={"MOTES_SHARED_PICTURES": "0"})
     for row in frames_of(tmp_path / "log"):
         if row["frame"] == 3:
@@ -106,10 +106,10 @@ def test_the_log_says_who_drew(size: int, wish: str, path: str, tmp_path: Path):
         assert row["render_path"] == path
         assert 150_000 < row["records"] < 300_000
         others = row["records"] * (1 if wish == "auto" else 0.49)
-        if path == "gather":  # four bytes per record: each system has one colour
+        if path == "gather":  # four bytes per record: each system has a single colour
             assert others * 4 < row["render_bytes"] < others * 4.4
-        elif wish == "shared":  # calculators draw where their own particles are seen
-            # Ranks that other processes hold up draw less. If it did not matter where particles are, half of
+        elif wish == "shared":  # calculators draw the part of the picture where their own particles are
+            # Ranks delayed by other processes draw less. If the position of particles did not matter, half of
             # the records would be sent.
             pixels = 640 * 360 * 3
             assert 0.3 * pixels < row["render_bytes"] < 0.7 * pixels + 0.15 * row["records"] * 4
@@ -123,13 +123,13 @@ def test_the_log_says_who_drew(size: int, wish: str, path: str, tmp_path: Path):
 
 
 def test_spans_have_the_processor_time_of_each_part(tmp_path: Path):
-    """What a rank did, without its waits: never more than the time that passed."""
+    """The processor time of a phase, without waits, never exceeds the time elapsed."""
     pictures(tmp_path / "log", 2, "tiles", "shared")
     parts = set()
     for rank in range(2):
         for line in (tmp_path / "log" / f"spans.r{rank:04d}.jsonl").read_text().splitlines():
             span = json.loads(line)
-            if span["phase"] in ("messages", "wait"):  # what other phases did meanwhile
+            if span["phase"] in ("messages", "wait"):  # these overlap other phases
                 assert span["cpu_s"] is None
                 continue
             parts.add(span["phase"])
@@ -145,10 +145,10 @@ def test_spans_have_the_processor_time_of_each_part(tmp_path: Path):
 def test_auto_draws_a_far_cloud_where_its_particles_are(
     distance: float, count: int, chosen: str, tmp_path: Path
 ):
-    """A cloud that fills the picture is divided by tiles; one in a single tile, by particles.
+    """A cloud that fills the picture is divided by tiles; a cloud within one tile, by particles.
 
-    Seconds are measured, so a picture or two may be made otherwise on a busy machine. As one rank alone
-    draws enough to tell how fast it is, speeds of ranks play no part.
+    The choice depends on measured seconds, so it may differ for a picture or two on a busy machine. A single
+    rank draws enough to tell its speed, so different speeds of ranks play no part.
     """
     pictures(tmp_path / "log", 3, "auto", "shared", distance, count=count, frames=10)
     drawn = [row["render_path"] for row in frames_of(tmp_path / "log") if "render_path" in row]

@@ -1,4 +1,4 @@
-"""Ribbons: their width and light against a reference in double, their joints, and the same on all ranks."""
+"""Ribbons: width and light compared with a reference in double, joints, the same pixels on all ranks."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def flown(
     color: tuple[float, float, float] = (1, 1, 1),
     **facts: Any,
 ) -> motes.Frame:
-    """A picture, 200 x 150 pixels, of a particle born in frame `born`: one of these velocities per frame."""
+    """Render a particle born in frame `born` in 200 x 150 pixels, with one of these velocities per frame."""
     renderer = motes.Renderer(200, 150, camera=camera, layers=["depth"], smooth=False, linear=True, **facts)
     world = motes.World(seed=1, dt=dt, renderer=renderer, periodic=periodic, progress="off")
     made = sprite or motes.Sprite("ribbon", width=0.25, length=2, blend="add")
@@ -49,7 +49,7 @@ def flown(
 
 
 def light_of(picture: motes.Frame) -> NDArray[Any]:
-    """The red light of the pixels."""
+    """Return the red light of the pixels."""
     return np.asarray(picture.linear[:, :, 0], np.float64)
 
 
@@ -58,7 +58,7 @@ def light_of(picture: motes.Frame) -> NDArray[Any]:
 def test_a_straight_ribbon_has_the_width_and_light_of_its_formula(
     depth: float, length: float, ages: int
 ) -> None:
-    """Both fall evenly along the length; where positions are noted does not show."""
+    """Both decrease linearly along the length; the joints at recorded positions do not show."""
     speed, width, dt = 0.75, 0.25, 1 / 16
     head = 0.5
     start = (head - speed * dt * ages, 0, 5 - depth)
@@ -79,7 +79,7 @@ def test_a_straight_ribbon_has_the_width_and_light_of_its_formula(
 
 @pytest.mark.parametrize("blend", ["add", "alpha"])
 def test_joints_and_corners_are_covered_once(blend: Any) -> None:
-    """Half-transparent, with a sharp corner and a loop."""
+    """The ribbon is half-transparent and has a sharp corner and a loop."""
     around = 2 * np.pi * np.arange(16) / 16
     loop = [(6 * np.cos(a), 6 * np.sin(a), 0) for a in around]
     path = [(4.0, 0, 0)] * 3 + [(0, 4.0, 0)] * 3 + [(-4.0, -4.0, 0)] * 3 + loop
@@ -104,7 +104,7 @@ def test_the_ribbon_of_a_young_particle_begins_where_it_was_born() -> None:
 
 
 def test_ribbons_stay_whole_where_particles_wrap() -> None:
-    """All numbers are binary fractions: in periodic space the picture is that of a camera one period on."""
+    """With binary fractions the wrapped picture is exactly that of a camera one period further on."""
     velocities = [(2.0, 0.5, 0)] * 13 + [(-2.0, 0.5, 0)] * 6
     start = (0.25, -0.5, 0)
     boxed = flown(velocities, start, periodic={"x": (-1, 1)})
@@ -208,7 +208,7 @@ def test_ribbons_are_the_same_on_all_paths_and_ranks_and_after_a_restart(tmp_pat
     for ranks, path, roles in ((2, "tiles", "shared"), (3, "composite", "auto"), (5, "gather", "shared")):
         assert on_ranks(ranks, EVERYWHERE, path, roles, 14).lines == alone
     on_ranks(2, EVERYWHERE, "gather", "shared", 12, tmp_path / "kept")
-    anyway = {"MOTES_ANYWAY": "1"}  # with other arguments
+    anyway = {"MOTES_ANYWAY": "1"}  # the arguments differ
     again = on_ranks(3, EVERYWHERE, "tiles", "auto", 14, tmp_path / "kept", env=anyway).lines
     assert again and again == alone[-len(again) :]
 

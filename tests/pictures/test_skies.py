@@ -1,4 +1,4 @@
-"""Skies, pictures on solids, and fog, against formulas in double precision."""
+"""Skies, textures on solids, and fog, compared with formulas in double precision."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def test_a_sky_lights_solids_from_where_it_is_bright():
     plane, ceiling = Plane((0, 0, 0), (0, 1, 0)), Plane((0, 3, 0), (0, -1, 0))
     sky = motes.Gradient((0.3, 0.3, 0.3), (0.9, 0.6, 0.3), (0.2, 0.2, 0.2))
     white = {"color": (1, 1, 1)}
-    fog = ("black", 1e9)  # nothing else fades
+    fog = ("black", 1e9)  # fog too thin to matter
     below = light((0.3, 0, 1.9), fov=30, background=sky, fog=fog, objects=[motes.Solid(plane, **white)])
     np.testing.assert_allclose(below, np.full_like(below, 1) * [0.35, 0.25, 0.15], atol=1e-4)
     above = light((0.3, 3, 1.9), fov=30, background=sky, fog=fog, objects=[motes.Solid(ceiling, **white)])
@@ -124,7 +124,7 @@ def test_pictures_lie_on_solids_and_repeat():
     shown = light((0.3, 0, 1.999), fov=60, size=size, objects=[solid], fog=("black", 1e9))
     way = directions((0.3, 0, 1.999), 60, size)
     place = np.array(EYE) - way * (EYE[1] / way[:, :, 1:2])
-    near = np.hypot(place[..., 0] % 1 - 0.5, place[..., 2] % 1 - 0.5) < 0.1  # the middle of a pixel: 1 m wide
+    near = np.hypot(place[..., 0] % 1 - 0.5, place[..., 2] % 1 - 0.5) < 0.1  # near the centre of a 1 m texel
     column, row = (np.floor(place[..., k]).astype(int) % 2 for k in (0, 2))
     found = shown / shown.max()
     assert near.sum() > 50

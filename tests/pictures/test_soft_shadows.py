@@ -1,4 +1,4 @@
-"""Soft shadows of solids: against the part of a sun's or a lamp's disc that is in sight."""
+"""Soft shadows of solids, compared with the visible part of the sun's or a lamp's disc."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ CAMERA = motes.Camera((0, 0.9, 0), (0, 0, 0), up=(0, 0, -1), fov_deg=60)
 
 
 def profile(solids: list[Any], **facts: Any) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Places on the ground along x, m, and the light there, seen from below the roof."""
+    """Return places on the ground along x, in m, and the light there, seen from below the roof."""
     renderer = motes.Renderer(
         120, 90, camera=CAMERA, objects=solids, linear=True, background=(0, 0, 0), **facts
     )
@@ -30,7 +30,7 @@ def profile(solids: list[Any], **facts: Any) -> tuple[NDArray[np.float64], NDArr
 
 
 def in_sight(edge: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The part of a disc of radius 1 to the right of a line that is so far left of its middle."""
+    """Return the fraction of a unit disc to the right of a line at distance `edge` left of its centre."""
     u = np.clip(edge, -1, 1)
     return 0.5 + (np.arcsin(u) + u * np.sqrt(1 - u * u)) / np.pi
 
@@ -57,7 +57,7 @@ def test_the_penumbra_of_a_lamp_grows_with_its_radius_and_the_distance() -> None
     for radius in (0.3, 0.6):
         place, light = profile([GROUND, ROOF], **lamp(radius))
         part = (light - dark) / (open_ - dark)
-        # The roof's edge is at a third of the way from the ground to the lamp.
+        # The roof's edge is one third of the way from the ground to the lamp.
         assert np.abs(part - in_sight(place * 2 / radius)).max() < 0.05
 
 

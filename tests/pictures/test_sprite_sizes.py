@@ -1,4 +1,4 @@
-"""Sizes in metres and in parts of the height, and light that depends neither on resolution nor on motion."""
+"""Sizes in metres and as fractions of the height, and light independent of resolution and motion."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def light(
     spread: float = 0,
     **attributes: Any,
 ) -> NDArray[np.float32]:
-    """The linear picture of particles around the middle."""
+    """Return the linear picture of particles around the centre."""
     camera = motes.Camera((0, 0, distance), (0, 0, 0), fov_deg=FOV)
     renderer = motes.Renderer(height * 16 // 9, height, camera=camera, linear=True, **attributes)
     world = motes.World(seed=3, dt=1 / 24, renderer=renderer, progress="off")
@@ -61,7 +61,7 @@ WIDTH = 400
 
 
 def a_picture_of(sprite: motes.Sprite, *, streak: float = 0, width: int = WIDTH) -> NDArray[Any]:
-    """Light of one particle whose way, `streak` pixels long, has its middle in that of the picture."""
+    """Return the light of one particle; its streak, `streak` pixels long, is centred in the picture."""
     camera = motes.Camera((0, 0, 5), (0, 0, 0), fov_deg=2 * math.degrees(math.atan(32 / 100)))
     renderer = motes.Renderer(width, 64, camera=camera, linear=True, shutter=1 if streak else 0)
     world = motes.World(seed=1, dt=1, renderer=renderer, progress="off")
@@ -100,7 +100,7 @@ def test_an_opaque_image_covers_all_of_its_way(streak):
 @pytest.mark.parametrize("pixels", [2, 3, 5, 12, 40])
 @pytest.mark.parametrize("rows", [slice(30, 34), slice(16, 48)])
 def test_opaque_images_do_not_vanish_where_they_are_small(pixels, rows):
-    """However little of their square they cover: a bar across its middle."""
+    """The image covers only part of its square: a bar across the middle."""
     light = a_picture_of(motes.Sprite("image", pixels, "opaque", image=square(64, rows=rows)))
     assert light.max() > 0.99, "as bright as the picture"
     assert light[light > 0].min() > 0.99

@@ -1,4 +1,4 @@
-"""Several pictures on a system's particles: which one each shows, mixtures, levels, and wrong sheets."""
+"""Sprites with several images: which one each particle shows, blends, levels of detail, invalid sheets."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SHEET = np.concatenate([np.concatenate(PICTURES[:3], axis=1), np.concatenate(PIC
 def seen(
     places: Any, *, frames: int = 1, state: dict[str, Any] | None = None, shutter: float = 0, **sprite: Any
 ) -> NDArray[np.float32]:
-    """The light of a picture of some particles, after some frames."""
+    """Return the light of a picture of some particles, after some frames."""
     renderer = motes.Renderer(
         96, 64, camera=motes.Camera((0, 0, 5), (0, 0, 0)), linear=True, shutter=shutter, exposure=0.5
     )
@@ -38,7 +38,7 @@ def seen(
 
 
 def middle(**facts: Any) -> NDArray[np.float32]:
-    """The colour that one particle shows."""
+    """Return the colour of a single particle at the centre."""
     return seen([(0, 0, 0)], **facts)[32, 48]
 
 
@@ -205,5 +205,5 @@ def test_wrong_sheets_and_picks_are_refused(tmp_path: Path) -> None:
 
 
 def tiled(pick: Any) -> motes.Sprite:
-    """A sprite of six tiles."""
+    """Return a sprite of six tiles."""
     return motes.Sprite("image", image=SHEET, tiles=(3, 2), pick=pick)

@@ -1,4 +1,4 @@
-"""What a checkpoint holds besides particles: births that can be made again, no frame that failed."""
+"""The state in a checkpoint besides particles: births can be repeated; frames that failed are left out."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ with world:
 
 
 def test_births_of_meshes_are_made_again_where_another_run_goes_on(tmp_path):
-    """Which never constructs these meshes."""
+    """The other run never constructs these meshes."""
     whole = on_ranks(1, BORN_OF_MESHES, tmp_path / "a")
     assert python(BORN_OF_MESHES, tmp_path / "b", env={"KILL": "6"}).code == 9
     again = on_ranks(2, BORN_OF_MESHES, tmp_path / "b")
@@ -71,18 +71,18 @@ with world:
 
 @pytest.mark.parametrize("ranks", [1, 3])
 def test_a_frame_that_failed_is_in_no_checkpoint(tmp_path, ranks):
-    """Also where the last one did so after all had agreed on it: there is no memory for the children."""
+    """The last frame fails after all ranks have agreed on it: there is no memory for its children."""
     result = on_ranks(ranks, FAILS_AT_THE_END, tmp_path)
     assert result.code != 0
     assert "MemoryError" in result.err, result.text
     assert [frame for frame, _ in folder.whole(tmp_path)] == [2]
 
 
-# --- whom a checkpoint must be trusted
+# --- trust in checkpoints
 
 
 class Planted:
-    """Whose pickle leaves a file where it is read."""
+    """An object whose pickle creates a directory when it is loaded."""
 
     def __init__(self, target: Path) -> None:
         self.target = target

@@ -1,4 +1,4 @@
-"""A killed run goes on from its newest whole checkpoint, and makes what one makes that was not killed."""
+"""A killed run continues from its newest complete checkpoint, and makes the same as an undisturbed run."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def run(ranks, place, *, fails=False, env=None, **options):
 
 
 def made(place):
-    """What a run has made: rows of the log, packets of the film."""
+    """Return a run's results: rows of the log, packets of the film."""
     text = (place / "log" / "frames.jsonl").read_text()
     rows = [
         (row["frame"], row["particles"], row["particles_digest"], row["image_sha256"])
@@ -55,9 +55,9 @@ def undisturbed(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def killed(tmp_path_factory):
-    """What a run on three ranks leaves that is killed in frame 16: checkpoints of frames 8 and 12.
+    """Return the files of a run on three ranks that was killed in frame 16: checkpoints of frames 8 and 12.
 
-    That of frame 16 has begun then, for which it waited until the one before was whole.
+    The checkpoint of frame 16 has begun by then; it waited until the one before was complete.
     """
     place = tmp_path_factory.mktemp("killed") / "run"
     place.mkdir()
@@ -93,7 +93,7 @@ with world:
 
 
 def test_the_manager_goes_on_where_it_was(tmp_path):
-    """No warning is said twice, and a balancer hears which evaluation it is since the first frame."""
+    """No warning is repeated, and balancers get the evaluation's number counted from the first frame."""
     script = tmp_path / "managed.py"
     script.write_text(MANAGED)
     first = mpirun(3, script, tmp_path / "checkpoints", env={"KILLED": "yes"})
@@ -108,7 +108,7 @@ def test_the_manager_goes_on_where_it_was(tmp_path):
 
 @pytest.fixture
 def copied(killed):
-    """The same once more: arguments and films have the names that the killed run knew."""
+    """Restore the killed run's folder under the same path, so arguments and films keep their names."""
     shutil.rmtree(killed)
     return Path(shutil.copytree(killed.with_name("saved"), killed))
 
@@ -274,7 +274,7 @@ def test_differences_of_scripts_are_named():
     assert "was not there and is 'd'" in difference(then, {**then, "sha256": "2", "text": "a\nb\nd\n"})
 
 
-# --- loops of one's own, reads
+# --- the script's own loops, reads
 
 
 OWN_LOOP = """
@@ -314,7 +314,7 @@ def test_frames_before_the_loop_are_not_done_twice(tmp_path):
 
 
 def test_parts_are_read_by_others(copied):
-    """Safetensors: eight bytes of length, JSON, then the values."""
+    """A safetensors file holds the header's length in eight bytes, a JSON header, then the values."""
     place = newest_of(copied)
     rows = 0
     for path in sorted(place.glob("part-*.safetensors")):
@@ -350,7 +350,7 @@ def test_every_flipped_bit_of_a_part_is_found_or_harmless(copied, tmp_path):
             part = _core.PartFile(str(damaged), True)
         except RuntimeError as error:
             assert "damaged checkpoint" in str(error)
-        else:  # in the text for other readers
+        else:  # in the metadata for other readers
             assert 8 <= at < length or at in range(length + 20, length + 24)
             assert part.rows == whole.rows
 
@@ -374,7 +374,7 @@ def test_a_manifest_says_when_it_has_changed(tmp_path):
             read = Manifest.from_bytes(bytes(content), tmp_path)
         except CheckpointError:
             continue
-        assert read == manifest_of().with_kept({"configured": {}})  # white space
+        assert read == manifest_of().with_kept({"configured": {}})  # only white space changed
     for other in (1, VERSION - 1):
         changed = text.replace(b'"version": %d' % VERSION, b'"version": %d' % other)
         with pytest.raises(CheckpointError, match=f"version {other}"):
@@ -421,7 +421,7 @@ def test_kills_at_random_moments(tmp_path, undisturbed):
 @pytest.mark.parametrize("ranks", [1, 3])
 def test_a_job_starts_again_by_itself(tmp_path, undisturbed, ranks):
     options = json.dumps({"kill_at": 9, "roles": "shared"})
-    # A frame that is killed is done by the next start only if it is not killed again: once is enough.
+    # The restarted job can finish the frame only if it is not killed there again: kill it once.
     script = tmp_path / "once.py"
     once = "if os.path.exists(sys.argv[1] + '/killed'): os.environ['OPTIONS'] = '{}'\n"
     mark = "open(folder + '/killed', 'w').close(); os.kill(os.getpid(), 9)"

@@ -1,4 +1,4 @@
-"""Ranks that are killed under `motes run --survive`: the others go on, and the job ends without a hang."""
+"""Ranks killed under `motes run --survive`: the others continue, and the job ends without a hang."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 from launching import Result, command, said
 from mpiruns import FIVE, FOUR, HYDRA
 
-from motes import _core  # noqa: F401  (MPI starts, before it is asked without a start what it can do)
+from motes import _core  # noqa: F401  (MPI must start before the query below, which does not start it)
 from motes._launch import starting, supervisor
 from motes._run import losses
 from motes.cli import main
@@ -18,7 +18,7 @@ from motes.errors import MotesError
 
 pytestmark = pytest.mark.skipif(starting.cannot_survive() is not None, reason=str(starting.cannot_survive()))
 
-# Survives without a world: talks in rounds; after a loss, the others start again without the lost rank.
+# Survives without a world: communicates in rounds; after a loss, the others restart without the lost rank.
 SURVIVOR = """
 import os, random, signal, sys, threading, time
 from mpi4py import MPI
@@ -79,7 +79,7 @@ print(f"rank {everybody.rank} with {comm.size}", flush=True)
 def survive(
     n: int, script: str, tmp_path: Path, *arguments: object, env: dict[str, str] | None = None
 ) -> Result:
-    """Run a script's text on ranks of which some may be lost."""
+    """Run a script, given as text, on ranks of which some may be lost."""
     path = tmp_path / "script.py"
     path.write_text(script)
     run = [sys.executable, "-m", "motes", "run", "--survive", "-n", n, path, *arguments]
@@ -124,7 +124,7 @@ def test_without_a_loss_nothing_is_different(tmp_path):
 
 
 def test_a_mistake_after_a_loss_ends_the_job_with_one_report(tmp_path):
-    # Five ranks: with up to four, Open MPI's own abort would end them, too.
+    # Five ranks: with up to four, Open MPI's own abort would end them anyway.
     mistake = "if everybody.rank == 3: raise ValueError('afterwards')\ntime.sleep(50)\n"
     result = survive(5, SURVIVOR + mistake, tmp_path, 1, 2)
     assert result.code == 1, result.text
@@ -205,7 +205,7 @@ def test_a_loss_is_survived_only_where_it_was_asked_for(losing_program):
     assert result.code == 137, result.text
 
 
-# --- what is said before anything starts
+# --- checks before anything starts
 
 
 def test_flags():
@@ -230,7 +230,7 @@ def test_where_the_mpi_cannot_the_run_does_not_start(monkeypatch, capsys, tmp_pa
     assert f"this is {FOUR.version}" in said
 
 
-# --- what the launcher's supervisor does with the lines of ranks
+# --- how the launcher's supervisor treats the lines of ranks
 
 
 def test_what_is_said_of_broken_collectives_is_left_out():
@@ -242,7 +242,7 @@ def test_what_is_said_of_broken_collectives_is_left_out():
 
 
 def test_the_first_report_says_whether_a_rank_was_lost():
-    """By the line before it, whatever its sentence says; the line itself is nobody's to read."""
+    """The line before the report decides, not its text, and is not shown."""
     gone, wrong = "*** motes: rank 2: its process is gone\n", "*** motes: rank 1: ValueError: the mistake\n"
     lost = f"{losses.LOST}\n"
     for text, expected in (

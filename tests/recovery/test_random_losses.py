@@ -1,4 +1,4 @@
-"""Ranks that are lost at any moment: what the others make has the same bits (tests/support/losses.py)."""
+"""Ranks lost at any moment: the others produce the same bits (tests/support/losses.py)."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ pytest.importorskip("av")
 
 import losses  # noqa: E402
 
-from motes import _core  # noqa: E402, F401  (MPI starts, before it is asked without a start what it can do)
+from motes import _core  # noqa: E402, F401  (MPI must start before the query below, which does not start it)
 from motes._launch import starting  # noqa: E402
 
 pytestmark = pytest.mark.skipif(starting.cannot_survive() is not None, reason=str(starting.cannot_survive()))
@@ -19,16 +19,16 @@ pytestmark = pytest.mark.skipif(starting.cannot_survive() is not None, reason=st
 
 @pytest.fixture(scope="module")
 def models(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Where the runs are to which nothing happens."""
+    """Return the folder of the undisturbed runs."""
     return tmp_path_factory.mktemp("models")
 
 
 @pytest.mark.parametrize(
     ("ranks", "film", "deaths"),
     [
-        # A checkpoint is due, and the last picture is in no file yet. The second world's manager goes, too.
+        # A checkpoint is due and the last picture is not on disk. The second world's manager is lost too.
         (4, "inside", [[0, 0, "behind the frame", 5, 0], [1, 1, "before securing the film", 2, 0]]),
-        # Nobody knows that the last checkpoint is whole; then the film's writer is lost behind its world.
+        # No rank knows that the last checkpoint is complete; then the film's writer is lost after its world.
         (
             3,
             "forgotten",
@@ -49,6 +49,6 @@ def test_the_others_go_on(tmp_path, models, ranks, film, deaths):
 @pytest.mark.slow
 @pytest.mark.parametrize("first", range(0, 300, 10))
 def test_random_losses(tmp_path, models, first):
-    """One rank, or two; `python tests/support/losses.py --from SEED --seeds 1` repeats one."""
+    """One or two ranks are lost; `python tests/support/losses.py --from SEED --seeds 1` repeats a case."""
     for seed in range(first, first + 10):
         assert losses.broken(tmp_path / str(seed), models, seed) == "", f"seed {seed}"

@@ -1,4 +1,4 @@
-"""Ranks that are killed: with `on_loss="recover"` the others bring the run to the same end."""
+"""Ranks that are killed: with `on_loss="recover"` the others finish the run with the same result."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from launching import Result, command, said  # noqa: E402
 from standing import on_ranks  # noqa: E402
 
 import motes  # noqa: E402
-from motes import _core  # noqa: E402, F401  (MPI starts, before it is asked without a start what it can do)
+from motes import _core  # noqa: E402, F401  (MPI must start before the query below, which does not start it)
 from motes._launch import starting  # noqa: E402
 
 SCENE = Path(__file__).parents[1] / "scenes" / "recovering.py"
@@ -50,7 +50,7 @@ def check_same(out: Path, model: Path) -> None:
 
 @pytest.fixture(scope="module")
 def model(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """What comes out where nothing happens, without any replicas."""
+    """Run the scene undisturbed, without replicas."""
     out = tmp_path_factory.mktemp("model")
     result = run(out, 1)
     assert result.code == 0, result.text
@@ -90,7 +90,7 @@ def test_the_others_go_on_without_a_lost_rank(tmp_path, model, n, death, role):
     [(["4@10", "0@22"], {2}), pytest.param(["2@16", "0@16"], {1, 2}, marks=pytest.mark.slow)],
 )
 def test_several_ranks_may_be_lost(tmp_path, model, deaths, times):
-    """Two that die in one frame may be noticed at once."""
+    """The loss of two ranks in one frame may be noticed at once."""
     result = run(tmp_path, 5, *deaths)
     assert result.code == 0, result.text
     assert result.lines[0].endswith(" on 3"), result.text
@@ -129,7 +129,7 @@ def test_what_cannot_be_done_again_ends_the_run_with_a_sentence(tmp_path, option
 
 @survives
 def test_a_checkpoint_goes_on_behind_a_loss(tmp_path, model):
-    """It is made by those that are left, and another job goes on from it."""
+    """The remaining ranks write the checkpoint, and another job continues from it."""
     first = run(tmp_path, 4, "2@11", "--checkpoint", frames=24)
     assert first.code == 0, first.text
     second = run(tmp_path, 3, "--checkpoint", flags=("--survive", "--anyway"))
@@ -157,7 +157,7 @@ def test_on_one_rank_there_is_nothing_to_recover(tmp_path):
 
 @survives
 def test_a_loss_that_replicas_do_not_cover_falls_back_on_the_checkpoint(tmp_path):
-    """Neighbours die together; `--restarts` goes on behind what is on disk."""
+    """Neighbours die together; `--restarts` continues from the checkpoint on disk."""
     model, out = tmp_path / "model", tmp_path / "out"
     assert run(model, 1, "--checkpoint").code == 0
     flags = ("--survive", "--restarts", "1")
@@ -168,7 +168,7 @@ def test_a_loss_that_replicas_do_not_cover_falls_back_on_the_checkpoint(tmp_path
         said(result.err, "motes: goes on with frame 8"),
         said(result.err, "motes: goes on with frame 16"),
     )
-    assert any(went_on), result.text  # that of frame 16 waits until the one of frame 8 is whole
+    assert any(went_on), result.text  # the checkpoint of frame 16 waits until that of frame 8 is complete
     check_same(out, model)
 
 
@@ -234,7 +234,7 @@ with world:
 @survives
 @pytest.mark.parametrize("deaths", [["1@6"], pytest.param(["0@3", "2@8"], marks=pytest.mark.slow)])
 def test_particles_that_meet_go_on_as_if_nobody_were_lost(tmp_path, deaths):
-    """Across the ends of space, at walls, as clumps, tied, by laws with a state."""
+    """The scene has periodic space, walls, clumps, ties, and laws that keep a state."""
     script = tmp_path / "script.py"
     script.write_text(MEETING)
     wanted = on_ranks(1, MEETING).lines
@@ -278,7 +278,7 @@ for k, world in enumerate(worlds):
 
 @survives
 def test_later_worlds_are_made_of_those_that_are_left(tmp_path):
-    """In the roles that the script gives them, which are for all ranks; a rank is lost between two, too."""
+    """The script's roles name the original ranks; a rank is lost between two worlds, too."""
     script = tmp_path / "script.py"
     script.write_text(LATER_WORLDS)
     result = command([sys.executable, "-m", "motes", "run", "--survive", "-n", 4, script], timeout=90)

@@ -1,4 +1,4 @@
-"""`motes soak`: a sample of it, and what it says of seeds that broke a promise."""
+"""`motes soak`: a sample of its seeds, and its report of seeds for which a check failed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A film with checkpoints, which a test kills and continues: a directory, options as JSON in OPTIONS."""
+"""A film with checkpoints, which a test kills and continues: a directory; options as JSON in OPTIONS."""
 
 import json
 import os
@@ -41,8 +41,8 @@ REMEMBERED = {"n": 1, "more": 3, "slip": 3}
 
 
 def begin(saver, frame, describe, original=Saver.begin):
-    """Begin a checkpoint, for one of which the disk has no room."""
-    saver.finish()  # so that the disk is full for no other checkpoint; the film and the log are small
+    """Begin a checkpoint; for the frame `full_at`, limit the disk space first."""
+    saver.finish()  # the disk must be full for no other checkpoint; film and log are small
     room = 20_000 if frame == told.get("full_at", -1) else resource.RLIM_INFINITY
     resource.setrlimit(resource.RLIMIT_FSIZE, (room, resource.RLIM_INFINITY))
     original(saver, frame, describe)
@@ -57,7 +57,7 @@ with motes.Movie(f"{folder}/film.mp4") as movie, world:
         if frame == told.get("kill_at", -1) and world.rank == told.get("rank", world.size - 1):
             os.kill(os.getpid(), 9)
         if frame == 6:
-            bits.configure(color=(1, 0.3, 0.1))  # counts for all later births
+            bits.configure(color=(1, 0.3, 0.1))  # applies to all later births
         snow.source(shapes.Disc((0, 8, 0), (0, 1, 0), 4), rate=700, jitter=True)
         snow.callback(look)
         snow.gravity((0, -5, 0))
@@ -78,5 +78,5 @@ with motes.Movie(f"{folder}/film.mp4") as movie, world:
         grains.bounce(shapes.Plane((0, 0, 0), (0, 1, 0)))
         grains.move()
         if frame > 10:
-            snow.restore(1.0)  # asks for the values of births that a checkpoint has outlived
+            snow.restore(1.0)  # needs birth values from before the checkpoint
         movie.write(world.render())

@@ -1,4 +1,4 @@
-"""Processes that ranks start in every way, before, inside and behind a world; each is a world of its own."""
+"""Child processes started in every way, before, inside and after a world; each runs its own world."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ print(world.rank, world.size, system.count)
 
 
 def run_a_world(log: str) -> tuple[int, int, int]:
-    """Run a world with all that talks: a log and checkpoints."""
+    """Run a world with everything that communicates: a log and checkpoints."""
     world = motes.World(seed=1, progress="off", log=log, checkpoint=f"{log}.saved")
     system = world.system("s")
     with world:
@@ -37,20 +37,20 @@ def run_a_world(log: str) -> tuple[int, int, int]:
 
 
 def pools(where: str) -> None:
-    """Run a world in a process of a pool, for each way to start one."""
+    """Run a world in a pool's process, for each start method."""
     for way in ("fork", "spawn", "forkserver"):
         with multiprocessing.get_context(way).Pool(1) as pool:
             print(where, way, pool.apply(run_a_world, (f"{where}.{way}.{rank}",)), flush=True)
 
 
 def helper(where: str, first: str = "") -> None:
-    """Run a world in a script of its own."""
+    """Run a world in a separate script."""
     ended = subprocess.run([sys.executable, "-c", first + HELPER], capture_output=True, text=True, timeout=60)
     print(where, "helper", ended.stdout.strip(), ended.stderr, flush=True)
 
 
 def forks(where: str, *ends: Callable[[], object]) -> None:
-    """Fork this process, with each end of the new one."""
+    """Fork this process once per way to end the child."""
     codes = []
     for end in ends:
         child = os.fork()

@@ -1,6 +1,6 @@
-"""One action on given particles, case by case: what the tests compare with the reference numbers.
+"""One action on given particles, case by case; the tests compare the results with reference numbers.
 
-Arguments: the JSON file of cases; the file to write, a pickle: one dict per case with `columns` (those of
+Arguments: the JSON file of cases; the output file, a pickle: one dict per case with `columns` (those of
 the survivors, by id) or `error`.
 """
 
@@ -34,12 +34,12 @@ def value_of(value: Any) -> Any:
 
 
 def run(case: dict[str, Any]) -> dict[str, Any]:
-    """Record the action on the particles before, and return those after."""
+    """Apply the case's action to its particles; return them as they are afterwards."""
     given = {name: value_of(value) for name, value in case["params"].items()}
     if case["action"] == "bounce":
         given["exact_hit"] = False
     if case["action"] == "sink" and case["params"]["shape"]["type"] == "plane":
-        given["inside"] = not given["inside"]  # his planes hold the half-space above them, ours the one below
+        given["inside"] = not given["inside"]  # reference planes hold the half-space above, ours below
     world = motes.World(seed=1, dt=case["dt"], progress="off")
     system = world.system("all")
     before = {name: np.array(column, np.float32) for name, column in case["before"].items()}

@@ -1,4 +1,4 @@
-"""Every feature of the engine in one small scene; prints how it looks under variants of roles and space.
+"""Every feature of the engine in one small scene; prints digests under variants of roles and space.
 
 Arguments: a JSON list of variants, each {"roles": ..., "space": ...}; optionally the path of a shared library
 to load first. One line per frame: variant, frame, digest of the particles, digest of the picture.
@@ -38,7 +38,7 @@ def space_of(wish: Any) -> Any:
 
 
 def fountain(s: motes.System, frame: int) -> None:
-    """Sources with jitter, all distributions, bounces on every surface, three ways to die."""
+    """Use sources with jitter, all distributions, bounces on every surface, three ways to die."""
     s.configure(
         velocity=shapes.Sphere((0.5, 6, 0), 1.5),
         color=motes.Uniform((0.2, 0.2, 0.5), (1, 1, 1)),
@@ -66,7 +66,7 @@ def fountain(s: motes.System, frame: int) -> None:
 
 
 def snow(s: motes.System, frame: int) -> None:
-    """A capacity, births after the move, vertices, emitted arrays, a user's columns."""
+    """Use a capacity, births after the move, vertices, emitted arrays, user columns."""
     s.configure(velocity=motes.Normal((0, -2, 0), (0.5, 0.2, 0.5)), size=0.1, heat=motes.Uniform(0, 1))
     s.source(shapes.Box((-4, 3, -4), (4, 3.5, 4)), rate=3000)
     s.random_acceleration(shapes.Sphere((0, 0, 0), 3))
@@ -79,12 +79,12 @@ def snow(s: motes.System, frame: int) -> None:
 
 
 def drift(s: motes.System, frame: int) -> None:
-    """Tiny numbers, a source on a line, what the script itself writes, infinitely far particles."""
+    """Use tiny numbers, a source on a line, writes by the script, particles infinitely far away."""
     s.configure(velocity=motes.Uniform((-3e-38, 1e-38, 0), (3e-38, 2e-38, 1)), age=0.25, up=(0, 0, 1))
     s.source(shapes.Line((-2, 0, 0), (2, 2, 2)), rate=700)
     s.damping((0.1, 0.1, 0.9))
     with s.local() as p:
-        # Functions of each particle alone, exact in float32.
+        # Each value depends only on its own particle and is exact in float32.
         p.position[:, 2] += np.float32(0.25) * (p.id % 8).astype(np.float32)
         p.color[p.position[:, 0] > 0] = (0, 1, 0)
         p.age[p.id % 5 == 0] += np.float32(0.5)
@@ -97,7 +97,7 @@ def drift(s: motes.System, frame: int) -> None:
 
 
 def whirl(s: motes.System, frame: int) -> None:
-    """What pulls, pushes, turns and leads to given values."""
+    """Use actions that pull, push, turn, or steer columns towards given values."""
     s.configure(
         velocity=shapes.Box((-2, -2, -2), (2, 2, 2)),
         lifetime=motes.Uniform(0.2, 2),
@@ -148,7 +148,7 @@ def whirl(s: motes.System, frame: int) -> None:
 
 
 def steer(s: motes.System) -> None:
-    """Around every shape, and off some as soon as they are seen."""
+    """Avoid every shape, and bounce off some without an exact hit."""
     words = {"magnitude": 1.0, "epsilon": 0.2, "look_ahead": 0.4}
     corner = shapes.Triangle((-1, 0, -1), (1, 0, -1), (0, 2, -1)) | shapes.Box((1, 0, 0), (2, 1, 1))
     s.avoid(corner | shapes.Sphere((-1, 2, 0), 0.5), **words)

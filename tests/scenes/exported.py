@@ -1,6 +1,6 @@
-"""Exports of all formats at once, beside what `gather` shows; prints each frame's digest on the manager.
+"""Exports in all formats at once, plus the results of `gather`; the manager prints each frame's digest.
 
-Arguments: a folder, which gets reference.npz; where to write: end, middle or never; the formats.
+Arguments: a folder, which gets reference.npz; where in a frame to write: end, middle or never; the formats.
 """
 
 import argparse
@@ -39,7 +39,7 @@ seen = {}
 
 
 def write(frame):
-    """Write everywhere, and keep what gather shows."""
+    """Write to all exports, and keep the results of `gather`."""
     for export in exports:
         export.write(world)
     for system in world.systems:
@@ -67,7 +67,7 @@ with world:
         if frame == 5:
             snow.set(size=motes.column("age"))
         snow.sink(Plane((0, -0.9, 0), (0, 1, 0)))
-        rain.source(Box((-1, 0.8, 0.9), (-0.9, 1, 1)), rate=1200)  # few calculators have any
+        rain.source(Box((-1, 0.8, 0.9), (-0.9, 1, 1)), rate=1200)  # only few calculators have particles of it
         rain.move()
         world.step()
         world.say(f"{frame} {world.digest()}")

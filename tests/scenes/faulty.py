@@ -1,4 +1,4 @@
-"""A small scene in which one rank (or all: -1) fails in frame 3, in the way the first argument says."""
+"""A small scene in which one rank (or all: -1) fails in frame 3; the first argument says how."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ kind, who = sys.argv[1], int(sys.argv[2])
 
 
 def note() -> None:
-    """Say when it happened."""
+    """Print the time of the fault."""
     os.write(1, b"failing at %f\n" % time.time())
 
 
@@ -38,7 +38,7 @@ system = world.system("sparks")
 
 
 def fail(frame: int) -> bool:
-    """Fail, if it is time and this rank's turn; true: leave the loop."""
+    """Fail in frame 3 on the chosen rank; return whether to leave the loop."""
     if frame != FRAME or who not in (-1, world.rank):
         return False
     note()
@@ -60,17 +60,17 @@ def fail(frame: int) -> bool:
         resource.setrlimit(resource.RLIMIT_AS, (most, most))
         library = ctypes.CDLL(None)
         library.malloc.restype = ctypes.c_void_p
-        while library.malloc(ctypes.c_size_t(1 << 18)):  # what earlier frames gave back counts as well
+        while library.malloc(ctypes.c_size_t(1 << 18)):  # also use up memory that earlier frames freed
             pass
     return kind == "break"
 
 
 def draw(frame: int) -> bool:
-    """Record and render one frame; true: leave the loop."""
+    """Record and render one frame; return whether to leave the loop."""
     if kind == "no memory" and frame == 0:
         system.configure(velocity=motes.Uniform((0, 0, 0), (0, 0, 1)))
         system.burst(shapes.Box((0.1, 0, 0), (0.9, 1, 1)), count=500_000)
-    if kind == "no memory" and frame == FRAME:  # new columns: memory for those who are here already
+    if kind == "no memory" and frame == FRAME:  # new columns need memory for existing particles
         drawn = motes.Uniform((0, 0, 0), (1, 1, 1))
         system.configure(
             rotational_velocity=drawn, color=drawn, size=drawn, up=drawn, mass=motes.Uniform(1, 2)

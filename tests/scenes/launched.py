@@ -1,4 +1,4 @@
-"""A run for `motes.launch`: a kind, and a folder in which it tells that it has ended."""
+"""A run for `motes.launch`. Arguments: a kind; a folder, in which it reports that it has ended."""
 
 from __future__ import annotations
 

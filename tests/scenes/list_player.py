@@ -1,8 +1,8 @@
-"""Plays the scripts that appear in a folder: N.txt is one, N.NAME its answer, one line per frame.
+"""Plays the scripts that appear in a folder: N.txt is a script, N.NAME its answer, one line per frame.
 
-`stop` ends it.
+A file `stop` ends it.
 
-Arguments: the folder, this job's name, the first N. Every rank reads for itself: waiting costs nothing.
+Arguments: the folder, this job's name, the first N. Each rank polls the folder by itself, which costs little.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ HOME = MPI.COMM_WORLD.rank == 0
 
 
 def answer_of(text: str) -> str:
-    """Run a script; its frames by digests of particles and pictures."""
+    """Run a script; return its frames as digests of particles and pictures."""
     lines: list[str] = []
 
     def note(particles: str, picture: motes.Frame) -> None:
@@ -29,13 +29,13 @@ def answer_of(text: str) -> str:
 
     try:
         exec(compile(text, "script", "exec"), {"note": note})
-    except Exception:  # of several ranks the first to get here ends the job instead
+    except Exception:  # with several ranks, the first to get here ends the job instead
         lines.append(traceback.format_exc())
     return "\n".join(lines)
 
 
 def main(folder: Path, name: str, number: int) -> None:
-    """Answer until `stop` appears, or nothing does for long."""
+    """Answer until `stop` appears, or until no script appears for long."""
     last = time.monotonic()
     while time.monotonic() - last < PATIENCE_S and not (folder / "stop").exists():
         question = folder / f"{number}.txt"

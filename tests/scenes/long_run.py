@@ -1,7 +1,7 @@
-"""A long run with everything that comes and goes, and its memory: `long_run.py OUT FRAMES [--keep]`.
+"""A long run in which everything is created and deleted: `long_run.py OUT FRAMES [--keep]`.
 
 Prints one row per rank at the end: `RANK KILOBYTES ...`, its resident memory after each tenth of the frames.
-`--keep`: with replicas for losses, and checkpoints.
+`--keep`: with replicas against losses, and checkpoints.
 """
 
 import sys
@@ -15,7 +15,7 @@ out, frames, keeps = sys.argv[1], int(sys.argv[2]), "--keep" in sys.argv
 
 
 def resident_kb() -> int:
-    """Return this process's resident memory, without pages of files that it has mapped."""
+    """Return this process's anonymous resident memory (no mapped files), in KiB."""
     with open("/proc/self/status", encoding="ascii") as status:
         lines = dict(line.split(":", 1) for line in status)
     return int(lines["RssAnon"].split()[0])
@@ -42,7 +42,7 @@ with world, motes.Movie(f"{out}/film.mp4") as movie:
     for frame in world.frames(frames):
         if frame % (frames // 10) == 0:
             rows.append(resident_kb())
-        place = 2 * ((frame % 400) / 200 - 1)  # so that the load moves, and domains with it
+        place = 2 * ((frame % 400) / 200 - 1)  # moves the load, and with it the domains
         sparks.source(Disc((place, 0.1, 0), (0, 1, 0), 0.2), rate=1500)
         sparks.gravity((0, -9.81, 0))
         sparks.spawn(into=embers, on="collision", count=1)

@@ -1,10 +1,10 @@
 """Two worlds, one after the other, on ranks that kill themselves: `losing.py OUT PLAN`, a plan as JSON.
 
-"worlds", "frames": how many. "checkpoint": one before every so many frames; 0: none. "film": "inside" the
+"worlds", "frames": how many. "checkpoint": one after this many frames; 0: none. "film": closed "inside" the
 world's block, or "forgotten", which ends with the script. "export": the last world's particles go to files.
-"live": viewers are served. "deaths": [rank, world, place, count, ms]: this rank of all is killed so many
-milliseconds behind the count-th time, in this world, at which it comes to the place: one of `PLACES`, with
-"before " or "behind " in front.
+"live": viewers are served. "deaths": [rank, world, place, count, ms]: in this world, this rank (of all) is
+killed ms milliseconds after it reaches the place for the count-th time. A place is one of `PLACES`, prefixed
+with "before " or "behind ".
 """
 
 import functools
@@ -26,7 +26,7 @@ from motes.shapes import Plane, Sphere
 
 out, plan = Path(sys.argv[1]), json.loads(sys.argv[2])
 me = MPI.COMM_WORLD.rank
-now = 0  # the world
+now = 0  # index of the world
 seen: dict[str, int] = {}
 
 
@@ -37,7 +37,7 @@ def die(after_s: float) -> None:
 
 
 def come_to(place: str) -> None:
-    """Count how often this rank was here in this world, and kill it where the plan says so."""
+    """Count this rank's visits to a place in this world, and kill the rank if the plan says so."""
     seen[place] = seen.get(place, 0) + 1
     for rank, world, where, count, ms in plan["deaths"]:
         if (rank, world, where, count) == (me, now, place, seen[place]):
@@ -47,7 +47,7 @@ def come_to(place: str) -> None:
 
 
 def watch(place: str, function: str) -> None:
-    """Have a function count when it begins and ends."""
+    """Wrap a function to count where it begins and ends."""
     module, _, name = function.rpartition(".")
     try:
         owner: Any = importlib.import_module(module)
@@ -92,7 +92,7 @@ def play(number: int) -> None:
     )
     sparks = world.system("sparks", sprite=motes.Sprite("disc", pixels=2))
     sparks.configure(velocity=Sphere((0, 4, 0), 1.5), color=(1, 0.5, 0.15))
-    film = motes.Movie(here / "film.mp4", fps=4)  # a segment is a second of it
+    film = motes.Movie(here / "film.mp4", fps=4)  # one segment per second of film
     exports = plan["export"] == "all" or (plan["export"] and number + 1 == plan["worlds"])
     export = motes.Export(here / "points") if exports else None
     with world:

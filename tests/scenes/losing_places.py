@@ -1,4 +1,4 @@
-"""Where ranks of `losing.py` may die: calls at which something is handed on, to others or to the disk."""
+"""Where ranks of `losing.py` may die: calls that pass something on, to other ranks or to the disk."""
 
 FRAMES = 13
 
@@ -30,4 +30,4 @@ PLACES: dict[str, tuple[str, str, int]] = {
     "the world's end": ("motes._world.running.Running.end", "", 1),
     "the world's leave": ("motes._world.running.Running._leave", "", 1),
 }
-"""By name: the function, who comes there ("": any rank), and how often in a world."""
+"""By name: the function, which ranks call it ("": any), and how often in a world."""

@@ -1,4 +1,4 @@
-"""Particles that meet in one small scene; prints how it looks under variants of roles, domains and balancers.
+"""Interactions in one small scene; prints digests under variants of roles, domains and balancers.
 
 Arguments: a JSON list of variants, each some of {"roles", "space", "axis", "balancer", "births", "combine",
 "together"}. One line per frame: variant, frame, digest of the particles, numbers of particles.
@@ -20,7 +20,7 @@ HERE = (0.25, 0.5, 0.0)
 
 
 def grains(s: motes.System, pebbles: motes.System, sparks: motes.System, frame: int) -> None:
-    """Collisions among themselves and with pebbles, births at cuts and at one place, children, jumps, NaN."""
+    """Use collisions within and between systems, births at cuts and at one place, children, jumps, NaN."""
     s.configure(velocity=shapes.Sphere((0, -3, 0), 4), size=motes.Uniform(0.1, 0.3), mass=motes.Uniform(1, 3))
     s.source(shapes.Box((-3, 0.1, -1), (2, 1, 1)), rate=1500, jitter=True)
     s.spawn(into=sparks, on="collision", count=2)
@@ -51,7 +51,7 @@ def grains(s: motes.System, pebbles: motes.System, sparks: motes.System, frame: 
 
 
 def stones(s: motes.System, sparks: motes.System) -> None:
-    """The others: born behind the meeting, with children at birth and death."""
+    """Use the other system: born after the interaction, with children at birth and death."""
     s.configure(velocity=shapes.Sphere((0, -1, 0), 5), rotational_velocity=shapes.Sphere((0, 0, 0), 3))
     s.source(shapes.Box((-3, 0.2, -1), (3, 1.5, 1)), rate=500, jitter=True)
     s.spawn(into=sparks, on="birth", count=1)
@@ -74,7 +74,7 @@ def stones(s: motes.System, sparks: motes.System) -> None:
 
 
 def glow(s: motes.System, frame: int) -> None:
-    """Gravity without a radius, and with several; as a liquid too."""
+    """Use gravity with several radii or none, and a fluid."""
     s.gravitate(0.02, 1e-2, **({} if frame % 3 == 0 else {"max_radius": 0.4 * frame}))
     s.fluid(radius=0.3, rest_density=20, viscosity=0.01, cohesion=0.5, where=column("velocity").x > -2)
     s.move()
@@ -82,7 +82,7 @@ def glow(s: motes.System, frame: int) -> None:
 
 
 def balancer_of(name: str) -> Any:
-    """Make a balancer that moves cuts as often as it can."""
+    """Make a balancer that moves cuts as often as possible."""
     if name == "Static":
         return motes.balance.Static()
     if name == "Proportional":

@@ -1,11 +1,11 @@
-"""A mesh in all its roles, still and moving; `--digest` prints as `motes_replay --digest` does."""
+"""Meshes in all their roles, still and moving; `--digest` prints the same as `motes_replay --digest`."""
 
 from __future__ import annotations
 
 import sys
 from pathlib import Path
 
-sys.path.append(str(Path(__file__).parents[1] / "support"))  # modules of the tests
+sys.path.append(str(Path(__file__).parents[1] / "support"))  # the tests' modules
 
 from made_meshes import block, torus
 

@@ -1,4 +1,4 @@
-"""Particles in periodic space in one small scene; how it looks under variants of domains and balancers.
+"""Particles in periodic space in one small scene; prints digests under variants of domains and balancers.
 
 Arguments: a JSON list of variants, each some of {"axis", "space", "balancer", "checkpoint", "dies"}.
 One line per frame: variant, frame, digest of the particles, numbers of particles.
@@ -21,7 +21,7 @@ PERIODIC = {"x": (-1, 3), "z": (0, 2)}
 
 
 def grains(s: motes.System, sparks: motes.System, frame: int) -> None:
-    """A chute that tilts: births across an end of space, contacts that remember, children."""
+    """Simulate a tilting chute: births across a periodic boundary, contacts with memory, children."""
     s.configure(
         velocity=shapes.Sphere((6, -1, 3), 2), size=motes.Uniform(0.15, 0.3), mass=motes.Uniform(1, 2)
     )
@@ -35,7 +35,7 @@ def grains(s: motes.System, sparks: motes.System, frame: int) -> None:
 
 
 def gas(s: motes.System, stones: motes.System, frame: int) -> None:
-    """Spheres that collide with each other and with others; jumps of the script; pairs of its own."""
+    """Simulate spheres with collisions within and between systems, jumps set by the script, pair forces."""
     s.configure(velocity=shapes.Sphere((0, 0, 0), 9), rotational_velocity=shapes.Sphere((0, 0, 0), 3))
     if frame == 0:
         s.burst(shapes.Box((-4, 0, -3), (6, 1, 5)), count=250)
@@ -53,7 +53,7 @@ def gas(s: motes.System, stones: motes.System, frame: int) -> None:
 
 
 def liquid(s: motes.System, frame: int) -> None:
-    """A fluid that falls through a corner of space."""
+    """Simulate a fluid that falls through a corner of space."""
     s.configure(velocity=(-3, 0, -2))
     if frame == 0:
         s.burst(shapes.Box((-1.4, 0, -0.4), (-0.6, 0.6, 0.4)), count=300)
@@ -69,7 +69,7 @@ TIES = motes.Ties(np.argwhere(np.triu(STEPS == 1)), 0.1, pinned=[0, 107])
 
 
 def flag(s: motes.System, frame: int) -> None:
-    """A net that is born across a corner, hangs from pins, flies through the ends, and tears."""
+    """Simulate a net born across a corner: it hangs from pins, crosses the boundaries, and tears."""
     if frame == 0:
         s.emit(position=np.insert(0.1 * PLACES, 1, 0, axis=1) + (2.6, 0.8, 1.7))
     s.gravity((9, -9.8, -6))
@@ -79,12 +79,12 @@ def flag(s: motes.System, frame: int) -> None:
 
 
 def push(p: motes.LocalParticles) -> None:
-    """Throw some far beyond the ends."""
+    """Throw some particles far beyond the boundaries."""
     p.position[p.id % 7 == 0] += np.float32(11.5)
 
 
 def repel(p: Any) -> Any:
-    """Push apart what is near, also across the ends."""
+    """Repel near particles, also across the boundaries."""
     return np.float32(0.125) * (p.position - p.other_position)
 
 

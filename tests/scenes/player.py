@@ -1,4 +1,4 @@
-"""Plays scripts from a JSON file (see test_same_bits.random_scripts); prints one line each, its digests."""
+"""Plays scripts from a JSON file (see test_same_bits.random_scripts); prints one line of digests each."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ FRAMES = 8
 
 
 def value_of(value: Any) -> Any:
-    """Turn ["Uniform", lo, hi] or ["Normal", mean, sigma] into one; leave others alone."""
+    """Turn ["Uniform", lo, hi] or ["Normal", mean, sigma] into a distribution; leave others unchanged."""
     if isinstance(value, list) and value and isinstance(value[0], str):
         return getattr(motes, value[0])(*value[1:])
     return value
 
 
 def write(system: motes.System) -> None:
-    """Change particles from the script, each by itself."""
+    """Change particles from the script; each depends only on itself."""
     with system.local() as p:
         p.position[:] += np.float32(0.125) * (p.id % 3).astype(np.float32)[:, None]
         p.velocity[p.id % 4 == 0] *= np.float32(0.5)
@@ -48,7 +48,7 @@ def call(world: motes.World, system: motes.System, words: list[Any]) -> None:
 
 
 def play(script: dict[str, Any]) -> str:
-    """Run one script; its digests in one line."""
+    """Run one script; return its digests as one line."""
     world = motes.World(
         seed=script["seed"], substeps=script["substeps"], roles=script["roles"], progress="off"
     )

@@ -1,4 +1,4 @@
-"""Reads anywhere in a frame with births, deaths, collisions and children; one line per frame."""
+"""Reads at any place in a frame with births, deaths, collisions and children; prints one line per frame."""
 
 import argparse
 
@@ -33,7 +33,7 @@ room = Box((-3, -1, -1), (3, 1, 1))
 
 
 def read(place):
-    """Read in the ways that the script's arguments ask for here."""
+    """Perform the reads that the script's arguments request at this place."""
     for group in args.reads.split(","):
         if place not in group[1:]:
             continue
@@ -64,7 +64,7 @@ with world:
         drops.bounce(ceiling)
         drops.kill_old(0.2)
         read("2")
-        drops.spawn(into=chips, on="death", count=2)  # of those that died before, too
+        drops.spawn(into=chips, on="death", count=2)  # also for particles that died earlier in the frame
         drops.move()
         drops.bounce(floor)
         read("3")

@@ -1,8 +1,8 @@
 """Sparks that bounce, on ranks that kill themselves: `recovering.py OUT FRAMES [RANK@FRAME[.SECONDS] ...]`.
 
-What else happens is said by options: `--callback`, `--write`, `--export`, `--checkpoint`. `--once`: nobody
-is killed when the run starts again. `--closing`: rank 0 is killed where it closes the film. `--crashing`: all
-ranks crash where they recover, as Open MPI does where one more is lost meanwhile.
+Options add features: `--callback`, `--write`, `--export`, `--checkpoint`. `--once`: no rank is killed
+after a restart. `--closing`: rank 0 is killed while it closes the film. `--crashing`: all ranks crash
+during recovery, as Open MPI does when another rank is lost meanwhile.
 """
 
 import os
@@ -71,7 +71,7 @@ with world, motes.Movie(f"{out}/film.mp4") as movie:
         for _, after_s in [death for death in own if death[0] == frame]:
             threading.Thread(target=die, args=(after_s,), daemon=True).start()
         camera.position = (0.02 * frame, 2, 9)
-        world.renderer.exposure = 1 + 0.25 * (frame % 3)  # pictures made again are those of then
+        world.renderer.exposure = 1 + 0.25 * (frame % 3)  # a repeated frame gets its old exposure
         world.renderer.layers = ("depth",) if frame % 2 else ()
         sparks.source(Disc((0, 0, 0), (0, 1, 0), 0.2), rate=2000)
         sparks.gravity((0, -9.81, 0))

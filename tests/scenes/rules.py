@@ -12,7 +12,7 @@ sparks = world.system("sparks", capacity=3000)
 
 
 def slow_down(particles):
-    """Act on each particle alone."""
+    """Slow down each particle by itself."""
     particles.velocity[:, 0] *= np.float32(0.99)
 
 

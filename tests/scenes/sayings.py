@@ -1,6 +1,6 @@
-"""What a recorded scene can hold, in a small one: `--digest` prints as `motes_replay --digest` does.
+"""All features of recorded scenes in a small one; `--digest` prints the same as `motes_replay --digest`.
 
-`--read` also reads particles, on which the script's calls then depend.
+With `--read` it also reads particles, and its calls depend on them.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ smoke = world.system("smoke", axis="y", space=(0, 3), sprite=motes.Sprite("point
 
 
 def say(frame: int) -> None:
-    """Make one frame's calls."""
+    """Make the calls of one frame."""
     sparks.configure(
         velocity=shapes.Sphere((0, 4, 0), 2), lifetime=motes.Uniform(0.1, 0.6), heat=motes.Normal(0, 1)
     )
@@ -55,13 +55,13 @@ def look(frame: int) -> None:
     if sparks.count > 150:
         sparks.burst((0, 2, 0), count=sparks.count % 7)
     if frame == 5:
-        assert len(world.systems[2].total(column("velocity_b"))) == 3  # which its particles have from here on
+        assert len(world.systems[2].total(column("velocity_b"))) == 3  # its particles have it from here on
     if frame == 5 and world.digest() > "8":
         smoke.random_velocity(shapes.Sphere((0, 0, 0), 1))
 
 
 def rename(frame: int) -> None:
-    """What may change between frames: camera, sprites, the number of systems."""
+    """Change what may change between frames: camera, sprites, the number of systems."""
     camera.position = (0.2 * frame, 2, 9)
     if frame == 3:
         smoke.sprite = motes.Sprite("disc", pixels=7)

@@ -1,7 +1,7 @@
-"""One rank of a standing job (tests/support/standing.py): runs bodies, each as if it were a new process.
+"""One rank of a standing job (tests/support/standing.py): runs bodies, each as if in a new process.
 
-Argument: the socket from which orders come. Between two orders the rank sleeps in a read of it; where it is
-closed, the rank ends, in a body too.
+Argument: the socket from which orders come. Between orders the rank sleeps while reading it; when it is
+closed, the rank ends, even within a body.
 """
 
 from __future__ import annotations
@@ -44,14 +44,14 @@ COUNTS = ("OMPI_COMM_WORLD_SIZE", "OMPI_COMM_WORLD_LOCAL_SIZE", "OMPI_UNIVERSE_S
 UNNEEDED = ("motes.__main__", "motes._player.widget", "motes.bench", "motes.cli", "motes.cluster")
 INSTALLED = tuple(sysconfig.get_path(name) for name in ("stdlib", "platstdlib", "purelib", "platlib"))
 PACKAGE = os.path.dirname(os.path.abspath(motes.__file__))
-THREADS_S = 1.0  # threads of a body that are about to end have so long
+THREADS_S = 1.0  # how long threads that a body leaves behind may take to end
 LIMITS = [getattr(resource, name) for name in dir(resource) if name.startswith("RLIMIT_")]
 communicators: dict[tuple[int, int], MPI.Intracomm] = {}
-codes: list[int] = []  # with which the body ends its job
+codes: list[int] = []  # exit codes with which the body ended its job
 
 
 def load_package() -> None:
-    """Import what bodies may import, so that its state before them is known."""
+    """Import every module that bodies may import, so its initial state is known."""
     for module in pkgutil.walk_packages(motes.__path__, "motes."):
         if not module.name.startswith(UNNEEDED):
             with contextlib.suppress(ImportError):
@@ -59,7 +59,7 @@ def load_package() -> None:
 
 
 class Kept:
-    """The state of the package: names of modules, classes and objects in modules, and containers there."""
+    """The state of the package: names in modules, classes and objects, and containers found there."""
 
     def __init__(self) -> None:
         self._names: list[tuple[Any, dict[str, Any]]] = []
@@ -85,7 +85,7 @@ class Kept:
         self._names.append((owner, dict(vars(owner))))
 
     def restore(self) -> None:
-        """Bring all of it back."""
+        """Restore the saved state."""
         for owner, before in self._names:
             now = vars(owner)
             if now.keys() == before.keys() and all(now[name] is value for name, value in before.items()):
@@ -103,13 +103,13 @@ class Kept:
 
 
 def _is_ours(value: Any) -> bool:
-    """Tell whether it is a class of the package, or an object of one."""
+    """Return whether a value is a class of the package or an instance of one."""
     ours = getattr(value, "__module__", "").partition(".")[0] == "motes"
     return ours and hasattr(value, "__dict__") and not isinstance(value, types.FunctionType)
 
 
 def open_files() -> set[int]:
-    """Return the descriptors of regular files, but for those that processes share as memory."""
+    """Return the descriptors of regular files, except shared memory."""
     found = set()
     for name in os.listdir("/proc/self/fd"):
         with contextlib.suppress(OSError):
@@ -140,9 +140,9 @@ class Surroundings:
         os.umask(self._umask)
 
     def restore(self) -> list[str]:
-        """Bring it back; returns what cannot be."""
+        """Restore the state; return descriptions of what cannot be restored."""
         left = [f"a thread named {thread.name!r}" for thread in self._threads_left()]
-        for file in open_files() - self._files:  # of a body that failed: they may be locked
+        for file in open_files() - self._files:  # left by a failed body; they may be locked
             os.close(file)
         os.environ.clear()
         os.environ.update(self._environment)
@@ -196,7 +196,7 @@ class Surroundings:
 
 @contextlib.contextmanager
 def output(files: list[str]) -> Any:
-    """Let what this process prints, in C++ too, go to files to which all ranks append."""
+    """Redirect this process's output, also from C++, to files to which all ranks append."""
     own = [os.dup(1), os.dup(2)]
     for number, file in enumerate(files, start=1):
         target = os.open(file, os.O_WRONLY | os.O_APPEND)
@@ -241,17 +241,17 @@ def enter(order: dict[str, Any]) -> None:
 
 
 class Ended(BaseException):
-    """The package ends the whole job with this exit code; here it ends the body."""
+    """Raised where the package would end the whole job with this exit code; it ends only the body."""
 
 
 def abort(code: int) -> NoReturn:
-    """Stand for `ending.abort`."""
+    """Replace `ending.abort`."""
     codes.append(code)
-    raise Ended(codes[0])  # on the way out it may be called again
+    raise Ended(codes[0])  # abort may be called again during unwinding
 
 
 def may_speak(speaker: int | None) -> bool:
-    """Stand for `ending.may_speak`, where the speaker's abort would end the others."""
+    """Replace `ending.may_speak`; there, the speaker's abort would end the other ranks."""
     limit = time.monotonic() + speaking.SPEAKER_WAIT_S
     while speaker not in (None, process.rank) and not os.path.exists(str(speaking.mark())):
         if time.monotonic() > limit:
@@ -261,7 +261,7 @@ def may_speak(speaker: int | None) -> bool:
 
 
 def run(script: str) -> int:
-    """Run a script; returns the exit code that it would have."""
+    """Run a script; return the exit code that it would have as a process."""
     try:
         runpy.run_path(script, run_name="__main__")
     except SystemExit as end:
@@ -283,12 +283,12 @@ def run(script: str) -> int:
             sys.excepthook(type(error), error, error.__traceback__)
         except Ended as end:
             return end.args[0]
-        return 1  # the script's own hook has come back
+        return 1  # the script's own hook has returned
     return 0
 
 
 def answer(order: dict[str, Any]) -> dict[str, Any]:
-    """Run a body and bring the process back to where it was."""
+    """Run a body and restore the process afterwards."""
     left = []
     with output(order["files"]), warnings.catch_warnings():
         surroundings = Surroundings()
@@ -307,7 +307,7 @@ def answer(order: dict[str, Any]) -> dict[str, Any]:
 
 
 def end_with(link: socket.socket) -> None:
-    """End this process when nobody is there any more who could give it orders."""
+    """End this process once no process is left to send orders."""
     poll = select.poll()
     poll.register(link, select.POLLHUP)
     poll.poll()
@@ -331,4 +331,4 @@ with socket.socket(socket.AF_UNIX) as link:
     except BaseException:
         traceback.print_exc()
         os._exit(1)
-os._exit(0)  # without MPI_Finalize, which may wait for what failed bodies have left
+os._exit(0)  # without MPI_Finalize, which may wait for operations of failed bodies

@@ -1,4 +1,4 @@
-"""A run that viewers steer, or one that repeats it: folder, frames, and what else World takes, as Python."""
+"""A run that viewers steer, or its replay. Arguments: folder, frames, arguments of World as Python."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ with world:
             system.bounce(Plane((0, 0, 0), (0, 1, 0)), restitution=0.5)
             system.kill_old(2)
             system.move()
-        renderer.camera.position = (0.01 * frame, 2, 12)  # a viewer's camera comes first
+        renderer.camera.position = (0.01 * frame, 2, 12)  # a viewer's camera takes precedence
         time.sleep(pause_s)
 
     if own_loop:

@@ -1,4 +1,4 @@
-"""A run that signals stop. When it may be signalled, each rank writes its process number into a folder."""
+"""A run that signals stop. Each rank writes its process id to a folder when it may be signalled."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ sparks = world.system("sparks")
 
 
 def note() -> None:
-    """Say that this rank may be signalled now."""
+    """Report that this rank may now be signalled."""
     draft = folder / f"{world.rank}.part"
     draft.write_text(str(os.getpid()))
     draft.rename(folder / f"{world.rank}.pid")
 
 
 def slow(particles: object) -> None:
-    """Take long while the others wait."""
+    """Take long while the other ranks wait."""
     if world.rank == world.calculators[0]:
         note()
         time.sleep(1)

@@ -1,6 +1,6 @@
 """Totals, histograms and tallies in the middle and at the end of frames, the same on every rank.
 
-Each line holds the bits of all results of a frame. Argument: what is given to World, as JSON.
+Each line holds the bits of all results of a frame. Argument: arguments of World, as JSON.
 """
 
 import hashlib
@@ -22,7 +22,7 @@ squares = column("velocity") * column("velocity")
 
 
 def sums():
-    """All kinds of sums, as NumPy arrays."""
+    """Yield all kinds of sums, as NumPy arrays."""
     yield np.array(photons.total(0.5 * squares))
     yield np.array(photons.total(weight * 1e30 - weight, where=Sphere((0, 0, 0), 2)))
     yield np.array(photons.total(1, where=weight > 0))
@@ -34,7 +34,7 @@ def sums():
 
 
 def bits_of(found):
-    """Return a text that says all bits."""
+    """Return a text that identifies all bits."""
     shown = found.tobytes().hex() if found.size < 9 else hashlib.sha256(found.tobytes()).hexdigest()
     return f"{found.dtype}{list(found.shape)}:{shown}"
 

@@ -1,6 +1,6 @@
-"""Ties, followers, pairs and far cells: one line per frame and variant of how the world is divided.
+"""Ties, followers, pairs and far cells; prints one line per frame and variant of the domains.
 
-Argument: JSON list of variants: keyword arguments of World, and `threads`.
+Argument: a JSON list of variants: keyword arguments of World, and `threads`.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ FRAMES = 5
 
 
 def repel(pairs: Any) -> np.ndarray:
-    """Push the own particle away from the other one."""
+    """Push a particle away from the other one of its pair."""
     apart = pairs.position - pairs.other_position
     return np.float32(0.02) * apart - np.float32(0.05) * (pairs.velocity - pairs.other_velocity)
 

@@ -1,4 +1,4 @@
-"""What `.ci/run` works with agrees with the project."""
+"""The settings of `.ci/run` agree with the project."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ def test_the_oldest_dependencies_are_those_that_pyproject_allows():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())
     wanted = [*project["build-system"]["requires"], *project["project"].get("dependencies", [])]
     extras = project["project"]["optional-dependencies"]
-    beside = ("docs", "lint", "peers")  # what describes the package, checks it, or is measured beside it
+    beside = ("docs", "lint", "peers")  # extras that document, lint or compare the package
     wanted += [one for name, ones in extras.items() if name not in beside for one in ones]
-    for table in project["tool"].get("dynamic-metadata", []):  # dependencies that the build decides on
+    for table in project["tool"].get("dynamic-metadata", []):  # dependencies chosen during the build
         wanted += [one for ones in table.values() if isinstance(ones, list) for one in ones]
     oldest = dict(re.findall(r"^([\w-]+)==([\d.]+)$", LOWEST.read_text(), re.MULTILINE))
     allowed = dict(re.fullmatch(r"([\w-]+)(?:\[\w+\])?[>=]=([\d.]+)", one).groups() for one in wanted)
@@ -57,7 +57,7 @@ def test_each_mutation_changes_a_line_that_is_there_once_and_names_a_test_that_i
     found = mutations().mutations()
     assert mutations().faults(found) == []
     folders = {path.name for path in (ROOT / "cpp").iterdir() if path.is_dir()}
-    assert folders - {one.file.split("/")[1] for one in found} == {"bench"}  # which promises nothing
+    assert folders - {one.file.split("/")[1] for one in found} == {"bench"}  # benchmarks need no mutations
 
 
 def test_what_is_wrong_with_a_mutation_is_named():

@@ -1,4 +1,4 @@
-"""Options that are one of a few texts: their types say which, and near ones are answered by them."""
+"""Options with a fixed set of strings: their types list them, and a misspelled one gets a suggestion."""
 
 from __future__ import annotations
 
@@ -67,17 +67,17 @@ MADE: dict[tuple[str, str], Callable[[str], object]] = {
     ("motes.replay.synthetic", "load"): replay.synthetic,
 }
 ELSEWHERE = {
-    ("motes.Frame.layer", "name"),  # those that the renderer keeps
+    ("motes.Frame.layer", "name"),  # the layers that the renderer keeps
     ("motes.Frame.save", "bits"),
-    ("motes.System.gravitate", "far"),  # makes the action
+    ("motes.System.gravitate", "far"),  # checked by the action it makes
     ("motes.System.align", "to"),
-    ("motes.script.options", "balancer"),  # the command line says what is allowed
+    ("motes.script.options", "balancer"),  # checked by the command line
 }
-"""Options that other tests refuse, or that are no texts."""
+"""Options that other tests check, or that are not strings."""
 
 
 def parameters(thing: Any) -> list[inspect.Parameter]:
-    """Return what a public name takes; nothing where Python itself makes an exception."""
+    """Return the parameters of a public name; [] for exceptions with Python's constructor."""
     made_by_python = (
         inspect.isclass(thing) and issubclass(thing, BaseException) and "__init__" not in vars(thing)
     )
@@ -87,7 +87,7 @@ def parameters(thing: Any) -> list[inspect.Parameter]:
 
 
 def typed() -> dict[tuple[str, str], tuple[str, ...]]:
-    """Return the texts that public signatures allow, by name and parameter."""
+    """Return the strings that public signatures allow, by name and parameter."""
     found = {}
     for name, thing in PUBLIC.items():
         for parameter in parameters(thing):
@@ -118,7 +118,7 @@ def test_a_text_that_is_nearly_allowed_is_answered_by_it(option: tuple[str, str]
 
 
 def test_no_option_is_any_text():
-    """Texts without a type of their own are names, paths and sentences."""
+    """Plain `str` parameters are only names, paths and sentences."""
     names = "attribute argument axes column extra field name names need package system text"
     sentences = "about action allowed description hint key line missing printed problem role size space url"
     plain = {*names.split(), *sentences.split(), "host"}

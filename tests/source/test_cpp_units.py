@@ -1,4 +1,4 @@
-"""The C++ unit tests, as one test that lists those that failed."""
+"""The C++ unit tests, as one test that lists the failed ones."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-PARTS = 2  # at the same time: this test comes last, when other workers have nothing left to do
+PARTS = 2  # run concurrently: this test comes last, when other workers are idle
 
 
 def test_cpp_units(cpp_units: Path):

@@ -1,4 +1,4 @@
-"""Docstrings of public names: what each argument is, what comes back, and which calls are collective."""
+"""Docstrings of public names: each argument, the return value, and which calls are collective."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ COLLECTIVE = {
     "System": "gather histogram tally total",
     "Export": "close write",
 }
-"""Calls that every rank must make; all others can be made on one rank alone."""
+"""Calls that every rank must make; any other call may be made on a single rank."""
 NOT_MADE = {"Balancer", "Shape", "History", "Tables"}
-"""Classes that nobody makes: bases and protocols."""
+"""Classes that users do not construct: bases and protocols."""
 
 
 def owned(kind: type) -> Iterator[tuple[str, Any]]:
-    """Return the public members of a class that the package defines, those of its bases included."""
+    """Return the public members that the package defines in a class or its bases."""
     for name in dir(kind):
         found = inspect.getattr_static(kind, name)
         home = next(base for base in kind.__mro__ if name in vars(base))
@@ -41,7 +41,7 @@ def owned(kind: type) -> Iterator[tuple[str, Any]]:
 
 
 def public() -> dict[str, Any]:
-    """Return every public function, class, method and property by name; what is inherited stands once."""
+    """Return every public function, class, method and property by name; inherited members appear once."""
     found: dict[str, Any] = {}
     for prefix, module in MODULES.items():
         for name in module.__all__:
@@ -56,19 +56,19 @@ def public() -> dict[str, Any]:
 
 
 def is_read(thing: Any) -> bool:
-    """Tell whether it is an attribute that is computed."""
+    """Return whether `thing` is a computed attribute."""
     return isinstance(thing, (property, cached_property))
 
 
 def told(thing: Any) -> Any:
-    """Return the function whose docstring counts, of a class method too; None where it is no function."""
+    """Return the function that holds the docstring, also for class methods; None if there is none."""
     if isinstance(thing, (classmethod, staticmethod)):
         return thing.__func__
     return thing if inspect.isroutine(thing) else None
 
 
 def sections(docstring: str) -> dict[str, str]:
-    """Split a docstring at its headings; what stands before them is ""."""
+    """Split a docstring at its headings; the key of the text before them is ""."""
     parts = re.split(r"^(Args|Attributes|Fields|Returns|Yields|Raises):\n", docstring, flags=re.MULTILINE)
     return {"": parts[0]} | dict(zip(parts[1::2], parts[2::2], strict=True))
 
@@ -79,14 +79,14 @@ def described(text: str) -> list[str]:
 
 
 def names_of(signature: inspect.Signature) -> list[str]:
-    """Return what a caller gives, as `Args:` names it."""
+    """Return the parameters that a caller passes, as `Args:` names them."""
     marks = {inspect.Parameter.VAR_POSITIONAL: "*", inspect.Parameter.VAR_KEYWORD: "**"}
     taken = signature.parameters.values()
     return [marks.get(one.kind, "") + one.name for one in taken if one.name not in ("self", "cls")]
 
 
 def fields_of(kind: type) -> list[str]:
-    """Return the fields that a class, or a base of it, describes: in its docstring or below each of them."""
+    """Return the fields that a class or its bases document, in the docstring or below each field."""
     found = []
     for base in kind.__mro__:
         text = with_fields(base, base.__doc__ or "") if dataclasses.is_dataclass(base) else base.__doc__
@@ -96,7 +96,7 @@ def fields_of(kind: type) -> list[str]:
 
 
 def faults_of_class(name: str, kind: type) -> list[str]:
-    """Say what is missing in the docstrings of a class and of its constructor."""
+    """Return what the docstrings of a class and its constructor lack."""
     if not inspect.getdoc(kind):
         return [f"{name}: no docstring"]
     if kind.__name__ in NOT_MADE or issubclass(kind, BaseException) and "__init__" not in vars(kind):
@@ -108,7 +108,7 @@ def faults_of_class(name: str, kind: type) -> list[str]:
 
 
 def faults(name: str, thing: Any) -> list[str]:
-    """Say what is missing in the docstring of a name."""
+    """Return what the docstring of a name lacks."""
     if inspect.isclass(thing):
         return faults_of_class(name, thing)
     if isinstance(thing, (property, cached_property)):
@@ -155,5 +155,5 @@ def test_collective_calls_say_so(kind: str):
 
 
 def says_collective(function: Any) -> bool:
-    """Tell whether a docstring has the word that marks calls which every rank must make."""
+    """Return whether a docstring has the word that marks calls which every rank must make."""
     return bool(re.search(r"\bCollective\b", function.__doc__ or ""))

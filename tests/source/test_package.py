@@ -1,4 +1,4 @@
-"""What is installed: one version everywhere, types for checkers, stubs that say what the core is, its MPI."""
+"""The installed package: one version everywhere, types for checkers, stubs that match the core, its MPI."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def test_the_core_finds_no_library_in_a_folder_of_the_build():
 
 
 def stubs(scope: ast.Module | ast.ClassDef) -> dict[str, list[str] | ast.ClassDef | None]:
-    """List what a scope of the stub declares: a function with its arguments, a class, or another name."""
+    """Map names in a scope of the stub to function arguments, nested classes, or None for other names."""
     found: dict[str, list[str] | ast.ClassDef | None] = {}
     for node in scope.body:
         if isinstance(node, ast.FunctionDef):
@@ -85,18 +85,18 @@ def stubs(scope: ast.Module | ast.ClassDef) -> dict[str, list[str] | ast.ClassDe
 
 
 def arguments(function: object, name: str) -> list[str]:
-    """Read a built function's arguments from the first line of what pybind11 says of it."""
+    """Read a compiled function's arguments from the first line of its pybind11 docstring."""
     head = re.match(rf"{name}\((.*)\) -> ", function.__doc__ or "")
     assert head is not None, f"{name} says {function.__doc__!r}"
     return re.findall(r"(?:^|, )(\w+): ", head[1])
 
 
 def differences(built: object, said: dict[str, list[str] | ast.ClassDef | None], place: str) -> list[str]:
-    """Name what one of the two has and the other has not, and functions that take other arguments."""
+    """Return names that only one of the two has, and functions whose arguments differ."""
     own = vars(built)
     real = {name for name in own if not name.startswith("_") or name in ("__init__", "__eq__")}
     if isinstance(built, type) and not said.get("__init__"):
-        real.discard("__init__")  # made by other functions only
+        real.discard("__init__")  # only other functions construct it
     found = [f"{place}.{name}" for name in sorted(real ^ (said.keys() - {"__all__", "__hash__"}))]
     for name in sorted(real & said.keys()):
         value, wanted = own[name], said[name]
@@ -123,11 +123,11 @@ def test_drift_of_the_stubs_is_found():
     assert found == ["_core.simd", "_core.simt", "_core.Engine.digest(self), stub: (self, system)"]
 
 
-# --- what is required
+# --- requirements
 
 
 def project() -> dict[str, Any]:
-    """Read pyproject.toml, where there is the source tree."""
+    """Read pyproject.toml; skip the test without the source tree."""
     path = ROOT / "pyproject.toml"
     if not path.is_file():
         pytest.skip("needs the source tree")
@@ -135,7 +135,7 @@ def project() -> dict[str, Any]:
 
 
 def requirements() -> ModuleType:
-    """Load what the build backend calls, as it does."""
+    """Load the module that the build backend calls, in the same way."""
     [entry] = project()["tool"]["dynamic-metadata"]
     path = ROOT / entry["provider"]["path"] / f"{entry['provider']['module']}.py"
     spec = importlib.util.spec_from_file_location("requirements", path)

@@ -1,4 +1,4 @@
-"""Rooms: each folder includes or imports only those below it, and has at most so many files side by side."""
+"""Rooms: each folder includes or imports only those below it, and has a limited number of files."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from imports import PACKAGE
 CPP = Path(__file__).resolve().parents[2] / "cpp"
 MOST_FILES = 40
 Room = TypeVar("Room", str, Path)
-KNOWN_BY_TYPE = {  # these name what is above them where they say a type, and nothing else
+KNOWN_BY_TYPE = {  # these use names from above only as types
     "_system": {"_world"},
     "actions": {"_system"},
     "analysis._plots": {"analysis"},
@@ -25,7 +25,7 @@ pytestmark = pytest.mark.skipif(not CPP.is_dir(), reason="the rooms are those of
 
 
 def includes() -> dict[Path, set[str]]:
-    """Return what each file includes: paths below `cpp`, and headers of libraries."""
+    """Return the includes of each file: paths below `cpp`, and library headers."""
     files = [path for path in CPP.rglob("*") if path.suffix in (".h", ".cpp", ".inc")]
     find = re.compile(r'^#include ["<]([^">]+)[">]', re.MULTILINE)
     return {path.relative_to(CPP): set(find.findall(path.read_text())) for path in files}
@@ -40,7 +40,7 @@ def rooms(files: dict[Path, set[str]]) -> dict[Path, set[Path]]:
 
 
 def circle(below: dict[Room, set[Room]]) -> list[Room]:
-    """Return the rooms of a circle, in order; nothing where there is none."""
+    """Return the rooms of a cycle in order, or [] if there is none."""
     try:
         TopologicalSorter(below).prepare()
     except CycleError as error:
@@ -70,7 +70,7 @@ def test_rooms_of_the_package_name_few_types_of_those_above():
 
 
 def reaches(below: dict[str, set[str]], start: str, end: str) -> bool:
-    """Tell whether a room imports another, by way of others or itself."""
+    """Return whether a room imports another (or itself), directly or through others."""
     seen, waiting = set(), [start]
     while waiting:
         new = below.get(waiting.pop(), set()) - seen
@@ -87,7 +87,7 @@ def test_modules_do_not_import_each_other_in_circles():
         *(f"expressions.{name}" for name in values),
         "shapes",
         "shapes._mesh",
-    }  # an expression makes conditions, which it is made of; shapes has Mesh, a shape
+    }  # expressions and conditions are built from each other; shapes has Mesh, a shape
 
 
 def test_rooms_know_their_place():
@@ -105,15 +105,15 @@ def test_rooms_know_their_place():
             assert "cli" not in found, name
 
 
-PUBLIC_WITH_UNDERSCORE = {"_exit", "_getframe", "_replace", "_asdict", "_make"}  # of Python itself
-ARGPARSE = {  # which tells nobody what it takes
+PUBLIC_WITH_UNDERSCORE = {"_exit", "_getframe", "_replace", "_asdict", "_make"}  # Python's own
+ARGPARSE = {  # argparse has no public way to read these
     Path("_values", "options.py"): {"_SubParsersAction", "_actions", "_option_string_actions"},
     Path("cli", "parser.py"): {"_SubParsersAction"},
 }
 
 
 def private_names(path: Path) -> set[str]:
-    """List private names of others that a module uses: those that it does not define itself."""
+    """Return the private names that a module uses but does not define."""
     tree = ast.parse(path.read_text())
     own, used = set(PUBLIC_WITH_UNDERSCORE), set()
     for node in ast.walk(tree):
@@ -148,7 +148,7 @@ def test_a_room_fits_on_a_screen(folder: str):
 
 
 def is_made(path: Path) -> bool:
-    """Tell whether a build or a run made a file: the history has none of these."""
+    """Return whether a build or a run made the file; such files are not in the repository."""
     pages = any(path.is_relative_to(CPP.parent / "docs" / name) for name in ("files", "reference"))
     return pages or "__pycache__" in path.parts or path.suffix == ".so"
 
@@ -187,13 +187,13 @@ def test_architecture_lists_rooms_of_the_package_below_those_that_they_import():
 def test_each_word_of_the_glossary_leads_to_its_place():
     text = (CPP.parent / "docs" / "glossary.md").read_text()
     entries = re.findall(r"^\|.*\| `([\w/.]+)` \| `(\w+)` \|$", text, re.MULTILINE)
-    assert len(entries) == sum(line.startswith("| ") for line in text.splitlines()) - 4  # heads of tables
+    assert len(entries) == sum(line.startswith("| ") for line in text.splitlines()) - 4  # table heads
     for path, name in entries:
         assert re.search(rf"\b{name}\b", (CPP.parent / path).read_text()), f"{path} has no {name}"
 
 
 def test_files_that_comments_name_are_there():
-    """A comment that names a file leads to it: `shapes/box.h`, or `box.h` alone."""
+    """A comment that names a file names an existing one: `shapes/box.h`, or just `box.h`."""
     root = CPP.parent
     sources = [*CPP.rglob("*"), *(root / "tests" / "cpp").rglob("*")]
     ends = [f"/{path.relative_to(root)}" for path in sources if path.suffix in (".h", ".cpp", ".inc")]

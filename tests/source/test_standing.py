@@ -1,4 +1,4 @@
-"""Bodies in standing jobs: each finds a process like a new one, and costs no other if it goes wrong."""
+"""Bodies in standing jobs: each finds a process like a new one, and cannot harm others if it fails."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def test_nothing_is_left_of_a_body(wrong: str):
 
 
 def runs(pid: str) -> bool:
-    """Tell whether a process is there, and no zombie that nobody has waited for yet."""
+    """Return whether a process exists and is not a zombie."""
     try:
         return Path("/proc", pid, "stat").read_text().rpartition(")")[2].split()[0] not in "ZX"
     except OSError:

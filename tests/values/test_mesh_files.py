@@ -109,7 +109,7 @@ TEXTS: dict[str, tuple[str, bytes, Wanted]] = {
 
 
 def glb(**feature: Any) -> bytes:
-    """Return a cube as .glb; `feature` tells how vertices and indices are stored, and adds top-level entries."""
+    """Return a cube as .glb; `feature` sets how vertices and indices are stored, or other entries."""
     file = Glb()
     given = dict(feature)
     points = file.array(given.pop("points", CUBE), given.pop("kind", "f4"), **given.pop("stored", {}))

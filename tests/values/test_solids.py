@@ -138,7 +138,8 @@ def test_layers_have_one_order_and_suggest_near_names():
 
 
 def test_a_plane_is_hidden_by_its_own_distance_at_the_horizon():
-    camera = motes.Camera((0, 1000, 1e5), (0, 1000 - 1.2e-13, 0))  # the middle row meets the plane beyond 1e18 m
+    # The middle row meets the plane beyond 1e18 m.
+    camera = motes.Camera((0, 1000, 1e5), (0, 1000 - 1.2e-13, 0))
     background = (0.1, 0.2, 0.3)
     renderer = motes.Renderer(
         33,

@@ -1,4 +1,4 @@
-"""Actions, shapes, sprites, solids, distributions: immutable values; cameras: values with checked attributes."""
+"""Actions, shapes, sprites, solids, distributions and cameras as values; only cameras are mutable."""
 
 from __future__ import annotations
 
@@ -123,7 +123,8 @@ def test_values_are_dataclasses_with_the_signature_of_their_fields():
     assert str(inspect.signature(uniform)) == "(lo: 'ArrayLike | Curve', hi: 'ArrayLike | Curve') -> None"
     assert list(inspect.signature(shapes.Sphere).parameters) == ["center", "radius", "inner_radius"]
     assert (bounce.__match_args__, uniform.__match_args__) == ((), ("lo", "hi"))
-    for kind in {type(value) for value in VALUES if not isinstance(value, motes.Camera)}:  # cameras are mutable
+    # Cameras are mutable: excluded here.
+    for kind in {type(value) for value in VALUES if not isinstance(value, motes.Camera)}:
         fields = dataclasses.fields(kind)
         assert [field.name for field in fields] == list(kind._fields)
         assert {f.name: f.default for f in fields if f.default is not dataclasses.MISSING} == kind._defaults

@@ -1,4 +1,4 @@
-"""One warning per system for what runs, but is probably an oversight; none where nothing is wrong."""
+"""One warning per system for scripts that run but probably contain an oversight; none for correct ones."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def recording(text: str) -> Record:
         ),
         ("s.configure(size=motes.Uniform(-1, 1)); " + FEW, "size may be negative (-1)"),
         ("s.configure(lifetime=-1); " + FEW, "lifetime may be negative (-1)"),
-        (NO_MOVE + "; s.kill_expired(); s.configure(color=(255, 128, 0)); " + FEW, "; "),  # in one warning
+        (NO_MOVE + "; s.kill_expired(); s.configure(color=(255, 128, 0)); " + FEW, "; "),  # both at once
     ],
 )
 def test_an_oversight_is_reported_once(record: str, message: str):
@@ -147,7 +147,7 @@ with world:
 
 NAMES = sorted(path.stem for path in EXAMPLES.rglob("*.py") if path.stem != "heterogeneous")  # it starts jobs
 SOME = {"dam", "fireworks", "flame", "flock", "fountain", "rain", "snow"}
-"""Those that run each time; the slow suite has them all."""
+"""Examples that run each time; the slow suite runs all."""
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Memory over a long run: what comes and goes leaves nothing behind."""
+"""Memory use is constant over a long run in which everything is created and deleted."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SCENE = Path(__file__).parents[1] / "scenes" / "long_run.py"
 @pytest.mark.timeout(600)
 @pytest.mark.parametrize("keeps", [False, True], ids=["alone", "with replicas and checkpoints"])
 def test_ranks_do_not_grow(tmp_path: Path, keeps: bool) -> None:
-    """Births, deaths, children, domains that move, pictures, film and log: 10,000 frames on 4 ranks."""
+    """10,000 frames on 4 ranks have births, deaths, children, moving domains, pictures, a film and a log."""
     if keeps and (why := cannot_survive()):
         pytest.skip(why)
     run = [sys.executable, "-m", "motes", "run", "-n", 4, *["--survive"] * keeps]
@@ -29,5 +29,5 @@ def test_ranks_do_not_grow(tmp_path: Path, keeps: bool) -> None:
     assert result.code == 0, result.text
     rows = [list(map(int, line.split())) for line in result.out.splitlines() if line[:1].isdigit()]
     assert [row[0] for row in rows] == [0, 1, 2, 3]
-    for rank, *tenths in rows:  # the median, since one sample may fall into the writing of a checkpoint
+    for rank, *tenths in rows:  # a median, since a checkpoint may be in progress at one of them
         assert tenths[-1] <= 1.005 * median(tenths[4:7]), (rank, tenths)

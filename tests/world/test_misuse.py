@@ -1,4 +1,4 @@
-"""What a script must not do raises at the call and says why: nothing crashes, nothing is dropped silently."""
+"""Errors in a script raise at the call, with a reason: nothing crashes, nothing is dropped silently."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ BOX = shapes.Box((-1, -1, -1), (1, 1, 1))
 
 
 def world_of(**arguments: Any) -> motes.World:
-    """Make a world that shows nothing."""
+    """Make a world without progress output."""
     return motes.World(**{"seed": 1, "progress": "off", **arguments})
 
 
@@ -51,7 +51,7 @@ def test_assigning_to_views_raises_and_says_how():
             with pytest.raises(AttributeError, match="no attribute 'velocty'; did you mean 'velocity'"):
                 _ = p.velocty
             with pytest.raises(ValueError, match="read-only"):
-                p.id[:] = 7  # would change a copy alone
+                p.id[:] = 7  # would change only a copy
             p.velocity *= 2  # in place
             p.velocity += (1, 0, 0)
         s.callback(callback)
@@ -119,7 +119,7 @@ def test_unknown_attributes_are_reported_with_near_names():
 
 
 def calls(world: motes.World, s: motes.System, other: motes.System) -> dict[str, Callable[[], Any]]:
-    """Name what needs the engine."""
+    """Return calls that need the engine, by name."""
 
     def read(system: motes.System) -> None:
         with system.local() as p:
@@ -240,7 +240,7 @@ def test_threads_that_record_at_the_same_time_lose_nothing_silently():
         while any(thread.is_alive() for thread in threads):
             with contextlib.suppress(MotesError):
                 world.step()
-            time.sleep(1e-4)  # a turn for the others
+            time.sleep(1e-4)  # let the other threads run
         world.step()
         assert [s.count for s in systems] == recorded == [0, 300, 300]
 
@@ -334,7 +334,7 @@ def test_a_frame_cannot_end_inside_local():
 
 
 def test_worlds_are_collected():
-    """Entered and left, never entered, and left by an exception."""
+    """Worlds that ended normally, were never entered, or were left by an exception are collected."""
     gone = []
     for way in ("run", "never entered", "failed"):
         world = world_of(renderer=motes.Renderer(16, 12, camera=motes.Camera((0, 0, 5), (0, 0, 0))))
@@ -417,12 +417,12 @@ def test_a_linear_picture_is_its_own_frames():
 
 
 def test_a_renderer_that_changes_while_its_picture_is_made_changes_the_next_one():
-    """Not this one: a function that hears of progress, or another thread, may be that quick."""
+    """The current picture stays the same, even if a progress callback or another thread is that quick."""
     renderer = motes.Renderer(
         16, 12, camera=motes.Camera((0, 0, 5), (0, 0, 0)), linear=True, layers=["depth"]
     )
 
-    def heard(row):  # of a frame, while the next one runs
+    def heard(row):  # called about a frame while the next one runs
         renderer.width, renderer.height, renderer.exposure, renderer.layers = 300, 200, 9, ()
 
     world = motes.World(renderer=renderer, progress=heard)

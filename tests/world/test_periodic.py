@@ -1,4 +1,4 @@
-"""Periodic space: positions wrap, particles see each other across, and no bit depends on ranks or domains."""
+"""Periodic space: positions wrap, particles interact across it, and bits depend on no rank or domain."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ BOX = {"x": (0, 10), "z": (-2.5, 2.5)}
 
 
 def world_of(**arguments: Any) -> motes.World:
-    """A quiet world of BOX."""
+    """Make a world with periodic space BOX and no progress output."""
     return motes.World(**{"seed": 1, "periodic": BOX, "progress": "off", **arguments})
 
 
@@ -30,7 +30,7 @@ def world_of(**arguments: Any) -> motes.World:
 
 
 def flown(substeps: int) -> tuple[motes.Particles, motes.Particles, Any]:
-    """Particles that fly straight on for 20 frames, as they are and unwrapped, and where they must be."""
+    """Return particles after 20 frames of straight flight, wrapped and unwrapped, and exact positions."""
     dice = np.random.default_rng(4)
     start = np.float32(dice.uniform(-30, 30, (500, 3)))
     velocity = np.float32(dice.uniform(-40, 40, (500, 3)))
@@ -160,7 +160,7 @@ def test_cuts_divide_the_period():
 
 
 def test_a_streak_stays_where_its_particle_is():
-    """A particle that wraps has come the way that its velocity says, not from the other end."""
+    """A wrapped particle's streak follows its velocity, and does not cross the whole space."""
     camera = motes.Camera((5, 0, 20), look_at=(5, 0, 0), fov_deg=60)
     world = world_of(renderer=motes.Renderer(200, 80, camera=camera, shutter=1))
     s = world.system("s")
@@ -177,7 +177,7 @@ def test_a_streak_stays_where_its_particle_is():
 
 @cache
 def alone() -> list[list[str]]:
-    """Frames of the scene on one rank."""
+    """Return the frames of the scene on one rank."""
     frames = table(on_ranks(1, SCENE, json.dumps([{}])).lines)
     return [frames[0, frame] for frame in range(len(frames))]
 
@@ -218,7 +218,7 @@ def test_a_run_goes_on_from_a_checkpoint(tmp_path):
     assert all(row == alone()[frame] for (_, frame), row in rest.items())
 
 
-# --- what is said of it
+# --- messages
 
 OF_A_CHECKPOINT = """
 import sys, motes

@@ -1,4 +1,4 @@
-"""Reading in the middle of a frame changes no result; what is written there counts."""
+"""Reading in the middle of a frame does not change results; writing there takes effect."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def test_a_preview_that_is_written_behind_its_back_raises():
         s.burst(Sphere((0, 0, 0), 1), count=5)
         s.gravity((0, -1, 0))
         with pytest.raises(motes.MotesError, match="write into the view itself"), s.local() as p:
-            memoryview(p.velocity)  # what NumPy does not see
+            memoryview(p.velocity)  # bypasses the checks of the view
             np.asarray(p.velocity)[:] = 3
 
 
@@ -226,7 +226,7 @@ with world:
 @pytest.mark.parametrize("how", [(1,), (2,), (2, "writes")])
 @pytest.mark.parametrize("ranks, rank", [(1, 0), (3, 2)])
 def test_a_list_that_fails_while_it_is_read_does_not_run_again(how, ranks, rank):
-    """Half of it has run. With sub-steps, who writes makes it run once more when the block ends."""
+    """Half of the list has run. (With sub-steps, a write makes it run again when the block ends.)"""
     result = on_ranks(ranks, FAILS, how[0], rank, *how[1:])
     assert result.code != 0
     assert result.out.count("caught") == 1
@@ -238,7 +238,7 @@ def test_a_list_that_fails_while_it_is_read_does_not_run_again(how, ranks, rank)
 @pytest.mark.parametrize("read", [False, True])
 @pytest.mark.parametrize("substeps, wanted", [(1, [10]), (2, [10, 10, 7])])
 def test_a_birth_behind_a_callback_is_none_of_its_particles(read, substeps, wanted):
-    """In the sub-step of the birth, whether something is read in between or not."""
+    """This holds in the birth's sub-step, with or without a read in between."""
     seen = []
     world, s = filled(substeps)
     with world:

@@ -1,7 +1,7 @@
-"""Particles and pictures depend on the script and its seed alone.
+"""Particles and pictures depend only on the script and its seed.
 
-Not on ranks, roles, cuts, instruction sets, the C library's opinion of the processor, or other libraries'
-arithmetic.
+They do not depend on ranks, roles, cuts, instruction sets, the C library's choice of functions, or other
+libraries' arithmetic.
 """
 
 from __future__ import annotations
@@ -107,7 +107,7 @@ def test_any_vector_width(width: str):
 
 
 def test_another_processor_by_the_c_library():
-    # The C library then picks its functions for an old processor; ours must not depend on them.
+    # The C library then picks its functions for an old processor; ours do not depend on them.
     tunables = {"GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX2,-FMA,-AVX512F"}
     variants = [{"roles": "auto", "space": "fit"}]
     assert_same(1, variants, tunables)
@@ -243,5 +243,5 @@ def test_many_random_scripts(tmp_path: Path, seed: int):
     assert_scripts_agree(tmp_path, 60, seed=1000 + seed)
 
 
-if __name__ == "__main__":  # for looking at one script by hand
+if __name__ == "__main__":  # for viewing one script by hand
     print(json.dumps(random_scripts(1, int(os.environ.get("SEED", "7"))), indent=1))

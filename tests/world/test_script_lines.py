@@ -125,7 +125,7 @@ def test_births_that_fail_name_the_line_that_recorded_them(ranks, roles, guilty)
 
 
 def inside(system, function):
-    """Call from a function of the script, whose own line counts."""
+    """Make a call inside a function of the script; the function's own line counts."""
     function(system)
 
 

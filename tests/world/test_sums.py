@@ -1,4 +1,4 @@
-"""Sums over all particles: exact, and the same on any number of ranks, threads and vector widths."""
+"""Sums over all particles: exact, and the same for any number of ranks, any threads and vector widths."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ SCENE = Path(__file__).parents[1] / "scenes" / "sums.py"
 
 @cache
 def alone(substeps: int = 1) -> list[str]:
-    """The sums on one rank."""
+    """Return the sums on one rank."""
     lines = on_ranks(1, SCENE, json.dumps({"substeps": substeps})).lines
     assert len(set(lines)) == len(lines) == 4
     return lines
@@ -50,7 +50,7 @@ def test_any_vector_width(width: str):
 
 
 def emitted(count: int, seed: int) -> dict[str, NDArray[np.float32]]:
-    """Particles of all magnitudes."""
+    """Return particles of all magnitudes."""
     rng = np.random.default_rng(seed)
     return {
         "position": rng.uniform(-1, 1, (count, 3)).astype(np.float32),
@@ -61,7 +61,7 @@ def emitted(count: int, seed: int) -> dict[str, NDArray[np.float32]]:
 
 @pytest.fixture(scope="module")
 def system():
-    """A system of 20000 particles, and a world that stays open."""
+    """Return a system of 20,000 particles in a world that stays open."""
     world = motes.World(seed=1, progress="off")
     made = world.system("gas", attributes={"heat": 0.0})
     with world:
@@ -148,7 +148,7 @@ def test_sums_see_what_a_script_would_read_there():
         s.configure(age=motes.Uniform(0, 2))
         s.burst(Box((0, 0, 0), (1, 1, 1)), count=1000)
         assert s.total(1) == 1000
-        s.kill_old(1)  # they stay in memory, unseen, until the frame ends
+        s.kill_old(1)  # the dead stay in memory, unseen, until the frame ends
         young = s.total(1)
         assert young == len(s.gather()) == s.histogram(column("age"), [0, np.inf]).sum() < 1000
         assert young == s.tally((0, 0, 0), (1, 1, 1), (1, 1, 1))[0, 0, 0]

@@ -1,4 +1,4 @@
-"""Threads of a rank: how many there are, what the log says, what they cost. Their bits: test_same_bits.py."""
+"""Threads of a rank: their number, the log's columns, their cost. For their bits see test_same_bits.py."""
 
 from __future__ import annotations
 
@@ -201,7 +201,7 @@ def test_a_callback_that_raises_ends_the_job(size: int):
 
 
 def test_an_interrupt_reaches_the_script(tmp_path: Path):
-    # Once, although each thread calls it: a second signal ends the run at once.
+    # Send the signal once, although each thread calls this: a second one would end the run at once.
     script = FAILING.replace(
         'raise ValueError("no more")',
         "import os, signal; stop.__dict__ or os.kill(os.getpid(), signal.SIGINT); stop.sent = 1",

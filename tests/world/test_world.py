@@ -22,7 +22,7 @@ CAMERA = motes.Camera((0, 0, 5), (0, 0, 0))
 
 
 def world_of(**arguments: Any) -> motes.World:
-    """Make a world that shows nothing."""
+    """Make a world without progress output."""
     return motes.World(**{"seed": 1, "progress": "off", **arguments})
 
 
@@ -80,7 +80,7 @@ def test_births_above_the_capacity_are_dropped_and_counted(world):
         s.burst((1, 0, 0), count=7)
         world.step()
         assert (s.count, s.dropped, s.born) == (10, 4, 10)
-        s.kill_old(-1)  # all that lived before; the next call is behind it
+        s.kill_old(-1)  # all that were alive before; the next call comes after it
         s.burst((0, 0, 0), count=3)
         world.step()
         assert (s.count, s.dropped) == (0, 7), "the dead of this frame count until its end"
@@ -129,7 +129,7 @@ def test_jitter_spreads_births_over_the_frame():
     np.testing.assert_allclose(p.position[:, 0], 2 * p.age, rtol=1e-6)
 
 
-# --- what newborns get
+# --- values of newborn particles
 
 
 def test_what_newborns_get_by_default(world):
@@ -162,7 +162,7 @@ def test_distributions(world):
             rotational_velocity=shapes.Sphere((0, 0, 0), 2, 1),
             size=0.5,
         )
-        s.configure(lifetime=3)  # calls add up
+        s.configure(lifetime=3)  # each call adds settings
         s.burst(shapes.Box((0, 1, 2), (1, 3, 5)), count=n)
         world.step()
         p = s.gather()
@@ -431,7 +431,7 @@ def test_a_line_of_progress():
 def test_progress_shows_at_most_one_line_a_second(capsys, monkeypatch):
     now = [1000.0]
     clock = SimpleNamespace(monotonic=lambda: now[0])
-    monkeypatch.setattr(sys.modules[Progress.__module__], "time", clock)  # its clock alone, not the process's
+    monkeypatch.setattr(sys.modules[Progress.__module__], "time", clock)  # only its clock, not the process's
     progress = Progress("lines")
     for frame in range(40):
         now[0] += 0.1

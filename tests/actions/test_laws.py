@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from random_lists import HEADER, expressions, scalars
@@ -297,6 +297,7 @@ def divides_by_columns(text: str) -> bool:
 
 @settings(max_examples=30, deadline=None)
 @given(st.lists(expressions(scalars()).filter(divides_by_columns), min_size=1, max_size=4))
+@example(["column('heat') + 1", "(column('heat') + 1) * 2"])  # one result is an operand of the other
 def test_laws_compute_what_set_does(texts: list[str]):
     """Laws share common subexpressions and reuse planes; `set` evaluates each expression by itself."""
     names = ["alpha", "heat", "lifetime", "mass"][: len(texts)]

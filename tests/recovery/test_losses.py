@@ -235,9 +235,10 @@ def test_where_the_mpi_cannot_the_run_does_not_start(monkeypatch, capsys, tmp_pa
 
 def test_what_is_said_of_broken_collectives_is_left_out():
     noise = b"NBC_Progress: an error 77 was found during schedule 0x555 at row-offset 93 - aborting it\n\n"
+    start = b"Error in NBC_Start_round() (-1)\n\n"
     out: list[bytes] = []
     relay = supervisor.Relay(out.append)
-    relay.feed(b"a\n" + noise + b"b\n\n" + noise + noise + b"\nc\n")
+    relay.feed(b"a\n" + noise + b"b\n\n" + noise + start + noise + b"\nc\n")
     assert b"".join(out) == b"a\nb\n\n\nc\n"
 
 

@@ -214,7 +214,10 @@ class Relay:
         rb"|Primary job +terminated|=   BAD TERMINATION)"
     )
     # Printed by a rank that continues without a lost one: the collective under way has failed.
-    _LOSS = re.compile(rb"NBC_Progress: an error 7[5-7] was found during schedule .*\s*")
+    _LOSS = re.compile(
+        rb"(NBC_Progress: an error 7[5-7] was found during schedule .*"
+        rb"|Error in NBC_Start_round\(\) \((-1|7[5-7])\))\s*"
+    )
     _END = re.compile(re.escape(END.encode()) + rb"(\d+)")
     _REPORT = re.compile(rb"\*\*\* motes: (.*)")
     _STOPPED = re.compile(rb"motes: stopped by SIG")

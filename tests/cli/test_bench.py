@@ -13,23 +13,12 @@ import pytest
 
 from motes import _core
 from motes._launch import starting
+from motes._system.recorder_between import BetweenRecorder
 from motes._system.session import Session
 from motes.bench import overhead, paths
 from motes.cli import main
 
-MEETINGS = {
-    "gravitate",
-    "follow",
-    "match_velocity",
-    "match_rotational_velocity",
-    "collide",
-    "contact",
-    "contact_clumps",
-    "fluid",
-    "tie",
-    "pairs",
-    "interact",
-}
+MEETINGS = {*vars(BetweenRecorder), "contact_clumps", "pairs"} - {"law"}
 ACTIONS = [name for name in _core.action_names() if name not in MEETINGS]
 
 

@@ -18,11 +18,13 @@ from test_export import FORMATS, NAMES, same, short_run
 
 import motes
 from motes import ArgumentError, MotesError
-from motes._interchange import npz, usd, vtp
+from motes._interchange import formats, npz, usd, vtp
 from motes._interchange.manifest import Column, FrameParts, Manifest, Part, SystemColumns, stems
 from motes.cli import main
 
-KINDS = {"npz": npz, "vtp": vtp, **({"usdc": usd} if importlib.util.find_spec("pxr") else {})}
+KINDS = {
+    kind: row for kind, row in formats.FORMATS.items() if kind != "usdc" or importlib.util.find_spec("pxr")
+}
 SPECIAL = np.array([0.0, -0.0, np.nan, np.inf, -np.inf, 1e-45, 3.4e38, 1.5], np.float32)
 
 

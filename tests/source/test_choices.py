@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import re
 from collections.abc import Callable
+from functools import partial
 from typing import Any, get_args
 
 import numpy as np
@@ -21,6 +22,11 @@ WORLD = ("axis", "space", "roles", "combine", "births", "clock", "on_loss", "pro
 
 def world(**options: Any) -> motes.World:
     return motes.World(seed=1, **options)
+
+
+def balancer(kind: Any, text: str) -> None:
+    required = [one for one in inspect.signature(kind).parameters.values() if one.default is one.empty]
+    kind(*([1, 1] for _ in required), over=text)
 
 
 def spawn(text: str) -> None:
@@ -53,13 +59,10 @@ MADE: dict[tuple[str, str], Callable[[str], object]] = {
     ("motes.actions.Align", "to"): lambda text: actions.Align(to=text),
     ("motes.actions.Gravitate", "far"): lambda text: actions.Gravitate(far=text),
     **{
-        (f"motes.balance.{kind.__name__}", "over"): lambda text, kind=kind: kind(over=text)
-        for kind in (
-            *(balance.Pairwise, balance.Diffusive, balance.PrefixCuts),
-            *(balance.Bisection, balance.CostAware, balance.Greedy),
-        )
+        (f"motes.balance.{name}", "over"): partial(balancer, getattr(balance, name))
+        for name in balance.BALANCERS
+        if "over" in inspect.signature(getattr(balance, name)).parameters
     },
-    ("motes.balance.Proportional", "over"): lambda text: balance.Proportional([1, 1], over=text),
     ("motes.workloads.Pic", "distribution"): motes.workloads.Pic,
     ("motes.System.spawn", "on"): spawn,
     ("motes.System.gather", "to"): gather,

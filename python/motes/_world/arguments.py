@@ -22,7 +22,7 @@ from .._values import arguments, environment
 from .._values.checkpoint import checked as checkpoint_of
 from .._values.live import checked as live_of
 from .._values.space import AXES, BY_ID, CURVES, Period, in_a_row, periods_of
-from ..balance import BALANCERS, Balancer, Static
+from ..balance import BALANCERS, Balancer, Static, for_any_domains
 from ..errors import ArgumentError
 
 if TYPE_CHECKING:
@@ -151,7 +151,7 @@ def balancer(value: Any, axes: str) -> Balancer:
     if not isinstance(value, Balancer):
         raise ArgumentError("balancer", value, "None or a balancer of motes.balance", known=BALANCERS)
     if value.slabs_only and not in_a_row(axes):
-        allowed = "Static, PrefixCuts, Proportional, Bisection, CostAware or your own with Targets"
+        allowed = for_any_domains()
         raise ArgumentError("balancer", value, f"{allowed} where axis={None if axes == BY_ID else axes!r}")
     return value
 

@@ -436,6 +436,12 @@ def by_name(text: str) -> Balancer:
     return found[0]()
 
 
+def for_any_domains() -> str:
+    """Return the names of the balancers that do not need domains in a row, for errors."""
+    names = ", ".join(kind.__name__ for kind in _kinds() if not kind.slabs_only)
+    return f"{names} or your own with Targets"
+
+
 def _kinds() -> list[type[_Native]]:
     return [globals()[name] for name in BALANCERS]
 

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from .. import _core
 from .._values.space import in_a_row
-from ..balance import Balancer, policy_of
+from ..balance import Balancer, for_any_domains, policy_of
 from ..errors import ArgumentError
 from .bricks import Tree
 from .density import Density
@@ -185,7 +185,7 @@ def simulate(history: History, balancer: Balancer, powers: Floats | None = None)
     """
     for name, axes in zip(history.systems, history.axes, strict=True):
         if balancer.slabs_only and not in_a_row(axes):
-            allowed = "Static, PrefixCuts, Proportional, Bisection, CostAware or your own with Targets"
+            allowed = for_any_domains()
             raise ArgumentError("balancer", balancer, f"{allowed}: domains of {name!r} are no slabs ({axes})")
     policy = policy_of(copy.deepcopy(balancer))  # a balancer with state starts fresh in each replay
     policy.check(len(history.ranks))

@@ -1,7 +1,8 @@
 """The documentation site: `python -m sphinx -W docs site`, with the packages of the extra `docs`.
 
 Its reference of Python and C++, and its copies of files outside this folder, are written by the modules in
-`_site` when a build begins. Pages work on a forge as they are: `_site` turns their links into the site's.
+`_site` when a build begins. On a code-hosting site the pages work unchanged; `_site` rewrites their links for
+this site.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ nb_execution_mode = "off"
 myst_heading_anchors = 4
 myst_enable_extensions = ["colon_fence"]
 
-smartquotes_action = "D"  # dashes: "xy" with straight quotes is an argument
+smartquotes_action = "D"  # only dashes: straight quotes mark arguments, as in "xy"
 autoclass_content = "both"
 autodoc_member_order = "bysource"
 autodoc_typehints_format = "short"

@@ -105,12 +105,13 @@ void check_numbers(const Facts& facts, const std::vector<double>& numbers) {
   std::size_t at = 0;
   for (const Number& number : facts.numbers) {
     if (at + static_cast<std::size_t>(number.count) > numbers.size())
-      refuse(facts, "numbers", "be as many as the action has", std::to_string(numbers.size()));
+      refuse(facts, "numbers", "match the action's number of parameters", std::to_string(numbers.size()));
     for (int i = 0; i < number.count; ++i) check_number(facts, number, numbers[at + static_cast<std::size_t>(i)]);
     check_rule(facts, &number, &numbers[at]);
     at += static_cast<std::size_t>(number.count);
   }
-  if (at != numbers.size()) refuse(facts, "numbers", "be as many as the action has", std::to_string(numbers.size()));
+  if (at != numbers.size())
+    refuse(facts, "numbers", "match the action's number of parameters", std::to_string(numbers.size()));
 }
 
 void check_ramp(const Facts& facts, const std::vector<double>& numbers) {
@@ -139,7 +140,7 @@ void check_surface(const Facts& facts, const shapes::Shape& shape) {
 // The walls of `contact` are the action's first shapes.
 void check_walls(const Facts& facts, const Action& action) {
   const auto walls = static_cast<std::size_t>(contact_of(action).walls);
-  if (action.shapes.size() < walls) refuse(facts, "walls", "be as many as it says", std::to_string(walls));
+  if (action.shapes.size() < walls) refuse(facts, "walls", "be at most the number of shapes", std::to_string(walls));
   for (std::size_t i = 0; i < walls; ++i) {
     const shapes::Shape* wrong = without_surface(action.shapes[i]);
     if (wrong != nullptr) refuse(facts, "walls", "have surfaces", "a " + shapes::name(wrong->kind));
@@ -147,7 +148,7 @@ void check_walls(const Facts& facts, const Action& action) {
 }
 
 void check_table(const Facts& facts, TableKey key) {
-  if ((facts.table != 0) != (key != 0)) refuse(facts, "table", facts.table != 0 ? "be given" : "be none");
+  if ((facts.table != 0) != (key != 0)) refuse(facts, "table", facts.table != 0 ? "be given" : "not be given");
   if (key != 0 && actions::table(key)->width != facts.table) {
     refuse(facts, "each entry of its table", "have " + std::to_string(facts.table) + " numbers");
   }
@@ -171,8 +172,8 @@ void check_clump(const Action& action) {
 
 void check_kind(const Action& action, Kind kind, std::size_t count) {
   if (action.kind == kind && action.numbers.size() == count) return;
-  throw std::logic_error(std::string("the numbers of ") + facts(kind).name + " were asked for, of " +
-                         facts(action.kind).name + " with " + std::to_string(action.numbers.size()));
+  throw std::logic_error(std::string("the numbers of ") + facts(kind).name + " were requested from " +
+                         facts(action.kind).name + ", size " + std::to_string(action.numbers.size()));
 }
 
 const Facts& facts(Kind kind) { return table()[static_cast<std::size_t>(kind)]; }
@@ -255,7 +256,7 @@ void check_leaf(const Action& action, const Leaf& leaf, const particles::Schema&
     case Leaf::Of::own:
     case Leaf::Of::other:
       if (reads_here(action, leaf) && !exists(schema, leaf.attribute, leaf.component))
-        refuse(law, "an expression", "read attributes that are there");
+        refuse(law, "an expression", "read existing attributes");
       break;
     case Leaf::Of::distance:
       if (leaf.component != 0) refuse(law, "a distance", "be one number");
@@ -274,15 +275,15 @@ void check_results(const Action& action, const particles::Schema& schema) {
   const bool between = action.kind == Kind::interact;
   const Facts& law = facts(action.kind);
   if ((between || action.kind == Kind::law) == action.results.empty() || (!between && !action.leaves.empty()))
-    refuse(law, "results", "be those of a law");
+    refuse(law, "results", "be given for law and interact, and for no other action");
   if (action.results.empty()) return;
-  if (action.values.size() != action.results.size()) refuse(law, "values", "be as many as results");
+  if (action.values.size() != action.results.size()) refuse(law, "values", "be one per result");
   for (const Leaf& leaf : action.leaves) check_leaf(action, leaf, schema);
   for (const Result& result : action.results) {
     const bool state = result.how == Result::How::state;
     const bool known = state ? between && result.component >= 0 && result.component < states_of(action)
                              : action.second || exists(schema, result.attribute, result.component);
-    if (!known) refuse(law, "results", "go to attributes and states that are there");
+    if (!known) refuse(law, "results", "go to existing attributes and states");
   }
   const int columns = between ? static_cast<int>(action.leaves.size()) : schema.components();
   const int shapes = between ? 0 : static_cast<int>(action.shapes.size());
@@ -304,7 +305,7 @@ void check(const Action& action, const particles::Schema& schema) {
   check_results(action, schema);
   if (action.target < 0) return;
   if (action.target >= schema.size() || static_cast<int>(action.values.size()) != schema[action.target].width) {
-    throw base::InvalidArgument("set", "give an attribute of the system as many numbers as it has");
+    throw base::InvalidArgument("set", "give an attribute of the system one number per component");
   }
   for (const Expression& value : action.values) check_type(value, expressions::Type::number, "set must give numbers");
 }

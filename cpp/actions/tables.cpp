@@ -24,8 +24,7 @@ void check(const LookupTable& table) {
     count = n < 1 || count > kMostValues ? 0 : count * static_cast<std::size_t>(n);
   }
   if (count == 0 || count > kMostValues || count != table.values.size()) {
-    throw base::InvalidArgument("a table",
-                                "have 1.." + std::to_string(kMostValues) + " numbers, as many as its size says",
+    throw base::InvalidArgument("a table", "have 1.." + std::to_string(kMostValues) + " numbers that match its size",
                                 std::to_string(table.values.size()));
   }
   if (!std::all_of(table.values.begin(), table.values.end(), [](float v) { return std::isfinite(v); })) {

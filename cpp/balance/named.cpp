@@ -74,10 +74,10 @@ class Call {
     if (read(text, count)) return count;
     double number = 0;
     if (read(text, number)) return number;
-    if (text.size() < 2 || text.front() != '[' || text.back() != ']') refuse("'" + text + "' is no value");
+    if (text.size() < 2 || text.front() != '[' || text.back() != ']') refuse("'" + text + "' is not a value");
     std::vector<double> numbers;
     for (const std::string& part : parts(text.substr(1, text.size() - 2))) {
-      if (!read(part, numbers.emplace_back())) refuse("'" + part + "' is no number");
+      if (!read(part, numbers.emplace_back())) refuse("'" + part + "' is not a number");
     }
     return numbers;
   }
@@ -109,7 +109,7 @@ std::shared_ptr<Policy> policy_made(const std::string& kind) {
 #undef MOTES_POLICY
   std::string names;
   for (const std::string& name : policy_names()) names += (names.empty() ? "" : ", ") + name;
-  throw base::InvalidArgument("balancer", "be one of " + names + ", with options in brackets", "'" + kind + "'");
+  throw base::InvalidArgument("balancer", "be one of " + names + ", with options in parentheses", "'" + kind + "'");
 }
 
 std::shared_ptr<Policy> policy_made(const std::string& kind, const std::map<std::string, Value>& options) {

@@ -111,7 +111,7 @@ Plan legal(Plan plan, const LoadTable& table, const std::string& policy) {
     refuse(policy, table, "a plan", "orders or shares", "both");
   }
   if (!plan.orders.empty() && !table.axes.row()) {
-    refuse(policy, table, "a plan", "shares where domains are no slabs", "orders (axis " + name_of(table.axes) + ")");
+    refuse(policy, table, "a plan", "shares where domains are not slabs", "orders (axis " + name_of(table.axes) + ")");
   }
   if (!plan.shares.empty()) check_numbers(plan.shares, "shares", table, policy);
   if (!plan.costs.empty()) check_numbers(plan.costs, "costs", table, policy);

@@ -21,7 +21,7 @@ std::vector<Interval> intervals_of(std::span<const Histogram> histograms, std::s
   for (std::size_t c = 0; c < histograms.size(); ++c) {
     const Histogram& h = histograms[c];
     if (!h.counts.empty() && h.edges.size() != h.counts.size() + 1) {
-      throw base::InvalidArgument("edges", "be one more than counts", std::to_string(h.edges.size()));
+      throw base::InvalidArgument("edges", "have one more number than counts", std::to_string(h.edges.size()));
     }
     for (std::size_t i = 0; i < h.counts.size(); ++i) {
       const double cost = static_cast<double>(h.counts[i]) * (costs.empty() ? 1 : costs[c]);

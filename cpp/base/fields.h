@@ -186,7 +186,7 @@ class FieldReader {
   void one(T& value) {
     if constexpr (std::is_same_v<T, bool>) {
       const auto number = in_.get<std::uint8_t>();
-      require(number <= 1, "damaged bytes: a truth value that is neither 0 nor 1");
+      require(number <= 1, "damaged bytes: a bool that is neither 0 nor 1");
       value = number == 1;
     } else if constexpr (std::is_enum_v<T>) {
       const auto number = in_.get<std::underlying_type_t<T>>();
@@ -217,7 +217,7 @@ class FieldReader {
   template <class T>
   void one(std::vector<T>& list) {
     const auto count = in_.get<std::uint64_t>();
-    require(count <= in_.left() / least_bytes<T>(), "damaged bytes: a list that is longer than what is left");
+    require(count <= in_.left() / least_bytes<T>(), "damaged bytes: a list that is longer than the remaining bytes");
     list.resize(count);
     elements(list.data(), count);
   }

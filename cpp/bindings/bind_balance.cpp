@@ -15,7 +15,8 @@ using OrderTuple = std::tuple<std::int32_t, std::int32_t, std::uint64_t>;
 
 template <class T, class Array>
 std::span<const T> span_of(const Array& array) {
-  if (array.ndim() != 1) throw base::InvalidArgument("arrays", "be (n,)", std::to_string(array.ndim()) + "-d");
+  if (array.ndim() != 1)
+    throw base::InvalidArgument("arrays", "have the shape (n,)", std::to_string(array.ndim()) + "-d");
   return {array.data(), static_cast<std::size_t>(array.size())};
 }
 
@@ -131,7 +132,7 @@ std::vector<float> cuts_from(const std::vector<std::pair<FloatArray, CountArray>
 
 domains::Domains tree_of(const std::vector<int>& axes, const FloatArray& cuts) {
   const auto at = span_of<float>(cuts);
-  if (at.size() != axes.size()) throw base::InvalidArgument("axes and cuts", "be equally many");
+  if (at.size() != axes.size()) throw base::InvalidArgument("axes and cuts", "have the same length");
   std::vector<domains::Cut> tree;
   for (std::size_t i = 0; i < axes.size(); ++i) tree.push_back({axes[i], at[i]});
   return domains::Domains::of(tree);
@@ -145,7 +146,8 @@ std::vector<Cell> cells_of(const CellArrays& arrays) {
   const auto n = span_of<std::uint64_t>(count);
   for (const FloatArray& ends : {low, high}) {
     const bool fits = ends.ndim() == 2 && ends.shape(0) == count.size() && ends.shape(1) == 3;
-    if (!fits) throw base::InvalidArgument("ends of cells", "be (n, 3), n as many as counts");
+    if (!fits)
+      throw base::InvalidArgument("corners of cells", "have the shape (n, 3), where n is the number of counts");
   }
   std::vector<Cell> cells(n.size());
   for (std::size_t i = 0; i < n.size(); ++i) {

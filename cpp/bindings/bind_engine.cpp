@@ -321,7 +321,7 @@ void bind_pictures(py::class_<Engine>& engine) {
            [](Engine& e, int width, int height) {
              image::Pixels pixels = e.painter().take_pixels();
              if (pixels.size() != std::size_t{3} * static_cast<std::size_t>(height) * static_cast<std::size_t>(width)) {
-               throw std::logic_error("the last picture has another size, or was taken before");
+               throw std::logic_error("the last picture has a different size, or was already taken");
              }
              return owned_array(std::move(pixels), {py::ssize_t{height}, py::ssize_t{width}, py::ssize_t{3}});
            })
@@ -369,9 +369,9 @@ void bind_facts(py::module_& m) {
   m.def("take_rows", &take_rows, py::arg("rows"), py::arg("order"), py::arg("into"));
   m.def("mpi_version", &comm::library_version);
   m.def("forget_mpi", &comm::forget_mpi,
-        "In a process that a rank forked off: keep it from ending MPI; False where the MPI has no way.");
+        "Keep a process that was forked by a rank from calling MPI_Finalize; False if that is not possible.");
   m.def("mpi_can_survive", &comm::mpi_can_survive,
-        "Whether the core was built for an MPI that lets the others go on when a rank is lost.");
+        "Whether the core was built for an MPI in which the other ranks can continue when one is lost.");
 }
 
 }  // namespace

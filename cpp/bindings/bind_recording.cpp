@@ -126,7 +126,7 @@ std::vector<double> numbers_of(actions::Kind kind, const py::dict& given) {
     numbers.insert(numbers.end(), values.begin(), values.end());
   }
   if (given.size() != facts.numbers.size())
-    throw base::InvalidArgument("numbers", "be as many as the action has", std::to_string(given.size()),
+    throw base::InvalidArgument("numbers", "match the action's number of parameters", std::to_string(given.size()),
                                 actions::call_of(kind));
   return numbers;
 }

@@ -19,7 +19,7 @@ Shape make_shape(const std::string& kind, const std::vector<double>& numbers) {
     Shape shape;
     shape.kind = static_cast<shapes::Kind>(k);
     if (static_cast<int>(numbers.size()) != shapes::count(shape.kind)) {
-      throw std::invalid_argument(kind + " has " + std::to_string(shapes::count(shape.kind)) + " numbers");
+      throw std::invalid_argument(kind + " needs " + std::to_string(shapes::count(shape.kind)) + " numbers");
     }
     const simd::FloatMode mode;  // keeps denormal numbers
     for (std::size_t i = 0; i < numbers.size(); ++i) shape.number[i] = static_cast<float>(numbers[i]);
@@ -32,7 +32,7 @@ Shape make_shape(const std::string& kind, const std::vector<double>& numbers) {
 Shape make_mesh(std::uint64_t mesh, const std::vector<double>& given) {
   float numbers[shapes::kNumbers] = {};
   if (given.size() != static_cast<std::size_t>(shapes::count(shapes::Kind::mesh))) {
-    throw std::invalid_argument("Mesh has " + std::to_string(shapes::count(shapes::Kind::mesh)) + " numbers");
+    throw std::invalid_argument("Mesh needs " + std::to_string(shapes::count(shapes::Kind::mesh)) + " numbers");
   }
   std::copy(given.begin(), given.end(), numbers);
   const Shape shape = shapes::mesh_shape(mesh, numbers);

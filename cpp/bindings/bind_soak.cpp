@@ -20,7 +20,7 @@ void bind_soak(py::module_& m) {
         d["broken"] = happened.broken;
         return d;
       },
-      py::arg("seed"), "One disaster on simulated ranks: what happened, and which promise it broke, or an empty text.");
+      py::arg("seed"), "Run one disaster on simulated ranks; `broken`: the promise that was broken, or an empty text.");
   m.def(
       "damaged_file",
       [](std::uint64_t seed, const std::string& directory) {
@@ -32,7 +32,8 @@ void bind_soak(py::module_& m) {
         d["broken"] = file.broken;
         return d;
       },
-      py::arg("seed"), py::arg("directory"), "A damaged file, and whether it was read; `broken`: wrongly.");
+      py::arg("seed"), py::arg("directory"),
+      "Damage a file and try to read it; `broken`: what went wrong, or an empty text.");
 }
 
 }  // namespace motes::bindings

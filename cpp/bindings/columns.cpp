@@ -130,19 +130,19 @@ void take_rows(const py::array& rows, const py::array_t<std::int64_t>& order, py
   const auto bytes = static_cast<std::size_t>(rows.nbytes()) / std::max<std::size_t>(there, 1);
   const bool fits = into.nbytes() == static_cast<py::ssize_t>(count * bytes) && (rows.flags() & py::array::c_style) &&
                     (into.flags() & py::array::c_style) && (order.flags() & py::array::c_style);
-  if (!fits) throw std::invalid_argument("take_rows: arrays in C order, as many rows as the order has");
+  if (!fits) throw std::invalid_argument("take_rows: arrays must be in C order, with one row per number of the order");
   const std::int64_t* first = order.data();
   const auto* from = static_cast<const std::byte*>(rows.data());
   auto* to = static_cast<std::byte*>(into.mutable_data());
   released([&] {
     const bool known =
         std::all_of(first, first + count, [&](std::int64_t row) { return static_cast<std::uint64_t>(row) < there; });
-    if (!known) throw std::out_of_range("take_rows: the order names a row that there is not");
+    if (!known) throw std::out_of_range("take_rows: the order has a row that does not exist");
     if (bytes == 4) return take<4>(from, first, count, to);
     if (bytes == 8) return take<8>(from, first, count, to);
     if (bytes == 12) return take<12>(from, first, count, to);
     if (bytes == 16) return take<16>(from, first, count, to);
-    throw std::invalid_argument("take_rows: rows of 4, 8, 12 or 16 bytes");
+    throw std::invalid_argument("take_rows: rows must have 4, 8, 12 or 16 bytes");
   });
 }
 

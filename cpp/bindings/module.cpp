@@ -1,7 +1,7 @@
 #include "bindings/bindings.h"
 
 PYBIND11_MODULE(_core, m) {
-  m.doc() = "The engine of motes. Scripts use the package motes, which gives it defaults, types and prose.";
+  m.doc() = "The engine of motes. Scripts use the package motes, which adds defaults, types and documentation.";
   motes::bindings::bind_errors(m);
   motes::bindings::bind_shapes(m);
   motes::bindings::bind_recording(m);

@@ -72,13 +72,13 @@ const char* name(Phase phase) {
 
 std::size_t whole_length(std::span<const std::byte> beginning) {
   const auto header = base::Reader(beginning).get<Header>();
-  if (header.magic != Header{}.magic) throw CommError("bytes arrived that are no message of motes");
+  if (header.magic != Header{}.magic) throw CommError("received bytes that are not a message of motes");
   return sizeof(Header) + header.payload_bytes;
 }
 
 Communicator::Communicator(std::unique_ptr<Transport> transport, Watch watch)
     : transport_(std::move(transport)), watch_(std::move(watch)) {
-  wait("to enter the world", 1, {}, [&] { return transport_->entered() ? kNobody : kSeveral; });
+  wait("entering the world", 1, {}, [&] { return transport_->entered() ? kNobody : kSeveral; });
 }
 
 // Calls `pending`, which returns the awaited rank, until it returns kNobody. Counts the time as a wait for `whom`,
@@ -165,19 +165,19 @@ void Communicator::reuse(Message message) {
 }
 
 void Communicator::flush() {
-  wait("to take its messages", 1, {}, [&] { return transport_->unsent().value_or(kNobody); });
+  wait("delivery of its messages", 1, {}, [&] { return transport_->unsent().value_or(kNobody); });
 }
 
 void Communicator::finish() {
   flush();
-  wait("to finish", 1, {}, [&] { return transport_->finished() ? kNobody : kSeveral; });
+  wait("end of the run", 1, {}, [&] { return transport_->finished() ? kNobody : kSeveral; });
 }
 
 Message Communicator::take_own(Phase phase) {
   const auto found =
       std::find_if(mailbox_.begin(), mailbox_.end(), [&](const Message& m) { return m.header().phase == phase; });
   if (found == mailbox_.end())
-    throw CommError(watch_.name(rank()) + " waits for a message of its own that it never sent");
+    throw CommError(watch_.name(rank()) + " waits for a message to itself that it never sent");
   Message message = std::move(*found);
   mailbox_.erase(found);
   return message;
@@ -186,7 +186,7 @@ Message Communicator::take_own(Phase phase) {
 std::unique_ptr<Communicator> Communicator::shrink(std::vector<int>& survivors) {
   revoke();
   std::unique_ptr<Transport> among;
-  wait("to count who is left", 1, {}, [&] {
+  wait("agreement on the remaining ranks", 1, {}, [&] {
     among = transport_->shrink(survivors);
     return among ? kNobody : kSeveral;
   });

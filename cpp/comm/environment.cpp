@@ -22,7 +22,7 @@ constexpr std::size_t kName = 256;
 }  // namespace
 
 Environment::Environment(int& argc, char**& argv) {
-  if (MPI_Init(&argc, &argv) != MPI_SUCCESS) throw CommError("MPI does not start");
+  if (MPI_Init(&argc, &argv) != MPI_SUCCESS) throw CommError("MPI_Init failed");
   keep_mpi_time();
   MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
   MPI_Comm_size(MPI_COMM_WORLD, &size_);

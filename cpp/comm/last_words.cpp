@@ -51,7 +51,7 @@ bool overflowed(const siginfo_t& facts, const void* context) {
 const char* meaning(int signal, const siginfo_t* facts, const void* context) {
   switch (signal) {
     case SIGSEGV:
-      return overflowed(*facts, context) ? "segmentation fault: the stack has overflowed (too deep a recursion?)"
+      return overflowed(*facts, context) ? "segmentation fault: stack overflow (recursion too deep?)"
                                          : "segmentation fault";
     case SIGBUS: return "bus error";
     case SIGFPE: return "arithmetic error";
@@ -85,7 +85,7 @@ void on_crash(int signal, siginfo_t* facts, void* context) {
     if (lost) say(lost_line.data());
     say("*** motes: ");
     say(place.data());
-    if (lost) say(", while ranks were lost");
+    if (lost) say(", while recovering from lost ranks");
     say(": ");
     say(meaning(signal, facts, context));
     say("\n");

@@ -45,7 +45,7 @@ void revoke(MPI_Comm comm) { check(MPIX_Comm_revoke(comm), "revoking the communi
 
 bool revoked(MPI_Comm comm) {
   int is = 0;
-  check(MPIX_Comm_is_revoked(comm, &is), "asking whether the communicator is revoked");
+  check(MPIX_Comm_is_revoked(comm, &is), "checking whether the communicator is revoked");
   return is != 0;
 }
 
@@ -57,12 +57,12 @@ MPI_Comm shrunk(MPI_Comm comm) {
   while (true) {
     MPI_Comm left = MPI_COMM_NULL;
     const int code = MPIX_Comm_shrink(comm, &left);
-    if (code != MPI_SUCCESS && !is_loss(code)) check(code, "making a communicator of the ranks that are left");
+    if (code != MPI_SUCCESS && !is_loss(code)) check(code, "creating a communicator of the remaining ranks");
     // If a rank dies meanwhile, some may succeed and others fail. An agreement that sees new losses also returns an
     // error, but its flag is valid.
     int all_have_one = code == MPI_SUCCESS ? 1 : 0;
     const int agreed = MPIX_Comm_agree(comm, &all_have_one);
-    if (agreed != MPI_SUCCESS && !is_loss(agreed)) check(agreed, "agreeing on the ranks that are left");
+    if (agreed != MPI_SUCCESS && !is_loss(agreed)) check(agreed, "agreeing on the remaining ranks");
     if (all_have_one != 0) return left;
   }
 }

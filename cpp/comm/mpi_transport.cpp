@@ -149,7 +149,7 @@ class MpiTransport : public Transport {
   }
 
   void send(int to, Phase phase, std::shared_ptr<const Message> message) override {
-    if (way_->comm == MPI_COMM_NULL) throw CommError("a message was sent after the end of all conversations");
+    if (way_->comm == MPI_COMM_NULL) throw CommError("a message was sent after all ranks had finished");
     check_way();
     if (way_->sending.size() >= sweep_at_) {
       sweep();
@@ -268,8 +268,8 @@ class MpiTransport : public Transport {
 
  private:
   void count(MPI_Comm comm) {
-    check(MPI_Comm_rank(comm, &rank_), "asking for the rank");
-    check(MPI_Comm_size(comm, &size_), "asking for the number of ranks");
+    check(MPI_Comm_rank(comm, &rank_), "getting the rank");
+    check(MPI_Comm_size(comm, &size_), "getting the number of ranks");
   }
 
   // Makes MPI return error codes, which checked() turns into exceptions, whatever error handler the user has set.
@@ -284,7 +284,7 @@ class MpiTransport : public Transport {
     entering_ = true;
     way_->comm = losses::shrunk(users_);
     int left = 0;
-    check(MPI_Comm_size(way_->comm, &left), "asking for the number of ranks");
+    check(MPI_Comm_size(way_->comm, &left), "getting the number of ranks");
     if (left < size_) lose();
     open();
     return true;
@@ -295,12 +295,12 @@ class MpiTransport : public Transport {
   std::vector<int> ranks_in(MPI_Comm old) const {
     MPI_Group ours = MPI_GROUP_NULL;
     MPI_Group theirs = MPI_GROUP_NULL;
-    check(MPI_Comm_group(way_->comm, &ours), "asking who is left");
-    check(MPI_Comm_group(old, &theirs), "asking who was there");
+    check(MPI_Comm_group(way_->comm, &ours), "getting the remaining ranks");
+    check(MPI_Comm_group(old, &theirs), "getting the earlier ranks");
     std::vector<int> own(static_cast<std::size_t>(size_));
     std::vector<int> ranks(own.size());
     std::iota(own.begin(), own.end(), 0);
-    check(MPI_Group_translate_ranks(ours, size_, own.data(), theirs, ranks.data()), "asking who is left");
+    check(MPI_Group_translate_ranks(ours, size_, own.data(), theirs, ranks.data()), "getting the remaining ranks");
     MPI_Group_free(&ours);
     MPI_Group_free(&theirs);
     return ranks;

@@ -151,7 +151,7 @@ void Scheduler::point(int self, const char* what, int other, const char* phase, 
     const bool now = death.rank == self && here && death.point == count;
     if (now) throw Died{};  // NOLINT(bugprone-std-exception-baseclass)
   }
-  if (++happened_.points > kEndless) throw std::runtime_error("the simulated ranks do not come to an end");
+  if (++happened_.points > kEndless) throw std::runtime_error("the simulated ranks do not finish");
   hand_over(self);
   check_ended();
   note(self, what, other, phase);
@@ -211,7 +211,7 @@ void Scheduler::die(int self) {
 }
 
 std::string Scheduler::deadlock() const {
-  std::string text = "all ranks wait for ever:";
+  std::string text = "deadlock, all ranks wait:";
   for (int number = 0; number < size(); ++number) text += (number == 0 ? " " : "; ") + waits(number);
   return text;
 }
@@ -231,7 +231,7 @@ std::string Scheduler::waits(int self) const {
       return who + " waits for " + name(waiting.from.second) + " from " + named(waiting.from.first);
     case Question::sent: return who + " waits until its message is taken by " + named(waiting.among->taker(waiting.as));
     case Question::entered: return who + " waits for all to enter";
-    case Question::shrunk: return who + " waits for all that live to shrink";
+    case Question::shrunk: return who + " waits for all living ranks to shrink";
     default: return who + " waits for all to finish";
   }
 }

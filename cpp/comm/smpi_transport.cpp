@@ -126,7 +126,7 @@ class SmpiTransport : public Transport {
     return true;
   }
 
-  void pause(int, double) override { throw std::logic_error("a rank of SimGrid's polls"); }
+  void pause(int, double) override { throw std::logic_error("a rank under SimGrid must not poll"); }
 
   void weigh(Weights weights) override { weights_ = weights; }
 

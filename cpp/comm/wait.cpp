@@ -20,8 +20,8 @@ std::string text_of(const Life& life) {
   if (!life.text.empty()) return life.text;
   switch (life.state) {
     case Life::State::gone: return "its process is gone";
-    case Life::State::lives: return "its process lives";
-    default: return "nobody here can tell whether its process lives";
+    case Life::State::lives: return "its process is alive";
+    default: return "it is unknown whether its process is alive";
   }
 }
 
@@ -50,13 +50,13 @@ void Wait::look(double now_s, int for_rank) {
 }
 
 // Warns with a sentence like "rank 1 (manager) waited 60 s for rank 3 (calculator 1): frame 7, phase report; its
-// process lives, so it goes on waiting (MOTES_STALL_S=seconds would limit that)"
+// process is alive, so it keeps waiting (MOTES_STALL_S=seconds sets a limit)"
 void Wait::warn(int for_rank, const Life& life) const {
-  std::string rest = "it goes on waiting (MOTES_STALL_S=seconds would limit that)";
+  std::string rest = "it keeps waiting (MOTES_STALL_S=seconds sets a limit)";
   if (limit_s_ > 0) {
-    rest = "it waits until the limit that was set, MOTES_STALL_S=" + number(watch_.limit_s);
+    rest = "it waits until the limit that was set by MOTES_STALL_S=" + number(watch_.limit_s);
   } else if (life.state == Life::State::unknown) {
-    rest = "it waits for " + whole(kUnknown * warn_s_) + " s in all (MOTES_STALL_S=seconds sets another limit)";
+    rest = "it waits for " + whole(kUnknown * warn_s_) + " s in total (MOTES_STALL_S=seconds changes the limit)";
   }
   watch_.warn(told(for_rank) + "; " + text_of(life) + ", so " + rest);
 }
@@ -65,9 +65,9 @@ void Wait::give_up(int for_rank, const Life& life) const {
   std::string why = text_of(life);
   if (life.state != Life::State::gone && limit_s_ > 0) {
     why += "; the limit was set by MOTES_STALL_S=" + number(watch_.limit_s) +
-           ": set more seconds, or unset it to wait as long as the process lives";
+           ": increase it, or unset it to wait as long as the process is alive";
   } else if (life.state == Life::State::unknown) {
-    why += "; MOTES_STALL_S=seconds sets another limit than " + whole(kUnknown * watch_.warn_s);
+    why += "; increase the limit, by default MOTES_STALL_S=" + whole(kUnknown * watch_.warn_s);
   }
   throw Stalled(for_rank, told(for_rank) + " (" + why + ")");
 }

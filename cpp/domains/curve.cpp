@@ -42,10 +42,9 @@ Curve::Curve(int axis, const Room& room) : axis_(axis), turns_(kMortonTurns), bl
     low_[a] = static_cast<float>(room.low[a]);
     high_[a] = static_cast<float>(room.high[a]);
     const bool has_extent = high_[a] > low_[a] && std::isfinite(high_[a] - low_[a]);
-    if (!has_extent)
-      throw base::InvalidArgument("space", "have an extent along each axis where a curve goes through it");
+    if (!has_extent) throw base::InvalidArgument("space", "have a finite extent along each axis of a curve");
     scale_[a] = static_cast<float>(kAlong / (static_cast<double>(high_[a]) - static_cast<double>(low_[a])));
-    if (!std::isfinite(scale_[a])) throw base::InvalidArgument("space", "be wider where a curve goes through it");
+    if (!std::isfinite(scale_[a])) throw base::InvalidArgument("space", "be wider along each axis of a curve");
     for (std::uint32_t cell = 0; cell <= kAlong; ++cell) faces_[a].push_back(face(a, cell));
   }
   for (std::uint32_t place = 0; place < kBlocks; ++place) {

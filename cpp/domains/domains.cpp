@@ -13,7 +13,7 @@ namespace {
 constexpr std::size_t kAbreast = 16;
 
 void check_axis(int axis, int most) {
-  if (axis < 0 || axis > most) throw base::InvalidArgument("a cut", "have an axis of space, or be among the ids");
+  if (axis < 0 || axis > most) throw base::InvalidArgument("a cut", "be along an axis of space, or by id");
 }
 
 void check_order(const std::vector<float>& cuts) {
@@ -46,7 +46,7 @@ void check_inside(const std::vector<Cut>& tree, int first, int last, const Box& 
   const Cut& cut = tree[static_cast<std::size_t>(middle - 1)];
   const auto axis = static_cast<std::size_t>(cut.axis);
   const bool inside = cut.at >= box.low[axis] && cut.at <= box.high[axis];
-  if (!inside) throw base::InvalidArgument("a cut", "lie within the part of space that it halves");
+  if (!inside) throw base::InvalidArgument("a cut", "lie within the part of space that it divides");
   Box left = box;
   Box right = box;
   left.high[axis] = right.low[axis] = cut.at;

@@ -65,7 +65,7 @@ class Pipes {
     if (plans_ < 0) {
       const std::string why = std::strerror(errno);
       if (tables_ >= 0) close(tables_);
-      throw std::runtime_error("the balancer in " + directory + " cannot be asked: " + why);
+      throw std::runtime_error("the balancer in " + directory + " cannot be reached: " + why);
     }
     fcntl(tables_, F_SETFL, 0);
   }
@@ -105,7 +105,7 @@ class Asked : public balance::Policy {
     std::ifstream file(directory_ + "/facts");
     std::string over;
     if (!std::getline(file, name_) || !(file >> speeds.smoothing >> over) || (over != "all" && over != "system"))
-      throw std::runtime_error(directory_ + " describes no balancer: its file facts cannot be read");
+      throw std::runtime_error(directory_ + " does not describe a balancer: its file facts cannot be read");
     over_all = over == "all";
   }
 
@@ -125,9 +125,9 @@ class Asked : public balance::Policy {
       for (balance::Order order; answer >> order.from >> order.to >> order.count;) plan.orders.push_back(order);
     } else {
       throw std::runtime_error(kind == "error" ? said.substr(std::min(said.size(), kind.size() + 1))
-                                               : "the balancer answers '" + said + "'");
+                                               : "the balancer sent an invalid answer, '" + said + "'");
     }
-    if (!answer.eof()) throw std::runtime_error("the balancer answers '" + said + "'");
+    if (!answer.eof()) throw std::runtime_error("the balancer sent an invalid answer, '" + said + "'");
     return plan;
   }
 

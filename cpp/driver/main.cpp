@@ -159,7 +159,7 @@ class Player {
   recording::Record read(std::size_t i) const {
     recording::Record record = recording::read_frame(opened_.scene.frames[i]);
     if (record.seed != run_.seed || record.dt != run_.dt || record.substeps != run_.substeps) {
-      throw std::runtime_error("its seed, dt or substeps are not those of the first frame");
+      throw std::runtime_error("its seed, dt or substeps differ from those of the first frame");
     }
     return record;
   }

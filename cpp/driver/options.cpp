@@ -108,9 +108,9 @@ Options read_options(std::span<char* const> arguments) {
     }
   }
   if (options.spans && options.log.empty())
-    throw std::invalid_argument("--spans needs --log, the directory that timelines are written to");
+    throw std::invalid_argument("--spans needs --log, the directory for the timelines");
   if (!options.ask.empty() && !options.balancer.empty())
-    throw std::invalid_argument("--ask names a balancer, and so does --balancer: one is needed");
+    throw std::invalid_argument("--ask and --balancer both name a balancer: give only one");
   if (options.scene.empty() && !options.help) {
     throw std::invalid_argument("no scene given: run motes_replay scene.motes, or see --help");
   }
@@ -146,18 +146,18 @@ const char* usage() {
 Replays a scene that `python -m motes record` wrote, without Python, on any number of ranks.
 
   --digest              print one line per frame: frame particles_digest image_sha256 ("-" without a picture)
-  --no-images           make no pictures
+  --no-images           draw no pictures
   --out DIR             write the pictures there: frame-00000.ppm, ...
   --log DIR             write the run's log there
-  --roles WHO           auto: ranks 0 and 1 draw and manage, the others calculate; managing: so does the one that
-                        manages; all: so does the one that draws, too; shared: all calculate, rank 0 does the rest
-  --path WAY            who draws, instead of the scene's way: auto, gather, tiles or composite
-  --spans               with --log: write a timeline of each rank too
+  --roles WHO           auto: rank 0 draws, rank 1 manages, the others calculate; managing: rank 1 calculates, too;
+                        all: ranks 0 and 1 calculate, too; shared: all calculate, and rank 0 draws and manages
+  --path WAY            which ranks draw, instead of the scene's path: auto, gather, tiles or composite
+  --spans               with --log: also write a timeline of each rank
   --balancer TEXT       instead of the scene's, such as "Pairwise(threshold=0.1)", "PrefixCuts" or "Static"
   --ask DIR             a balancer in another program, which answers over pipes in this directory (cpp/driver/asked.h)
   --combine WAY         instead of the scene's: one_by_one, together or overlapped
   --births WHO          who creates particles: manager (and sends them to their owners), calculators (each a part), or
-                        auto: the quicker of both in each frame
+                        auto: the faster of the two in each frame
   --fan-out N           each rank relays the manager's messages to at most N others (8)
   --threads N           threads per rank for calculating and drawing (1)
   --blocking            calculators wait until the image generator has taken their particles, as in the paper
@@ -167,7 +167,7 @@ Replays a scene that `python -m motes record` wrote, without Python, on any numb
   --help                this text
 
 Exit code: 0; 1 if the run failed; 2 if the scene or an argument is wrong.
-Environment: MOTES_SIMD (sse2, avx2, avx512), MOTES_STALL_S (the longest wait for a silent rank, in seconds),
+Environment: MOTES_SIMD (sse2, avx2, avx512), MOTES_STALL_S (the longest wait for a rank's answer, in seconds),
 MOTES_SPEEDS (2:1.0,3:0.5: rank 3 spends as much time as a machine of half the speed would).
 )text";
 }

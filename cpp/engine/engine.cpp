@@ -67,7 +67,7 @@ void Engine::record(int index, recording::Item item) {
       throw base::InvalidArgument("an action between particles", "name another system of the world");
     }
     if (action->other >= 0 && !interactions::law_of(*action).between_systems) {
-      throw std::invalid_argument(actions::call_of(action->kind) + " acts within one system alone");
+      throw std::invalid_argument(actions::call_of(action->kind) + " acts only within one system");
     }
     uses_copies = actions::uses_copies(*action, s.schema);
   }
@@ -76,7 +76,8 @@ void Engine::record(int index, recording::Item item) {
     uses_copies = recording::gives_copies(*birth);
   }
   if (const auto* spawn = std::get_if<recording::Spawn>(&item)) {
-    if (spawn->into < 0 || spawn->into >= system_count()) throw base::InvalidArgument("into", "be a system");
+    if (spawn->into < 0 || spawn->into >= system_count())
+      throw base::InvalidArgument("into", "be a system of this world");
     recording::check(*spawn, s.schema, system(spawn->into).schema);
     uses_copies = actions::uses_copies(spawn->where, s.schema);
     keep_copies(system(spawn->into),
@@ -158,7 +159,7 @@ void Engine::save_part(const std::string& path) {
 
 void Engine::restore_state(std::span<const std::byte> state, const std::vector<Sample>& samples) {
   const SharedState shared = read_state(state);
-  if (samples.size() != shared.systems.size()) throw std::invalid_argument("samples: one per system");
+  if (samples.size() != shared.systems.size()) throw std::invalid_argument("samples must be one per system");
   engine::restore_state(*parts_, shared, samples);
 }
 

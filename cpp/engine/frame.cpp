@@ -201,8 +201,9 @@ void Engine::redraw_now(const image::View& view, const std::string& argument) {
   for (const auto& system : parts_->script.systems) {
     const auto run = system->list.begin() + static_cast<std::ptrdiff_t>(system->run_items);
     if (std::none_of(system->list.begin(), run, recording::is_call)) continue;
-    throw std::invalid_argument("particles of system '" + system->definition.name +
-                                "' were read after some of this frame's list: redraw before that, or after the frame");
+    throw std::invalid_argument(
+        "particles of system '" + system->definition.name +
+        "' were read after a part of this frame's list: redraw before that, or after the frame");
   }
   begin(*parts_, Verb::redraw, view, argument);
   converse(*parts_);

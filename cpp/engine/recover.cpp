@@ -77,12 +77,12 @@ Settings settings_of(Settings settings, const Loss& loss) {
   }
   settings.log.hosts = std::move(hosts);
   settings.log.openings.push_back(opening_of(settings.log));
-  settings.log.lost = listed(loss.lost) + "; " + std::to_string(loss.survivors.size()) + " go on";
+  settings.log.lost = listed(loss.lost) + "; " + std::to_string(loss.survivors.size()) + " continue";
   try {
     if (settings.policy) settings.policy->check(loss.now.calculators.size());
   } catch (const std::invalid_argument&) {
     settings.policy = nullptr;  // the policy does not support this number of calculators: cuts stay
-    settings.log.lost += "; the balancer is not for so few calculators: cuts stay";
+    settings.log.lost += "; the balancer does not support so few calculators, so cuts stay";
   }
   return settings;
 }

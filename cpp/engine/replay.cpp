@@ -9,7 +9,7 @@ void define(Engine& engine, const recording::Record& list) {
     if (index == engine.system_count()) engine.add_system(list.systems[i]);
     System& system = engine.system(index);
     if (system.definition != list.systems[i]) {
-      throw std::runtime_error("system '" + list.systems[i].name + "' is not the one of the frames before");
+      throw std::runtime_error("system '" + list.systems[i].name + "' differs from that of earlier frames");
     }
     system.sprite = list.sprites[i];
     system.clumps = list.clumps[i];
@@ -28,8 +28,8 @@ void record_again(Engine& engine, const recording::Record& list) {
         continue;
       }
       if (const auto* callback = std::get_if<recording::Callback>(&item)) {
-        throw std::runtime_error("system '" + list.systems[i].name + "' calls " + callback->name +
-                                 " back, a function that only its script has");
+        throw std::runtime_error("system '" + list.systems[i].name + "' uses the callback " + callback->name +
+                                 ", a function that exists only in its script");
       }
       engine.record(system, item);
     }
@@ -38,8 +38,8 @@ void record_again(Engine& engine, const recording::Record& list) {
 
 void replay(Engine& engine, const recording::Record& list, bool picture) {
   if (list.frame != engine.frame()) {
-    throw std::runtime_error("frame " + std::to_string(list.frame) + " of the scene comes where frame " +
-                             std::to_string(engine.frame()) + " is next");
+    throw std::runtime_error("the scene has frame " + std::to_string(list.frame) + " where frame " +
+                             std::to_string(engine.frame()) + " is expected");
   }
   record_again(engine, list);
   engine.run_frame(picture ? list.view : std::nullopt);

@@ -50,7 +50,7 @@ Type check(const Expression& expression, int components, int shapes) {
     const Signature s = signature(instruction.op);
     for (int i = operands_of(instruction.op); i > 0; --i) {
       if (stack.empty() || stack.back() != (i == 1 ? s.first : s.operand))
-        refuse("give each operation numbers or truths as it needs");
+        refuse("give each operation operands of the right type");
       stack.pop_back();
     }
     stack.push_back(s.result);
@@ -58,7 +58,7 @@ Type check(const Expression& expression, int components, int shapes) {
       refuse("need at most " + std::to_string(kDepth) + " values at once, got more");
     }
   }
-  if (stack.size() != 1) refuse("leave one value");
+  if (stack.size() != 1) refuse("have exactly one result");
   return stack.back();
 }
 

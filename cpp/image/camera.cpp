@@ -61,7 +61,7 @@ struct Fault {
 // Returns why a camera's directions right and up are undefined, or nothing if they are defined.
 std::optional<Fault> no_direction(const Camera& camera) {
   const Vector toward = camera.look_at - camera.position;
-  if (!(length(toward) > 1e-9)) return Fault{"camera.look_at", "apart from camera.position", camera.look_at};
+  if (!(length(toward) > 1e-9)) return Fault{"camera.look_at", "different from camera.position", camera.look_at};
   if (!(length(camera.up) > 1e-9)) return Fault{"camera.up", "longer than 0", camera.up};
   if (length(cross(unit(toward), unit(camera.up))) > 1e-6) return std::nullopt;
   return Fault{"camera.up", "not parallel to the direction of view", camera.up};

@@ -261,8 +261,8 @@ class Tying {
 void check(const actions::Action& action) {
   const std::shared_ptr<const Bonds> known = bonds(action.ties);
   if (break_at_of(action) >= static_cast<double>(kInf) || known->most() <= kTearing) return;
-  throw base::InvalidArgument("break_at", "be infinite where a particle has more than " + std::to_string(kTearing) +
-                                              " ties, one has " + std::to_string(known->most()));
+  throw base::InvalidArgument("break_at", "be infinite if a particle has more than " + std::to_string(kTearing) +
+                                              " ties, and one has " + std::to_string(known->most()));
 }
 
 void check_together(const actions::Action& one, const actions::Action& other) {
@@ -271,8 +271,8 @@ void check_together(const actions::Action& one, const actions::Action& other) {
   const std::optional<std::uint64_t> both = shared_particle(one.ties, other.ties);
   if (!both) return;
   throw base::InvalidArgument("break_at",
-                              "be infinite where two Ties of a list tie the same particle, as both tie " +
-                                  std::to_string(*both) + " (one Ties of all these pairs can tear)",
+                              "be infinite if two Ties of a list share a particle, and both tie " +
+                                  std::to_string(*both) + " (a single Ties of all these pairs can tear)",
                               std::to_string(break_at));
 }
 

@@ -49,7 +49,7 @@ void check_ends(const Ties& ties) {
 
 void check_tethers(const Ties& ties) {
   if (ties.pins.size() != ties.tethered.size() || ties.tethers.size() != ties.tethered.size()) {
-    base::refuse("tethers", "as many as there are tethered particles", std::to_string(ties.tethers.size()));
+    base::refuse("tethers", "one per tethered particle", std::to_string(ties.tethers.size()));
   }
   for (std::size_t i = 0; i < ties.pins.size(); ++i) {
     if (ties.pins[i] >= ties.pinned.size())

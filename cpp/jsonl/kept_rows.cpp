@@ -94,7 +94,7 @@ class Sieve {
     }
     line.remove_suffix(1);
     const std::optional<std::uint64_t> frame = frame_of(line);
-    if (!frame) damaged("it is no JSON object that begins with a frame");
+    if (!frame) damaged("it is not a JSON object that begins with a frame");
     return *frame < first_frame_;
   }
 

@@ -211,8 +211,9 @@ void Store::reserve(std::size_t capacity) {
 
 void Store::make_room(std::size_t count) {
   if (count > UINT32_MAX - size_) {
-    throw std::length_error("a system would have " + std::to_string(size_ + count) +
-                            " particles on one rank, at most 4294967295 fit: use more ranks, or give it a capacity");
+    throw std::length_error(
+        "a system would have " + std::to_string(size_ + count) +
+        " particles on one rank, but at most 4294967295 fit: use more ranks, or give it a capacity");
   }
   if (size_ + count + kPadding <= capacity_) return;
   reserve(std::max(size_ + count, capacity_ + capacity_ / 2));

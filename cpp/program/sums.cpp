@@ -275,7 +275,7 @@ void add(base::Reader& in, Summed& to) {
   std::visit(
       [&](auto& results) {
         using Result = std::decay_t<decltype(results[0])>;
-        if (in.get<std::uint64_t>() != results.size()) throw std::runtime_error("a message has sums of other bins");
+        if (in.get<std::uint64_t>() != results.size()) throw std::runtime_error("a message has sums of different bins");
         std::vector<std::uint64_t> present((results.size() + 63) / 64);
         const auto bytes = in.take(present.size() * sizeof present[0]);
         if (!bytes.empty()) std::memcpy(present.data(), bytes.data(), bytes.size());

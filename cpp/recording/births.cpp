@@ -61,15 +61,17 @@ void check_distribution(const Given& given, const particles::Schema& schema) {
 // Only births on the surface of a mesh have a normal and a colour there.
 void check_surface(const Given& given, const Birth& birth, const particles::Schema& schema) {
   const particles::Attribute& attribute = schema[given.attribute];
-  if (attribute.width != 3) throw base::InvalidArgument(attribute.name, "have three numbers, to be a surface's");
+  if (attribute.width != 3)
+    throw base::InvalidArgument(attribute.name, "have three numbers to be taken from a surface");
   const bool on_mesh = birth.kind != Birth::Kind::emit && birth.shape.kind == shapes::Kind::mesh &&
                        !shapes::drawn_inside(birth.shape) && birth.shape.form != nullptr &&
                        birth.shape.form->triangles > 0;
   if (!on_mesh) {
-    throw base::InvalidArgument(attribute.name, "be a surface's only for births on a mesh without solid=True");
+    throw base::InvalidArgument(attribute.name, "be taken from a surface only for births on a mesh without solid=True");
   }
   if (given.distribution.kind == Distribution::Kind::surface_color && birth.shape.form->colors == nullptr) {
-    throw base::InvalidArgument(attribute.name, "be a surface's colour only for births on a mesh with colors=");
+    throw base::InvalidArgument(attribute.name,
+                                "be taken from a surface's colors only for births on a mesh with colors=");
   }
 }
 
@@ -78,10 +80,10 @@ void check_way(const Birth& birth) {
     shapes::check(before);
     if (before.kind != birth.shape.kind || before.mesh != birth.shape.mesh || before.kind == shapes::Kind::united) {
       throw base::InvalidArgument("moving_from",
-                                  "be a " + shapes::name(birth.shape.kind) + ", as shape is, and no union");
+                                  "be a " + shapes::name(birth.shape.kind) + ", as shape is, and not a union");
     }
   }
-  if (birth.before.size() > 1) throw base::InvalidArgument("moving_from", "be one shape");
+  if (birth.before.size() > 1) throw base::InvalidArgument("moving_from", "be a single shape");
 }
 
 void draw_attribute(const Given& given, particles::Key key, Store& into) {
@@ -148,7 +150,7 @@ void check_until(const Birth& birth) {
   const auto refuse = [](const std::string& what) { throw base::InvalidArgument("rate", "be " + what); };
   const auto wrong = [](double value) { return !(value >= 0 && value <= kMostAtAll); };
   if (wrong(birth.scale) || std::any_of(birth.until.begin(), birth.until.end(), wrong)) {
-    refuse("of an integral in 0..1e300");
+    refuse("such that its integral is 0..1e300");
   }
   const auto too_many = [](double before, double after) { return after - before > kMostAtOnce; };
   if (std::adjacent_find(birth.until.begin(), birth.until.end(), too_many) != birth.until.end()) {

@@ -70,7 +70,7 @@ void check(const image::Sprite& sprite, const particles::Schema& schema) {
   if (expressions::check(number, schema.components(), shapes) != expressions::Type::number) {
     throw base::InvalidArgument("pick", "be a number per particle");
   }
-  if (actions::uses_copies(number, schema)) throw base::InvalidArgument("pick", "read no *_b attribute");
+  if (actions::uses_copies(number, schema)) throw base::InvalidArgument("pick", "not read *_b attributes");
 }
 
 std::string first_difference(const Record& ours, const Record& theirs) {

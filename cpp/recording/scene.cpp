@@ -94,7 +94,7 @@ Head read_head(std::span<const std::byte> bytes) {
     throw std::runtime_error("is a scene of schema " + std::to_string(head.schema) + "; this version reads schema " +
                              std::to_string(kSchema));
   }
-  if (head.reserved != 0) throw std::runtime_error("is damaged: its header has a value where none belongs");
+  if (head.reserved != 0) throw std::runtime_error("is damaged: a reserved field of its header is not 0");
   if (head.bytes > bytes.size()) {
     throw std::runtime_error("is cut off: " + std::to_string(bytes.size()) + " of " + std::to_string(head.bytes) +
                              " bytes are present");
@@ -158,10 +158,10 @@ void check(const Record& record) {
   require(record.sprites.size() == record.systems.size(), "there must be one sprite per system");
   require(record.clumps.size() == record.systems.size(), "there must be one template per system");
   for (const SystemDefinition& system : record.systems) {
-    require(system.axes.valid(), "axes must be of x, y and z, or a curve");
+    require(system.axes.valid(), "axes must be among x, y and z, or a curve");
     require(!system.axes.curve() || domains::has_ends(system.space, system.periods),
-            "space must have ends for a curve");
-    require(follows_an_earlier(record, system), "domains_of must be an earlier system that has domains of its own");
+            "space must be bounded for a curve");
+    require(follows_an_earlier(record, system), "domains_of must be an earlier system that has its own domains");
     const bool finite = system.space.kind == domains::Space::Kind::finite;
     require(system.periods.bits < 8 && system.periods == record.systems[0].periods,
             "all systems must be in the same periodic space");
@@ -285,8 +285,8 @@ Scene read_scene(std::span<const std::byte> bytes) {
   Scene scene;
   scene.version = in.get_text();
   if (head.layout != layout()) {
-    throw std::runtime_error("was recorded by motes " + scene.version + ", whose lists this one (" + version() +
-                             ") does not understand: record it again");
+    throw std::runtime_error("was recorded by motes " + scene.version + ", whose lists this version (" + version() +
+                             ") cannot read: record it again");
   }
   for (auto left = in.get<std::uint32_t>(); left > 0; --left) {
     std::string name = in.get_text();

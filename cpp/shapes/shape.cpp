@@ -98,7 +98,7 @@ void check_placed_mesh(const Shape& s) {
 
 void check_mesh(const Shape& s) {
   check_placed_mesh(s);
-  if (s.form->triangles == 0) refuse(s, "triangles", "have an area, and a density above 0 where they have one");
+  if (s.form->triangles == 0) refuse(s, "triangles", "have an area, and a density above 0 if one is given");
   if (s.number[kSolid] != 0) meshes::need_inside(*s.form);
 }
 
@@ -173,7 +173,7 @@ void check(const Shape& s) {
       if (s.parts == 0) refuse(s, "shapes", "not be empty");
       for (int i = 0; i < s.parts; ++i) {
         check(s.part[i]);
-        if (moves(s.part[i])) refuse(s, "shapes", "not include a mesh that moves: it can only stand alone");
+        if (moves(s.part[i])) refuse(s, "shapes", "not include a mesh that moves: it cannot be part of a union");
       }
       break;
     case Kind::mesh: check_mesh(s); break;

@@ -44,7 +44,7 @@ Isa widest() {
   for (const Isa isa : {Isa::avx512, Isa::avx2, Isa::sse2}) {
     if (offers(isa)) return isa;
   }
-  throw std::invalid_argument("the kernels are compiled for " + names(compiled) + ", this processor supports " +
+  throw std::invalid_argument("the kernels are compiled for " + names(compiled) + ", but this processor supports " +
                               names(supports));
 }
 

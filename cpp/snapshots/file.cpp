@@ -20,7 +20,7 @@ PartFile::PartFile(const std::string& path, bool sums) {
   struct stat status{};
   if (::fstat(file, &status) != 0 || status.st_size <= 0) {
     ::close(file);
-    throw std::runtime_error(path + ": damaged checkpoint: an empty file");
+    throw std::runtime_error(path + ": damaged checkpoint: the file is empty");
   }
   bytes_ = static_cast<std::size_t>(status.st_size);
   memory_ = ::mmap(nullptr, bytes_, PROT_READ, MAP_PRIVATE, file, 0);

@@ -90,7 +90,7 @@ std::span<const std::byte> values(const SavedPlane& plane, std::span<const std::
 
 void check(const SavedPlane& plane, const Description& description, std::span<const std::byte> planes) {
   if (plane.system < 0 || static_cast<std::size_t>(plane.system) >= description.systems.size()) {
-    damaged("a plane of no system");
+    damaged("a plane belongs to no system");
   }
   const std::uint64_t rows = description.systems[static_cast<std::size_t>(plane.system)].rows;
   const std::size_t bytes = bytes_of(plane, planes).size();
@@ -98,7 +98,7 @@ void check(const SavedPlane& plane, const Description& description, std::span<co
                               : plane.kind == Plane::touches ? bytes / sizeof(Touch)
                                                              : rows;
   if (plane.width < 1 || plane.width > 4 || bytes / width_of(plane) != count || bytes % width_of(plane) != 0) {
-    damaged("a plane of another length than its system");
+    damaged("a plane's length differs from its system's");
   }
 }
 
@@ -178,12 +178,12 @@ void append_touches(std::span<const std::byte> counts, std::span<const std::byte
                     std::uint64_t last, std::size_t to, Store& store) {
   std::vector<Touch> row;
   std::size_t before = 0;
-  if (counts.size() < last * sizeof(std::uint32_t)) damaged("it has touches, but does not say of whom");
+  if (counts.size() < last * sizeof(std::uint32_t)) damaged("it has touches without a count per particle");
   for (std::uint64_t i = 0; i < last; ++i) {
     std::uint32_t count = 0;
     std::memcpy(&count, counts.data() + i * sizeof count, sizeof count);
     const std::size_t bytes = std::size_t{count} * sizeof(Touch);
-    if (bytes > touches.size() - before) damaged("it has fewer touches than it says");
+    if (bytes > touches.size() - before) damaged("it has fewer touches than its counts");
     if (i >= first) {
       row.resize(count);
       if (count != 0) std::memcpy(row.data(), touches.data() + before, bytes);
@@ -287,7 +287,8 @@ void copy(const std::vector<const Store*>& stores, Description& description, Byt
 
 void append(const Description& description, std::span<const std::byte> planes, std::size_t system, std::uint64_t first,
             std::uint64_t last, Store& store, threads::Pool& pool) {
-  if (first > last || last > description.systems.at(system).rows) damaged("it holds fewer particles than it says");
+  if (first > last || last > description.systems.at(system).rows)
+    damaged("it has fewer particles than its description");
   const std::uint64_t count = last - first;
   if (count == 0) return;
   adopt_uniform(description, planes, system, store);
@@ -315,7 +316,7 @@ void append(const Description& description, std::span<const std::byte> planes, s
     if (attribute < 0 || store.schema()[attribute].width != plane.width || plane.component < 0 ||
         plane.component >= plane.width) {
       damaged("system '" + description.systems[system].name + "' has an attribute '" + plane.attribute +
-              "' that the script's does not have");
+              "' that the script's system lacks");
     }
     given[static_cast<std::size_t>(attribute)] = true;
     if (plane.kind == Plane::component) {
@@ -363,7 +364,7 @@ Opened open(std::span<const std::byte> file, bool sums) {
   if (json > in.left() || in.left() - json < sizeof(Mark)) damaged("it ends too early");
   in.take(json);
   const auto mark = in.get<Mark>();
-  if (mark.magic != Mark{}.magic) damaged("no part of a checkpoint of this version");
+  if (mark.magic != Mark{}.magic) damaged("it is not a part of a checkpoint of this version");
   if (mark.bytes > in.left()) damaged("it ends too early");
   const auto described = in.take(mark.bytes);
   if (base::crc32c(described) != mark.crc) damaged("its description has changed");
@@ -378,7 +379,7 @@ Opened open(std::span<const std::byte> file, bool sums) {
     if (sums && base::crc32c(bytes_of(plane, opened.planes)) != plane.crc)
       damaged("'" + name_of(plane) + "' has changed");
   }
-  if (end != opened.planes.size()) damaged("it has another length than it says");
+  if (end != opened.planes.size()) damaged("its length differs from its description");
   return opened;
 }
 

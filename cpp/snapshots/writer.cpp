@@ -43,7 +43,7 @@ class File {
 
   void become(const std::string& path) {
     write_piece(false);
-    if (::fsync(file_) != 0) fail("bring to disk");
+    if (::fsync(file_) != 0) fail("sync");
     if (::close(std::exchange(file_, -1)) != 0) fail("close");
     if (std::rename(path_.c_str(), path.c_str()) != 0) fail("rename");
     kept_ = true;

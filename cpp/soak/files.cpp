@@ -190,7 +190,7 @@ void read_table(Random& random, const std::string& directory, DamagedFile& file)
   file.read = could([&] { jsonl::keep_rows_before(first, path, kLine); });
   const std::string now = content_of(path);
   if (file.read && now.size() % kLine != 0) file.broken = "a table has half a row";
-  if (!file.read && now != before) file.broken = "a table was changed that cannot be read";
+  if (!file.read && now != before) file.broken = "an unreadable table was changed";
 }
 
 }  // namespace

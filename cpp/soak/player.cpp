@@ -108,7 +108,7 @@ class Player {
   void note(std::map<std::uint64_t, std::string>& lines, std::uint64_t frame, const std::string& line) {
     const auto [place, fresh] = lines.emplace(frame, line);
     if (!fresh && place->second != line)
-      played_.broken = "frame " + std::to_string(frame) + " came out twice: " + place->second + " and " + line;
+      played_.broken = "frame " + std::to_string(frame) + " was produced twice: " + place->second + " and " + line;
   }
 
   std::string note_picture(std::uint64_t frame) {
@@ -140,7 +140,7 @@ class Player {
   std::uint64_t take_over() {
     const std::size_t behind = written_ - unsecured_.size();
     const std::size_t held = std::min(film_.reel.size(), written_);
-    if (held < behind) throw std::runtime_error("the film lacks pictures that were said to be in its file");
+    if (held < behind) throw std::runtime_error("the film lacks pictures that were reported as written");
     film_.reel.resize(held);
     queue_.clear();
     again_.assign(unsecured_.begin() + static_cast<std::ptrdiff_t>(held - behind), unsecured_.end());

@@ -34,7 +34,7 @@ void rest() {
 // Returns the text of NoThread; `running` includes the caller.
 std::string refusal(int wanted, std::size_t running, const std::exception& error) {
   return "only " + std::to_string(running) + " of " + std::to_string(wanted) + " threads could be started (" +
-         error.what() + "); World(threads=) or MOTES_THREADS sets fewer";
+         error.what() + "); set fewer with World(threads=) or MOTES_THREADS";
 }
 
 // Blocks signals, which belong to the thread that runs the script.

@@ -1,4 +1,4 @@
-"""Docstrings as reStructuredText: a formula's asterisks are no markup, and a name in backticks is a link."""
+"""Convert docstrings to reStructuredText: formulas keep their asterisks, names in backticks become links."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ NAME = re.compile(r"`([A-Za-z][\w.]*)`")
 
 
 def markup(lines: list[str]) -> list[str]:
-    """Return a docstring's lines as markup; indented blocks behind a colon are code."""
+    """Return a docstring's lines as markup; indented blocks after a colon are code."""
     lines = [*lines, "", ""]
     for k, line in enumerate(lines[:-2]):
         code = line.endswith(":") and not lines[k + 1].strip() and indent(lines[k + 2]) > indent(line)
@@ -28,7 +28,7 @@ def markup(lines: list[str]) -> list[str]:
     del lines[-2:]
     made: list[str] = []
     paragraph: list[str] = []
-    block: int | None = None  # the indentation of the line that a block of code belongs to
+    block: int | None = None  # the indentation of the line before a block of code
 
     def end_paragraph() -> None:
         text = listed("\n".join(paragraph))
@@ -58,7 +58,7 @@ def indent(line: str) -> int:
 
 
 def listed(text: str) -> str:
-    """Make a list of a paragraph that says one sentence after another, "`name`: what it is."."""
+    """Turn a paragraph of sentences of the form "`name`: what it is." into a list."""
     if not ARGUMENT.match(text):
         return text
     _, *parts = ARGUMENT.split(text)
@@ -72,7 +72,7 @@ def inline(text: str) -> str:
     for k, part in enumerate(parts):
         if not k % 2:
             part = re.sub(r"(\w)_(?!\w)", r"\1\\_", part)
-            parts[k] = re.sub(r"(?<!\w)(\w)\.(?=\s|$)", r"\1\\.", part)  # "m." begins no list
+            parts[k] = re.sub(r"(?<!\w)(\w)\.(?=\s|$)", r"\1\\.", part)  # "m." does not begin a list
         elif not part.startswith("``"):
             name = NAME.fullmatch(part)
             parts[k] = f":py:obj:`{name[1]}`" if name else f"``{' '.join(part.strip('`').split())}``"
@@ -80,7 +80,7 @@ def inline(text: str) -> str:
 
 
 def process(app: Sphinx, kind: str, name: str, thing: Any, options: Any, lines: list[str]) -> None:
-    """Do so before Napoleon reads the sections. The attributes of a dataclass are its arguments."""
+    """Convert a docstring before Napoleon reads its sections; a dataclass's attributes are its arguments."""
     if dataclasses.is_dataclass(thing):
         lines[:] = ["Args:" if line == "Attributes:" else line for line in lines]
     lines[:] = markup(lines)
@@ -89,7 +89,7 @@ def process(app: Sphinx, kind: str, name: str, thing: Any, options: Any, lines: 
 def arguments(
     app: Sphinx, kind: str, name: str, thing: Any, options: Any, signature: str | None, returns: str | None
 ) -> tuple[str, None] | None:
-    """Show what `__init__` takes where a class has a `__new__` that takes anything."""
+    """Show the arguments of `__init__` if a class's `__new__` accepts any."""
     if kind != "class" or not str(signature).startswith("(*given"):
         return None
     if thing.__init__ is object.__init__:
@@ -99,9 +99,9 @@ def arguments(
 
 
 def resolve(app: Sphinx, env: Any, node: Any, contents: nodes.TextElement) -> nodes.reference | None:
-    """Find `World` from any module: a public name without what stands before it, where there is one such.
+    """Resolve names without their module, such as `World`, if exactly one public name matches.
 
-    A word in small letters alone is more likely a parameter than another class's method of that name.
+    A single lower-case word is skipped: it is more likely a parameter than a method of another class.
     """
     target = node.get("reftarget", "")
     if node.get("refdomain") != "py" or ("." not in target and target.islower()):
@@ -120,7 +120,7 @@ def resolve(app: Sphinx, env: Any, node: Any, contents: nodes.TextElement) -> no
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Connect."""
+    """Connect the handlers."""
     app.connect("autodoc-process-docstring", process, priority=400)
     app.connect("autodoc-process-signature", arguments)
     app.connect("missing-reference", resolve)

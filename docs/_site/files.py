@@ -15,7 +15,7 @@ LINK = re.compile(r"\]\((?![a-z]+:|#)([^)#\s]+)(#[^)\s]*)?\)")
 ALWAYS = ("ARCHITECTURE.md", "CHANGELOG.md")
 INSTEAD = {ROOT / "README.md": DOCS / "index.md"}
 LANGUAGES = {".py": "python", ".h": "cpp", ".cpp": "cpp", ".toml": "toml"}
-IN_INDEX = ("ARCHITECTURE", "CHANGELOG")  # whose place in the contents is docs/index.md's matter
+IN_INDEX = ("ARCHITECTURE", "CHANGELOG")  # docs/index.md lists these itself
 
 
 def page_of(path: Path) -> Path:
@@ -35,12 +35,12 @@ def outside(text: str, folder: Path) -> set[Path]:
 
 
 def relinked(text: str, folder: Path, place: Path) -> str:
-    """Return a text that stood in `folder` for a page in `place`: links lead to the site's pages."""
+    """Rewrite the links of a text from `folder` for a page in `place`, to lead to the site's pages."""
 
     def one(link: re.Match[str]) -> str:
         target = (folder / link[1]).resolve()
         if not target.exists() or not target.is_relative_to(ROOT):
-            return link[0]  # Sphinx says that it leads nowhere
+            return link[0]  # Sphinx reports the broken link
         page = target if _inside(target) else page_of(target)
         fragment = link[2] if link[2] and target not in INSTEAD else ""
         return f"]({os.path.relpath(page, place)}{fragment})"
@@ -64,7 +64,7 @@ def _listed(folder: Path) -> list[Path]:
 
 
 def make() -> Pages:
-    """Return a page for each file that a page links to, and for those that these link to."""
+    """Return a page for each file that a page links to, directly or through other files."""
     pages = Pages(FOLDER)
     waiting = {ROOT / name for name in ALWAYS}
     for path in _sources():
@@ -98,7 +98,7 @@ def _text(path: Path, page: Path) -> str:
 def _index(pages: Pages) -> str:
     names = sorted(str(path.relative_to(FOLDER).with_suffix("")) for path in pages.texts)
     shown = [name for name in names if name not in IN_INDEX]
-    return "\n".join(["# Files", "", "Files that these pages speak of.", "", "```{toctree}", *shown, "```"])
+    return "\n".join(["# Files", "", "Files that these pages link to.", "", "```{toctree}", *shown, "```"])
 
 
 def write(app: Sphinx) -> None:
@@ -107,14 +107,14 @@ def write(app: Sphinx) -> None:
 
 
 def relink(app: Sphinx, docname: str, source: list[str]) -> None:
-    """Turn the links of a page that has just been read."""
+    """Rewrite the links of a page that has just been read."""
     if docname.partition("/")[0] not in ("files", "reference"):
         folder = (DOCS / docname).parent
         source[0] = relinked(source[0], folder, folder)
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Connect."""
+    """Connect the handlers."""
     app.connect("builder-inited", write)
     app.connect("source-read", relink)
     return {"parallel_read_safe": True}

@@ -1,4 +1,4 @@
-"""The C++ core for its developers: a page per folder of cpp/, with what each header says of itself."""
+"""The C++ core for its developers: a page per folder of cpp/, with the comments of each header."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ CPP = ROOT / "cpp"
 OPENING = """
 # The C++ core
 
-What the headers of `cpp/` say of themselves, folder by folder.
-[Architecture](../../files/ARCHITECTURE.md) says how they work together.
+The comments of the headers in `cpp/`, folder by folder.
+[Architecture](../../files/ARCHITECTURE.md) explains how they work together.
 [Without Python](../../native.md) shows how a program uses the core.
 """
 
@@ -31,7 +31,7 @@ def opening(text: str) -> str:
 
 
 def declarations(text: str) -> list[tuple[str, str]]:
-    """Return what a header declares outside classes, with the comment of `///` above it."""
+    """Return what a header declares outside classes, with the `///` comment above it."""
     found = []
     pattern = r"^((?:///.*\n)+)([^/\n}][^;{]*?)(?=[;{]|\n\n)"
     for comment, declared in re.findall(pattern, text, re.MULTILINE):
@@ -46,7 +46,7 @@ def folders() -> list[Path]:
 
 
 def does(folder: Path) -> str:
-    """Return what the table in ARCHITECTURE.md says of a folder."""
+    """Return what the table in ARCHITECTURE.md says about a folder."""
     name = re.escape(f"`{folder.relative_to(ROOT)}`")
     row = re.search(rf"^\| {name} \|[^|]*\| (.*) \|$", (ROOT / "ARCHITECTURE.md").read_text(), re.MULTILINE)
     return f"{row[1][0].upper()}{row[1][1:]}." if row else ""
@@ -77,6 +77,6 @@ def make() -> Pages:
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Connect."""
+    """Connect the handlers."""
     app.connect("builder-inited", lambda app: make().write())
     return {"parallel_read_safe": True}

@@ -1,4 +1,4 @@
-"""The gallery moves where there are loops: `python docs/scripts/make_gallery.py --loops` writes out/loops."""
+"""Show loops instead of stills in the gallery; `python docs/scripts/make_gallery.py --loops` makes them."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ PAGE = "gallery"
 
 
 def loops(app: Sphinx) -> dict[str, Path]:
-    """Return the loops of the gallery's effects by name; others may be left from effects that are gone."""
+    """Return the loops of the gallery's effects by name; ignore those of effects that no longer exist."""
     made = sorted((ROOT / app.config.site_loops).glob("*.mp4"))
     return {path.stem: path for path in made if still_of(app, path.stem)}
 
 
 def still_of(app: Sphinx, name: str) -> Path | None:
-    """Return the place of an effect's still; None: there is none."""
+    """Return the path of an effect's still, or None."""
     return next((Path(app.srcdir) / "gallery").rglob(f"{name}.png"), None)
 
 
 def moving(app: Sphinx, docname: str, source: list[str]) -> None:
-    """Put the loops in the places of the stills."""
+    """Replace stills with loops."""
     if docname != PAGE:
         return
     made = loops(app)
@@ -41,12 +41,12 @@ def moving(app: Sphinx, docname: str, source: list[str]) -> None:
 
 
 def outdated(app: Sphinx, env: object, added: object, changed: object, removed: object) -> list[str]:
-    """Read the gallery anew in each build: loops come and go."""
+    """Reread the gallery in each build, because loops come and go."""
     return [PAGE]
 
 
 def copy(app: Sphinx, exception: Exception | None) -> None:
-    """Copy loops, and the stills that stand for them until they play."""
+    """Copy loops, and the stills that are shown until they play."""
     if exception is not None or app.builder.format != "html":
         return
     for name, path in loops(app).items():
@@ -59,7 +59,7 @@ def copy(app: Sphinx, exception: Exception | None) -> None:
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Connect."""
+    """Connect the handlers."""
     app.add_config_value("site_loops", "out/loops", "html", types=[str])
     app.connect("source-read", moving, priority=400)  # before links are turned
     app.connect("env-get-outdated", outdated)

@@ -1,4 +1,4 @@
-"""Pages that a build writes below the folder of the sources, which the history does not keep."""
+"""Pages that a build generates below the source folder; they are not under version control."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ LITERAL = re.compile(r"(``.*?``|`[^`]*`)", re.DOTALL)
 
 
 class Pages:
-    """The pages below one folder. What an earlier build wrote, and this one does not, goes away."""
+    """The pages below one folder. Pages of an earlier build that this one does not write are removed."""
 
     def __init__(self, folder: Path) -> None:
-        """Begin without pages; nothing is written yet."""
+        """Start without pages."""
         self.folder = folder
         self.texts: dict[Path, str] = {}
 
@@ -24,7 +24,7 @@ class Pages:
         self.texts[self.folder / name] = text.rstrip("\n") + "\n"
 
     def write(self) -> None:
-        """Write what has changed, so that Sphinx reads nothing else again; remove what is no longer there."""
+        """Write only changed pages, so that Sphinx rereads only these; remove pages that no longer exist."""
         for path, text in self.texts.items():
             if not path.is_file() or path.read_text() != text:
                 path.parent.mkdir(parents=True, exist_ok=True)

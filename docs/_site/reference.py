@@ -21,10 +21,10 @@ INDEX = """
 The Python package
 ==================
 
-Every public name. `World` and `System` are what a script begins with.
+All public names. Start with `World` and `System`.
 """
 BASES = "ABC, Action, BaseException, Mapping, NamedTuple, Sequence, Shape, Value, object, tuple"
-"""Classes whose own methods are not repeated with each class that inherits them."""
+"""Classes whose methods are not repeated in the classes that inherit them."""
 
 
 def modules() -> dict[str, ModuleType]:
@@ -85,7 +85,7 @@ def alias(full: str, module: str) -> str:
 
 
 def headed(title: str, *texts: str) -> str:
-    """Return a page."""
+    """Return a page with a title."""
     return "\n".join([title, "=" * len(title), "", *texts])
 
 
@@ -113,7 +113,7 @@ def make() -> Pages:
 
 
 def prefer(app: Sphinx, env: BuildEnvironment) -> None:
-    """Let references by a class's name alone lead to where it is described."""
+    """Let references by class name lead to the page that describes the class."""
     known = env.domains.python_domain.objects
     for name in names(motes):
         if elsewhere(name):
@@ -121,7 +121,7 @@ def prefer(app: Sphinx, env: BuildEnvironment) -> None:
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Connect."""
+    """Connect the handlers."""
     app.connect("builder-inited", lambda app: make().write())
     app.connect("env-updated", prefer)
     return {"parallel_read_safe": True}

@@ -20,16 +20,16 @@ from motes.actions import between, forces, guides, laws, motion, targets
 DOCS = Path(__file__).resolve().parents[1]
 COSTS = json.loads(Path(__file__).with_name("costs.json").read_text())
 ALONE = [
-    ("What pulls, pushes and turns", forces),
-    ("What leads along fields and paths", guides),
-    ("What leads to given values", targets),
-    ("What collides, kills and moves", motion),
+    ("Forces and torques", forces),
+    ("Fields and paths", guides),
+    ("Toward given values", targets),
+    ("Collisions, deaths and movement", motion),
 ]
 PAGES = {
-    "actions_alone.md": ("Actions of each particle alone", "", ALONE),
+    "actions_alone.md": ("Actions on single particles", "", ALONE),
     "actions_between.md": (
         "Actions between particles",
-        "[Particles that meet](meetings.md) says what to know of them.",
+        "[Particles that meet](meetings.md) introduces them.",
         [("", between), ("Laws of your own", laws)],
     ),
 }
@@ -55,11 +55,11 @@ Most cost less than a nanosecond per particle and step ([the costs](notes/costs_
 
 COST = """
 What each action costs. "ns" is what it adds to a particle's step: nanoseconds on one core of {machine} with
-{simd}, the time of the list of the paper's fountain with the action less the time without it, the median of
-repeats over {particles} particles (`python -m motes bench actions`). "in cache" is the same over 512
-particles, whose columns stay in the first-level cache: arithmetic alone. Differences of 0.2 ns are noise.
-What actions between particles cost depends on how many are within reach: [heaps.md](heaps.md) has figures of
-`collide`.
+{simd}. The paper's fountain is timed with and without the action; the figure is the difference, the median of
+repeats over {particles} particles (`python -m motes bench actions`). "in cache" is the same for 512
+particles, whose columns stay in the first-level cache, so it is only arithmetic. Differences of 0.2 ns are
+noise. What actions between particles cost depends on how many are within reach: [heaps.md](heaps.md) has
+figures for `collide`.
 """
 SHORT = 240
 """Parameters share a line if their texts have fewer characters in total."""
@@ -67,22 +67,22 @@ OWN_NAME = re.compile(r"McAllister's \w+\.")
 """The usual source, which only the overview names."""
 # Why an action adds more than 1 ns.
 REASONS = {
-    "random_acceleration random_velocity random_displacement random_rotational_velocity": "random numbers, "
-    "a function of seed, particle and step alone: ten multiplications of integers for four words",
-    "jet": "random numbers for each vector of particles with one inside",
+    "random_acceleration random_velocity random_displacement random_rotational_velocity": "random numbers "
+    "that depend only on seed, particle and step: ten integer multiplications per four words",
+    "jet": "random numbers for each vector of particles with at least one inside",
     "explosion": "an exponential, a square root and a division",
     "vortex": "a logarithm and an exponential, a square root and divisions",
-    "avoid": "where the path meets the shape: a square root, divisions and, for those that do, more of them",
+    "avoid": "the point where the path meets the shape: a square root and divisions, more for those that do",
     "field": "eight nodes around each particle, three numbers each, from anywhere in the table",
-    "follow_path": "each of the path's segments, here 16, twice",
+    "follow_path": "each of the path's segments (here 16) is visited twice",
     "curl_noise": "eight corners of a lattice cell, three gradients each",
     "orbit_point orbit_line": "a square root and a division for each particle",
-    "color_over_life size_over_life alpha_over_life": "a division, two numbers of a table for each component",
+    "color_over_life size_over_life alpha_over_life": "a division, and two table entries per component",
     "set": "depends on the expression: here two instructions",
     "target_color target_size": "up to four columns that other actions do not touch",
-    "restore copy_vertex_b": "up to 18 columns that other actions do not touch, hardly arithmetic",
-    "sort": "does not act on blocks: all particles are sorted after the list has run: four passes over "
-    "keys, then one for each column, to places all over memory",
+    "restore copy_vertex_b": "up to 18 columns that other actions do not touch, and almost no arithmetic",
+    "sort": "does not act on blocks: all particles are sorted after the list has run, with four passes over "
+    "the keys, then one per column, which writes all over memory",
 }
 
 
@@ -173,7 +173,7 @@ def costly() -> str:
     lines = []
     for title, chosen in (
         ("More than 1 ns of arithmetic, and why:", computing),
-        ("More than 1 ns with columns from memory, less in the first cache:", waiting),
+        ("More than 1 ns with columns from memory, less in the first-level cache:", waiting),
     ):
         lines += ["", title, ""]
         for names, why in dict.fromkeys(reasons[name] for name in chosen):

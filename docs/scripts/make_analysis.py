@@ -48,7 +48,7 @@ def plots() -> str:
 
 def table(name: str, one: Table) -> str:
     """Describe one table."""
-    when = "" if one.required else "; where there was something to write"
+    when = "" if one.required else "; only if there was something to write"
     call = "()" if name == "waits" else ""
     lines = [f"## `run.{name}{call}`: {one.file}", "", f"One row per {one.row}{when}.", ""]
     for column in one.columns:
@@ -61,7 +61,7 @@ def table(name: str, one: Table) -> str:
         if column.name[1:] == QUANTILES[0][1:]:
             label = f"`{column.name}` .. `{column.name[0]}{QUANTILES[-1][1:]}`"
         if column.name == QUANTILES[0]:
-            meaning = "17 quantiles along the first axis that is cut; null: no particles"
+            meaning = "17 quantiles along the first cut axis; null: no particles"
         unit = f" ({column.unit})" if column.unit else ""
         earlier = f"; earlier `{column.earlier}`" if column.earlier else ""
         lines.append(f"- {label}{unit}: {meaning}{earlier}")

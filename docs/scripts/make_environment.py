@@ -9,11 +9,11 @@ from motes._values.environment import TABLE
 PAGE = Path(__file__).resolve().parents[1] / "environment.md"
 HEAD = """# Environment variables
 
-They take precedence over what the script says. A value that is not allowed is an `ArgumentError` that names
-the variable. `python -m motes doctor` prints this list with what is set.
+They take precedence over the script. A value that is not allowed is an `ArgumentError` that names
+the variable. `python -m motes doctor` prints this list with current values.
 (`docs/scripts/make_environment.py` writes this page.)
 
-| variable | meaning | allowed | where it is not set |
+| variable | meaning | allowed | default |
 |---|---|---|---|
 """
 

@@ -188,11 +188,12 @@ def page() -> str:
     lines = [
         "# Gallery",
         "",
-        "Written by `docs/scripts/make_gallery.py`. Each effect is one short script; pictures lead to it.",
+        "Written by `docs/scripts/make_gallery.py`. Each effect is one short script; pictures link to it.",
         "`python -m motes demo NAME` runs it and writes `out/NAME.mp4`; `--particles`, `--frames`,",
         "`--size 1920x1080` and `--seed` change it. Effects look the same at any resolution.",
-        "`python docs/scripts/make_gallery.py --loops` makes loops of four seconds, out/loops/NAME.mp4;",
-        "`--opening` makes the README's. [What is still worse](notes/gallery.md) than elsewhere.",
+        "`python docs/scripts/make_gallery.py --loops` makes four-second loops, out/loops/NAME.mp4;",
+        "`--opening` makes the README's. [What is still missing](notes/gallery.md)",
+        "compared with other tools.",
     ]
     for name in effects():
         methods = ", ".join(f"`{method}`" for method in shows(name)[:3])

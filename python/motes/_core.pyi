@@ -1,5 +1,5 @@
 """
-The engine of motes. Scripts use the package motes, which gives it defaults, types and prose.
+The engine of motes. Scripts use the package motes, which adds defaults, types and documentation.
 """
 
 from __future__ import annotations
@@ -478,20 +478,20 @@ def check_roles(arg0: tuple[int, int, collections.abc.Sequence[int]], arg1: int)
 def crc32c(arg0: bytes) -> int: ...
 def damaged_file(seed: int, directory: str) -> dict[str, typing.Any]:
     """
-    A damaged file, and whether it was read; `broken`: wrongly.
+    Damage a file and try to read it; `broken`: what went wrong, or an empty text.
     """
 
 def describe_role(arg0: tuple[int, int, collections.abc.Sequence[int]], arg1: int) -> str: ...
 def disaster(seed: int) -> dict[str, typing.Any]:
     """
-    One disaster on simulated ranks: what happened, and which promise it broke, or an empty text.
+    Run one disaster on simulated ranks; `broken`: the promise that was broken, or an empty text.
     """
 
 def end_process_after(seconds: float, code: int) -> None: ...
 def end_with_code(code: int) -> None: ...
 def forget_mpi() -> bool:
     """
-    In a process that a rank forked off: keep it from ending MPI; False where the MPI has no way.
+    Keep a process that was forked by a rank from calling MPI_Finalize; False if that is not possible.
     """
 
 def forget_stop_signal() -> None: ...
@@ -532,7 +532,7 @@ def make_policy(
 def mesh_bench(particles: int, repeats: int) -> dict[str, typing.Any]: ...
 def mpi_can_survive() -> bool:
     """
-    Whether the core was built for an MPI that lets the others go on when a rank is lost.
+    Whether the core was built for an MPI in which the other ranks can continue when one is lost.
     """
 
 def mpi_version() -> str: ...

@@ -25,7 +25,7 @@ __all__ = [
     ),
 ]
 
-_EXR = "a picture saved as .exr"
+_EXR = "saving a picture as .exr"
 _LIVE = "a live run"
 
 
@@ -63,7 +63,7 @@ def require_openexr() -> None:
 
 def pillow(module: str = "PIL.Image") -> Any:
     """Import a module of Pillow, which reads pictures. Raises MissingExtraError if it is not installed."""
-    return _import(module, "a sprite's image that is a path", "image", package="Pillow")
+    return _import(module, "a sprite image given as a path", "image", package="Pillow")
 
 
 def require_live(need: str = _LIVE) -> None:

@@ -63,7 +63,7 @@ def options(
         "--size", type=_size, default=_size(size), metavar="WxH", help="of a frame, in pixels"
     )
     parser.add_argument(
-        "--axis", type=_axis, default="x", help="that domains cut: x, xz, ..., hilbert; none: by id"
+        "--axis", type=_axis, default="x", help="how domains divide space: x, xz, ..., hilbert; none: by id"
     )
     parser.add_argument("--space", type=_space, default=_space(space), help="LO,HI (metres), infinite or fit")
     parser.add_argument(
@@ -75,7 +75,7 @@ def options(
     parser.add_argument("--digest", action="store_true", help="print fingerprints of particles and pictures")
     parser.add_argument("--no-images", action="store_false", dest="images")
     for name, default in own.items():
-        help_ = f"{type(default).__name__}, {default!r} where not given"
+        help_ = f"{type(default).__name__}, default {default!r}"
         parser.add_argument("--" + name.replace("_", "-"), type=type(default), default=default, help=help_)
     args = parser.parse_args(_joined(sys.argv[1:] if argv is None else argv))
     args.world = {name: getattr(args, name) for name in ("seed", "axis", "space", "balancer", "log")}

@@ -439,7 +439,10 @@ def test_children_of_the_lost_are_not_born():
     [
         ({"velocity": (1, 2, 3)}, "wind: drag must be given"),
         ({"velocity": (1, 2), "drag": 1}, "wind: velocity must be 3 numbers"),
-        ({"velocity": (1, 2, 3), "drag": 1, "wind": 2}, "numbers must be as many as the action has, got 3"),
+        (
+            {"velocity": (1, 2, 3), "drag": 1, "wind": 2},
+            "numbers must match the action's number of parameters, got 3",
+        ),
     ],
 )
 def test_the_engine_takes_numbers_by_name(numbers: dict[str, Any], message: str):

@@ -80,7 +80,7 @@ def squeeze(substeps: int, frames: int = 30, log: Path | None = None) -> list[st
 
 def test_overlaps_that_stay_are_told(tmp_path: Path):
     texts = squeeze(1, log=tmp_path / "log")
-    assert len(texts) == 1 and " overlap by " in texts[0] and "more sub-steps" in texts[0]
+    assert len(texts) == 1 and " overlaps by " in texts[0] and "more sub-steps" in texts[0]
     deep = motes.open_run(tmp_path / "log").load["overlap_99"]
     assert deep.iloc[-1] > 0.3
     assert squeeze(30, log=tmp_path / "fine") == []

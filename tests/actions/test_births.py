@@ -191,7 +191,7 @@ def test_keys_are_texts_or_integers(key: Any) -> None:
     world = motes.World(seed=1, progress="off")
     s = world.system("s")
     with world:
-        with pytest.raises(motes.ArgumentError, match="key must be a text or an integer, got"):
+        with pytest.raises(motes.ArgumentError, match="key must be a string or an integer, got"):
             s.source((0, 0, 0), 10, key=key)
         assert s.recorded == []
 

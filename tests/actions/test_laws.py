@@ -323,7 +323,7 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"velocity": "fast"}, "velocity"),
     ({"velocity": (1, 2, 3, 4)}, "velocity"),
     ({"set": {"heat": motes.normal}}, "heat"),
-    ({"set": {"b.heat": 1}}, "only a changes"),
+    ({"set": {"b.heat": 1}}, "only a can change"),
     ({"set": {"slip": 1}}, "slip"),
     ({"set": {"position": motes.normal}}, "position"),
     ({"set": 3}, "set"),

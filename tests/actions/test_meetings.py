@@ -192,7 +192,9 @@ def test_particles_are_not_read_behind_a_meeting(substeps: int, meeting: str, re
     text = READ.format(substeps=substeps, before="", meeting=meeting, read=read)
     result = on_ranks(3, text, env={"MOTES_STALL_S": "600"})
     assert result.code == 1
-    assert result.out.count("particles of system 's' meet in this frame's list so far") == 3, "on all ranks"
+    assert result.out.count("particles of system 's' interact in this frame's list so far") == 3, (
+        "on all ranks"
+    )
 
 
 BOTH_SIDES = """
@@ -239,7 +241,7 @@ def test_bad_arguments():
                 s.collide(0.1, other=stranger)
             with pytest.raises(ArgumentError, match=r"other.*another system of the same world"):
                 s.collide(0.1, other="s")  # type: ignore[arg-type]
-            with pytest.raises(ArgumentError, match=r"other_radius.*no other system"):
+            with pytest.raises(ArgumentError, match=r"other_radius.*unless other= is given"):
                 s.collide(0.1, other_radius=0.1)
             with pytest.raises(ArgumentError, match=r"magnitude"):
                 s.match_velocity(magnitude=-1)
@@ -403,7 +405,7 @@ def test_a_refused_read_does_not_end_the_run():
             system.burst(motes.shapes.Sphere((0, 0, 0), 1), 10)
             system.collide(0.1)
             for read in (system.gather, world.digest, lambda: system.total(1)):
-                with pytest.raises((ArgumentError, ValueError), match="meet in this frame"):
+                with pytest.raises((ArgumentError, ValueError), match="interact in this frame"):
                     read()
             system.move()
             world.step()

@@ -134,7 +134,7 @@ def test_ties_tear_and_both_ends_know():
 def test_ties_that_tear_share_no_particle_with_others_of_the_list():
     first, second = motes.Ties([(5, 0), (0, 1)], 1), motes.Ties([(2, 1), (1, 7)], 1)
     apart, pinned = motes.Ties([(2, 7)], 1), motes.Ties([(3, 4)], 1, pinned=[0, 1])
-    wrong = r"^break_at must be infinite where two Ties of a list tie the same particle, as both tie 1 "
+    wrong = r"^break_at must be infinite if two Ties of a list share a particle, and both tie 1 "
     with world(dt=0.1) as w:
         s, other = w.system("some"), w.system("other")
         s.emit(position=[(i, 0, 0) for i in range(8)])

@@ -60,7 +60,7 @@ def test_curves_change_no_bit():
 def test_a_curve_needs_space_with_ends():
     for space in (None, "fit"):
         world = motes.World(axis="hilbert", space=space)
-        with pytest.raises(ArgumentError, match=r"space must be \(low, high\), m, where axis='hilbert'"):
+        with pytest.raises(ArgumentError, match=r"space must be \(low, high\), m, for axis='hilbert'"):
             world.system("a")
         world.system("b", space=(0, 1))
         world.system("c", axis="x")
@@ -131,11 +131,11 @@ def test_replays_move_cuts_along_the_curve(runs: dict[str, motes.Run]):
 def test_curves_are_plotted_and_watched(runs: dict[str, motes.Run]):
     run = runs["PrefixCuts"]
     axes = run.plot.domains()
-    assert "place along the Hilbert curve" in axes.get_ylabel()
+    assert "position along the Hilbert curve" in axes.get_ylabel()
     low, high = axes.get_ylim()
     assert low > -0.5 and high < 1.5
     moved = run.plot.given().figure.axes[1]
-    assert moved.get_ylabel() == "moved to the right (part of the Hilbert curve)"
+    assert moved.get_ylabel() == "moved to the right (fraction of the Hilbert curve)"
     shown = View(run.path, run.facts)
     shown.read()
     lines = shown.lines(80, plain=True)

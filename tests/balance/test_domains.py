@@ -123,7 +123,7 @@ def test_orders_are_for_slabs():
     script = SCRIPT.format(options="axis='xy', balancer=Orders()", systems="a = world.system('a')")
     failed = on_ranks(4, script)
     assert failed.code != 0
-    assert "a plan must be shares where domains are no slabs" in failed.err
+    assert "a plan must be shares where domains are not slabs" in failed.err
 
 
 @pytest.mark.parametrize("axis", ["x", "zx", None])

@@ -103,7 +103,7 @@ def test_policies_of_the_core_divide_them_by_given_powers(bricks: dict[str, mote
 def test_what_bricks_cannot_do_is_refused(bricks: dict[str, motes.Run]) -> None:
     run = bricks["Static"]
     for balancer in (Pairwise(), Diffusive(), Diffusive(manager=False)):
-        with pytest.raises(motes.ArgumentError, match=r"domains of 'drops' are no slabs"):
+        with pytest.raises(motes.ArgumentError, match=r"domains of 'drops' are not slabs"):
             run.replay(balancer)
     if run.axis("drops") == "id":
         return

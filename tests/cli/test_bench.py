@@ -214,7 +214,7 @@ def test_checkpoints_on_a_slow_disk_are_measured_too(capsys, monkeypatch):
 
 def test_frames_without_a_checkpoint_are_needed(capsys):
     assert main(["bench", "checkpoint", "--particles", "500", "--every", "1"]) != 0
-    assert "--every must be a whole number from 2 on" in capsys.readouterr().err
+    assert "--every must be a whole number >= 2" in capsys.readouterr().err
 
 
 @pytest.mark.skipif(starting.cannot_survive() is not None, reason=str(starting.cannot_survive()))

@@ -78,7 +78,7 @@ def test_rows_are_shown_with_what_they_leave_out():
     row = {"peer": "lammps", "ranks": 2, "ns": 123.4, "engine_by_peer": 1.5, "leaves_out": "equal bits"}
     figures = {"grains": 64, "touching": 4.5, "lammps": "20990101", "rows": [row]}
     text = shown({"steps": 1, "simd": "-", "rows": [], "not_installed": {}, "collide": None, "bed": figures})
-    assert "64 grains, each touches 4.50, LAMMPS 20990101" in text
+    assert "64 grains, 4.50 contacts each, LAMMPS 20990101" in text
     assert text.splitlines()[-1].split() == ["lammps", "2", "123.4", "1.50", "equal", "bits"]
 
 

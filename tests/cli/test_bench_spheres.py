@@ -110,7 +110,7 @@ def test_both_are_timed_in_turn(python: Any):
 
 
 def test_other_neighbours_are_noticed(python: Any):
-    with pytest.raises(RuntimeError, match=r"LAMMPS sees 5 neighbours of each, the engine 6\.367"):
+    with pytest.raises(RuntimeError, match=r"LAMMPS finds 5 neighbours per sphere, the engine 6\.367"):
         spheres(particles=2000, rounds=1, python=python(5.0))
 
 

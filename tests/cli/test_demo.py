@@ -86,7 +86,7 @@ def test_an_unknown_option_of_a_script_suggests_one(tmp_path):
 def test_live_is_the_command_live_or_refused_where_there_is_none(monkeypatch, capsys):
     monkeypatch.delitem(cli.COMMANDS, "live", raising=False)
     assert main(["demo", "grid", "--live"]) == 2
-    assert "cannot show a run while it goes on" in capsys.readouterr().err
+    assert "cannot show a run as it runs" in capsys.readouterr().err
     started = []
     monkeypatch.setitem(cli.COMMANDS, "live", "show a run in a browser")
     monkeypatch.setattr(cli, "main", lambda argv: started.append(argv) or 3)

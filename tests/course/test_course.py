@@ -112,7 +112,7 @@ def test_a_notebook_still_to_be_solved_has_no_points(tmp_path: Path) -> None:
     )
     (tmp_path / "mine.py").write_text("".join(answer["source"]).partition("\n")[2])
     found = course.grade(3, tmp_path / "mine.py")
-    assert found.score == 0 and "still to be written" in found.problem
+    assert found.score == 0 and "not been written yet" in found.problem
 
 
 # --- scenes

@@ -107,7 +107,7 @@ def test_what_everybody_tries_first_is_worth_less(tmp_path: Path) -> None:
     still = hand_in(tmp_path, "from motes.balance import Static\n\n\nclass Mine(Static):\n    pass\n")
     found = course.grade(3, still)
     assert [part.points for part in found.parts] == [100, 0, 0]
-    assert found.parts[1].hint == "you moved nothing, but here it pays"
+    assert found.parts[1].hint == "you moved nothing, but moving pays here"
 
 
 @pytest.mark.parametrize(
@@ -115,13 +115,13 @@ def test_what_everybody_tries_first_is_worth_less(tmp_path: Path) -> None:
     [
         (("mean / longest", "longest / mean"), "load_balance", "its inverse"),
         (("mean / longest", "np.mean(seconds.mean(1) / seconds.max(1))"), "load_balance", "nearly"),
-        (("/ len(frame_s)", ""), "saving_s", "whole run's"),
+        (("/ len(frame_s)", ""), "saving_s", "for the whole run"),
         (
             ("np.argmin(particles.sum(axis=0) / seconds.sum(axis=0))", "np.argmax(seconds.sum(0))"),
             "slow",
             "longest",
         ),
-        (('"crowded": np.argmax(particles.sum(axis=0)),', ""), "crowded", "no dict with 'crowded'"),
+        (('"crowded": np.argmax(particles.sum(axis=0)),', ""), "crowded", "not return a dict with 'crowded'"),
         (("mean / total", "float('nan')"), "parallel", "finite"),
     ],
 )
@@ -205,7 +205,7 @@ def test_the_command_grades(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
     [
         (["7", "mine.py"], "1 to 6"),
         (["noize", "mine.py"], "did you mean 'noise'"),
-        (["3", "nowhere.py"], "there is no file nowhere.py"),
+        (["3", "nowhere.py"], "file nowhere.py does not exist"),
         (["3", "mine.py", "--key", ""], "key"),
     ],
 )

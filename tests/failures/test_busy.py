@@ -62,7 +62,7 @@ def test_closing_a_movie_does_not_count_as_a_stall(tmp_path, ranks, roles, where
     assert result.code == 0, result.text
     assert result.out.splitlines() == ["done 4"]
     assert film.stat().st_size > 0
-    assert re.findall(r"motes: rank 0 .* is still (.*); the other ranks wait", result.err) == [
+    assert re.findall(r"motes: rank 0 .* is still (.*); the other ranks are waiting", result.err) == [
         "closing a.mp4"
     ]
 
@@ -73,7 +73,7 @@ def test_securing_a_movie_does_not_count_as_a_stall(tmp_path):
     result = on_ranks(3, SCENE, 3.0, "auto", "secured", film, timeout=60, env={"MOTES_STALL_S": "0.25"})
     assert result.code == 0, result.text
     assert result.out.splitlines() == ["done 4"]
-    assert re.findall(r"motes: rank 0 .* is still (.*); the other ranks wait", result.err) == [
+    assert re.findall(r"motes: rank 0 .* is still (.*); the other ranks are waiting", result.err) == [
         "securing a.mp4"
     ]
 

@@ -334,11 +334,11 @@ def test_what_is_said_of_a_process():
         here = Peer.here(rank=0, role="")
         there = here._replace(rank=1, pid=child.pid, started=peers._started(child.pid))
         watch = PeerWatch([here, there], rank=0)
-        assert watch.life(1) == (True, f"its process {child.pid} lives")
-        assert watch.life(-1) == (True, "their processes live")
+        assert watch.life(1) == (True, f"its process {child.pid} is alive")
+        assert watch.life(-1) == (True, "their processes are alive")
         child.send_signal(signal.SIGSTOP)
         os.waitid(os.P_PID, child.pid, os.WSTOPPED)
-        stopped = f"its process {child.pid} is stopped (`kill -CONT {child.pid}` lets it go on)"
+        stopped = f"its process {child.pid} is stopped (`kill -CONT {child.pid}` resumes it)"
         assert watch.life(1) == (True, stopped)
         elsewhere = PeerWatch([here, there, here._replace(rank=2, space="another host")], rank=0)
         assert elsewhere.life(2)[0] is None and "another host" in elsewhere.life(2)[1]

@@ -106,7 +106,7 @@ def test_a_rank_whose_process_lives_is_waited_for_forever(tmp_path: Path, ranks:
     told = said(result.err, f"for rank {ranks - 1} ")
     assert len(told) > 5, result.text
     pid = (tmp_path / "pid").read_text()
-    assert all(f"its process {pid} lives, so it goes on waiting" in line for line in told), result.text
+    assert all(f"its process {pid} is alive, so it keeps waiting" in line for line in told), result.text
 
 
 def test_a_limit_that_was_set_counts_for_living_processes(tmp_path: Path):
@@ -114,7 +114,7 @@ def test_a_limit_that_was_set_counts_for_living_processes(tmp_path: Path):
     assert result.code == 1, result.text
     (report,) = said(result.err, "*** motes: ")
     assert "waited 2 s for rank 2 (calculator 0)" in report, result.text
-    assert "the limit was set by MOTES_STALL_S=2: set more seconds" in report, result.text
+    assert "the limit was set by MOTES_STALL_S=2: increase it" in report, result.text
 
 
 @pytest.mark.slow
@@ -135,10 +135,7 @@ def test_a_stopped_rank_is_waited_for_and_its_state_is_said(tmp_path: Path):
     result = mpirun(3, LONG, tmp_path, "manager", timeout=60, watch=stop_for_a_while)
     assert result.lines == ["all frames"], result.text
     pid = (tmp_path / "pid").read_text()
-    assert (
-        f"its process {pid} is stopped (`kill -CONT {pid}` lets it go on), so it goes on waiting"
-        in result.err
-    )
+    assert f"its process {pid} is stopped (`kill -CONT {pid}` resumes it), so it keeps waiting" in result.err
 
 
 @pytest.mark.slow

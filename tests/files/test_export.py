@@ -141,14 +141,14 @@ def test_a_frame_is_written_once_and_not_before_the_first(tmp_path):
     world.system("s")
     other = motes.World(seed=2, progress="off")
     export = motes.Export(tmp_path / "a")
-    with pytest.raises(MotesError, match="inside `with world:` only"):
+    with pytest.raises(MotesError, match="works only inside `with world:`"):
         export.write(world)
     with world, export:
         with pytest.raises(MotesError, match="before the first frame"):
             export.write(world)
         world.step()
         export.write(world)
-        with pytest.raises(MotesError, match="has frame 0 already"):
+        with pytest.raises(MotesError, match="already has frame 0"):
             export.write(world)
         with pytest.raises(ArgumentError, match=r"world must be a motes\.World, got 3"):
             export.write(3)
@@ -239,7 +239,7 @@ def test_a_directory_that_holds_other_things_is_refused_and_untouched(tmp_path):
     for name, said in (
         ("a", "this one holds 'thesis.tex'"),
         ("b.pvd", "a new name"),
-        ("c", "directory or nothing"),
+        ("c", "is a directory or does not exist"),
     ):
         with pytest.raises(ArgumentError, match=said):
             motes.Export(tmp_path / name)
@@ -405,7 +405,7 @@ with world, motes.Export(sys.argv[1]) as export:
 def test_a_slow_disk_of_one_rank_is_waited_for(tmp_path):
     result = on_ranks(2, SLOW, tmp_path / "a", env={"MOTES_STALL_S": "1.2"})
     assert result.code == 0, result.text
-    assert "is still writing particles to a; the other ranks wait for it" in result.err
+    assert "is still writing particles to a; the other ranks are waiting for it" in result.err
     assert "waited" not in result.err, "no rank warns of another that is busy"
     assert [len(p) for p in motes.open_particles(tmp_path / "a").values()] == [1, 2, 3, 4, 5]
 
@@ -471,7 +471,7 @@ def test_a_write_that_is_refused_may_come_again(tmp_path):
         for _ in world.frames(3):
             system.burst(Sphere((0, 0, 0), 1), count=20)
             system.collide(radius=0.1)
-            with pytest.raises(ValueError, match="meet in this frame's list so far"):
+            with pytest.raises(ValueError, match="interact in this frame's list so far"):
                 export.write(world)
             system.move()
             world.step()

@@ -121,10 +121,14 @@ SMALL = b"""<VTKFile type="PolyData" byte_order="LittleEndian" compressor="X"><P
         (b'NumberOfPoints="1"', b'NumberOfPoints="999999999999999"', "cut short"),
         (b"1 2 3", b"1 2", "cut short: 2 of 3"),
         (b"1 2 3", b"1 2 z", "could not convert"),
-        (b'"Float32" Name="h"', b'"String" Name="h"', "'h' is of type 'String', which is not read"),
-        (b'Name="h" format="ascii"', b'Name="h" format="binary"', "packed by X is not read"),
-        (b'Name="h" format="ascii"', b'Name="h" format="appended" offset="0"', "packed by X is not read"),
-        (b'Name="h" format="ascii"', b'Name="h" format="hex"', "format 'hex', which is not read"),
+        (b'"Float32" Name="h"', b'"String" Name="h"', "'h' is of type 'String', which is not supported"),
+        (b'Name="h" format="ascii"', b'Name="h" format="binary"', "packed by X is not supported"),
+        (
+            b'Name="h" format="ascii"',
+            b'Name="h" format="appended" offset="0"',
+            "packed by X is not supported",
+        ),
+        (b'Name="h" format="ascii"', b'Name="h" format="hex"', "format 'hex', which is not supported"),
         (b"LittleEndian", b"Middle", "byte order is 'Middle'"),
         (b"PolyData>", b"Grid>", "it has no PolyData with a piece"),
         (b"</VTKFile>", b"", "no element found"),
@@ -268,7 +272,7 @@ def test_houdinis_names_become_ours(tmp_path):
         ),
         ({"dir": np.zeros((1, 3))}, r"attributes={'dir': \(0, 0, 0\)}"),
         ({"velocty": np.zeros((1, 3))}, "did you mean 'velocity'"),
-        ({"Cd": np.zeros((1, 3))}, r"column must be named as here: emit\(color=...\), got 'Cd'"),
+        ({"Cd": np.zeros((1, 3))}, r"column must be named as in motes: emit\(color=...\), got 'Cd'"),
     ],
 )
 def test_a_column_that_the_system_lacks_says_what_to_do(column, message):

@@ -235,8 +235,8 @@ def test_damaged_parts_are_told(tmp_path, format, damage):
 @pytest.mark.parametrize(
     "change, message",
     [
-        (lambda m: m.update(version=2), "is of version 2; this motes reads 1"),
-        (lambda m: m.update(format="x"), "is no manifest"),
+        (lambda m: m.update(version=2), "has version 2; this motes reads 1"),
+        (lambda m: m.update(format="x"), "is not a manifest"),
         (lambda m: m.pop("systems"), "is damaged: KeyError"),
         (lambda m: m["frames"][0]["parts"][0].__setitem__(0, 7), "is damaged"),
         (lambda m: m["frames"][0]["parts"][0].__setitem__(2, "../../etc/passwd"), "is damaged"),
@@ -349,7 +349,7 @@ def test_what_was_read_or_gathered_can_be_emitted(tmp_path):
             cold.emit(read)
         with pytest.raises(ArgumentError, match="position must be"):
             system.emit(velocity=read.velocity)
-        with pytest.raises(ArgumentError, match=r"particles must be motes.Particles; arrays go by name"):
+        with pytest.raises(ArgumentError, match=r"particles must be motes.Particles; pass arrays by name"):
             system.emit(read.position)
         cold.emit(position=read.position[:7])
         world.step()
@@ -365,7 +365,7 @@ def test_what_was_read_or_gathered_can_be_emitted(tmp_path):
     "arguments, message",
     [
         (["a", "-o", "x.npz"], "frame must be one of 3 frames, for a single .npz file"),
-        (["a", "-o", "a"], "output must be another place"),
+        (["a", "-o", "a"], "output must be a place other than"),
         (["a", "-o", "x.mp4"], "output must be a name ending in .usd or .pvd"),
         (["a", "-o", "taken"], "output must be a new or empty directory"),
         (["a", "-o", "b", "--frame", "9"], "frame must be one of the 3 frames"),

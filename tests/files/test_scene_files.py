@@ -250,7 +250,7 @@ def test_what_is_wrong_is_said_once(
             "must be one of auto, shared, managing, all, got 'any'",
         ),
         ((recorded["snow"].scene, "--balancer", "Own()"), "balancer must be one of Static, Pairwise"),
-        ((recorded["snow"].scene, "--balancer", "Static", "--ask", "x"), "so does --balancer"),
+        ((recorded["snow"].scene, "--balancer", "Static", "--ask", "x"), "both name a balancer"),
         ((recorded["snow"].scene, "--spans"), "--spans needs --log"),
         ((recorded["snow"].scene, "--fast"), "unknown option --fast"),
         ((recorded["snow"].scene, "--out"), "--out must be followed by a value"),
@@ -374,7 +374,7 @@ def test_what_only_python_can_do_is_refused(tmp_path: Path):
     called = "def heat_up(p): pass\n" + loop + "        if frame == 2: water.callback(heat_up)\n"
     written = loop + "        with water.local() as p: p.age[:] = frame\n"
     for body, text in (
-        (called + "        world.step()\n", "record: frame 2: 'water' calls heat_up back"),
+        (called + "        world.step()\n", "record: frame 2: 'water' calls the function heat_up"),
         (written + "        world.step()\n", "record: frame 0: the script writes particles of 'water'"),
         (
             written.replace("p.age[:] = frame", "p.age *= 2") + "        world.step()\n",
@@ -386,7 +386,7 @@ def test_what_only_python_can_do_is_refused(tmp_path: Path):
         ),
         (
             loop + "        world.step()\nwith motes.World(): pass\n",
-            "record: the script makes a second world",
+            "record: the script creates a second world",
         ),
         ("", "ran no world to its end"),
         (loop + "        world.step()\n    raise ValueError('the mistake')\n", "ValueError: the mistake"),
@@ -435,7 +435,7 @@ def test_a_recording_draws_nothing_and_says_so(tmp_path: Path):
     assert record_text(tmp_path, text + f"    frame.save({str(tmp_path / 'x.png')!r})\n").code == 0
     assert not (tmp_path / "x.png").exists()
     refused = record_text(tmp_path, text + "    frame.pixels\n")
-    assert refused.code != 0 and "frame 0 has no picture: a recording draws none" in refused.err
+    assert refused.code != 0 and "frame 0 has no picture: a recording draws no pictures" in refused.err
     assert (
         record_text(tmp_path, text.replace("not frame and not", "") + "    frame.pixels\n", "--full").code
         == 0
@@ -446,7 +446,7 @@ def test_record_needs_a_script_and_a_name(tmp_path: Path):
     for argv, text in (
         ([], "no script given"),
         (["none.py", "-o", "x.motes"], "script none.py does not exist"),
-        ([str(SAYINGS)], "no file given"),
+        ([str(SAYINGS)], "no output file given"),
     ):
         result = on_ranks(1, COMMAND_LINE, "record", *argv)
         assert result.code == 2 and text in result.err, result.text

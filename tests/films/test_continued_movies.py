@@ -158,19 +158,21 @@ def test_a_film_is_read_up_to_where_it_was_torn(tmp_path, suffix):
 
 def test_what_cannot_be_continued(tmp_path):
     film = tmp_path / "a.mp4"
-    with pytest.raises(CheckpointError, match=r"a.mp4 cannot go on behind its first 10 frames: neither"):
+    with pytest.raises(
+        CheckpointError, match=r"a.mp4 cannot be continued after its first 10 frames: neither"
+    ):
         writer_of(Movie(film)).continue_at(10)
     cut_off(film, 40, secure={10})
     before = partial(film).read_bytes()
     cases = {
-        50: r"a.partial.mp4 holds 40 frames, and the last cut before that is behind 40",
-        20: r"a.partial.mp4 holds 40 frames, and the last cut before that is behind 10",
+        50: r"a.partial.mp4 holds 40 frames, and can be cut only after 40 of them",
+        20: r"a.partial.mp4 holds 40 frames, and can be cut only after 10 of them",
     }
     for count, message in cases.items():
         with pytest.raises(CheckpointError, match=message):
             writer_of(Movie(film)).continue_at(count)
     partial(film).write_bytes(before[:300])
-    with pytest.raises(CheckpointError, match=r"behind its first 10 frames: .*a.partial.mp4"):
+    with pytest.raises(CheckpointError, match=r"after its first 10 frames: .*a.partial.mp4"):
         writer_of(Movie(film)).continue_at(10)
     partial(film).write_bytes(b"nothing of a film" * 99)
     with pytest.raises(CheckpointError, match=r"a.partial.mp4 is damaged"):
@@ -189,7 +191,7 @@ def test_a_film_that_is_being_written_is_not_continued(tmp_path, monkeypatch):
     writer_of(movie).secure()
     with pytest.raises(CheckpointError, match=r"another process is writing .*a.partial.mp4"):
         writer_of(Movie(tmp_path / "a.mp4")).continue_at(5)
-    with pytest.raises(MotesError, match=r"is being written; it cannot be continued"):
+    with pytest.raises(MotesError, match=r"is already being written; it can no longer be continued"):
         writer_of(movie).continue_at(5)
     movie.close()
     assert len(packets(tmp_path / "a.mp4")[0]) == 5
@@ -199,7 +201,7 @@ def test_a_film_that_is_being_written_is_not_continued(tmp_path, monkeypatch):
 def test_a_film_of_other_settings_is_not_continued(tmp_path, other):
     film = tmp_path / "a.mp4"
     cut_off(film, 10, secure={10})
-    with pytest.raises(CheckpointError, match=r"its first 10 frames have another size, rate"):
+    with pytest.raises(CheckpointError, match=r"its first 10 frames have a different size, rate"):
         go_on(film, 10, 20, **other)
     assert len(packets(partial(film))[0]) == 10, "what there was is kept"
 
@@ -282,7 +284,9 @@ def test_a_movie_finds_by_itself_where_it_goes_on(tmp_path, monkeypatch):
 def test_a_film_that_is_gone_is_told_at_the_first_write(tmp_path):
     continued.begin(100, {place_of(tmp_path / "a.mp4"): 26}, draws=True)
     movie = Movie(tmp_path / "a.mp4")
-    with pytest.raises(CheckpointError, match=r"a.mp4 cannot go on behind its first 26 frames: neither"):
+    with pytest.raises(
+        CheckpointError, match=r"a.mp4 cannot be continued after its first 26 frames: neither"
+    ):
         movie.write(next(moving(1)))
 
 

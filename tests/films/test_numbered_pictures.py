@@ -109,7 +109,7 @@ def test_what_is_no_picture_is_said_before_a_film_is_begun(tmp_path, capsys, hea
     folder = series(tmp_path / "frames")
     (folder / "snow.12.png").write_bytes(head)
     assert main(["movie", str(folder)]) == 2
-    assert "snow.12.png is no PNG picture" in capsys.readouterr().err
+    assert "snow.12.png is not a PNG picture" in capsys.readouterr().err
     assert not list(tmp_path.glob("*.mp4"))
 
 
@@ -137,7 +137,7 @@ def test_directories_without_a_clear_order_are_refused(tmp_path, capsys, names, 
     assert main(["movie", str(tmp_path / "frames")]) == 2
     assert says in capsys.readouterr().err
     assert main(["movie", str(tmp_path / "nowhere")]) == 2
-    assert "nowhere is no directory" in capsys.readouterr().err
+    assert "nowhere is not a directory" in capsys.readouterr().err
 
 
 def test_clear_pixels_are_shown_over_a_colour_and_never_dropped_silently(tmp_path, capsys):
@@ -147,7 +147,7 @@ def test_clear_pixels_are_shown_over_a_colour_and_never_dropped_silently(tmp_pat
         rgba = np.full((48, 64, 4), (230, 230, 230, alpha), np.uint8)
         images.fromarray(rgba).save(tmp_path / "frames" / f"a{number}.png")
     assert main(["movie", str(tmp_path / "frames")]) == 2
-    assert "a1.png has clear pixels, which a film cannot have: --background" in capsys.readouterr().err
+    assert "a1.png has transparent pixels, which a film cannot have: --background" in capsys.readouterr().err
     assert main(["movie", str(tmp_path / "frames"), "--background", "5a5a5a"]) == 0
     assert shown(tmp_path / "frames.mp4") == [230, 90]
     with pytest.raises(SystemExit):

@@ -66,7 +66,7 @@ def test_a_film_that_cannot_be_read_again_does_not_become_the_whole_one(tmp_path
         movie.write(frame)
     writer_of(movie).secure()
     os.truncate(partial(movie.path), partial(movie.path).stat().st_size // 2)
-    with pytest.raises(MotesError, match=r"a.mp4 could not be written: .*of 60 frames could be read again"):
+    with pytest.raises(MotesError, match=r"a.mp4 could not be written: .*of 60 frames could be read back"):
         movie.close()
     assert os.listdir(tmp_path) == ["a.partial.mp4"]
 

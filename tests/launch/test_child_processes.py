@@ -37,7 +37,7 @@ def test_processes_of_a_rank_inside_its_world_run_alone(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     result = mpirun(2, CHILDREN, "inside", timeout=90)
     assert told(result, 2) == sorted([*expected("inside", [7, 5, 1, 1]), "end 27"])
-    assert result.err.count("this world is its parent's") == 2
+    assert result.err.count("this world belongs to its parent") == 2
 
 
 @pytest.mark.slow

@@ -191,11 +191,13 @@ def test_a_wait_warns_once_per_minute_and_ends_after_ten(monkeypatch, capsys):
     monkeypatch.setattr(waiting.time, "monotonic", lambda: now[0])
     wait = waiting.Wait(None, "a friend")
     advance(monkeypatch, wait, now, 600)
-    rest = "; it waits for 600 s in all (MOTES_STALL_S=seconds sets another limit)"
+    rest = "; it waits for 600 s in total (MOTES_STALL_S=seconds changes the limit)"
     assert capsys.readouterr().err.splitlines() == [
         f"motes: waited {seconds} s for a friend{rest}" for seconds in range(60, 600, 60)
     ]
-    with pytest.raises(MotesError, match=r"waited 600 s for a friend \(MOTES_STALL_S=seconds sets another"):
+    with pytest.raises(
+        MotesError, match=r"waited 600 s for a friend \(MOTES_STALL_S=seconds changes the limit"
+    ):
         advance(monkeypatch, wait, now, 1)
 
 
@@ -209,7 +211,7 @@ def test_a_limit_that_was_set_ends_a_wait(monkeypatch, capsys):
     advance(monkeypatch, wait, now, 3600)
     told = capsys.readouterr().err.splitlines()
     assert len(told) == 59
-    assert told[0].endswith("; it waits for 3600 s in all (MOTES_STALL_S=3600 set that limit)")
+    assert told[0].endswith("; it waits for 3600 s in total (set by MOTES_STALL_S=3600)")
 
 
 def test_suspension_does_not_count_as_waiting(monkeypatch, capsys):

@@ -314,7 +314,7 @@ def test_doctor_waits_for_no_launcher_forever(monkeypatch, tmp_path):
     monkeypatch.setattr(doctor, "HELLO_LIMIT_S", 0.3)
     report = doctor.Report()
     doctor._mpi(report)
-    assert any("no end within 0.3 s" in problem for problem in report.problems)
+    assert any("did not end within 0.3 s" in problem for problem in report.problems)
 
 
 # --- several hosts

@@ -116,7 +116,7 @@ def test_only_those_that_wait_are_waited_for_in_vain(monkeypatch):
         presence, ended = told(*words)
         assert ended.wait(10) and presence.hopeless
         assert presence.sentence("E", b"") == (
-            "rank 0 ended before MPI had started; the others would wait for ever: E"
+            "rank 0 ended before MPI had started; the others would wait forever: E"
         )
     for words in (["0 ended"], ["0 ended", "1 ended"], ["0 ended", "1 waits", "1 has"]):
         presence, ended = told(*words)

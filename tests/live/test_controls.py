@@ -57,7 +57,7 @@ def test_a_control_has_its_first_value_and_cannot_be_assigned():
 def test_a_control_is_not_tested_in_place_of_its_value():
     flag = motes.World(seed=1, progress="off").control("on", False)
     for test in (bool, lambda one: np.where([one], 1, 2)):
-        with pytest.raises(errors.ArgumentError, match="control must be tested by its value: on.value"):
+        with pytest.raises(errors.ArgumentError, match="control must be tested as on.value"):
             test(flag)
 
 
@@ -81,7 +81,7 @@ def test_a_value_is_of_the_kind_that_was_given(arguments, kind):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"value": 1}, "low must be given where the control is a number, got None"),
+        ({"value": 1}, "low must be given for a control that is a number, got None"),
         ({"value": 1, "low": 0}, "high must be given"),
         ({"value": 1, "low": 2, "high": 1}, "high must be more than low, 2, got 1"),
         ({"value": 3, "low": 0, "high": 1}, r"value must be a finite number in 0\.\.1, got 3"),
@@ -90,7 +90,7 @@ def test_a_value_is_of_the_kind_that_was_given(arguments, kind):
         ({"value": "x", "low": 0, "high": 1}, "value must be a number, got 'x'"),
         ({"value": 1, "low": 0, "high": 1, "step": 0}, "step must be above 0, at most high - low, 1, got 0"),
         ({"value": 1, "low": 0, "high": 1, "step": 2}, "step must be a finite number <= 1"),
-        ({"value": True, "low": 0}, "low must be left out where the control is of True or False"),
+        ({"value": True, "low": 0}, "low must be left out for a control of True or False"),
         ({"value": "a", "choices": "ab"}, "choices must be 1"),
         ({"value": "a", "choices": []}, "choices must be 1"),
         ({"value": "a", "choices": ["a", "a"]}, "choices must be 1"),
@@ -99,7 +99,7 @@ def test_a_value_is_of_the_kind_that_was_given(arguments, kind):
         ({"value": True, "choices": [1, 2]}, "value must be one of the choices"),
         (
             {"value": "a", "choices": ["a"], "step": 1},
-            "step must be left out where the control is of choices",
+            "step must be left out for a control of choices",
         ),
     ],
 )
@@ -110,7 +110,7 @@ def test_wrong_controls_are_refused_at_the_call(arguments, message):
 
 @pytest.mark.parametrize("name", ["", 3, None, "a\n", "x" * 101])
 def test_wrong_names_are_refused(name):
-    with pytest.raises(errors.ArgumentError, match="name must be a printable text"):
+    with pytest.raises(errors.ArgumentError, match="name must be a printable string"):
         world().control(name, True)
 
 

@@ -402,7 +402,8 @@ def test_the_line_that_is_printed_says_how_to_get_there(capfd):
         port = viewing.url.partition("/?")[0].rpartition(":")[2]
         (line,) = capfd.readouterr().err.splitlines()
         machine = socket.gethostname()
-        assert line == f"motes: live at {viewing.url}  (from afar: ssh -L {port}:{tunnel}:{port} {machine})"
+        command = f"ssh -L {port}:{tunnel}:{port} {machine}"
+        assert line == f"motes: live at {viewing.url}  (from another machine: {command})"
     viewing = Viewing(Live(0, host="0.0.0.0"), {}, None)
     viewing.close()
     assert f"//{socket.gethostname()}:" in viewing.url

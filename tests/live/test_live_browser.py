@@ -162,7 +162,7 @@ def test_a_person_steers_a_run_in_a_browser(tmp_path):
             assert await page.value(f"{NOTICE}.hidden")
 
             await page.click("[data-part=pause]")
-            await page.until("document.querySelector('[data-part=pause]').textContent === 'Go on'")
+            await page.until("document.querySelector('[data-part=pause]').textContent === 'Continue'")
             held = await page.value(FRAME)
             await page.until(f"Number({PICTURE}.frame) === {held} - 1 && {EXACT}")  # frames count from 0
             first = await page.screenshot(tmp_path / "first.png")

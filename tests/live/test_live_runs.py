@@ -49,7 +49,7 @@ def test_a_run_without_pictures_is_paused_and_stepped_too(tmp_path):
     with Beside(conversation) as beside:
         result = on_ranks(2, STEPS, tmp_path, "127.0.0.1", watch=beside.check)
     assert result.code == 0, result.text
-    assert "motes: what viewers do is not kept: the run has no log" in result.err
+    assert "motes: what viewers do is not recorded: the run has no log" in result.err
 
 
 def test_an_address_that_cannot_be_served_ends_the_job_with_one_report(tmp_path):
@@ -248,7 +248,7 @@ with world:
 try:
     world.redraw()
 except motes.MotesError as error:
-    assert "inside `with world:` only" in str(error)
+    assert "works only inside `with world:`" in str(error)
 bare = motes.World(seed=1, progress="off")
 with bare:
     try:

@@ -146,7 +146,7 @@ def test_without_the_orders_it_is_another_film(steered, tmp_path):
 def test_another_seed_is_refused(steered, tmp_path, ranks):
     result = repeat(ranks, tmp_path, steered, 20, ", seed=4")
     assert result.code == 1, result.text
-    assert "a steer.jsonl of a run with seed 4: this one is of seed 3, got" in result.err, result.text
+    assert "a steer.jsonl of a run with seed 4: this one has seed 3, got" in result.err, result.text
     assert result.err.count("Traceback") == 1, result.text
     assert not (tmp_path / "log").exists()
 
@@ -165,19 +165,19 @@ def test_another_script_is_refused_unless_told_otherwise(steered, tmp_path):
     assert result.code == 1, result.text
     line = next(i for i, text in enumerate(script.read_text().splitlines(), 1) if "half = 5 if" in text)
     told = f"the script's line {line} was 'half = 4 if shape.value == \"wide\" else 1' and is 'half = 5 if"
-    assert told in result.err and "--anyway repeats it anyway" in result.err, result.text
+    assert told in result.err and "--anyway repeats it)" in result.err, result.text
     assert on_ranks(2, script, *arguments, env={"MOTES_ANYWAY": "1"}).code == 0
     lost = tmp_path / "steer.jsonl"  # without the log beside it
     lost.write_bytes(Path(path).read_bytes())
     result = on_ranks(1, script, tmp_path, 20, f"dict(steering={str(lost)!r})")
-    assert result.code == 1 and "the script has changed since, or is another one" in result.err
+    assert result.code == 1 and "the script has changed since, or is a different one" in result.err
 
 
 @pytest.mark.parametrize(
     ("damage", "message"),
     [
         (lambda lines: [], "it is empty"),
-        (lambda lines: ["x", *lines[1:]], "line 1 is no JSON object"),
+        (lambda lines: ["x", *lines[1:]], "line 1 is not a JSON object"),
         (lambda lines: ['{"schema": 2}'], "its schema is 2, not 1"),
         (lambda lines: ['{"schema": 1}'], "its first line lacks a seed, 0..2.64-1, and script_sha256"),
         (
@@ -186,7 +186,7 @@ def test_another_script_is_refused_unless_told_otherwise(steered, tmp_path):
         ),
         (lambda lines: [lines[0].replace('"seed": ', '"seed": -'), *lines[1:]], "lacks a seed"),
         (lambda lines: [*lines, f'{{"frame": {2**70}, "set": {{}}}}'], "must have a frame"),
-        (lambda lines: [*lines, "[3]"], "is no JSON object"),
+        (lambda lines: [*lines, "[3]"], "is not a JSON object"),
         (lambda lines: [*lines, '{"frame": -1, "set": {}}'], "must have a frame"),
         (lambda lines: [*lines, '{"frame": 900, "sett": {}}'], "must have a frame, and set, camera or stop"),
         (lambda lines: [*lines, '{"frame": 900, "set": 3}'], "sets or stops nothing"),
@@ -225,7 +225,9 @@ def test_what_the_script_has_no_control_for_is_said_on_all_ranks(steered, tmp_pa
     lines = (steered / "log" / "steer.jsonl").read_text().splitlines()
     path.write_text(lines[0] + '\n{"frame": 3, "set": {"rain": 1}}\n')
     result = on_ranks(3, SCENE, tmp_path, 5, f"dict(steering={str(path)!r})")
-    assert result.code == 1 and "sets 'rain' before frame 3: no such control here" in result.err, result.text
+    assert result.code == 1 and "sets 'rain' before frame 3: this run has no such control" in result.err, (
+        result.text
+    )
 
 
 def test_the_command_line_repeats_too(steered, tmp_path):
@@ -281,7 +283,7 @@ def test_a_stop_ends_the_replay_where_it_ended_the_run(tmp_path):
     assert last == {"frame": done, "stop": True} and 9 <= done < 5000
     again = new(tmp_path, "again")
     result = repeat(2, again, tmp_path, 5000)
-    assert f"motes: stopped by the run that is repeated after frame {done} of 5000" in result.err, result.text
+    assert f"motes: stopped by the repeated run after frame {done} of 5000" in result.err, result.text
     assert film(again) == film(tmp_path)
 
 
@@ -358,7 +360,7 @@ def test_a_steered_run_goes_on_from_its_checkpoint(tmp_path):
 
     with Beside(second) as beside:
         result = run(2, tmp_path, 100, options, watch=beside.check)
-    assert result.code == 0 and "motes: goes on with frame" in result.err, result.text
+    assert result.code == 0 and "motes: continues with frame" in result.err, result.text
     assert (
         seen["controls"]["dense"]["value"] == 40 and seen["controls"]["wind"]["value"] == 2 and seen["turned"]
     )
@@ -376,7 +378,7 @@ def test_a_replay_goes_on_from_its_checkpoint(steered, tmp_path):
     options = f"dict(steering={path!r}, checkpoint=motes.Checkpoint({str(tmp_path / 'c')!r}, every=20))"
     assert run(2, tmp_path, 50, options).code == 0
     result = run(3, tmp_path, 120, options, env={"MOTES_ANYWAY": "1"})  # another number of frames
-    assert result.code == 0 and "goes on with frame 50" in result.err, result.text
+    assert result.code == 0 and "continues with frame 50" in result.err, result.text
     assert film(tmp_path) == film(steered)[:120]
 
 

@@ -74,7 +74,7 @@ def test_ranks_agree_on_what_controls_are():
 
 def test_what_cannot_be_repeated_is_said():
     for row, message in (
-        ({"set": {"rain": 1}}, "sets 'rain' before frame 4: no such control here"),
+        ({"set": {"rain": 1}}, "sets 'rain' before frame 4: this run has no such control"),
         ({"set": {"wind": 9}}, "sets 'wind' to 9 before frame 4: not a value"),
         ({"set": {"wind": "x"}}, "frame 4: 'wind' must be a finite number"),
     ):

@@ -58,7 +58,7 @@ def test_a_continued_log_stays_where_it_is(tmp_path):
     assert set(os.listdir(log)) == kept
     assert (log / "load.jsonl").read_text() == "rows"
     assert os.listdir(tmp_path) == ["today"]
-    with pytest.raises(ArgumentError, match="is writing into this one"):
+    with pytest.raises(ArgumentError, match="is writing to this one"):
         LogDirectory.claim(log, continued=True)
     claimed.release()
     LogDirectory.claim(log, continued=True).release()
@@ -374,7 +374,9 @@ def test_a_domain_of_a_rank_that_is_gone_ends_where_the_rank_does(on_fewer_ranks
 )
 def test_a_damaged_list_of_continuations_is_told(tmp_path, part):
     log = write_log(tmp_path / "run", [load_row(0, "a", 0)], facts={"continued": [part]})
-    with pytest.raises(LogError, match=r"run.json: continued must be a list of frames, each with facts"):
+    with pytest.raises(
+        LogError, match=r"run.json: continued must be a list of objects, each with a frame > 0 and facts"
+    ):
         motes.open_run(log)
 
 

@@ -177,9 +177,9 @@ def test_many_damaged_logs_are_drawn_or_refused(whole, data):
         ("t_compute_s", "9" * 400, "t_compute_s must be a number below 1e100 or null"),
         ("t_compute_s", "1e999", "t_compute_s must be a number below 1e100 or null, got inf"),
         ("t_compute_s", '"x"', "t_compute_s must be a number below 1e100 or null, got 'x'"),
-        ("frame", "null", "frame must be a whole number up to 2^53 from 0 on, got None"),
+        ("frame", "null", "frame must be a whole number up to 2^53 and >= 0, got None"),
         ("rank", "[1]", "rank must be a whole number"),
-        ("system", "7", "system must be a text, got 7"),
+        ("system", "7", "system must be a string, got 7"),
         ("speed", "NaN", "NaN is not a number"),
         ("host", DEEP, "damaged row: maximum recursion depth"),
     ],
@@ -203,9 +203,9 @@ def test_damage_is_named_with_file_and_line(tmp_path, column, value, says):
         ("calculators", [2, "x"], "calculators must be a list of different ranks, got [2, 'x']"),
         ("calculators", [2, 2], "calculators must be a list of different ranks, got [2, 2]"),
         ("ranks", [{"host": "h"}], "ranks must be a number, or a list of ranks and hosts"),
-        ("space", [1], "space must be a text, or two numbers, got [1]"),
+        ("space", [1], "space must be a string or two numbers, got [1]"),
         ("speeds", {"a": 1}, "speeds must be speeds by rank"),
-        ("systems", 5, "systems must be a list of texts"),
+        ("systems", 5, "systems must be a list of strings"),
         ("manager", "boss", "manager must be a rank"),
     ],
 )
@@ -222,7 +222,7 @@ def test_commands_say_what_is_damaged_in_a_line(tmp_path, capsys):
     for command in (["watch", "--wait", "0"], ["watch", "--once"], ["watch", "--json"], ["report"]):
         assert main([command[0], str(log), *command[1:]]) == 2
         said = capsys.readouterr().err
-        assert "events.jsonl, line 1: kind must be a text, got None" in said
+        assert "events.jsonl, line 1: kind must be a string, got None" in said
         assert said.count("\n") == 1
 
 

@@ -67,7 +67,7 @@ def kill_and_read(log, table, delay_s):
         plain = pandas.read_json(table, lines=True) if text else []
         assert len(plain) == text.count(b"\n"), table.name
         assert not text or text.endswith(b"\n"), table.name
-    assert "did not come to its end" in run.warnings()[0]
+    assert "did not finish" in run.warnings()[0]
     return len(run.frames)
 
 

@@ -73,7 +73,7 @@ def test_other_files_stay_where_they_are(tmp_path):
     claimed = LogDirectory.claim(today)
     assert names(today) == {"film.mp4"}
     assert names(tmp_path / "today.1") == {"run.json", "load.jsonl", "frames.jsonl", "spans.r0007.jsonl"}
-    with pytest.raises(ArgumentError, match="is writing into this one"):
+    with pytest.raises(ArgumentError, match="is writing to this one"):
         LogDirectory.claim(today)
     claimed.release()
     LogDirectory.claim(today).release()  # its run left no run.json
@@ -119,9 +119,9 @@ def test_a_run_that_was_killed_before_run_json_left_a_log(tmp_path):
 
 def test_a_directory_that_cannot_be_made_says_why(tmp_path):
     (tmp_path / "file").touch()
-    with pytest.raises(LogError, match=r"the log directory .*/file cannot be made: File exists"):
+    with pytest.raises(LogError, match=r"the log directory .*/file cannot be created: File exists"):
         LogDirectory.claim(tmp_path / "file")
-    with pytest.raises(LogError, match=r"/file/log cannot be made: Not a directory"):
+    with pytest.raises(LogError, match=r"/file/log cannot be created: Not a directory"):
         LogDirectory.claim(tmp_path / "file" / "log")
 
 
@@ -135,7 +135,7 @@ def test_the_lock_ends_with_its_owner(tmp_path):
         assert owner.stdout is not None
         assert owner.stdout.readline() == "claimed\n"
         with pytest.raises(
-            ArgumentError, match=rf"the run of process {owner.pid} on .* is writing into this one"
+            ArgumentError, match=rf"the run of process {owner.pid} on .* is writing to this one"
         ):
             LogDirectory.claim(tmp_path)
     finally:

@@ -149,7 +149,7 @@ def test_infinite_space_is_looked_at_where_the_particles_are(tmp_path):
     low, high = ax.get_ylim()
     assert -8 < low < -3.5
     assert 3.5 < high < 8
-    assert any("1 cut far outside" in text.get_text() for text in ax.texts)
+    assert any("1 cut outside the plot" in text.get_text() for text in ax.texts)
 
 
 def test_shares_and_what_is_fair(spot, small):
@@ -247,7 +247,7 @@ def test_gantt_of_spans(spot):
 
 def test_gantt_without_spans_says_that_places_are_guessed(small):
     ax = small.plot.gantt()
-    assert "put together from durations" in ax.get_title(loc="left")
+    assert "reconstructed from durations" in ax.get_title(loc="left")
     found, measured = timeline.slices(small)
     assert not measured
     act = found[(found["phase"] == "act") & (found["frame"] == 1)]

@@ -44,7 +44,7 @@ def unfinished(folder, **columns):
 
 def test_a_run_shows_itself_in_a_notebook(log):
     html = motes.open_run(log)._repr_html_()
-    assert "6, of them 4 calculators" in html
+    assert "6 (4 calculators)" in html
     assert "Pairwise(threshold=0.1)" in html
     assert html.count("data:image/png;base64,") == 1
     assert len(html) < 150_000
@@ -68,10 +68,10 @@ def test_a_healthy_run_has_no_warnings(tmp_path):
     [
         ({"facts": {"cores": 2}}, "4 ranks shared 2 cores"),
         ({"facts": {"speeds": {"3": 0.5}}}, "rank 3: 0.5"),
-        ({"idle": True}, "Without a particle in all frames: rank 3"),
+        ({"idle": True}, "No particles in any frame: rank 3"),
         ({"slow": 4.0}, "took 1.60 times the mean"),
-        ({"killed": True}, "did not come to its end"),
-        ({"torn": True}, "The last line of frames.jsonl was torn"),
+        ({"killed": True}, "did not finish"),
+        ({"torn": True}, "The last line of frames.jsonl was incomplete"),
         ({"event": "rank_lost"}, "1 event of kind rank_lost"),
     ],
 )
@@ -107,7 +107,7 @@ def test_report_is_one_file_that_needs_nothing(log, tmp_path, capsys):
     page = target.read_text()
     assert page.count("data:image/png;base64,") >= 9
     assert not re.findall(r"""(?:src|href)=["'](?!data:)""", page)
-    for word in ("Domains of cloud", "Moved to balance", "Where the time goes", "Facts (run.json)"):
+    for word in ("Domains of cloud", "Moved by balancing", "Where the time goes", "Facts (run.json)"):
         assert word in page
     assert page.rstrip().endswith("</html>")
     assert [path.name for path in target.parent.iterdir()] == ["page.html"], "no draft is left"
@@ -120,7 +120,7 @@ def test_report_of_a_log_without_optional_files(tmp_path, capsys):
     assert told["report"] == str(log / "report.html")
     assert told["finished"] is False
     assert told["calculators"] == 2
-    assert "did not come to its end" in (log / "report.html").read_text()
+    assert "did not finish" in (log / "report.html").read_text()
 
 
 def test_report_fails_whole(log, tmp_path, monkeypatch):
@@ -140,7 +140,7 @@ def test_what_is_no_log_is_said_in_a_line(tmp_path, capsys):
         assert "no such directory" in said
         assert said.count("\n") == 1
     assert main(["report", str(write_log(tmp_path / "empty", []))]) == 2
-    assert "no frame" in capsys.readouterr().err
+    assert "no frames" in capsys.readouterr().err
 
 
 def test_report_without_matplotlib_names_the_extra(log, tmp_path, monkeypatch, capsys):
@@ -246,7 +246,7 @@ def test_messages_under_way_have_a_track_of_their_own(tmp_path):
     assert lanes == {"act a": 0, "act b": 0, "messages a": 100, "messages b": 101}
     bars = {box.get_label(): [bar.get_height() for bar in box] for box in run.plot.phases().containers}
     assert bars == {"act": [2000.0]}, "what is under way takes no time of the rank"
-    assert "messages under way" in {box.get_label() for box in run.plot.gantt().containers}
+    assert "messages in flight" in {box.get_label() for box in run.plot.gantt().containers}
 
 
 def test_trace_is_whole_or_not_there(log, tmp_path, monkeypatch):

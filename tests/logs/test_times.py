@@ -148,7 +148,7 @@ CAUSES: dict[str, tuple[Times, float, dict[int, int], str]] = {
         {0: IDLE, 1: IDLE, 2: {"act": 0.2, "wait": 0.8}, 3: {"act": 0.2, "wait": 0.8}},
         0.25,
         {2: 1000, 3: 1000},
-        "Network: messages on their way cost 750 ms",
+        "Network: messages in flight cost 750 ms",
     ),
     "manager": (
         {
@@ -227,8 +227,7 @@ def test_all_that_tell_what_balance_would_save_agree(spent, held, saved, tmp_pat
 def test_a_rank_that_sleeps_is_warned_of(tmp_path):
     run = made(tmp_path / "log", SLEEPER, chain=0.98)
     assert any(
-        text.startswith("Rank 3 was kept from its work for 800 ms of a frame's 1 s")
-        for text in run.warnings()
+        text.startswith("Rank 3 was kept from working for 800 ms of a frame's 1 s") for text in run.warnings()
     )
     assert "slept" in run.explain().sentences[0]
 

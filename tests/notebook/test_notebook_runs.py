@@ -252,11 +252,11 @@ def test_a_page_that_does_not_answer_gets_fewer_pictures(notebook: Kernel):
         ("motes.show(world, loop, paused=2)", "paused must be"),
         (
             "motes.launch('nowhere.py', n=2)",
-            "script must be the path of a script, which exists, got 'nowhere.py'",
+            "script must be the path of an existing script, got 'nowhere.py'",
         ),
         ("motes.launch('scene.py', n=0)", "n must be "),
         ("motes.launch('scene.py', n=10**9)", "n must be "),
-        ("motes.launch('scene.py', n=2, arguments='--fast')", "arguments must be a list of what follows"),
+        ("motes.launch('scene.py', n=2, arguments='--fast')", "arguments must be a list of the script"),
     ],
 )
 def test_bad_input_is_named(notebook: Kernel, tmp_path, call: str, told: str):
@@ -328,7 +328,7 @@ def test_the_second_stop_terminates(notebook: Kernel, tmp_path: Path):
     widget = launch(notebook, tmp_path, "stuck")
     notebook.until(lambda: widget.shown.get("frame", 0) >= 3)
     notebook.say(widget, stop=True)
-    notebook.until(lambda: widget.shown["stop"] == "End at once")
+    notebook.until(lambda: widget.shown["stop"] == "End now")
     notebook.run("player.stop(); player.result()")
     assert widget.shown["notice"] == "terminated" and not list(tmp_path.iterdir())
 

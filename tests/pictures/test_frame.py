@@ -225,7 +225,7 @@ def test_an_unknown_layer_is_refused_and_the_message_says_which_there_are(layere
         ArgumentError, match=r"'depth', 'alpha', 'velocity', got 'dept'; did you mean 'depth'"
     ):
         layered.layer("dept")
-    with pytest.raises(ArgumentError, match=r"which has none: ask for them with Renderer\(layers=...\)"):
+    with pytest.raises(ArgumentError, match=r"but it has none: request them with Renderer\(layers=...\)"):
         frame.layer("depth")
     with pytest.raises(ArgumentError, match="name must be"):
         layered.layer(None)
@@ -308,7 +308,7 @@ def test_an_exr_that_cannot_be_written_leaves_the_old_one(tmp_path, layered, mon
 def test_exr_without_its_library_says_how_to_install_it_on_every_rank(layered, elsewhere, monkeypatch):
     monkeypatch.setattr("importlib.util.find_spec", lambda _: None)
     for one in (layered, elsewhere):
-        with pytest.raises(MissingExtraError, match=r"saved as .exr needs OpenEXR.*\.\[exr\]"):
+        with pytest.raises(MissingExtraError, match=r"as .exr needs OpenEXR.*\.\[exr\]"):
             one.save("a.exr")
 
 

@@ -12,7 +12,7 @@ from standing import on_ranks
 import motes
 
 BEHIND = "all its particles are behind the camera"
-BESIDE = "all its particles are outside of what the camera sees"
+BESIDE = "all its particles are outside the camera's view"
 
 
 def said(

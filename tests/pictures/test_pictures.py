@@ -275,7 +275,7 @@ def test_the_depth_of_solids_is_that_of_their_surfaces():
 
 
 def test_a_layer_that_was_not_asked_for_is_refused():
-    with pytest.raises(ArgumentError, match="which has none"):
+    with pytest.raises(ArgumentError, match="it has none"):
         rendered().layer("depth")
     with pytest.raises(ArgumentError, match="'depth', got 'alpha'"):
         rendered(layers=["depth"]).layer("alpha")

@@ -243,7 +243,7 @@ def test_a_system_keeps_positions_from_the_start() -> None:
     plain = world.system("plain")
     banded = world.system("banded", sprite=motes.Sprite("ribbon", width=1, length=2))
     banded.sprite = motes.Sprite("ribbon", width=3, length=2, blend="alpha")
-    with pytest.raises(ArgumentError, match="no ribbon"):
+    with pytest.raises(ArgumentError, match="not a ribbon"):
         plain.sprite = banded.sprite
     for other in (motes.Sprite(), motes.Sprite("ribbon", width=1, length=3)):
         with pytest.raises(ArgumentError, match="a ribbon of 2"):

@@ -136,7 +136,7 @@ def test_a_killed_run_goes_on(tmp_path, undisturbed, ranks, first, then_ranks, t
     run(ranks, tmp_path, fails=True, **first)
     newest = folder.whole(tmp_path / "checkpoints")[0][0]
     result = run(then_ranks, tmp_path, **then)
-    assert said(result.err, f"motes: goes on with frame {newest}, from")
+    assert said(result.err, f"motes: continues with frame {newest}, from")
     assert made(tmp_path) == undisturbed
     assert not (tmp_path / "film.partial.mp4").exists()
 
@@ -151,7 +151,7 @@ def test_a_run_that_was_killed_before_its_first_checkpoint_starts_anew(tmp_path,
 def test_a_run_that_is_done_is_done(tmp_path, undisturbed):
     run(2, tmp_path)
     again = run(3, tmp_path)
-    assert said(again.err, f"motes: goes on with frame {FRAMES}")
+    assert said(again.err, f"motes: continues with frame {FRAMES}")
     assert made(tmp_path) == undisturbed
 
 
@@ -218,8 +218,8 @@ SLOW = ("an empty part", "a part of another checkpoint", "a torn manifest", "a c
 def test_the_checkpoint_before_a_damaged_one_is_used(copied, undisturbed, damage):
     DAMAGES[damage](newest_of(copied))
     result = run(2, copied)
-    assert said(result.err, "motes: the checkpoint of frame 12 is passed over: ")
-    assert said(result.err, "motes: goes on with frame 8")
+    assert said(result.err, "motes: the checkpoint of frame 12 is skipped: ")
+    assert said(result.err, "motes: continues with frame 8")
     assert made(copied) == undisturbed
 
 
@@ -235,7 +235,7 @@ def test_a_disk_that_is_full_costs_a_checkpoint_and_not_the_run(tmp_path, undist
     result = run(2, tmp_path, full_at=8)
     assert said(result.err, "motes: rank 1")
     assert "the checkpoint of frame 8 could not be written" in result.text
-    assert "the newest whole one is of frame 4" in result.text
+    assert "the newest complete one is of frame 4" in result.text
     assert made(tmp_path)[0] == undisturbed[0]
 
 
@@ -259,7 +259,7 @@ def test_another_seed_is_refused(copied):
 
 def test_a_fresh_run_forgets_the_earlier_one(copied, undisturbed):
     result = run(2, copied, env={"MOTES_FRESH": "1"})
-    assert not said(result.err, "motes: goes on")
+    assert not said(result.err, "motes: continues")
     assert made(copied) == undisturbed
 
 
@@ -271,7 +271,7 @@ def test_differences_of_scripts_are_named():
         difference(then, {**then, "sha256": "2", "text": "a\nc\n"})
         == "the script's line 2 was 'b' and is 'c'"
     )
-    assert "was not there and is 'd'" in difference(then, {**then, "sha256": "2", "text": "a\nb\nd\n"})
+    assert "was missing and is 'd'" in difference(then, {**then, "sha256": "2", "text": "a\nb\nd\n"})
 
 
 # --- the script's own loops, reads
@@ -306,7 +306,7 @@ def test_frames_before_the_loop_are_not_done_twice(tmp_path):
     killed = mpirun(1, script, tmp_path / "b", env={"KILL": "6"})
     assert whole.code == 0 and killed.code == 9
     again = on_ranks(2, script, tmp_path / "b")
-    assert said(again.err, "motes: goes on with frame 4")
+    assert said(again.err, "motes: continues with frame 4")
     assert set(said(again.out, "digest")) == set(said(whole.out, "digest"))
 
 
@@ -430,8 +430,8 @@ def test_a_job_starts_again_by_itself(tmp_path, undisturbed, ranks):
     argv = [sys.executable, "-m", "motes", "run", "-n", ranks, "--restarts", 2, script, tmp_path]
     result = command(argv, env={"OPTIONS": options})
     assert result.code == 0, result.text
-    assert said(result.err, "motes run: starts again; 1 more start is allowed")
-    assert said(result.err, "motes: goes on with frame ")
+    assert said(result.err, "motes run: restarts; 1 more restart is allowed")
+    assert said(result.err, "motes: continues with frame ")
     assert made(tmp_path) == undisturbed
 
 
@@ -440,7 +440,7 @@ def test_a_mistake_in_the_script_is_not_repeated(tmp_path):
     script.write_text("import motes\nwith motes.World(seed=1):\n    raise ValueError('wrong')\n")
     result = command([sys.executable, "-m", "motes", "run", "-n", 2, "--restarts", 3, script])
     assert result.code == 1 and "ValueError: wrong" in result.text
-    assert not said(result.err, "motes run: starts again")
+    assert not said(result.err, "motes run: restarts")
 
 
 def test_a_job_goes_on_without_hosts_that_do_not_answer(tmp_path, monkeypatch, capfd):
@@ -449,6 +449,6 @@ def test_a_job_goes_on_without_hosts_that_do_not_answer(tmp_path, monkeypatch, c
     agent.chmod(0o755)
     monkeypatch.setenv("PRTE_MCA_plm_ssh_agent", str(agent))
     assert reachable("here:2,gone:3,there") == "here:2,there"
-    assert "goes on without gone:3" in capfd.readouterr().err
+    assert "continues without gone:3" in capfd.readouterr().err
     with pytest.raises(MotesError, match="no host answers"):
         reachable("gone:1")

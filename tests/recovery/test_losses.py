@@ -226,7 +226,7 @@ def test_where_the_mpi_cannot_the_run_does_not_start(monkeypatch, capsys, tmp_pa
     script.write_text("raise SystemExit('started')")
     assert main(["run", "--survive", "-n", ranks, str(script)]) == 2
     said = capsys.readouterr().err
-    assert "--survive: the loss of a rank is survived with Open MPI 5" in said
+    assert "--survive: surviving the loss of a rank needs Open MPI 5" in said
     assert f"this is {FOUR.version}" in said
 
 

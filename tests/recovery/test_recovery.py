@@ -77,8 +77,8 @@ def test_the_others_go_on_without_a_lost_rank(tmp_path, model, n, death, role):
     assert result.lines[0].endswith(f" on {n - 1}"), result.text
     check_same(tmp_path, model)
     (told,) = said(result.err, "motes: lost ")
-    left = "1 rank goes" if n == 2 else f"{n - 1} ranks go"
-    assert re.fullmatch(rf"rank {death[0]} \({role}\); {left} on, from replicas of frame \d+", told), told
+    left = "1 rank continues" if n == 2 else f"{n - 1} ranks continue"
+    assert re.fullmatch(rf"rank {death[0]} \({role}\); {left} from replicas of frame \d+", told), told
     events = [json.loads(row) for row in (tmp_path / "log" / "events.jsonl").read_text().splitlines()]
     assert [event["kind"] for event in events] == ["start", "recovered", "end"]
     motes.open_run(tmp_path / "log").summary()
@@ -134,7 +134,7 @@ def test_a_checkpoint_goes_on_behind_a_loss(tmp_path, model):
     assert first.code == 0, first.text
     second = run(tmp_path, 3, "--checkpoint", flags=("--survive", "--anyway"))
     assert second.code == 0, second.text
-    assert "goes on with frame 24" in second.err, second.text
+    assert "continues with frame 24" in second.err, second.text
     assert digests(tmp_path) == digests(model)
 
 
@@ -163,10 +163,10 @@ def test_a_loss_that_replicas_do_not_cover_falls_back_on_the_checkpoint(tmp_path
     flags = ("--survive", "--restarts", "1")
     result = run(out, 5, "2@20", "3@20", "--checkpoint", "--once", flags=flags)
     assert result.code == 0, result.text
-    assert said(result.err, "motes run: starts again; 0 more starts are allowed")
+    assert said(result.err, "motes run: restarts; 0 more restarts are allowed")
     went_on = (
-        said(result.err, "motes: goes on with frame 8"),
-        said(result.err, "motes: goes on with frame 16"),
+        said(result.err, "motes: continues with frame 8"),
+        said(result.err, "motes: continues with frame 16"),
     )
     assert any(went_on), result.text  # the checkpoint of frame 16 waits until that of frame 8 is complete
     check_same(out, model)
@@ -179,9 +179,9 @@ def test_a_crash_while_others_are_lost_counts_as_a_loss(tmp_path):
     flags = ("--survive", "--restarts", "1")
     result = run(out, 5, "2@20", "--checkpoint", "--once", "--crashing", flags=flags)
     assert result.code == 0, result.text
-    told = r"\*\*\* motes: rank .*, while ranks were lost: segmentation fault"
+    told = r"\*\*\* motes: rank .*, while recovering from lost ranks: segmentation fault"
     assert re.search(told, result.err), result.text
-    assert said(result.err, "motes run: starts again; 0 more starts are allowed")
+    assert said(result.err, "motes run: restarts; 0 more restarts are allowed")
     check_same(out, model)
 
 
@@ -293,4 +293,4 @@ def test_later_worlds_are_made_of_those_that_are_left(tmp_path):
         "3 0 1 ['calculator', 'image_generator', 'manager'] (0,) {}",
         *(f"said in {k} at 4" for k in range(4)),
     ], result.text
-    assert said(result.err, "motes: lost ")[-1] == "rank 1 between two worlds; 1 rank goes on"
+    assert said(result.err, "motes: lost ")[-1] == "rank 1 between two worlds; 1 rank continues"

@@ -36,7 +36,7 @@ EVERY = 5
 Plan = dict[str, Any]
 
 # With several ranks gone, replicas may be lost with their holders, and Open MPI 5.0 may crash itself.
-SEVERAL = r"lost together with the next one|segmentation fault|replicas of particles do not go back so far"
+SEVERAL = r"lost together with the next one|segmentation fault|replicas of particles do not go back that far"
 # Some losses end the run: docs/checkpoints.md, "Without a restart".
 EXPORTED = r"lack the lost ranks' particles"
 UNSTARTED = r"is lost \(killed or crashed\)|is lost: its process was killed|was killed or has crashed"

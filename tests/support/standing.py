@@ -80,7 +80,7 @@ def assert_goes_on(script: str, place: Path) -> None:
     whole = on_ranks(1, script, place / "whole").lines
     assert python(script, place / "killed", env={"KILL": "5"}).code == 9
     rest = on_ranks(2, script, place / "killed")
-    assert "goes on with frame" in rest.err
+    assert "continues with frame" in rest.err
     assert [line for line in rest.lines if line.startswith("digest")] == whole
 
 

@@ -248,7 +248,7 @@ def test_calls(system, call, message):
         (lambda: motes.Camera((0, 0, 0, 0), (0, 0, 0)), "position must be 3 numbers"),
         (lambda: motes.Camera((1e300, 0, 0), (0, 0, 0)), r"position must be 3 finite numbers in -1e\+15"),
         (lambda: motes.Camera(*VIEW, up=(0, 0, -2)), "up must be not parallel"),
-        (lambda: motes.Camera(VIEW[0], VIEW[0]), "look_at must be apart from camera.position"),
+        (lambda: motes.Camera(VIEW[0], VIEW[0]), "look_at must be different from camera.position"),
         (lambda: motes.Camera(*VIEW, fov_deg=0), "fov_deg must be a number above 0 and below 180"),
         (lambda: motes.Camera(*VIEW, fov_deg=180), "fov_deg must be a number above 0 and below 180"),
         (lambda: motes.Camera(*VIEW, near=0), "near must be a number above 0"),

@@ -92,7 +92,7 @@ def test_curves_are_values():
             "interpolation must be 'linear' or 'smooth' or 'hold'",
         ),
         (lambda: Curve([(0, 1)])(NAN), "time must be a number, got nan"),
-        (lambda: Curve([(0, (1, 2, 3))]).integral(0, 1), "curve must be of numbers"),
+        (lambda: Curve([(0, (1, 2, 3))]).integral(0, 1), "curve must be a curve of numbers"),
         (lambda: actions.Gravity(acceleration=Curve([(0, 1)])), "acceleration must be 3 numbers, got 1"),
         (
             lambda: actions.Bounce(shape=Box((0, 0, 0), (1, 1, 1)), restitution=Curve([(0, 1), (5, -1)])),
@@ -109,7 +109,7 @@ def test_curves_are_values():
             "power must be a finite number in 0",
         ),
         (lambda: motes.Camera((0, 0, 5), (0, 0, 0), near=Curve([(0, 0.1), (1, -0.1)])), "near must be"),
-        (lambda: motes.Camera((0, 0, 5), Curve([(0, (0, 0, 0)), (1, (0, 0, 5))])), "look_at must be apart"),
+        (lambda: motes.Camera((0, 0, 5), Curve([(0, (0, 0, 0)), (1, (0, 0, 5))])), "must be different"),
         (lambda: motes.Renderer(Curve([(0, 8)]), 8, camera=motes.Camera((0, 0, 5), (0, 0, 0))), "width"),
     ],
 )
@@ -345,8 +345,12 @@ def test_a_shape_that_grows_fills_what_it_crosses():
 @pytest.mark.parametrize(
     ("shape", "before", "message"),
     [
-        (Sphere((0, 0, 0), 1), Box((0, 0, 0), (1, 1, 1)), "moving_from must be a Sphere, as shape is"),
-        (Sphere((0, 0, 0), 1) | Sphere((1, 0, 0), 1),) * 2 + ("no Union",),
+        (
+            Sphere((0, 0, 0), 1),
+            Box((0, 0, 0), (1, 1, 1)),
+            "moving_from must be of the same kind as shape",
+        ),
+        (Sphere((0, 0, 0), 1) | Sphere((1, 0, 0), 1),) * 2 + ("not a Union",),
         (Sphere((0, 0, 0), 1), "x", "moving_from must be a shape"),
     ],
 )

@@ -350,7 +350,7 @@ def test_what_holds_particles_is_not_tested_in_python(call: Any):
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda a: np.arcsinh(a), "function must be one that expressions know: .*, got 'numpy.arcsinh'"),
+        (lambda a: np.arcsinh(a), "function must be one that expressions support: .*, got 'numpy.arcsinh'"),
         (lambda a: np.tan(a), "'numpy.tan'"),
         (lambda a: np.add.reduce(a), "'numpy.add.reduce'"),
         (lambda a: np.sum(a), "'numpy.sum'"),

@@ -62,7 +62,7 @@ def test_a_file_is_read_by_text_or_path_with_a_scale(tmp_path):
     ("name", "content", "message"),
     [
         ("rock.fbx", b"", "a name ending in .obj, .ply, .stl, .glb"),
-        ("rock.obj", None, "a file that exists"),
+        ("rock.obj", None, "an existing file"),
         ("rock.ply", b"no mesh", "a mesh that can be read"),
         ("rock.glb", b"glTF", "a mesh that can be read"),
         ("rock.obj", b"v 0 0 0\n", "must be"),

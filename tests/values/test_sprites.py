@@ -136,8 +136,8 @@ def test_a_picture_is_turned_upright_as_its_exif_says(tmp_path, orientation):
 @pytest.mark.parametrize(
     ("name", "picture", "message"),
     [
-        ("a.tif", lambda images: images.new("I", (2, 2), 1000), "numbers of 32 bits.*have no known range"),
-        ("a.tif", lambda images: images.new("F", (2, 2), 7.5), "its numbers must be within 0..1"),
+        ("a.tif", lambda images: images.new("I", (2, 2), 1000), "32-bit values.*have no known range"),
+        ("a.tif", lambda images: images.new("F", (2, 2), 7.5), "its values must be within 0..1"),
         ("a.eps", lambda images: images.new("RGB", (2, 2)), ": PNG, JPEG, WEBP, TIFF, BMP"),
         ("a.ico", lambda images: images.new("RGB", (16, 16)), ": PNG, JPEG, WEBP"),
     ],

@@ -185,8 +185,8 @@ def test_what_the_caller_does_to_an_array_afterwards_changes_nothing():
         (motes.Solid(BALL), "color", "Solid.color cannot be assigned"),
         (motes.Uniform(0, 1), "lo", "Uniform.lo cannot be assigned"),
         (motes.Camera((0, 0, 5), (0, 0, 0)), "fov", "Camera has no attribute 'fov'; did you mean 'fov_deg'"),
-        (column("age") > 1, "size", "does not change"),
-        (column("age"), "x", "does not change"),
+        (column("age") > 1, "size", "are immutable"),
+        (column("age"), "x", "are immutable"),
     ],
 )
 def test_assigning_to_a_value_raises_and_says_how(value, name, message):

@@ -146,7 +146,7 @@ def test_threads_that_the_system_refuses_are_told():
     left, text = python(REFUSED).lines
     found = re.search(r"only (\d+) of 1000 threads could be started \(.+\); (.+)", text)
     assert found and 1 < int(found[1]) < 1000, text
-    assert found[2] == "World(threads=) or MOTES_THREADS sets fewer"
+    assert found[2] == "set fewer with World(threads=) or MOTES_THREADS"
     assert left == "0", "no thread is left running"
 
 

@@ -89,7 +89,7 @@ void Images::check(const actions::Action& action, float reach) const {
   if (!any() || action.kind == actions::Kind::tie) return;  // ties go to the nearest image at any distance
   const std::string name = actions::call_of(action.kind);
   if (interactions::uses_cells(action)) {
-    throw std::invalid_argument(name + " does not see across the ends of periodic space");
+    throw std::invalid_argument(name + " does not work across the boundaries of periodic space");
   }
   for (int axis = 0; axis < 3; ++axis) {
     if (!periods_.has(axis)) continue;
@@ -97,7 +97,7 @@ void Images::check(const actions::Action& action, float reach) const {
     if (static_cast<double>(reach) <= most) continue;
     throw std::invalid_argument(name + " reaches " + std::to_string(reach) +
                                 " m; in periodic space it must be at most " +
-                                std::to_string(periods_[axis].length() / 2) + " m, half of a period");
+                                std::to_string(periods_[axis].length() / 2) + " m, half a period");
   }
 }
 

@@ -85,7 +85,7 @@ bool InteractionSchedule::run_substep(int substep) {
       }
       if (waits[r] == nullptr && runner.next_segment == runner.segments.size()) ++done;
     }
-    if (!moved && done < runners_.size()) throw std::logic_error("systems wait for each other to meet");
+    if (!moved && done < runners_.size()) throw std::logic_error("deadlock: systems wait for each other to interact");
   }
   return true;
 }
@@ -122,7 +122,8 @@ std::size_t InteractionSchedule::partner_of(const Runner& runner, const ListSegm
   const auto found = std::find_if(runners_.begin(), runners_.end(), [&](const Runner& other) {
     return other.system == static_cast<std::size_t>(segment.interaction->other);
   });
-  if (found == runners_.end() || &*found == &runner) throw std::logic_error("two systems meet, but one has no list");
+  if (found == runners_.end() || &*found == &runner)
+    throw std::logic_error("two systems interact, but one has no list");
   return static_cast<std::size_t>(found - runners_.begin());
 }
 

@@ -173,7 +173,7 @@ void pass_around(Rank& rank, Passing passing, Store& gathered) {
 void check_readable(const System& system) {
   if (!system.interacts()) return;
   throw std::invalid_argument("particles of system '" + system.definition.name +
-                              "' meet in this frame's list so far: they can be read before that, or after the frame");
+                              "' interact in this frame's list so far: read them before that, or after the frame");
 }
 
 ParticlesView seen(Population& here) {

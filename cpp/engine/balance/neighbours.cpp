@@ -81,7 +81,8 @@ std::vector<Request> compare(Rank& rank, const Round& round, const std::vector<s
       base::Reader in = message.reader();
       std::vector<Load> theirs;
       base::read_fields(in, theirs);
-      if (theirs.size() != systems.size()) throw std::runtime_error("loads of another number of systems");
+      if (theirs.size() != systems.size())
+        throw std::runtime_error("a message has the loads of a different number of systems");
       const std::vector<std::uint64_t> counts = counts_between(policy, session.calculator(), other, own, theirs);
       const auto kind = other < session.calculator() ? Request::Kind::give_left : Request::Kind::give_right;
       for (std::size_t k = 0; k < counts.size(); ++k) {

@@ -66,7 +66,7 @@ std::uint64_t join(std::span<const Message> messages, std::span<BirthNumbers> gr
   for (const Message& message : messages) {
     for (Reader in = message.reader(); !in.done();) {
       const auto group = in.get<std::uint32_t>();
-      if (group >= groups.size()) throw std::runtime_error("births of a group that is not in the round");
+      if (group >= groups.size()) throw std::runtime_error("a message has births of a group that is not in the round");
       const auto bytes = births_in(in);
       std::vector<Due>& births = groups[group].births;
       const std::size_t before = births.size();
@@ -89,7 +89,7 @@ void take(Reader& in, std::uint32_t group, std::uint64_t count, std::vector<std:
     for (std::size_t i = before; i < numbers.size(); ++i) {
       Due due;
       std::memcpy(&due, bytes.data() + (i - before) * sizeof due, sizeof due);
-      if (due.number >= count) throw std::runtime_error("a birth that is not in its group");
+      if (due.number >= count) throw std::runtime_error("a message has a birth that is not in its group");
       numbers[i] = due.number;
     }
   }

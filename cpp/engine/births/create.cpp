@@ -163,7 +163,7 @@ Newborn receive_births(Rank& rank, Script& script, Calculator& calculator, std::
   if (hash != script.hash) {
     if (!rank.session.failed()) {  // otherwise the earlier failure is the reason
       rank.session.fail(
-          {Failure::Kind::mismatch, recording::name(script.record.verb), "another list than the manager's"});
+          {Failure::Kind::mismatch, recording::name(script.record.verb), "its list differs from the manager's"});
     }
     follow(script, rounds);
   }

@@ -33,9 +33,9 @@ std::vector<Alarm> Alarms::look_at_picture(std::size_t system, const std::string
   of.beside |= sighted == Sighted::beside;
   if (behind || again || (last && of.beside && !any)) {
     of.unseen = true;
-    const std::string where = behind ? "behind the camera" : "outside of what the camera sees";
+    const std::string where = behind ? "behind the camera" : "outside the camera's view";
     return {{"unseen", "system '" + name + "': all its particles are " + where +
-                           ", so no picture shows them: another Camera(position, look_at), or other places"}};
+                           ", so no picture shows them: change Camera(position, look_at), or their positions"}};
   }
   return {};
 }
@@ -52,7 +52,7 @@ std::vector<Alarm> Alarms::look_at_balancer(const std::string& name, double deci
   }
   const std::string mean = brief(1e3 * decided_s_ / kTrials), of = brief(1e3 * frames_s_ / kTrials);
   return {{"slow_balancer", "balancer " + name + ": its decide takes " + mean + " ms of a frame's " + of +
-                                " ms on the manager, for which all wait in the end: decide less often (an empty "
+                                " ms on the manager, and all ranks wait for it: decide less often (an empty "
                                 "Orders(()) changes nothing), or use arrays instead of loops"}};
 }
 
@@ -66,8 +66,8 @@ std::vector<Alarm> Alarms::look(std::size_t system, const std::string& name, con
   if (strain.most_in_a_cell >= kCrowded) {
     say(watched.crowded, "crowded",
         std::to_string(strain.most_in_a_cell) +
-            " particles are in one cell as wide as the reach, and an interaction there takes time with their square: "
-            "a smaller radius, or births that are farther apart (collide(clear=...))");
+            " particles are in one cell as wide as the reach, and an interaction's time there grows with their square: "
+            "use a smaller radius, or place births farther apart (collide(clear=...))");
   }
   if (!(strain.overlap_99 > kDeep)) {
     watched.frames = 0;
@@ -76,18 +76,18 @@ std::vector<Alarm> Alarms::look(std::size_t system, const std::string& name, con
     watched.deepness = strain.overlap_99;
   } else if (++watched.frames >= kPatience) {
     say(watched.deep, "overlap",
-        "one in a hundred of those that touch overlap by " +
-            std::to_string(static_cast<int>(std::lround(100 * strain.overlap_99))) + " % or more, since " +
-            std::to_string(watched.frames) + " frames: more sub-steps (World(substeps=" + std::to_string(substeps) +
-            ") now), or births that are farther apart");
+        "one in a hundred touching pairs overlaps by " +
+            std::to_string(static_cast<int>(std::lround(100 * strain.overlap_99))) + " % or more, for " +
+            std::to_string(watched.frames) + " frames: use more sub-steps (World(substeps=" + std::to_string(substeps) +
+            ") now), or place births farther apart");
   }
   if (strain.substeps > static_cast<std::uint32_t>(substeps)) {
     const double part = static_cast<double>(substeps) / strain.substeps;
     say(watched.softened, "softened",
         "contact's springs are too stiff for its lightest particles in sub-steps of " + brief(frame_s / substeps) +
-            " s, and are softened where these touch: sub-steps of at most " + brief(frame_s / strain.substeps) +
+            " s, so their contacts are softened: use sub-steps of at most " + brief(frame_s / strain.substeps) +
             " s (World(substeps=" + std::to_string(strain.substeps) + "), now " + std::to_string(substeps) +
-            "), or at most " + brief(part * part) + " of the stiffness");
+            "), or at most " + brief(part * part) + " times the stiffness");
   }
   return alarms;
 }

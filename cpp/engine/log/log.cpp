@@ -142,7 +142,7 @@ Log::Log(const std::string& directory, std::vector<std::string> hosts, std::uint
     : directory_(directory), hosts_(std::move(hosts)) {
   std::error_code error;
   std::filesystem::create_directories(directory, error);
-  if (error) throw jsonl::LogError("log: cannot make " + directory + ": " + error.message());
+  if (error) throw jsonl::LogError("log: cannot create " + directory + ": " + error.message());
   frames_ = jsonl::JsonlTable(directory + "/frames.jsonl", 1024, first_frame);
   load_ = jsonl::JsonlTable(directory + "/load.jsonl", 512, first_frame);
   density_ = jsonl::JsonlTable(directory + "/density.jsonl", 512, first_frame);

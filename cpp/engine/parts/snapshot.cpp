@@ -16,7 +16,7 @@ namespace {
 using domains::Domains;
 
 [[noreturn]] void differs(const std::string& what) {
-  throw std::runtime_error("the checkpoint is of another world: " + what);
+  throw std::runtime_error("the checkpoint belongs to a different world: " + what);
 }
 
 void check(const Settings& run, const Script& script, const SharedState& state) {
@@ -30,8 +30,8 @@ void check(const Settings& run, const Script& script, const SharedState& state) 
     if (i >= state.systems.size()) differs("it has no system '" + here.name + "'");
     const SharedSystem& then = state.systems[i];
     if (then.name != here.name) differs("its system '" + then.name + "' is '" + here.name + "' in the script");
-    if (then.capacity != here.capacity) differs("its system '" + then.name + "' has another capacity");
-    if (then.attributes != here.attributes) differs("its system '" + then.name + "' has other attributes");
+    if (then.capacity != here.capacity) differs("its system '" + then.name + "' has a different capacity");
+    if (then.attributes != here.attributes) differs("its system '" + then.name + "' has different attributes");
   }
 }
 

@@ -43,8 +43,8 @@ void check_lists(const std::vector<Standing>& standings, WayBack& way) {
                       "particles");
     }
     if (standing.wrote) {
-      refuse(way, "the script wrote to particles in frame " + std::to_string(standing.frame) +
-                      ", which cannot be done again");
+      refuse(way,
+             "the script wrote to particles in frame " + std::to_string(standing.frame) + ", which cannot be repeated");
     }
     if (ahead && !standing.repeatable) {
       refuse(way, "particles of frame " + std::to_string(way.frame) + " were being written to files");
@@ -80,8 +80,8 @@ WayBack way_back(const std::vector<Standing>& standings) {
   } else {
     refuse(way, way.unsaved_from < way.frame
                     ? "the pictures of the frames from " + std::to_string(way.unsaved_from) +
-                          " on are lost, and replicas of particles do not go back so far"
-                    : "nobody holds a replica of its particles: a calculator was lost together with the next one");
+                          " on are lost, and replicas of particles do not go back that far"
+                    : "no rank holds a replica of its particles: a calculator was lost together with the next one");
   }
   check_lists(standings, way);
   return way;

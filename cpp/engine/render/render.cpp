@@ -52,7 +52,7 @@ void draw_all(Rank& rank, const image::View& view, Painter& painter) {
     for (const comm::Message& message : messages) {
       base::Reader in = message.reader();
       take_records(in, add);
-      if (!in.done()) throw std::runtime_error("a message has more than its sender's records");
+      if (!in.done()) throw std::runtime_error("a message has data after its sender's records");
     }
     painter.pixels = painter.canvas.finish();
     rank.machine.charge(rank.machine.costs().draw * records);
@@ -106,7 +106,7 @@ void await_all(Rank& rank, const image::View& view, const Painter& painter) {
 }  // namespace
 
 std::vector<float> Painter::linear() const {
-  if (!light_kept) throw std::logic_error("the last picture's light was not kept: its view does not ask for that");
+  if (!light_kept) throw std::logic_error("the last picture's light was not kept: its view does not request it");
   return plan.path == Path::gather ? canvas.linear() : whole.linear();
 }
 
@@ -121,7 +121,7 @@ void render(Rank& rank, const Script& script, const Calculator& calculator, Pain
   const Session& session = rank.session;
   const image::View& view = *script.record.view;
   if (!painter.plan.covers(image::Grid{view.width, view.height}.tiles(), session.size())) {
-    throw std::logic_error("the plan of a picture is one for another picture");  // on all ranks, which share the plan
+    throw std::logic_error("the plan belongs to a different picture");  // on all ranks, which share the plan
   }
   painter.drawing.width = view.width;
   painter.drawing.height = view.height;

@@ -58,7 +58,7 @@ Partials::Partials(base::Reader in, const Painter& painter, int first, int end)
     partial.records = in.get<std::uint64_t>();
     partial.bytes = in.take(in.get<std::uint64_t>());
     if (slot < first || slot >= end || has(slot)) {
-      throw std::runtime_error("a message has a partial tile of another rank, or twice the same");
+      throw std::runtime_error("a message has a partial tile of another rank, or the same one twice");
     }
     partials_[static_cast<std::size_t>(slot - first)] = partial;
   }

@@ -32,7 +32,7 @@ std::map<std::string, Entry> entries(const std::string& text) {
     line = trimmed(line.substr(0, line.find('#')));
     if (line.empty()) continue;
     const std::size_t equals = line.find('=');
-    if (equals == std::string::npos) refuse(number, "name = number expected, got '" + line + "'");
+    if (equals == std::string::npos) refuse(number, "expected name = number, got '" + line + "'");
     const std::string name = trimmed(line.substr(0, equals));
     const std::string value = trimmed(line.substr(equals + 1));
     Entry entry{0, number};
@@ -41,7 +41,7 @@ std::map<std::string, Entry> entries(const std::string& text) {
     if (!whole || !std::isfinite(entry.value) || entry.value < 0) {
       refuse(number, name + " must be a number of nanoseconds >= 0, got '" + value + "'");
     }
-    if (!found.emplace(name, entry).second) refuse(number, name + " is there twice");
+    if (!found.emplace(name, entry).second) refuse(number, name + " is given twice");
   }
   return found;
 }

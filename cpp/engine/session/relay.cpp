@@ -82,7 +82,7 @@ Heard Relay::hear(Phase phase, Stamp stamp) {
     message.bytes().put_raw(parts.data(), parts.size());
     comm_.post(tree_.rank_at(child.first), phase, stamp, std::move(message), count, heard.failed);
   }
-  if (!in.done()) throw std::runtime_error("the manager's message has parts of ranks that are not here");
+  if (!in.done()) throw std::runtime_error("the manager's message has parts for unknown ranks");
   return heard;
 }
 
@@ -118,7 +118,7 @@ AllSaid Relay::listen(Phase phase, Stamp stamp) {
       said.failed = in.get<bool>();
       said.bytes = in.take(size);
     }
-    if (!in.done()) throw std::runtime_error("a message to the manager has answers of ranks that do not exist");
+    if (!in.done()) throw std::runtime_error("a message to the manager has answers of unknown ranks");
   };
   take(comm_.expect(comm_.rank(), phase, stamp), {0, 1, 0});
   std::vector<Message> below = from_below(phase, stamp);

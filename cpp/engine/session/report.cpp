@@ -72,7 +72,7 @@ void join(Drawings& into, Drawings&& other) {
 
 void join(Tail& into, Tail&& other) {
   if (into.valid != other.valid || into.frame != other.frame) {
-    throw std::runtime_error("reports tell of different frames");
+    throw std::runtime_error("reports are about different frames");
   }
   join(into.times, other.times);
   into.exchanged_bytes += other.exchanged_bytes;
@@ -119,7 +119,7 @@ void join(Report& into, Report&& other) {
   if (failed) return;
   if (into.systems.empty()) into.systems.resize(other.systems.size());
   if (!other.systems.empty() && into.systems.size() != other.systems.size()) {
-    throw std::runtime_error("reports tell of different systems");
+    throw std::runtime_error("reports are about different systems");
   }
   for (std::size_t i = 0; i < other.systems.size(); ++i) join(into.systems[i], other.systems[i]);
   append(into.flows, std::move(other.flows));

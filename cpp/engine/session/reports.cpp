@@ -26,7 +26,7 @@ void put_all(const std::vector<T>& values, Bytes& out) {
 
 template <class T>
 void take_all(std::span<const std::byte> bytes, std::vector<T>& into) {
-  if (bytes.size() % sizeof(T) != 0) throw std::runtime_error("a message has a part of a calculator's row");
+  if (bytes.size() % sizeof(T) != 0) throw std::runtime_error("a message has an incomplete row of a calculator");
   const std::size_t before = into.size();
   into.resize(before + bytes.size() / sizeof(T));
   if (!bytes.empty()) std::memcpy(into.data() + before, bytes.data(), bytes.size());
@@ -54,7 +54,7 @@ void count_arrivals(const roles::Tree& tree, const std::vector<Flow>& staying, s
 }
 
 void check_rows(std::size_t rows, std::size_t calculators, std::size_t systems) {
-  if (rows != calculators * systems) throw std::runtime_error("reports hold the rows of other calculators");
+  if (rows != calculators * systems) throw std::runtime_error("reports have too few or too many rows of calculators");
 }
 
 // Appends one block per rank: the rank, its times, then its calculator's rows.

@@ -17,7 +17,7 @@ System::System(recording::SystemDefinition given, std::uint64_t seed, std::uint3
       sprite(definition.sprite) {
   const domains::Space& space = definition.space;
   if (definition.axes.curve() && !domains::has_ends(space, definition.periods)) {
-    throw base::InvalidArgument("space", "have ends on all sides where a curve goes through it", "", definition.name);
+    throw base::InvalidArgument("space", "be bounded on all sides if its domains follow a curve", "", definition.name);
   }
   domains = domains::equal_parts(definition.axes, domains::room_of(space, definition.periods), calculators);
   waits_for_fit = space.kind == domains::Space::Kind::fit && !definition.axes.by_id() && !definition.axes.curve();

@@ -32,7 +32,7 @@ program::Totals read(base::Reader in, const program::Summed& own) {
   std::visit(
       [&](auto& values) {
         const auto bytes = in.take(bytes_of(values));
-        if (!in.done()) throw std::runtime_error("a message has totals of other bins");
+        if (!in.done()) throw std::runtime_error("a message has totals of different bins");
         if (!bytes.empty()) std::memcpy(values.data(), bytes.data(), bytes.size());
       },
       totals);

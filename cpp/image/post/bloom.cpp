@@ -42,7 +42,7 @@ void Bloom::add(const CellArea& area, std::span<const std::byte> averages) {
   const BloomPlan::Level& plan = *levels_[0].plan;
   if (!within(area.x, area.width, plan.across.cells) || !within(area.y, area.height, plan.down.cells) ||
       averages.size() != area.lanes() * sizeof(std::uint64_t)) {
-    throw base::InvalidArgument("averages", "be three of 64 bits for each cell of the picture");
+    throw base::InvalidArgument("averages", "be three 64-bit numbers per cell of the picture");
   }
   parts_.push_back({area, averages.data()});
 }

@@ -73,7 +73,7 @@ const std::vector<float>& Layers::layer(std::uint8_t bit) const {
   for (const Plane& plane : planes_) {
     if (plane.bit == bit && !plane.all.empty()) return plane.all;
   }
-  throw std::logic_error("the last picture has no such layer: its view does not ask for it");
+  throw std::logic_error("the last picture has no such layer: its view does not request it");
 }
 
 }  // namespace motes::image

@@ -222,7 +222,7 @@ void Projector::project(const Drawn& particles, const Sprite& sprite, const View
     if (plane == nullptr && particles.count != 0) throw base::InvalidArgument("position", "have three planes");
   }
   if (sprite.tiles.cut() && particles.count != 0 && particles.tile == nullptr && particles.ids.lower == nullptr) {
-    throw base::InvalidArgument("ids", "be given for tiles at random");
+    throw base::InvalidArgument("ids", "be given where tiles are chosen at random");
   }
   slots_ = projection.slots;
   if (slots_ != nullptr && !slots_->fits(Grid{view.width, view.height}.tiles())) {

@@ -116,7 +116,7 @@ void RecordsView::add_counts(std::span<std::uint32_t> counts) const {
 void RecordsView::append_part(int first, int end, base::Bytes& out) const {
   const int here = static_cast<int>(head_.first_slot);
   if (first < here || end < first || end > here + static_cast<int>(head_.slots)) {
-    throw std::invalid_argument("image records: a part of slots that are not in the message");
+    throw std::invalid_argument("image records: slots that are not in the message");
   }
   RecordsHead head = head_;
   head.first_slot = static_cast<std::uint32_t>(first);

@@ -73,7 +73,7 @@ PartialTile::PartialTile(std::span<const std::byte> bytes, const Area& area) {
   light_box_ = header.light;
   surface_box_ = header.surface;
   if (header.tile != static_cast<std::uint32_t>(area.tile) || !light_box_.inside(area) || !surface_box_.inside(area)) {
-    throw std::runtime_error("partial tile: of another tile");
+    throw std::runtime_error("partial tile: belongs to another tile");
   }
   bytes_ = bytes.subspan(sizeof header);
   if (bytes_.size() != 12 * light_box_.pixels() + 8 * surface_box_.pixels()) {

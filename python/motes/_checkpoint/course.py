@@ -33,7 +33,7 @@ __all__ = ["EARLIER", "Course"]
 
 
 PICKLES = "Checkpoint(pickles=True)"
-EARLIER = "this frame was made by an earlier run, from whose checkpoint this one goes on"
+EARLIER = "this frame was made by the earlier run that this one continues"
 
 
 class Course:
@@ -93,7 +93,7 @@ class Course:
         self._found.samples = None
         self._restore_kept(manifest)
         if self._saver.manages:
-            tell(f"motes: goes on with frame {manifest.frame}, from {self._found.place}")
+            tell(f"motes: continues with frame {manifest.frame}, from {self._found.place}")
 
     def _restore_kept(self, manifest: Manifest) -> None:
         kept = manifest.unpacked(self._found.place)
@@ -188,7 +188,7 @@ class Course:
             data_of(vars(balancer))
             return name, vars(balancer)
         except TypeError as error:
-            reason = f"{error}; {PICKLES} keeps it by pickle"
+            reason = f"{error}; {PICKLES} stores it as a pickle"
         if self._settings.checkpoint is not None and self._settings.checkpoint.pickles:
             try:
                 return name, pickle.dumps(vars(balancer))
@@ -196,7 +196,7 @@ class Course:
                 reason = f"it cannot be pickled: {error}"
         if name not in self._refused:
             self._refused.add(name)
-            tell(f"motes: checkpoints do not hold what the balancer {name} knows: {reason}")
+            tell(f"motes: checkpoints do not contain the state of the balancer {name}: {reason}")
         return None
 
     def _known(self, name: str, known: Any) -> dict[str, Any]:
@@ -205,10 +205,12 @@ class Course:
         if isinstance(known, bytes):
             if not self._settings.checkpoint.pickles:
                 raise CheckpointError(
-                    f"{self._found.place} holds what the balancer {name} knows as a pickle, which can run "
-                    f"code of whoever wrote it; {PICKLES} reads it, where you trust them"
+                    f"{self._found.place} holds the state of the balancer {name} as a pickle, which can run "
+                    f"any code; if you trust its author, {PICKLES} reads it"
                 )
             known = pickle.loads(known)
         if not isinstance(known, dict):
-            raise CheckpointError(f"{self._found.place} is damaged: the balancer {name} knows no attributes")
+            raise CheckpointError(
+                f"{self._found.place} is damaged: the state of the balancer {name} is not a dict"
+            )
         return known

@@ -95,11 +95,11 @@ def find(comm: MPI.Intracomm, manager: int, wishes: Wishes) -> Found:
             _check_run(comm, manager, found, wishes)
             return found
         if comm.rank == manager:
-            tell(f"motes: the checkpoint of frame {frame} is passed over: {problem}")
+            tell(f"motes: the checkpoint of frame {frame} is skipped: {problem}")
     if listed:
         raise CheckpointError(
-            f"none of the {len(listed)} checkpoint(s) in {found.directory} is whole; "
-            "`python -m motes run --fresh ...` (or MOTES_FRESH=1) starts anew"
+            f"none of the {len(listed)} checkpoint(s) in {found.directory} is complete; "
+            "`python -m motes run --fresh ...` (or MOTES_FRESH=1) starts from the beginning"
         )
     return found
 
@@ -150,7 +150,7 @@ def _read(path: Path, frame: int) -> bytes:
     text = (path / folder.MANIFEST).read_bytes()
     manifest = Manifest.from_bytes(text, path / folder.MANIFEST)
     if manifest.frame != frame:
-        raise CheckpointError(f"{path} says that it is of frame {manifest.frame}")
+        raise CheckpointError(f"{path} contains a checkpoint of frame {manifest.frame}")
     world = (path / folder.WORLD).read_bytes()
     if len(world) != manifest.world["bytes"] or _core.crc32c(world) != manifest.world["crc32c"]:
         raise CheckpointError(f"{path / folder.WORLD} has changed since it was written")
@@ -167,7 +167,7 @@ def _damage(comm: MPI.Intracomm, path: Path, manifest: Manifest) -> str:
         rows = dict(part.rows)
         expected = dict(zip(manifest.systems, entry.rows, strict=True))
         if part.frame != manifest.frame or rows != expected:
-            return f"{path / entry.file} is of another checkpoint"
+            return f"{path / entry.file} belongs to another checkpoint"
     return ""
 
 
@@ -202,7 +202,7 @@ def _check_run(comm: MPI.Intracomm, manager: int, found: Found, wishes: Wishes) 
 def _compare(found: Found, wishes: Wishes) -> None:
     manifest = found.manifest
     assert manifest is not None
-    where = f"the checkpoint of frame {manifest.frame} in {found.directory} is of another run: "
+    where = f"the checkpoint of frame {manifest.frame} in {found.directory} was written by a different run: "
     for name, then, now in (
         ("seed", manifest.seed, manifest.seed if wishes.seed is None else wishes.seed),
         ("dt", manifest.dt_s, wishes.dt),
@@ -212,11 +212,11 @@ def _compare(found: Found, wishes: Wishes) -> None:
         if then != now:  # cannot be overruled by MOTES_ANYWAY: the particles would differ
             raise CheckpointError(
                 f"{where}World({name}=...) was {then!r} and is {now!r}; "
-                "`python -m motes run --fresh ...` (or MOTES_FRESH=1) starts anew"
+                "`python -m motes run --fresh ...` (or MOTES_FRESH=1) starts from the beginning"
             )
     difference = same_script.difference(manifest.script, same_script.facts())
     if difference and not wishes.anyway:
         raise CheckpointError(
-            f"{where}{difference}; `python -m motes run --anyway ...` (or MOTES_ANYWAY=1) goes on all the "
-            "same, --fresh (or MOTES_FRESH=1) starts anew"
+            f"{where}{difference}; `python -m motes run --anyway ...` (or MOTES_ANYWAY=1) continues "
+            "anyway, --fresh (or MOTES_FRESH=1) starts from the beginning"
         )

@@ -43,7 +43,7 @@ def data_of(value: Any) -> Any:
         return {"array": [array.dtype.str, list(array.shape), content, kind is np.ndarray]}
     if VALUES.get(kind.__name__) is kind:
         return {"value": [kind.__name__, data_of(items_of(value))]}
-    raise TypeError(f"{kind.__qualname__} is no plain data: numbers, text, lists, dicts, arrays")
+    raise TypeError(f"{kind.__qualname__} is not plain data: numbers, text, lists, dicts, arrays")
 
 
 def value_of(data: Any) -> Any:
@@ -68,4 +68,4 @@ def value_of(data: Any) -> Any:
     if kind == "value":
         name, fields = content
         return VALUES[name](**value_of(fields))
-    raise ValueError(f"{kind!r} is no kind of value")
+    raise ValueError(f"{kind!r} is not a kind of value")

@@ -87,11 +87,11 @@ class Manifest:
             content = json.loads(text)
             expected = content.pop("sha256")
             if content.pop("format") != FORMAT:
-                raise CheckpointError(f"{path} is no manifest of a checkpoint")
+                raise CheckpointError(f"{path} is not the manifest of a checkpoint")
             version = content.pop("version")
             if version != VERSION:
                 raise CheckpointError(
-                    f"{path} is of version {version}, made by motes {content.get('motes')}; this one reads "
+                    f"{path} has version {version}, made by motes {content.get('motes')}; this one reads "
                     f"version {VERSION}"
                 )
             if _checksum({"format": FORMAT, "version": version, **content}) != expected:

@@ -223,10 +223,10 @@ class Saver:
 
     def _complain(self, frame: int, error: str) -> None:
         whole = [number for number, _ in folder.whole(self._directory)]
-        rest = f"the newest whole one is of frame {whole[0]}" if whole else "there is none yet"
+        rest = f"the newest complete one is of frame {whole[0]}" if whole else "there is none yet"
         tell(
             f"motes: {self._describe()}: the checkpoint of frame {frame} could not be written: {error}; "
-            f"the run goes on, {rest}"
+            f"the run continues, {rest}"
         )
 
     def _conclude(self, pending: _Pending) -> None:

@@ -86,7 +86,7 @@ class GrowingFilm:
                 found = containers.copy_whole(source, draft, self._kind, self._rate)
             if found != self.frames:
                 raise OSError(
-                    errno.EIO, f"{found} of {self.frames} frames could be read again", str(self.path)
+                    errno.EIO, f"{found} of {self.frames} frames could be read back", str(self.path)
                 )
         with contextlib.suppress(OSError):
             # Another run may have replaced the partial file by its own.
@@ -191,7 +191,7 @@ class GrowingFilm:
         except (av.FFmpegError, OSError, IndexError, ValueError) as error:
             if getattr(error, "errno", None) in _FULL:
                 raise
-            holds = f"{path} is damaged behind frame {self.frames}: {error}"
+            holds = f"{path} is damaged after frame {self.frames}: {error}"
             raise _lost(self.target, frames, holds) from error
         if self.frames != frames:
             raise _lost(self.target, frames, f"{path} {self._held(path, frames)}")
@@ -223,15 +223,15 @@ class GrowingFilm:
                 count += len(packets)
                 cuts.append(count)
         before = max(cut for cut in cuts if cut <= frames)
-        return f"holds {count} frames, and the last cut before that is behind {before}"
+        return f"holds {count} frames, and can be cut only after {before} of them"
 
     def _check_encoding(self, film: bytes) -> None:
         """Raise CheckpointError if this process encodes differently from the earlier one."""
         known, self._extradata = self._extradata, None
         if containers.extradata(io.BytesIO(film), self._kind) != known:
             raise CheckpointError(
-                f"the movie {self.target} cannot go on in {self.path}: its first {self.frames} frames have "
-                "another size, rate, quality or preset, or another version of the encoder made them"
+                f"the movie {self.target} cannot be continued in {self.path}: its first {self.frames} frames "
+                "have a different size, rate, quality or preset, or are from another version of the encoder"
             )
 
 
@@ -246,4 +246,4 @@ def _lock(file: int) -> bool:
 
 
 def _lost(target: Path, frames: int, why: str) -> CheckpointError:
-    return CheckpointError(f"the movie {target} cannot go on behind its first {frames} frames: {why}")
+    return CheckpointError(f"the movie {target} cannot be continued after its first {frames} frames: {why}")

@@ -155,7 +155,7 @@ class FilmWriter:
         Raises CheckpointError, naming the file and its content, if it has fewer frames or no cut at `count`.
         """
         if self._thread is not None:
-            raise MotesError(f"the movie {self.path} is being written; it cannot be continued any more")
+            raise MotesError(f"the movie {self.path} is already being written; it can no longer be continued")
         if self._film is not None:
             self._film.close()
             self._film = None
@@ -191,7 +191,7 @@ class FilmWriter:
         self._unsecured, self._written = unsecured, count
         missing = unsecured[self.frames - behind :]
         if _NO_FRAME in missing:
-            raise MotesError(f"the movie {self.path} lacks pictures that were no frames of the world")
+            raise MotesError(f"the movie {self.path} lacks pictures that were not frames of the world")
         self._again = deque(missing)
         if self.closed and not missing:
             self._finish_taken_over()

@@ -101,7 +101,7 @@ def check_free(argument: str, place: Place) -> None:
         _check_content(argument, place)
     elif os.path.lexists(place.folder):
         raise ArgumentError(
-            argument, str(place.path), f"a path where {place.folder} is a directory or nothing"
+            argument, str(place.path), f"a path for which {place.folder} is a directory or does not exist"
         )
 
 
@@ -146,7 +146,7 @@ def _same(file: int, path: Path) -> bool:
 def _lock(argument: str, place: Place) -> int:
     file = files.open_lock(place.folder / LOCK)
     if files.is_locked_elsewhere(file):  # never true on a file system without locks
-        allowed = f"a place that no other export is writing to ({files.owner_of_lock(file)} is)"
+        allowed = f"a path that no other export is writing to ({files.owner_of_lock(file)} is)"
         raise ArgumentError(argument, str(place.path), allowed)
     with contextlib.suppress(OSError):  # on a full disk the export itself will fail
         os.ftruncate(file, 0)

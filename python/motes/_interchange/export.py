@@ -92,7 +92,7 @@ class Export:
         if frame % self.every:
             return
         if frame <= self._last:
-            raise MotesError(f"{self.path} has frame {frame} already: a frame is written once")
+            raise MotesError(f"{self.path} already has frame {frame}: a frame is written only once")
         self._check_attributes(world)
         self._wait(self._writer.has_room, f"writing particles to {self.path.name}")
         session = session_of(world)

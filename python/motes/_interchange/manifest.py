@@ -145,9 +145,9 @@ class Manifest:
         except (OSError, ValueError, RecursionError, MemoryError) as error:
             raise MotesError(f"{path} cannot be read: {error or type(error).__name__}") from error
         if not isinstance(said, dict) or said.get("format") != FORMAT:
-            raise MotesError(f"{path} is no manifest of particles")
+            raise MotesError(f"{path} is not a manifest of particles")
         if said.get("version") != VERSION:
-            raise MotesError(f"{path} is of version {said.get('version')}; this motes reads {VERSION}")
+            raise MotesError(f"{path} has version {said.get('version')}; this motes reads {VERSION}")
         try:
             manifest = cls._of(said)
             manifest._take_whole(folder)

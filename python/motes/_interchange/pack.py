@@ -68,7 +68,7 @@ def _export(
     place = place_of("output", target)
     place.format.require()
     if place.folder.resolve() == given.folder.resolve():
-        raise ArgumentError("output", str(target), "another place than the export that is read")
+        raise ArgumentError("output", str(target), "a place other than the export being read")
     claim = Claim.make("output", place)
     try:
         facts = manifest_of(given)

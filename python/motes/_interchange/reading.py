@@ -282,7 +282,7 @@ def _checked_rows(path: Path, columns: Mapping[str, NDArray[Any]]) -> int:
     """Return the number of particles in a file's columns. Raises MotesError if they are not valid columns."""
     for name, array in columns.items():
         if not isinstance(array, np.ndarray):  # NumPy returns bytes for an entry that is not .npy
-            raise MotesError(f"{path} cannot be read: {name!r} is no array")
+            raise MotesError(f"{path} cannot be read: {name!r} is not an array")
         if (
             array.ndim not in (1, 2)
             or array.shape[1:] not in ((), (3,), (4,))
@@ -293,7 +293,7 @@ def _checked_rows(path: Path, columns: Mapping[str, NDArray[Any]]) -> int:
     lengths = {len(array) for array in columns.values()}
     if len(lengths) != 1:
         raise MotesError(
-            f"{path} cannot be read: its columns have {sorted(lengths) or 'no'} rows, not the same"
+            f"{path} cannot be read: its columns have {sorted(lengths) or 'no'} rows, not equally many"
         )
     ids = columns.get("id", np.empty(0, np.uint64))
     if ids.ndim != 1 or ids.dtype.kind not in "iu" or (ids < 0).any():

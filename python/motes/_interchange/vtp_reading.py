@@ -96,7 +96,7 @@ class _Data:
         self._order = "<" if order == "LittleEndian" else ">"
         header = self.tree.get("header_type", "UInt32")
         if header not in ("UInt32", "UInt64"):
-            raise ValueError(f"lengths of the type {header!r} are not read")
+            raise ValueError(f"lengths of type {header!r} are not supported")
         self._length = np.dtype(self._order + _KINDS[header])
         self._packer = self.tree.get("compressor")
 
@@ -104,7 +104,7 @@ class _Data:
         """Return a column: (rows,), or (rows, width) if it has several components."""
         name, kind, form = said.get("Name", ""), said.get("type", ""), said.get("format", "ascii")
         if said.tag != "DataArray" or kind not in _KINDS:
-            raise ValueError(f"column {name!r} is of type {kind or said.tag!r}, which is not read")
+            raise ValueError(f"column {name!r} is of type {kind or said.tag!r}, which is not supported")
         width = _whole(said, "NumberOfComponents", "1")
         if width < 1:
             raise ValueError(f"column {name!r} has {width} components")
@@ -115,7 +115,7 @@ class _Data:
         elif form in ("binary", "appended"):
             found = self._binary(said, form == "appended", dtype, rows * width)
         else:
-            raise ValueError(f"column {name!r} is of the format {form!r}, which is not read")
+            raise ValueError(f"column {name!r} is in the format {form!r}, which is not supported")
         if len(found) != rows * width:
             raise ValueError(f"{name} is cut short: {len(found)} of {rows * width} numbers")
         native = found.astype(dtype.newbyteorder("="), copy=False)
@@ -125,7 +125,7 @@ class _Data:
         self, said: ElementTree.Element, appended: bool, dtype: np.dtype[Any], count: int
     ) -> NDArray[Any]:
         if self._packer is not None and self._packer not in _PACKERS:
-            raise ValueError(f"data packed by {self._packer} is not read; {' and '.join(_PACKERS)} are")
+            raise ValueError(f"data packed by {self._packer} is not supported; {' and '.join(_PACKERS)} are")
         source: _Raw | _Base64
         if not appended:
             text = "".join((said.text or "").split()).encode()

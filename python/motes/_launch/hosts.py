@@ -26,7 +26,7 @@ def check_names(argument: str, hosts: Iterable[str]) -> None:
     """Raise ArgumentError if one of the names, given without numbers of ranks, is not a valid host name."""
     for host in hosts:
         if not _NAME.fullmatch(host):
-            allowed = "names of hosts, of letters, digits, '.', '-' and '_', not beginning with '-'"
+            allowed = "names of hosts made of letters, digits, '.', '-' and '_', not beginning with '-'"
             raise ArgumentError(argument, host, allowed)
 
 
@@ -42,7 +42,7 @@ def reachable(hosts: str) -> str:
     if not answering:
         raise MotesError(f"no host answers: {hosts}")
     if silent:
-        tell(f"motes run: goes on without {', '.join(silent)}, which no longer answer")
+        tell(f"motes run: continues without {', '.join(silent)}, which no longer answer")
     return ",".join(answering)
 
 

@@ -177,7 +177,7 @@ def run(
             os.environ.pop("MOTES_FRESH", None)  # a restart resumes from this run's checkpoints
             if hosts is not None:
                 hosts = reachable(hosts)
-            tell(f"motes run: starts again; {left} more {'start is' if left == 1 else 'starts are'} allowed")
+            tell(f"motes run: restarts; {left} more {'restart is' if left == 1 else 'restarts are'} allowed")
             ended = supervise(compose(), variables)
         return ended.code
     if os.name == "posix":
@@ -187,7 +187,7 @@ def run(
 
 def cannot_survive(launcher: Version | None = None) -> str | None:
     """Return why the loss of a rank ends a job here; None: `run(..., survive=True)` lets others continue."""
-    wanted = "the loss of a rank is survived with Open MPI 5 or later, built with ULFM"
+    wanted = "surviving the loss of a rank needs Open MPI 5 or later, built with ULFM"
     version = library()
     for each in (version, launcher or version):
         if each.family != "Open MPI" or each.parts < (5,):
@@ -195,10 +195,10 @@ def cannot_survive(launcher: Version | None = None) -> str | None:
     from mpi4py import MPI
 
     if not hasattr(ctypes.CDLL(MPI.__file__), "MPIX_Comm_shrink"):
-        return f"{wanted}; this {version} was built without"
+        return f"{wanted}; this {version} was built without it"
     _core = importlib.import_module("motes._core")  # without starting MPI
     if not _core.mpi_can_survive():
-        return f"{wanted}; motes itself was built for another MPI"
+        return f"{wanted}; motes itself was built for a different MPI"
     return None
 
 

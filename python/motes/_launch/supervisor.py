@@ -82,7 +82,7 @@ def supervise(argv: Sequence[str], variables: Mapping[str, str] | None = None) -
     if code == 0 and relay.code is None and left:
         tell(
             f"motes: the run did not end: rank(s) {', '.join(map(str, left))} stopped inside `with world:`, "
-            "as where mpirun loses a host; its log tells how far it came"
+            "as when mpirun loses a host; its log shows how far it got"
         )
         return Ended(1, lost=True)
     code = 128 + signals.passed_on if code == -_ENDING and signals.passed_on else code

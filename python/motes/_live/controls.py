@@ -17,7 +17,7 @@ Choice = str | int | float
 
 MOST_LETTERS = 100
 MOST_CHOICES = 1000
-_CHOICES = "texts or finite numbers, each once"
+_CHOICES = "strings or finite numbers, without repeats"
 
 
 class Control:
@@ -113,7 +113,7 @@ class Control:
 
     def __bool__(self) -> NoReturn:
         """Refuse: a control is not its value."""
-        raise ArgumentError("control", self, f"tested by its value: {self.name}.value")
+        raise ArgumentError("control", self, f"tested as {self.name}.value")
 
     def __repr__(self) -> str:
         """Show its name and its current value."""
@@ -121,7 +121,7 @@ class Control:
 
     def __setattr__(self, name: str, _: object) -> NoReturn:
         """Refuse: viewers set its value."""
-        hint = ": viewers set it, at a border between frames" if name == "value" else ""
+        hint = ": viewers set it, between frames" if name == "value" else ""
         raise NotAssignableError(f"Control.{name} cannot be assigned{hint}")
 
     def __delattr__(self, name: str) -> NoReturn:
@@ -150,7 +150,7 @@ def made(
 ) -> Control:
     """Return a new control from the arguments of `World.control`, and set it to its default."""
     if not isinstance(name, str) or not 0 < len(name) <= MOST_LETTERS or not name.isprintable():
-        raise ArgumentError("name", name, f"a printable text of 1..{MOST_LETTERS} letters")
+        raise ArgumentError("name", name, f"a printable string of 1..{MOST_LETTERS} characters")
     if name in values:
         error = ArgumentError("name", name, "a new one")
         error.args = (f"a control named {name!r} already exists; names are unique",)
@@ -170,7 +170,7 @@ def made(
 def _no_bounds(kind: str, low: Any, high: Any, step: Any) -> None:
     for argument, given in (("low", low), ("high", high), ("step", step)):
         if given is not None:
-            raise ArgumentError(argument, given, f"left out where the control is of {kind}")
+            raise ArgumentError(argument, given, f"left out for a control of {kind}")
 
 
 def _choice(values: dict[str, Any], name: str, value: Any, choices: Any) -> Control:
@@ -195,7 +195,7 @@ def _is_choice(one: Any) -> bool:
 def _number(values: dict[str, Any], name: str, value: Any, low: Any, high: Any, step: Any) -> Control:
     for argument, given in (("low", low), ("high", high)):
         if given is None:
-            raise ArgumentError(argument, given, "given where the control is a number")
+            raise ArgumentError(argument, given, "given for a control that is a number")
     least = arguments.number("low", low, low=-1e300, high=1e300)
     most = arguments.number("high", high, low=-1e300, high=1e300)
     if not least < most:

@@ -98,7 +98,7 @@ class Orders:
 
     def _set(self, wish: Any) -> None:
         if not isinstance(wish, dict) or not 0 < len(wish) <= len(self._controls):
-            raise ValueError("set takes an object of names of controls and their values")
+            raise ValueError("set takes an object that maps names of controls to values")
         settled = {}
         for name, value in wish.items():
             if name not in self._controls:
@@ -148,7 +148,7 @@ def _checked(name: str, wish: Any) -> Any:
         return wish
     if name == "stop" and wish is True:
         return True
-    raise ValueError(f"there is no order {str(name)[:100]!r} with such a value")
+    raise ValueError(f"there is no order {str(name)[:100]!r} with this value")
 
 
 def _is_move(one: Any) -> bool:

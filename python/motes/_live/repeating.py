@@ -65,14 +65,10 @@ def _read(path: str, seed: int | None) -> tuple[steer_file.Header, dict[int, dic
     header, rows = steer_file.read(path)
     what = f"a {steer_file.NAME} of a run"
     if seed is not None and header["seed"] != seed:
-        raise ArgumentError(
-            "steering", path, f"{what} with seed {seed}: this one is of seed {header['seed']}"
-        )
+        raise ArgumentError("steering", path, f"{what} with seed {seed}: this one has seed {header['seed']}")
     now = same_script.facts()
     if header["script_sha256"] != now["sha256"] and not environment.read("MOTES_ANYWAY"):
-        allowed = (
-            f"{what} of this script: {_difference(Path(path), header, now)} (--anyway repeats it anyway)"
-        )
+        allowed = f"{what} of this script: {_difference(Path(path), header, now)} (--anyway repeats it)"
         raise ArgumentError("steering", path, allowed)
     return header, rows
 
@@ -82,6 +78,6 @@ def _difference(path: Path, header: steer_file.Header, now: dict[str, Any]) -> s
     try:
         text = json.loads((path.parent / "run.json").read_bytes())["script"]
     except (OSError, ValueError, KeyError, TypeError):
-        return "the script has changed since, or is another one"
+        return "the script has changed since, or is a different one"
     then = {"arguments": now["arguments"], "sha256": header["script_sha256"], "text": text}
     return same_script.difference(then, now)

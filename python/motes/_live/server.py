@@ -79,9 +79,7 @@ class Server:
         self._thread.start()
         self._ready.wait(START_S)
         if self.port == 0:
-            raise MotesError(
-                f"the live view cannot be served: {self._failure or 'its server does not start'}"
-            )
+            raise MotesError(f"the live view cannot be served: {self._failure or 'its server did not start'}")
 
     # --- what the run calls
 
@@ -188,7 +186,7 @@ class Server:
                 HTTPStatus.FORBIDDEN, "The address lacks the token that the run has printed.\n"
             )
         if not access.own_page(origin, host, local=access.is_local(self._live.host)):
-            return connection.respond(HTTPStatus.FORBIDDEN, "This page is not the run's own.\n")
+            return connection.respond(HTTPStatus.FORBIDDEN, "This page does not belong to the run.\n")
         if path == "/":
             return self._page(connection)
         if path != "/live":

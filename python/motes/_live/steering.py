@@ -134,16 +134,16 @@ class Steering:
         for name, value in row.get("set", {}).items():
             if name not in self.controls:
                 raise MotesError(
-                    f"the run that is repeated sets {name!r} before frame {frame}: no such control here"
+                    f"the repeated run sets {name!r} before frame {frame}: this run has no such control"
                 )
             try:
                 settled = settle(self.controls[name], value)
             except ValueError as error:
-                raise MotesError(f"the run that is repeated, frame {frame}: {error}") from None
+                raise MotesError(f"the repeated run, frame {frame}: {error}") from None
             if not _same(settled, value):
                 raise MotesError(
-                    f"the run that is repeated sets {name!r} to {value!r} before frame {frame}: not a value "
-                    "of this control"
+                    f"the repeated run sets {name!r} to {value!r} before frame {frame}: not a value of "
+                    "this control"
                 )
         self._obey({name: part for name, part in row.items() if name in ("set", "camera", "stop")})
 

@@ -5,7 +5,7 @@ const HALF_TURN = Math.PI, REFUSED_MS = 4000, RATE_MS = 500, MOST_TIMES = 30;
 const PARTS = `
   <main>
     <canvas data-part="picture" width="16" height="9" tabindex="0"
-            aria-label="The animation. Drag to orbit, arrow keys turn it too."></canvas>
+            aria-label="The animation. Drag or use the arrow keys to orbit."></canvas>
     <p data-part="blank" hidden>This run makes no pictures.</p>
     <div data-part="notice" role="status" hidden></div>
   </main>
@@ -20,8 +20,8 @@ const PARTS = `
       <button data-part="pace" aria-pressed="false" disabled>At film speed</button>
     </div>
     <div data-part="controls"></div>
-    <p class="help">Drag: orbit. Right button or Shift: move. Wheel: nearer, farther. Two fingers do both.<br>
-      Keys: space pauses, S steps, R resets the view, F keeps the film's speed, arrows orbit, + and - zoom.</p>
+    <p class="help">Drag: orbit. Right button or Shift: move. Wheel: zoom. Two fingers: move and zoom.<br>
+      Keys: space pauses, S steps, R resets the view, F plays at film speed, arrows orbit, + and - zoom.</p>
   </aside>
   <pre data-part="output" hidden></pre>`;
 
@@ -118,7 +118,7 @@ class View {
     const frame = Object.assign(document.createElement("b"), { textContent: state.frame ?? "-" });
     frame.dataset.part = "frame";
     this.part("frames").replaceChildren("frame ", frame, of + paused);
-    this.part("pause").textContent = state.paused ? "Go on" : "Pause";
+    this.part("pause").textContent = state.paused ? "Continue" : "Pause";
     for (const name of ["pause", "step", "pace"]) this.part(name).disabled = !on;
     this.part("pace").setAttribute("aria-pressed", Boolean(state.paced));
     for (const name of ["reset", "stop"]) this.part(name).disabled = !on || Boolean(state.repeats);
@@ -211,7 +211,7 @@ class View {
     this.part("pace").onclick = () => this.pace();
     this.part("reset").onclick = () => this.reset();
     this.part("stop").onclick = () => {
-      if (this.embedded || confirm("End the run after this frame? Film and log stay whole.")) this.say({ stop: true });
+      if (this.embedded || confirm("End the run after this frame? Film and log stay complete.")) this.say({ stop: true });
     };
   }
 

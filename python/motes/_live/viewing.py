@@ -97,5 +97,5 @@ def _from_afar(host: str, port: int) -> str:
     machine = socket.gethostname()
     if access.is_local(host):
         shown = f"[{host}]" if ":" in host else host
-        return f"from afar: ssh -L {port}:{shown}:{port} {machine}"
-    return f"from afar: the same, or ssh -L {port}:{machine}:{port} {machine}"
+        return f"from another machine: ssh -L {port}:{shown}:{port} {machine}"
+    return f"from another machine: the same, or ssh -L {port}:{machine}:{port} {machine}"

@@ -31,5 +31,5 @@ def read(path: Path) -> Triangles:
     except Exception as error:  # any: a damaged file can fail anywhere
         raise Unreadable(f"it is damaged: {type(error).__name__} {error}".rstrip()) from None
     if not len(triangles):
-        raise Unreadable(f"it has {len(vertices)} vertices and no triangle")
+        raise Unreadable(f"it has {len(vertices)} vertices but no triangles")
     return vertices, triangles

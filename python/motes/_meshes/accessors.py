@@ -56,7 +56,7 @@ class Accessors:
         buffer = self._buffer(view["buffer"])
         start, size = _natural(view.get("byteOffset", 0)), _natural(view["byteLength"])
         if start + size > len(buffer):
-            raise Unreadable(f"buffer view {index} ends behind its buffer")
+            raise Unreadable(f"buffer view {index} ends beyond its buffer")
         return buffer[start : start + size]
 
     def _items(self, view: int, start: int, count: int, width: int, dtype: np.dtype[Any]) -> NDArray[Any]:
@@ -64,7 +64,7 @@ class Accessors:
         size = width * dtype.itemsize
         stride = _natural(self._document["bufferViews"][view].get("byteStride", size))
         if count and (count - 1) * stride + start + size > len(content):
-            raise Unreadable(f"an accessor ends behind buffer view {view}")
+            raise Unreadable(f"an accessor ends beyond buffer view {view}")
         strides = (stride, dtype.itemsize)
         return np.ndarray((count, width), dtype, content, start if count else 0, strides).copy()
 
@@ -88,7 +88,7 @@ class Accessors:
             # A buffer without bytes is a placeholder for compressed data.
             compressed = [name for name in _MESHOPT if name in buffer.get("extensions", {})]
             if compressed:
-                raise Unreadable(f"its meshes are compressed by {compressed[0]}, which is not read")
+                raise Unreadable(f"its meshes are compressed by {compressed[0]}, which is not supported")
             if index:
                 raise Unreadable(f"buffer {index} has no content")
             return self._binary
@@ -96,11 +96,11 @@ class Accessors:
             head, _, body = uri.partition(",")
             return base64.b64decode(body) if head.endswith(";base64") else urllib.parse.unquote_to_bytes(body)
         if re.match(r"[A-Za-z][A-Za-z0-9+.-]*:|/|\\", uri) or ".." in Path(uri).parts:
-            raise Unreadable(f"buffer {index} is {uri!r}: only files in the same folder are read")
+            raise Unreadable(f"buffer {index} is {uri!r}: only files in the same folder are supported")
         return (self._folder / urllib.parse.unquote(uri)).read_bytes()
 
 
 def _natural(number: Any) -> int:
     if isinstance(number, bool) or not isinstance(number, int) or number < 0:
-        raise Unreadable(f"it is damaged: {number!r} where a whole number should stand")
+        raise Unreadable(f"it is damaged: {number!r} where a whole number should be")
     return number

@@ -32,16 +32,16 @@ def read(path: Path, content: bytes) -> Triangles:
     document, binary = _chunks(content)
     unread = [one for one in document.get("extensionsRequired", ()) if one not in READ]
     if unread:
-        raise Unreadable(f"it requires {', '.join(map(str, unread))}, which is not read")
+        raise Unreadable(f"it requires {', '.join(map(str, unread))}, which is not supported")
     return _Scene(document, Accessors(path, document, binary)).triangles()
 
 
 def _chunks(content: bytes) -> tuple[dict[str, Any], bytes]:
     if content[:4] != b"glTF" or len(content) < 12:
-        raise Unreadable("it does not begin as a .glb does")
+        raise Unreadable("it does not begin like a .glb file")
     version, length = (int.from_bytes(content[at : at + 4], "little") for at in (4, 8))
     if version != 2:
-        raise Unreadable(f"it is glTF of version {version}; version 2 is read")
+        raise Unreadable(f"it is glTF of version {version}; only version 2 is supported")
     if length > len(content):
         raise Unreadable(f"it is cut off: {len(content)} of {length} bytes")
     chunks: dict[int, bytes] = {}
@@ -72,7 +72,7 @@ class _Scene:
         for points, corners in self._parts():
             wrong = corners[(corners < 0) | (corners >= len(points))]
             if len(wrong):
-                raise Unreadable(f"a triangle has vertex {wrong[0]}, counted from 0, of {len(points)}")
+                raise Unreadable(f"a triangle uses vertex {wrong[0]}, counted from 0, of {len(points)}")
             vertices.append(points)
             triangles.append(corners + count)
             count += len(points)
@@ -238,6 +238,6 @@ def _matrix(node: dict[str, Any]) -> Floats:
 def _unit(quaternion: NDArray[np.float64]) -> NDArray[np.float64]:
     length = np.linalg.norm(quaternion)
     if not 0.5 < length < 2:
-        raise Unreadable("a rotation is no unit quaternion")
+        raise Unreadable("a rotation is not a unit quaternion")
     made: NDArray[np.float64] = quaternion / length
     return made

@@ -31,9 +31,9 @@ def read(_: Path, content: bytes) -> Triangles:
             corners += [_index(word, len(numbers), line) for word in words[1:]]
             lines.append(line)
         elif words[0] in _FREE_FORM:
-            raise Unreadable(f"line {line}: free-form surfaces ({words[0].decode()}) are not read")
+            raise Unreadable(f"line {line}: free-form surfaces ({words[0].decode()}) are not supported")
         elif words[0] in _COMMANDS:
-            raise Unreadable(f"line {line}: {words[0].decode()} is not done")
+            raise Unreadable(f"line {line}: {words[0].decode()} is not supported")
     vertices = _positions(numbers)
     faces = np.array(counts, np.int64), np.array(corners, np.int64)
     return vertices, triangulate(vertices, *faces, lambda face: f"line {lines[face]}: the face")
@@ -54,7 +54,7 @@ def _index(word: bytes, vertices: int, line: int) -> int:
     try:
         index = int(word.partition(b"/")[0])
     except ValueError:
-        raise Unreadable(f"line {line}: {word.decode(errors='replace')!r} is no vertex") from None
+        raise Unreadable(f"line {line}: {word.decode(errors='replace')!r} is not a vertex") from None
     if index == 0 or index < -vertices:
         known = f"1 to {vertices}, or -{vertices} to -1" if vertices else "none above this line"
         raise Unreadable(f"line {line}: vertex {index} does not exist; vertices are {known}")

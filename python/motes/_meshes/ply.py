@@ -175,7 +175,7 @@ def _header(content: bytes) -> tuple[list[_Element], str, int]:
             *counted, kind = (_TYPES[one] for one in kinds)
             elements[-1].properties.append(_Property(words[-1], kind, *counted))
     if order is None:
-        raise Unreadable(f"its format is none of {', '.join(_ORDERS)}")
+        raise Unreadable(f"its format is not one of {', '.join(_ORDERS)}")
     return elements, order, start
 
 
@@ -184,7 +184,7 @@ def _positions(body: _Body, element: _Element) -> NDArray[np.float64]:
         raise Unreadable("its vertices have no x, y and z")
     found = _records(body, element)
     if found is None:
-        raise Unreadable("lists of different lengths in its vertices are not read")
+        raise Unreadable("lists of different lengths in its vertices are not supported")
     return np.stack([found[axis].astype(np.float64) for axis in "xyz"], axis=-1)
 
 
@@ -211,7 +211,7 @@ def _records(body: _Body, element: _Element) -> NDArray[Any] | None:
             0, [(one.name, "f8", (0,)) if one.count else (one.name, "f8") for one in element.properties]
         )
     if element.rows < 0:
-        raise Unreadable(f"it has {element.rows} of the element {element.name!r}")
+        raise Unreadable(f"its number of elements {element.name!r} is {element.rows}")
     found = body.rows(element, body.peek_lengths(element))
     if found is None and not any(one.count for one in element.properties):
         raise Unreadable("it is cut off")

@@ -39,7 +39,7 @@ def triangulate(
     wrong = np.flatnonzero((corners < 0) | (corners >= len(vertices)))
     if len(wrong):
         face = int(np.searchsorted(np.cumsum(counts), wrong[0], side="right"))
-        raise Unreadable(f"{name(face)} has vertex {corners[wrong[0]]}, counted from 0, of {len(vertices)}")
+        raise Unreadable(f"{name(face)} uses vertex {corners[wrong[0]]}, counted from 0, of {len(vertices)}")
     starts = np.cumsum(counts) - counts
     made: list[Indices] = []
     faces: list[Indices] = []

@@ -111,12 +111,12 @@ def check_alone() -> None:
             f"{found.name} seems to have started {processes} ({seen}), but MPI here sees only this one: "
             "each would compute the whole animation and overwrite the files of the others. "
             f"The launcher does not belong to the MPI library in use, {library}. Start the script with "
-            "`python -m motes run -n N script.py`, or set MOTES_ALONE=1 if each process is to run by itself"
+            "`python -m motes run -n N script.py`, or set MOTES_ALONE=1 if each process should run on its own"
         )
     tasks = os.environ.get("SLURM_NTASKS", "")
     if "SLURM_JOB_ID" in os.environ and tasks.isdigit() and int(tasks) > 1:
         tell(
-            f"motes: the scheduler gave this job {tasks} tasks, and this script runs on one; "
+            f"motes: the scheduler gave this job {tasks} tasks, but this script runs on only one; "
             f"`python -m motes run -n {tasks} script.py` uses them all"
         )
 

@@ -58,8 +58,8 @@ def load_core() -> ModuleType:
             raise
         loaded = module.Get_library_version().split(",")[0].splitlines()[0]
         launchers.give_up(
-            f"the compiled core was built for another MPI than {loaded}, which mpi4py has loaded "
-            f"({error}){paths()}; `python -m motes doctor` tells more"
+            f"the compiled core was built for a different MPI, but mpi4py has loaded {loaded} "
+            f"({error}){paths()}; `python -m motes doctor` shows more"
         )
 
 
@@ -73,4 +73,6 @@ def problem_of_mpi(error: Exception) -> str:
 def paths() -> str:
     """Return a clause about LD_LIBRARY_PATH, or "" if it is not set."""
     path = os.environ.get("LD_LIBRARY_PATH", "")
-    return f"; LD_LIBRARY_PATH={path} may put libraries of another MPI first: unset it" if path else ""
+    return (
+        f"; LD_LIBRARY_PATH={path} may put the libraries of a different MPI first: unset it" if path else ""
+    )

@@ -126,7 +126,7 @@ class Presence:
         failed = {int(next(filter(None, first.groups())))} & set(self._gone) if first else set()
         gone = sorted(failed or self._gone)
         who = f"rank{'s' if len(gone) > 1 else ''} {', '.join(map(str, gone))}"
-        others = "; the others would wait for ever" if self.hopeless else ""
+        others = "; the others would wait forever" if self.hopeless else ""
         signal = _SIGNAL.search(launcher)
         how = f", on signal {signal[1].decode()}" if signal else ""
         return f"{who} ended before MPI had started{how}{others}" + (f": {error}" if error else "")

@@ -46,7 +46,7 @@ def no_column(system: str, name: str, values: Any, known: Iterable[str]) -> Argu
     """Return the error for a column that a system lacks; it says how to declare it or leave it out."""
     ours = NAMES.get(name)
     if ours is not None:
-        return ArgumentError("column", name, f"named as here: emit({ours}=...)")
+        return ArgumentError("column", name, f"named as in motes: emit({ours}=...)")
     initial = "(0, 0, 0)" if np.ndim(values) == 2 else "0.0"
     declared = f"world.system({system!r}, attributes={{{name!r}: {initial}}})"
     left_out = "s.emit(**particles.columns('position'))"

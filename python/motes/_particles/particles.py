@@ -134,7 +134,7 @@ class LocalParticles:
 
     def _live(self) -> _core.Engine:
         if self._engine is None:
-            raise MotesError("views of particles are valid inside `with system.local() as p:` only")
+            raise MotesError("views of particles are valid only inside `with system.local() as p:`")
         return self._engine
 
 
@@ -155,8 +155,8 @@ def keep_preview(particles: LocalParticles) -> None:
             continue
         if particles._strict:
             raise MotesError(
-                f"particles.{name} was written behind its back; with sub-steps, write into the view "
-                f"itself: particles.{name}[...] = ..."
+                f"particles.{name} was changed without writing into its view; with sub-steps, write into "
+                f"the view itself: particles.{name}[...] = ..."
             )
         return particles._live().keep_preview(particles._system)
 

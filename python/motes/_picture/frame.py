@@ -104,7 +104,7 @@ class Frame:
     def _no_light(self) -> MotesError:
         return MotesError(
             f"frame {self.index} has no linear picture: only the 8-bit one was kept; "
-            "ask for it with Renderer(linear=True)"
+            "request it with Renderer(linear=True)"
         )
 
     def layer(self, name: Literal["depth", "alpha", "velocity"]) -> NDArray[np.float32]:
@@ -134,7 +134,7 @@ class Frame:
 
     def _allowed_layers(self) -> str:
         if not self._layers:
-            return "one of the renderer's layers, which has none: ask for them with Renderer(layers=...)"
+            return "one of the renderer's layers, but it has none: request them with Renderer(layers=...)"
         return "one of the renderer's layers: " + ", ".join(map(repr, self._layers))
 
     def save(self, path: str | os.PathLike[str], *, bits: Literal[8, 16] = 8) -> None:

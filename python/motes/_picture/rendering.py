@@ -89,7 +89,9 @@ class Camera(Settings):
         """Set the engine's camera to the attributes at a time (s); `pose` replaces the first of them."""
         now = {name: at(self.__dict__[name], time) for name in self._checks}
         if now["aperture"] > 0 and now["focus"] is None:
-            raise ArgumentError("focus", None, "given with an aperture: metres to what is sharp")
+            raise ArgumentError(
+                "focus", None, "given with an aperture: the distance in metres at which objects are sharp"
+            )
         now["focus"] = now["focus"] or 0
         given = list(now.values())
         view.set_camera(*(given if pose is None else (*pose, *given[len(pose) :])))

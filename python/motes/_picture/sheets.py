@@ -66,7 +66,7 @@ def tiles_of(image: NDArray[np.uint8] | None, tiles: Any) -> tuple[int, int] | N
         return None
     allowed = f"two integers in 1..{MOST_TILES}: columns, rows"
     if image is None:
-        raise ArgumentError("tiles", tiles, "given with `image`, which it cuts")
+        raise ArgumentError("tiles", tiles, "given with `image`, which it divides")
     pair = arguments.listed("tiles", tiles, allowed)
     if len(pair) != 2:
         raise ArgumentError("tiles", tiles, allowed)
@@ -89,7 +89,7 @@ def sheet_of(image: NDArray[np.uint8], tiles: tuple[int, int] | None) -> Sheet:
     down = min(MOST_IMAGE_PIXELS // high, MOST_TILES, count)
     across = -(-count // down)
     if across > MOST_TILES or across * wide > MOST_IMAGE_PIXELS:
-        allowed = f"pictures that fit together into one of {MOST_IMAGE_PIXELS}x{MOST_IMAGE_PIXELS}"
+        allowed = f"pictures that together fit into one of {MOST_IMAGE_PIXELS}x{MOST_IMAGE_PIXELS}"
         raise ArgumentError("image", f"{count} pictures of {wide}x{high}", allowed)
     whole = np.zeros((down * across, high, wide, 4), np.uint8)
     whole[:count] = cut
@@ -103,7 +103,7 @@ def pick_of(image: NDArray[np.uint8] | None, tiles: Any, pick: Any) -> Any:
     if pick is None:
         return "random" if several else None
     if not several:
-        raise ArgumentError("pick", pick, "given with `tiles`, or with a list of images, of which it picks")
+        raise ArgumentError("pick", pick, "given with `tiles` or a list of images, from which it picks")
     if isinstance(pick, str):
         if pick not in PICKS:
             raise ArgumentError("pick", pick, PICK, known=PICKS)

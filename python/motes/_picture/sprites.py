@@ -187,20 +187,20 @@ def check_change(before: Sprite, after: Any) -> None:
     if not isinstance(after, Sprite):
         raise ArgumentError("sprite", after, "a motes.Sprite")
     if after.length != before.length:
-        kept = "no ribbon" if before.length is None else f"a ribbon of {before.length} s"
+        kept = "not a ribbon" if before.length is None else f"a ribbon of {before.length} s"
         raise ArgumentError(
-            "sprite", after, f"{kept}, as where the system was made: it keeps positions for that"
+            "sprite", after, f"{kept}, as when the system was created: it stores positions for that"
         )
 
 
 def _pixels(pixels: Any, height: Any) -> int | None:
     if pixels is None:
         if height is not None:
-            raise ArgumentError("height", height, "given with `pixels` left out: it says the same")
+            raise ArgumentError("height", height, "given without `pixels`: both set the size")
         return None
     checked = arguments.integer("pixels", pixels, low=1, high=MOST_PIXELS)
     if height is not None and checked != DEFAULT_PIXELS:
-        raise ArgumentError("height", height, "given with `pixels` left out: it says the same")
+        raise ArgumentError("height", height, "given without `pixels`: both set the size")
     return checked
 
 
@@ -248,11 +248,11 @@ def _check_ribbon(sprite: Sprite) -> None:
     if sprite.height is not None:
         raise ArgumentError("height", sprite.height, "left out for a ribbon: `width` is its size")
     if sprite.shadow > 0:
-        raise ArgumentError("shadow", sprite.shadow, "0 for a ribbon: it throws no shadow")
+        raise ArgumentError("shadow", sprite.shadow, "0 for a ribbon: it casts no shadow")
 
 
 def _height(height: Any) -> float:
     number = arguments.number("height", height, low=0, high=1)
     if number < 1e-9:  # far below a pixel, and refused by the core
-        raise ArgumentError("height", height, "a part of the picture's height, 1e-9 or more")
+        raise ArgumentError("height", height, "a fraction of the picture's height, 1e-9 or more")
     return number

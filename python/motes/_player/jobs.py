@@ -44,9 +44,9 @@ def checked(script: Any, n: Any, arguments: Any, paused: Any) -> Job:
     """Return the arguments of `motes.launch` as a job. Raises ArgumentError."""
     path = checks.file_path("script", script)
     if not path.is_file():
-        raise ArgumentError("script", script, "the path of a script, which exists")
+        raise ArgumentError("script", script, "the path of an existing script")
     ranks = checks.integer("n", n, low=1, high=starting.most_ranks())
-    allowed = "a list of what follows the script on its command line"
+    allowed = "a list of the script's command line arguments"
     if isinstance(arguments, (str, bytes)) or not isinstance(arguments, Sequence):
         raise ArgumentError("arguments", arguments, allowed)
     given = tuple(str(one) for one in arguments)
@@ -96,7 +96,7 @@ class JobPlay(Play):
             return
         self._asked += 1
         if self._asked == 1 and self._joined:
-            self.face.tell(stop="End at once")
+            self.face.tell(stop="End now")
             self._bridge.say({"stop": True})
         elif self._asked <= 2:
             self._asked = 2

@@ -42,7 +42,9 @@ def show(world: World, loop: Callable[..., Any], *, paused: bool = False) -> Pla
     if not isinstance(world, World):
         raise ArgumentError("world", world, "a motes.World")
     if world.size > 1:
-        raise ArgumentError("world", world, "a world of one process; motes.launch runs a script on many")
+        raise ArgumentError(
+            "world", world, "a world of one process; use motes.launch to run a script on several"
+        )
     if not callable(loop):
         raise ArgumentError("loop", loop, "a function without arguments, or of the world")
     arguments.flag("paused", paused)

@@ -50,7 +50,7 @@ class Busy:
         if time.monotonic() - self._start > _ANNOUNCE_AT * min(run.warn_s for run in self._runs):
             self._announced = True
             self._send(self.what)
-            tell(f"motes: {process.describe()} is still {self.what}; the other ranks wait for it")
+            tell(f"motes: {process.describe()} is still {self.what}; the other ranks are waiting for it")
 
     def _send(self, text: str) -> None:
         from mpi4py import MPI

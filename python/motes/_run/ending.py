@@ -90,7 +90,7 @@ def _become_fork() -> None:
     rank_process.became_fork()
     if process.entered:  # crashes would be reported as the rank's
         _core.name_crashes("", losses.lost_line())
-        _core.set_place(f"a process that {place(process.rank)} has forked off")
+        _core.set_place(f"a process forked by {place(process.rank)}")
     _core.forget_stop_signal()
     process.forget()
     if sys.excepthook is _on_exception:

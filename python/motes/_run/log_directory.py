@@ -62,7 +62,7 @@ class LogDirectory:
             return cls._claim(path, os.fspath(directory), continued)
         except OSError as error:
             reason = error.strerror or str(error)
-            raise LogError(f"the log directory {path} cannot be made: {reason}") from error
+            raise LogError(f"the log directory {path} cannot be created: {reason}") from error
 
     @classmethod
     def _claim(cls, path: Path, given: str, continued: bool) -> Self:
@@ -91,7 +91,7 @@ class LogDirectory:
             if stays:  # then so does the lock
                 return cls(path, lock, moved)
             os.close(lock)
-        raise LogError(f"other runs keep on claiming the log directory {path}")
+        raise LogError(f"other runs keep claiming the log directory {path}")
 
     def release(self) -> None:
         """Release the lock; do nothing if it has been released."""
@@ -156,10 +156,10 @@ def _lock(path: Path, given: str) -> int | None:
         file,
         without=lambda error: tell(
             f"motes: {path} is on a file system without locks ({error.strerror}): "
-            "another run into it at the same time would not be noticed"
+            "another run that uses it at the same time would not be noticed"
         ),
     ):
-        allowed = f"{ALLOWED} (the run of {files.owner_of_lock(file)} is writing into this one)"
+        allowed = f"{ALLOWED} (the run of {files.owner_of_lock(file)} is writing to this one)"
         raise ArgumentError("log", given, allowed)
     try:
         same = os.path.samestat(os.fstat(file), os.stat(path / LOCK))

@@ -92,14 +92,14 @@ class PeerWatch:
         if rank < 0:
             lives = [self.alive(peer) for peer in range(self.size)]
             known = False if False in lives else None if None in lives else True
-            return known, "their processes live" if known else ""
+            return known, "their processes are alive" if known else ""
         known = self.alive(rank)
         if known is None:
-            return None, "its process is on another host, where nobody here can tell whether it lives"
+            return None, "its process is on another host, so whether it is alive is unknown"
         if not known:
             return False, "its process is gone"
         if rank == self.rank:
-            return True, "its process lives"
+            return True, "its process is alive"
         return True, f"its process {self.peers[rank].pid} {_state(self.peers[rank].pid)}"
 
     def close(self) -> None:
@@ -128,10 +128,10 @@ def _state(pid: int) -> str:
         with open(f"/proc/{pid}/stat", "rb") as file:
             state = file.read().rpartition(b")")[2].split()[0]
         if state == b"T":
-            return f"is stopped (`kill -CONT {pid}` lets it go on)"
+            return f"is stopped (`kill -CONT {pid}` resumes it)"
         if state == b"t":
             return "is stopped by a debugger"
-    return "lives"
+    return "is alive"
 
 
 def _started(pid: int) -> int | None:

@@ -41,7 +41,7 @@ def difference(then: dict[str, Any], now: dict[str, Any]) -> str:
         if before != after:
             start = _first_difference(before or "", after or "")
             return f"the script's line {number} was {_line(before, start)} and is {_line(after, start)}"
-    return "the ends of the script's lines have changed"
+    return "the script's line endings have changed"
 
 
 def _arguments(given: list[str]) -> str:
@@ -56,7 +56,7 @@ def _first_difference(before: str, after: str) -> int:
 def _line(text: str | None, difference: int) -> str:
     """Return a line's text, or of a long one the part around the difference."""
     if text is None:
-        return "not there"
+        return "missing"
     start = max(0, difference - _SHOWN // 2) if len(text.strip()) > _SHOWN else 0
     shown = text[start:].strip()
     shown = shown if len(shown) <= _SHOWN else shown[:_SHOWN] + "..."

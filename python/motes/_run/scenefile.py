@@ -26,7 +26,7 @@ from ..errors import MotesError
 
 __all__ = ["NO_PICTURE", "Recording", "claim", "record"]
 
-NO_PICTURE = "a recording draws none; `record --full` does"
+NO_PICTURE = "a recording draws no pictures; `record --full` does"
 
 
 @dataclass(eq=False, repr=False)
@@ -48,7 +48,7 @@ class Recording:
     def refuse(self, frame: int, what: str) -> NoReturn:
         """Raise MotesError: a scene cannot hold what the script did."""
         raise MotesError(
-            f"record: frame {frame}: {what}, which only Python can do again; a recorded scene cannot hold it"
+            f"record: frame {frame}: {what}, which only Python can repeat; a recorded scene cannot contain it"
         )
 
     def keep(self, engine: _core.Engine, facts: Mapping[str, Any], here: bool) -> None:
@@ -59,7 +59,7 @@ class Recording:
     def write(self) -> None:
         """Write the file, whole or not at all."""
         if self.content is None:
-            raise MotesError("record: the script ran no world to its end; nothing was written")
+            raise MotesError("record: the script ran no world to its end, so nothing was written")
         if self.here:
             files.write_whole(self.path, self.content)
 
@@ -72,7 +72,7 @@ def claim(engine: _core.Engine) -> Recording | None:
     if active is None:
         return None
     if active.claimed:
-        raise MotesError("record: the script makes a second world; a scene holds one")
+        raise MotesError("record: the script creates a second world; a scene holds only one")
     active.claimed = True
     engine.keep_lists(active.full)
     return active

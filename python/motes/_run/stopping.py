@@ -108,8 +108,8 @@ def closing_line(number: int, *, frames: int, total: int, goes_on: bool) -> str:
     `goes_on`: there is a checkpoint of this frame.
     """
     of = f" of {total}" if total else ""
-    rest = "; the same command goes on from there" if goes_on else ""
+    rest = "; the same command continues from there" if goes_on else ""
     return (
         f"motes: stopped by {_name_of(number)} after frame {frames}{of}; "
-        f"the log and the film are whole up to it{rest}"
+        f"the log and the film are complete up to it{rest}"
     )

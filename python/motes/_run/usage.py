@@ -50,13 +50,13 @@ class Usage:
         """Raise MotesError if the world belongs to another process or thread."""
         if self.inherited:
             raise MotesError(
-                f"{call} in a process that was forked off: this world is its parent's; make "
-                "a new World there, or read what it needs before the fork"
+                f"{call} in a forked process: this world belongs to its parent; create "
+                "a new World there, or read what you need before the fork"
             )
         if self._owner is not None and self._owner is not threading.current_thread():
             raise MotesError(
-                f"{call} while motes.show runs this world's loop in a thread, which alone may use it: "
-                "call wait() or stop() of what motes.show returned first"
+                f"{call} while motes.show runs this world's loop in a thread: "
+                "only that thread may use the world; call wait() or stop() of what motes.show returned first"
             )
 
     @property
@@ -96,7 +96,7 @@ class Usage:
         if threading.get_ident() != self._thread:
             return (
                 f"{call} in thread {threading.current_thread().name!r} while {self._call} runs in another: "
-                "one thread at a time may use a world"
+                "only one thread at a time may use a world"
             )
         if self._callback is not None:
             return (

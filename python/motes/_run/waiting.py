@@ -45,17 +45,16 @@ class Wait:
         waited = f"waited {self.waited_s:.0f} s for {self.what}"
         if self.limit_s is not None and self.waited_s > self.limit_s:
             raise MotesError(
-                f"{waited} (the limit was set by MOTES_STALL_S={self.limit_s:g}: "
-                "set more seconds, or unset it)"
+                f"{waited} (the limit was set by MOTES_STALL_S={self.limit_s:g}: increase it, or unset it)"
             )
         if self.limit_s is None and self.waited_s > UNKNOWN * WARN_S:
-            raise MotesError(f"{waited} (MOTES_STALL_S=seconds sets another limit)")
+            raise MotesError(f"{waited} (MOTES_STALL_S=seconds changes the limit)")
         if self.waited_s > self._next_warning_s:
             self._next_warning_s += WARN_S
-            told = "MOTES_STALL_S=seconds sets another limit"
+            told = "MOTES_STALL_S=seconds changes the limit"
             if self.limit_s is not None:
-                told = f"MOTES_STALL_S={self.limit_s:g} set that limit"
-            tell(f"motes: {waited}; it waits for {self.limit_s or UNKNOWN * WARN_S:g} s in all ({told})")
+                told = f"set by MOTES_STALL_S={self.limit_s:g}"
+            tell(f"motes: {waited}; it waits for {self.limit_s or UNKNOWN * WARN_S:g} s in total ({told})")
 
 
 def warn_s(limit_s: float | None) -> float:

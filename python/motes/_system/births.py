@@ -41,7 +41,7 @@ class Births:
         where = as_shape("shape", shape)
         before = None if moving_from is None else as_shape("moving_from", moving_from)
         if before is not None and (type(before) is not type(where) or isinstance(where, Union)):
-            raise ArgumentError("moving_from", before, f"a {type(where).__name__}, as shape is, and no Union")
+            raise ArgumentError("moving_from", before, "of the same kind as shape, and not a Union")
         session, given, until, scale = self._recorded.session, 0.0, list[float](), 0.0
         if isinstance(rate, Curve):
             settings = session.settings
@@ -70,7 +70,7 @@ class Births:
         given: dict[str, Any] = {"position": position, **columns}
         if particles is not None:
             if not isinstance(particles, Particles):
-                allowed = "motes.Particles; arrays go by name: position=..."
+                allowed = "motes.Particles; pass arrays by name: position=..."
                 raise ArgumentError("particles", particles, allowed)
             given = particles.columns() | (columns if position is None else given)
         whole = particles is None and not system.attributes.keys() - COPIES - given.keys()

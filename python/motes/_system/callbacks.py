@@ -81,7 +81,9 @@ class Callbacks:
         engine = session.begin(call)
         try:
             if session.recording is not None:
-                session.recording.refuse(session.frame, f"'{system.name}' calls {_name_of(function)} back")
+                session.recording.refuse(
+                    session.frame, f"'{system.name}' calls the function {_name_of(function)}"
+                )
             record(engine, system.index)
             system.functions.append(function)
             system.add(function, script_lines.running_line(4))

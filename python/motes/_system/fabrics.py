@@ -26,7 +26,7 @@ def cloth(births: Births, rows: Any, columns: Any, origin: Any, along: Any, acro
     sides = np.array([arguments.triple("along", along), arguments.triple("across", across)])
     if not np.linalg.norm(np.cross(*sides)) > 0:
         raise ArgumentError(
-            "across", across, "a vector that is not parallel to `along`; both above 0 in length"
+            "across", across, "a vector that is not parallel to `along`; both must be longer than 0"
         )
     grid = np.stack(np.meshgrid(np.arange(rows), np.arange(columns), indexing="ij"), -1).reshape(-1, 2)
     rest = (grid / (rows - 1, columns - 1)) @ sides
@@ -49,7 +49,7 @@ def rope(births: Births, start: Any, end: Any, count: Any, pinned: Any) -> Ties:
     begin = np.array(arguments.triple("start", start))
     way = np.array(arguments.triple("end", end)) - begin
     if not np.linalg.norm(way) > 0:
-        raise ArgumentError("end", end, "another point than `start`")
+        raise ArgumentError("end", end, "a point other than `start`")
     rest = np.linspace(0, 1, count)[:, None] * way
     number = np.arange(count)
     pairs = [np.stack([number[:-step], number[step:]], -1) for step in (1, 2)]

@@ -95,7 +95,7 @@ class FirstFrame:
             elif isinstance(item, actions.SizeOverLife):
                 sizes.append(("size_over_life", np.asarray([size for _, size in item.ramp])))
         found += [
-            f"{name}: colours are linear RGB in 0..1, {_shown(bounds[1])} looks like 0..255, divide it by 255"
+            f"{name}: colours are linear RGB in 0..1, {_shown(bounds[1])} looks like 0..255: divide it by 255"
             for name, bounds in colors
             if _looks_like_bytes(*bounds)
         ]
@@ -106,7 +106,7 @@ class FirstFrame:
         moves = [i for i, item in enumerate(recorded) if isinstance(item, actions.Move)]
         bounces = [i for i, item in enumerate(recorded) if isinstance(item, actions.Bounce)]
         if moves and bounces and bounces[-1] > moves[-1]:
-            return ["bounce after move: record bounce before move, which then ends where the rebound does"]
+            return ["bounce after move: record bounce before move, so that move follows the rebound"]
         if moves:
             return []
         if any(isinstance(item, PUSHES) for item in recorded) or self._given("velocity"):

@@ -54,7 +54,7 @@ def changes_of(pairs: Pairs, function: Callable[[Pairs], object]) -> NDArray[np.
     if changes is None:
         return None
     shape = (len(pairs), 3)
-    allowed = f"the changes of velocity of the own particles: numbers of shape {shape}, or None"
+    allowed = f"the velocity change of each pair's own particle: numbers of shape {shape}, or None"
     array = arguments.floats("the result of a procedure of pairs", changes, np.float32, allowed)
     if array.shape != shape:
         raise ArgumentError("the result of a procedure of pairs", array.shape, allowed)

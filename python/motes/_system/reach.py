@@ -42,6 +42,10 @@ def check_reach(argument: str, radius: Any, periods: tuple[Period, ...], *, part
     if radius * parts <= half_period(periods):
         return
     most = half_period(periods) / parts
-    whose = "half of the shortest period" if parts == 1 else "so that two reach half of the shortest period"
+    whose = (
+        "half of the shortest period"
+        if parts == 1
+        else "so that two together span half of the shortest period"
+    )
     hint = "; give one" if math.isinf(radius) else ""
     raise ArgumentError(argument, radius, f"at most {most:g} m in this periodic world, {whose}{hint}")

@@ -29,7 +29,7 @@ def kept_attributes(periods: Sequence[Period], sprite: Sprite) -> list[tuple[str
 
 def kept_error(call: str, name: str) -> ArgumentError:
     """Return the error for a script that sets an attribute of `kept_attributes`."""
-    return ArgumentError(call, name, "an attribute that scripts may set; the engine keeps this one itself")
+    return ArgumentError(call, name, "an attribute that scripts may set; only the engine sets this one")
 
 
 class Recorded:

@@ -24,7 +24,7 @@ __all__ = ["Earlier", "OpenFiles", "Session", "outside"]
 
 def outside(call: str) -> MotesError:
     """Return the error for a call before a world's start or after its end."""
-    return MotesError(f"{call} works inside `with world:` only, or after world.open()")
+    return MotesError(f"{call} works only inside `with world:` or after world.open()")
 
 
 class Earlier(Protocol):

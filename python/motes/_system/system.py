@@ -420,7 +420,7 @@ class System(Bodies):
         that they separate: of n domains, the first n // 2 lie below cut n // 2 - 1, and so on recursively.
         """
         if self._session.engine is None:
-            raise MotesError("cuts exist inside `with world:` only")
+            raise MotesError("cuts exist only inside `with world:`")
         tree = self._session.engine.cuts(self._recorded.index)
         if are_bricks(self._recorded.axes):
             return np.array([("xyz"[axis], at) for axis, at in tree], CUT)

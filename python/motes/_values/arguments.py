@@ -90,7 +90,7 @@ def choice(argument: str, value: Any, allowed: Sequence[str]) -> Any:
 def key(argument: str, value: Any) -> str:
     """Return a script's key as a string that differs from every script line such as "snow.py:21"."""
     if isinstance(value, bool) or not isinstance(value, (str, int, np.integer)):
-        raise ArgumentError(argument, value, "a text or an integer")
+        raise ArgumentError(argument, value, "a string or an integer")
     return repr(value if isinstance(value, str) else int(value))
 
 
@@ -194,7 +194,7 @@ def file_path(argument: str, value: Any) -> Path:
         path = Path(value)
         encoded = os.fsencode(path)
     except TypeError:  # a path of bytes
-        raise ArgumentError(argument, value, "a path of text") from None
+        raise ArgumentError(argument, value, "a path as a string, not bytes") from None
     except UnicodeEncodeError:
         raise ArgumentError(argument, value, "a path that the file system can write") from None
     if b"\0" in encoded:
@@ -236,5 +236,5 @@ def rows(attribute: str, values: Any, width: int, count: int | None) -> NDArray[
     if not fits or not (np.isfinite(array).all() or endless):
         raise ArgumentError(attribute, values, allowed)
     if count is not None and len(array) != count:
-        raise ArgumentError(attribute, values, f"of {count} rows, as position has")
+        raise ArgumentError(attribute, values, f"of {count} rows, like position")
     return array

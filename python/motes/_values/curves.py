@@ -126,7 +126,7 @@ class Curve(Value, Moving):
             high: seconds, at least `low`.
         """
         if self._is_vector:
-            raise ArgumentError("curve", self, "of numbers: a vector has no integral here")
+            raise ArgumentError("curve", self, "a curve of numbers: curves of vectors have no integral")
         low, high = arguments.number("low", low), arguments.number("high", high)
         return self._until(high) - self._until(low)
 
@@ -222,7 +222,7 @@ class Combined(Curve):
         self.__dict__["times"] = tuple(sorted({time for times in both for time in times}))
         for time in self.times:
             if not all(map(math.isfinite, _parts(self(time)))):
-                raise ArgumentError("operand", b, "one with which the curve stays finite")
+                raise ArgumentError("operand", b, "one that keeps the curve finite")
 
     @property
     def operation(self) -> str:

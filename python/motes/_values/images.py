@@ -62,11 +62,9 @@ def _bytes(picture: Any) -> NDArray[np.uint8]:
     elif mode == "F":
         part = grey.astype(np.float64)
     else:
-        raise ValueError(
-            f"numbers of 32 bits, of mode {mode}, have no known range: save it with 8 or 16 bits"
-        )
+        raise ValueError(f"32-bit values of mode {mode} have no known range: save it with 8 or 16 bits")
     if not ((part >= 0) & (part <= 1)).all():
-        raise ValueError("its numbers must be within 0..1")
+        raise ValueError("its values must be within 0..1")
     whole = np.full((*grey.shape, 4), 255, np.uint8)
     whole[:, :, :3] = np.rint(part * 255)[:, :, None]
     clear = picture.info.get("transparency")

@@ -49,7 +49,7 @@ class Live(Value):
     ) -> None:
         """Check the fields."""
         if not isinstance(host, str) or not re.fullmatch(_HOST, host):
-            raise ArgumentError("host", host, "an address or a name of this machine, such as '127.0.0.1'")
+            raise ArgumentError("host", host, "an address or name of this machine, such as '127.0.0.1'")
         self.__dict__.update(
             port=arguments.integer("port", port, low=0, high=MOST_PORT),
             host=host,

@@ -62,7 +62,7 @@ def _decorated(kind: type) -> Any:
     for base in kind.__mro__:
         if "_fields" in vars(base):
             return base
-    raise TypeError(f"{kind.__name__} is only the base of values")
+    raise TypeError(f"{kind.__name__} is only a base class of values")
 
 
 def _fields_of(kind: type) -> dict[str, Field[Any]]:
@@ -172,7 +172,7 @@ class Value:
     def __array_function__(self, function: Any, types: Any, args: Any, keywords: Any) -> NoReturn:
         """Refuse NumPy's functions, which would treat any object as a constant that is true."""
         kind = type(self).__name__
-        allowed = f"a function of arrays; a {kind} is none, and can only be given to motes"
+        allowed = f"a function of motes; NumPy cannot compute with a {kind}"
         raise ArgumentError("function", f"numpy.{function.__name__}", allowed)
 
     def _items(self) -> dict[str, Any]:

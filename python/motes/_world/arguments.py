@@ -109,7 +109,7 @@ def axis(value: Any, world: str | None = None) -> str:
 def check_room(axes: str, space: Any, periods: Sequence[Period]) -> None:
     """Check that space is bounded on all sides if domains are stretches of a curve through its cells."""
     if axes in CURVES and len(periods) < 3 and not isinstance(space, tuple):
-        allowed = f"(low, high), m, where axis={axes!r}: a curve goes through all cells of a finite space"
+        allowed = f"(low, high), m, for axis={axes!r}: a curve needs a finite space"
         raise ArgumentError("space", space, allowed)
 
 
@@ -152,7 +152,7 @@ def balancer(value: Any, axes: str) -> Balancer:
         raise ArgumentError("balancer", value, "None or a balancer of motes.balance", known=BALANCERS)
     if value.slabs_only and not in_a_row(axes):
         allowed = for_any_domains()
-        raise ArgumentError("balancer", value, f"{allowed} where axis={None if axes == BY_ID else axes!r}")
+        raise ArgumentError("balancer", value, f"{allowed} for axis={None if axes == BY_ID else axes!r}")
     return value
 
 
@@ -190,7 +190,7 @@ def directory(log: Any) -> str | None:
 def spans(value: Any, *, log: Any) -> bool:
     """Return `value`, True or False; raise ArgumentError if it is True without a log."""
     if arguments.flag("spans", value) and log is None:
-        raise ArgumentError("spans", value, "False where there is no log")
+        raise ArgumentError("spans", value, "False without a log")
     return bool(value)
 
 
@@ -213,13 +213,13 @@ def sprite(value: Any) -> Sprite:
 def system_name(name: Any, *, taken: Container[str]) -> None:
     """Check the name of a new system."""
     if not isinstance(name, str) or not name:
-        raise ArgumentError("name", name, "a text that is not empty")
+        raise ArgumentError("name", name, "a non-empty string")
     if name in taken:
         error = ArgumentError("name", name, "a new one")
         error.args = (f"a system named {name!r} already exists; names are unique",)
         raise error
     if any("\ud800" <= letter <= "\udfff" for letter in name):
-        raise ArgumentError("name", name, "a text without surrogates, which are halves of letters")
+        raise ArgumentError("name", name, "a string without surrogates, which are halves of characters")
 
 
 def interval(space: Any) -> tuple[float, float] | str | None:

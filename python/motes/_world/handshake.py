@@ -64,8 +64,8 @@ def _count_left(comm: MPI.Intracomm) -> None:
     process.left = left
     if left.rank == 0:
         lost = ", ".join(f"rank {rank}" for rank in sorted(lost_ranks(comm)))
-        goes = "1 rank goes" if left.size == 1 else f"{left.size} ranks go"
-        tell(f"motes: lost {lost} between two worlds; {goes} on")
+        goes = "1 rank continues" if left.size == 1 else f"{left.size} ranks continue"
+        tell(f"motes: lost {lost} between two worlds; {goes}")
 
 
 class Met(NamedTuple):

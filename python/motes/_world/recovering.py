@@ -38,7 +38,7 @@ def check(size: int) -> None:
     """Raise MotesError if this job cannot survive losses."""
     if size > 1 and not process.survives:
         raise MotesError(
-            'World(on_loss="recover") needs a job that goes on without lost ranks: start it with '
+            'World(on_loss="recover") needs a job that survives the loss of ranks: start it with '
             "`python -m motes run --survive ...`"
         )
 
@@ -140,7 +140,7 @@ class Recovery:
     def _refusal(self, running: Running) -> str:
         session = running.session
         if running.viewers.steering.steered or session.settings.steering is not None:
-            return "the run is steered: what viewers ask for is known to one rank alone"
+            return "the run is steered, and only one rank knows what viewers requested"
         if session.open_views:
             return f"the script was inside `with` {session.open_views[-1].name!r}`.local()`"
         if session.files:
@@ -173,8 +173,8 @@ class Recovery:
         if not session.manages:
             return
         hosts = [peer.host for peer in self._run.peers]
-        left = f"{len(hosts)} {'rank goes' if len(hosts) == 1 else 'ranks go'} on"
-        tell(f"motes: lost {', '.join(self._lost)}; {left}, from replicas of frame {frame}")
+        left = f"{len(hosts)} {'rank continues' if len(hosts) == 1 else 'ranks continue'}"
+        tell(f"motes: lost {', '.join(self._lost)}; {left} from replicas of frame {frame}")
         if session.settings.log is not None:
             from .._run.run_file import write_run
 

@@ -114,7 +114,7 @@ class Viewers:
             return
         self._live = self._live or settings.live is not None
         if settings.live is not None and settings.log is None and session.manages:
-            tell("motes: what viewers do is not kept: the run has no log")
+            tell("motes: what viewers do is not recorded: the run has no log")
         self._take_part(settings, engine)
 
     def _take_part(self, settings: RunSettings, engine: _core.Engine) -> None:
@@ -224,7 +224,7 @@ class Viewers:
             return True
         row = self.steering.commit(self._session.frame)
         if self.steering.stopped:
-            self._note_stop("the run that is repeated" if self.steering.rows else "a viewer")
+            self._note_stop("the repeated run" if self.steering.rows else "a viewer")
             return True
         if self._viewing is not None:
             self._viewing.begin_picture()

@@ -67,7 +67,7 @@ class Gravitate(Action):
         """Check the fields and build the engine's action."""
         far = arguments.choice("far", self.far, ("exact", "cells"))
         if far == "cells" and self.max_radius != math.inf:
-            raise ArgumentError("far", far, "'exact' where max_radius is finite")
+            raise ArgumentError("far", far, "'exact' if max_radius is finite")
         self._set(
             "gravitate",
             magnitude=arguments.number("magnitude", self.magnitude),
@@ -200,7 +200,7 @@ class Collide(Action):
         friction = arguments.number("friction", self.friction, low=0)
         sleep = None if self.sleep is None else arguments.number("sleep", self.sleep, low=0)
         if other_radius is not None and self.other is None:
-            raise ArgumentError("other_radius", other_radius, "None where no other system is given")
+            raise ArgumentError("other_radius", other_radius, "None unless other= is given")
         self._set(
             "collide",
             radius=radius or 0.0,
@@ -372,7 +372,7 @@ class Tie(Action):
 def compiled_for_clumps(action: Contact, clump: Clump, columns: Columns) -> _core.Action:
     """Return the engine's contact action for a system of clumps with these columns."""
     if action.radius is not None:
-        raise ArgumentError("radius", action.radius, "None for clumps, whose spheres have their own")
+        raise ArgumentError("radius", action.radius, "None for clumps, whose spheres have radii of their own")
     _, numbers, own = action.__dict__["_call"]
     shapes = list(own)
     where = condition_of(action.where, columns, shapes)

@@ -128,7 +128,7 @@ class Interact(Action):
         results = _Results(leaves, states, columns, inside)
         results.add_changes(self)
         if inside:
-            raise ArgumentError("expression", "a shape", "a comparison: a shape holds particles, not pairs")
+            raise ArgumentError("expression", "a shape", "a comparison: shapes test particles, not pairs")
         return _core.Action(
             "interact",
             {"radius": self.radius, "state": numbers},
@@ -208,18 +208,20 @@ class _Results:
     def _add_set(self, law: Any, name: str, given: Any, named: list[str]) -> None:
         if name in self._states:
             if name in self._own:
-                raise ArgumentError("state", name, "no attribute of the system")
+                raise ArgumentError("state", name, "a name that is not an attribute of the system")
             first, width = self._states[name]
             self._add(name, given, width, [("state", 0, first + c) for c in range(width)])
             return
         if name not in self._own:
-            allowed = f"one of {', '.join([*self._states, *self._own])}: only a changes"
+            allowed = f"one of {', '.join([*self._states, *self._own])}: only a can change"
             raise ArgumentError("set", name, allowed, known=[*self._states, *self._own])
         if name == "position" and isinstance(law, Interact):
-            raise ArgumentError("set", name, "left out: interact() changes velocities; law() and set() move")
+            raise ArgumentError(
+                "set", name, "left out: interact() changes only velocities; use law() or set()"
+            )
         changed = {"velocity": ("acceleration", "velocity"), "spin": ("spin",)}.get(name, ())
         if any(getattr(law, field, None) is not None for field in changed):
-            raise ArgumentError("set", name, f"left out where {' or '.join(changed)} changes it")
+            raise ArgumentError("set", name, f"left out if {' or '.join(changed)} changes it")
         width = self._own[name][1]
         self._add(name, given, width, [("value", named.index(name), c) for c in range(width)])
 
@@ -242,7 +244,7 @@ def _values_of(law: Any, fields: tuple[str, ...]) -> dict[str, Any]:
             raise ArgumentError("set", law.set, "a dict of names and values: set={'heat': ...}")
         changes["set"] = {name: as_expression(name, one) for name, one in law.set.items()}
     if not given and not law.set:
-        allowed = f"given, or set={{...}}: a law that changes nothing is none ({', '.join(fields)})"
+        allowed = f"given, or another of {', '.join(fields)}, set={{...}}: a law must change something"
         raise ArgumentError(fields[0], None, allowed)
     return changes
 
@@ -254,7 +256,9 @@ def _state_of(given: Any) -> dict[str, int] | None:
         raise ArgumentError("state", given, "a dict of names and widths: state={'slip': 3}")
     for name, width in given.items():
         if not isinstance(name, str) or not name.isidentifier() or name.startswith("_"):
-            raise ArgumentError("state", name, "a name that can stand after motes.a.state.")
+            raise ArgumentError(
+                "state", name, "an identifier that does not begin with _, as in motes.a.state.slip"
+            )
         if isinstance(width, bool) or width not in (1, 3):
             raise ArgumentError(f"state[{name!r}]", width, "1 or 3 numbers")
     if sum(given.values()) > MOST_STATES:

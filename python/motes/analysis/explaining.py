@@ -24,16 +24,17 @@ LEAST_PART = 0.02
 _SLOW = 1.25
 """A calculator is slow if it takes this many times as long per particle as others."""
 _ALONE = {
-    "script": "its script takes {own} where others' takes {others}: do less in Python on this rank, or in a "
-    "thread of its own",
-    "births": "creating particles takes {own} where others take {others}: let calculators create them "
+    "script": "its script takes {own}, compared with {others} on others: do less in Python on this rank, or "
+    "use a separate thread",
+    "births": "creating particles takes {own}, compared with {others} on others: let calculators create them "
     '(births="calculators")',
-    "talk": "reports, plans and packing take {own} where others take {others}: balance less often or with a "
-    'simpler balancer, combine="together"',
-    "picture": "its part of the picture takes {own} where others' takes {others}: let all ranks draw "
+    "talk": "reports, plans and packing take {own}, compared with {others} on others: balance less often or "
+    'with a simpler balancer, or set combine="together"',
+    "picture": "its part of the picture takes {own}, compared with {others} on others: let all ranks draw "
     '(path="tiles" or "composite"), or make the picture smaller',
-    "log": "writing the log takes {own} where others take {others}: log to a local disk, or less",
-    "other": "the system takes {own} from it where others lose {others}: give it a core of its own",
+    "log": "writing the log takes {own}, compared with {others} on others: log to a local disk, or log less",
+    "other": "the operating system takes {own} from it, compared with {others} from others: give it a core "
+    "of its own",
 }
 
 
@@ -196,8 +197,8 @@ def _slow_sentence(run: Run, rank: int, factor: float, late: float, frame_s: flo
         spent = times[times["rank"] == rank][["act_s", "other_s"]].mean()
         if spent["other_s"] > spent["act_s"]:
             return (
-                f"{start}; for {told_s(spent['other_s'])} it slept, or other processes had its core: look "
-                "for sleep or files in callbacks, and for more ranks than cores."
+                f"{start}; for {told_s(spent['other_s'])} it slept, or other processes had its core: check "
+                "callbacks for sleep or file access, and use no more ranks than cores."
             )
     return f"{start}: {_balancer(run, 'that measures speeds')}, or leave this machine out."
 
@@ -205,7 +206,7 @@ def _slow_sentence(run: Run, rank: int, factor: float, late: float, frame_s: flo
 def _balancer(run: Run, which: str = "") -> str:
     if run.balancer.startswith("Static"):
         return f"try a balancer{' ' + which if which else ''} (--balancer pairwise, or PrefixCuts())"
-    return f"try another balancer than {run.balancer}, or let it act more often"
+    return f"try a balancer other than {run.balancer}, or let it act more often"
 
 
 def _alone(run: Run, spent: DataFrame, frame_s: float) -> Iterator[Loss]:
@@ -248,7 +249,7 @@ def _of_all(spent: DataFrame, frame_s: float) -> Iterator[Loss]:
         script,
         None,
         f"Script: its own Python takes {told_s(script)} of a frame's {told_s(frame_s)} on every "
-        "rank, and more ranks do not make it shorter: use arrays instead of loops, read and write less.",
+        "rank, which more ranks do not reduce: use arrays instead of loops, or read and write less.",
     )
     log, talk, other = (float(spent[f"{name}_s"].median()) for name in ("log", "talk", "other"))
     yield Loss(
@@ -262,14 +263,14 @@ def _of_all(spent: DataFrame, frame_s: float) -> Iterator[Loss]:
         talk,
         None,
         f"Talk: reports, packing and reading take {told_s(talk)} of a frame's {told_s(frame_s)} on every "
-        'rank: use fewer ranks or more particles, combine="together".',
+        'rank: use fewer ranks or more particles, or set combine="together".',
     )
     yield Loss(
         "system",
         other,
         None,
-        f"System: it takes {told_s(other)} of a frame's {told_s(frame_s)} from every rank, for other "
-        "processes, sleep or the disk: use no more ranks than cores, and an idle machine.",
+        f"System: other processes, sleep or the disk take {told_s(other)} of a frame's {told_s(frame_s)} "
+        "from every rank: use no more ranks than cores, on an otherwise idle machine.",
     )
 
 
@@ -283,8 +284,8 @@ def _network(run: Run, times: DataFrame, frame_s: float) -> Iterator[Loss]:
             "system",
             lost,
             None,
-            f"System: {run.ranks} ranks share {cores} cores, and those that a message has come for get one "
-            f"late, which costs {told_s(lost)} of a frame's {told_s(frame_s)}: use no more ranks than cores.",
+            f"System: {run.ranks} ranks share {cores} cores, so a rank whose message has arrived waits for a "
+            f"core, which costs {told_s(lost)} of a frame's {told_s(frame_s)}: use no more ranks than cores.",
         )
         return
     sent = run.frames["exchanged_bytes"].mean() + run.frames["render_bytes"].fillna(0.0).mean()
@@ -292,9 +293,9 @@ def _network(run: Run, times: DataFrame, frame_s: float) -> Iterator[Loss]:
         "network",
         lost,
         None,
-        f"Network: messages on their way cost {told_s(lost)} of a frame's {told_s(frame_s)} "
+        f"Network: messages in flight cost {told_s(lost)} of a frame's {told_s(frame_s)} "
         f"({sent / 1024:.3g} KiB of particles and pictures): try a faster network, fewer ranks, "
-        'combine="together", or smaller pictures.',
+        'smaller pictures, or combine="together".',
     )
 
 

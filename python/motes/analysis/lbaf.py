@@ -31,7 +31,7 @@ PARTS = 16
 def write_lbaf(run: Run, directory: str | os.PathLike[str], name: str = "motes") -> list[Path]:
     """Write the files; return their paths in the order of ranks."""
     if run.frames.empty or run.load.empty:
-        raise LogError(f"{run.name}: no frame in the log yet")
+        raise LogError(f"{run.name}: no frames in the log yet")
     folder = Path(directory)
     load = _by_frame_and_rank(run)
     work = {} if run.times.empty else work_by_rank(run.times).fillna(0.0).to_dict("index")

@@ -35,7 +35,7 @@ def write_report(run: Run, path: str | os.PathLike[str]) -> Path:
     pandas or matplotlib.
     """
     if run.frames.empty or run.load.empty:
-        raise LogError(f"{run.name}: no frame in the log yet")
+        raise LogError(f"{run.name}: no frames in the log yet")
     target = Path(path)
     try:
         files.write_whole(target, lambda file: file.write(_page(run).encode(errors="backslashreplace")))
@@ -65,8 +65,8 @@ def _figures(run: Run) -> Iterator[tuple[str, str, Any]]:
     plot = run.plot
     yield (
         "Balance",
-        "Imbalance is the slowest calculator's compute time over the mean; its inverse is the part of the "
-        "time in which calculators do not wait for the slowest one.",
+        "Imbalance is the slowest calculator's compute time divided by the mean; its inverse is the "
+        "fraction of the time in which calculators do not wait for the slowest one.",
         _side_by_side(plot.imbalance, plot.efficiency),
     )
     for system in run.systems[:MOST_SYSTEMS]:
@@ -85,9 +85,9 @@ def _figures(run: Run) -> Iterator[tuple[str, str, Any]]:
         side = min(3.0 + 0.25 * run.ranks, 8.0)
         yield "Who waits for whom", "", _one(plot.waits, (min(side + 1.4, 9.2), side))
     yield "The last frames", "", _one(plot.gantt, (9.2, min(1.6 + 0.3 * run.ranks, 7.0)))
-    yield "Between the calculators", "", _one(plot.exchange, (9.2, 2.8))
+    yield "Exchange between calculators", "", _one(plot.exchange, (9.2, 2.8))
     if len(run.balance):
-        yield "Moved to balance", "", _one(plot.given, (9.2, tall))
+        yield "Moved by balancing", "", _one(plot.given, (9.2, tall))
     yield "Speed and time", "", _side_by_side(plot.speeds, plot.frame_time)
 
 

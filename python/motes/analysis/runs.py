@@ -49,7 +49,7 @@ def open_runs(pattern: str | os.PathLike[str] | Iterable[str | os.PathLike[str]]
     logs = [path for path in paths if (path / "run.json").is_file()]
     if not logs:
         raise LogError(
-            f"{os.fspath(pattern) if isinstance(pattern, (str, os.PathLike)) else '[]'}: no run's log"
+            f"{os.fspath(pattern) if isinstance(pattern, (str, os.PathLike)) else '[]'}: found no run's log"
         )
     return Runs([open_run(path) for path in logs])
 
@@ -148,8 +148,8 @@ class Runs(Sequence[Run]):
         names = dict.fromkeys(table["baseline"])
         for base in self if baseline is None else ():
             if base.name in names and base.ranks > 1:
-                text = f"no run of {_scene(base)} on one rank: speed-up is over {base.name}, on {base.ranks}"
-                text += f" ranks, {len(base.calculators)} of them calculators"
+                text = f"no run of {_scene(base)} on one rank: speed-up is relative to {base.name}, on "
+                text += f"{base.ranks} ranks, {len(base.calculators)} of them calculators"
                 warnings.warn(text, MotesWarning, stacklevel=2)
         told = table if layout == "long" else _paper_layout(table)
         told.attrs["baseline"] = ", ".join(names)

@@ -39,9 +39,9 @@ def warnings(run: Run) -> list[str]:
 def _ending(run: Run) -> Iterable[str]:
     if not run.finished:
         n = len(run.frames)
-        yield f"The run did not come to its end: killed, or still going on. {n} frames are whole."
+        yield f"The run did not finish: it was killed, or is still running. {n} frames are complete."
     for path in run.torn:
-        yield f"The last line of {path.name} was torn and is left out."
+        yield f"The last line of {path.name} was incomplete and is ignored."
 
 
 def _events(run: Run) -> Iterable[str]:
@@ -66,7 +66,7 @@ def _machine(run: Run) -> Iterable[str]:
         yield f"Ranks were slowed down on purpose (MOTES_SPEEDS): {told}."
     cores = run.facts.get("cores")
     if cores and len(set(run.hosts.values())) == 1 and run.ranks > int(cores):
-        yield f"{run.ranks} ranks shared {cores} cores: times on the wall clock tell of that too."
+        yield f"{run.ranks} ranks shared {cores} cores: wall-clock times include waits for a core."
 
 
 def _balance(run: Run) -> Iterable[str]:
@@ -76,7 +76,7 @@ def _balance(run: Run) -> Iterable[str]:
     held = measures.by_rank(load, "n_end").sum()
     idle = [str(rank) for rank in held.index if held[rank] == 0]
     if idle and len(idle) < len(held):
-        yield f"Without a particle in all frames: rank{'s' if len(idle) > 1 else ''} {', '.join(idle)}."
+        yield f"No particles in any frame: rank{'s' if len(idle) > 1 else ''} {', '.join(idle)}."
     late = measures.imbalance(load).tail(max(len(run.frames) // 2, 1)).mean()
     if run.balancer.startswith("Static") and late > 1.25:
         saving = explaining.saving_of(run)
@@ -97,9 +97,9 @@ def _stopped(run: Run) -> Iterable[str]:
     late = spent[(spent["other_s"] > worked) & (spent["other_s"] > 0.2 * spent["wall_s"])]
     for rank, lost_s, wall_s in zip(late.index, late["other_s"], late["wall_s"], strict=True):
         yield (
-            f"Rank {rank} was kept from its work for {explaining.told_s(float(lost_s))} of a "
+            f"Rank {rank} was kept from working for {explaining.told_s(float(lost_s))} of a "
             f"frame's {explaining.told_s(float(wall_s))}: it slept, waited for files, or other "
-            "processes had its core. Compute seconds on the processor's clock do not show that."
+            "processes had its core. Compute times, measured as processor time, do not show this."
         )
 
 
@@ -126,7 +126,7 @@ def summary_table(run: Run) -> str:
     told = run.summary()
     space = told["space"] if isinstance(told["space"], str) else "[{:g}, {:g}] m".format(*told["space"])
     rows = [
-        ("ranks", f"{told['ranks']}, of them {told['calculators']} calculators"),
+        ("ranks", f"{told['ranks']} ({told['calculators']} calculators)"),
         ("balancer", told["balancer"]),
         ("space", space),
         ("systems", ", ".join(run.systems)),
@@ -138,7 +138,9 @@ def summary_table(run: Run) -> str:
          f"{_number(told['exchanged_bytes_per_frame'] / 1024)} KiB"),
     ]  # fmt: skip
     if told["moved_to_balance"]:
-        rows.append(("given to balance", f"{told['moved_to_balance']:,} particles in all".replace(",", " ")))
+        rows.append(
+            ("moved by balancing", f"{told['moved_to_balance']:,} particles in total".replace(",", " "))
+        )
     if not math.isnan(told["parallel_efficiency"]):
         rows.append(("parallel efficiency", _factors(told)))
     cells = (f"<tr><th>{name}</th><td>{_escape(str(text))}</td></tr>" for name, text in rows)

@@ -34,7 +34,7 @@ _RUN = 1_000_000
 def write_trace(run: Run, path: str | os.PathLike[str]) -> Path:
     """Write the trace atomically; return its path."""
     if run.frames.empty:
-        raise LogError(f"{run.name}: no frame in the log yet")
+        raise LogError(f"{run.name}: no frames in the log yet")
     target = Path(path)
     with files.whole_file(target, "w", encoding="utf-8") as file:
         file.write('{"displayTimeUnit": "ms", "otherData": ')
@@ -65,8 +65,8 @@ def _events(run: Run) -> Iterator[Event]:
     yield from _thread(_RUN, whole, "frames")
     for rank in sorted(set(phases) | set(run.hosts)):
         yield from _process(rank, _who(run, rank), rank)
-        yield from _thread(rank, phases.get(rank, []), "phases" if measured else "phases, put together")
-        yield from _thread(rank, messages.get(rank, []), "messages under way", first=_MESSAGES)
+        yield from _thread(rank, phases.get(rank, []), "phases" if measured else "phases, reconstructed")
+        yield from _thread(rank, messages.get(rank, []), "messages in flight", first=_MESSAGES)
     yield from arrows
     yield from _counters(run, {frame: _ns(end - origin) for frame, (_, end) in starts.items()})
     for row in run.events.to_dict("records"):
@@ -127,7 +127,7 @@ def _thread(pid: int, found: Iterable[Slice], name: str, *, first: int = 0) -> I
         lane = _lane_for(lanes, start, end)
         if lane == len(lanes):
             lanes.append([])
-            title = name if lane == 0 else f"{name}, meanwhile"
+            title = name if lane == 0 else f"{name}, overlapping"
             tid = first + lane
             yield {"ph": "M", "pid": pid, "tid": tid, "name": "thread_name", "args": {"name": title}}
         lanes[lane].append(end)

@@ -155,7 +155,7 @@ class View:
         where = "infinite space" if space is None else f"space {space}"
         head = f"{self.path}  {told.get('balancer') or 'Static()'}  {where}"
         if self.frame is None:
-            return [head[:width], "no frame yet"]
+            return [head[:width], "no frames yet"]
         made = [head[:width], self.line()[:width]]
         made += ["imbalance " + _sparks(self.imbalances, width - 22, plain), ""]
         made += self._pop(width)

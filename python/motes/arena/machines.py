@@ -120,6 +120,6 @@ def machine(name: str) -> Machine:
         return MACHINES[name]()
     path = Path(name)
     if path.suffix != ".py":
-        allowed = f"{', '.join(MACHINES)}, or a file.py that says cluster = motes.cluster.Cluster(...)"
+        allowed = f"{', '.join(MACHINES)}, or a file.py that sets cluster = motes.cluster.Cluster(...)"
         raise ArgumentError("cluster", name, allowed, known=MACHINES)
     return Machine.of(path.stem, described(path))

@@ -80,5 +80,5 @@ def _of_file(path: Path, name: str) -> Balancer:
             for key, value in vars(module).items()
             if isinstance(value, type) and issubclass(value, Balancer)
         ]
-        raise ArgumentError("balancer", f"{path}:{name}", f"a class of {path} that is a Balancer", known=own)
+        raise ArgumentError("balancer", f"{path}:{name}", f"a subclass of Balancer in {path}", known=own)
     return made

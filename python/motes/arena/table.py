@@ -60,11 +60,11 @@ def text(scores: Sequence[Score]) -> str:
         ]
         for score in sorted(own, key=lambda one: one.distance):
             figures = f"{score.efficiency:10.3f}  {100 * score.distance:11.2f}%  {score.moved:<12,}"
-            wrong = "" if score.verified else "  WRONG: particles are not where they must be"
+            wrong = "" if score.verified else "  WRONG: particles are in the wrong place"
             lines.append(f"{score.balancer:{width}}  {figures}  {score.seconds:.4g}{wrong}")
         lines += [
             f"{score.balancer}: decisions take {1e3 * score.decided_s / score.frames:.3g} ms per frame here, "
-            f"{score.decided_s / score.seconds:.0%} of these seconds, for which all ranks would wait"
+            f"{score.decided_s / score.seconds:.0%} of the time shown; all ranks would wait for them"
             for score in own
             if score.is_slow_to_decide
         ]

@@ -439,7 +439,7 @@ def by_name(text: str) -> Balancer:
 def for_any_domains() -> str:
     """Return the names of the balancers that do not need domains in a row, for errors."""
     names = ", ".join(kind.__name__ for kind in _kinds() if not kind.slabs_only)
-    return f"{names} or your own with Targets"
+    return f"{names} or your own that returns Targets"
 
 
 def _kinds() -> list[type[_Native]]:

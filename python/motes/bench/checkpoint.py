@@ -26,7 +26,7 @@ def checkpoint(*, particles: int, systems: int, every: int, repeats: int) -> dic
     """
     if every < 2:
         raise ArgumentError(
-            "--every", every, "a whole number from 2 on, since checkpoints are compared with frames without"
+            "--every", every, "a whole number >= 2, since frames with and without a checkpoint are compared"
         )
     with tempfile.TemporaryDirectory(prefix="motes-bench-") as place:
         directory = Path(place) / "checkpoints"

@@ -23,14 +23,14 @@ COMMANDS = {
     "live": "the same, shown in a browser, where it can be steered",
     "doctor": "examine this installation; exit code 1 if something is wrong",
     "bench": "measure this machine",
-    "watch": "show a run while it goes on, from its log",
+    "watch": "show a run in progress, from its log",
     "report": "write a run's summary and plots as one HTML file",
     "demo": "run one of the example animations, or list them",
-    "movie": "join numbered pictures to a film",
+    "movie": "join numbered pictures into a film",
     "record": "write what a script records to a file that replays without Python",
     "pack": "join the particle files that the ranks of a run have exported",
-    "soak": "look for what breaks a promise, in thousands of simulated disasters",
-    "arena": "let balancers play loads whose best cuts are known",
+    "soak": "test the engine's promises under thousands of simulated disasters",
+    "arena": "compare balancers on loads whose best cuts are known",
     "course": "write a course about load balancing: six evenings as notebooks",
     "grade": "grade a submission for an evening of the course",
     "cluster": "run on a simulated cluster; reproduce the paper's tables",
@@ -79,7 +79,7 @@ def _open_standard_streams() -> None:
 
 def _without_command(argv: list[str]) -> int:
     parser = Parser(prog=PROGRAM, usage=f"{PROGRAM} COMMAND ...", description=_DESCRIPTION)
-    parser.epilog = f"`{PROGRAM} COMMAND --help` tells more about a command."
+    parser.epilog = f"`{PROGRAM} COMMAND --help` describes a command."
     parser.add_argument("--version", action="store_true", help="print the version and exit")
     if not argv:
         parser.print_help(sys.stderr)

@@ -1,4 +1,4 @@
-"""Let balancers play loads whose best cuts are known, on virtual machines or on real ranks.
+"""Compare balancers on loads whose best cuts are known, on virtual machines or on real ranks.
 
   python -m motes arena
   python -m motes arena --workload step wave --balancer PrefixCuts mine.py:Mine --cluster thousand
@@ -41,17 +41,17 @@ def configure(parser: argparse.ArgumentParser) -> None:
         action="extend",
         choices=WORKLOADS,
         metavar="W",
-        help=f"what is played: {', '.join(WORKLOADS)} (all of them)",
+        help=f"workloads: {', '.join(WORKLOADS)} (all of them)",
     )
     parser.add_argument(
         *("--balancer", "-b"),
         nargs="+",
         action="extend",
         metavar="B",
-        help="who plays: a balancer with or without options, or file.py:Class (all balancers)",
+        help="balancers: names with or without options, or file.py:Class (all of them)",
     )
     where = parser.add_mutually_exclusive_group()
-    where.add_argument("--ranks", type=positive, metavar="N", help="play on real ranks, which all calculate")
+    where.add_argument("--ranks", type=positive, metavar="N", help="use N real ranks, all of which calculate")
     where.add_argument(
         "--cluster",
         nargs="+",
@@ -59,7 +59,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help=f"virtual machines: {', '.join(MACHINES)}, or a file for `cluster run` (paper, two_kinds)",
     )
-    parser.add_argument("--frames", type=positive, help=f"of each ({FRAMES}, of many ranks {FRAMES_OF_MANY})")
+    parser.add_argument(
+        "--frames", type=positive, help=f"per workload ({FRAMES}, on many ranks {FRAMES_OF_MANY})"
+    )
     parser.add_argument("--particles", type=positive, help=f"per rank ({EACH}, on real ranks {EACH_REAL})")
     parser.add_argument(
         "--plot", type=Path, metavar="FILE", help="draw each frame's distance from the best cuts"

@@ -24,7 +24,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     names = add_commands(parser, "NAME")
     for scene in ("snow", "fountain"):
         act = names.add_parser(scene, help=f"the paper's {scene} on one core, compared with memory's speed")
-        act.add_argument("--particles", type=positive, default=16_000_000, help="more than caches hold")
+        act.add_argument("--particles", type=positive, default=16_000_000, help="more than the caches hold")
         act.add_argument("--steps", type=positive, default=10)
     actions = names.add_parser("actions", help="what each action costs, alone and added to a list")
     actions.add_argument("--particles", type=positive, default=3_200_000)
@@ -32,29 +32,29 @@ def configure(parser: argparse.ArgumentParser) -> None:
     lists = names.add_parser("lists", help="lists of four to twelve actions, compared with memory's speed")
     lists.add_argument("--particles", type=positive, default=3_200_000)
     lists.add_argument("--steps", type=positive, default=30)
-    meshes = names.add_parser("meshes", help="bounces off a mesh of 10,000 triangles, beside a sphere's")
+    meshes = names.add_parser("meshes", help="bounces off a mesh of 10,000 triangles, compared with a sphere")
     meshes.add_argument("--particles", type=positive, default=1_000_000)
     meshes.add_argument("--repeats", type=positive, default=7)
-    scale = names.add_parser("scale", help="snow's cost per particle from a million particles on")
+    scale = names.add_parser("scale", help="snow's cost per particle, from a million particles up")
     scale.add_argument("--particles", type=positive, default=100_000_000, help="the largest number")
     scale.add_argument("--steps", type=positive, default=7)
     recording = names.add_parser("recording", help="what Python costs per frame: 8 systems of 12 actions")
     recording.add_argument("--systems", type=positive, default=8)
     recording.add_argument("--frames", type=positive, default=200)
-    sums = names.add_parser("sums", help="totals, histograms and tallies, beside reading a column")
+    sums = names.add_parser("sums", help="totals, histograms and tallies, compared with reading a column")
     sums.add_argument("--particles", type=positive, default=3_200_000)
     sums.add_argument("--repeats", type=positive, default=7)
-    checkpoint = names.add_parser("checkpoint", help="checkpoints on disk while frames go on")
-    checkpoint.add_argument("--particles", type=positive, default=400_000, help="of each system")
+    checkpoint = names.add_parser("checkpoint", help="checkpoints written to disk while frames continue")
+    checkpoint.add_argument("--particles", type=positive, default=400_000, help="per system")
     checkpoint.add_argument("--systems", type=positive, default=8)
     checkpoint.add_argument("--every", type=positive, default=48, help="frames")
     checkpoint.add_argument("--repeats", type=positive, default=5)
     recovery = names.add_parser("recovery", help="replicas in memory, and the loss of a rank")
-    recovery.add_argument("--particles", type=positive, default=400_000, help="of each system")
+    recovery.add_argument("--particles", type=positive, default=400_000, help="per system")
     recovery.add_argument("--systems", type=positive, default=8)
     recovery.add_argument("--ranks", type=positive, default=2)
     recovery.add_argument("--repeats", type=positive, default=5)
-    export = names.add_parser("export", help="particles into files, by format, beside a plain write")
+    export = names.add_parser("export", help="particles to files, by format, compared with a plain write")
     export.add_argument("--particles", type=positive, default=1_000_000)
     export.add_argument("--repeats", type=positive, default=7)
     live = names.add_parser("live", help="from a viewer's order to the picture that shows it")
@@ -70,7 +70,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "births", help="what a birth costs the calculators that create it and pass it on"
     )
     births.add_argument("--calculators", type=positive, default=4094)
-    births.add_argument("--births", type=positive, default=1389, help="per frame, of one calculator")
+    births.add_argument("--births", type=positive, default=1389, help="per frame and calculator")
     births.add_argument("--repeats", type=positive, default=1000)
     render = names.add_parser(
         "render", help="a whole frame on one core: project, splat, tone map; all kinds and blends"
@@ -100,9 +100,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         choices=("1", "2 apart", "2 threads", "2 shared", "2 paper", "3 paper", "4 paper"),
         default=("1", "2 apart", "2 threads", "2 shared", "3 paper", "4 paper"),
-        help="ranks, roles and threads; the others are compared with the first, and with two jobs apart",
+        help="ranks, roles and threads; the others are compared with the first, and with two separate jobs",
     )
-    paths.add_argument("--rounds", type=positive, default=5, help="jobs of each layout")
+    paths.add_argument("--rounds", type=positive, default=5, help="jobs per layout")
     paths.add_argument("--frames", type=positive, default=16, help="per job")
     balance = names.add_parser("balance", help="balancers compared on synthetic and recorded loads")
     balance.add_argument("--calculators", type=positive, default=16)
@@ -112,28 +112,30 @@ def configure(parser: argparse.ArgumentParser) -> None:
     overhead = names.add_parser("overhead", help="what balancers cost per frame with nothing to balance")
     overhead.add_argument("--ranks", type=positive, default=4)
     overhead.add_argument("--systems", type=positive, default=8)
-    overhead.add_argument("--particles", type=positive, default=400_000, help="of each system")
-    overhead.add_argument("--rounds", type=positive, default=40, help="turns of each balancer")
+    overhead.add_argument("--particles", type=positive, default=400_000, help="per system")
+    overhead.add_argument("--rounds", type=positive, default=40, help="turns per balancer")
     overhead.add_argument("--frames", type=positive, default=4, help="per turn")
-    meetings = names.add_parser("meetings", help="what particles that see each other cost, by action")
+    meetings = names.add_parser("meetings", help="what actions between particles cost")
     meetings.add_argument("--particles", type=positive, default=400_000)
     meetings.add_argument("--repeats", type=positive, default=7)
     peers = names.add_parser(
-        "peers", help="snow in NumPy, Numba, Taichi and Warp, spheres in LAMMPS, beside the engine"
+        "peers", help="compare the engine with NumPy, Numba, Taichi and Warp (snow) and LAMMPS (spheres)"
     )
     peers.add_argument("--particles", type=positive, default=12_800_000)
     peers.add_argument("--steps", type=positive, default=9)
     peers.add_argument(
-        "--threads", type=positive, default=1, help="more than one: a second run, on so many threads"
+        "--threads", type=positive, default=1, help="if more than one: a second run on that many threads"
     )
-    peers.add_argument("--collide", type=positive, default=400_000, help="spheres that run beside LAMMPS")
-    peers.add_argument("--grains", type=positive, default=37_000, help="in a bed beside LAMMPS")
+    peers.add_argument("--collide", type=positive, default=400_000, help="spheres to compare with LAMMPS")
+    peers.add_argument(
+        "--grains", type=positive, default=37_000, help="grains in a bed to compare with LAMMPS"
+    )
     peers.add_argument(
         "--lammps",
         metavar="PYTHON",
         nargs="?",
         const=sys.executable,
-        help="spheres and grains beside LAMMPS alone, and the Python that has it (this one)",
+        help="only the comparison with LAMMPS, run by this Python (the current one)",
     )
     for command in names.choices.values():
         add_json(command)
@@ -244,7 +246,7 @@ def _parts(parts: Mapping[str, Mapping[str, list[float]]]) -> list[str]:
     """Show the time of each part on each rank, one table per layout; omit parts below 0.01 ms."""
     lines = []
     for layout, spent in parts.items():
-        lines += ["", f"{layout}: processor time of a frame, ms: each rank, all"]
+        lines += ["", f"{layout}: processor time per frame, ms: each rank, then the sum"]
         for name, each in spent.items():
             if max(each) >= 0.01:
                 lines.append(f"{name:<24}" + "".join(f"{ms:>8.2f}" for ms in (*each, sum(each))))
@@ -263,12 +265,13 @@ def _checkpoint(figures: Mapping[str, Any]) -> str:
     """Show how long a frame waits, and how long the thread writes."""
     return "\n".join(
         [
-            f"{figures['particles']} particles, {figures['megabytes']:.0f} MB each {figures['every']} frames",
+            f"{figures['particles']} particles, {figures['megabytes']:.0f} MB "
+            f"every {figures['every']} frames",
             f"a frame                      {figures['frame_ms']:8.1f} ms",
             f"waits for a checkpoint       {figures['wait_ms']:8.1f} ms  "
             f"{figures['percent_of_frames']:.1f} % of the frames' time",
-            f"written meanwhile in         {figures['write_ms']:8.1f} ms  "
-            f"{figures['percent_with_writing']:.1f} % with what this slows down",
+            f"written in the background in {figures['write_ms']:8.1f} ms  "
+            f"{figures['percent_with_writing']:.1f} % including the slowdown",
             f"a plain write of these bytes {figures['plain_write_ms']:8.1f} ms",
         ]
     )
@@ -279,30 +282,32 @@ def _recovery(figures: Mapping[str, Any]) -> str:
     return "\n".join(
         [
             f"{figures['particles']} particles on {figures['ranks']} ranks, "
-            f"replicas each {figures['every']} frames",
+            f"replicas every {figures['every']} frames",
             f"a frame                      {figures['frame_ms']:8.1f} ms",
-            f"longer with replicas, in all {figures['replicas_ms']:8.1f} ms  "
+            f"extra time with replicas     {figures['replicas_ms']:8.1f} ms  "
             f"{figures['percent_of_frames']:.1f} % of the frames' time",
             f"the loss of a rank           {figures['recovery_ms']:8.1f} ms  "
-            "until its frame is done without it",
+            "until its frame is complete without it",
         ]
     )
 
 
 def _export(figures: Mapping[str, Any]) -> str:
     """Show the formats as a table, and those whose package is not installed."""
-    lines = [f"{'processor time per million particles':<38}{'ms':>8}{'MB':>8}{'by plain write':>16}"]
+    lines = [f"{'processor time per million particles':<38}{'ms':>8}{'MB':>8}{'/ plain write':>16}"]
     lines += [
         f"{row['format']:<38}{row['ms']:>8.1f}{row['megabytes']:>8.1f}{row['by_plain']:>16.2f}"
         for row in figures["rows"]
     ]
     lines += [f"{name}: not installed" for name in figures["not_installed"]]
-    return "\n".join([*lines, f"copying them first: {figures['copy_ms']:.1f} ms, which the frame waits for"])
+    return "\n".join(
+        [*lines, f"copying them first: {figures['copy_ms']:.1f} ms, during which the frame waits"]
+    )
 
 
 def _peers(figures: Mapping[str, Any]) -> str:
     """Show the peers as a table, the work that each leaves out, and those that are not installed."""
-    lines = [f"{'':<8}{'threads':>8}{'M updates/s':>13}{'engine / it':>13}"]
+    lines = [f"{'':<8}{'threads':>8}{'M updates/s':>13}{'engine / peer':>13}"]
     lines += [
         f"{row['peer']:<8}{row['threads']:>8}{row['million_per_s']:>13.0f}{row['engine_by_peer']:>13.2f}"
         for row in figures["rows"]
@@ -322,7 +327,7 @@ def _colliding(figures: Mapping[str, Any]) -> list[str]:
     lines = [f"{row['peer']:<32}{row['ns']:>9.1f}{row['engine_by_peer']:>13.2f}" for row in figures["rows"]]
     seen = f"{figures['neighbours']:.1f} neighbours each"
     about = f"{figures['spheres']} spheres, {seen}, LAMMPS {figures['lammps']}"
-    return ["", about, f"{'':<32}{'ns':>9}{'engine / it':>13}", *lines]
+    return ["", about, f"{'':<32}{'ns':>9}{'engine / peer':>13}", *lines]
 
 
 def _bed(figures: Mapping[str, Any]) -> list[str]:
@@ -331,8 +336,8 @@ def _bed(figures: Mapping[str, Any]) -> list[str]:
     for row in figures["rows"]:
         timed = f"{row['ns']:>9.1f}{row['engine_by_peer']:>13.2f}"
         lines.append(f"{row['peer']:<8}{row['ranks']:>6}{timed}   {row['leaves_out']}")
-    about = f"{figures['grains']} grains, each touches {figures['touching']:.2f}, LAMMPS {figures['lammps']}"
-    return ["", about, f"{'':<8}{'ranks':>6}{'ns':>9}{'engine / it':>13}   left out", *lines]
+    about = f"{figures['grains']} grains, {figures['touching']:.2f} contacts each, LAMMPS {figures['lammps']}"
+    return ["", about, f"{'':<8}{'ranks':>6}{'ns':>9}{'engine / peer':>13}   left out", *lines]
 
 
 def _shown(value: Any) -> str:

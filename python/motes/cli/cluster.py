@@ -35,7 +35,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     _configure_run(
         commands.add_parser(
             "run",
-            help="run a scene on a cluster that a file describes",
+            help="run a scene on a cluster described by a file",
             example="cluster.py snow.motes",
         )
     )
@@ -43,11 +43,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "paper", help="reproduce a table of the paper on a copy of its cluster", example="--table 1"
     )
     which = paper.add_mutually_exclusive_group(required=True)
-    which.add_argument("--table", type=int, choices=(1, 2, 3), help="which of the paper's")
-    which.add_argument("--text", action="store_true", help="what stands in its text alone; takes minutes")
+    which.add_argument("--table", type=int, choices=(1, 2, 3), help="number of the paper's table")
+    which.add_argument(
+        "--text", action="store_true", help="the figures that only its text gives; takes minutes"
+    )
     many = commands.add_parser(
         "growth",
-        help="weak scaling: as many particles per rank on ever more ranks",
+        help="weak scaling: the same number of particles per rank on more and more ranks",
         example="--ranks 4,16,64",
     )
     many.add_argument(
@@ -55,7 +57,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         type=_numbers,
         default=list(growth.RANKS),
         metavar="N,...",
-        help="numbers of ranks, from 3 on: one draws, one manages, the others calculate",
+        help="numbers of ranks, each >= 3: one draws, one manages, the others calculate",
     )
     many.add_argument(
         "--births",
@@ -65,12 +67,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help=f"who creates births: {', '.join(growth.WAYS)}",
     )
     many.add_argument(
-        "--pictures", action="store_true", help="draw them too; where ranks are many, all draw tiles"
+        "--pictures", action="store_true", help="also draw pictures; with many ranks, all draw tiles"
     )
     for command in (paper, many):
         add_json(command)
         command.add_argument(
-            "--plot", type=_plot, metavar="FILE", help="draw it, by its suffix .png, .svg or .pdf"
+            "--plot", type=_plot, metavar="FILE", help="plot the result to a .png, .svg or .pdf file"
         )
     make = commands.add_parser(
         "build", help="compile motes_replay for the simulator from a clone of motes", example="--source ."
@@ -80,7 +82,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--output",
         type=Path,
         metavar="FILE",
-        help="where to put the program (beside this Python, where it is looked for)",
+        help="where to put the program (next to this Python, where motes looks for it)",
     )
 
 
@@ -93,26 +95,30 @@ def _configure_run(parser: argparse.ArgumentParser) -> None:
     parser.usage = (
         "python -m motes cluster run [options] CLUSTER.py (SCENE.motes | script.py [script's arguments])"
     )
-    parser.add_argument("cluster", metavar="CLUSTER.py", help="a file that says `cluster = Cluster(...)`")
+    parser.add_argument("cluster", metavar="CLUSTER.py", help="a file that sets `cluster = Cluster(...)`")
     parser.add_argument("scene", metavar="SCENE", help="a recorded scene, or the script to record it from")
     parser.add_argument("arguments", nargs=argparse.REMAINDER, help="the script's arguments")
-    parser.add_argument("--log", metavar="DIR", help="keep the run's log there")
+    parser.add_argument("--log", metavar="DIR", help="keep the run's log in this directory")
     parser.add_argument(
         "--costs",
         metavar="FILE",
         help="what work costs: lines `name = nanoseconds` (measured on one core of a Xeon with AVX-512)",
     )
     parser.add_argument(
-        "--scale", type=float, default=1.0, metavar="R", help="particles that each particle stands for (1)"
+        "--scale",
+        type=float,
+        default=1.0,
+        metavar="R",
+        help="particles that each simulated particle represents (1)",
     )
     parser.add_argument("--blocking", action="store_true", help="calculators wait for the image generator")
     parser.add_argument(
         "--balancer",
         metavar="B",
-        help="instead of the scene's: one with or without options, or your own, file.py:Class",
+        help="replaces the scene's: a name with or without options, or your own as file.py:Class",
     )
     for name in REPLAY:
-        parser.add_argument(f"--{name}", help="as motes_replay takes it")
+        parser.add_argument(f"--{name}", help="passed on to motes_replay")
     add_json(parser)
 
 
@@ -166,7 +172,7 @@ def _paper(args: argparse.Namespace) -> int:
 
     if args.text:
         if args.plot:
-            raise MotesError("--plot draws a table: it goes with --table")
+            raise MotesError("--plot draws a table: use it with --table")
         found = in_text.reproduce()
         print_figures(args, in_text.facts(found), in_text.text(found))
         return 0
@@ -204,7 +210,7 @@ def _numbers(text: str) -> list[int]:
     except ValueError:
         found = []
     if not found or min(found) < 3:
-        raise argparse.ArgumentTypeError(f"must be whole numbers from 3 on, got {text!r}")
+        raise argparse.ArgumentTypeError(f"must be whole numbers >= 3, got {text!r}")
     return found
 
 
@@ -212,7 +218,7 @@ def _plot(text: str) -> str:
     path = Path(text)
     if path.suffix not in PLOTS or not path.parent.is_dir():
         raise argparse.ArgumentTypeError(
-            f"must be a file in an existing folder that ends in {', '.join(PLOTS)}, got {text!r}"
+            f"must be a file ending in {', '.join(PLOTS)} in an existing folder, got {text!r}"
         )
     return text
 
@@ -220,5 +226,5 @@ def _plot(text: str) -> str:
 def _ways(text: str) -> list[str]:
     found = text.split(",")
     if not set(found) <= set(growth.WAYS):
-        raise argparse.ArgumentTypeError(f"must be of {', '.join(growth.WAYS)}, got {text!r}")
+        raise argparse.ArgumentTypeError(f"must be one or more of {', '.join(growth.WAYS)}, got {text!r}")
     return found

@@ -18,7 +18,7 @@ __all__ = ["configure", "run"]
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `course`."""
-    parser.add_argument("directory", metavar="DIR", help="where to: a folder per evening")
+    parser.add_argument("directory", metavar="DIR", help="where to write: one folder per evening")
     parser.add_argument("--solutions", action="store_true", help="with solutions and hidden tests")
     add_key(parser, PRACTICE)
     add_json(parser)

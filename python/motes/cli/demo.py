@@ -28,8 +28,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `demo`."""
     parser.usage = "python -m motes demo [-n N] [--live] [NAME [the script's options]]"
     _add_own(parser)
-    parser.add_argument("name", nargs="?", metavar="NAME", help="which one; none: list all")
-    parser.add_argument("options", nargs=argparse.REMAINDER, metavar="...", help="of the script")
+    parser.add_argument("name", nargs="?", metavar="NAME", help="the demo (without it: list all)")
+    parser.add_argument(
+        "options", nargs=argparse.REMAINDER, metavar="...", help="options of the demo's script"
+    )
 
 
 def run(args: argparse.Namespace) -> int:
@@ -78,7 +80,7 @@ def _folder() -> Path:
 
 def _add_own(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-n", "--ranks", type=positive, default=1, metavar="N", help="number of ranks (1)")
-    parser.add_argument("--live", action="store_true", help="show the run in a browser while it goes on")
+    parser.add_argument("--live", action="store_true", help="show the run in a browser as it runs")
     add_json(parser)
 
 
@@ -86,7 +88,7 @@ def _run_live(ranks: int, program: list[str]) -> int:
     from . import COMMANDS, main
 
     if "live" not in COMMANDS:
-        raise MotesError("--live: this version of motes cannot show a run while it goes on")
+        raise MotesError("--live: this version of motes cannot show a run as it runs")
     return main(["live", "-n", str(ranks), *program])
 
 

@@ -73,7 +73,7 @@ class Report:
             if name != "environment"
         ]
         lines += ["", *_variables(self.figures.get("environment", {}))]
-        verdict = [f"problem: {problem}" for problem in self.problems] or ["all well"]
+        verdict = [f"problem: {problem}" for problem in self.problems] or ["no problems found"]
         return "\n".join([*lines, "", *verdict])
 
 
@@ -160,7 +160,9 @@ def _mpi(report: Report) -> None:
     hello = sorted(re.findall(r"motes-hello (rank \d+ of \d+)", output))
     report.figures["hello"] = hello
     if hello == ["rank 0 of 1"] * 2:
-        report.problems.append(f"{mpirun.path} starts ranks that do not see each other: it is of another MPI")
+        report.problems.append(
+            f"{mpirun.path} starts ranks that do not see each other: it belongs to another MPI"
+        )
     elif hello != ["rank 0 of 2", "rank 1 of 2"]:
         report.problems.append(f"two ranks could not be started by `{' '.join(argv[:-1])} ...`: {problem}")
 
@@ -180,7 +182,7 @@ def _core(report: Report) -> None:
     if len(found["both"]) > 1:
         others = ", ".join(sorted(set(found["both"]) - set(found["mpi4py"])))
         report.problems.append(
-            f"the core is linked to another MPI library ({others}) than mpi4py, "
+            f"the core is linked to a different MPI library ({others}) than mpi4py, "
             f"which uses {', '.join(found['mpi4py'])}"
         )
 
@@ -200,7 +202,7 @@ def _output(argv: list[str], variables: Mapping[str, str] | None = None) -> tupl
             env={**(variables or {}), **os.environ},  # os.environ lacks what MPI added when it started
         )
     except subprocess.TimeoutExpired:
-        return "", f"no end within {HELLO_LIMIT_S} s"
+        return "", f"it did not end within {HELLO_LIMIT_S} s"
     except OSError as error:
         return "", str(error)
     lines = [line.strip() for line in answer.stderr.splitlines() if line.strip(" -\t")]
@@ -215,7 +217,7 @@ def _variables(values: dict[str, str]) -> list[str]:
     lines = []
     for name, variable in environment.TABLE.items():
         default = variable.default_text or str(variable.default)
-        value = f"= {printable(values[name])}" if name in values else f"not set: {default}"
+        value = f"= {printable(values[name])}" if name in values else f"default: {default}"
         lines.append(f"{name:<{width}}  {variable.meaning}; {value}")
     return lines
 

@@ -1,4 +1,4 @@
-"""Grade a submission for an evening of the course: points, and hints where some are missing.
+"""Grade a submission for an evening of the course: points, and hints where points are missing.
 
   python -m motes grade 3 mine.py
   python -m motes grade noise mine.py --key "our secret" --json

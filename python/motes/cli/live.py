@@ -23,11 +23,15 @@ __all__ = ["configure", "run"]
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `live`: its own, and those of `run`."""
     default = Live()
-    parser.add_argument("--port", type=int, default=default.port, help="8080, or the next one that is free")
+    parser.add_argument("--port", type=int, default=default.port, help="8080, or the next free port")
     parser.add_argument(
-        "--host", default=default.host, help="the address to listen to; this machine's own loopback alone"
+        "--host",
+        default=default.host,
+        help="the address to listen on; the default is reachable only from this machine",
     )
-    parser.add_argument("--wait", action="store_true", help="the first frame waits for the first viewer")
+    parser.add_argument(
+        "--wait", action="store_true", help="start the first frame when the first viewer connects"
+    )
     parser.add_argument("--paused", action="store_true", help="start paused")
     run_command.configure(parser)
     parser.usage = (

@@ -1,4 +1,4 @@
-"""Join the numbered PNG pictures of a directory to a film.
+"""Join the numbered PNG pictures of a directory into a film.
 
   python -m motes movie out/frames
   python -m motes movie out/frames -o film.mp4 --fps 30
@@ -6,8 +6,8 @@
 
 Pictures have names such as frame.0000.png or snow12.png; the text before the number is their series. They are
 ordered by number and must have the same size. A missing number is an error, unless --gaps says what to show
-instead: `hold` the picture before it, `skip` nothing. A film has no alpha channel: clear pixels show the
-colour of --background.
+instead: `hold` the picture before it, `skip` nothing. A film has no alpha channel: transparent pixels show
+the colour of --background.
 """
 
 from __future__ import annotations
@@ -38,17 +38,18 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("directory", metavar="DIR", help="where the pictures are")
     parser.add_argument("-o", "--output", metavar="FILE", help="the film: .mp4, .mkv or .mov (DIR.mp4)")
     parser.add_argument("--fps", type=float, default=24, help="pictures per second (24)")
+    parser.add_argument("--series", metavar="NAME", help="only pictures with this name before the number")
     parser.add_argument(
-        "--series", metavar="NAME", help="the pictures whose names start so, up to the number"
-    )
-    parser.add_argument(
-        "--gaps", choices=("refuse", "hold", "skip"), default="refuse", help="missing numbers"
+        "--gaps",
+        choices=("refuse", "hold", "skip"),
+        default="refuse",
+        help="what to do about missing numbers (refuse)",
     )
     parser.add_argument(
         "--background",
         type=_color,
         metavar="RRGGBB",
-        help="the colour behind clear pixels, such as 000000; needed where there are any",
+        help="the colour behind transparent pixels, such as 000000; required if there are any",
     )
     add_json(parser)
 
@@ -85,8 +86,8 @@ def join(
 ) -> dict[str, Any]:
     """Write a film of a directory's pictures; return its figures.
 
-    `background` is the sRGB colour behind clear pixels. Raises MotesError, before a file is written, if
-    pictures are missing or their sizes differ, or if one has clear pixels and there is no background.
+    `background` is the sRGB colour behind transparent pixels. Raises MotesError, before a file is written, if
+    pictures are missing or their sizes differ, or if one has transparent pixels and there is no background.
     """
     from .._film.movie import Movie
 
@@ -103,7 +104,7 @@ def join(
 def _numbered(folder: Path, series: str | None) -> dict[int, Path]:
     """Find the pictures of a series, or of the only series, by number."""
     if not folder.is_dir():
-        raise MotesError(f"{folder} is no directory")
+        raise MotesError(f"{folder} is not a directory")
     found: dict[str, dict[int, Path]] = {}
     for path in sorted(folder.iterdir()):
         match = _NUMBERED.fullmatch(path.name)
@@ -115,7 +116,7 @@ def _numbered(folder: Path, series: str | None) -> dict[int, Path]:
             raise MotesError(f"{_name(other)} and {_name(path)} have the same number")
     if series is not None and series not in found:
         raise MotesError(
-            f"no picture in {folder} is called {series!r} and a number{near(series, list(found))}"
+            f"no picture in {folder} is named {series!r} followed by a number{near(series, list(found))}"
         )
     if not found:
         raise MotesError(f"{folder} has no numbered pictures, such as frame.0000.png")
@@ -136,7 +137,7 @@ def _in_order(numbered: dict[int, Path], gaps: str) -> Iterator[Path]:
             text += f" and {len(named) - _MOST_NAMED} more gaps"
         raise MotesError(
             f"pictures are missing between {numbers[0]} and {numbers[-1]}: {text}; "
-            "--gaps hold shows the one before in their place, --gaps skip nothing"
+            "--gaps hold repeats the picture before each gap, --gaps skip leaves the gaps out"
         )
     for k, number in enumerate(numbers):
         shown = numbers[k + 1] - number if gaps == "hold" and k + 1 < len(numbers) else 1
@@ -160,7 +161,7 @@ def _size(path: Path) -> tuple[int, int]:
     with path.open("rb") as file:
         head = file.read(24)
     if len(head) < 24 or head[:8] != _SIGNATURE or head[12:16] != b"IHDR":
-        raise MotesError(f"{_name(path)} is no PNG picture")
+        raise MotesError(f"{_name(path)} is not a PNG picture")
     width, height = struct.unpack(">II", head[16:24])
     return width, height
 
@@ -173,13 +174,13 @@ def _pixels(path: Path, background: tuple[int, int, int] | None) -> NDArray[np.u
         with av.open(str(path)) as picture:
             pixels: NDArray[np.uint8] = next(picture.decode(video=0)).to_ndarray(format="rgba")
     except (av.error.FFmpegError, StopIteration) as error:
-        raise MotesError(f"{_name(path)} cannot be read: {error or 'it holds no picture'}") from None
+        raise MotesError(f"{_name(path)} cannot be read: {error or 'it contains no picture'}") from None
     colors, alpha = pixels[:, :, :3], pixels[:, :, 3:]
     if (alpha == 255).all():
         return np.ascontiguousarray(colors)
     if background is None:
         hint = "--background 000000 puts black behind them"
-        raise MotesError(f"{_name(path)} has clear pixels, which a film cannot have: {hint}")
+        raise MotesError(f"{_name(path)} has transparent pixels, which a film cannot have: {hint}")
     part = alpha.astype(np.float32) / 255
     return np.rint(colors * part + np.array(background, np.float32) * (1 - part)).astype(np.uint8)
 

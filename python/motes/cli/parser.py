@@ -43,7 +43,7 @@ def add_key(parser: argparse.ArgumentParser, default: str) -> None:
         type=lambda text: sys.stdin.readline().strip() if text == "-" else text,
         default=default,
         metavar="KEY",
-        help="decides the hidden loads; -: the first line of the standard input",
+        help="decides the hidden loads; -: read it from the first line of standard input",
     )
 
 
@@ -64,13 +64,13 @@ def plain(value: Any) -> Any:
 
 
 def positive(text: str) -> int:
-    """Read a whole number from 1 on."""
+    """Read a whole number >= 1."""
     try:
         value = int(text)
     except ValueError:
         value = 0
     if value < 1:
-        raise argparse.ArgumentTypeError(f"must be a whole number from 1 on, got {text!r}")
+        raise argparse.ArgumentTypeError(f"must be a whole number >= 1, got {text!r}")
     return value
 
 

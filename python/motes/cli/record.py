@@ -37,7 +37,7 @@ def run(args: argparse.Namespace) -> int:
     if not Path(program[0]).is_file():
         raise MotesError(f"script {program[0]} does not exist")
     if args.output is None:
-        raise MotesError("record: no file given: add `-o scene.motes`")
+        raise MotesError("record: no output file given: add `-o scene.motes`")
     from .._run import scenefile  # needs the core
 
     recording = scenefile.record(program, Path(args.output), full=args.full)
@@ -51,7 +51,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _add_own(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("-o", "--output", metavar="FILE", help="the scene's name")
+    parser.add_argument("-o", "--output", metavar="FILE", help="the scene file to write")
     parser.add_argument("--full", action="store_true", help="compute and draw as an ordinary run does")
     add_json(parser)
 

@@ -1,4 +1,4 @@
-"""Write a run's summary and plots as one HTML file that needs nothing else.
+"""Write a run's summary and plots as one self-contained HTML file.
 
   python -m motes report runs/today -o today.html
 
@@ -20,7 +20,7 @@ __all__ = ["configure", "run"]
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `report`."""
     parser.add_argument("run", metavar="RUN", help="the run's log: the directory of World(log=...)")
-    parser.add_argument("-o", "--output", metavar="FILE", help="where to (RUN/report.html)")
+    parser.add_argument("-o", "--output", metavar="FILE", help="the file to write (RUN/report.html)")
     add_json(parser)
 
 

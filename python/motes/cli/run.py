@@ -9,7 +9,7 @@
   python -m motes run -n 2 --steering log/steer.jsonl script.py
 
 A script with checkpoints continues from its newest complete one when the same command is run again; with
---restarts it does so by itself.
+--restarts it does so automatically.
 
 With --survive (Open MPI 5) the other ranks outlive one that is killed: worlds with on_loss="recover" continue
 without it.
@@ -38,14 +38,16 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("-n", "-np", "--ranks", type=int, required=True, metavar="N", help="number of ranks")
     parser.add_argument("--hosts", help="hosts, each with the number of ranks it takes: h1,h2:2")
-    parser.add_argument("--hostfile", metavar="FILE", help="a file of hosts in mpirun's own form")
-    parser.add_argument("--survive", action="store_true", help="go on when a rank is lost (Open MPI 5)")
+    parser.add_argument("--hostfile", metavar="FILE", help="a file of hosts in mpirun's own format")
+    parser.add_argument("--survive", action="store_true", help="continue when a rank is lost (Open MPI 5)")
     parser.add_argument(
-        "--restarts", type=int, default=0, metavar="K", help="start again up to K times where a rank was lost"
+        "--restarts", type=int, default=0, metavar="K", help="restart up to K times after a rank is lost"
     )
-    parser.add_argument("--fresh", action="store_true", help="start anew where there are checkpoints")
     parser.add_argument(
-        "--anyway", action="store_true", help="go on, or repeat a run, though the script has changed"
+        "--fresh", action="store_true", help="start from the first frame even if there are checkpoints"
+    )
+    parser.add_argument(
+        "--anyway", action="store_true", help="continue or repeat a run even if the script has changed"
     )
     parser.add_argument(
         "--steering",

@@ -7,7 +7,7 @@
 disasters: small animations on simulated ranks (threads of one process; a scheduler draws which one runs next
 and how long a message takes). Ranks die one by one or together, even while others recover; whole jobs are
 killed and continue from checkpoints, some of them damaged, on other ranks. The promises: each frame has the
-particles and the picture of an undisturbed run; a run that ends early says why, and never ends because of a
+particles and the picture of an undisturbed run; a run that ends early gives a reason, and never because of a
 single rank; no rank waits forever; damaged checkpoints are not used.
 
 files: scenes, checkpoints and tables of a log, with bits flipped and bytes lost, doubled or exchanged.
@@ -42,8 +42,10 @@ Case = Callable[[int], tuple[int, dict[str, Any]]]
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `soak`."""
     parser.add_argument("what", metavar="WHAT", choices=["disasters", "files"], help="disasters or files")
-    parser.add_argument("--seeds", type=int, default=1000, metavar="N", help="how many (1000)")
-    parser.add_argument("--from", type=int, default=0, metavar="SEED", dest="first", help="the first one (0)")
+    parser.add_argument("--seeds", type=int, default=1000, metavar="N", help="number of seeds (1000)")
+    parser.add_argument(
+        "--from", type=int, default=0, metavar="SEED", dest="first", help="the first seed (0)"
+    )
     parser.add_argument("--jobs", type=int, default=None, metavar="N", help="processes (one per processor)")
     add_json(parser)
 
@@ -113,14 +115,14 @@ def _text(what: str, figures: dict[str, Any]) -> str:
         parts = [
             f"{counts['scenes']} scenes, {counts['parts']} parts and {counts['states']} states "
             f"of checkpoints, {counts['tables']} tables of logs",
-            f"{counts['read']} were read all the same",
+            f"{counts['read']} were read without an error",
         ]
     else:
         parts = [
             f"{counts['losses']} with losses of ranks, {counts['restarts']} with restarts, "
             f"{counts['orders']} with neither",
-            f"{counts['died']} ranks and jobs died, behind {counts['survived']} of these the run went on",
-            f"{counts['told']} runs ended early and said why",
+            f"{counts['died']} ranks and jobs died; the run continued after {counts['survived']} of these",
+            f"{counts['told']} runs ended early and gave a reason",
         ]
     head = f"{figures['seeds']} {'damaged ' * (what == 'files')}{what} in {figures['seconds']:g} s"
     return f"{head}: " + "; ".join([*parts, f"{figures['broken']} broke a promise"])

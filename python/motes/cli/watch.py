@@ -32,7 +32,7 @@ SILENT_S = 120.0
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `watch`."""
     parser.add_argument("run", metavar="RUN", help="the run's log: the directory of World(log=...)")
-    parser.add_argument("--once", action="store_true", help="show what there is now, and end")
+    parser.add_argument("--once", action="store_true", help="show the current state and exit")
     parser.add_argument("--wait", type=float, default=10.0, metavar="S", help="seconds to wait for it (10)")
     add_json(parser)
 
@@ -71,7 +71,7 @@ def watch(path: Path, *, once: bool = False, wait_s: float = 10.0, out: TextIO |
             return 0
         if dead or view.silent_s > SILENT_S:
             why = "its process is gone" if dead else f"nothing was written for {view.silent_s:.0f} s"
-            print(f"motes: {printable(str(path))}: the run did not come to its end: {why}", file=sys.stderr)
+            print(f"motes: {printable(str(path))}: the run did not finish: {why}", file=sys.stderr)
             return 1
         time.sleep(EVERY_S)
 

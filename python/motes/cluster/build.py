@@ -22,7 +22,7 @@ def find_smpirun() -> str:
     found = shutil.which(str(environment.read("MOTES_SMPIRUN")))
     if found is None:
         raise MotesError(
-            "virtual clusters need SimGrid's smpirun, and there is none: apt-get install libsimgrid-dev"
+            "virtual clusters need SimGrid's smpirun, which was not found: apt-get install libsimgrid-dev"
         )
     return found
 
@@ -41,8 +41,8 @@ def find_replay() -> Path:
     if not built.is_file():
         raise MotesError(
             f"virtual clusters need motes_replay built for SMPI, and {built} does not exist: run "
-            "`python -m motes cluster build --source DIR`, where DIR is a clone of motes, or name the "
-            "program in MOTES_SMPI_REPLAY"
+            "`python -m motes cluster build --source DIR`, where DIR is a clone of motes, or set "
+            "MOTES_SMPI_REPLAY to the program"
         )
     return built
 

@@ -128,10 +128,10 @@ class Cluster:
     def __post_init__(self) -> None:
         """Check that a network connects each pair of machines."""
         if not self.nodes:
-            raise ArgumentError("nodes", self.nodes, "one Node at least")
+            raise ArgumentError("nodes", self.nodes, "at least one Node")
         names = [node.name for node in self.nodes]
         if len(set(names)) < len(names):
-            raise ArgumentError("nodes", names, "of different names, one per kind")
+            raise ArgumentError("nodes", names, "Nodes with different names, one per kind")
         known = {network.name for network in self.networks}
         for node in self.nodes:
             if node.networks is not None and not set(node.networks) <= known:
@@ -170,7 +170,9 @@ class Cluster:
         for network in self.networks:
             if all(node.networks is None or network.name in node.networks for node in (a, b)):
                 return network
-        raise ArgumentError("networks", [a.networks, b.networks], f"one of both {a.name} and {b.name}")
+        raise ArgumentError(
+            "networks", [a.networks, b.networks], f"such that one connects {a.name} and {b.name}"
+        )
 
 
 def described(path: Path) -> Cluster:
@@ -186,5 +188,5 @@ def described(path: Path) -> Cluster:
         raise MotesError(f"cluster file {path} does not exist")
     found = runpy.run_path(str(path)).get("cluster")
     if not isinstance(found, Cluster):
-        raise MotesError(f"{path} must say `cluster = motes.cluster.Cluster(...)`")
+        raise MotesError(f"{path} must set `cluster = motes.cluster.Cluster(...)`")
     return found

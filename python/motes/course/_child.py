@@ -34,7 +34,7 @@ MEMORY = 4 << 30
 FORBIDDEN = {
     "starts a process": ("subprocess.", "os.system", "os.exec", "os.fork", "os.posix_spawn", "os.spawn"),
     "uses the network": ("socket.",),
-    "leaves Python": ("ctypes.",),
+    "loads C libraries": ("ctypes.",),
     "changes files": ("os.remove", "os.rename", "os.mkdir", "os.rmdir", "os.link", "os.symlink", "shutil."),
     "sends a signal": ("os.kill", "signal."),
 }
@@ -101,7 +101,7 @@ class Submission:
         """Make a new `Mine`."""
         kind = self._of("Mine")
         if not (isinstance(kind, type) and issubclass(kind, Balancer)):
-            raise TypeError("Mine is no subclass of motes.balance.Balancer")
+            raise TypeError("Mine is not a subclass of motes.balance.Balancer")
         self._mine = kind(**options)
         return {"smoothing": float(self._mine.smoothing)}
 
@@ -121,7 +121,7 @@ class Submission:
 
     def _of(self, name: str) -> Any:
         if name not in self._names:
-            raise NameError(f"the file defines no {name}")
+            raise NameError(f"the file does not define {name}")
         return self._names[name]
 
 
@@ -142,7 +142,9 @@ def plain(value: Any) -> Any:
         return {str(name): plain(part) for name, part in value.items()}
     if hasattr(value, "to_numpy"):  # a table of pandas
         return plain(value.to_numpy())
-    raise TypeError(f"the answer has a {type(value).__name__}, where numbers, lists and dicts are allowed")
+    raise TypeError(
+        f"the answer contains a {type(value).__name__}; only numbers, lists and dicts are allowed"
+    )
 
 
 def _lines(error: BaseException) -> list[tuple[str, int | None]]:

@@ -46,7 +46,7 @@ class Asked:
                 f"it does not parse: {error.msg} ({path.name}, line {error.lineno})"
             ) from None
         except ValueError as error:  # not UTF-8, or zeros in it
-            raise SubmissionError(f"{path.name} is no Python: {error}") from None
+            raise SubmissionError(f"{path.name} is not Python: {error}") from None
         self._printed = bytearray()
         self._floods = False
 
@@ -129,7 +129,7 @@ class Asked:
         except (BrokenPipeError, EOFError):
             raise SubmissionError(self._ended()) from None
         if "forbidden" in answer:
-            raise SubmissionError(f"it {answer['forbidden']}: a submission only computes")
+            raise SubmissionError(f"it {answer['forbidden']}: a submission may only compute")
         if "error" in answer:
             where = f" ({answer['where']})" if answer["where"] else ""
             raise SubmissionError(f"it raises {answer['error']}{where}")
@@ -153,15 +153,15 @@ class Asked:
             asleep = asleep + 1 if state == "S" and ticks == before else 0
             before = ticks
             if asleep * CHECKED_S >= IDLE_S:
-                raise SubmissionError("it does not answer: does it wait for something?")
+                raise SubmissionError("it does not answer: is it waiting for something?")
 
     def _ended(self) -> str:
         """Return why the process has ended."""
         code = self._process.wait()
         if self._floods:
-            return "it prints without end"
+            return "it prints endlessly"
         if code in (-signal.SIGXCPU, -signal.SIGKILL):
-            return "it takes more than 4 s of processor time: does a loop never end?"
+            return "it takes more than 4 s of processor time: is there an endless loop?"
         if code < 0:
             return f"it ends the process: {signal.strsignal(-code)}"
         return f"it ends the process (exit code {code})"

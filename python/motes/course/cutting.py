@@ -83,10 +83,14 @@ def _part(case: Case, answer: Any) -> Part:
     except (TypeError, ValueError):
         return Part(case.name, 0.0, f"cuts must return {count} numbers here")
     if cuts.shape != (count,):
-        return Part(case.name, 0.0, f"{count + 1} calculators have {count} cuts, you return {cuts.shape}")
+        return Part(
+            case.name,
+            0.0,
+            f"{count + 1} calculators have {count} cuts, you return an array of shape {cuts.shape}",
+        )
     if not np.isfinite(cuts).all() or (np.diff(cuts) < 0).any():
         return Part(
-            case.name, 0.0, "cuts must be finite and ascend: is 0 divided by 0, or is something unsorted?"
+            case.name, 0.0, "cuts must be finite and ascending: is 0 divided by 0, or is something unsorted?"
         )
     if (wrong := case.wrong(cuts)) <= ENOUGH:
         return Part(case.name, 100.0)

@@ -46,10 +46,10 @@ TASKS = (
         1, "reading", "read a log: who is slow, and what would balance save?", reading.cases, reading.graded
     ),
     Task(2, "cutting", "cut space by prefix sums", cutting.cases, cutting.graded),
-    _games(3, "noise", "balance equal machines by a noisy clock"),
-    _games(4, "unknown", "balance machines whose speeds nobody tells"),
+    _games(3, "noise", "balance equal machines with a noisy clock"),
+    _games(4, "unknown", "balance machines of unknown speed"),
     _games(5, "moving", "balance only where it pays"),
-    _games(6, "tournament", "a policy of one's own against everything"),
+    _games(6, "tournament", "your own policy against everything"),
 )
 """The tasks of the course."""
 
@@ -90,9 +90,9 @@ def grade(task_of: int | str, submission: str | os.PathLike[str], *, key: str = 
     """
     chosen, path = task(task_of), Path(submission)
     if not key:
-        raise ArgumentError("key", key, "a text that is not empty")
+        raise ArgumentError("key", key, "a non-empty string")
     if not path.is_file():
-        raise MotesError(f"there is no file {path}")
+        raise MotesError(f"file {path} does not exist")
     cases = _cases(chosen.evening, key)
     printed = ""
     try:
@@ -106,7 +106,7 @@ def grade(task_of: int | str, submission: str | os.PathLike[str], *, key: str = 
                 printed = asked.printed
         if runs[0] != runs[1]:
             raise SubmissionError(
-                "two runs of it differ: give its random numbers a seed, and do not read the clock"
+                "two runs of it give different results: seed the random numbers, and do not read the clock"
             )
     except MotesError as error:
         return Grade(chosen.evening, chosen.name, [], _sentence(error), printed)
@@ -122,5 +122,5 @@ def _cases(evening: int, key: str) -> Any:
 def _sentence(error: MotesError) -> str:
     text = str(error)
     if "NotImplementedError" in text:
-        return text.replace("it raises NotImplementedError", "it is still to be written")
+        return text.replace("it raises NotImplementedError", "it has not been written yet")
     return text

@@ -167,13 +167,13 @@ def _hint(result: Result) -> str:
     if result.points >= 90:
         return ""
     if result.static and moved:
-        return f"cuts that stay are best here, and you moved {moved:,} particles: when is it worth it?"
+        return f"static cuts are best here, but you moved {moved:,} particles: when is moving worth it?"
     if not moved:
-        return "you moved nothing, but here it pays"
+        return "you moved nothing, but moving pays here"
     if moved > 2 * enough:
         return (
-            f"you moved {moved:,} particles, where {enough:,} do: do you follow noise, or what is soon over?"
+            f"you moved {moved:,} particles, but {enough:,} are enough: do you follow noise or brief changes?"
         )
     if moved < 0.6 * enough:
-        return f"you moved {moved:,} particles, where {enough:,} do: too little, or too late?"
-    return "you move about as much as you must: are you late, or are your shares off?"
+        return f"you moved {moved:,} particles, but {enough:,} are needed: do you move too few, or too late?"
+    return "you move about as much as needed: are you late, or are your shares off?"

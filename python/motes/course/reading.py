@@ -93,12 +93,12 @@ def _report(asked: Asked, case: Case) -> Any:
 def _wrong(name: str, case: Case, right: Any, given: Any) -> str:
     """Return a hint, or "" if the answer is right."""
     if not isinstance(given, dict) or name not in given:
-        return f"report returns no dict with {name!r}"
+        return f"report does not return a dict with {name!r}"
     value = given[name]
     if name not in NUMBERS:
         if name == "slow" and value == int(np.argmax(case.seconds.sum(axis=0))) != right:
-            return f"in {case.name!r} you name the calculator that takes longest: has it the slowest machine?"
-        return "" if value == right else f"in {case.name!r} it is another one"
+            return f"in {case.name!r} you name the calculator that takes longest: is its machine the slowest?"
+        return "" if value == right else f"in {case.name!r} it is a different one"
     if not isinstance(value, (int, float)) or isinstance(value, bool) or not math.isfinite(value):
         return f"{name!r} must be a finite number"
     if math.isclose(value, right, rel_tol=1e-6):
@@ -106,7 +106,7 @@ def _wrong(name: str, case: Case, right: Any, given: Any) -> str:
     if math.isclose(value, 1 / right, rel_tol=1e-6):
         return "that is its inverse: an efficiency is at most 1"
     if name == "saving_s" and math.isclose(value, right * len(case.frame_s), rel_tol=1e-6):
-        return "that is the whole run's: what is it per frame?"
+        return "that is for the whole run: what is it per frame?"
     if name != "saving_s" and abs(value - right) < 0.05 * right:
         return "nearly: add up the seconds of all frames before you divide"
     return f"not in {case.name!r}: who waits for whom, and how long?"

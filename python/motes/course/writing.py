@@ -44,11 +44,13 @@ def write(directory: str | os.PathLike[str], *, key: str = PRACTICE, solutions: 
         MotesError: if one of the folders exists.
     """
     if not key:
-        raise ArgumentError("key", key, "a text that is not empty")
+        raise ArgumentError("key", key, "a non-empty string")
     folders = [Path(directory) / f"evening_{one.evening}" for one in TASKS]
     for folder in folders:
         if folder.exists():
-            raise MotesError(f"{folder} exists: the course overwrites nothing; name a new directory")
+            raise MotesError(
+                f"{folder} already exists, and the course overwrites nothing: choose a new directory"
+            )
     written = []
     for one, folder in zip(TASKS, folders, strict=True):
         write_log(folder / "run", practice(one.evening, key))

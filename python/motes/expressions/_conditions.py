@@ -102,7 +102,7 @@ class Held:
     def __bool__(self) -> bool:
         """Raise: the truth value differs per particle. Write & | ~ instead of and, or, not."""
         raise ArgumentError(
-            "condition", self, "combined with & | ~ and given to where=, not tested in Python"
+            "condition", self, "combined with & | ~ and passed to where=, not tested in Python"
         )
 
 
@@ -158,7 +158,7 @@ class Condition(Held):
 
     def __setattr__(self, name: str, _: object) -> None:
         """Raise: conditions are immutable."""
-        raise AttributeError(f"a condition does not change: {name!r} cannot be assigned")
+        raise AttributeError(f"conditions are immutable: {name!r} cannot be assigned")
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle by the tree."""
@@ -305,9 +305,7 @@ def _column(name: str, columns: Columns) -> tuple[int, int]:
         name = name[2:]
     if name not in columns and "." in name:
         shown = text_of(("column", given))
-        raise ArgumentError(
-            "expression", shown, "of one particle: only interact() knows pairs", known=columns
-        )
+        raise ArgumentError("expression", shown, "of one particle: only interact() has pairs", known=columns)
     if name not in columns:
         raise ArgumentError("column", name, f"one of {', '.join(columns)}", known=columns)
     return columns[name]
@@ -316,7 +314,7 @@ def _column(name: str, columns: Columns) -> tuple[int, int]:
 def _component(node: Node, index: int, columns: Columns) -> Steps:
     parts = components(node, columns)
     if index >= len(parts):
-        raise ArgumentError("index", index, f"0: {text_of(node)} has one number per particle")
+        raise ArgumentError("index", index, f"0: {text_of(node)} has only one number per particle")
     return parts[index]
 
 
@@ -336,7 +334,7 @@ def _spread(operands: Sequence[Node], parts: list[list[Steps]]) -> list[tuple[St
 def _three(operation: str, node: Node, columns: Columns) -> list[Steps]:
     parts = components(node, columns)
     if len(parts) != 3:
-        raise ArgumentError(operation, text_of(node), "of vectors: this has one number per particle")
+        raise ArgumentError(operation, text_of(node), "of vectors, not of one number per particle")
     return parts
 
 

@@ -149,11 +149,11 @@ class Expression:
 
     def __bool__(self) -> bool:
         """Raise: an expression has one value per particle."""
-        raise ArgumentError("expression", self, "compared and given to where=, not tested in Python")
+        raise ArgumentError("expression", self, "compared and passed to where=, not tested in Python")
 
     def __setattr__(self, name: str, _: object) -> None:
         """Raise: expressions are immutable."""
-        raise AttributeError(f"an expression does not change: {name!r} cannot be assigned")
+        raise AttributeError(f"expressions are immutable: {name!r} cannot be assigned")
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle by the tree."""

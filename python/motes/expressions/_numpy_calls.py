@@ -78,7 +78,7 @@ def _called(
     name: str, known: Mapping[str, Callable[..., Any]], args: Sequence[Any], keywords: Mapping[str, Any]
 ) -> Any:
     if name not in known:
-        allowed = f"one that expressions know: {', '.join(sorted({*_FUNCTIONS, *_OTHERS}))}"
+        allowed = f"one that expressions support: {', '.join(sorted({*_FUNCTIONS, *_OTHERS}))}"
         raise ArgumentError("function", f"numpy.{name}", allowed, known=[*_FUNCTIONS, *_OTHERS])
     if keywords:
         raise ArgumentError(next(iter(keywords)), f"in numpy.{name} of an expression", "left out")
@@ -86,7 +86,7 @@ def _called(
         return known[name](*args)
     except TypeError:
         raise ArgumentError(
-            "operands", f"{len(args)} in numpy.{name}", "as many as its expression takes"
+            "operands", f"{len(args)} in numpy.{name}", "as many as the function takes in an expression"
         ) from None
 
 

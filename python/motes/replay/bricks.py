@@ -75,7 +75,7 @@ class Tree:
             below, above = high[first:middle].max(axis=0), low[middle:last].min(axis=0)
             fits = np.flatnonzero((below == above) & np.isfinite(below))
             if not len(fits):
-                raise ValueError("these domains are not made by halving space")
+                raise ValueError("these domains do not come from bisecting space")
             axes[middle - 1], at[middle - 1] = int(fits[0]), below[fits[0]]
             todo += [(first, middle), (middle, last)]
         return Tree(axes, at)

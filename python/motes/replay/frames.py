@@ -186,7 +186,9 @@ def simulate(history: History, balancer: Balancer, powers: Floats | None = None)
     for name, axes in zip(history.systems, history.axes, strict=True):
         if balancer.slabs_only and not in_a_row(axes):
             allowed = for_any_domains()
-            raise ArgumentError("balancer", balancer, f"{allowed}: domains of {name!r} are no slabs ({axes})")
+            raise ArgumentError(
+                "balancer", balancer, f"{allowed}: domains of {name!r} are not slabs ({axes})"
+            )
     policy = policy_of(copy.deepcopy(balancer))  # a balancer with state starts fresh in each replay
     policy.check(len(history.ranks))
     systems = [_System(policy, len(history.ranks)) for _ in history.systems]

@@ -256,7 +256,7 @@ class Recorded:
         broken = np.logical_or.reduce(missing)
         whole = int(np.argmax(broken)) if broken.any() else len(self.frames)
         if whole == 0:
-            raise LogError(f"{name}: no frame has the rows of all calculators {self.ranks}")
+            raise LogError(f"{name}: no frame has rows for all calculators {self.ranks}")
         self.frames = self.frames[:whole]
 
     def _speeds(self, grid: dict[str, Any], processed: Floats) -> Floats:

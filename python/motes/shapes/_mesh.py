@@ -19,7 +19,7 @@ from . import Shape
 __all__ = ["Mesh"]
 
 VERTICES = "finite numbers of shape (n, 3), metres, n >= 3"
-PLACE = "3 finite numbers, or a matrix of shape (4, 4) that only turns and moves"
+PLACE = "3 finite numbers, or a matrix of shape (4, 4) that only rotates and translates"
 MOST_FAR = 1e12  # m
 RESOLUTION = 96
 STILL = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0) * 2
@@ -105,7 +105,7 @@ class Mesh(Shape):
         options = _options(solid, resolution)
         if births is not None and options["solid"]:
             raise ArgumentError(
-                "density", density, "left out with solid=True: only births on the surface have it"
+                "density", density, "left out with solid=True: only births on the surface use it"
             )
         self.__dict__.update(
             vertices=points, triangles=corners, **options, colors=tints, uv=at, density=births
@@ -151,7 +151,7 @@ class Mesh(Shape):
         scale = arguments.number("scale", scale, low=0)
         options = _options(solid, resolution)
         if not os.path.isfile(file):
-            raise ArgumentError("path", os.fspath(path), "a file that exists")
+            raise ArgumentError("path", os.fspath(path), "an existing file")
         try:
             vertices, triangles = _meshes.read(file)
             return cls(vertices * scale, triangles, **options)
@@ -188,7 +188,7 @@ class Mesh(Shape):
         """
         if vertices is not None:
             if moving_from is not None:
-                raise ArgumentError("moving_from", moving_from, "left out where vertices= gives another form")
+                raise ArgumentError("moving_from", moving_from, "left out if vertices= is given")
             return self._formed(vertices).at(place, axis=axis, angle_deg=angle_deg)
         here = _pose(place, axis, angle_deg)
         before = here

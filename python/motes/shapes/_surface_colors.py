@@ -52,7 +52,7 @@ def densities(
         wrong = np.flatnonzero(~((rows >= 0) & (rows <= DENSEST)))[0]
         raise ArgumentError(f"density[{wrong}]", float(rows[wrong]), f"a number in 0..{DENSEST:g}")
     if not (rows[triangles] > 0).any():
-        raise ArgumentError("density", "0 at all corners of triangles", "above 0 at one of them at least")
+        raise ArgumentError("density", "0 at all corners of triangles", "above 0 at one or more of them")
     return rows
 
 
@@ -73,7 +73,9 @@ def _picture(argument: str, given: Any) -> NDArray[np.uint8] | None:
 
 def _given(uv: NDArray[np.float32] | None, argument: str) -> NDArray[np.float32]:
     if uv is None:
-        raise ArgumentError("uv", None, f"given with a picture as {argument}: where each vertex is on it")
+        raise ArgumentError(
+            "uv", None, f"given if {argument} is a picture: the position of each vertex on it"
+        )
     return uv
 
 

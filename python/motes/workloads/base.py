@@ -182,7 +182,7 @@ def laid(weights: npt.ArrayLike, particles: int) -> Counts:
     """
     given = np.asarray(weights, np.float64)
     if not (given.sum() > 0) or (given < 0).any():
-        raise ArgumentError("weights", weights, "numbers from 0 on, not all 0")
+        raise ArgumentError("weights", weights, "numbers >= 0, not all 0")
     below = np.rint(np.cumsum(given) * (particles / given.sum())).astype(np.int64)
     below[-1] = particles
     counts: Counts = np.diff(below, prepend=0)

@@ -49,7 +49,7 @@ def best_cuts(counts: npt.ArrayLike, speeds: npt.ArrayLike) -> Best:
     whole = np.asarray(counts, np.int64)
     rates = np.asarray(speeds, np.float64)
     if whole.ndim != 1 or (whole < 0).any():
-        raise ArgumentError("counts", counts, "a list of whole numbers from 0 on")
+        raise ArgumentError("counts", counts, "a list of whole numbers >= 0")
     if rates.ndim != 1 or not len(rates) or not (np.isfinite(rates) & (rates > 0)).all():
         raise ArgumentError("speeds", speeds, "a list of finite numbers above 0")
     below = [0, *np.cumsum(whole).tolist()]

@@ -74,7 +74,7 @@ class Pic(Workload):
         """
         super().__init__(frames=frames, cells=cells, particles=particles)
         if self.cells % 2:
-            raise ArgumentError("cells", cells, "an even number: charges alternate, around the end, too")
+            raise ArgumentError("cells", cells, "an even number: charges alternate around the ring of cells")
         self.distribution = arguments.choice("distribution", distribution, DISTRIBUTIONS)
         self.ratio = arguments.number("ratio", ratio, low=1e-6, high=1e6)
         self.k = arguments.integer("k", k, low=0, high=self.cells)

@@ -81,7 +81,8 @@ TEST(a_crash_while_ranks_were_lost_says_so) {
     raise(SIGSEGV);
   });
   const char* said =
-      "\none was lost\n*** motes: rank 2 (calculator 0), frame 7, while ranks were lost: segmentation fault\n";
+      "\none was lost\n*** motes: rank 2 (calculator 0), frame 7, while recovering from lost ranks: segmentation "
+      "fault\n";
   CHECK(has(ended.said, said));
 }
 
@@ -101,7 +102,7 @@ TEST(a_stack_overflow_has_last_words) {
     prepare();
     _exit(static_cast<int>(deep(0) & 1));
   });
-  CHECK(has(ended.said, "*** motes: rank 2 (calculator 0), frame 7: segmentation fault: the stack has overflowed"));
+  CHECK(has(ended.said, "*** motes: rank 2 (calculator 0), frame 7: segmentation fault: stack overflow"));
 }
 
 TEST(a_handler_that_was_there_before_runs_behind_the_last_words) {

@@ -131,7 +131,7 @@ TEST(a_deadlock_says_who_waits_for_whom_on_all_ranks) {
       }
     });
     CHECK(told == 3);
-    CHECK(has(text, "all ranks wait for ever"));
+    CHECK(has(text, "deadlock, all ranks wait"));
     CHECK(has(text, "rank 0 waits for report from rank 1;"));
     CHECK(has(text, "rank 2 waits for report from rank 3, which has returned; rank 3 has returned"));
   }

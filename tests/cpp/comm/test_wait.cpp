@@ -56,8 +56,8 @@ TEST(a_wait_for_a_living_process_never_ends_and_warns_once_per_minute) {
   CHECK(waiting.run(1, 3610) == -1);
   CHECK(waiting.warnings.size() == 60);
   CHECK(waiting.warnings.at(0) ==
-        "rank 1 waited 60 s for rank 3: frame 7, phase report; its process lives, so it goes on waiting "
-        "(MOTES_STALL_S=seconds would limit that)");
+        "rank 1 waited 60 s for rank 3: frame 7, phase report; its process is alive, so it keeps waiting "
+        "(MOTES_STALL_S=seconds sets a limit)");
   CHECK(has(waiting.warnings.at(59), "rank 1 waited 3600 s for rank 3"));
   CHECK(waiting.looks.size() > 60'000 && waiting.looks.size() <= 72'200);  // every 50 ms
   waiting.warnings.clear();
@@ -69,7 +69,8 @@ TEST(a_warning_says_in_which_state_the_process_is) {
   Waiting waiting;
   waiting.watch.life = [](int) { return Life{Life::State::lives, "its process 4711 is stopped"}; };
   CHECK(waiting.run(1, 6000) == -1);
-  CHECK(waiting.warnings.size() == 99 && has(waiting.warnings.at(98), "; its process 4711 is stopped, so it goes on"));
+  CHECK(waiting.warnings.size() == 99 &&
+        has(waiting.warnings.at(98), "; its process 4711 is stopped, so it keeps waiting"));
 }
 
 TEST(a_wait_ends_where_the_process_is_gone) {
@@ -97,9 +98,10 @@ TEST(where_nobody_can_tell_a_wait_ends_after_ten_minutes_of_warnings) {
   CHECK_NEAR(waiting.run(1, 2000), 600, 0.3);
   CHECK(waiting.warnings.size() == 9);
   CHECK(has(waiting.warnings.at(0),
-            "waited 60 s for rank 3: frame 7, phase report; nobody here can tell whether its "
-            "process lives, so it waits for 600 s in all (MOTES_STALL_S=seconds sets another"));
-  CHECK(has(waiting.text, "(nobody here can tell whether its process lives; MOTES_STALL_S=seconds sets another limit"));
+            "waited 60 s for rank 3: frame 7, phase report; it is unknown whether its "
+            "process is alive, so it waits for 600 s in total (MOTES_STALL_S=seconds changes the limit"));
+  CHECK(has(waiting.text,
+            "(it is unknown whether its process is alive; increase the limit, by default MOTES_STALL_S=600"));
   CHECK_NEAR(waiting.run(1.5, 2000), 900, 0.5);
 }
 
@@ -111,13 +113,13 @@ TEST(a_limit_that_was_set_ends_a_wait_whatever_lives) {
     CHECK_NEAR(waiting.run(1.25, 1000), 2.5, 0.1);
     CHECK(waiting.warnings.empty());
     CHECK(has(waiting.text, "rank 1 waited 2 s for rank 3"));
-    if (life.state != Life::State::gone) CHECK(has(waiting.text, "the limit was set by MOTES_STALL_S=2: set more"));
+    if (life.state != Life::State::gone) CHECK(has(waiting.text, "the limit was set by MOTES_STALL_S=2: increase it"));
   }
   Waiting long_one(1000);
   long_one.watch.life = [&](int) { return lives(); };
   CHECK_NEAR(long_one.run(1, 2000), 1000, 0.5);
   CHECK(long_one.warnings.size() == 16 &&
-        has(long_one.warnings.at(0), "until the limit that was set, MOTES_STALL_S=1000"));
+        has(long_one.warnings.at(0), "until the limit that was set by MOTES_STALL_S=1000"));
 }
 
 TEST(a_suspended_process_does_not_count_the_time_as_a_stall) {
@@ -150,11 +152,12 @@ TEST(a_rank_that_computes_for_long_is_waited_for_while_its_process_lives) {
   };
   std::vector<std::string> warnings;
   CHECK(run(true, 75, warnings).empty());
-  CHECK(warnings.size() == 2 && has(warnings.at(0), "waited 60 s for rank 0: frame 4, phase loads; its process lives"));
+  CHECK(warnings.size() == 2 &&
+        has(warnings.at(0), "waited 60 s for rank 0: frame 4, phase loads; its process is alive"));
   CHECK(run(true, 5000, warnings).empty());
   warnings.clear();
   CHECK(run(false, 590, warnings).empty() && warnings.size() >= 18);
-  CHECK(has(run(false, 5000, warnings), "waited 600 s for rank 0: frame 4, phase loads (nobody here can tell"));
+  CHECK(has(run(false, 5000, warnings), "waited 600 s for rank 0: frame 4, phase loads (it is unknown whether"));
 }
 
 TEST(a_flush_names_the_rank_that_takes_nothing) {
@@ -173,7 +176,7 @@ TEST(a_flush_names_the_rank_that_takes_nothing) {
         }
       });
     } catch (const Stalled& error) {
-      CHECK(error.rank() == 1 && has(error.what(), "rank 0 waited 600 s for rank 1: to take its messages"));
+      CHECK(error.rank() == 1 && has(error.what(), "rank 0 waited 600 s for rank 1: delivery of its messages"));
       ++stalled;
     }
   }

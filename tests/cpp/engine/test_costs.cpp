@@ -38,11 +38,11 @@ TEST(costs_that_are_wrong_are_refused_with_their_line) {
     }
     return "";
   };
-  CHECK(refusal("draw = 1\nbirth") == "line 2: name = number expected, got 'birth'");
+  CHECK(refusal("draw = 1\nbirth") == "line 2: expected name = number, got 'birth'");
   CHECK(refusal("birth = -1") == "line 1: birth must be a number of nanoseconds >= 0, got '-1'");
   CHECK(refusal("\nbirth = nan").starts_with("line 2: birth must be a number"));
   CHECK(refusal("birth = 1 2").starts_with("line 1: birth must be a number"));
-  CHECK(refusal("birth = 1\nbirth = 1") == "line 2: birth is there twice");
+  CHECK(refusal("birth = 1\nbirth = 1") == "line 2: birth is given twice");
   CHECK(refusal("scale = 2") == "line 1: no cost is called scale");
   CHECK(refusal("action.fly = 2") == "line 1: no action is called 'fly'");
 }

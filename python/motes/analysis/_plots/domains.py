@@ -51,7 +51,7 @@ def draw_domains(
         if len(ranks) <= 16 and there[-1, i]:
             _name(ax, rank, at[-1], np.clip([low[-1, i], high[-1, i]], bottom, top), top - bottom)
     if outside:
-        drawing.note(ax, f"{outside} cut{'s' if outside > 1 else ''} far outside")
+        drawing.note(ax, f"{outside} cut{'s' if outside > 1 else ''} outside the plot")
     ax.set_xlim(at[0], at[-1])
     ax.set_ylim(bottom, top)
     drawing.integer_frames(ax)

@@ -58,7 +58,7 @@ class Plots:
 
     def _load(self) -> DataFrame:
         if self._run.load.empty:
-            raise LogError(f"{self._run.name}: no frame in the log yet")
+            raise LogError(f"{self._run.name}: no frames in the log yet")
         return self._run.load
 
     # --- a line over frames
@@ -114,7 +114,7 @@ class Plots:
 
     def _line(self, ax: Axes, values: Series, smooth: int, label: str | None) -> None:
         if not isinstance(smooth, int) or smooth < 1:
-            raise ArgumentError("smooth", smooth, "a number of frames from 1 on")
+            raise ArgumentError("smooth", smooth, "a number of frames >= 1")
         color = drawing.PALETTE[sum(not str(x.get_label()).startswith("_") for x in ax.get_lines()) % 7]
         if label is None:
             label = f"_{self._run.name}"
@@ -128,18 +128,18 @@ class Plots:
         """Wall-clock seconds of each frame, with their median and the 95th percentile."""
         frames = self._run.frames
         if frames.empty:
-            raise LogError(f"{self._run.name}: no frame in the log yet")
+            raise LogError(f"{self._run.name}: no frames in the log yet")
         ax = drawing.axes(ax)
         ax.plot(frames["frame"], frames["t_frame_s"], color=drawing.PALETTE[0], linewidth=1.2)
         for part, style in ((0.5, "--"), (0.95, ":")):
             value = float(frames["t_frame_s"].quantile(part))
-            name = "median" if part == 0.5 else "95 % of the frames"
+            name = "median" if part == 0.5 else "95th percentile"
             ax.axhline(
                 value, color=drawing.PALETTE[5], linestyle=style, linewidth=1, label=f"{name}: {value:.3g} s"
             )
         ax.set_ylim(bottom=0)
         drawing.integer_frames(ax)
-        return finish(ax, title=self._title("Time of a frame"), y="wall clock (s)", legend=True)
+        return finish(ax, title=self._title("Time per frame"), y="wall clock (s)", legend=True)
 
     # --- ranks and frames
 
@@ -192,7 +192,7 @@ class Plots:
         ax = drawing.axes(ax, (7.0, 3.8))
         space = (0.0, 1.0) if axes in CURVES else self._run.space
         draw_domains(ax, measures.of_system(load, name), self._run.calculators, density, space)
-        label = _unit(axes, f"{axes} (m)", "place along")
+        label = _unit(axes, f"{axes} (m)", "position along")
         return finish(ax, title=self._title(title), y=label, grid="")
 
     def shares(self, column: str = "n_end", *, system: str | None = None, ax: Axes | None = None) -> Axes:
@@ -229,7 +229,7 @@ class Plots:
         ax.set_ylim(0, 1)
         ax.set_xlim(at[0], at[-1])
         drawing.integer_frames(ax)
-        return finish(ax, title=title, y=f"part of all {what}", grid="")
+        return finish(ax, title=title, y=f"fraction of all {what}", grid="")
 
     def speeds(self, *, system: str | None = None, ax: Axes | None = None) -> Axes:
         """Particles per second of compute time, one line per calculator.
@@ -250,7 +250,7 @@ class Plots:
             full = float(np.nanmedian(table.to_numpy(dtype=float) / factors))
             for i, factor in enumerate(factors):
                 ax.axhline(factor * full / 1e6, color=drawing.of_rank(i), linestyle="--", linewidth=0.9)
-            title += ", dashed: by the factors of MOTES_SPEEDS"
+            title += ", dashed: expected from MOTES_SPEEDS"
         ax.set_ylim(bottom=0)
         drawing.integer_frames(ax)
         legend = {"ncols": 4, "loc": "lower left"} if len(table.columns) <= 12 else None
@@ -262,7 +262,7 @@ class Plots:
         """Particles that migrated between calculators (bars) and their bytes (line), per frame."""
         frames = self._run.frames
         if frames.empty:
-            raise LogError(f"{self._run.name}: no frame in the log yet")
+            raise LogError(f"{self._run.name}: no frames in the log yet")
         ax = drawing.axes(ax)
         edges = np.append(frames["frame"] - 0.5, frames["frame"].iloc[-1] + 0.5)
         ax.stairs(frames["exchanged"], edges, fill=True, color=drawing.PALETTE[4])
@@ -285,7 +285,7 @@ class Plots:
         """
         balance = self._run.balance
         if balance.empty:
-            raise LogError(f"{self._run.name}: no cut was evaluated (balance.jsonl); {self._run.balancer}")
+            raise LogError(f"{self._run.name}: no cut was evaluated by {self._run.balancer} (balance.jsonl)")
         balance = measures.of_system(balance, system)
         anew = bool(balance["given"].isna().all())
         balance = balance.assign(went=balance["cut_after"] - balance["cut_before"])
@@ -297,10 +297,12 @@ class Plots:
         names = [f"{int(left)}|{int(right)}" for left, right in pairs]
         ax = drawing.axes(ax, (7.0, min(1.6 + 0.28 * len(names), 6.0)))
         axes = self._run.axis(system or self._run.systems[0])
-        label = f"moved to the right ({_unit(axes, 'm', 'part of')})" if anew else "particles, left → right"
+        label = (
+            f"moved to the right ({_unit(axes, 'm', 'fraction of')})" if anew else "particles, left → right"
+        )
         drawing.cells(ax, table, label=label, names=names, signed=True)
         drawing.integer_frames(ax)
-        title = self._title("Cuts moved" if anew else "Particles given to balance")
+        title = self._title("Cuts moved" if anew else "Particles moved by balancing")
         return finish(ax, title=title, y="cut", grid="")
 
     # --- phases
@@ -346,13 +348,13 @@ class Plots:
             chosen = list(frames)
             waits, times = (table[table["frame"].isin(chosen)] for table in (waits, times))
         if times.empty:
-            raise LogError(f"{self._run.name}: no waits in the log (waits.jsonl), or none of these frames")
+            raise LogError(f"{self._run.name}: no waits of these frames in the log (waits.jsonl)")
         ranks = sorted(int(rank) for rank in times["rank"].unique())
         side = min(2.6 + 0.3 * len(ranks), 8.0)
         ax = drawing.axes(ax, (side + 1.2, side))
         draw_waits(ax, wait_matrix(waits, ranks, times["frame"].nunique()))
         return finish(
-            ax, title=self._title("Who waits for whom"), x="waited for, rank", y="waiting, rank", grid=""
+            ax, title=self._title("Who waits for whom"), x="rank waited for", y="waiting rank", grid=""
         )
 
     def gantt(self, frames: Iterable[int] | None = None, *, ax: Axes | None = None) -> Axes:
@@ -367,7 +369,7 @@ class Plots:
             raise (
                 ArgumentError("frames", frames, "frames of the run")
                 if starts
-                else LogError(f"{self._run.name}: no frame in the log yet")
+                else LogError(f"{self._run.name}: no frames in the log yet")
             )
         found, measured = timeline.slices(self._run, chosen)
         begin = min(starts[frame][0] for frame in chosen)
@@ -390,7 +392,7 @@ class Plots:
         ax.set_ylim(len(ranks) - 0.5, -0.5)
         ax.set_xlim(0, (max(starts[frame][1] for frame in chosen) - begin) * 1e3)
         span = f"frame {chosen[0]}" if len(chosen) == 1 else f"frames {chosen[0]} to {chosen[-1]}"
-        title = self._title(span.capitalize() + ("" if measured else ", put together from durations"))
+        title = self._title(span.capitalize() + ("" if measured else ", reconstructed from durations"))
         legend = drawing.beside(ax, found["phase"].nunique())
         finish(ax, x="time (ms)", grid="x", legend=legend)
         ax.set_title(title, loc="left", fontsize="medium", pad=16)
@@ -413,7 +415,7 @@ class Plots:
                 color="#333333" if under_way else drawing.of_phase(phase),
                 edgecolor="white",
                 linewidth=0.4,
-                label=f"{phase} under way" if under_way else phase,
+                label=f"{phase} in flight" if under_way else phase,
                 zorder=2 + 0.01 * depth,
             )
 
@@ -430,5 +432,5 @@ class Plots:
 def _unit(axes: str, metres: str, of_a_curve: str) -> str:
     """Return the unit of cuts: `metres` along a spatial axis, else a fraction of the ids or of a curve."""
     if axes == BY_ID:
-        return "part of the ids"
+        return "fraction of the ids"
     return f"{of_a_curve} the {axes.title()} curve" if axes in CURVES else metres

@@ -16,7 +16,7 @@ _LARGEST = 2**53
 """Largest integer allowed; floats represent integers exactly up to here."""
 _HUGE = 1e100
 """Limit of numbers, which leaves room for sums and changes of units within float64."""
-_ALLOWED = {int: "a whole number up to 2^53", float: "a number below 1e100", str: "a text"}
+_ALLOWED = {int: "a whole number up to 2^53", float: "a number below 1e100", str: "a string"}
 
 
 def check_unique(rows: Sequence[Row], names: Sequence[str], path: Path) -> None:
@@ -26,7 +26,7 @@ def check_unique(rows: Sequence[Row], names: Sequence[str], path: Path) -> None:
         key = tuple(row.get(name) for name in names)
         if key in seen:
             told = ", ".join(f"{name} {value!r}" for name, value in zip(names, key, strict=True))
-            raise LogError(f"{path}: two rows of {told}")
+            raise LogError(f"{path}: two rows for {told}")
         seen.add(key)
 
 
@@ -42,7 +42,7 @@ def check_rows(rows: Sequence[Row], columns: Sequence[Column], path: Path, lines
                 if not _all_good([value], column):
                     allowed = _ALLOWED[column.kind] + ("" if column.key else " or null")
                     if column.key and column.kind is int:
-                        allowed += " from 0 on"
+                        allowed += " and >= 0"
                     raise LogError(
                         f"{path}, line {line}: {column.name} must be {allowed}, got {_short(value)}"
                     )
@@ -126,24 +126,24 @@ def _is_continuation(value: Any) -> bool:
 
 
 _FACTS: dict[str, tuple[str, Callable[[Any], bool]]] = {
-    "argv": ("a list of texts", _are(_is_text)),
-    "axes": ("a list of texts", _are(_is_text)),
-    "axis": ("a text", _is_text),
-    "balancer": ("a text", _is_text),
+    "argv": ("a list of strings", _are(_is_text)),
+    "axes": ("a list of strings", _are(_is_text)),
+    "axis": ("a string", _is_text),
+    "balancer": ("a string", _is_text),
     "calculators": ("a list of different ranks", _are_calculators),
-    "continued": ("a list of frames, each with facts", _are(_is_continuation)),
+    "continued": ("a list of objects, each with a frame > 0 and facts", _are(_is_continuation)),
     "cores": ("a whole number", _is_rank),
-    "host": ("a text", _is_text),
+    "host": ("a string", _is_text),
     "image_generator": ("a rank", _is_rank),
     "manager": ("a rank", _is_rank),
-    "name": ("a text", _is_text),
+    "name": ("a string", _is_text),
     "pid": ("a whole number", _is_rank),
     "ranks": ("a number, or a list of ranks and hosts", lambda v: _is_rank(v) or _are(_is_host)(v)),
-    "script": ("a text", _is_text),
-    "script_sha256": ("a text", _is_text),
-    "space": ("a text, or two numbers", _is_space),
+    "script": ("a string", _is_text),
+    "script_sha256": ("a string", _is_text),
+    "space": ("a string or two numbers", _is_space),
     "speeds": ("speeds by rank", _are_speeds),
-    "systems": ("a list of texts", _are(_is_text)),
+    "systems": ("a list of strings", _are(_is_text)),
 }
 
 

@@ -86,22 +86,22 @@ FRAMES = Table(
         + """
         time float s time in the animation at the frame's end
         particles int - particles of all systems after the exchange
-        exchanged int - migrants, those in interactions included: the sum of sent
+        exchanged int - migrants, including those in interactions: the sum of sent
         exchanged_bytes int B migrants and ghosts in messages: the sum of bytes_sent
         dropped int - births and children above the capacity, since the start
         imbalance float - compute seconds of the slowest calculator over their mean; 1 is perfect
         slowest_rank int - that calculator's rank
-        t_frame_s float s wall-clock time of the frame, the script's own part included
+        t_frame_s float s wall-clock time of the frame, including the script's own part
         t_create_s float s births; for this and the following phases: the slowest rank
         t_act_s float s the recorded list of actions
-        t_report_s float s report and verdict, waiting for the slowest included
-        t_exchange_s float s migrants to their owners
+        t_report_s float s report and verdict, including the wait for the slowest
+        t_exchange_s float s sending migrants to their owners
         t_balance_s float s orders, donations, new cuts
-        t_render_s float s the picture: the three below, and waiting for other ranks' parts
-        births_by str - manager or calculators: who created the births; null where there were none
-        t_project_s float s particles to records, and sending them; with pictures only, like the next two
-        t_draw_s float s records to pixels
-        t_assemble_s float s image generator: other ranks' tiles into the picture
+        t_render_s float s the picture: the next three times, and waiting for other ranks' parts
+        births_by str - manager or calculators: who created the births; null if there were none
+        t_project_s float s making records of particles, sending them; with pictures only, like the next two
+        t_draw_s float s drawing records
+        t_assemble_s float s image generator: putting other ranks' tiles into the picture
         render_path str - gather, tiles or composite: who drew
         records int - visible particles, counted once per tile they touch
         render_bytes int B messages for the picture
@@ -129,24 +129,24 @@ LOAD = Table(
         bytes_sent int B migrants and ghosts sent
         t_compute_s float s from the first action to the last, by the run's clock
         t_rescaled_s float s the same, scaled to the particles after the exchange (paper 3.2.4)
-        t_exchange_s float s exchange, waiting included; per rank, the same in each system's row
+        t_exchange_s float s exchange, including waits; per rank, the same in each system's row
         t_wait_s float s waiting for messages in all phases; per rank
         t_image_s float s its part of the picture; per rank
-        domain_lo float m lower end of the domain along the first axis that is cut; null: reaches to infinity
-        domain_hi float m upper end; by id both are parts of the ids, 0..1, along a curve places on it
-        domain_y_lo float m lower end along y, of bricks that y also cuts
+        domain_lo float m lower end of the domain along the first cut axis; null: extends to infinity
+        domain_hi float m upper end; by id, both are fractions 0..1 of the ids, along a curve, of its length
+        domain_y_lo float m lower end along y, for bricks also cut along y
         domain_y_hi float m upper end
-        domain_z_lo float m lower end along z, of bricks that z also cuts
+        domain_z_lo float m lower end along z, for bricks also cut along z
         domain_z_hi float m upper end
         speed float particles/s particles processed per second of compute
         interactions/meetings int - pair interactions in this frame; null for none, like all that follow
         pairs int - pairs within reach in all interactions, counted at both ends
         ghosts/copies int - ghosts sent to other calculators
         interaction_bytes/copied_bytes int B ghosts, and migrants in interactions, sent
-        most_in_a_cell int - the most particles in one cell of the reach's size
+        most_in_a_cell int - largest number of particles in a cell as wide as the reach
         overlap_99 float - 99th percentile of overlaps in the last sub-step, over the sum of the radii
-        neighbour_ranks/hops int - the most calculators that an interaction's messages went to
-        t_interact_s/t_meet_s float s interactions, waiting included
+        neighbour_ranks/hops int - largest number of calculators to which an interaction sent messages
+        t_interact_s/t_meet_s float s interactions, including waits
         t_interact_wait_s/t_meet_wait_s float s waiting for other calculators in interactions
         """
     ),
@@ -188,7 +188,7 @@ DENSITY = Table(
         for i, name in enumerate(QUANTILES)
     )
     + tuple(
-        Column(f"{axis}{name[1:]}", float, "m", f"the same along {axis}, of bricks that {axis} also cuts")
+        Column(f"{axis}{name[1:]}", float, "m", f"the same along {axis}, for bricks also cut along {axis}")
         for axis in "yz"
         for name in QUANTILES
     ),
@@ -202,17 +202,17 @@ TIMES = Table(
         _FRAME
         + """
         rank int! - MPI rank
-        wall_s float s from the end of the last frame to this one's: the sum of the next eight
+        wall_s float s from the end of the previous frame to the end of this one: the sum of the next eight
         script_s float s the script: its own Python, and what it does with the picture
-        births_s float s creating particles and dealing them out
-        act_s float s the recorded list; of a rank with one thread: processor time
+        births_s float s creating particles and distributing them
+        act_s float s the recorded list; on a rank with one thread: processor time
         talk_s float s reports, verdicts, exchange, balancing: packing, reading, deciding; no waiting
-        picture_s float s projecting, drawing, putting together
+        picture_s float s projecting, drawing, assembling
         log_s float s writing the log
-        other_s float s the rest: what the system took from births, act and picture, and between phases
+        other_s float s the rest: taken by the operating system from births, act and picture; between phases
         wait_s float s waiting for other ranks, in all phases
-        messages_s float s part of these: in calls that send and receive without waiting
-        chain_s float s longest chain of work up to here, over all ranks: the run's time if messages took none
+        messages_s float s part of these: calls that send and receive without waiting
+        chain_s float s longest chain of work so far, over all ranks: the run's time if messages took no time
         """
     ),
 )
@@ -224,9 +224,9 @@ WAITS = Table(
     columns=_columns(
         _FRAME
         + """
-        rank int! - who waited
-        waited_for int - for whom; -1: several
-        phase phase! - for a message of this phase: begin, report, ...; leave: until own ones had left
+        rank int! - the rank that waited
+        waited_for int - the rank waited for; -1: several
+        phase phase! - of the awaited message: begin, report, ...; leave: until its own messages had left
         seconds float s how long
         """
     ),
@@ -252,8 +252,8 @@ SPANS = Table(
         + _SYSTEM.replace("!", "")
         + "start_s float! s since the run's start, on a clock common to all ranks\nend_s float! s its end\n"
         + "cpu_s float s processor time of the rank's thread; null: overlaps other phases\n"
-        + "waited_for int - rank that a row of phase wait waited for, inside another phase; -1: several\n"
-        + "message phase - phase of the message that it waited for"
+        + "waited_for int - in rows of phase wait (inside another phase): the rank waited for; -1: several\n"
+        + "message phase - phase of the awaited message"
     ),
 )
 

@@ -26,7 +26,7 @@ def read_facts(directory: Path) -> Row:
     """Read run.json. Raises LogError if it is missing or damaged."""
     path = directory / "run.json"
     if not directory.is_dir():
-        raise LogError(f"{directory}: no such directory; a run's log is made by World(log=...)")
+        raise LogError(f"{directory}: no such directory; World(log=...) writes a run's log")
     try:
         facts = _decode(path.read_bytes())
     except FileNotFoundError:

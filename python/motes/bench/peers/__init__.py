@@ -40,13 +40,13 @@ class _Known(NamedTuple):
     """The engine's work that the peer does not do."""
 
 
-_OUT = "equal bits, exact hits, removing the dead, leavers of a domain, exchange"
+_OUT = "equal bits in every run, exact hits, removal of dead particles, migration"
 
 PEERS = {
     "numpy": _Known("numpy", "numpy", False, _OUT),
-    "numba": _Known("numba", "numba", True, f"{_OUT}; ids: a particle is its place in the array"),
-    "taichi": _Known("taichi", "taichi", True, f"{_OUT}; the same numbers in each run"),
-    "warp": _Known("warp-lang", "warp", False, f"{_OUT}; ids: a particle is its place in the array"),
+    "numba": _Known("numba", "numba", True, f"{_OUT}; ids (a particle is identified by its index)"),
+    "taichi": _Known("taichi", "taichi", True, f"{_OUT}; the same random numbers in every run"),
+    "warp": _Known("warp-lang", "warp", False, f"{_OUT}; ids (a particle is identified by its index)"),
 }
 
 

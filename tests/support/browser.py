@@ -163,7 +163,7 @@ async def _target(home: Path) -> str:
     """Wait for the browser, and return the address of its page."""
     limit = time.monotonic() + START_S
     while time.monotonic() < limit:
-        with contextlib.suppress(OSError, ValueError, StopIteration):
+        with contextlib.suppress(OSError, ValueError, IndexError, StopIteration):  # the file may be empty
             port = int((home / "DevToolsActivePort").read_text().split()[0])
             with urllib.request.urlopen(f"http://127.0.0.1:{port}/json", timeout=5) as answer:
                 return next(one["webSocketDebuggerUrl"] for one in json.load(answer) if one["type"] == "page")

@@ -3,7 +3,7 @@
 
 namespace motes::comm {
 
-/// Tells whether the calling thread's time is simulated: then only spend(), execute() and messages advance it.
+/// Returns whether the calling thread's time is simulated: then only spend(), execute() and messages advance it.
 bool simulated();
 
 /// Returns the seconds since some fixed moment. Never decreases.

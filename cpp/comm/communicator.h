@@ -64,10 +64,10 @@ class Communicator {
   /// MPI_Finalize, since the other ranks may not be there to agree.
   void finish();
 
-  /// Tells whether ranks are processes, which can share memory on one host. The same on all ranks.
+  /// Returns whether ranks are processes, which can share memory on one host. The same on all ranks.
   bool between_processes() const { return transport_->between_processes(); }
 
-  /// Tells whether the other ranks can continue when a rank is lost. If so, any call may throw RankLost, and later
+  /// Returns whether the other ranks can continue when a rank is lost. If so, any call may throw RankLost, and later
   /// calls then do so, too (see Transport).
   bool survives() const { return transport_->survives(); }
 

@@ -39,7 +39,7 @@ std::uintptr_t stack_pointer(const void* context) {
 #endif
 }
 
-// Tells whether the stack has overflowed: only then is memory near the stack pointer invalid.
+// Returns whether the stack has overflowed: only then is memory near the stack pointer invalid.
 bool overflowed(const siginfo_t& facts, const void* context) {
   if (facts.si_code <= 0) return false;  // sent by another process
   constexpr std::uintptr_t kNear = std::uintptr_t{1} << 20;
@@ -65,7 +65,7 @@ void say(const char* text) {
   [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, text, std::strlen(text));
 }
 
-// Tells whether to report: only the first process on a host that creates the mark does.
+// Returns whether to report: only the first process on a host that creates the mark does.
 bool may_speak() {
   if (mark[0] == '\0') return true;
   return mkdir(mark.data(), 0700) == 0 || errno != EEXIST;  // a folder, since it needs no file descriptor

@@ -9,7 +9,7 @@
 namespace motes::comm {
 namespace {
 
-// Tells whether CPU time is measured for an activity. Reading it is a system call, so only work that grows with the
+// Returns whether CPU time is measured for an activity. Reading it is a system call, so only work that grows with the
 // particles is measured.
 bool measured(Activity activity) {
   return activity == Activity::births || activity == Activity::act || activity == Activity::picture;

@@ -6,13 +6,13 @@
 
 namespace motes::comm::losses {
 
-/// Tells whether this was built for an MPI with ULFM.
+/// Returns whether this was built for an MPI with ULFM.
 bool can_be_survived();
 
-/// Tells whether this job continues after the loss of a process: the library supports it and the launcher enabled it.
+/// Returns whether this job continues after the loss of a process: the library supports it and the launcher enabled it.
 bool survived();
 
-/// Tells whether an error code means that a process is gone or that a communicator was revoked.
+/// Returns whether an error code means that a process is gone or that a communicator was revoked.
 bool is_loss(int code);
 
 /// Returns a rank of the communicator that is known to be lost; -1: none.

@@ -311,7 +311,7 @@ class MpiTransport : public Transport {
     check(code, what);
   }
 
-  // Tells whether a loss is known. A duplication or barrier in which a rank dies may report it as an internal error.
+  // Returns whether a loss is known. A duplication or barrier in which a rank dies may report it as an internal error.
   bool someone_is_lost() const {
     const MPI_Comm comm = entered_ ? way_->comm : users_;
     return losses::lost_rank(comm) >= 0 || losses::revoked(comm);
@@ -334,7 +334,7 @@ class MpiTransport : public Transport {
     return done != 0;
   }
 
-  // Tells whether the ranks have agreed on whether all have finished. `vote`: 1 if this rank has.
+  // Returns whether the ranks have agreed on whether all have finished. `vote`: 1 if this rank has.
   bool decided(int vote) {
     if (decided_) return true;
     if (way_->agreement == MPI_REQUEST_NULL) {
@@ -344,7 +344,7 @@ class MpiTransport : public Transport {
     return decided_ = agreed();
   }
 
-  // Tells whether the agreement is complete. It may also report losses.
+  // Returns whether the agreement is complete. It may also report losses.
   bool agreed() {
     int done = 0;
     const int code = MPI_Test(&way_->agreement, &done, MPI_STATUS_IGNORE);

@@ -11,7 +11,7 @@ namespace motes::comm {
 /// the user's communicator; MPI must be initialised. Throws CommError if there is no such communicator.
 std::unique_ptr<Transport> make_mpi(int handle);
 
-/// Tells whether this was built for an MPI that can survive the loss of a rank, if its launcher enables that.
+/// Returns whether this was built for an MPI that can survive the loss of a rank, if its launcher enables that.
 bool mpi_can_survive();
 
 }  // namespace motes::comm

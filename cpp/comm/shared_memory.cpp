@@ -48,13 +48,13 @@ int make_file() {
 #endif
 }
 
-// Tells whether files may have this size: beyond its limit, a process gets a signal that ends it.
+// Returns whether files may have this size: beyond its limit, a process gets a signal that ends it.
 bool files_may_have(std::size_t bytes) {
   rlimit limit{};
   return ::getrlimit(RLIMIT_FSIZE, &limit) == 0 && (limit.rlim_cur == RLIM_INFINITY || bytes <= limit.rlim_cur);
 }
 
-// Tells whether this is a link to a memory file: opening something else of that process, such as a device, might have
+// Returns whether this is a link to a memory file: opening something else of that process, such as a device, might have
 // side effects.
 bool links_to_memory(const std::string& path) {
   char to[kLink.size()];

@@ -40,7 +40,7 @@ class Connections {
 
   /// Returns the time from which the answer, or a loss, is known. kNever: something must happen first.
   double answer_s(int self, Question question, From from) const;
-  /// Tells whether this rank waits for a dead one without learning of its death.
+  /// Returns whether this rank waits for a dead one without learning of its death.
   bool waits_for_dead(int self, Question question, From from) const;
   /// Returns a rank that has yet to take a message of `self`.
   int taker(int self) const { return end(self).untaken.begin()->first; }

@@ -63,7 +63,7 @@ class SimulatedRank {
   virtual int rank() const = 0;
   /// Returns this rank's end of the connections. May be called once.
   virtual std::unique_ptr<Transport> transport() = 0;
-  /// Tells whether a rank has not died (one that has returned is alive), for Watch::life.
+  /// Returns whether a rank has not died (one that has returned is alive), for Watch::life.
   virtual bool alive(int rank) const = 0;
 };
 

@@ -132,7 +132,7 @@ double Scheduler::answer_s(const Rank& rank) const {
   return rank.among == nullptr ? 0 : rank.among->answer_s(rank.as, rank.question, rank.from);
 }
 
-// Tells whether a waiting rank can continue: the answer is known, or the awaited rank is dead and only time passes.
+// Returns whether a waiting rank can continue: the answer is known, or the awaited rank is dead and only time passes.
 bool Scheduler::answerable(const Rank& rank) const {
   if (answer_s(rank) < kNever) return true;
   return !simulation_.survives && rank.among->waits_for_dead(rank.as, rank.question, rank.from);

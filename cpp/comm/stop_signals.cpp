@@ -58,7 +58,7 @@ void do_as_before(const Noted& one, siginfo_t* facts, void* context) {
   }
 }
 
-// Tells whether the user insists: the first SIGINT or SIGTERM came at least same_s ago.
+// Returns whether the user insists: the first SIGINT or SIGTERM came at least same_s ago.
 bool insists(int signal) {
   if (signal == SIGUSR1) return false;
   const std::int64_t now = now_ns();

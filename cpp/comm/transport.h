@@ -73,10 +73,10 @@ class Transport {
   /// Offers memory for a later message of this phase that arrives here: fresh memory costs more than copying into it.
   virtual void reuse(Phase, base::Bytes) {}
 
-  /// Tells whether ranks are processes. Simulated ranks must not reach each other's memory.
+  /// Returns whether ranks are processes. Simulated ranks must not reach each other's memory.
   virtual bool between_processes() const { return false; }
 
-  /// Tells whether the other ranks can continue when a rank is lost.
+  /// Returns whether the other ranks can continue when a rank is lost.
   virtual bool survives() const { return false; }
 
   /// Makes every later call on any rank's end throw RankLost, except shrink(), so no rank waits for one that recovers.

@@ -17,13 +17,13 @@ inline constexpr int kHilbert = 5;
 struct Axes {
   std::uint8_t bits = 1;  // 1: x, 2: y, 4: z; 16, 32: a curve
 
-  /// Tells whether domains are in a row, so neighbours can exchange particles at their common end.
+  /// Returns whether domains are in a row, so neighbours can exchange particles at their common end.
   constexpr bool row() const { return std::popcount(bits) == 1; }
   constexpr bool bricks() const { return std::popcount(bits) > 1; }
   constexpr bool curve() const { return bits == 1u << kMorton || bits == 1u << kHilbert; }
   constexpr bool by_id() const { return bits == 0; }
   constexpr bool valid() const { return bits < 8 || curve(); }
-  /// Tells whether domains are cut along an axis of space, 0..2.
+  /// Returns whether domains are cut along an axis of space, 0..2.
   constexpr bool has(int axis) const { return (bits >> axis & 1) != 0; }
   /// Returns the lowest axis; kById if there is none.
   constexpr int first() const { return bits == 0 ? kById : std::countr_zero(bits); }

@@ -16,7 +16,7 @@ Domains equal_slices(double low, double high, int count, int axis = 0);
 /// others.
 Room room_of(const Space& space, const particles::Periods& periods);
 
-/// Tells whether that room is bounded on all sides, as a curve needs it.
+/// Returns whether that room is bounded on all sides, as a curve needs it.
 bool has_ends(const Space& space, const particles::Periods& periods);
 
 /// Returns equal parts of a room: slices; bricks, each halved across its longest side in proportion to the domains on

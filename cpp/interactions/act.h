@@ -89,7 +89,7 @@ struct Scratch {
   std::shared_ptr<ExpandedClumps> clumps;  // passed from clumps_hold() to act_on_clumps(): see clumps.h
 };
 
-/// Tells whether a side's kept list is still valid for this rank's own particles: see NeighbourList::holds.
+/// Returns whether a side's kept list is still valid for this rank's own particles: see NeighbourList::holds.
 bool list_holds(const actions::Action& action, const Side& side, bool second, Scratch& scratch, threads::Pool& pool);
 
 /// Calls the procedure with all pairs of this rank and adds up its changes in the order of the pairs.

@@ -96,7 +96,7 @@ void run(const Pass& pass, const Shares& shares, std::vector<std::uint32_t>& cou
   });
 }
 
-// Tells whether a table of z pays: the row has not many more cells than particles.
+// Returns whether a table of z pays: the row has not many more cells than particles.
 bool worth_a_table(const Row& row, std::uint32_t particles) {
   return static_cast<std::int64_t>(row.z_high) - row.z_low < std::int64_t{8} * particles + 64;
 }

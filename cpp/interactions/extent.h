@@ -59,10 +59,10 @@ double range_of(const actions::Action& action, const Extent& extent);
 /// between the two lightest particles. 0 for other actions.
 float substeps(const actions::Action& action, const Extent& extent, double frame_s);
 
-/// Tells whether the action has a neighbour list, whose pairs may have states. The list and its ghosts are kept for
+/// Returns whether the action has a neighbour list, whose pairs may have states. The list and its ghosts are kept for
 /// several sub-steps.
 bool remembers(const actions::Action& action);
-/// Tells whether the reach is the sum of two radii.
+/// Returns whether the reach is the sum of two radii.
 bool has_radius(const actions::Action& action);
 /// Returns the radius, m, that the script gave for all particles of one side; 0: half of each one's size.
 float given_radius(const actions::Action& action, bool second);

@@ -60,7 +60,7 @@ class NeighbourList {
  public:
   const Cells& cells() const { return cells_; }
 
-  /// Tells whether the list is still valid for own particles: they are the listed ones in the same order, none has
+  /// Returns whether the list is still valid for own particles: they are the listed ones in the same order, none has
   /// moved or grown by half of the skin, and the list was used in the previous sub-step. Ghosts are checked by their
   /// owners. Particles at NaN have no contacts.
   bool holds(const Crowd& own, const Radii& radii, std::uint32_t now, threads::Pool& pool);
@@ -107,7 +107,7 @@ class NeighbourList {
   const std::vector<std::uint64_t>& ids() const { return ids_; }  // by place
   bool owns(std::size_t place) const { return cells_.order()[place] < own_; }
 
-  /// Tells whether the store lacks the states of pairs. Between frames it has them all.
+  /// Returns whether the store lacks the states of pairs. Between frames it has them all.
   bool pending() const { return pending_; }
 
   /// Appends the touches of the particle at a place in the last sub-step.

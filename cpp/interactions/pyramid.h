@@ -11,7 +11,7 @@
 
 namespace motes::interactions {
 
-/// Tells whether the action groups distant particles into cells.
+/// Returns whether the action groups distant particles into cells.
 bool uses_cells(const actions::Action& action);
 
 /// Bounds of finite particles: maxima of x, y, z and of -x, -y, -z; -infinity if there are none.

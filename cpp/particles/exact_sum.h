@@ -24,7 +24,7 @@ class ExactSum {
   /// Returns the sum as the nearest double, with ties to even. An empty sum, or one of zeros, is +0.
   double rounded() const;
 
-  /// Tells whether the sum is finite and exactly 0.
+  /// Returns whether the sum is finite and exactly 0.
   bool zero() const;
   bool operator==(const ExactSum&) const = default;
 

@@ -27,7 +27,7 @@ struct Period {
   /// Returns the length, m, in double.
   double length() const { return static_cast<double>(high) - static_cast<double>(low); }
 
-  /// Tells whether a position needs no wrapping. False for NaN, which wrapped() returns unchanged.
+  /// Returns whether a position needs no wrapping. False for NaN, which wrapped() returns unchanged.
   bool holds(float x) const { return x >= low && x < high; }
 
   /// Wraps x into the interval. Infinities and NaN stay unchanged. The position plus the crossings times length()

@@ -31,7 +31,7 @@ class Store {
   const Schema& schema() const { return *schema_; }
   std::size_t size() const { return size_; }
 
-  /// Tells whether all particles share one value of the attribute, without a plane for it.
+  /// Returns whether all particles share one value of the attribute, without a plane for it.
   bool uniform(int attribute) const { return columns_[index(attribute)].planes == nullptr; }
   Value uniform_value(int attribute) const { return columns_[index(attribute)].value; }
 
@@ -55,7 +55,7 @@ class Store {
   /// Sets the ids of the particles from `first` on.
   void set_ids(std::size_t first, std::span<const std::uint64_t> ids);
 
-  /// Tells whether any particle has ever had a touch.
+  /// Returns whether any particle has ever had a touch.
   bool remembers() const { return touches_ != nullptr; }
   /// Returns a particle's touches, valid until the next call of set_touches().
   std::span<const Touch> touches(std::size_t i) const {

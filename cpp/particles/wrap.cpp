@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::size_t kWrappedTogether = 64 * kBlock;
 
-// Tells whether no position needs wrapping, as in most blocks. The loop has no branches.
+// Returns whether no position needs wrapping, as in most blocks. The loop has no branches.
 bool all_inside(const Period& period, std::size_t count, const float* position) {
   unsigned outside = 0;
   for (std::size_t i = 0; i < count; ++i) outside |= static_cast<unsigned>(!period.holds(position[i]));

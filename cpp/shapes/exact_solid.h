@@ -30,7 +30,7 @@ struct ExactBox {
   }
 
  private:
-  /// Tells whether both places are beyond the same face.
+  /// Returns whether both places are beyond the same face.
   MOTES_INLINE Longs beside(Doubles3 p, Doubles3 q) const {
     const auto along = [](Doubles a, Doubles b, double lo, double hi) __attribute__((always_inline)) {
       return ((Longs)(a < lo) & (Longs)(b < lo)) | ((Longs)(a > hi) & (Longs)(b > hi));
@@ -69,7 +69,7 @@ struct ExactBall {
     return (Longs)(distance2 <= radius * radius) & (Longs)(distance2 >= inner * inner);
   }
 
-  /// Tells whether two places are on different sides of the outer surface.
+  /// Returns whether two places are on different sides of the outer surface.
   MOTES_INLINE Longs parts(Doubles3 from, Doubles3 to) const { return within(from) ^ within(to); }
 
   MOTES_INLINE Met meet(Doubles3 from, Doubles3 to) const {

@@ -83,7 +83,7 @@ struct MeshLanes {
   MOTES_INLINE Mask may_meet(Floats3 p, Floats3 to) const {
     return has_inside() ? may_meet_in_body(pose.to_body(p), pose.to_body(to)) : Mask{};
   }
-  /// Tells whether the box around a path, in the body's coordinates, touches the grid's box.
+  /// Returns whether the box around a path, in the body's coordinates, touches the grid's box.
   MOTES_INLINE Mask may_meet_in_body(Floats3 from, Floats3 to) const {
     const auto along = [&](Floats a, Floats b, int axis) __attribute__((always_inline)) {
       return (max(a, b) >= form->first[axis]) & (min(a, b) <= grid_end(axis));

@@ -32,7 +32,7 @@ constexpr std::array<Facts, kKinds> kFacts = {{
 
 const Facts& facts(Kind kind) { return kFacts[static_cast<std::size_t>(kind)]; }
 
-// Tells whether a vector is long and short enough for a direction: kernels divide by the square of its length in
+// Returns whether a vector is long and short enough for a direction: kernels divide by the square of its length in
 // float32, which must be a normal number.
 bool direction(const Vector& a) {
   const double square = length(a) * length(a);

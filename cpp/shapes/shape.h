@@ -112,10 +112,10 @@ int count(Kind kind);
 /// Returns the name of the Python class.
 std::string name(Kind kind);
 
-/// Tells whether samples of a mesh are from the inside.
+/// Returns whether samples of a mesh are from the inside.
 bool drawn_inside(const Shape& mesh);
 
-/// Tells whether a particle can bounce off shapes of this kind. True for unions, whatever their parts.
+/// Returns whether a particle can bounce off shapes of this kind. True for unions, whatever their parts.
 bool has_surface(Kind kind);
 
 }  // namespace motes::shapes

@@ -134,7 +134,7 @@ struct Shell {
     const Floats least = radius - unsure, most = max(radius, Floats{}) + unsure;
     return {(least > 0.0f) & (across2 < least * least), across2 > most * most, most};
   }
-  /// Tells whether a path stays further from the axis than the larger of two radii.
+  /// Returns whether a path stays further from the axis than the larger of two radii.
   static MOTES_INLINE Mask past(const Rough& before, const Rough& after, Floats radius, Floats other,
                                 const AxialPoint& by) {
     const Floats most = max(radius, other), most2 = most * most;

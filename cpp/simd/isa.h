@@ -15,11 +15,11 @@ Isa isa();
 
 std::string_view name(Isa isa);
 
-/// Tells whether this process can run the kernels of a set: they are compiled in, and the processor has the
+/// Returns whether this process can run the kernels of a set: they are compiled in, and the processor has the
 /// instructions.
 bool offers(Isa isa);
 
-/// Tells whether loops that stream through memory are faster with prefetch instructions: with AVX2 and AVX-512 on
+/// Returns whether loops that stream through memory are faster with prefetch instructions: with AVX2 and AVX-512 on
 /// Intel's processors. AMD's prefetch all columns by themselves, and such instructions slow them down
 /// (docs/notes/speed.md).
 bool fetches_ahead();

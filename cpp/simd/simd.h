@@ -176,7 +176,7 @@ MOTES_INLINE Mask mask_of(unsigned bits) {
 }
 
 MOTES_INLINE bool any(Mask mask) { return bits_of(mask) != 0; }
-/// Tells whether v <= limit in every lane; false if one is NaN.
+/// Returns whether v <= limit in every lane; false if one is NaN.
 MOTES_INLINE bool all_at_most(Floats v, float limit) {
 #if MOTES_WIDTH == 512  // avoids the mask as a vector, which compilers would make
   return _mm512_cmp_ps_mask((__m512)v, _mm512_set1_ps(limit), _CMP_NLE_UQ) == 0;

@@ -157,7 +157,7 @@ def cost(name: str, which: str) -> str:
 
 
 def actions_between(name: str) -> bool:
-    """Tell whether an action acts between particles."""
+    """Return whether an action acts between particles."""
     return name in [words(kind) for kind in [*between.__all__, *laws.__all__]]
 
 

@@ -214,9 +214,8 @@ def test_a_smooth_path_goes_through_its_points_and_bends_less():
     sharp = after(corner, actions.FollowPath(points=POINTS, **close)).velocity[0]
     smooth = after(corner, actions.FollowPath(points=POINTS, smooth=True, **close)).velocity[0]
     np.testing.assert_allclose(sharp, (0, 1, 0), atol=1e-3)
-    np.testing.assert_allclose(
-        smooth, (0.7, 0.7, 0), atol=0.12
-    )  # tangent: from the previous to the next point
+    # The tangent points from the previous to the next point.
+    np.testing.assert_allclose(smooth, (0.7, 0.7, 0), atol=0.12)
     for point in POINTS[:2]:
         near = {"position": [point]}
         held = after(near, actions.FollowPath(points=POINTS, speed=1, radius=1e-4, smooth=True)).velocity

@@ -178,7 +178,7 @@ def test_a_users_balancer_is_replayed(runs: dict[str, motes.Run]) -> None:
 
 def test_known_powers_make_the_rest_the_cost_of_places(runs: dict[str, motes.Run]) -> None:
     run = runs[repr(Static())]
-    # Machines are equal, so particles are expensive where calculators were slow, whoever gets them.
+    # Machines are equal, so particles are expensive where calculators were slow, on any calculator.
     predicted = run.replay(PrefixCuts(powers=[1, 1, 1, 1]), powers=[1, 1, 1, 1])
     same = run.replay(Static(), powers=[1, 1, 1, 1])
     np.testing.assert_allclose(same.by_rank().sum(axis=1), run.by_rank().sum(axis=1), rtol=1e-3)

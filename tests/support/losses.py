@@ -229,7 +229,7 @@ def judged(result: Result, out: Path, expected: Path, plan: Plan) -> str:
 
 
 def unstarted(dies: list[Any], plan: Plan) -> bool:
-    """Tell whether a rank may be lost while a world starts, or before the first one."""
+    """Return whether a rank may be lost while a world starts, or before the first one."""
     _, world, place, _, ms = dies
     late = ("end", "leave", "close", "name", "last checkpoint", "wait", "report", "manifest")
     return place.endswith(("the run", "the meeting")) or (

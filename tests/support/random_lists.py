@@ -149,7 +149,7 @@ def names() -> dict[str, Any]:
 
 
 def fits(text: str) -> bool:
-    """Tell whether an expression has few enough operations, even if multiplied by a vector."""
+    """Return whether an expression has few enough operations, even if multiplied by a vector."""
     try:
         return getattr(eval(text, names()), "_size", 0) <= MOST_STEPS - 8
     except ArgumentError as error:
@@ -442,12 +442,10 @@ def calls(draw: st.DrawFn, meets: bool) -> list[str]:
     others = (*OTHERS, "@.pairs(repel, 0.25)") if meets else OTHERS
     lines = draw(st.lists(one_action(meets).map(lambda text: f"@.apply({text})"), min_size=1, max_size=12))
     ties = [line for line in lines if "Tie(" in line]
-    if any(
-        "break_at=" in tie and "np.inf" not in tie for tie in ties
-    ):  # ties that can tear must not share particles
+    # Ties that can tear must not share particles.
+    if any("break_at=" in tie and "np.inf" not in tie for tie in ties):
         lines = [line for line in lines if line not in ties[1:]]
-    extras = draw(st.lists(births() | spawns() | st.sampled_from(others), max_size=5))
-    for extra in extras:
+    for extra in draw(st.lists(births() | spawns() | st.sampled_from(others), max_size=5)):
         lines.insert(draw(st.integers(0, len(lines))), extra)
     if draw(st.integers(0, 3)):
         lines.append("@.move()")

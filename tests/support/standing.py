@@ -149,7 +149,7 @@ class _Job:
         self._links[int.from_bytes(link.recv(4), "little")] = link
 
     def lives(self) -> bool:
-        """Tell whether the job still runs."""
+        """Return whether the job still runs."""
         if self._process.poll() is None:
             return True
         self.kill()

@@ -6,7 +6,7 @@
 
 namespace motes::MOTES_ISA {
 
-/// Tells whether the particle at a place is this rank's own and may change.
+/// Returns whether the particle at a place is this rank's own and may change.
 MOTES_INLINE bool may_change(const interactions::WallTask& task, std::uint32_t place) {
   const std::uint32_t i = task.order[place];
   return i < task.own && (task.chosen == nullptr || task.chosen[i] != 0);

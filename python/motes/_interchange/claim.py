@@ -127,7 +127,7 @@ def _check_content(argument: str, place: Place) -> None:
 
 
 def _is_export(folder: Path) -> bool:
-    """Tell whether an export has used this folder, even if it was killed before its first complete frame."""
+    """Return whether an export has used this folder, even one killed before its first complete frame."""
     for name, wanted in ((NAME, FORMAT.encode()), (LOCK, _OWNER)):
         with contextlib.suppress(OSError), open(folder / name, "rb") as file:
             if wanted in file.read(_MARK_WITHIN):
@@ -136,7 +136,7 @@ def _is_export(folder: Path) -> bool:
 
 
 def _same(file: int, path: Path) -> bool:
-    """Tell whether an open file still has its name."""
+    """Return whether an open file still has its name."""
     try:
         return os.path.samestat(os.fstat(file), os.stat(path))
     except FileNotFoundError:

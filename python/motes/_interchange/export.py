@@ -103,9 +103,8 @@ class Export:
             self._settle(world, frame, totals, engine)
             self._put(world, engine, frame, notes)
         except BaseException as error:
-            if engine.gave_up or not isinstance(
-                error, Exception
-            ):  # otherwise it was refused and may be repeated
+            # Other errors refuse the call, which may be repeated.
+            if engine.gave_up or not isinstance(error, Exception):
                 self._abandon()
             raise
         finally:
@@ -149,9 +148,8 @@ class Export:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """Close the export. If the block raised, keep the frames that are complete."""
-        if (
-            self._world is not None and session_of(self._world).usage.inherited
-        ):  # in a forked process: the files belong to its parent
+        # In a forked process the files belong to its parent.
+        if self._world is not None and session_of(self._world).usage.inherited:
             return
         if kind is None:
             self.close()

@@ -231,5 +231,5 @@ class _Base64:
         return _Base64(self._characters, self._start + -(-size // 3) * 4)
 
     def ends_at(self, size: int) -> bool:
-        """Tell whether the base64 text that starts here ends, with padding, after `size` bytes."""
+        """Return whether the base64 text that starts here ends, with padding, after `size` bytes."""
         return self._characters(self._start + -(-size // 3) * 4 - 1, 1) == b"="

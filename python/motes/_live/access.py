@@ -1,4 +1,4 @@
-"""Decides who may view and steer: whoever has the token, from a page of this server."""
+"""Decides who may view and steer: anyone with the token, from a page of this server."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _LOCAL_NAMES = ("localhost",)
 
 
 def has_token(target: str, token: str) -> bool:
-    """Tell whether the requested address, such as /?k=..., has the token."""
+    """Return whether the requested address, such as /?k=..., has the token."""
     try:
         given = parse_qs(urlsplit(target).query).get("k", [""])[0]
     except ValueError:
@@ -21,7 +21,7 @@ def has_token(target: str, token: str) -> bool:
 
 
 def own_page(origin: str | None, host: str | None, *, local: bool) -> bool:
-    """Tell whether a connection comes from a page of this server, or from a program, which has no origin.
+    """Return whether a connection comes from a page of this server, or from a program, which has no origin.
 
     `host` is the request's Host header; behind a tunnel its port may differ from the server's. `local`: the
     server listens on the loopback interface only, and refuses hosts of other names (DNS rebinding).
@@ -35,7 +35,7 @@ def own_page(origin: str | None, host: str | None, *, local: bool) -> bool:
 
 
 def is_local(name: str | None) -> bool:
-    """Tell whether a name or an address is loopback."""
+    """Return whether a name or an address is loopback."""
     if name is None:
         return False
     if name.lower() in _LOCAL_NAMES:

@@ -65,7 +65,7 @@ class Pose(NamedTuple):
         }
 
     def possible(self) -> bool:
-        """Tell whether camera and target differ, and `up` is not along the view direction."""
+        """Return whether camera and target differ, and `up` is not along the view direction."""
         look = np.subtract(self.look_at, self.position)
         far, high = np.linalg.norm(look), np.linalg.norm(self.up)
         if not (1e-12 < far < 1e12 and 1e-12 < high < 1e12):

@@ -41,7 +41,7 @@ class Viewer:
     # --- what the server calls
 
     def wants(self, number: int) -> bool:
-        """Tell whether the viewer can take this picture and has not been offered it yet."""
+        """Return whether the viewer can take this picture and has not been offered it yet."""
         offered = 0 if self._offered is None else self._offered.number
         return len(self._flying) < MOST_IN_FLIGHT and max(self._sent, offered) < number
 

@@ -184,7 +184,7 @@ def _ear(flat: Floats, margin: float) -> int | None:
 
 
 def _crosses(flat: Floats) -> bool:
-    """Tell whether two edges of a face cross: the ends of each are on both sides of the other."""
+    """Return whether two edges of a face cross: the ends of each are on both sides of the other."""
     ends = np.roll(flat, -1, axis=0)
     for start, end in zip(flat, ends, strict=True):
         way = end - start

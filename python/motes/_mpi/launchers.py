@@ -65,7 +65,7 @@ def remember(variables: Mapping[str, str]) -> None:
 
 
 def speaks_pmi_alone(variables: Mapping[str, str]) -> bool:
-    """Tell whether the launcher of this process uses only the old PMI, not PMIx."""
+    """Return whether the launcher of this process uses only the old PMI, not PMIx."""
     return _PMIX_RANK not in variables and ("PMI_RANK" in variables or "PMI_SIZE" in variables)
 
 

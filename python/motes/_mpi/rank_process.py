@@ -83,12 +83,12 @@ def hide_pmi() -> None:
 
 
 def is_child() -> bool:
-    """Tell whether a rank has started this process, directly or not; then it runs alone."""
+    """Return whether a rank has started this process, directly or not; then it runs alone."""
     return _child
 
 
 def is_fork() -> bool:
-    """Tell whether this process was forked while MPI was running; then it cannot use MPI."""
+    """Return whether this process was forked while MPI was running; then it cannot use MPI."""
     return _fork
 
 
@@ -127,7 +127,7 @@ def _ranks_of_mpi() -> int:
 
 
 def _below_a_rank() -> bool:
-    """Tell whether an ancestor with the same variables has loaded an MPI library (Linux)."""
+    """Return whether an ancestor with the same variables has loaded an MPI library (Linux)."""
     names = [name for name in (*JOB, *LAUNCHED, "OMPI_COMM_WORLD_RANK") if name in os.environ]
     with contextlib.suppress(OSError, ValueError, IndexError):
         above = os.getppid()

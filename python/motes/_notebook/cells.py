@@ -42,7 +42,7 @@ class CellProgress:
         self._pixels, self._frame = pixels, frame
 
     def due(self) -> bool:
-        """Tell whether the output may be updated: at most twice per second."""
+        """Return whether the output may be updated: at most twice per second."""
         return time.monotonic() - self._shown >= EVERY_S
 
     def show(self, done: int, particles: int) -> None:

@@ -8,7 +8,7 @@ __all__ = ["running"]
 
 
 def running() -> bool:
-    """Tell whether this process is a Jupyter kernel. Imports nothing: a kernel has loaded IPython."""
+    """Return whether this process is a Jupyter kernel. Imports nothing: a kernel has loaded IPython."""
     ipython = sys.modules.get("IPython")
     if ipython is None:
         return False

@@ -1,7 +1,7 @@
 """Views that detect writing, even if no value changes or there are no particles.
 
 With sub-steps, `System.local` shows a preview in the middle of a frame. It is kept only if the script writes
-into it. That must not depend on which particles a rank has, so even a write that changes nothing counts.
+into it. That must not depend on the particles of one rank, so even a write that changes nothing counts.
 """
 
 from __future__ import annotations

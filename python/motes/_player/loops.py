@@ -103,7 +103,7 @@ class LoopPlay(Play):
 
 
 def _takes_world(loop: Callable[..., Any]) -> bool:
-    """Tell whether the function needs one argument. Raises ArgumentError if it needs more."""
+    """Return whether the function needs one argument. Raises ArgumentError if it needs more."""
     try:
         signature = inspect.signature(loop)
     except (TypeError, ValueError):  # a built-in function without signature

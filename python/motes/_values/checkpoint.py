@@ -25,7 +25,7 @@ class Checkpoint(Value):
         every: frames from one checkpoint to the next.
         keep: how many complete checkpoints are kept; with two, the run survives a damaged one.
         pickles: whether a custom balancer's state is saved and loaded by pickle if it holds more than
-            numbers, text, lists, dicts and arrays. Loading a pickle can run code chosen by whoever wrote the
+            numbers, text, lists, dicts and arrays. Loading a pickle can run code chosen by the author of the
             checkpoint.
     """
 

@@ -123,7 +123,7 @@ def _on_ranks(args: argparse.Namespace, name: str) -> list[Score]:
 
 
 def _right(scores: list[Score]) -> bool:
-    """Tell whether all scores were verified, and each workload has one digest."""
+    """Return whether all scores were verified, and each workload has one digest."""
     digests = {(score.machine, score.workload): set[str]() for score in scores}
     for score in scores:
         digests[score.machine, score.workload].add(score.digest)

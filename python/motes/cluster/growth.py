@@ -102,9 +102,8 @@ def _row(folder: Path, ranks: int, way: str, pictures: bool) -> Row:
     computed = min(EACH, COMPUTED // calculators)
     half = METRES * calculators / 2
     sizes = [f"--particles={computed * calculators}", f"--space={-half},{half}", f"--width={2 * half}"]
-    sizes += (
-        [f"--size={PICTURE[0]}x{PICTURE[1]}", f"--distance={half}"] if pictures else []
-    )  # far enough to see all
+    if pictures:  # from far enough to see all
+        sizes += [f"--size={PICTURE[0]}x{PICTURE[1]}", f"--distance={half}"]
     scene, log = folder / f"{ranks}.motes", folder / f"{ranks}"
     frames = FRAMES + (UNKNOWN if pictures else 0)
     record(scene, FOLDER / "paper" / "snow.py", ["--systems=1", f"--frames={frames}", *sizes])

@@ -26,7 +26,7 @@ def model() -> dict[str, Any]:
 
 
 def fitted(cell: Cell) -> bool:
-    """Tell whether the model's parameters were fitted to this cell; other cells are predictions."""
+    """Return whether the model's parameters were fitted to this cell; other cells are predictions."""
     return f"{cell.nodes} {cell.variant}" in model()["fitted"].get(str(cell.table), ())
 
 

@@ -82,6 +82,7 @@ add_library(motes_pure STATIC
   interactions/ties.cpp
   interactions/walls.cpp
   meshes/assets.cpp
+  meshes/deformation.cpp
   meshes/distance_field.cpp
   meshes/form.cpp
   meshes/bvh.cpp

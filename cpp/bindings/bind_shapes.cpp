@@ -29,13 +29,13 @@ Shape make_shape(const std::string& kind, const std::vector<double>& numbers) {
   throw std::invalid_argument("no shape is called '" + kind + "'");
 }
 
-Shape make_mesh(std::uint64_t mesh, const std::vector<double>& given) {
+Shape make_mesh(std::uint64_t mesh, const std::vector<double>& given, std::uint64_t origin, std::uint64_t before) {
   float numbers[shapes::kNumbers] = {};
   if (given.size() != static_cast<std::size_t>(shapes::count(shapes::Kind::mesh))) {
     throw std::invalid_argument("Mesh needs " + std::to_string(shapes::count(shapes::Kind::mesh)) + " numbers");
   }
   std::copy(given.begin(), given.end(), numbers);
-  const Shape shape = shapes::mesh_shape(mesh, numbers);
+  const Shape shape = shapes::mesh_shape(mesh, numbers, origin, before);
   const bool solid = numbers[14] != 0;
   solid ? shapes::check(shape) : shapes::check_placed(shape);
   return shape;
@@ -89,7 +89,7 @@ py::array sample(const Shape& shape, std::size_t n, std::uint64_t seed) {
 void bind_shapes(py::module_& m) {
   py::class_<Shape>(m, "Shape")
       .def(py::init(&make_shape), py::arg("kind"), py::arg("numbers"))
-      .def_static("mesh", &make_mesh, py::arg("mesh"), py::arg("numbers"))
+      .def_static("mesh", &make_mesh, py::arg("mesh"), py::arg("numbers"), py::arg("origin") = 0, py::arg("before") = 0)
       .def_static("united", &shapes::unite, py::arg("shapes"))
       .def_property_readonly("parts", [](const Shape& s) { return std::vector<Shape>(s.part, s.part + s.parts); })
       .def_property_readonly("kind", [](const Shape& s) { return shapes::name(s.kind); })

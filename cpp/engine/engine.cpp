@@ -59,9 +59,10 @@ void Engine::record(int index, recording::Item item) {
   System& s = system(index);
   parts_->rank.session.comm().progress();  // lets messages of the last frame progress
   bool uses_copies = std::holds_alternative<recording::KeepCopies>(item);
-  if (const auto* action = std::get_if<actions::Action>(&item)) {
+  if (auto* action = std::get_if<actions::Action>(&item)) {
     actions::check(*action);
     actions::check(*action, s.schema);
+    s.sweep(*action);
     if (action->kind == actions::Kind::tie) check_tie(*action, s.list);
     if (action->other >= system_count() || action->other == index) {
       throw base::InvalidArgument("an action between particles", "name another system of the world");

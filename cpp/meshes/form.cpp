@@ -122,6 +122,14 @@ std::map<Name, std::unique_ptr<Kept>>& all() {
   return forms;
 }
 
+Kept& kept_of(const MeshForm& form) {
+  const std::scoped_lock held(lock());
+  const auto found =
+      std::find_if(all().begin(), all().end(), [&](const auto& entry) { return &entry.second->form == &form; });
+  if (found == all().end()) throw std::invalid_argument("Mesh: this process keeps no such mesh");
+  return *found->second;
+}
+
 }  // namespace
 
 const MeshForm* form_of(AssetKey mesh, int resolution, bool solid) {
@@ -139,18 +147,13 @@ const MeshForm* form_of(AssetKey mesh, int resolution, bool solid) {
   return &kept->form;
 }
 
+std::shared_ptr<const Mesh> mesh_of(const MeshForm& form) { return mesh(kept_of(form).mesh); }
+
 void need_inside(const MeshForm& form) {
-  Kept* kept = nullptr;
-  {
-    const std::scoped_lock held(lock());
-    const auto found =
-        std::find_if(all().begin(), all().end(), [&](const auto& entry) { return &entry.second->form == &form; });
-    if (found == all().end()) throw std::invalid_argument("Mesh: this process keeps no such mesh");
-    kept = found->second.get();
-  }
+  Kept& kept = kept_of(form);
   const simd::FloatMode mode;
-  const std::scoped_lock held(kept->building);
-  if (form.distance == nullptr) set_inside(*kept);
+  const std::scoped_lock held(kept.building);
+  if (form.distance == nullptr) set_inside(kept);
 }
 
 }  // namespace motes::meshes

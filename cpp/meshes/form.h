@@ -11,6 +11,9 @@ namespace motes::meshes {
 /// process keeps no such mesh or the resolution is not allowed. Thread-safe.
 const MeshForm* form_of(AssetKey mesh, int resolution, bool solid);
 
+/// Returns the mesh of a form. Throws std::invalid_argument if the process keeps no such form. Thread-safe.
+std::shared_ptr<const Mesh> mesh_of(const MeshForm& form);
+
 /// Builds the signed distance field, unless it exists already. Throws std::invalid_argument, saying what is wrong, if
 /// the surface has no inside. Thread-safe.
 void need_inside(const MeshForm& form);

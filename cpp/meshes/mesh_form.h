@@ -25,4 +25,17 @@ struct MeshForm {
   std::uint32_t cell_count = 0;
 };
 
+/// How a mesh deforms during a frame. Its vertices move in straight lines; between them, displacements are interpolated
+/// on a lattice, x fastest, and beyond it they are those at its border.
+struct Deformation {
+  const MeshForm* before = nullptr;  // at the start of the frame, with its inside
+  const MeshForm* now = nullptr;  // at the end, with its inside
+  // From start to end, m, one plane per axis: at places of the start, then at places of the end.
+  const float* displacement[2][3] = {};
+  std::int32_t nodes[3] = {};
+  float first[3] = {};  // position of the first node, m
+  float cell = 0;  // m
+  float most = 0;  // length of the largest displacement, m
+};
+
 }  // namespace motes::meshes

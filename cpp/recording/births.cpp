@@ -78,7 +78,12 @@ void check_surface(const Given& given, const Birth& birth, const particles::Sche
 void check_way(const Birth& birth) {
   for (const shapes::Shape& before : birth.before) {
     shapes::check(before);
-    if (before.kind != birth.shape.kind || before.mesh != birth.shape.mesh || before.kind == shapes::Kind::united) {
+    if (before.kind == shapes::Kind::mesh && birth.shape.kind == shapes::Kind::mesh &&
+        before.mesh != birth.shape.mesh) {
+      throw base::InvalidArgument("moving_from",
+                                  "be the same mesh at another place: births have no path between different vertices");
+    }
+    if (before.kind != birth.shape.kind || before.kind == shapes::Kind::united) {
       throw base::InvalidArgument("moving_from",
                                   "be a " + shapes::name(birth.shape.kind) + ", as shape is, and not a union");
     }
@@ -121,28 +126,52 @@ void jitter(particles::Key key, float dt, Store& into) {
   actions::kernels().jitter(block, {dt, 0, particles::birth_jitter, key, 0, &draws});
 }
 
-// Spreads births along the path of the shape from `before` to its present position: each particle is on the segment
-// between the points that the same random numbers draw from both, as far along as the frame has advanced when it is
-// born.
-void spread_along(const shapes::Shape& before, particles::Key key, const BirthStep& moment, Store& into) {
+// Draws an attribute of three numbers from a shape that moves during the frame: for each particle on the segment
+// between what the same random numbers draw from the shape `before` and from its present place, as far along as the
+// frame has advanced when the particle is born.
+void draw_moving(const Given& given, const shapes::Shape& before, particles::Key key, const BirthStep& moment,
+                 Store& into) {
+  draw_attribute(given, key, into);
   Store first(into.schema());
   first.grow(into.size());
   std::vector<std::uint64_t> ids(into.size());
   particles::join(into.ids(), ids.size(), ids.data());
   first.set_ids(0, ids);
-  Given place{particles::position, {}};
-  place.distribution.kind = Distribution::Kind::shape;
-  place.distribution.shape = before;
-  draw_attribute(place, key, first);
+  Given earlier = given;
+  earlier.distribution.shape = before;
+  draw_attribute(earlier, key, first);
   std::vector<float*> now(3), then(3);
   for (int c = 0; c < 3; ++c) {
-    now[static_cast<std::size_t>(c)] = into.writable_plane(particles::position, c);
-    then[static_cast<std::size_t>(c)] = first.writable_plane(particles::position, c);
+    now[static_cast<std::size_t>(c)] = into.writable_plane(given.attribute, c);
+    then[static_cast<std::size_t>(c)] = first.writable_plane(given.attribute, c);
   }
   const actions::Block block{into.size(), now.data(), into.ids(), nullptr};
   particles::DrawKeys draws;
   actions::kernels().spread(block, then.data(), moment.start, moment.end,
                             {moment.dt, 0, particles::birth_jitter, key, 0, &draws});
+}
+
+// Gives vectors between two normals the length of a normal. Where the surface has turned over, so that there is nothing
+// between its two normals, particles get a normal of length 0.
+void restore_length(int attribute, float length, Store& into) {
+  float* planes[3] = {};
+  for (int c = 0; c < 3; ++c) planes[c] = into.writable_plane(attribute, c);
+  const float wanted = std::abs(length);
+  for (std::size_t i = 0; i < into.size(); ++i) {
+    const float x = planes[0][i] / wanted, y = planes[1][i] / wanted, z = planes[2][i] / wanted;
+    const float between = std::sqrt(x * x + y * y + z * z);
+    if (!(between > 0)) continue;
+    for (float* plane : planes) plane[i] /= between;
+  }
+}
+
+// Draws the normals or colours of the surface on which particles are born.
+void draw_surface(Given given, const Birth& birth, particles::Key key, const BirthStep& moment, Store& into) {
+  given.distribution.shape = birth.shape;
+  const bool turns = given.distribution.kind == Distribution::Kind::along_normal && given.distribution.first[0] != 0;
+  if (birth.before.empty() || !turns) return draw_attribute(given, key, into);
+  draw_moving(given, birth.before[0], key, moment, into);
+  restore_length(given.attribute, given.distribution.first[0], into);
 }
 
 // Checks the integral of a rate that changes within the frame.
@@ -241,17 +270,18 @@ Store make(const Birth& birth, const particles::Schema& schema, particles::Key k
     Given place{particles::position, {}};
     place.distribution.kind = Distribution::Kind::shape;
     place.distribution.shape = birth.shape;
-    draw_attribute(place, key, newborn);
-    if (!birth.before.empty()) spread_along(birth.before[0], key, moment, newborn);
+    if (birth.before.empty()) {
+      draw_attribute(place, key, newborn);
+    } else {
+      draw_moving(place, birth.before[0], key, moment, newborn);
+    }
   }
   for (const Given* given : drawn) {
-    if (!given->distribution.of_surface()) {
+    if (given->distribution.of_surface()) {
+      draw_surface(*given, birth, key, moment, newborn);
+    } else {
       draw_attribute(*given, key, newborn);
-      continue;
     }
-    Given here = *given;
-    here.distribution.shape = birth.shape;
-    draw_attribute(here, key, newborn);
   }
   for (const Emitted& column : birth.columns) copy_column(column, first_of_call, newborn);
   particles::wrap(newborn);

@@ -113,17 +113,6 @@ struct MeshLanes {
     return select((dot(found, back) > 0.0f) | (dot(way, way) == 0.0f), found, back);
   }
 
-  /// Returns a nearby place on the side given by `outside`; q itself if it already is on that side.
-  MOTES_INLINE Floats3 on_side(Floats3 q, Mask outside, Floats skin) const {
-    for (int i = 0; i < 4; ++i) {
-      const Floats there = distance(q);
-      const Mask wrong = (there > 0.0f) ^ outside;
-      if (!any(wrong)) break;
-      q = select(wrong, q + normal_at(q, Floats3{}, outside) * (abs(there) * 1.25f + skin), q);
-    }
-    return q;
-  }
-
   /// Returns the fraction of a path just before it first leaves the side given by `outside`. `start`: the distance at
   /// `from`; `among`: the lanes to follow.
   MOTES_INLINE Passage follow(Floats3 from, Floats3 to, Floats start, Mask outside, Mask among) const {

@@ -208,6 +208,22 @@ struct MeshFeet {
   }
 };
 
+/// A mesh that deforms, at a fraction of the frame.
+struct DeformingFeet {
+  DeformingLanes mesh;
+  Pose pose;
+  float when;
+
+  template <class Use>
+  MOTES_INLINE void each(Floats3 p, const Use& use) const {
+    const Floats3 q = pose.to_body(p), border = mesh.into_grids(q);
+    const Floats there = mesh.distance(border, all(when));
+    const Floats3 normal = mesh.normal(border, all(when), there > 0.0f, all3(Float3{0, 1, 0}));
+    const Foot foot = foot_at(~Mask{}, border - normal * abs(there) - q, normal * -1.0f);
+    use(0, Foot{foot.mask, foot.distance, pose.turn(foot.towards)});
+  }
+};
+
 /// Calls use(feet) with the feet of a shape that has a surface. Callers pass unions part by part. `part`: time as a
 /// fraction of the frame, for meshes that move.
 template <class Use>
@@ -222,6 +238,9 @@ MOTES_INLINE void visit_feet(const shapes::Shape& shape, float part, const Use& 
     case shapes::Kind::cylinder:
     case shapes::Kind::cone: return use(TurnedFeet::from(shape));
     case shapes::Kind::mesh: {
+      if (shape.deformation != nullptr) {
+        return use(DeformingFeet{DeformingLanes::from(*shape.deformation), pose_at(shape.number, part), part});
+      }
       const MeshLanes mesh = MeshLanes::from(shape);
       if (mesh.has_inside()) use(MeshFeet{mesh, pose_at(shape.number, part)});
       return;

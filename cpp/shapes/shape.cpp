@@ -11,6 +11,7 @@
 
 #include "base/invalid_argument.h"
 #include "base/vectors.h"
+#include "meshes/deformation.h"
 #include "meshes/distance_field.h"
 #include "meshes/form.h"
 
@@ -103,13 +104,18 @@ void check_mesh(const Shape& s) {
 }
 
 bool moves(const Shape& s) {
-  return s.kind == Kind::mesh && !std::equal(s.number, s.number + kBefore, s.number + kBefore);
+  return s.kind == Kind::mesh && (s.before != 0 || !std::equal(s.number, s.number + kBefore, s.number + kBefore));
 }
 
-// Sets a mesh's form, a pointer that is not part of a shape's bytes.
+// Sets what a mesh points to, which is not part of a shape's bytes.
 void find_form(Shape& s) {
   if (s.kind != Kind::mesh) return;
-  s.form = meshes::form_of(s.mesh, static_cast<int>(s.number[kResolution]), s.number[kSolid] != 0);
+  const auto form_of = [&](std::uint64_t key) {
+    return meshes::form_of(key, static_cast<int>(s.number[kResolution]), s.number[kSolid] != 0);
+  };
+  s.form = form_of(s.mesh);
+  const meshes::MeshForm* before = s.before == 0 ? nullptr : form_of(s.before);
+  s.deformation = before == nullptr || s.form == nullptr ? nullptr : meshes::deformation_of(*before, *s.form);
 }
 
 double add_measure(double sum, const Shape& s) { return sum + measure(s); }
@@ -194,18 +200,32 @@ void check_placed(const Shape& s) {
   check_placed_mesh(s);
 }
 
-Shape mesh_shape(std::uint64_t key, const float (&number)[kNumbers]) {
+Shape mesh_shape(std::uint64_t key, const float (&number)[kNumbers], std::uint64_t origin, std::uint64_t before) {
   Shape s;
   s.kind = Kind::mesh;
   std::copy_n(number, kNumbers, s.number);
   s.mesh = key;
+  s.origin = origin;
+  s.before = before;
   find_form(s);
   return s;
+}
+
+void deform_from(Shape& mesh, const Shape& before) {
+  mesh.before = before.mesh;
+  std::copy_n(before.number, kBefore, mesh.number + kBefore);
+  double same_way = 0;
+  for (int i = kRotation; i < kBefore; ++i) same_way += double{mesh.number[i]} * mesh.number[kBefore + i];
+  if (same_way < 0) {  // interpolate the shorter way
+    for (int i = kRotation; i < kBefore; ++i) mesh.number[kBefore + i] = -mesh.number[kBefore + i];
+  }
+  find_form(mesh);
 }
 
 std::vector<std::uint64_t> meshes_of(const Shape& shape) {
   std::vector<std::uint64_t> keys;
   if (shape.kind == Kind::mesh) keys.push_back(shape.mesh);
+  if (shape.before != 0) keys.push_back(shape.before);
   for (int i = 0; i < shape.parts; ++i) {
     if (shape.part[i].kind == Kind::mesh) keys.push_back(shape.part[i].mesh);
   }
@@ -237,7 +257,8 @@ double measure(const Shape& s) {
 }
 
 bool Shape::operator==(const Shape& other) const {
-  return kind == other.kind && mesh == other.mesh && std::equal(number, number + kNumbers, other.number) &&
+  return kind == other.kind && mesh == other.mesh && origin == other.origin && before == other.before &&
+         std::equal(number, number + kNumbers, other.number) &&
          std::equal(part, part + parts, other.part, other.part + other.parts);
 }
 
@@ -278,6 +299,8 @@ void set_parts(Shape& shape, const std::vector<UnionPart>& parts) {
   whole.kind = shape.kind;
   std::copy_n(shape.number, kNumbers, whole.number);
   whole.mesh = shape.mesh;
+  whole.origin = shape.origin;
+  whole.before = shape.before;
   find_form(whole);
   if (shape.kind == Kind::united) {
     std::vector<Shape> list(parts.size());

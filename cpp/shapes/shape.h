@@ -42,8 +42,12 @@ struct Shape {
   // Of a mesh: the key of its content, and its form in this process; null if the process keeps no such mesh.
   std::uint64_t mesh = 0;
   const meshes::MeshForm* form = nullptr;
+  // Of a mesh: the key of the mesh that it was deformed from, or its own. Of one that deforms during the frame: the key
+  // of its content at the frame's start, and the way from there; otherwise 0 and null.
+  std::uint64_t origin = 0, before = 0;
+  const meshes::Deformation* deformation = nullptr;
 
-  /// Compares kind, numbers, parts and mesh.
+  /// Compares kind, numbers, parts and meshes.
   bool operator==(const Shape& other) const;
 };
 
@@ -78,6 +82,7 @@ void set_parts(Shape& shape, const std::vector<UnionPart>& parts);
 template <class Visitor>
 void fields(Visitor& visit, Shape& shape) {
   visit(shape.kind, shape.number, shape.mesh);
+  if (shape.kind == Kind::mesh) visit(shape.origin, shape.before);
   std::vector<UnionPart> parts;
   if (shape.kind == Kind::united) {
     if constexpr (!Visitor::kReads) parts = parts_of(shape);
@@ -95,8 +100,14 @@ void check_region(const Shape& shape);
 /// Like check(), but a mesh need not have an area, since it is only drawn.
 void check_placed(const Shape& shape);
 
-/// Returns a mesh of this key with these numbers: see mesh.h.
-Shape mesh_shape(std::uint64_t key, const float (&number)[kNumbers]);
+/// Returns a mesh of this key with these numbers (see mesh.h), made from the mesh `origin` and deforming from the mesh
+/// `before`, or 0. Throws as deform_from().
+Shape mesh_shape(std::uint64_t key, const float (&number)[kNumbers], std::uint64_t origin = 0,
+                 std::uint64_t before = 0);
+
+/// Makes a mesh deform during the frame from the content and pose that `before` has at the end of its frame. Throws
+/// std::invalid_argument if the two are not closed or have different triangles.
+void deform_from(Shape& mesh, const Shape& before);
 
 /// Returns the keys of the shape's meshes.
 std::vector<std::uint64_t> meshes_of(const Shape& shape);

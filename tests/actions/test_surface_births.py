@@ -90,7 +90,7 @@ def test_a_mesh_may_have_other_vertices():
     with pytest.raises(ArgumentError, match="vertices"):
         mesh.at(vertices=CORNERS[:3])
     with pytest.raises(ArgumentError, match="moving_from"):
-        mesh.at(vertices=CORNERS, moving_from=mesh)
+        mesh.at(vertices=CORNERS, moving_from=motes.Mesh(2 * CORNERS, FACES, colors=COLORS))
 
 
 SCRIPT = """
@@ -115,3 +115,25 @@ with world:
 def test_all_ranks_give_the_same_births():
     said = {on_ranks(n, SCRIPT, how).lines[-1] for n in (1, 3) for how in ("manager", "calculators")}
     assert len(said) == 1
+
+
+@pytest.mark.parametrize("substeps", [1, 3])
+@pytest.mark.parametrize("length", [2.0, -0.5])
+def test_normals_are_those_of_the_moment_of_birth(substeps, length):
+    """A nozzle that turns during the frame sprays a fan, not one jet per frame."""
+    square = [(-1, 0, -1), (1, 0, -1), (1, 0, 1), (-1, 0, 1)]
+    nozzle = motes.Mesh(square, [(0, 2, 1), (0, 3, 2)])  # normal +y
+    world = motes.World(seed=1, substeps=substeps, progress="off")
+    s = world.system("s")
+    s.configure(velocity=motes.along_normal(length))
+    with world:
+        turned = nozzle.at((0, 0, 0), axis=(0, 0, 1), angle_deg=60)
+        s.source(turned, 24_000, moving_from=nozzle)
+        world.step()
+        p = s.gather()
+    np.testing.assert_allclose(np.linalg.norm(p.velocity, axis=1), abs(length), rtol=1e-5)
+    v = p.velocity * np.sign(length)
+    angle = np.degrees(np.arctan2(-v[:, 0], v[:, 1]))
+    place = np.degrees(np.arctan(p.position[:, 1] / p.position[:, 0]))
+    np.testing.assert_allclose(angle, place, atol=2)  # normal to the surface that the positions are on
+    assert abs(angle.mean() - 30) < 1 and np.ptp(angle) > 58

@@ -74,8 +74,8 @@ SharedState shared_state(const Parts& parts) {
   for (const auto& system : script.systems) {
     const recording::SystemDefinition& definition = system->definition;
     state.systems.push_back({definition.name, definition.capacity, definition.attributes, system->counts,
-                             system->sources, system->keeps_copies, system->history, definition.axes,
-                             system->domains.tree()});
+                             system->sources, system->keeps_copies, system->history, system->walls_before,
+                             definition.axes, system->domains.tree()});
   }
   if (parts.rank.session.manages()) {
     for (const Balancing& system : parts.manager.systems) state.manager.evaluations.push_back(system.evaluations);
@@ -89,6 +89,7 @@ void write(const SharedState& state, base::Bytes& out) {
   std::set<meshes::AssetKey> meshes;
   for (const SharedSystem& system : state.systems) {
     for (const meshes::AssetKey key : system.history.meshes()) meshes.insert(key);
+    for (const shapes::Shape& wall : system.walls) meshes.insert(wall.mesh);
   }
   meshes::write_assets(meshes, out);
   base::write_fields(state, out);
@@ -153,6 +154,7 @@ void restore_state(Parts& parts, const SharedState& state, const std::vector<Sam
       script.divide(i, domains_for(system, then, samples[i], calculators));
     }
     system.start_frame();
+    system.walls_before = then.walls;
     calculator.populations[i]->store.clear();
     start_frame(*calculator.populations[i]);
   }

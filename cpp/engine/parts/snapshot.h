@@ -24,6 +24,7 @@ struct SharedSystem {
   std::vector<recording::SourceTotal> sources;
   bool keeps_copies = false;
   BirthHistory history;
+  std::vector<shapes::Shape> walls;  // System::walls_before
   domains::Axes axes;
   std::vector<domains::Cut> cuts;
 };
@@ -31,7 +32,7 @@ struct SharedSystem {
 template <class Visitor>
 constexpr void fields(Visitor& visit, SharedSystem& system) {
   visit(system.name, system.capacity, system.attributes, system.counts, system.sources, system.keeps_copies,
-        system.history, system.axes, system.cuts);
+        system.history, system.walls, system.axes, system.cuts);
 }
 
 /// State that only the manager has, saved so that balancing continues and no warning is repeated.

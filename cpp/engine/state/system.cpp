@@ -149,11 +149,27 @@ std::uint64_t System::number_children(std::uint64_t spawned) {
 }
 
 void System::start_frame() {
+  walls_before = std::exchange(walls, {});
   list.clear();
   run_items = 0;
   groups.clear();
   counts.born_at_start = counts.born;
   counts.alive_at_start = counts.alive;
+}
+
+void System::sweep(actions::Action& action) {
+  if (action.kind != actions::Kind::bounce && action.kind != actions::Kind::contact) return;
+  for (shapes::Shape& wall : action.shapes) {
+    if (wall.kind != shapes::Kind::mesh) continue;
+    const auto same = [&](const shapes::Shape& other) { return other.origin == wall.origin; };
+    auto turn = std::count_if(walls.begin(), walls.end(), same);
+    walls.push_back(wall);
+    walls.back().before = 0;  // where it was before does not matter to the next frame
+    if (wall.before != 0) continue;  // the script says from where
+    const auto before = std::find_if(walls_before.begin(), walls_before.end(),
+                                     [&](const shapes::Shape& other) { return same(other) && turn-- == 0; });
+    if (before != walls_before.end() && before->mesh != wall.mesh) shapes::deform_from(wall, *before);
+  }
 }
 
 bool asks_for(const System& system, recording::Spawn::On event) {

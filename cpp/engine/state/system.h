@@ -89,6 +89,10 @@ class System {
   std::uint64_t number_children(std::uint64_t spawned);
   void start_frame();
 
+  /// Makes meshes with new vertices among the walls of an action that is about to be recorded deform from the vertices
+  /// and places of the last frame: the n-th wall of a mesh from the n-th of that frame.
+  void sweep(actions::Action& action);
+
   /// Returns how many more particles the capacity allows after `taken`.
   std::uint64_t room_of(std::uint64_t taken) const {
     return definition.capacity > taken ? definition.capacity - taken : 0;
@@ -107,6 +111,9 @@ class System {
   Counts counts;
   std::vector<recording::SourceTotal> sources;  // total of each source so far
   particles::Digest digest;  // digest of all particles, from the last verdict
+
+  // Meshes that this frame's list has as walls, in order; those of the last frame.
+  std::vector<shapes::Shape> walls, walls_before;
 
   std::vector<recording::Item> list;  // this frame's list
   std::size_t run_items = 0;  // number of items that have run; later ones are pending

@@ -41,22 +41,27 @@ inline std::uint32_t find_walls(const interactions::WallTask& task, interactions
   return next;
 }
 
-/// A wall as a rigid body during a sub-step.
+/// How a wall moves and deforms during a sub-step.
 struct WallMotion {
   Pose start, end;
   Floats3 spin{};  // rad/s
   float per_step = 0;
   bool moves = false;
+  const meshes::Deformation* deformation = nullptr;
+  float when = 0, span = 0;  // of the sub-step, as fractions of the frame
 
   static MOTES_INLINE WallMotion of(const interactions::WallTask& task) {
     WallMotion motion{};
     const shapes::Shape& wall = *task.wall;
     if (wall.kind != shapes::Kind::mesh) return motion;
     for (int i = 0; i < 7; ++i) motion.moves |= wall.number[i] != wall.number[7 + i];
-    if (!motion.moves) return motion;
+    motion.deformation = wall.deformation;
+    if (!motion.moves && motion.deformation == nullptr) return motion;
     motion.start = pose_at(wall.number, task.start);
     motion.end = pose_at(wall.number, task.end);
     motion.per_step = 1.0f / task.dt;
+    motion.when = task.start;
+    motion.span = task.end - task.start;
     const Pose &a = motion.start, &b = motion.end;
     const Float3 x = cross(a.x, minus(b.x, a.x)), y = cross(a.y, minus(b.y, a.y)), z = cross(a.z, minus(b.z, a.z));
     motion.spin = all3(times(Float3{x.x + y.x + z.x, x.y + y.y + z.y, x.z + y.z + z.z}, 0.5f * motion.per_step));
@@ -64,9 +69,12 @@ struct WallMotion {
   }
   /// Returns the velocity, m/s, of point `p` of the wall.
   MOTES_INLINE Floats3 velocity(Floats3 p) const {
-    if (!moves) return Floats3{};
+    Floats3 v{};
+    if (!moves && deformation == nullptr) return v;
     const Floats3 q = start.to_body(p);
-    return (end.to_world(q) - start.to_world(q)) * per_step;
+    if (moves) v = (end.to_world(q) - start.to_world(q)) * per_step;
+    if (deformation == nullptr) return v;
+    return v + start.turn(DeformingLanes::from(*deformation).motion(q, all(when))) * (span * per_step);
   }
 };
 

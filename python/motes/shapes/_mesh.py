@@ -114,6 +114,7 @@ class Mesh(Shape):
         self.__dict__["_name"] = _core.keep_mesh(
             points, corners, none if tints is None else tints, none if births is None else births
         )
+        self.__dict__["_made_from"] = self._content
         self._place(STILL)
 
     @classmethod
@@ -174,33 +175,35 @@ class Mesh(Shape):
                 without scaling or mirroring.
             axis: axis of the rotation, which is applied before the move.
             angle_deg: angle of the rotation, degrees.
-            moving_from: where the mesh was one frame ago, if it moves: the same mesh at another place. During
-                the frame it moves at constant velocity from there to here: `bounce`, which lets no particle
-                through, and `contact`, with the mesh as a wall, give particles the velocity of its surface.
-                Everything else uses its place at the end of the frame.
-            vertices: deformed vertices, (n, 3), m; a deforming mesh passes new ones in each frame. Each
-                deformed mesh is kept until the program ends, and bouncing off it computes a new distance
-                grid. Cannot be combined with `moving_from`.
+            moving_from: where the mesh was one frame ago, if it moves: the same mesh at another place, also
+                with other vertices. During the frame it moves at constant velocity from there to here:
+                `bounce`, which lets no particle through, and `contact`, with the mesh as a wall, give
+                particles the velocity of its surface. Everything else uses its place at the end of the frame.
+            vertices: deformed vertices, (n, 3), m; a deforming mesh passes new ones in each frame. `bounce`
+                and `contact` move it from its last vertices to these: without `moving_from`, from those that
+                the same call had in the last frame. Each deformed mesh is kept until the program ends, and
+                as a wall it computes a new distance grid.
 
         Returns:
             The mesh at its new place. Without `vertices` it shares the arrays and the grid, so moving a mesh
             in each frame costs nothing.
         """
         if vertices is not None:
-            if moving_from is not None:
-                raise ArgumentError("moving_from", moving_from, "left out if vertices= is given")
-            return self._formed(vertices).at(place, axis=axis, angle_deg=angle_deg)
+            deformed = self._formed(vertices)
+            return deformed.at(place, axis=axis, angle_deg=angle_deg, moving_from=moving_from)
         here = _pose(place, axis, angle_deg)
-        before = here
+        before: tuple[float, ...] = here
+        start: NDArray[np.float32] | None = None
         if moving_from is not None:
-            if not isinstance(moving_from, Mesh) or moving_from._content != self._content:
+            if not isinstance(moving_from, Mesh) or moving_from._origin != self._origin:
                 raise ArgumentError("moving_from", moving_from, "this mesh at another place")
             before = moving_from._numbers[:7]
+            start = None if moving_from._content == self._content else moving_from.vertices
             if sum(map(operator.mul, here[3:], before[3:])) < 0:  # interpolate the shorter way
                 here = (*here[:3], *(-number for number in here[3:]))
         made = object.__new__(Mesh)
         made.__dict__.update(self.__dict__)
-        made._place((*here, *before))
+        made._place((*here, *before), start)
         return made
 
     def _formed(self, vertices: ArrayLike) -> Mesh:
@@ -209,7 +212,10 @@ class Mesh(Shape):
         if len(points) != len(self.vertices):
             allowed = f"finite numbers of shape ({len(self.vertices)}, 3), one row per vertex, metres"
             raise ArgumentError("vertices", f"{points.dtype} {points.shape}", allowed)
-        return Mesh(points, self.triangles, **self._options)
+        made = Mesh(points, self.triangles, **self._options)
+        made.__dict__["_made_from"] = self._origin
+        made._place(STILL)
+        return made
 
     @property
     def _options(self) -> dict[str, Any]:
@@ -222,22 +228,43 @@ class Mesh(Shape):
         return made
 
     @property
+    def _origin(self) -> int:
+        """The content of the mesh from which this one was deformed, or its own."""
+        origin: int = self.__dict__["_made_from"]
+        return origin
+
+    @property
+    def _start(self) -> NDArray[np.float32] | None:
+        """The vertices at the start of the frame, if the mesh deforms."""
+        start: NDArray[np.float32] | None = self.__dict__["_began"]
+        return start
+
+    @property
     def _numbers(self) -> tuple[float, ...]:
         made: tuple[float, ...] = self.__dict__["_placed"]
         return made
 
-    def _place(self, numbers: tuple[float, ...]) -> None:
-        """Store the poses at the frame's end and start, and build the engine's shape."""
-        self.__dict__["_placed"] = numbers
-        self.__dict__["_native"] = _core.Shape.mesh(self._content, [*numbers, self.solid, self.resolution])
+    def _place(self, numbers: tuple[float, ...], start: NDArray[np.float32] | None = None) -> None:
+        """Store the poses at the frame's end and start, and build the engine's shape.
+
+        Args:
+            numbers: position and rotation at the end, and at the start.
+            start: the vertices at the start of the frame, (n, 3), m; None: the same.
+        """
+        self.__dict__.update(_placed=numbers, _began=start)
+        before = 0 if start is None else Mesh(start, self.triangles, **self._options)._content
+        numbers = (*numbers, self.solid, self.resolution)
+        self.__dict__["_native"] = _core.Shape.mesh(self._content, numbers, self._origin, before)
 
     def _key(self) -> tuple[Any, ...]:
         places = None if self.uv is None else self.uv.tobytes()
-        return (self._content, self.solid, self.resolution, self._numbers, places)
+        start = None if self._start is None else self._start.tobytes()
+        return (self._content, self.solid, self.resolution, self._numbers, start, places)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle by arrays, options and poses."""
-        return _again, (self.vertices, self.triangles, self._options, self._numbers)
+        placed = (self._numbers, self._start, self._origin)
+        return _again, (self.vertices, self.triangles, self._options, *placed)
 
     def __repr__(self) -> str:
         """Show the numbers of vertices and triangles."""
@@ -250,9 +277,12 @@ def _again(
     triangles: NDArray[np.uint32],
     options: dict[str, Any],
     numbers: tuple[float, ...],
+    start: NDArray[np.float32] | None,
+    origin: int,
 ) -> Mesh:
     mesh = Mesh(vertices, triangles, **options)
-    mesh._place(numbers)
+    mesh.__dict__["_made_from"] = origin
+    mesh._place(numbers, start)
     return mesh
 
 

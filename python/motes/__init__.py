@@ -217,7 +217,10 @@ if not TYPE_CHECKING:  # type checkers use the imports above, which give each na
         elif name in _PUBLIC_MODULES:
             value = importlib.import_module(f".{name}", __name__)
         else:
-            raise AttributeError(f"module 'motes' has no attribute {name!r}{_near(name)}")
+            # Without its name, or a traceback would add a suggestion of Python's own.
+            raise AttributeError(
+                f"module 'motes' has no attribute {name!r}{_near(name)}", name=None, obj=None
+            )
         globals()[name] = value
         return value
 

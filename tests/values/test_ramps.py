@@ -95,3 +95,34 @@ with world:
 def test_ramps_give_the_same_bits_on_all_ranks() -> None:
     digests = {tuple(on_ranks(ranks, RANKS).lines) for ranks in (1, 2, 3)}
     assert len(digests) == 1 and len(*digests) == 1
+
+
+def test_ramps_of_actions_may_be_linear_curves_of_the_life():
+    """A curve replaces the knots; it is not evaluated at the film's time."""
+    knots = [(0, "gold"), (0.25, (0, 1, 0)), (1, (0, 0, 2))]
+    assert motes.actions.ColorOverLife(ramp=motes.Curve(knots)) == motes.actions.ColorOverLife(ramp=knots)
+    fade = motes.Curve([(0, 1), (1, 0.5)])
+    assert motes.actions.AlphaOverLife(ramp=fade) == motes.actions.AlphaOverLife(ramp=[(0, 1), (1, 0.5)])
+    assert motes.actions.SizeOverLife(ramp=fade) == motes.actions.SizeOverLife(ramp=[(0, 1), (1, 0.5)])
+    for wrong in (motes.Curve(knots, "spline"), fade * 2):
+        with pytest.raises(ArgumentError, match="ramp must be a list of .*, or a linear Curve of them"):
+            motes.actions.ColorOverLife(ramp=wrong)
+    with pytest.raises(ArgumentError, match="ramp must be .* 0..1, got 2"):
+        motes.actions.AlphaOverLife(ramp=motes.Curve([(0, 1), (2, 0)]))
+
+
+def test_a_ramp_curve_acts_as_its_knots_do():
+    found = []
+    for ramp_of in (lambda knots: knots, motes.Curve):
+        world = motes.World(seed=1, dt=0.1, progress="off")
+        s = world.system("s")
+        s.configure(lifetime=1)
+        with world:
+            for frame in world.frames(6):
+                if frame == 0:
+                    s.burst((0, 0, 0), count=1)
+                s.color_over_life(ramp_of([(0, (1, 0, 0)), (1, (0, 0, 1))]))
+                s.move()
+                world.step()
+            found.append(s.gather().color[0])
+    np.testing.assert_array_equal(*found)

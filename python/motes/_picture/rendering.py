@@ -126,8 +126,9 @@ class Renderer(Settings):
     """The camera; its attributes may change between frames, too."""
     background: Triple | Gradient | Panorama
     """The sky: a colour, a `motes.Gradient`, or an equirectangular picture centred on -z: a path to an .exr
-    file or one that Pillow reads, or an array (height, width, 3), sRGB uint8 or linear floats. A gradient or
-    picture also lights solids and lit sprites from all sides, at half its brightness."""
+    or .hdr file or one that Pillow reads, or an array (height, width, 3), sRGB uint8 or linear floats. Of an
+    .exr the display window counts; values of an .hdr are divided by its `EXPOSURE`. A gradient or picture
+    also lights solids and lit sprites from all sides, at half its brightness."""
     fog: tuple[Triple, float] | None
     """A colour, and the distance in metres over which light falls to 1/e while the fog's colour fills in. Fog
     covers solids and particles, but not the sky. None: solids fade into the background far away."""

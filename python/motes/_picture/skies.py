@@ -12,7 +12,7 @@ from .. import _core, _extras
 from .._values import arguments
 from .._values.arguments import Triple
 from .._values.values import Value, value
-from ..errors import ArgumentError
+from ..errors import ArgumentError, MissingExtraError
 
 __all__ = ["Gradient", "Panorama", "background", "light_key", "light_of", "set_background"]
 
@@ -75,7 +75,7 @@ def background(name: str, given: Any) -> Triple | Gradient | Panorama:
     """Check a background; return a picture as a Panorama."""
     if isinstance(given, (Gradient, Panorama)):
         return given
-    if isinstance(given, os.PathLike) or (isinstance(given, str) and _is_path(given)):
+    if isinstance(given, os.PathLike) or (isinstance(given, str) and arguments.is_path(given)):
         return Panorama(light_of(name, given))
     if getattr(given, "ndim", 1) > 1:
         return Panorama(light_of(name, given))
@@ -97,9 +97,9 @@ def set_background(view: _core.View, given: Any) -> None:
 def light_of(argument: str, given: Any) -> NDArray[np.float32]:
     """Return a picture as linear light, float32 (height, width, 3), read-only."""
     if isinstance(given, (str, os.PathLike)):
-        path = arguments.file_path(argument, given)
-        if path.suffix.lower() == ".exr":
-            given = _read_exr(argument, path)
+        path = arguments.existing_file(argument, given)
+        if path.suffix.lower() in (".exr", ".hdr", ".pic"):
+            given = _read_light(argument, path)
         else:
             from .._values.images import read_picture
 
@@ -133,14 +133,15 @@ def _color(name: str, given: Any) -> Triple:
     return arguments.color(name, given, low=0, high=arguments.FARTHEST)
 
 
-def _is_path(text: str) -> bool:
-    return "." in text or "/" in text or os.sep in text
+def _read_light(argument: str, path: Any) -> NDArray[np.float32]:
+    """Read a picture that holds linear light."""
+    from .._io import exr, hdr
 
-
-def _read_exr(argument: str, path: Any) -> NDArray[np.float32]:
-    from .._io import exr
-
+    suffix = path.suffix.lower()
     try:
-        return exr.read(_extras.openexr(), path)
-    except (OSError, RuntimeError, ValueError, KeyError) as error:
-        raise ArgumentError(argument, os.fspath(path), f"an .exr picture with R, G and B ({error})") from None
+        return exr.read(_extras.openexr(), path, MOST_SIDE) if suffix == ".exr" else hdr.read(path, MOST_SIDE)
+    except MissingExtraError:
+        raise
+    except Exception as error:  # of any kind: OpenEXR raises others for each kind of damage
+        allowed = f"a whole {suffix} picture with R, G and B ({error})"
+        raise ArgumentError(argument, os.fspath(path), allowed) from None

@@ -198,6 +198,9 @@ def _pixels(pixels: Any, height: Any) -> int | None:
         if height is not None:
             raise ArgumentError("height", height, "given without `pixels`: both set the size")
         return None
+    if isinstance(pixels, (str, os.PathLike)):  # by position, as in Sprite("image", "flake.png")
+        allowed = f"an integer in 1..{MOST_PIXELS}; pictures and meshes are given by name: image=, mesh="
+        raise ArgumentError("pixels", pixels, allowed)
     checked = arguments.integer("pixels", pixels, low=1, high=MOST_PIXELS)
     if height is not None and checked != DEFAULT_PIXELS:
         raise ArgumentError("height", height, "given without `pixels`: both set the size")

@@ -18,10 +18,12 @@ __all__ = [
     "PAIR",
     "choice",
     "color",
+    "existing_file",
     "file_path",
     "flag",
     "floats",
     "integer",
+    "is_path",
     "key",
     "listed",
     "number",
@@ -200,6 +202,20 @@ def file_path(argument: str, value: Any) -> Path:
     if b"\0" in encoded:
         raise ArgumentError(argument, value, "a path without null characters")
     return path
+
+
+def existing_file(argument: str, value: Any) -> Path:
+    """Return `value` as the path of a file, not of a folder, nor of a pipe, which could make a reader wait."""
+    path = file_path(argument, value)
+    if path.is_file():
+        return path
+    allowed = "a regular file" if path.exists() else "an existing file"
+    raise ArgumentError(argument, os.fspath(path), allowed)
+
+
+def is_path(text: str) -> bool:
+    """Return whether a text that may be a colour or a path is a path."""
+    return "." in text or "/" in text or os.sep in text
 
 
 def colors_of_rows(argument: str, values: Any) -> Any:

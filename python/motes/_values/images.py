@@ -28,7 +28,7 @@ def read_picture(argument: str, path: Any, *, most: int) -> NDArray[np.uint8]:
     picture is read. Raises ArgumentError, MissingExtraError.
     """
     library = _extras.pillow()
-    path = arguments.file_path(argument, path)
+    path = arguments.existing_file(argument, path)
     sides = f"1..{most} pixels each way"
     try:
         with warnings.catch_warnings():

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from .. import _core
 from .._values import arguments
-from .._values.curves import Number, Vector
+from .._values.curves import Curve, Number, Vector
 from .._values.values import value
 from ..errors import ArgumentError
 from ..expressions._compiling import compile_values
@@ -357,6 +357,8 @@ class ColorOverLife(Action):
 
     ramp: Sequence[tuple[float, ArrayLike]]
 
+    _may_move = False  # a curve as ramp is one of age / lifetime, not of the time
+
     def __post_init__(self) -> None:
         """Check the fields and build the engine's action."""
         self._set("color_over_life", ramp=_knots(self.ramp, arguments.color))
@@ -376,6 +378,8 @@ class AlphaOverLife(Action):
 
     ramp: Sequence[tuple[float, float]]
 
+    _may_move = False
+
     def __post_init__(self) -> None:
         """Check the fields and build the engine's action."""
         self._set("alpha_over_life", ramp=_knots(self.ramp, arguments.number))
@@ -394,6 +398,8 @@ class SizeOverLife(Action):
     """
 
     ramp: Sequence[tuple[float, ArrayLike]]
+
+    _may_move = False  # a curve as ramp is one of age / lifetime, not of the time
 
     def __post_init__(self) -> None:
         """Check the fields and build the engine's action."""
@@ -452,6 +458,10 @@ def _size(argument: str, value: Any) -> arguments.Triple:
 
 
 def _knots(ramp: Any, checked: Callable[[str, Any], T]) -> tuple[tuple[float, T], ...]:
+    if isinstance(ramp, Curve):
+        if type(ramp) is not Curve or ramp.interpolation != "linear":
+            raise ArgumentError("ramp", ramp, "a list of (age / lifetime, value), or a linear Curve of them")
+        ramp = ramp.keys
     try:
         pairs = [(ratio, given) for ratio, given in ramp]
     except Exception:  # any exception: this runs methods of users' classes

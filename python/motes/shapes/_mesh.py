@@ -81,8 +81,9 @@ class Mesh(Shape):
             triangles: three vertex indices per triangle, (m, 3).
             solid: whether points are sampled from the inside instead of the surface.
             resolution: cells of the distance grid along the mesh's longest side, 8 to 512.
-            colors: colour of each vertex, linear RGB (n, 3) or n strings; or a picture, a path or uint8
-                (height, width, 3 or 4), from which each vertex takes the colour at its `uv`.
+            colors: colour of each vertex, linear RGB (n, 3) or n strings; one string for all vertices; or a
+                picture, a path or uint8 (height, width, 3 or 4), from which each vertex takes the colour at
+                its `uv`.
             uv: texture coordinates of each vertex, (n, 2): (0, 0) is the picture's lower left corner, (1, 1)
                 its upper right corner; the picture repeats beyond.
             density: relative number of births per area at each vertex, 0 to 1e6, (n,), interpolated linearly;
@@ -151,8 +152,7 @@ class Mesh(Shape):
             raise ArgumentError("path", os.fspath(path), f"a name ending in {', '.join(_meshes.SUFFIXES)}")
         scale = arguments.number("scale", scale, low=0)
         options = _options(solid, resolution)
-        if not os.path.isfile(file):
-            raise ArgumentError("path", os.fspath(path), "an existing file")
+        arguments.existing_file("path", path)
         try:
             vertices, triangles = _meshes.read(file)
             return cls(vertices * scale, triangles, **options)

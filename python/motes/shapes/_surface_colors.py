@@ -26,6 +26,8 @@ def places(given: Any, vertices: int) -> NDArray[np.float32]:
 
 def of_vertices(given: Any, uv: NDArray[np.float32] | None, vertices: int) -> NDArray[np.float32]:
     """Return the linear RGB of each vertex."""
+    if isinstance(given, str) and not arguments.is_path(given):
+        given = [given] * vertices
     picture = _picture("colors", given)
     if picture is not None:
         table = np.array(colors.LINEAR)

@@ -205,7 +205,7 @@ def file_path(argument: str, value: Any) -> Path:
 
 
 def existing_file(argument: str, value: Any) -> Path:
-    """Return `value` as the path of a file, not of a folder, nor of a pipe, which could make a reader wait."""
+    """Return `value` as the path of a file, not of a folder, nor of a pipe, where a reader could wait."""
     path = file_path(argument, value)
     if path.is_file():
         return path

@@ -399,7 +399,7 @@ class SizeOverLife(Action):
 
     ramp: Sequence[tuple[float, ArrayLike]]
 
-    _may_move = False  # a curve as ramp is one of age / lifetime, not of the time
+    _may_move = False
 
     def __post_init__(self) -> None:
         """Check the fields and build the engine's action."""

@@ -49,6 +49,7 @@ def toy_launcher(folder: Path, *, says: str) -> str:
     [
         ("Open MPI v5.0.11, package: Open MPI root@x, ident: 5.0.11", ("Open MPI", "5.0.11")),
         ("mpirun (Open MPI) 4.1.4\n\nReport bugs to http://www.open-mpi.org/", ("Open MPI", "4.1.4")),
+        ("mpiexec (OpenRTE) 4.1.4\n\nReport bugs to", ("Open MPI", "4.1.4")),
         ("MPICH Version:      4.0.2\nMPICH Release date: Thu Apr  7", ("MPICH", "4.0.2")),
         ("HYDRA build details:\n    Version:                                 4.0.2\n", ("MPICH", "4.0.2")),
         ("Intel(R) MPI Library 2021.5 for Linux* OS", ("Intel MPI", "2021.5")),
@@ -81,7 +82,7 @@ def test_the_launcher_found_is_of_the_library_in_use(monkeypatch):
 
 def test_a_launcher_can_be_named(monkeypatch, tmp_path):
     monkeypatch.setenv("MOTES_MPIRUN", toy_launcher(tmp_path, says="HYDRA build details: Version: 4.0.2"))
-    assert starting.find_mpirun() == (str(tmp_path / "mpirun"), ("MPICH", "4.0.2"))
+    assert starting.find_mpirun() == (str(tmp_path / "mpirun"), ("MPICH", "4.0.2"), "")
     monkeypatch.setenv("MOTES_MPIRUN", "no/such/mpirun")
     with pytest.raises(MotesError, match="MOTES_MPIRUN=no/such/mpirun"):
         starting.find_mpirun()
@@ -330,6 +331,8 @@ def test_doctor_waits_for_no_launcher_forever(monkeypatch, tmp_path):
         ("open_worlds.enter(4, '1.1'); open_worlds.end(open_worlds.enter(0, '1.1'))", 0),
         ("open_worlds.enter(0, '1.2'); open_worlds.end(open_worlds.enter(4, '1.1'))", 1),
         ("open_worlds.enter(0, '1.1'); os.kill(os.getpid(), 9)", 137),
+        ("open_worlds.enter(0, '1.1'); sys.exit(9)", 137),
+        ("open_worlds.leave(open_worlds.enter(0, '1.1')); sys.exit(9)", 9),
     ],
 )
 def test_exit_code_0_of_a_launcher_is_checked_against_open_worlds(rank, code):

@@ -314,11 +314,13 @@ def test_a_run_that_was_continued_on_fewer_ranks_is_read(on_fewer_ranks, tmp_pat
     assert any("continued from the checkpoint of frame 20 on 4 ranks" in text for text in run.warnings())
     trace = json.loads(run.to_perfetto(tmp_path / "trace.json").read_text())["traceEvents"]
     acting = [event for event in trace if event["name"].startswith("act")]
-    assert {event["pid"] for event in acting if event["args"]["frame"] < 20} == {2, 3, 4, 5}
-    assert {event["pid"] for event in acting if event["args"]["frame"] >= 20} == {1, 2, 3}
+    assert {event["pid"] for event in acting if event["args"]["frame"] < 20} == {3, 4, 5, 6}
+    assert {event["pid"] for event in acting if event["args"]["frame"] >= 20} == {2, 3, 4}, (
+        "rank 0 is process 1"
+    )
     creates = [event for event in trace if event["name"] == "create" and event["ph"] == "X"]
-    assert {event["pid"] for event in creates if event["args"]["frame"] < 20} == {1}
-    assert {event["pid"] for event in creates if event["args"]["frame"] >= 20} == {0}
+    assert {event["pid"] for event in creates if event["args"]["frame"] < 20} == {2}
+    assert {event["pid"] for event in creates if event["args"]["frame"] >= 20} == {1}
 
 
 def test_the_live_view_follows_the_last_start(on_fewer_ranks):

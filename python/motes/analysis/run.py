@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from .._values import arguments
 from .._values.space import in_a_row
+from ..errors import LogError
 from ._tables import measures, stretches
 from ._tables.schema import TABLES
 from ._tables.tables import frame_of, read_facts, read_table, with_columns
@@ -149,6 +150,13 @@ class Run:
         self._torn.clear()
         self.__dict__.pop("plot", None)
         return self
+
+    def lacks_rows(self) -> LogError:
+        """Return the error of what needs rows of frames, or of calculators, that the log does not have."""
+        if len(self.frames):
+            return LogError(f"{self.name}: the run has no systems, so there are no particles to show")
+        why = ": it ended before the first" if self.finished else " yet"
+        return LogError(f"{self.name}: no frames in the log{why}")
 
     # --- facts
 
@@ -390,7 +398,7 @@ class Run:
             The files, one per rank.
 
         Raises:
-            LogError: if the log has no frame, or the files cannot be written.
+            LogError: if the log has no frame, if the run has no systems, or if the files cannot be written.
         """
         from .lbaf import write_lbaf
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from .efficiencies import chain_by_frame, wall_by_rank, work_by_rank
-from .factors import factors
+from .efficiencies import chain_by_frame, work_by_rank
 from .losses import Loss, Part, told_s
 
 if TYPE_CHECKING:
@@ -53,12 +52,13 @@ def _seldom(part: Part) -> Iterator[Loss]:
     times = part.run.times
     saving = part.times.groupby("frame")["checkpoint_s"].max()
     checkpoint = float(saving.mean()) if len(saving) else 0.0
+    often = int((saving > 0.1 * saving.max()).sum())
     yield Loss(
         "checkpoint",
         checkpoint,
         None,
-        f"Checkpoints: writing them takes {part.costs(checkpoint)} on average, in {int((saving > 0).sum())} "
-        "frames: write them less often (Checkpoint(every=...)), or to a faster disk.",
+        f"Checkpoints: writing them takes {part.costs(checkpoint)} on average, in {often} frames: write them "
+        "less often (Checkpoint(every=...)), or to a faster disk.",
     )
     lost = float(times["recovery_s"].max()) if len(times) else 0.0
     each = lost / max(part.frames, 1)
@@ -78,7 +78,10 @@ def _alone(part: Part, spent: DataFrame) -> Iterator[Loss]:
     for rank in map(int, spent.index):
         others = spent.drop(index=rank)
         names = [name for name in _ALONE if name != "other" or rank not in part.run.calculators]
+        idle = float(spent["script_idle_s"].loc[rank])
         own = {name: float(spent[f"{name}_s"].loc[rank]) for name in names}
+        if part.crowded:  # the script's time without the processor is counted in _network
+            own["script"] -= idle
         usual = {name: float(others[f"{name}_s"].median()) for name in names}
         more = {name: own[name] - usual[name] for name in names}
         excess = sum(max(seconds, 0.0) for seconds in more.values())
@@ -86,7 +89,7 @@ def _alone(part: Part, spent: DataFrame) -> Iterator[Loss]:
         who = _who(part, rank, largest)
         loss = min(excess, _waited_for(part, rank, others))
         text = _ALONE[largest]
-        if largest == "script" and float(spent["script_idle_s"].loc[rank]) > _IDLE * own["script"]:
+        if largest == "script" and not part.crowded and idle > _IDLE * own["script"]:
             text = _ASLEEP
         advice = text.format(own=told_s(own[largest]), others=told_s(usual[largest])) + "."
         slow = list(part.run.events["text"][part.run.events["kind"] == "slow_balancer"])
@@ -167,13 +170,10 @@ def _of_all(part: Part, spent: DataFrame) -> Iterator[Loss]:
 
 def _network(part: Part, spent: DataFrame) -> Iterator[Loss]:
     """Yield the loss due to messages in flight, or to ranks that wait for a core on a crowded host."""
-    times = part.times
-    work, wall, grown = work_by_rank(times), wall_by_rank(times), chain_by_frame(part.run.times)
-    lost = 0.0
-    for frame in work.index:
-        seconds = float(wall.loc[frame].max())
-        transfer = factors(work.loc[frame].tolist(), seconds, float(grown[frame]))[-1]
-        lost += (1 - transfer) * seconds / len(work) if transfer == transfer else 0.0
+    frames = part.times["frame"].unique()
+    chain = float(chain_by_frame(part.run.times).reindex(frames).mean())
+    work = float(work_by_rank(part.times).mean().max())
+    lost = max(part.frame_s - max(chain, work), 0.0)
     run = part.run
     if part.crowded:
         idle, other = float(spent["script_idle_s"].min()), float(spent["other_s"].median())

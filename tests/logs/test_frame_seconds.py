@@ -12,7 +12,6 @@ from launching import command
 from standing import on_ranks
 
 import motes
-import motes.analysis.parts
 import motes.analysis.runs
 from motes._launch import starting
 from motes.analysis._plots import timeline
@@ -24,7 +23,6 @@ SCENE = """
 import sys
 import time
 import motes
-import motes.analysis.parts
 import motes.analysis.runs
 from motes.shapes import Box
 
@@ -92,7 +90,7 @@ def test_each_part_of_a_continued_run_adds_up(tmp_path):
     run = motes.open_run(log)
     assert list(run.frames["frame"]) == list(range(20))
     assert [part["frame"] for part in run.stretches] == [0, 9]
-    for part in motes.analysis.parts.parts_of(run):
+    for part in run.parts():
         walls = part.times.pivot(index="frame", columns="rank", values="wall_s")
         assert part.frames["t_frame_s"].sum() == pytest.approx(walls.sum().max(), rel=0.01)
     saving = run.times.groupby("frame")["checkpoint_s"].max()
@@ -102,7 +100,7 @@ def test_each_part_of_a_continued_run_adds_up(tmp_path):
     assert (run.times.set_index("frame").loc[4, "script_idle_s"] >= 0.0).all()
     replayed = run.replay(motes.balance.PrefixCuts())
     assert list(replayed.frames["frame"]) == list(range(9)), "a replay ends where other ranks go on"
-    assert replayed.calculators == motes.analysis.parts.parts_of(run)[0].calculators
+    assert replayed.calculators == run.parts()[0].calculators
     if len(run.explain().losses):
         assert "(frames " in run.explain().sentences[0]
 
@@ -110,7 +108,6 @@ def test_each_part_of_a_continued_run_adds_up(tmp_path):
 LOSING = """
 import os, sys, time
 import motes
-import motes.analysis.parts
 import motes.analysis.runs
 
 world = motes.World(seed=1, space=(-1, 1), progress="off", log=sys.argv[1], on_loss="recover", roles="shared")
@@ -209,5 +206,5 @@ def test_the_whole_run_combines_its_parts(tmp_path):
     assert only.seconds == pytest.approx(20 * 0.075 / 40) and only.rank == 3
     assert only.sentence.startswith("Imbalance: rank 3 holds 1.6 times")
     assert only.sentence.endswith("(frames 0 to 19).")
-    assert [len(part.frames) for part in motes.analysis.parts.parts_of(run)] == [20, 20]
+    assert [len(part.frames) for part in run.parts()] == [20, 20]
     assert all(a <= b for a, b in pairwise(table["parallel"].drop("all")))

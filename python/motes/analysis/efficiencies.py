@@ -52,7 +52,7 @@ def chain_by_frame(times: DataFrame, before_s: float = 0.0) -> Series:
 def efficiencies(parts: Iterable[DataFrame]) -> DataFrame:
     """Return the factors of each frame and, in the row "all", of the whole run.
 
-    `parts`: the times of the run's parts (parts.py); each is analysed by its own ranks.
+    `parts`: the times of the run's parts (`Run.parts`); each is analysed by its own ranks.
     """
     pd = _extras.pandas()
     rows, sums, before_s = [], [], 0.0

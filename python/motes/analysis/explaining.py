@@ -1,6 +1,6 @@
 """Explain what costs a run's time: `Run.explain`.
 
-A run is explained part by part (parts.py), each by its own ranks; losses with the same cause add up.
+A run is explained part by part (`Run.parts`), each by its own ranks; losses with the same cause add up.
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING
 from .delays import delays
 from .imbalances import imbalances, saved_s
 from .losses import LEAST_PART, Loss, Part, told_s
-from .parts import parts_of
 
 if TYPE_CHECKING:
     from .run import Run
@@ -67,7 +66,7 @@ class Saving:
 
 def explain(run: Run) -> Explanation:
     """Return the losses of a run's time; documented in `Run.explain`."""
-    parts = [Part.of(part) for part in parts_of(run)]
+    parts = [Part.of(part) for part in run.parts()]
     frames = sum(part.frames for part in parts)
     found: dict[tuple[str, int | None], Loss] = {}
     for part in parts:
@@ -92,7 +91,7 @@ def saving_of(run: Run) -> float:
 
     The first frame is excluded, as in all of `explain`.
     """
-    return _saving([Part.of(part) for part in parts_of(run)])
+    return _saving([Part.of(part) for part in run.parts()])
 
 
 def saving_of_part(part: Part) -> Saving:
@@ -110,7 +109,7 @@ def _saving(parts: list[Part]) -> float:
 
 def frame_s_of(run: Run) -> float:
     """Return the mean seconds of a frame."""
-    return _mean([Part.of(part) for part in parts_of(run)])
+    return _mean([Part.of(part) for part in run.parts()])
 
 
 def _mean(parts: list[Part]) -> float:

@@ -37,7 +37,7 @@ class Loss:
 
 @dataclass(frozen=True)
 class Part:
-    """Frames of a run in which ranks and roles stay the same (parts.py).
+    """Frames of a run in which ranks and roles stay the same (`Run.parts`).
 
     Attributes:
         run: its facts and rows.

@@ -74,7 +74,14 @@ class Run:
     # --- tables
 
     def table(self, name: str) -> DataFrame:
-        """Return one of the log's tables as it is in its file."""
+        """Return one of the log's tables as it is in its file.
+
+        Args:
+            name: "frames", "load", "balance", "density", "events", "spans", "times" or "waits".
+
+        Returns:
+            The table.
+        """
         if name in self._given:
             self._given[name] = with_columns(self._given[name], TABLES[name].columns)
             return self._given[name]
@@ -215,12 +222,29 @@ class Run:
         """
         return stretches.of_facts(self.facts)
 
+    def parts(self) -> list[Run]:
+        """Divide the run where its ranks or their roles changed: it continued on others, or lost some.
+
+        Returns:
+            A run for each part, with the facts and rows of its frames; the run itself if nothing changed.
+        """
+        starts = stretches.changes(self.facts)
+        if len(starts) == 1:
+            return [self]
+        parts = []
+        for facts, then in zip(starts, [*starts[1:], {"frame": math.inf}], strict=True):
+            known = {name: self.table(name) for name in TABLES if name != "spans"}
+            mine = {
+                name: rows[(rows["frame"] >= facts["frame"]) & (rows["frame"] < then["frame"])]
+                for name, rows in known.items()
+            }
+            parts.append(Run({**facts, "name": self.name}, mine))
+        return [part for part in parts if len(part.frames)] or [self]
+
     @property
     def unchanged(self) -> Run:
         """The run up to the first change of its ranks or their roles; the run itself if there is none."""
-        from .parts import parts_of
-
-        return parts_of(self)[0]
+        return self.parts()[0]
 
     @property
     def calculators(self) -> list[int]:
@@ -298,9 +322,8 @@ class Run:
             serialisation, transfer, each 0..1. Empty for replays and logs of earlier versions.
         """
         from .efficiencies import efficiencies
-        from .parts import parts_of
 
-        return efficiencies(part.times for part in parts_of(self))
+        return efficiencies(part.times for part in self.parts())
 
     def explain(self) -> Explanation:
         """Explain what costs the run's time.

@@ -157,14 +157,14 @@ def test_a_loss_of_ranks_is_counted_once_and_named(lost, tmp_path):
 # --- made by hand
 
 
-def on_fewer_ranks(folder, *, chain_goes_on=False, imbalance=1.0):
+def on_fewer_ranks(folder, *, chain_goes_on=False, imbalance=1.0, flight=0.0):
     """Write a run of 20 frames on four ranks and 20 on one; rank 3 has `imbalance` times the others' work."""
     load, times = [], []
     for frame in range(40):
         ranks, each = (range(4), 0.1) if frame < 20 else (range(1), 0.4)
         for rank in ranks:
             work = each * (imbalance if rank == 3 else 1)
-            wait = each * imbalance - work if frame < 20 else 0.0
+            wait = each * imbalance - work if frame < 20 else flight
             n = round(1000 * work / each) if frame < 20 else 4000
             load.append(load_row(frame, "s", rank, n_start=n, n_end=n, t_compute_s=work))
             length = each * imbalance * (frame + 1) if frame < 20 else each * (frame - 19)
@@ -177,7 +177,7 @@ def on_fewer_ranks(folder, *, chain_goes_on=False, imbalance=1.0):
     frames = [json.loads(line) for line in (log / "frames.jsonl").read_text().splitlines()]
     rows(
         log / "frames.jsonl",
-        [row | {"t_frame_s": 0.1 * imbalance if i < 20 else 0.4} for i, row in enumerate(frames)],
+        [row | {"t_frame_s": 0.1 * imbalance if i < 20 else 0.4 + flight} for i, row in enumerate(frames)],
     )
     rows(log / "times.jsonl", times, pad=512)
     return motes.open_run(log)
@@ -191,6 +191,13 @@ def test_ranks_that_were_not_there_were_not_idle(chain_goes_on, tmp_path):
     assert run.explain().saving == 0 and run.explain().losses == ()
     assert run.summary()["balance_would_save"] == 0
     assert set(run.imbalance()) == {1.0}
+
+
+@pytest.mark.parametrize("chain_goes_on", [False, True])
+def test_chains_of_lost_frames_are_not_the_runs(chain_goes_on, tmp_path):
+    run = on_fewer_ranks(tmp_path / "log", chain_goes_on=chain_goes_on, flight=0.1)
+    # Four ranks for 2 s without messages, one rank for 10 s, of which messages take 2 s.
+    assert run.efficiencies().loc["all", "transfer"] == pytest.approx((4 * 2 + 8) / (4 * 2 + 10), abs=0.01)
 
 
 def test_the_whole_run_combines_its_parts(tmp_path):

@@ -425,6 +425,7 @@ void bind_engine(py::module_& m) {
       .def_property_readonly(
           "failed_at",
           [](const Engine& e) { return std::pair(e.session().failed_at().system, e.session().failed_at().item); })
+      .def("set_saving", &Engine::set_saving, py::arg("saves"))
       .def_property_readonly("gave_up", [](const Engine& e) { return e.session().over(); })
       .def_property_readonly("stop_asked", &Engine::stop_asked)
       .def_property_readonly("times", [](const Engine& e) { return times(e.times()); })

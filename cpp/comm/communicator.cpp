@@ -35,14 +35,15 @@ std::string where(const Stamp& stamp, Phase phase) {
   return "frame " + std::to_string(stamp.frame) + ", phase " + name(phase);
 }
 
-void seal(Message& message, Phase phase, Stamp stamp, std::uint64_t count, bool failed, double chain_s) {
+void seal(Message& message, Phase phase, Stamp stamp, std::uint64_t count, bool failed, const Ledger& ledger) {
   Header header;
   header.phase = phase;
   header.failed = failed ? 1 : 0;
   header.frame = stamp.frame;
   header.turn = stamp.turn;
-  header.count = count;
-  header.set_chain_s(chain_s);
+  header.count = static_cast<std::uint32_t>(count);
+  header.set_delay(ledger.delay());
+  header.set_chain_s(ledger.chain_s());
   message.set_header(header);
 }
 
@@ -82,9 +83,11 @@ Communicator::Communicator(std::unique_ptr<Transport> transport, Watch watch)
 }
 
 // Calls `pending`, which returns the awaited rank, until it returns kNobody. Counts the time as a wait for `whom`,
-// unless the answer is there at once. Under a simulator the first call may itself be the wait.
+// unless the answer is there at once. Under a simulator the first call may itself be the wait. `pending` may set
+// `delay` to what the awaited message says.
 template <class Pending>
-void Communicator::wait(const std::string& purpose, double times, Waited whom, const Pending& pending) {
+void Communicator::wait(const std::string& purpose, double times, Waited whom, const Pending& pending,
+                        const Delay& delay) {
   const double start = wall_seconds();
   int for_rank = pending();
   if (for_rank == kNobody && !simulated()) return ledger_.note_messages(wall_seconds() - start);
@@ -97,11 +100,11 @@ void Communicator::wait(const std::string& purpose, double times, Waited whom, c
       if (for_rank != kNobody) watched.look(wall_seconds(), for_rank);
     }
   }
-  ledger_.note_wait(whom.rank, whom.phase, start, cpu_seconds() - cpu);
+  ledger_.note_wait(rank(), whom, start, cpu_seconds() - cpu, delay);
 }
 
 void Communicator::post(int to, Phase phase, Stamp stamp, Message message, std::uint64_t count, bool failed) {
-  seal(message, phase, stamp, count, failed, ledger_.chain_s());
+  seal(message, phase, stamp, count, failed, ledger_);
   if (to == rank()) {
     mailbox_.push_back(std::move(message));
   } else {
@@ -111,7 +114,7 @@ void Communicator::post(int to, Phase phase, Stamp stamp, Message message, std::
 
 std::shared_ptr<const Message> Communicator::sealed(Phase phase, Stamp stamp, Message message, std::uint64_t count,
                                                     bool failed) const {
-  seal(message, phase, stamp, count, failed, ledger_.chain_s());
+  seal(message, phase, stamp, count, failed, ledger_);
   return std::make_shared<Message>(std::move(message));
 }
 
@@ -135,16 +138,21 @@ void Communicator::await(int from, Phase phase, int messages) {
 }
 
 Message Communicator::expect(int from, Phase phase, Stamp stamp, int hops) {
-  std::optional<base::Bytes> arrived;
+  std::optional<Message> arrived;
   if (from != rank()) {
-    wait(where(stamp, phase), patience(phase, hops), {from, static_cast<std::int32_t>(phase)}, [&] {
-      arrived = transport_->receive(from, phase);
+    Delay delay;
+    const auto pending = [&] {
+      if (std::optional<base::Bytes> bytes = transport_->receive(from, phase)) {
+        arrived.emplace(std::move(*bytes));
+        delay = arrived->header().delay();
+      }
       return arrived ? kNobody : from;
-    });
+    };
+    wait(where(stamp, phase), patience(phase, hops), {from, from, static_cast<std::int32_t>(phase)}, pending, delay);
   }
-  Message message = arrived ? Message(std::move(*arrived)) : take_own(phase);
+  Message message = arrived ? std::move(*arrived) : take_own(phase);
   const Header header = message.header();
-  if (arrived) ledger_.follow(header.chain_s());
+  if (from != rank()) ledger_.follow(header.chain_s());
   const bool ours = header.magic == Header{}.magic && header.phase == phase;
   if (!ours || Stamp{header.frame, header.turn} != stamp) {
     throw CommError(watch_.name(from) + " sent a message of frame " + std::to_string(header.frame) + ", turn " +

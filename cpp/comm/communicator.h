@@ -94,7 +94,7 @@ class Communicator {
 
  private:
   template <class Pending>
-  void wait(const std::string& purpose, double times, Waited whom, const Pending& pending);
+  void wait(const std::string& purpose, double times, Waited whom, const Pending& pending, const Delay& delay = {});
   void carry(int to, Phase phase, std::shared_ptr<const Message> message);
   Message take_own(Phase phase);
 

@@ -1,6 +1,7 @@
 // A message between two ranks: a header that is checked, then bytes.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -47,16 +48,34 @@ struct Stamp {
   bool operator==(const Stamp&) const = default;
 };
 
+/// What kept a rank from sending a message earlier, seconds: first a wait that `rank` caused, then its own work.
+struct Delay {
+  std::int32_t rank = -1;  // -1: it had not waited, or for several ranks
+  double waited_s = 0;
+  double busy_s = 0;
+};
+
 struct Header {
   std::uint32_t magic = 0x73746f6d;  // "mots"
   std::uint32_t turn = 0;
   std::uint64_t frame = 0;
-  std::uint64_t count = 0;           // particles in the payload
   std::uint64_t payload_bytes = 0;
+  std::uint32_t count = 0;           // particles in the payload: a rank holds fewer than 2^32
+  std::int32_t delay_rank = -1;      // see delay()
+  std::uint32_t delay_waited = 0, delay_busy = 0;
   Phase phase = Phase::begin;
   std::uint8_t failed = 0;           // the sender's compute failed; the payload is void
   std::uint16_t chain_high = 0;      // see chain_s(); fills the padding, so all sent bytes are set
   std::uint32_t chain_low = 0;
+
+  /// Returns what kept the sender from sending earlier. Stored in steps of 100 ns, up to seven minutes.
+  Delay delay() const { return {delay_rank, 1e-7 * delay_waited, 1e-7 * delay_busy}; }
+  void set_delay(const Delay& delay) {
+    const auto steps = [](double seconds) { return static_cast<std::uint32_t>(std::clamp(1e7 * seconds, 0.0, 4e9)); };
+    delay_rank = delay.rank;
+    delay_waited = steps(delay.waited_s);
+    delay_busy = steps(delay.busy_s);
+  }
 
   /// Returns the length of the sender's chain of work (Ledger::chain_s), s; 0 if unknown. Stored in steps of 10 ns.
   double chain_s() const { return 1e-8 * (static_cast<double>(chain_high) * 0x1p32 + static_cast<double>(chain_low)); }
@@ -66,7 +85,7 @@ struct Header {
     chain_low = static_cast<std::uint32_t>(steps);
   }
 };
-static_assert(sizeof(Header) == 40);
+static_assert(sizeof(Header) == 48);
 
 class Message {
  public:

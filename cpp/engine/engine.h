@@ -119,6 +119,10 @@ class Engine {
   void copy_restored();
   /// Image generator: sets the first frame whose picture is not yet in a file; UINT64_MAX: none.
   void set_unsaved_from(std::uint64_t frame) { parts_->rank.session.unsaved_from = frame; }
+  /// Counts this rank's time outside of frames as work on checkpoints, or as the script's again.
+  void set_saving(bool saves) {
+    parts_->rank.watch.ledger().turn_to(saves ? comm::Activity::checkpoint : comm::Activity::script);
+  }
   /// Returns how often ranks were lost so far.
   std::uint32_t losses() const { return replicas_.losses; }
 

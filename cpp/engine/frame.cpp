@@ -106,6 +106,7 @@ void end(Parts& p) {
   tail.valid = true;
   tail.frame = session.frame;
   tail.times = p.rank.watch.last();
+  tail.ended_s = p.rank.watch.spent().ended_s;
   tail.drawings = drawings_of(std::move(p.painter.drawing), session.rank(), session.calculates());
   for (const auto& here : p.calculator.populations) {
     tail.exchanged_bytes += here->tally.bytes_sent + here->interaction.bytes;
@@ -214,13 +215,14 @@ void Engine::redraw_now(const image::View& view, const std::string& argument) {
 
 void Engine::hear_orders_now(const std::string& argument) {
   ask_all(*parts_, Verb::orders, argument);
-  parts_->rank.watch.start();  // do not count a pause in the next frame's time
+  parts_->rank.watch.ledger().restart();  // do not count a pause in the next frame's time
+  parts_->manager.account.restart_clock();
 }
 
 void Engine::start_now() {
   Rank& rank = parts_->rank;
   const Logging& log = rank.settings.log;
-  rank.watch.start();
+  if (log.lost.empty()) rank.watch.ledger().restart();
   ask_all(*parts_, Verb::start, shared_settings(rank.settings));
   rank.session.relay().grow(rank.session.cast(), rank.settings.fan_out);  // all ranks have agreed on the fan-out
   if (rank.session.manages() && !log.directory.empty()) {

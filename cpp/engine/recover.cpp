@@ -131,7 +131,9 @@ void restore(Parts& p, const Generation& from, const std::vector<int>& holders) 
 template <class Now>
 auto Engine::surviving(const Now& now, bool frame, std::function<void()> again) {
   const auto inside = [&] {
-    const comm::ActivityScope turn(parts_->rank.watch.ledger(), comm::Activity::other);
+    comm::Ledger& ledger = parts_->rank.watch.ledger();
+    const bool saves = ledger.now() == comm::Activity::checkpoint;
+    const comm::ActivityScope turn(ledger, saves ? comm::Activity::checkpoint : comm::Activity::other);
     return now();
   };
   if (!replicas_.on() || recovering_) return inside();
@@ -325,6 +327,9 @@ void Engine::start_again(const Generation& from) {
 void Engine::go_back(const WayBack& way) {
   replicas_.forget_behind(way.from);
   const Generation& from = *replicas_.find(way.from);
+  comm::Ledger& ledger = parts_->rank.watch.ledger();
+  const comm::ActivityScope turn(ledger, comm::Activity::recovery);
+  ledger.go_back(from.border);
   start_again(from);
   Parts& p = *parts_;
   restore(p, from, way.holders);

@@ -20,6 +20,15 @@ void append(std::string& text, Arguments... arguments) {
   text.append(digits, error == std::errc() ? end : digits);
 }
 
+// Appends a finite number that every reader takes for a float: without a point or an exponent, readers that infer a
+// column's type from its first rows take it for a column of integers, and fail or round later.
+template <class... Arguments>
+void append_float(std::string& text, Arguments... arguments) {
+  const std::size_t start = text.size();
+  append(text, arguments...);
+  if (text.find_first_of(".e", start) == std::string::npos) text += ".0";
+}
+
 }  // namespace
 
 void JsonlRow::start(const char* name) {
@@ -61,14 +70,14 @@ JsonlRow& JsonlRow::field(const char* name, std::int64_t value) {
 JsonlRow& JsonlRow::field(const char* name, double value) {
   if (!std::isfinite(value)) return null(name);
   start(name);
-  append(text_, value, std::chars_format::general, 9);
+  append_float(text_, value, std::chars_format::general, 9);
   return *this;
 }
 
 JsonlRow& JsonlRow::field(const char* name, float value) {
   if (!std::isfinite(value)) return null(name);
   start(name);
-  append(text_, value);
+  append_float(text_, value);
   return *this;
 }
 
@@ -87,11 +96,18 @@ void sync_directory_of(const std::string& path) {
   ::close(directory);
 }
 
-JsonlTable::JsonlTable(std::string path, std::size_t line_bytes, std::uint64_t first_frame)
+JsonlTable::JsonlTable(std::string path, std::size_t line_bytes, std::uint64_t first_frame, Empty empty)
     : path_(std::move(path)), line_bytes_(line_bytes) {
   if (first_frame > 0) keep_rows_before(first_frame, path_, line_bytes);
-  const int anew = first_frame > 0 ? 0 : O_TRUNC;
-  file_ = ::open(path_.c_str(), O_CREAT | O_WRONLY | anew | O_APPEND | O_NOFOLLOW | O_CLOEXEC, 0644);
+  open(first_frame > 0 ? 0 : O_TRUNC);
+  if (empty == Empty::absent && ::lseek(file_, 0, SEEK_END) == 0) {
+    ::close(std::exchange(file_, -1));
+    ::unlink(path_.c_str());
+  }
+}
+
+void JsonlTable::open(int more) {
+  file_ = ::open(path_.c_str(), O_CREAT | O_WRONLY | more | O_APPEND | O_NOFOLLOW | O_CLOEXEC, 0644);
   if (file_ < 0) throw LogError("log: cannot write " + path_ + ": " + std::strerror(errno));
 }
 
@@ -120,6 +136,7 @@ void JsonlTable::add(const JsonlRow& row) {
 
 void JsonlTable::write() {
   if (lines_.empty()) return;
+  if (file_ < 0) open(O_EXCL);
   const ssize_t written = ::write(file_, lines_.data(), lines_.size());
   const bool whole = written == static_cast<ssize_t>(lines_.size());
   lines_.clear();

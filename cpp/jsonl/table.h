@@ -18,7 +18,8 @@ class LogError : public std::runtime_error {
 /// Syncs the directory of `path`, so that the names of its files are on disk, if the file system can do that.
 void sync_directory_of(const std::string& path);
 
-/// A JSON object of flat scalars, built field by field. Non-finite numbers become null.
+/// A JSON object of flat scalars, built field by field. Non-finite numbers become null; doubles and floats have a point
+/// or an exponent, even if they are whole.
 class JsonlRow {
  public:
   JsonlRow& field(const char* name, const std::string& value);
@@ -41,9 +42,11 @@ class JsonlRow {
 class JsonlTable {
  public:
   JsonlTable() = default;
-  /// Creates an empty file or, with `first_frame` above 0, continues behind the rows that an earlier run wrote for the
-  /// frames before it (kept_rows.h). Throws LogError if it cannot.
-  JsonlTable(std::string path, std::size_t line_bytes, std::uint64_t first_frame = 0);
+  /// Whether a table without rows is an empty file or no file: other programs cannot read an empty one.
+  enum class Empty : std::uint8_t { file, absent };
+  /// Creates a file or, with `first_frame` above 0, continues behind the rows that an earlier run wrote for the frames
+  /// before it (kept_rows.h). Throws LogError if it cannot.
+  JsonlTable(std::string path, std::size_t line_bytes, std::uint64_t first_frame = 0, Empty empty = Empty::file);
   ~JsonlTable();
   JsonlTable(JsonlTable&& other) noexcept;
   JsonlTable& operator=(JsonlTable&& other) noexcept;
@@ -55,6 +58,8 @@ class JsonlTable {
   void sync();
 
  private:
+  void open(int more);
+
   std::string path_;
   std::string lines_;
   std::size_t line_bytes_ = 0;

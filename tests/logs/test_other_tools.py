@@ -1,14 +1,22 @@
-"""Exports for other tools: load data for LBAF, OTF2 archives."""
+"""Other tools: load data for LBAF, OTF2 archives, and readers of the log's own files."""
 
 from __future__ import annotations
 
 import json
+import os
+import shutil
+import subprocess
 from collections import Counter
+from pathlib import Path
 
+import numpy as np
 import pytest
 from handmade import load_row, moving_spot, rows, time_row, write_log
+from standing import on_ranks
 
 import motes
+from motes.analysis._tables.schema import TABLES
+from motes.analysis.report import write_report
 
 pandas = pytest.importorskip("pandas")
 
@@ -84,3 +92,159 @@ def test_otf2_reads_back_every_phase_and_arrow(tmp_path):
     assert kinds["rank 2", "MpiRecv"] == kinds["rank 5", "MpiSend"] == 1
     with pytest.raises(motes.LogError, match="a directory of its own"):
         run.to_otf2(tmp_path / "otf2")
+
+
+LOADER = """
+import json, logging, sys
+from lbaf.IO.lbsVTDataReader import LoadReader
+
+class Accepts:  # the package's own validator downloads its schema from the internet
+    def __init__(self, **_): pass
+    def is_valid(self, **_): return True
+
+LoadReader.SCHEMA_VALIDATOR_CLASS = Accepts
+reader = LoadReader(sys.argv[1], logging.getLogger(), check_schema=False)
+phases = [reader.populate_phase(number) for number in range(3)]
+print(json.dumps([[[r.get_id(), len(r.get_objects()), r.get_load()] for r in ranks] for ranks in phases]))
+"""
+
+
+def old_python() -> str | None:
+    """Return a Python of a version that LBAF supports, if there is one."""
+    pyenv = Path(os.environ.get("PYENV_ROOT", Path.home() / ".pyenv"), "versions")
+    places = [*map(shutil.which, ("python3.9", "python3.8")), *sorted(pyenv.glob("3.[89].*/bin/python"))]
+    works = (
+        place for place in places if place and not subprocess.run([place, "-c", "import venv"]).returncode
+    )
+    return next(map(str, works), None)
+
+
+@pytest.mark.slow
+def test_lbaf_itself_loads_all_tasks(run, tmp_path):
+    if (python := old_python()) is None:
+        pytest.skip("LBAF 1.0.1 needs Python 3.8 or 3.9")
+    subprocess.run([python, "-m", "venv", tmp_path / "venv"], check=True)
+    its = tmp_path / "venv" / "bin" / "python"
+    clean = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "LD_"))}
+    subprocess.run([its, "-m", "pip", "install", "-q", "lbaf==1.0.1"], check=True, env=clean)
+    run.to_lbaf(tmp_path / "lbaf")
+    words = [its, "-c", LOADER, tmp_path / "lbaf" / "motes"]
+    told = json.loads(subprocess.run(words, check=True, env=clean, stdout=subprocess.PIPE, text=True).stdout)
+    for phase in told:
+        assert phase == [
+            [rank, 17 if rank > 1 else 1, pytest.approx(work)]
+            for rank, work in enumerate((0.2, 0.0, 0.9, 0.1))
+        ]
+
+
+# --- the log's own files, read without motes
+
+SCENE = """
+import sys
+import motes
+from motes.shapes import Box
+
+world = motes.World(seed=6, space=(-4, 4), log=sys.argv[1], progress="off", balancer=motes.balance.Pairwise())
+rain = world.system("rain")
+rain.configure(velocity=(0, -1, 0))
+with world:
+    for frame in world.frames(70):
+        if frame == 0:
+            rain.burst(Box((-4, 0, -1), (4, 1, 1)), count=6000)  # both halves are equal
+        if frame > 58:
+            rain.source(Box((-4, 0, -1), (-2, 1, 1)), rate=150_000)  # the cut begins to move
+        rain.move()
+        world.step()
+"""
+FILES = ("frames", "load", "times", "waits", "balance", "density")
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("read") / "log"
+    done = on_ranks(4, SCENE, folder)
+    assert done.code == 0, done.text
+    cuts = motes.open_run(folder).load["domain_hi"].dropna()
+    assert (cuts.iloc[:100] == cuts.iloc[0]).any() and cuts.nunique() > 1
+    return folder
+
+
+def read_with_pandas(path):
+    return pandas.read_json(path, lines=True, precise_float=True)
+
+
+def read_with_polars(path):
+    return pytest.importorskip("polars").read_ndjson(path).to_pandas()
+
+
+def read_with_duckdb(path):
+    return pytest.importorskip("duckdb").read_json(str(path)).df()
+
+
+def read_with_pyarrow(path):
+    pytest.importorskip("pyarrow")
+    from pyarrow import json as reader
+
+    return reader.read_json(path).to_pandas()
+
+
+@pytest.mark.parametrize(
+    "read",
+    [read_with_pandas, read_with_polars, read_with_duckdb, read_with_pyarrow],
+    ids=lambda read: read.__name__,
+)
+def test_other_readers_see_the_same_numbers(log, read):
+    names = [name for name in FILES if (log / f"{name}.jsonl").exists()]
+    assert set(FILES) - set(names) <= {"balance"}
+    for name in names:
+        expected, seen = motes.open_run(log).table(name), read(log / f"{name}.jsonl")
+        for column in TABLES[name].columns:
+            if column.name not in seen:
+                assert expected[column.name].isna().all(), (name, column.name)
+            elif column.kind is str:
+                texts, wanted = (
+                    [None if pandas.isna(text) else text for text in table[column.name]]
+                    for table in (seen, expected)
+                )
+                assert texts == wanted, (name, column.name)
+            else:
+                values = seen[column.name].to_numpy("float64", na_value=float("nan"))
+                assert np.array_equal(values, expected[column.name], equal_nan=True), (name, column.name)
+                known = column.kind is float and not expected[column.name].isna().all()
+                if known and read is not read_with_pandas:  # which makes integers of whole floats itself
+                    assert seen[column.name].dtype == "float64", (name, column.name)
+
+
+def test_a_table_without_rows_is_no_file(tmp_path):
+    done = on_ranks(1, SCENE, tmp_path / "log")
+    assert done.code == 0, done.text
+    files = sorted(path.name for path in (tmp_path / "log").glob("*.jsonl"))
+    assert files == ["density.jsonl", "events.jsonl", "frames.jsonl", "load.jsonl", "times.jsonl"]
+    run = motes.open_run(tmp_path / "log")
+    assert run.balance.empty and run.waits().empty and run.explain().sentences
+
+
+WITHOUT = """
+import sys
+import motes
+
+world = motes.World(seed=1, progress="off", log=sys.argv[1])
+with world:
+    for frame in world.frames(int(sys.argv[2])):
+        world.step()
+"""
+
+
+@pytest.mark.parametrize(
+    ("frames", "says"),
+    [(5, "the run has no systems"), (0, "no frames in the log: it ended before the first")],
+)
+def test_a_run_with_nothing_to_show_says_why(frames, says, tmp_path):
+    assert on_ranks(1, WITHOUT, tmp_path / "log", frames).code == 0
+    run = motes.open_run(tmp_path / "log")
+    assert run.finished and len(run.frames) == frames
+    for show in (run.plot.phases, run.plot.imbalance, lambda: run.to_lbaf(tmp_path / "lbaf")):
+        with pytest.raises(motes.LogError, match=says):
+            show()
+    with pytest.raises(motes.LogError, match=says):
+        write_report(run, tmp_path / "report.html")

@@ -184,17 +184,19 @@ def test_trace_of_spans(log, tmp_path):
     run = motes.open_run(log)
     events = trace_of(run, tmp_path / "trace.json")
     threads = assert_nested(events)
-    assert {pid for pid, _ in threads} == {0, 1, 2, 3, 4, 5, 1_000_000}
-    acts = [e for e in events if e["ph"] == "X" and e["cat"] == "act" and e["pid"] == 5]
+    assert {pid for pid, _ in threads} == {1, 2, 3, 4, 5, 6, 1_000_000}, (
+        "process 0 is the idle one to Perfetto"
+    )
+    acts = [e for e in events if e["ph"] == "X" and e["cat"] == "act" and e["pid"] == 6]
     spans = run.spans[(run.spans["rank"] == 5) & (run.spans["phase"] == "act")]
     assert [e["dur"] for e in acts] == pytest.approx(
         ((spans["end_s"] - spans["start_s"]) * 1e6).tolist(), abs=1e-3
     )
     assert acts[0]["args"] == {"frame": 0, "system": "cloud"}
     names = {e["pid"]: e["args"]["name"] for e in events if e["name"] == "process_name"}
-    assert names[0] == "rank 0 (image generator) on h"
-    assert names[5] == "rank 5 (calculator 3) on h"
-    counts = [e["args"]["cloud"] for e in events if e["name"] == "particles" and e["pid"] == 2]
+    assert names[1] == "rank 0 (image generator) on h"
+    assert names[6] == "rank 5 (calculator 3) on h"
+    counts = [e["args"]["cloud"] for e in events if e["name"] == "particles" and e["pid"] == 3]
     assert counts == run.load[run.load["rank"] == 2]["n_end"].tolist()
     worth = [e["args"]["largest / mean"] for e in events if e["name"] == "imbalance"]
     assert worth == pytest.approx(run.frames["imbalance"].tolist())
@@ -205,7 +207,7 @@ def test_trace_without_spans(tmp_path):
     events = trace_of(run, tmp_path / "trace.json")
     assert_nested(events)
     acts = [e for e in events if e["ph"] == "X" and e["cat"] == "act"]
-    assert [(e["pid"], e["dur"]) for e in acts] == [(2, 250_000), (3, 250_000)]
+    assert [(e["pid"], e["dur"]) for e in acts] == [(3, 250_000), (4, 250_000)]
 
 
 def test_slices_that_overlap_without_nesting_get_threads_of_their_own(tmp_path):
@@ -223,7 +225,7 @@ def test_slices_that_overlap_without_nesting_get_threads_of_their_own(tmp_path):
     )
     events = trace_of(motes.open_run(log), tmp_path / "trace.json")
     assert_nested(events)
-    lanes = {e["name"]: e["tid"] for e in events if e["ph"] == "X" and e["pid"] == 0}
+    lanes = {e["name"]: e["tid"] for e in events if e["ph"] == "X" and e["pid"] == 1}
     assert lanes == {"whole": 0, "act": 0, "inner": 0, "exchange": 1}
 
 
@@ -242,7 +244,7 @@ def test_messages_under_way_have_a_track_of_their_own(tmp_path):
     run = motes.open_run(log)
     events = trace_of(run, tmp_path / "trace.json")
     assert_nested(events)
-    lanes = {e["name"]: e["tid"] for e in events if e["ph"] == "X" and e["pid"] == 0}
+    lanes = {e["name"]: e["tid"] for e in events if e["ph"] == "X" and e["pid"] == 1}
     assert lanes == {"act a": 0, "act b": 0, "messages a": 100, "messages b": 101}
     bars = {box.get_label(): [bar.get_height() for bar in box] for box in run.plot.phases().containers}
     assert bars == {"act": [2000.0]}, "what is under way takes no time of the rank"

@@ -35,10 +35,11 @@ def time_row(
     frame: int, rank: int, *, chain_s: float, messages_s: float = 0.0, **spent: float
 ) -> dict[str, Any]:
     """Make a row of times.jsonl from seconds by activity: `act=0.2, wait=0.1`; others are zero."""
-    names = ("script", "births", "act", "talk", "picture", "log", "other", "wait")
-    assert set(spent) <= set(names), spent
+    names = ("script", "births", "act", "talk", "picture", "log", "checkpoint", "recovery", "other", "wait")
+    assert set(spent) <= {*names, "script_idle"}, spent
     seconds = {f"{name}_s": spent.get(name, 0.0) for name in names}
     whole = {"wall_s": sum(seconds.values()), "messages_s": messages_s, "chain_s": chain_s}
+    whole["script_idle_s"] = spent.get("script_idle", 0.0)
     return {"frame": frame, "rank": rank, **seconds, **whole}
 
 

@@ -112,6 +112,7 @@ void Account::note_tail(const Tail& tail) {
   row.has_tail = tail.valid && tail.frame == row.frame;
   if (row.has_tail) {
     row.times = tail.times;
+    row.times.frame = tail.ended_s - std::exchange(ended_s_, tail.ended_s);
     row.image_sha256 = tail.image_sha256;
     row.exchanged += tail.moved;
     row.exchanged_bytes = tail.exchanged_bytes;

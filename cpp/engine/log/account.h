@@ -36,8 +36,11 @@ class Account {
   /// Closes the row when all rounds are judged and children numbered; the ranks' tails are added later.
   void close_row(const Script& script, const roles::Cast& cast, bool digest);
 
-  /// Adds the merged tail of all ranks to the last row.
+  /// Adds the merged tail of all ranks to the last row. A frame lasts from the latest end of the frame before on any
+  /// rank to its own latest end, so that all frames' seconds add up to the run's.
   void note_tail(const Tail& tail);
+  /// Notes that all ranks have restarted their clocks (comm::Ledger::restart).
+  void restart_clock() { ended_s_ = 0; }
   /// Adds each calculator's tails to the last row.
   void note_tails(const std::vector<CalculatorTail>& tails, const roles::Tree& tree);
   /// Adds what each rank spent its time on to the last row.
@@ -61,6 +64,7 @@ class Account {
   std::optional<FrameRow> open_row_;  // a closed row without tails
   std::optional<FrameRow> last_row_;
   bool row_is_new_ = false;  // `last_row_` is not in the log yet
+  double ended_s_ = 0;       // the latest end of the last frame that is in a row
 };
 
 }  // namespace motes::engine

@@ -95,8 +95,8 @@ jsonl::JsonlRow density_of(const FrameRow& frame, const LoadRow& load) {
 }
 
 jsonl::JsonlRow row_of(const FrameRow& frame, const RankTimes& of) {
-  static const char* const kNames[comm::kActivities] = {"script_s",  "births_s", "act_s",  "talk_s",
-                                                        "picture_s", "log_s",    "other_s"};
+  static const char* const kNames[comm::kActivities] = {"script_s", "births_s",     "act_s",      "talk_s", "picture_s",
+                                                        "log_s",    "checkpoint_s", "recovery_s", "other_s"};
   jsonl::JsonlRow row;
   row.field("frame", frame.frame).field("rank", of.rank).field("wall_s", of.spent.wall_s);
   for (std::size_t i = 0; i < of.spent.activities.size(); ++i) row.field(kNames[i], seconds(of.spent.activities[i]));
@@ -104,14 +104,16 @@ jsonl::JsonlRow row_of(const FrameRow& frame, const RankTimes& of) {
   for (const comm::Waited& wait : of.spent.waits) waited += wait.seconds;
   row.field("wait_s", seconds(waited))
       .field("messages_s", seconds(of.spent.messages_s))
+      .field("script_idle_s", seconds(of.spent.script_idle_s))
       .field("chain_s", of.spent.chain_s);
   return row;
 }
 
 jsonl::JsonlRow row_of(const FrameRow& frame, int rank, const comm::Waited& wait) {
   jsonl::JsonlRow row;
-  row.field("frame", frame.frame).field("rank", rank).field("waited_for", wait.rank);
-  row.field("phase", std::string(comm::name(static_cast<comm::Phase>(wait.phase))))
+  row.field("frame", frame.frame).field("rank", rank).field("waited_for", wait.late);
+  row.field("sender", wait.sender)
+      .field("phase", std::string(comm::name(static_cast<comm::Phase>(wait.phase))))
       .field("seconds", seconds(wait.seconds));
   return row;
 }
@@ -143,12 +145,13 @@ Log::Log(const std::string& directory, std::vector<std::string> hosts, std::uint
   std::error_code error;
   std::filesystem::create_directories(directory, error);
   if (error) throw jsonl::LogError("log: cannot create " + directory + ": " + error.message());
+  constexpr auto kAbsent = jsonl::JsonlTable::Empty::absent;
   frames_ = jsonl::JsonlTable(directory + "/frames.jsonl", 1024, first_frame);
   load_ = jsonl::JsonlTable(directory + "/load.jsonl", 512, first_frame);
-  density_ = jsonl::JsonlTable(directory + "/density.jsonl", 512, first_frame);
-  times_ = jsonl::JsonlTable(directory + "/times.jsonl", 512, first_frame);
-  waits_ = jsonl::JsonlTable(directory + "/waits.jsonl", 128, first_frame);
-  balance_ = jsonl::JsonlTable(directory + "/balance.jsonl", 512, first_frame);
+  density_ = jsonl::JsonlTable(directory + "/density.jsonl", 512, first_frame, kAbsent);
+  times_ = jsonl::JsonlTable(directory + "/times.jsonl", 512, first_frame, kAbsent);
+  waits_ = jsonl::JsonlTable(directory + "/waits.jsonl", 128, first_frame, kAbsent);
+  balance_ = jsonl::JsonlTable(directory + "/balance.jsonl", 512, first_frame, kAbsent);
   events_ = jsonl::JsonlTable(directory + "/events.jsonl", 256, first_frame);
 }
 

@@ -101,6 +101,7 @@ void Replicas::make(Parts& parts, bool alone, bool wait) {
   made.of = {session.frame, losses};
   made.parts = static_cast<std::uint32_t>(session.calculators());
   made.systems = parts.script.systems.size();
+  made.border = rank.watch.ledger().border();
   base::write_fields(shared_state(parts), made.state);
   if (session.calculates()) {
     comm::Message message;

@@ -44,6 +44,7 @@ struct Generation {
   std::uint32_t parts = 0;  // number of calculators; 0: there were no particles yet
   std::size_t systems = 0;
   base::Bytes state;  // SharedState
+  comm::Border border;  // of this rank's time
   Replica own, other;  // this rank's particles, and the replica of a neighbour's
   bool arrived = false;  // `other` has arrived, or none is expected
   bool counts = false;  // the world may be restored from it

@@ -75,6 +75,7 @@ void join(Tail& into, Tail&& other) {
     throw std::runtime_error("reports are about different frames");
   }
   join(into.times, other.times);
+  into.ended_s = std::max(into.ended_s, other.ended_s);
   into.exchanged_bytes += other.exchanged_bytes;
   into.moved += other.moved;
   into.children.resize(std::max(into.children.size(), other.children.size()));

@@ -28,7 +28,7 @@ struct PhaseTimes {
   double draw = 0;      // draw records
   double assemble = 0;  // assemble the tiles of all ranks
   double wait = 0;      // the part of all phases spent waiting for messages
-  double frame = 0;     // the whole frame, including the script
+  double frame = 0;     // from the end of the last frame to the end of this one, including the script
 };
 
 template <class Visitor>
@@ -239,6 +239,7 @@ struct Tail {
   bool valid = false;
   std::uint64_t frame = 0;
   PhaseTimes times;                  // the longest of each phase
+  double ended_s = 0;                // the latest end of the frame, each rank by its own clock (comm::Spent)
   std::uint64_t exchanged_bytes = 0;  // bytes exchanged, including those in interactions
   std::uint64_t moved = 0;           // particles that migrated in interactions
   std::vector<particles::Digest> children;  // one per system: born at the frame's end; empty unless digests are logged
@@ -248,8 +249,8 @@ struct Tail {
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, Tail& tail) {
-  visit(tail.valid, tail.frame, tail.times, tail.exchanged_bytes, tail.moved, tail.children, tail.drawings,
-        tail.image_sha256);
+  visit(tail.valid, tail.frame, tail.times, tail.ended_s, tail.exchanged_bytes, tail.moved, tail.children,
+        tail.drawings, tail.image_sha256);
 }
 
 /// Results of one system on one calculator that only the log needs; sent with the next frame.

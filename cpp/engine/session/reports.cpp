@@ -63,8 +63,11 @@ void put_tails(int rank, const comm::Spent& spent, const std::vector<CalculatorT
   out.put(static_cast<std::uint32_t>(spent.waits.size()));
   out.put(static_cast<std::uint32_t>(tails.size()));
   for (const double seconds : spent.activities) out.put(seconds);
-  for (const double seconds : {spent.wall_s, spent.messages_s, spent.chain_s}) out.put(seconds);
-  put_all(spent.waits, out);
+  for (const double seconds : {spent.wall_s, spent.messages_s, spent.chain_s, spent.script_idle_s}) out.put(seconds);
+  for (const comm::Waited& wait : spent.waits) {
+    for (const std::int32_t number : {wait.late, wait.sender, wait.phase}) out.put(number);
+    out.put(wait.seconds);
+  }
   put_all(tails, out);
 }
 
@@ -75,8 +78,14 @@ void take_tails(base::Reader& in, AllTails& all) {
   const auto tails = in.get<std::uint32_t>();
   comm::Spent& spent = times.spent;
   for (double& seconds : spent.activities) seconds = in.get<double>();
-  for (double* const seconds : {&spent.wall_s, &spent.messages_s, &spent.chain_s}) *seconds = in.get<double>();
-  take_all(in.take(waits * sizeof(comm::Waited)), spent.waits);
+  for (double* const seconds : {&spent.wall_s, &spent.messages_s, &spent.chain_s, &spent.script_idle_s}) {
+    *seconds = in.get<double>();
+  }
+  spent.waits.resize(waits);
+  for (comm::Waited& wait : spent.waits) {
+    for (std::int32_t* const number : {&wait.late, &wait.sender, &wait.phase}) *number = in.get<std::int32_t>();
+    wait.seconds = in.get<double>();
+  }
   take_all(in.take(tails * sizeof(CalculatorTail)), all.calculators);
   all.times.push_back(std::move(times));
 }

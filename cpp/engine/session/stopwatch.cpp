@@ -30,11 +30,6 @@ Stopwatch::Phase::~Phase() {
   watch_.spans_->add(watch_.frame_, phase_, system_, start_, end, comm::cpu_seconds() - cpu_start_);
 }
 
-void Stopwatch::start() {
-  frame_start_s_ = comm::wall_seconds();
-  ledger_.restart();
-}
-
 void Stopwatch::begin(std::uint64_t frame, bool in_frame, double waited_s) {
   now_ = {};
   frame_ = frame;
@@ -43,19 +38,17 @@ void Stopwatch::begin(std::uint64_t frame, bool in_frame, double waited_s) {
 }
 
 void Stopwatch::end(double waited_s) {
-  const double now = comm::wall_seconds();
   now_.wait = waited_s - waited_before_s_;
-  now_.frame = now - frame_start_s_;
   now_.render += now_.project + now_.draw + now_.assemble;
-  frame_start_s_ = now;
-  last_ = now_;
   spent_ = ledger_.take();
+  now_.frame = spent_.wall_s;
+  last_ = now_;
 }
 
 void Stopwatch::keep_spans(const std::string& directory, int rank, double zero, std::uint64_t first_frame) {
   spans_ = std::make_unique<Spans>(directory, rank, zero, first_frame);
   ledger_.on_wait([this](const comm::Waited& wait, double start, double end) {
-    spans_->add_wait(frame_, comm::name(static_cast<comm::Phase>(wait.phase)), wait.rank, start, end);
+    spans_->add_wait(frame_, comm::name(static_cast<comm::Phase>(wait.phase)), wait.sender, start, end);
   });
 }
 

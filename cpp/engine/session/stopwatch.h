@@ -32,8 +32,6 @@ class Stopwatch {
     double start_, cpu_start_;
   };
 
-  /// Starts the first frame.
-  void start();
   /// Resets the times. `in_frame`: phases enter the timeline as parts of `frame`. `waited_s`: seconds that this rank
   /// has spent waiting for messages so far.
   void begin(std::uint64_t frame, bool in_frame, double waited_s);
@@ -58,7 +56,6 @@ class Stopwatch {
   std::unique_ptr<Spans> spans_;
   std::uint64_t frame_ = 0;
   bool in_frame_ = false;
-  double frame_start_s_ = 0;
   double waited_before_s_ = 0;
 };
 

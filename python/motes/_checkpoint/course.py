@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import pickle
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from .. import _core
@@ -126,19 +127,30 @@ class Course:
 
     def at_border(self, frame: int) -> None:
         """Between two frames, begin a checkpoint that is due, or look after the pending one. Collective."""
-        if self.waiting:
-            self.go_on()
-        elif self._saver.due(frame):
-            self._saver.begin(frame, lambda: self._manifest(frame))
-        else:
-            self._saver.look()
+        with self._counted():
+            if self.waiting:
+                self.go_on()
+            elif self._saver.due(frame):
+                self._saver.begin(frame, lambda: self._manifest(frame))
+            else:
+                self._saver.look()
+
+    @contextlib.contextmanager
+    def _counted(self) -> Iterator[None]:
+        """Count the block's time as work on checkpoints in the log."""
+        self._engine.set_saving(True)
+        try:
+            yield
+        finally:
+            self._engine.set_saving(False)
 
     def save_now(self, frame: int) -> None:
         """Write a checkpoint of this frame, and wait until it is complete. Collective."""
         if self.waiting:
             return
         if frame > 0:
-            self._saver.save(frame, lambda: self._manifest(frame))
+            with self._counted():
+                self._saver.save(frame, lambda: self._manifest(frame))
 
     def go_on_with(self, comm: MPI.Intracomm, settings: RunSettings) -> None:
         """Continue with the surviving ranks in new roles, and give up the pending checkpoint.

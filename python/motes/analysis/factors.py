@@ -17,19 +17,34 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-__all__ = ["COLUMNS", "factors"]
+__all__ = ["COLUMNS", "combined", "factors"]
 
 COLUMNS = ("parallel", "load_balance", "communication", "serialisation", "transfer")
 
 
 def factors(work: Sequence[float], seconds: float, ideal_s: float) -> tuple[float, ...]:
     """Return the factors in COLUMNS for ranks that worked `work` seconds each (NaN: unknown) in `seconds`."""
-    known = [one for one in work if not math.isnan(one)]
-    most = max(known, default=0.0)
-    if not (seconds > 0 and most > 0):
+    return combined([(work, seconds, ideal_s)])
+
+
+def combined(parts: Sequence[tuple[Sequence[float], float, float]]) -> tuple[float, ...]:
+    """Return the factors of a run in parts: the work of each part's ranks, its seconds, its ideal seconds.
+
+    Each part counts with its seconds times its number of ranks.
+    """
+    worked = most = ideal = whole = 0.0
+    for work, seconds, ideal_s in parts:
+        known = [one for one in work if not math.isnan(one)]
+        largest = max(known, default=0.0)
+        if not (seconds > 0 and largest > 0):
+            continue
+        seconds = max(seconds, largest)
+        worked += sum(known)
+        most += len(known) * largest
+        ideal += len(known) * min(max(ideal_s, largest), seconds)
+        whole += len(known) * seconds
+    if not whole > 0:
         return (math.nan,) * len(COLUMNS)
-    seconds = max(seconds, most)
-    ideal_s = min(max(ideal_s, most), seconds)
-    balance, serialisation, transfer = sum(known) / len(known) / most, most / ideal_s, ideal_s / seconds
+    balance, serialisation, transfer = worked / most, most / ideal, ideal / whole
     communication = serialisation * transfer
     return balance * communication, balance, communication, serialisation, transfer

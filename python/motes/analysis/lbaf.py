@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 __all__ = ["PARTS", "write_lbaf"]
 
 Task = dict[str, Any]
+_BYTES = {"task_footprint_bytes": 0.0, "task_working_bytes": 0.0}
+"""LBAF 1.0 cannot read a task with other facts of its user unless it has these."""
 PARTS = 16
 """Migratable tasks per system and calculator."""
 
@@ -31,7 +33,7 @@ PARTS = 16
 def write_lbaf(run: Run, directory: str | os.PathLike[str], name: str = "motes") -> list[Path]:
     """Write the files; return their paths in the order of ranks."""
     if run.frames.empty or run.load.empty:
-        raise LogError(f"{run.name}: no frames in the log yet")
+        raise run.lacks_rows()
     folder = Path(directory)
     load = _by_frame_and_rank(run)
     work = {} if run.times.empty else work_by_rank(run.times).fillna(0.0).to_dict("index")
@@ -89,7 +91,7 @@ def _entity(number: int, rank: int) -> Task:
 
 def _task(number: int, rank: int, seconds: float, name: str) -> Task:
     made = {"entity": _entity(number, rank), "node": rank, "resource": "cpu", "time": seconds}
-    return {**made, "user_defined": {"name": name}}
+    return {**made, "user_defined": {"name": name, **_BYTES}}
 
 
 def _messages(run: Run, system: int, rank: int, sent: float) -> Iterator[Task]:

@@ -27,7 +27,7 @@ def write_otf2(run: Run, directory: str | os.PathLike[str]) -> Path:
     """Write the archive; return the path of its anchor file, traces.otf2."""
     otf2 = _extras.otf2()
     if run.frames.empty:
-        raise LogError(f"{run.name}: no frames in the log yet")
+        raise run.lacks_rows()
     folder = Path(directory)
     if folder.exists() and any(folder.iterdir()):
         raise LogError(f"{folder} exists: an OTF2 archive needs a directory of its own")

@@ -35,7 +35,7 @@ def write_report(run: Run, path: str | os.PathLike[str]) -> Path:
     pandas or matplotlib.
     """
     if run.frames.empty or run.load.empty:
-        raise LogError(f"{run.name}: no frames in the log yet")
+        raise run.lacks_rows()
     target = Path(path)
     try:
         files.write_whole(target, lambda file: file.write(_page(run).encode(errors="backslashreplace")))

@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 from .._values import arguments
 from .._values.space import in_a_row
+from ..errors import LogError
 from ._tables import measures, stretches
 from ._tables.schema import TABLES
-from ._tables.tables import frame_of, read_facts, read_table
+from ._tables.tables import frame_of, read_facts, read_table, with_columns
 
 if TYPE_CHECKING:
     from pandas import DataFrame, Series
@@ -72,8 +73,17 @@ class Run:
 
     # --- tables
 
-    def _table(self, name: str) -> DataFrame:
+    def table(self, name: str) -> DataFrame:
+        """Return one of the log's tables as it is in its file.
+
+        Args:
+            name: "frames", "load", "balance", "density", "events", "spans", "times" or "waits".
+
+        Returns:
+            The table.
+        """
         if name in self._given:
+            self._given[name] = with_columns(self._given[name], TABLES[name].columns)
             return self._given[name]
         if name not in self._read:
             if self.path is None:
@@ -86,48 +96,56 @@ class Run:
     @property
     def frames(self) -> DataFrame:
         """One row per frame: particles, exchanged, imbalance, seconds of each phase."""
-        return self._table("frames")
+        return self.table("frames")
 
     @property
     def load(self) -> DataFrame:
         """One row per frame, system and calculator: particles, seconds, domain, speed."""
-        return self._table("load")
+        return self.table("load")
 
     @property
     def balance(self) -> DataFrame:
         """One row per cut that a balancer evaluated; empty if there were none."""
-        return self._table("balance")
+        return self.table("balance")
 
     @property
     def density(self) -> DataFrame:
         """One row per frame, system and calculator: quantiles of its particles along the axis."""
-        return self._table("density")
+        return self.table("density")
 
     @property
     def events(self) -> DataFrame:
         """Events of the run: its start, its end, and others in between."""
-        return self._table("events")
+        return self.table("events")
 
     @property
     def spans(self) -> DataFrame:
         """One row per phase and rank with `World(spans=True)`; else empty."""
-        return self._table("spans")
+        return self.table("spans")
 
     @property
     def times(self) -> DataFrame:
         """One row per frame and rank: where its time went; empty for replays and old logs."""
-        return self._table("times")
+        return self.table("times")
 
     def waits(self) -> DataFrame:
         """Return how long ranks waited for each other.
 
-        A rank waits for the rank that sends the message it needs; if the manager's messages are relayed, that
-        is the rank above it in the tree.
+        The rank waited for is the one that was late, often not the sender of the message: if rank 2 waits for
+        the verdict of the manager, which still waits for the report of rank 3, both wait for rank 3.
 
         Returns:
-            One row per frame, rank, rank waited for (-1: several) and phase, with seconds.
+            One row per frame, rank, rank waited for (-1: several) and phase, with seconds. In logs of earlier
+            versions the rank waited for is the sender.
         """
-        return self._table("waits")
+        by = ["frame", "rank", "waited_for", "phase"]
+        seconds = self.table("waits").groupby(by, sort=False)["seconds"].sum()
+        return seconds.reset_index()
+
+    @property
+    def knows_who_is_late(self) -> bool:
+        """Whether `waits` names late ranks, not only senders as in logs of earlier versions."""
+        return bool(self.table("waits")["sender"].notna().any())
 
     def reload(self) -> Run:
         """Discard all tables, to read them again from a run that is still running.
@@ -139,6 +157,13 @@ class Run:
         self._torn.clear()
         self.__dict__.pop("plot", None)
         return self
+
+    def lacks_rows(self) -> LogError:
+        """Return the error of what needs rows of frames, or of calculators, that the log does not have."""
+        if len(self.frames):
+            return LogError(f"{self.name}: the run has no systems, so there are no particles to show")
+        why = ": it ended before the first" if self.finished else " yet"
+        return LogError(f"{self.name}: no frames in the log{why}")
 
     # --- facts
 
@@ -196,6 +221,30 @@ class Run:
         A run that was not continued has one part.
         """
         return stretches.of_facts(self.facts)
+
+    def parts(self) -> list[Run]:
+        """Divide the run where its ranks or their roles changed: it continued on others, or lost some.
+
+        Returns:
+            A run for each part, with the facts and rows of its frames; the run itself if nothing changed.
+        """
+        starts = stretches.changes(self.facts)
+        if len(starts) == 1:
+            return [self]
+        parts = []
+        for facts, then in zip(starts, [*starts[1:], {"frame": math.inf}], strict=True):
+            known = {name: self.table(name) for name in TABLES if name != "spans"}
+            mine = {
+                name: rows[(rows["frame"] >= facts["frame"]) & (rows["frame"] < then["frame"])]
+                for name, rows in known.items()
+            }
+            parts.append(Run({**facts, "name": self.name}, mine))
+        return [part for part in parts if len(part.frames)] or [self]
+
+    @property
+    def unchanged(self) -> Run:
+        """The run up to the first change of its ranks or their roles; the run itself if there is none."""
+        return self.parts()[0]
 
     @property
     def calculators(self) -> list[int]:
@@ -274,7 +323,7 @@ class Run:
         """
         from .efficiencies import efficiencies
 
-        return efficiencies(self.times)
+        return efficiencies(part.times for part in self.parts())
 
     def explain(self) -> Explanation:
         """Explain what costs the run's time.
@@ -372,7 +421,7 @@ class Run:
             The files, one per rank.
 
         Raises:
-            LogError: if the log has no frame, or the files cannot be written.
+            LogError: if the log has no frame, if the run has no systems, or if the files cannot be written.
         """
         from .lbaf import write_lbaf
 
@@ -404,7 +453,7 @@ class Run:
         powers: Sequence[float] | None = None,
         migrant_s: float | None = None,
     ) -> Run:
-        """Predict this run under another balancer.
+        """Predict this run under another balancer, up to the first change of its ranks or their roles.
 
         Args:
             balancer: the other balancer.
@@ -423,7 +472,7 @@ class Run:
 
         rows = predict(self, balancer, powers=powers, migrant_s=migrant_s)
         facts = {
-            **self.facts,
+            **self.unchanged.facts,
             "name": f"{self.name} with {balancer!r}",
             "balancer": repr(balancer),
             "replay_of": self.name,

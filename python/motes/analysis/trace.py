@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .._io import files
-from ..errors import LogError
 from ._plots import timeline
 from ._plots.drawing import UNDER_WAY
 from ._tables.stretches import latest
@@ -28,13 +27,15 @@ Slice = tuple[int, int, str, dict[str, Any]]
 _MESSAGES = 100
 """First thread for messages in flight; the rank's work meanwhile is in lower-numbered threads."""
 _RUN = 1_000_000
-"""Process number for the whole run, which no rank has; each rank is shown as a process."""
+"""Process number for the whole run; each rank is shown as a process."""
+_FIRST = 1
+"""Process number of rank 0. Number 0 is the idle process to Perfetto."""
 
 
 def write_trace(run: Run, path: str | os.PathLike[str]) -> Path:
     """Write the trace atomically; return its path."""
     if run.frames.empty:
-        raise LogError(f"{run.name}: no frames in the log yet")
+        raise run.lacks_rows()
     target = Path(path)
     with files.whole_file(target, "w", encoding="utf-8") as file:
         file.write('{"displayTimeUnit": "ms", "otherData": ')
@@ -64,9 +65,11 @@ def _events(run: Run) -> Iterator[Event]:
     whole = [(_ns(a - origin), _ns(b - origin), f"frame {f}", {"frame": f}) for f, (a, b) in starts.items()]
     yield from _thread(_RUN, whole, "frames")
     for rank in sorted(set(phases) | set(run.hosts)):
-        yield from _process(rank, _who(run, rank), rank)
-        yield from _thread(rank, phases.get(rank, []), "phases" if measured else "phases, reconstructed")
-        yield from _thread(rank, messages.get(rank, []), "messages in flight", first=_MESSAGES)
+        yield from _process(_FIRST + rank, _who(run, rank), rank)
+        yield from _thread(
+            _FIRST + rank, phases.get(rank, []), "phases" if measured else "phases, reconstructed"
+        )
+        yield from _thread(_FIRST + rank, messages.get(rank, []), "messages in flight", first=_MESSAGES)
     yield from arrows
     yield from _counters(run, {frame: _ns(end - origin) for frame, (_, end) in starts.items()})
     for row in run.events.to_dict("records"):
@@ -88,8 +91,8 @@ def _waits(run: Run, origin: float, phases: dict[int, list[Slice]]) -> Iterator[
         if other < 0:
             continue
         arrow = {"id": number, "cat": "wait", "args": details}
-        yield _event("s", other, str(row["message"]), end, **arrow)
-        yield _event("f", rank, str(row["message"]), end, bp="e", **arrow)
+        yield _event("s", _FIRST + other, str(row["message"]), end, **arrow)
+        yield _event("f", _FIRST + rank, str(row["message"]), end, bp="e", **arrow)
 
 
 def _who(run: Run, rank: int) -> str:
@@ -157,7 +160,7 @@ def _counters(run: Run, at_ns: dict[int, int]) -> Iterator[Event]:
         frame, system, n = int(row["frame"]), str(row["system"]), int(row["n_end"])
         if frame not in at_ns:
             continue
-        held.setdefault((frame, int(row["rank"])), {})[system] = n
+        held.setdefault((frame, _FIRST + int(row["rank"])), {})[system] = n
         whole = held.setdefault((frame, _RUN), {})
         whole[system] = whole.get(system, 0) + n
     for (frame, process), particles in held.items():

@@ -77,7 +77,7 @@ class View:
         """Store POP's factors of the last complete frame, and its longest wait for another rank."""
         times, waits = self._latest
         for before, now in times.ended(self._times.new_rows()):
-            seconds = [float(row.get("wall_s") or 0.0) for row in now]
+            seconds = [float(row.get("wall_s") or 0.0) - float(row.get("recovery_s") or 0.0) for row in now]
             idle = [float(row.get("wait_s") or 0.0) + float(row.get("messages_s") or 0.0) for row in now]
             work = [max(one - lost, 0.0) for one, lost in zip(seconds, idle, strict=True)]
             start, end = (

@@ -174,6 +174,7 @@ class Recorded:
         Raises:
             LogError: if tables are missing or incomplete.
         """
+        run = getattr(run, "unchanged", run)  # a replay ends where other calculators go on
         self.ranks = run.calculators
         self.systems = run.systems
         self._factors = np.array([run.speeds.get(rank, 1.0) for rank in self.ranks])

@@ -237,4 +237,43 @@ TEST(a_table_is_not_written_through_a_link_that_somebody_planted) {
   CHECK(content(victim) == "precious");
 }
 
+TEST(floats_are_floats_to_every_reader) {
+  JsonlRow row;
+  row.field("a", 0.0).field("b", 3.0f).field("c", -2.0).field("d", 0.5f).field("e", 1e20).field("f", 123456789.0);
+  row.field("g", std::uint64_t{3}).field("h", 0.0 / 0.0 * 1.0).field("i", -0.0f).field("j", 1e-7f);
+  CHECK(row.done() ==
+        R"({"a":0.0,"b":3.0,"c":-2.0,"d":0.5,"e":1e+20,"f":123456789.0,"g":3,"h":null,"i":-0.0,"j":1e-07})");
+}
+
+TEST(a_table_without_rows_is_no_file_if_wanted) {
+  const Folder folder;
+  const auto exists = [&] { return std::filesystem::exists(folder.file()); };
+  {
+    put(folder.file(), "of an earlier run\n");
+    JsonlTable table(folder.file(), kLine, 0, JsonlTable::Empty::absent);
+    table.write();
+    table.sync();
+    CHECK(!exists());
+    write(table, {0, 3});
+    CHECK(exists());
+    write(table, {4});
+  }
+  CHECK(content(folder.file()).size() == 3 * kLine);
+  {
+    JsonlTable table(folder.file(), kLine, 3, JsonlTable::Empty::absent);
+    write(table, {3});
+    CHECK(content(folder.file()).size() == 2 * kLine);
+  }
+  JsonlTable table(folder.file(), kLine, 0, JsonlTable::Empty::absent);
+  put(folder.file(), "of somebody else\n");
+  table.add(row(0));
+  bool refused = false;
+  try {
+    table.write();
+  } catch (const LogError&) {
+    refused = true;
+  }
+  CHECK(refused);
+}
+
 }  // namespace motes::test_table

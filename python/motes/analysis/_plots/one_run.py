@@ -58,7 +58,7 @@ class Plots:
 
     def _load(self) -> DataFrame:
         if self._run.load.empty:
-            raise LogError(f"{self._run.name}: no frames in the log yet")
+            raise self._run.lacks_rows()
         return self._run.load
 
     # --- a line over frames
@@ -128,7 +128,7 @@ class Plots:
         """Wall-clock seconds of each frame, with their median and the 95th percentile."""
         frames = self._run.frames
         if frames.empty:
-            raise LogError(f"{self._run.name}: no frames in the log yet")
+            raise self._run.lacks_rows()
         ax = drawing.axes(ax)
         ax.plot(frames["frame"], frames["t_frame_s"], color=drawing.PALETTE[0], linewidth=1.2)
         for part, style in ((0.5, "--"), (0.95, ":")):
@@ -262,7 +262,7 @@ class Plots:
         """Particles that migrated between calculators (bars) and their bytes (line), per frame."""
         frames = self._run.frames
         if frames.empty:
-            raise LogError(f"{self._run.name}: no frames in the log yet")
+            raise self._run.lacks_rows()
         ax = drawing.axes(ax)
         edges = np.append(frames["frame"] - 0.5, frames["frame"].iloc[-1] + 0.5)
         ax.stairs(frames["exchanged"], edges, fill=True, color=drawing.PALETTE[4])
@@ -308,7 +308,7 @@ class Plots:
     # --- phases
 
     def phases(self, *, frames: Iterable[int] | None = None, ax: Axes | None = None) -> Axes:
-        """Mean seconds per frame of each rank, stacked: script, births, act, talk, picture, log, other, wait.
+        """Mean seconds per frame of each rank, stacked by activity: script, births, act, ..., wait.
 
         For logs of earlier versions: phases of all ranks with `World(spans=True)`, else only of calculators.
         """
@@ -338,9 +338,9 @@ class Plots:
         return finish(ax, title=self._title("Where the time goes"), x="rank", y="ms per frame", legend=legend)
 
     def waits(self, *, frames: Iterable[int] | None = None, ax: Axes | None = None) -> Axes:
-        """Matrix of waits: mean ms per frame that each rank (row) waits for each other (column).
+        """Matrix of waits: mean ms per frame that each rank (row) waits because of each other (column).
 
-        Where the manager's messages are relayed, ranks wait for the rank above them in the tree. Raises
+        As in `Run.waits`, the other is the rank that was late, not the one whose message was awaited. Raises
         LogError for logs of earlier versions.
         """
         waits, times = self._run.waits(), self._run.times
@@ -366,11 +366,7 @@ class Plots:
         starts = timeline.frame_starts(self._run)
         chosen = sorted(starts)[-3:] if frames is None else [f for f in frames if f in starts]
         if not chosen:
-            raise (
-                ArgumentError("frames", frames, "frames of the run")
-                if starts
-                else LogError(f"{self._run.name}: no frames in the log yet")
-            )
+            raise (ArgumentError("frames", frames, "frames of the run") if starts else self._run.lacks_rows())
         found, measured = timeline.slices(self._run, chosen)
         begin = min(starts[frame][0] for frame in chosen)
         ranks = sorted({int(rank) for rank in found["rank"]})

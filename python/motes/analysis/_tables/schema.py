@@ -18,7 +18,9 @@ __all__ = [
     "Table",
 ]
 
-ACTIVITIES = ("script", "births", "act", "talk", "picture", "log", "other", "wait")
+ACTIVITIES = (
+    *("script", "births", "act", "talk", "picture", "log", "checkpoint", "recovery", "other", "wait"),
+)
 """Activities that divide a rank's time completely: columns of times.jsonl without the suffix _s."""
 
 EARLIER_PHASES = {"word": "all_reduce", "copies": "replicas", "send leavers": "send migrants"}
@@ -91,7 +93,7 @@ FRAMES = Table(
         dropped int - births and children above the capacity, since the start
         imbalance float - compute seconds of the slowest calculator over their mean; 1 is perfect
         slowest_rank int - that calculator's rank
-        t_frame_s float s wall-clock time of the frame, including the script's own part
+        t_frame_s float s from the last frame's latest end on any rank to this one's: adds up to the run
         t_create_s float s births; for this and the following phases: the slowest rank
         t_act_s float s the recorded list of actions
         t_report_s float s report and verdict, including the wait for the slowest
@@ -202,16 +204,19 @@ TIMES = Table(
         _FRAME
         + """
         rank int! - MPI rank
-        wall_s float s from the end of the previous frame to the end of this one: the sum of the next eight
+        wall_s float s from the end of the previous frame to the end of this one: the sum of the next ten
         script_s float s the script: its own Python, and what it does with the picture
         births_s float s creating particles and distributing them
         act_s float s the recorded list; on a rank with one thread: processor time
         talk_s float s reports, verdicts, exchange, balancing: packing, reading, deciding; no waiting
         picture_s float s projecting, drawing, assembling
         log_s float s writing the log
+        checkpoint_s float s writing checkpoints, and restoring one
+        recovery_s float s after a loss of ranks: restoring replicas, and the frames that the loss destroyed
         other_s float s the rest: taken by the operating system from births, act and picture; between phases
         wait_s float s waiting for other ranks, in all phases
         messages_s float s part of these: calls that send and receive without waiting
+        script_idle_s float s part of script_s without the processor: asleep, waiting for files, or preempted
         chain_s float s longest chain of work so far, over all ranks: the run's time if messages took no time
         """
     ),
@@ -220,12 +225,13 @@ TIMES = Table(
 WAITS = Table(
     "waits.jsonl",
     "frame, rank, rank waited for and phase",
-    unique=("frame", "rank", "waited_for", "phase"),
+    unique=("frame", "rank", "waited_for", "sender", "phase"),
     columns=_columns(
         _FRAME
         + """
         rank int! - the rank that waited
-        waited_for int - the rank waited for; -1: several
+        waited_for int - the rank that was late; -1: several
+        sender int - in the file: the rank whose message was awaited, which may itself wait for the late one
         phase phase! - of the awaited message: begin, report, ...; leave: until its own messages had left
         seconds float s how long
         """

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-__all__ = ["latest", "of_facts", "ranks_of"]
+__all__ = ["changes", "latest", "of_facts", "ranks_of"]
 
 Facts = Mapping[str, Any]
 
@@ -23,6 +23,26 @@ def of_facts(facts: Facts) -> list[dict[str, Any]]:
         # Frames of earlier parts from this one's first frame on have been dropped.
         parts = [earlier for earlier in parts if earlier["frame"] < part["frame"]] + [part]
     return parts
+
+
+def changes(facts: Facts) -> list[dict[str, Any]]:
+    """Return the facts of each part of a run in which all ranks and their roles stay the same.
+
+    Each has its first `frame`, and no `continued`.
+    """
+    parts: list[dict[str, Any]] = []
+    for stretch in of_facts(facts):
+        part = {name: value for name, value in {**facts, **stretch}.items() if name != "continued"}
+        if not parts or _ranks(part) != _ranks(parts[-1]):
+            parts.append(part)
+    return parts
+
+
+def _ranks(part: Facts) -> list[Any]:
+    """Return what stays the same in a part: the number of ranks, and their roles."""
+    told = part.get("ranks")
+    roles = [part.get(name) for name in ("calculators", "manager", "image_generator")]
+    return [len(told) if isinstance(told, list) else told, *roles]
 
 
 def latest(facts: Facts) -> dict[str, Any]:

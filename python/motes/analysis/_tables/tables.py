@@ -17,7 +17,7 @@ from .schema import Column, Table
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-__all__ = ["Follower", "frame_of", "read_facts", "read_rows", "read_table"]
+__all__ = ["Follower", "frame_of", "read_facts", "read_rows", "read_table", "with_columns"]
 
 Row = dict[str, Any]
 
@@ -196,6 +196,13 @@ def frame_of(rows: Sequence[Row], columns: Iterable[Column]) -> DataFrame:
     data.update({name: pd.Series([row.get(name) for row in rows]) for name in others})
     table: DataFrame = pd.DataFrame(data)
     return table
+
+
+def with_columns(table: DataFrame, columns: Iterable[Column]) -> DataFrame:
+    """Return a table with all known columns, those that it lacks empty; the same table if it lacks none."""
+    missing = [column for column in columns if column.name not in table.columns]
+    nothing = {column.name: None if column.kind is str else float("nan") for column in missing}
+    return table.assign(**nothing) if missing else table
 
 
 def _series(values: list[Any], kind: type) -> Any:

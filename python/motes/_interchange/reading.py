@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._particles.foreign import renamed
+from .._particles.foreign import NAMES, leave_out, renamed
 from .._particles.particles import Particles
 from .._values import arguments
 from ..errors import ArgumentError, MotesError
@@ -263,7 +263,8 @@ def _single(path: Path, system: str | None) -> ParticleFiles:
         raise ArgumentError("path", str(path), ALLOWED, hint="it does not exist") from None
     except Exception as error:  # any: a damaged file can fail anywhere
         raise _unreadable(path, error) from error
-    count = _checked_rows(path, columns)
+    columns = _checked(path, columns)
+    count = len(next(iter(columns.values())))
     columns = renamed(columns)
     ids = columns.pop("id", np.arange(count)).astype(np.uint64)
     with np.errstate(over="ignore"):  # values beyond float32 become infinite
@@ -278,18 +279,24 @@ def _single(path: Path, system: str | None) -> ParticleFiles:
     return ParticleFiles(path, path.parent, manifest, lambda *_: read_columns, name)
 
 
-def _checked_rows(path: Path, columns: Mapping[str, NDArray[Any]]) -> int:
-    """Return the number of particles in a file's columns. Raises MotesError if they are not valid columns."""
-    for name, array in columns.items():
+def _checked(path: Path, given: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+    """Return a file's columns without those that particles cannot have, of which it warns.
+
+    Raises MotesError if the position or the ids are among these, or if the columns have no common length.
+    """
+    columns = {}
+    for name, array in given.items():
         if not isinstance(array, np.ndarray):  # NumPy returns bytes for an entry that is not .npy
             raise MotesError(f"{path} cannot be read: {name!r} is not an array")
-        if (
-            array.ndim not in (1, 2)
-            or array.shape[1:] not in ((), (3,), (4,))
-            or array.dtype.kind not in "fiu"
-        ):
-            said = f"{name!r} is {array.dtype} {array.shape}"
-            raise MotesError(f"{path} cannot be read: {said}; columns are numbers, (n,), (n, 3) or (n, 4)")
+        if array.ndim in (1, 2) and array.shape[1:] in ((), (3,), (4,)) and array.dtype.kind in "fiu":
+            columns[name] = array
+            continue
+        said = f"{array.dtype} {array.shape}"
+        if NAMES.get(name, name) in ("position", "id"):
+            raise MotesError(
+                f"{path} cannot be read: {name!r} is {said}; columns are numbers, (n,), (n, 3) or (n, 4)"
+            )
+        leave_out(path, name, f"values {said}")
     lengths = {len(array) for array in columns.values()}
     if len(lengths) != 1:
         raise MotesError(
@@ -300,7 +307,7 @@ def _checked_rows(path: Path, columns: Mapping[str, NDArray[Any]]) -> int:
         raise MotesError(
             f"{path} cannot be read: 'id' is {ids.dtype} {ids.shape}; ids are whole numbers >= 0, (n,)"
         )
-    return lengths.pop()
+    return columns
 
 
 def _unreadable(path: Path, error: Exception) -> MotesError:

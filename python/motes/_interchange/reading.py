@@ -18,7 +18,7 @@ from .format import Format
 from .formats import FORMATS, Place, place_of
 from .manifest import NAME, UNKNOWN, Column, FrameParts, Manifest, Part, SystemColumns
 
-__all__ = ["ParticleFiles", "columns_in", "facts_of", "manifest_of", "open_particles"]
+__all__ = ["ParticleFiles", "facts_of", "filled", "manifest_of", "open_particles"]
 
 ALLOWED = "an export (a .usd or .pvd file, or a directory with manifest.json), or a single .npz or .vtp file"
 
@@ -134,7 +134,7 @@ class ParticleFiles(Mapping[int, Particles]):
         joined = {name: _joined([one[name] for one in read], _empty(name, columns)) for name in names}
         count = len(joined["id"])
         ordered = {
-            column.name: joined[column.name] if column.name in joined else _filled(column, count)
+            column.name: joined[column.name] if column.name in joined else filled(column, count)
             for column in columns
         }
         return Particles({**ordered, "id": joined["id"]})
@@ -207,11 +207,6 @@ def manifest_of(files: ParticleFiles) -> Manifest:
 def facts_of(files: ParticleFiles) -> SystemColumns:
     """Return the manifest's entry of the system that is read."""
     return files._facts
-
-
-def columns_in(files: ParticleFiles, frame: int) -> list[Column]:
-    """Return the columns that are written in a frame."""
-    return files._facts.written(frame)
 
 
 def _reader(place: Place) -> Callable[[Part, int, Sequence[str]], dict[str, NDArray[Any]]]:
@@ -331,7 +326,7 @@ def _empty(name: str, columns: Sequence[Column]) -> NDArray[Any]:
     return np.empty((0, width) if width > 1 else 0, np.float32)
 
 
-def _filled(column: Column, count: int) -> NDArray[Any]:
+def filled(column: Column, count: int) -> NDArray[Any]:
     """Return a column that the files omit: the initial value for each particle."""
     row = np.array(column.initial, np.float32)
     return np.tile(row, (count, 1)) if column.width > 1 else np.full(count, row[0])

@@ -340,6 +340,26 @@ def test_packing_gives_the_same_files_whatever_the_ranks_were(tmp_path, target, 
     assert packed[1] == packed[3]
 
 
+@pytest.mark.parametrize("target", FORMATS)
+def test_columns_of_any_name_and_width_can_be_packed(tmp_path, target, capsys):
+    """As in a file of another program."""
+    names = ["heat flux", "1st", "größe", "ns:x", 'a"b<', "points", "heat"]
+    columns = {name: np.arange(3, dtype=np.float32) + i for i, name in enumerate(names)}
+    columns |= {"position": np.ones((3, 3), np.float32), "rgba": np.ones((3, 4), np.float32)}
+    np.savez(tmp_path / "a.npz", **columns)
+    packed = tmp_path / NAMES[target]
+    assert main(["pack", str(tmp_path / "a.npz"), "-o", str(packed)]) == 0
+    read = motes.open_particles(packed)[0].columns()
+    assert set(read) == set(columns) and all(same(read[name], columns[name]) for name in columns)
+    np.savez(tmp_path / "b.npz", **columns, heat_flux=columns["heat"])
+    capsys.readouterr()
+    clash = main(["pack", str(tmp_path / "b.npz"), "-o", str(packed)])
+    assert clash == (2 if target == "usd" else 0)
+    if clash:
+        said = "columns 'heat flux' and 'heat_flux' have one name in USD, primvars:heat_flux"
+        assert said in capsys.readouterr().err
+
+
 def test_packing_one_frame_to_emit_from(tmp_path, capsys):
     shown = short_run(motes.Export(tmp_path / "a"))
     target = tmp_path / "pile.npz"

@@ -94,7 +94,7 @@ def _export(
             )
         manifest.finished = facts.finished
         place.publish(manifest)
-    except OSError as error:
+    except (OSError, ValueError) as error:
         raise MotesError(f"particles could not be written to {target}: {error}") from error
     finally:
         claim.release()

@@ -265,7 +265,8 @@ def _single(path: Path, system: str | None) -> ParticleFiles:
     with np.errstate(over="ignore"):  # values beyond float32 become infinite
         floats = {name: array.astype(np.float32, copy=False) for name, array in columns.items()}
     read_columns: dict[str, NDArray[Any]] = {"id": ids, **floats}
-    known = [Column(n, a.shape[1] if a.ndim == 2 else 1, (0.0,), 0) for n, a in columns.items()]
+    widths = {name: array.shape[1] if array.ndim == 2 else 1 for name, array in columns.items()}
+    known = [Column(name, width, (0.0,) * width, 0) for name, width in widths.items()]
     name = system or path.stem.partition(".")[0] or "particles"
     frame = FrameParts(0, 0.0, (Part(0, None, path.name, count, 0),))
     manifest = Manifest(

@@ -8,6 +8,7 @@ the next. Layers need usd-core; stages are text and need no library.
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -55,6 +56,7 @@ def write(path: Path, columns: Mapping[str, NDArray[Any]], *, frame: int, time: 
     """
     del time
     pxr = _extras.usd_writer("an export to .usd")
+    _check_names(columns)
     layer = pxr.Sdf.Layer.CreateAnonymous(".usdc")
     prim = pxr.Sdf.CreatePrimInLayer(layer, PRIM)
     prim.specifier, prim.typeName = pxr.Sdf.SpecifierDef, "Points"
@@ -228,7 +230,18 @@ def _extent(position: NDArray[Any], size: NDArray[Any] | None) -> NDArray[Any]:
 
 
 def _name_of(column: str) -> str:
-    return _NAMES.get(column, f"primvars:{column}{'_' * (column in _TAKEN)}")
+    """Return the name of an attribute in USD; a column of another program's file may have any name."""
+    legal = re.sub(r"[^A-Za-z0-9_]|^(?=\d)", "_", column) + "_" * (column in _TAKEN)
+    return _NAMES.get(column, f"primvars:{legal}")
+
+
+def _check_names(columns: Iterable[str]) -> None:
+    """Raise ValueError if two columns would be one attribute."""
+    known: dict[str, str] = {}
+    for column in columns:
+        other = known.setdefault(_name_of(column), column)
+        if other != column:
+            raise ValueError(f"columns {other!r} and {column!r} have one name in USD, {_name_of(column)}")
 
 
 def _type_of(column: str, width: int) -> str:

@@ -121,7 +121,6 @@ SMALL = b"""<VTKFile type="PolyData" byte_order="LittleEndian" compressor="X"><P
         (b'NumberOfPoints="1"', b'NumberOfPoints="999999999999999"', "cut short"),
         (b"1 2 3", b"1 2", "cut short: 2 of 3"),
         (b"1 2 3", b"1 2 z", "could not convert"),
-        (b'"Float32" Name="h"', b'"String" Name="h"', "'h' is of type 'String', which is not supported"),
         (b'Name="h" format="ascii"', b'Name="h" format="binary"', "packed by X is not supported"),
         (
             b'Name="h" format="ascii"',
@@ -132,7 +131,10 @@ SMALL = b"""<VTKFile type="PolyData" byte_order="LittleEndian" compressor="X"><P
         (b"LittleEndian", b"Middle", "byte order is 'Middle'"),
         (b"PolyData>", b"Grid>", "it has no PolyData with a piece"),
         (b"</VTKFile>", b"", "no element found"),
-        (b'Name="h" ', b'Name="h" NumberOfComponents="2" ', "cut short"),
+        (b'Name="h" ', b'Name="h" NumberOfComponents="3" ', "cut short"),
+        (b'Name="h" ', b'Name="h" NumberOfComponents="2.0" ', "NumberOfComponents is '2.0'"),
+        (b'"Float32" Name="Points"', b'"String" Name="Points"', "'Points' is of type 'String'"),
+        (b'"Points" NumberOfComponents="3"', b'"Points" NumberOfComponents="2"', "cut short: 3 of 2"),
         (b'Name="h"', b'Name="id"', "'id' is float32 .1,.; ids are whole numbers"),
     ],
 )
@@ -143,6 +145,46 @@ def test_a_damaged_vtp_is_one_error_with_its_reason(tmp_path, old, new, message)
         return
     with pytest.raises(MotesError, match=f"a.vtp cannot be read: .*{message}"):
         motes.open_particles(tmp_path / "a.vtp")
+
+
+ODD = b"""<Array type="String" Name="label" format="ascii">97 0</Array>
+<DataArray type="Float64" Name="stress" NumberOfComponents="2" format="binary">x</DataArray>
+<DataArray type="String" Name="species" NumberOfComponents="1" format="appended" offset="7"/>
+<DataArray type="Float32" Name="tensor" NumberOfComponents="9" format="ascii">0 0 0 0 0 0 0 0 0</DataArray>
+</PointData>"""
+
+
+def test_columns_of_a_vtp_that_particles_cannot_have_are_left_out_and_named(tmp_path):
+    (tmp_path / "a.vtp").write_bytes(SMALL.replace(b"</PointData>", ODD))
+    with pytest.warns(motes.MotesWarning, match="is left out") as warned:
+        read = motes.open_particles(tmp_path / "a.vtp")[0]
+    assert read.h.tolist() == [4] and read.position.tolist() == [[1, 2, 3]]
+    assert sorted(read.columns()) == ["h", "position"]
+    told = sorted(str(one.message).removeprefix(f"{tmp_path / 'a.vtp'}: column ") for one in warned)
+    assert [text.split(";")[0] for text in told] == [
+        "'label' is left out: it has values of type String",
+        "'species' is left out: it has values of type String",
+        "'stress' is left out: it has 2 numbers per particle",
+        "'tensor' is left out: it has 9 numbers per particle",
+    ]
+    assert all(one.filename == __file__ for one in warned), "the warning is at the caller's line"
+
+
+def test_columns_of_an_npz_that_particles_cannot_have_are_left_out_and_named(tmp_path):
+    odd = {"label": np.array(["a", "b"]), "uv": np.zeros((2, 2)), "on": np.array([True, False])}
+    np.savez(tmp_path / "a.npz", position=np.ones((2, 3)), heat=np.arange(2), cube=np.zeros((2, 3, 3)), **odd)
+    with pytest.warns(motes.MotesWarning, match="is left out") as warned:
+        read = motes.open_particles(tmp_path / "a.npz")[0]
+    assert sorted(read.columns()) == ["heat", "position"] and read.heat.tolist() == [0, 1]
+    told = " ".join(str(one.message) for one in warned)
+    assert len(warned) == 4 and all(f"column {name!r} is left out" in told for name in (*odd, "cube"))
+
+
+@pytest.mark.parametrize("name", ["position", "P", "id"])
+def test_a_file_whose_positions_or_ids_cannot_be_read_is_refused(tmp_path, name):
+    np.savez(tmp_path / "a.npz", **{name: np.zeros((2, 2)), "heat": np.zeros(2)})
+    with pytest.raises(MotesError, match=rf"{name!r} is float64 \(2, 2\); columns are numbers"):
+        motes.open_particles(tmp_path / "a.npz")
 
 
 def npy(head: str, content: bytes = b"") -> bytes:

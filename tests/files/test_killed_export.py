@@ -122,7 +122,7 @@ def stage_counts(path):
     from pxr import Usd, UsdGeom
 
     stage = Usd.Stage.Open(str(path))
-    prims = [prim for prim in stage.Traverse() if str(prim.GetPath()).startswith("/World/a/particles")]
+    prims = [prim for prim in stage.Traverse() if str(prim.GetPath()).startswith("/World/a/a")]
     if not prims:
         return []
     frames = range(int(stage.GetEndTimeCode()) + 1)

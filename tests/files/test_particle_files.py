@@ -92,6 +92,25 @@ def test_other_readers_read_vtp(tmp_path):
             assert (vtk_to_numpy(data.GetVerts().GetConnectivityArray()) == np.arange(count)).all()
 
 
+def test_a_vtp_read_by_itself_has_the_columns_that_the_system_had(tmp_path):
+    """Other programs get a radius, too; an attribute may be named as VTK names its points."""
+    world = motes.World(seed=2, progress="off")
+    system = world.system("s", attributes={"Points": (1, 2, 3)})
+    own = world.system("own", attributes={"radius": 5.0})
+    with world, motes.Export(tmp_path / "a.pvd") as export:
+        for one in (system, own):
+            one.configure(size=motes.Uniform(1, 2))
+            one.burst(motes.shapes.Sphere((0, 0, 0), 1), count=20)
+        world.step()
+        export.write(world)
+        shown = {one.name: one.gather() for one in (system, own)}
+    for name, extra in (("s", "Points"), ("own", "radius")):
+        read = motes.open_particles(tmp_path / f"a.pvd.parts/{name}.000000.r0000.vtp")[0]
+        assert set(read.columns()) == {"position", "velocity", "size", extra}
+        assert all(same(getattr(read, one), getattr(shown[name], one)) for one in read.columns())
+        assert same(motes.open_particles(tmp_path / "a.pvd", system=name)[0].position, read.position)
+
+
 def test_numpy_reads_npz(tmp_path):
     columns = columns_of(100, 4)
     npz.write(tmp_path / "a.npz", columns, frame=0, time=0)
@@ -119,7 +138,7 @@ def test_a_usd_stage_is_what_blender_reads(tmp_path):
     assert (stage.GetStartTimeCode(), stage.GetEndTimeCode(), stage.GetTimeCodesPerSecond()) == (0, 4, 30)
     assert (UsdGeom.GetStageUpAxis(stage), UsdGeom.GetStageMetersPerUnit(stage)) == ("Y", 1)
     assert str(stage.GetDefaultPrim().GetPath()) == "/World"
-    prim = stage.GetPrimAtPath("/World/falling_snow/particles")
+    prim = stage.GetPrimAtPath("/World/falling_snow/falling_snow")
     assert prim.GetParent().GetDisplayName() == "falling snow"
     points = UsdGeom.Points(prim)
     for frame in (0, 2, 4):
@@ -166,7 +185,7 @@ def test_paths_in_usd_are_the_same_for_any_ranks_and_joined():
         parts = tuple(Part(0, rank, f"s.{rank}.usdc", 1, 1) for rank in ranks)
         text = usd.stage(Manifest("usdc", 1, 0.1, 1, systems, [FrameParts(0, 0.1, parts)]), "f").decode()
         named = re.findall(r'def Points "(\w+)"', text)
-        assert named == ["particles", "particles_2"][: len(ranks)]
+        assert named == ["s", "s_2"][: len(ranks)]
 
 
 # --- opening
@@ -319,6 +338,26 @@ def test_packing_gives_the_same_files_whatever_the_ranks_were(tmp_path, target, 
         with np.load(folder / "all/snow.000003.r0000.npz") as part:
             assert (np.diff(part["id"].astype(np.int64)) < 0).any() or ranks == 3
     assert packed[1] == packed[3]
+
+
+@pytest.mark.parametrize("target", FORMATS)
+def test_columns_of_any_name_and_width_can_be_packed(tmp_path, target, capsys):
+    """As in a file of another program."""
+    names = ["heat flux", "1st", "größe", "ns:x", 'a"b<', "points", "heat"]
+    columns = {name: np.arange(3, dtype=np.float32) + i for i, name in enumerate(names)}
+    columns |= {"position": np.ones((3, 3), np.float32), "rgba": np.ones((3, 4), np.float32)}
+    np.savez(tmp_path / "a.npz", **columns)
+    packed = tmp_path / NAMES[target]
+    assert main(["pack", str(tmp_path / "a.npz"), "-o", str(packed)]) == 0
+    read = motes.open_particles(packed)[0].columns()
+    assert set(read) == set(columns) and all(same(read[name], columns[name]) for name in columns)
+    np.savez(tmp_path / "b.npz", **columns, heat_flux=columns["heat"])
+    capsys.readouterr()
+    clash = main(["pack", str(tmp_path / "b.npz"), "-o", str(packed)])
+    assert clash == (2 if target == "usd" else 0)
+    if clash:
+        said = "columns 'heat flux' and 'heat_flux' have one name in USD, primvars:heat_flux"
+        assert said in capsys.readouterr().err
 
 
 def test_packing_one_frame_to_emit_from(tmp_path, capsys):

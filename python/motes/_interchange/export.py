@@ -19,9 +19,10 @@ from .._values import arguments
 from .._world.world import World, session_of
 from ..errors import ArgumentError, MotesError
 from .claim import Claim, check_free
+from .complete import complete
 from .formats import place_of
 from .ledger import Ledger, note_of
-from .manifest import Column, Manifest, SystemColumns, stems
+from .manifest import Column, Manifest, Part, SystemColumns, stems
 from .writer import FrameJob, Writer
 
 __all__ = ["Export"]
@@ -50,7 +51,7 @@ class Export:
             every: write only the frames whose number is a multiple of this.
             attributes: names of attributes to write beside position and id, in systems that have them; None:
                 velocity, the user's attributes, and any attribute in which a particle has ever had a value
-                other than the initial one.
+                other than the initial one. `close` adds late ones to the files of earlier frames.
 
         Raises:
             ArgumentError: if the path holds anything but an earlier export.
@@ -119,14 +120,14 @@ class Export:
     def close(self) -> None:
         """Finish the files. Collective if anything was written; the end of the world calls it, too.
 
-        Waits until all ranks have written their files, then completes the manifest. Calling it again does
-        nothing.
+        Waits until all ranks have written their files, adds the columns that started late to the files of
+        earlier frames, and completes the manifest. Calling it again does nothing.
         """
         if self._closed:
             return
         world = self._world
         session = None if world is None else session_of(world)
-        if session is None or session.ended:  # ended by an exception: the complete frames remain
+        if world is None or session is None or session.ended:  # by an exception: the complete frames remain
             self._abandon()
             return
         try:
@@ -134,7 +135,13 @@ class Export:
             engine = session.begin(f"closing {self.path.name}")
             try:
                 _, notes = engine.prepare_write(f"{self.path} ends", False, lambda: ([], self._report()))
-                engine.prepare_write(f"{self.path} is whole", False, lambda: self._finish(notes))
+                (late,), _ = engine.prepare_write(f"{self.path} is whole", False, lambda: self._finish(notes))
+                if late:
+                    parts = self._complete(world)
+                    _, amended = engine.prepare_write(
+                        f"{self.path} has all columns", False, lambda: ([], self._report(parts))
+                    )
+                    engine.prepare_write(f"{self.path} is complete", False, lambda: self._amend(amended))
             finally:
                 session.end_conversation(engine)
         finally:
@@ -213,9 +220,9 @@ class Export:
         used = [engine.used_attributes(system.index) for system in session_of(world).systems]
         return [int(one) for system in used for one in system], note
 
-    def _report(self) -> bytes:
+    def _report(self, completed: Sequence[tuple[int, Part]] = ()) -> bytes:
         try:
-            return note_of(self._writer.take())
+            return note_of([*self._writer.take(), *completed])
         except MotesError:
             raise
         except Exception as error:
@@ -276,11 +283,34 @@ class Export:
         self._writer.publish(publish)
 
     def _finish(self, notes: list[bytes]) -> tuple[list[int], bytes]:
-        """Complete the manifest, on the manager."""
+        """Complete the manifest, on the manager; return whether earlier files lack columns of later ones."""
+        if self._ledger is None:
+            return [0], b""
+        try:
+            self._ledger.hear(notes)
+            late = self._ledger.is_late()
+            self._ledger.publish(self._ledger.snapshot(finished=not late), seen=self._seen)
+        except OSError as error:
+            raise MotesError(f"particles could not be written to {self.path}: {error}") from error
+        return [int(late)], b""
+
+    def _complete(self, world: World) -> list[tuple[int, Part]]:
+        """Add late columns to this rank's share of earlier files; the writer keeps errors for `_report`."""
+        parts: list[tuple[int, Part]] = []
+        place, share, shares = self._place, world.rank, world.size
+        self._writer.publish(
+            lambda: parts.extend(
+                complete(place, Manifest.read(place.folder), share, shares, lambda: self._closed)
+            )
+        )
+        self._wait(self._writer.is_idle, f"completing the columns of {self.path.name}")
+        return parts
+
+    def _amend(self, notes: list[bytes]) -> tuple[list[int], bytes]:
+        """Publish the manifest of the files that now hold all columns, on the manager."""
         if self._ledger is not None:
             try:
-                self._ledger.hear(notes)
-                self._ledger.publish(self._ledger.snapshot(finished=True), seen=self._seen)
+                self._ledger.amend(notes)
             except OSError as error:
                 raise MotesError(f"particles could not be written to {self.path}: {error}") from error
         return [], b""

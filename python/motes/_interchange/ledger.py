@@ -9,6 +9,7 @@ import os
 from collections.abc import Iterable, Sequence
 
 from ..errors import MotesError
+from .complete import amended, is_complete
 from .formats import Place
 from .manifest import UNKNOWN, FrameParts, Manifest, Part, SystemColumns
 
@@ -54,6 +55,16 @@ class Ledger:
             told = self._told.pop(whole.frame)
             parts = tuple(told[part.system, part.rank] for part in whole.parts)
             self._manifest.frames.append(FrameParts(whole.frame, whole.time, parts))
+
+    def is_late(self) -> bool:
+        """Return whether files of earlier frames lack columns that later ones hold."""
+        return not is_complete(self._manifest)
+
+    def amend(self, notes: Iterable[bytes]) -> None:
+        """Publish the finished manifest, in which the parts in the notes of all ranks hold all columns."""
+        told = ((frame, Part(*fields)) for note in notes for frame, *fields in json.loads(note))
+        self._manifest = amended(self._manifest, told)
+        self._place.publish(self._manifest)
 
     def snapshot(self, *, finished: bool = False) -> Manifest:
         """Copy the manifest for another thread."""

@@ -57,6 +57,11 @@ class SystemColumns:
     """The prefix of its files' names."""
     columns: list[Column]
 
+    @property
+    def used(self) -> list[Column]:
+        """The columns that any file holds."""
+        return [column for column in self.columns if column.since is not None]
+
     def written(self, frame: int) -> list[Column]:
         """List the columns that files of this frame hold."""
         return [column for column in self.columns if column.written(frame)]

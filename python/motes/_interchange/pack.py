@@ -11,9 +11,10 @@ from .._values import arguments
 from ..errors import ArgumentError, MotesError
 from . import npz
 from .claim import Claim
+from .complete import completed
 from .formats import place_of
 from .manifest import FrameParts, Manifest, Part, SystemColumns
-from .reading import ParticleFiles, columns_in, facts_of, manifest_of, open_particles
+from .reading import ParticleFiles, facts_of, manifest_of, open_particles
 
 __all__ = ["pack"]
 
@@ -55,7 +56,7 @@ def _one_file(target: Path, opened: list[ParticleFiles], frames: list[int]) -> d
         raise ArgumentError("system", None, f"one of {named}, for a single .npz file")
     if len(frames) != 1:
         raise ArgumentError("frame", None, f"one of {len(frames)} frames, for a single .npz file")
-    written = [column.name for column in columns_in(opened[0], frames[0])]
+    written = [column.name for column in facts_of(opened[0]).used]
     particles = opened[0][frames[0]]
     with files.whole_path(target) as draft:
         npz.write(draft, particles.columns(*written, "id"), frame=frames[0], time=0)
@@ -72,7 +73,8 @@ def _export(
     claim = Claim.make("output", place)
     try:
         facts = manifest_of(given)
-        systems: list[SystemColumns] = [facts_of(files) for files in opened]
+        first = min(frames, default=0)
+        systems: list[SystemColumns] = [completed(facts_of(files), first) for files in opened]
         manifest = Manifest(place.format.kind, facts.seed, facts.dt, facts.every, systems)
         count = 0
         for frame in frames:
@@ -81,7 +83,7 @@ def _export(
                 if frame not in source.frames:
                     continue
                 particles = source[frame]
-                columns = particles.columns(*(column.name for column in systems[number].written(frame)), "id")
+                columns = particles.columns(*(column.name for column in systems[number].used), "id")
                 file = place.file(systems[number].stem, frame, None)
                 time = dict(zip(source.frames, source.times, strict=True))[frame]
                 size = place.write_part(file, columns, frame=frame, time=time)
@@ -92,7 +94,7 @@ def _export(
             )
         manifest.finished = facts.finished
         place.publish(manifest)
-    except OSError as error:
+    except (OSError, ValueError) as error:
         raise MotesError(f"particles could not be written to {target}: {error}") from error
     finally:
         claim.release()

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._particles.foreign import renamed
+from .._particles.foreign import NAMES, leave_out, renamed
 from .._particles.particles import Particles
 from .._values import arguments
 from ..errors import ArgumentError, MotesError
@@ -18,7 +18,7 @@ from .format import Format
 from .formats import FORMATS, Place, place_of
 from .manifest import NAME, UNKNOWN, Column, FrameParts, Manifest, Part, SystemColumns
 
-__all__ = ["ParticleFiles", "columns_in", "facts_of", "manifest_of", "open_particles"]
+__all__ = ["ParticleFiles", "facts_of", "filled", "manifest_of", "open_particles"]
 
 ALLOWED = "an export (a .usd or .pvd file, or a directory with manifest.json), or a single .npz or .vtp file"
 
@@ -134,7 +134,7 @@ class ParticleFiles(Mapping[int, Particles]):
         joined = {name: _joined([one[name] for one in read], _empty(name, columns)) for name in names}
         count = len(joined["id"])
         ordered = {
-            column.name: joined[column.name] if column.name in joined else _filled(column, count)
+            column.name: joined[column.name] if column.name in joined else filled(column, count)
             for column in columns
         }
         return Particles({**ordered, "id": joined["id"]})
@@ -209,11 +209,6 @@ def facts_of(files: ParticleFiles) -> SystemColumns:
     return files._facts
 
 
-def columns_in(files: ParticleFiles, frame: int) -> list[Column]:
-    """Return the columns that are written in a frame."""
-    return files._facts.written(frame)
-
-
 def _reader(place: Place) -> Callable[[Part, int, Sequence[str]], dict[str, NDArray[Any]]]:
     def read(part: Part, frame: int, names: Sequence[str]) -> dict[str, NDArray[Any]]:
         path = place.folder / part.file
@@ -263,13 +258,15 @@ def _single(path: Path, system: str | None) -> ParticleFiles:
         raise ArgumentError("path", str(path), ALLOWED, hint="it does not exist") from None
     except Exception as error:  # any: a damaged file can fail anywhere
         raise _unreadable(path, error) from error
-    count = _checked_rows(path, columns)
+    columns = _checked(path, columns)
+    count = len(next(iter(columns.values())))
     columns = renamed(columns)
     ids = columns.pop("id", np.arange(count)).astype(np.uint64)
     with np.errstate(over="ignore"):  # values beyond float32 become infinite
         floats = {name: array.astype(np.float32, copy=False) for name, array in columns.items()}
     read_columns: dict[str, NDArray[Any]] = {"id": ids, **floats}
-    known = [Column(n, a.shape[1] if a.ndim == 2 else 1, (0.0,), 0) for n, a in columns.items()]
+    widths = {name: array.shape[1] if array.ndim == 2 else 1 for name, array in columns.items()}
+    known = [Column(name, width, (0.0,) * width, 0) for name, width in widths.items()]
     name = system or path.stem.partition(".")[0] or "particles"
     frame = FrameParts(0, 0.0, (Part(0, None, path.name, count, 0),))
     manifest = Manifest(
@@ -278,18 +275,24 @@ def _single(path: Path, system: str | None) -> ParticleFiles:
     return ParticleFiles(path, path.parent, manifest, lambda *_: read_columns, name)
 
 
-def _checked_rows(path: Path, columns: Mapping[str, NDArray[Any]]) -> int:
-    """Return the number of particles in a file's columns. Raises MotesError if they are not valid columns."""
-    for name, array in columns.items():
+def _checked(path: Path, given: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+    """Return a file's columns without those that particles cannot have, of which it warns.
+
+    Raises MotesError if the position or the ids are among these, or if the columns have no common length.
+    """
+    columns = {}
+    for name, array in given.items():
         if not isinstance(array, np.ndarray):  # NumPy returns bytes for an entry that is not .npy
             raise MotesError(f"{path} cannot be read: {name!r} is not an array")
-        if (
-            array.ndim not in (1, 2)
-            or array.shape[1:] not in ((), (3,), (4,))
-            or array.dtype.kind not in "fiu"
-        ):
-            said = f"{name!r} is {array.dtype} {array.shape}"
-            raise MotesError(f"{path} cannot be read: {said}; columns are numbers, (n,), (n, 3) or (n, 4)")
+        if array.ndim in (1, 2) and array.shape[1:] in ((), (3,), (4,)) and array.dtype.kind in "fiu":
+            columns[name] = array
+            continue
+        said = f"{array.dtype} {array.shape}"
+        if NAMES.get(name, name) in ("position", "id"):
+            raise MotesError(
+                f"{path} cannot be read: {name!r} is {said}; columns are numbers, (n,), (n, 3) or (n, 4)"
+            )
+        leave_out(path, name, f"values {said}")
     lengths = {len(array) for array in columns.values()}
     if len(lengths) != 1:
         raise MotesError(
@@ -300,7 +303,7 @@ def _checked_rows(path: Path, columns: Mapping[str, NDArray[Any]]) -> int:
         raise MotesError(
             f"{path} cannot be read: 'id' is {ids.dtype} {ids.shape}; ids are whole numbers >= 0, (n,)"
         )
-    return lengths.pop()
+    return columns
 
 
 def _unreadable(path: Path, error: Exception) -> MotesError:
@@ -324,7 +327,7 @@ def _empty(name: str, columns: Sequence[Column]) -> NDArray[Any]:
     return np.empty((0, width) if width > 1 else 0, np.float32)
 
 
-def _filled(column: Column, count: int) -> NDArray[Any]:
+def filled(column: Column, count: int) -> NDArray[Any]:
     """Return a column that the files omit: the initial value for each particle."""
     row = np.array(column.initial, np.float32)
     return np.tile(row, (count, 1)) if column.width > 1 else np.full(count, row[0])

@@ -1,12 +1,14 @@
 """Particles as USD: a layer (.usdc) per system, rank and frame, and a stage (.usd) that shows all of them.
 
 Value clips join the layers over time: a stage opens at once, and a program reads only the frames that it
-shows. Layers need usd-core; stages are text and need no library.
+shows. Between two frames the stage holds the earlier one, because the same row may be another particle in
+the next. Layers need usd-core; stages are text and need no library.
 """
 
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -33,7 +35,18 @@ _NAMES = {
     "alpha": "primvars:displayOpacity",
     "id": "ids",
 }
-_TYPES = {"position": "point3f[]", "velocity": "vector3f[]", "color": "color3f[]", "id": "int64[]"}
+_TYPES = {
+    "position": "point3f[]",
+    "velocity": "vector3f[]",
+    "color": "color3f[]",
+    "id": "int64[]",
+    # x, y, z, w in memory here, too. Blender drops a float4[], and every attribute after it.
+    "orientation": "quatf[]",
+}
+# Primvars of these names would be another column's, or would take precedence over it.
+_TAKEN = ("displayColor", "displayOpacity", "id", "normals", "points", "velocities", "widths")
+_NOWHERE = "[(3.4028235e38, 3.4028235e38, 3.4028235e38), (-3.4028235e38, -3.4028235e38, -3.4028235e38)]"
+"""The extent of no points, as USD writes it."""
 
 
 def write(path: Path, columns: Mapping[str, NDArray[Any]], *, frame: int, time: float) -> None:
@@ -43,6 +56,7 @@ def write(path: Path, columns: Mapping[str, NDArray[Any]], *, frame: int, time: 
     """
     del time
     pxr = _extras.usd_writer("an export to .usd")
+    _check_names(columns)
     layer = pxr.Sdf.Layer.CreateAnonymous(".usdc")
     prim = pxr.Sdf.CreatePrimInLayer(layer, PRIM)
     prim.specifier, prim.typeName = pxr.Sdf.SpecifierDef, "Points"
@@ -51,7 +65,7 @@ def write(path: Path, columns: Mapping[str, NDArray[Any]], *, frame: int, time: 
         known = pxr.Sdf.ValueTypeNames.Find(kind)
         attribute = pxr.Sdf.AttributeSpec(prim, name, known)
         arrays = {"int": pxr.Vt.IntArray, "int64": pxr.Vt.Int64Array, "float": pxr.Vt.FloatArray}
-        arrays["float4"] = pxr.Vt.Vec4fArray
+        arrays |= {"quatf": pxr.Vt.QuatfArray, "color4f": pxr.Vt.Vec4fArray}
         array = arrays.get(kind[:-2], pxr.Vt.Vec3fArray)
         layer.SetTimeSample(attribute.path, float(frame), array.FromNumpy(values))
 
@@ -87,7 +101,10 @@ def read(path: Path, names: Iterable[str] | None, *, frame: int) -> dict[str, ND
         raise ValueError(str(error)) from error
     columns = {}
     for name in names or ():
-        sample = layer.QueryTimeSample(f"{PRIM}.{_name_of(name)}", float(frame))
+        # Earlier exports had a primvar for each attribute of the user, whatever its name.
+        paths = [f"{PRIM}.{known}" for known in (_name_of(name), f"primvars:{name}")]
+        samples = (layer.QueryTimeSample(path, float(frame)) for path in paths)
+        sample = next((one for one in samples if one is not None), None)
         if sample is None:
             raise KeyError(name)
         values = np.array(sample)  # a copy, since the sample owns its memory
@@ -98,9 +115,10 @@ def read(path: Path, names: Iterable[str] | None, *, frame: int) -> dict[str, ND
 def clips(system: SystemColumns) -> bytes:
     """Return the clip manifest, which declares the attributes that vary over time.
 
-    Without it USD would open all files to find them.
+    Without it USD would open all files to find them. Its values, those of no particles, stand for what a
+    layer lacks; as a layer of its own it stands for frames without a file.
     """
-    lines = [*_attributes(system.columns)]
+    lines = _attributes(system.columns, valued=True)
     return f'#usda 1.0\n\ndef Points "{PRIM[1:]}"\n{{\n{_indented(lines)}\n}}\n'.encode()
 
 
@@ -108,7 +126,7 @@ def stage(manifest: Manifest, folder: str) -> bytes:
     """Return the stage, which shows the particles of all systems and ranks at each frame's number."""
     frames = manifest.frames
     first, last = (frames[0].frame, frames[-1].frame) if frames else (0, 0)
-    rate = repr(1 / manifest.dt)
+    rate = repr(round(1 / manifest.dt, 9))  # 1 / (1 / 49) is not 49
     head = [
         "#usda 1.0",
         "(",
@@ -125,10 +143,11 @@ def stage(manifest: Manifest, folder: str) -> bytes:
         'def Xform "World"',
         "{",
     ]
-    files: dict[tuple[int, int | None], list[tuple[int, str]]] = {}
+    files: dict[tuple[int, int | None], dict[int, str]] = {}
     for frame in frames:
         for part in frame.parts:
-            files.setdefault((part.system, part.rank), []).append((frame.frame, part.file))
+            files.setdefault((part.system, part.rank), {})[frame.frame] = part.file
+    numbers = [frame.frame for frame in frames]
     for number, system in enumerate(manifest.systems):
         head += [
             f'    def Xform "{system.stem}" (',
@@ -139,22 +158,27 @@ def stage(manifest: Manifest, folder: str) -> bytes:
         parts = [own for (owner, _), own in files.items() if owner == number]
         # Prim paths do not name ranks, so bindings made in other programs stay valid.
         for count, own in enumerate(parts, 1):
-            prim = "particles" if count == 1 else f"particles_{count}"
-            head.append(_indented(_points(prim, system, own, folder), 8))
+            prim = system.stem if count == 1 else f"{system.stem}_{count}"
+            shown = [(frame, own.get(frame, system.stem + CLIPS)) for frame in numbers]
+            head.append(_indented(_points(prim, system, shown, folder), 8))
         head.append("    }")
     return "\n".join([*head, "}", ""]).encode()
 
 
 def _points(prim: str, system: SystemColumns, files: list[tuple[int, str]], folder: str) -> list[str]:
-    assets = ", ".join(_asset(folder, file) for _, file in files)
-    active = ", ".join(f"({frame}, {k})" for k, (frame, _) in enumerate(files))
-    times = ", ".join(f"({frame}, {frame})" for frame, _ in files)
+    assets = list(dict.fromkeys(file for _, file in files))
+    index = {file: k for k, file in enumerate(assets)}
+    active = ", ".join(f"({frame}, {index[file]})" for frame, file in files)
+    # Stage time -> the clip's time: constant until the next frame, then a jump.
+    ends = [(after, frame) for (frame, _), (after, _) in zip(files, files[1:], strict=False)]
+    starts = [(frame, frame) for frame, _ in files]
+    times = ", ".join(f"({shown}, {frame})" for shown, frame in sorted([*starts, *ends]))
     return [
         f'def Points "{prim}" (',
         "    clips = {",
         "        dictionary default = {",
         f"            double2[] active = [{active}]",
-        f"            asset[] assetPaths = [{assets}]",
+        f"            asset[] assetPaths = [{', '.join(_asset(folder, file) for file in assets)}]",
         f"            asset manifestAssetPath = {_asset(folder, system.stem + CLIPS)}",
         f'            string primPath = "{PRIM}"',
         f"            double2[] times = [{times}]",
@@ -167,18 +191,21 @@ def _points(prim: str, system: SystemColumns, files: list[tuple[int, str]], fold
     ]
 
 
-def _attributes(columns: list[Column]) -> list[str]:
-    """Declare the attributes in the files, without values; interpolation cannot come from clips."""
-    said = ["float3[] extent", "int64[] ids", 'int[] primvars:id (\n    interpolation = "vertex"\n)']
+def _attributes(columns: list[Column], *, valued: bool = False) -> list[str]:
+    """Declare the attributes in the files, with or without values; interpolation cannot come from clips."""
+    kinds = {"ids": "int64[]", "primvars:id": "int[]"}
     for column in columns:
-        if column.since is None:
-            continue
-        name, kind = _name_of(column.name), _type_of(column.name, column.width)
-        varies = name.startswith("primvars:")
-        said.append(f"{kind} {name}" + (' (\n    interpolation = "vertex"\n)' if varies else ""))
-        if column.name == "size":
-            said.append('float[] widths (\n    interpolation = "vertex"\n)')
-    return [line for declared in said for line in declared.split("\n")]
+        if column.since is not None:
+            kinds[_name_of(column.name)] = _type_of(column.name, column.width)
+            if column.name == "size":
+                kinds["widths"] = "float[]"
+    value, box = (" = []", f" = {_NOWHERE}") if valued else ("", "")
+    lines = [f"float3[] extent{box}"]
+    for name, kind in kinds.items():
+        varies = name == "widths" or name.startswith("primvars:")
+        vertex = [" (", '    interpolation = "vertex"', ")"] if varies else [""]
+        lines += [f"{kind} {name}{value}{vertex[0]}", *vertex[1:]]
+    return lines
 
 
 def _taken(column: NDArray[Any], order: NDArray[np.int64], memory: NDArray[np.uint8]) -> NDArray[Any]:
@@ -203,11 +230,22 @@ def _extent(position: NDArray[Any], size: NDArray[Any] | None) -> NDArray[Any]:
 
 
 def _name_of(column: str) -> str:
-    return _NAMES.get(column, f"primvars:{column}")
+    """Return the name of an attribute in USD; a column of another program's file may have any name."""
+    legal = re.sub(r"[^A-Za-z0-9_]|^(?=\d)", "_", column) + "_" * (column in _TAKEN)
+    return _NAMES.get(column, f"primvars:{legal}")
+
+
+def _check_names(columns: Iterable[str]) -> None:
+    """Raise ValueError if two columns would be one attribute."""
+    known: dict[str, str] = {}
+    for column in columns:
+        other = known.setdefault(_name_of(column), column)
+        if other != column:
+            raise ValueError(f"columns {other!r} and {column!r} have one name in USD, {_name_of(column)}")
 
 
 def _type_of(column: str, width: int) -> str:
-    return _TYPES.get(column, {1: "float[]", 3: "vector3f[]", 4: "float4[]"}[width])
+    return _TYPES.get(column, {1: "float[]", 3: "vector3f[]", 4: "color4f[]"}[width])
 
 
 def _fits_int32(ids: NDArray[Any]) -> bool:

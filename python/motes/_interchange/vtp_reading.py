@@ -19,6 +19,8 @@ from xml.etree import ElementTree
 import numpy as np
 from numpy.typing import NDArray
 
+from .._particles.foreign import WIDTHS, leave_out
+
 __all__ = ["read"]
 
 _KINDS = {f"{name}{8 * size}": f"{letter}{size}" for name, letter, sizes in (
@@ -30,7 +32,10 @@ _PACKERS = ("vtkZLibDataCompressor", "vtkLZMADataCompressor")
 
 
 def read(path: Path, names: Iterable[str] | None, *, frame: int) -> dict[str, NDArray[Any]]:
-    """Read the named columns, or all if `names` is None. Raises OSError, ValueError or KeyError."""
+    """Read the named columns, or all if `names` is None. Raises OSError, ValueError or KeyError.
+
+    If `names` is None, columns that particles cannot have, such as text, are left out with a warning.
+    """
     del frame
     with open(path, "rb") as file:
         text = file.read(_MOST_HEAD)
@@ -41,23 +46,45 @@ def read(path: Path, names: Iterable[str] | None, *, frame: int) -> dict[str, ND
         if not pieces:
             raise ValueError("it has no PolyData with a piece")
         found = [_arrays(piece) for piece in pieces]
-        wanted = list(found[0]) if names is None else list(names)
+        whole = names is None
+        if names is None:
+            odd = {name: said for name, array in found[0].items() if (said := _oddity(name, array))}
+            for name, said in odd.items():
+                leave_out(path, name, said)
+            names = [name for name in found[0] if name not in odd]
         columns = {}
-        for name in wanted:
+        for name in names:
             parts = [
                 data.array(arrays[name], _rows(piece)) for piece, arrays in zip(pieces, found, strict=True)
             ]
             columns[name] = parts[0] if len(parts) == 1 else np.concatenate(parts)
+        if whole and _is_radius(columns.get("radius"), columns.get("size")):
+            del columns["radius"]
         return columns
 
 
 def _arrays(piece: ElementTree.Element) -> dict[str, ElementTree.Element]:
     """Return the XML element that describes each column, by name."""
-    found = {}
-    for array in [*piece.findall("./Points/DataArray"), *piece.findall("./PointData/*")]:
-        name = array.get("Name", "")
-        found["position" if name == "Points" else name] = array
-    return found
+    found = {array.get("Name", ""): array for array in piece.findall("./PointData/*")}
+    points = piece.findall("./Points/DataArray")
+    return {"position": points[0], **found} if points else found
+
+
+def _oddity(name: str, array: ElementTree.Element) -> str:
+    """Return what keeps a column from being read; empty if nothing does, or if it is the position."""
+    kind, width = array.get("type", ""), _whole(array, "NumberOfComponents", "1")
+    if name == "position":
+        return ""
+    if array.tag != "DataArray" or kind not in _KINDS:
+        return f"values of type {kind or array.tag}"
+    return "" if width in WIDTHS else f"{width} numbers per particle"
+
+
+def _is_radius(radius: NDArray[Any] | None, size: NDArray[Any] | None) -> bool:
+    """Return whether a column only repeats half of the sizes, as motes writes it for other programs."""
+    if radius is None or size is None or size.ndim != 2:
+        return False
+    return np.array_equal(radius, size[:, 0] / 2, equal_nan=True)
 
 
 def _rows(piece: ElementTree.Element) -> int:

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable, Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import ArgumentError
+from ..errors import ArgumentError, MotesWarning
 
-__all__ = ["NAMES", "no_column", "renamed"]
+__all__ = ["NAMES", "WIDTHS", "leave_out", "no_column", "renamed"]
 
 NAMES = {
     **{
@@ -24,6 +26,14 @@ NAMES = {
     **{"widths": "size", "displayColor": "color", "displayOpacity": "alpha"},
 }
 """Other programs' names -> ours."""
+WIDTHS = (1, 3, 4)
+"""How many numbers per particle a column can have."""
+
+
+def leave_out(path: Path, name: str, said: str) -> None:
+    """Warn, at the caller of `open_particles`, that a column of a file is not read."""
+    text = f"{path}: column {name!r} is left out: it has {said}; columns have 1, 3 or 4 numbers per particle"
+    warnings.warn(text, MotesWarning, stacklevel=5)
 
 
 def renamed(columns: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:

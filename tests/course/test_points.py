@@ -1,4 +1,4 @@
-"""Points are calibrated per key: the course's own solutions pass, and policies that look at nothing do not."""
+"""Points are calibrated per key: the course's solutions pass, and policies that look at nothing do not."""
 
 from __future__ import annotations
 

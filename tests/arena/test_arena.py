@@ -10,13 +10,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from motes.arena import MACHINES, Machine, Track, league, machine, table
+from motes.arena import MACHINES, Machine, Track, league, machine, on_ranks, table
 from motes.arena.players import FIELD, player
 from motes.arena.score import name_of
 from motes.balance import BALANCERS, Balancer, PrefixCuts, Proportional, Static, Targets
 from motes.cli import main
 from motes.errors import ArgumentError, MotesError
-from motes.workloads import Step, workload
+from motes.workloads import Step, best_cuts, workload
 
 FREE = Machine("free", (1.0, 1.0, 0.5, 0.25), 1e-6, 0.0, 0.0, 0.0, 0.0)
 MINE = """
@@ -71,7 +71,7 @@ def test_scores_are_the_same_in_each_repeat() -> None:
         for _ in range(2)
     )
     assert first == second and len({score.balancer for score in first}) == len(FIELD)
-    best = league(first)
+    best = league(table.rows(first))
     assert [row["distance"] for row in best] == sorted(row["distance"] for row in best)
     assert sum(row["won"] for row in best) >= 1 and {row["played"] for row in best} == {1}
 
@@ -146,6 +146,77 @@ def test_the_command_plays_a_student_s_balancer(tmp_path: Path, capsys: pytest.C
     assert "step on paper: 32 calculators" in said and "league" in said
     assert (tmp_path / "plot.png").stat().st_size > 10_000
     assert main(["arena", "--league", "league.csv"]) == 2
+
+
+def test_results_of_unlike_sizes_are_ranked_apart(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    kept = str(tmp_path / "league.jsonl")
+    assert main(["arena", "--league", kept]) == 2
+    assert "there is no league" in capsys.readouterr().err
+    played = ["arena", "-w", "step", "--cluster", "paper", "--league", kept, "--particles"]
+    assert main([*played, "500", "--frames", "6", "-b", "Static", "PrefixCuts"]) == 0
+    assert main([*played, "700", "--frames", "6", "-b", "Static"]) == 0
+    assert main([*played, "500", "--frames", "5", "-b", "PrefixCuts"]) == 0
+    capsys.readouterr()
+    assert main(["arena", "--league", kept, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    sizes = [(row["balancer"], row["frames"], row["particles"]) for row in found["rows"]]
+    assert sorted(sizes) == [
+        ("PrefixCuts", 5, 16000),
+        ("PrefixCuts", 6, 16000),
+        ("Static", 6, 16000),
+        ("Static", 6, 22400),
+    ]
+    ranked = [(row["frames"], row["particles_per_rank"], row["played"]) for row in found["league"]]
+    assert ranked == [(6, 500, 1), (6, 500, 1), (6, 700, 1), (5, 500, 1)]
+    assert main(["arena", "--league", kept]) == 0
+    assert capsys.readouterr().out.count("league: ") == 3
+    assert main(["arena", "--league", kept, "--frames", "3"]) == 2
+    assert "--frames is for playing" in capsys.readouterr().err
+    Path(kept).write_text('{"machine": "paper"}\n')
+    assert main(["arena", "--league", kept]) == 2
+    assert "is not a league" in capsys.readouterr().err
+
+
+def test_a_parquet_league_without_pyarrow_is_refused_before_any_game(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(table.importlib.util, "find_spec", lambda _: None)
+    kept = tmp_path / "league.parquet"
+    assert main(["arena", "-w", "step", "-b", "Static", "--league", str(kept)]) == 2
+    said = capsys.readouterr()
+    assert "pip install pyarrow" in said.err and not said.out and not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", ["slow_rank", "noise", "step"])
+def test_a_perfect_policy_on_ranks_reaches_the_optimum(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    sizes = {"frames": 30, "cells": 1000, "particles": 90_000}
+    true, game = np.array([1e6, 2e6, 0.5e6]), workload(name, **sizes)
+    act_s, processed = [], np.zeros(3, np.int64)
+    for frame in range(30):
+        counts, rates = game.acting(frame), true * game.slowdown(frame, 3)
+        ends = [0, *best_cuts(counts, rates).starts, len(counts)]
+        own = np.diff(np.concatenate([[0], np.cumsum(counts)])[ends])
+        act_s.append((own / rates).tolist())
+        processed += own
+    row = {"act_s": act_s, "processed": processed.tolist(), "moved": 0, "verified": True, "digest": "x"}
+    monkeypatch.setattr(on_ranks, "figures_of", lambda *_: {"rows": [row]})
+    (score,) = on_ranks.play(name, ["perfect"], 3, **sizes)
+    assert score.distance == pytest.approx(0, abs=1e-9) and 0.98 < score.efficiency <= 1 + 1e-9
+
+
+def test_own_policies_are_told_the_cost_of_moving(tmp_path: Path) -> None:
+    path = tmp_path / "mine.py"
+    text = "def __init__(self, {}):\n        self.given = dict(locals())\n\n    def decide"
+    for asked, given in (
+        ("move_cost=1.0", {"move_cost": 7.0}),
+        ("powers, move_cost", {"powers": [2.0, 1.0], "move_cost": 7.0}),
+        ("other=3", {"other": 3}),
+    ):
+        path.write_text(MINE.replace("def decide", text.format(asked)))
+        made = vars(player(f"{path}:Mine", [2.0, 1.0], 7.0))["given"]
+        assert {key: made[key] for key in given} == given
+    path.write_text("from motes.balance import CostAware\n\nclass Mine(CostAware):\n    pass\n")
+    assert vars(player(f"{path}:Mine", [1.0], 7.0))["move_cost"] == 7.0
 
 
 def test_ranks_play_and_verify(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import json
 import re
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -82,6 +83,25 @@ def _explains_itself(said: str, name: str) -> None:
     about = said.partition("\n\n")[2]
     assert re.match(r"[A-Z][^\n]*(\n[^\n]+)*[.:]\n", about), said
     assert re.search(rf"^  (python -m )?motes {name}\b", about, re.MULTILINE), said
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_each_example_of_a_help_can_be_given(name, capsys):
+    parser = Parser()
+    importlib.import_module(f"motes.cli.{name}").configure(parser)
+    inner = next((action for action in parser._actions if action.choices and action.required), None)
+    helps = [[name, command] for command in inner.choices] if name in ("bench", "cluster") else []
+    for help_of in ([name], *helps):
+        assert exit_code(*help_of, "--help") == 0
+        lines = capsys.readouterr().out.splitlines()
+        examples = [line for line in lines if re.match(rf"  (python -m )?motes {name}\b", line)]
+        assert examples
+        for line in examples:
+            words = shlex.split(re.sub(r" \[.*|  .*", "", line.strip()), comments=True)
+            words = words[words.index("motes") + 2 :]
+            args = parser.parse_args(words)
+            if getattr(args, "scene", "").endswith(".motes"):
+                assert not args.arguments, f"a recorded scene takes no arguments: {line}"
 
 
 def test_the_commands_are_listed(capsys):

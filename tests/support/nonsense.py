@@ -105,7 +105,7 @@ NONSENSE: list[Any] = [
     *(np.zeros(3), np.zeros((2, 3)), np.zeros((0, 3)), np.array([NAN, 0, 0]), np.float32(2), np.int64(-3)),
     *(np.zeros(0), np.array("text"), np.array(None), np.bool_(True), np.datetime64("2020"), np.ma.masked),
     *(
-        np.timedelta64(3),
+        np.timedelta64(3, "s"),
         np.longdouble("1e4000"),
         np.array([1j, 0, 0]),
         np.arange(3, dtype=">i2"),

@@ -158,7 +158,7 @@ CALLS: list[tuple[Callable[[motes.System], Any], str]] = [
     (lambda s: s.set(heat=1e300), "heat must be within the range of float32"),
     (lambda s: s.gravity(np.array([1j, 0, 0])), "acceleration must be 3 numbers"),
     (lambda s: s.gravity(("1", "2", "3")), "acceleration must be 3 numbers"),
-    (lambda s: s.kill_old(np.timedelta64(3)), "age_limit must be a number"),
+    (lambda s: s.kill_old(np.timedelta64(3, "s")), "age_limit must be a number"),
     (lambda s: s.kill_old(10**5000), "age_limit must be .* got a value of type int"),
     (lambda s: s.configure(mass=motes.Uniform(2, 1)), "mass must be drawn from lo <= hi"),
     (lambda s: s.configure(mass=motes.Normal(2, -1)), "mass must be drawn with sigma >= 0"),

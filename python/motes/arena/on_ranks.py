@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import sys
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
@@ -29,8 +30,8 @@ def play(
 ) -> list[Score]:
     """Start a job on real ranks, all of them calculators, and score each balancer.
 
-    The optimum is computed from each rank's mean speed over all balancers. Seconds are the time of the
-    actions on the slowest rank in each frame.
+    The optimum is computed from each rank's undisturbed speed, its mean over all balancers. Seconds are the
+    time of the actions on the slowest rank in each frame.
 
     Args:
         name: the workload's name.
@@ -48,8 +49,9 @@ def play(
     figures = figures_of(__name__, ranks, [json.dumps(played)])
     game = workload(name, **sizes)
     processed = np.sum([row["processed"] for row in figures["rows"]], axis=0)
-    act_s = np.sum([row["act_s"] for row in figures["rows"]], axis=0).sum(axis=0)
-    bounds = Bounds(game, np.maximum(processed, 1) / np.maximum(act_s, 1e-9))
+    parts = np.array([game.slowdown(frame, ranks) for frame in range(frames)])
+    undisturbed_s = np.sum([parts * row["act_s"] for row in figures["rows"]], axis=(0, 1))
+    bounds = Bounds(game, np.maximum(processed, 1) / np.maximum(undisturbed_s, 1e-9))
     return [
         scored(
             f"{ranks} ranks",
@@ -89,7 +91,7 @@ def _played(game: Workload, text: str) -> dict[str, Any] | None:
             game.step(system, frame)
             if game.disturbed:
                 slowness = 1 / game.slowdown(frame, comm.size)[comm.rank]
-                system.callback(_work(round(PASSES * slowness)))
+                system.callback(_work(PASSES * slowness))
             cuts.append(np.array(system.cuts))
             world.step()
             act_s.append(world.timings["t_act_s"])
@@ -109,13 +111,14 @@ def _played(game: Workload, text: str) -> dict[str, Any] | None:
     }
 
 
-def _work(passes: int) -> Callable[[LocalParticles], None]:
+def _work(passes: float) -> Callable[[LocalParticles], None]:
     """Return a callback that makes this many passes of synthetic work over all particles."""
 
     def work(particles: LocalParticles) -> None:
         x = np.array(particles.position[:, 0])
-        for _ in range(passes):
-            np.sqrt(x * x + 1.0, out=x)
+        for begun in range(math.ceil(passes)):
+            some = x[: round(len(x) * min(passes - begun, 1.0))]
+            np.sqrt(some * some + 1.0, out=some)
 
     return work
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import importlib.util
+import inspect
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -25,9 +26,11 @@ def player(text: str, powers: Sequence[float] = (), move_cost: float | None = No
     Args:
         text: the name of a balancer in `motes.balance`, optionally with keyword arguments in Python syntax;
             the beginning of its name in lower case; or `file.py:Name`, where Name is a balancer, or a
-            balancer class without required arguments.
-        powers: the machines' powers, used by `Proportional` if `text` gives none; empty: unknown.
-        move_cost: cost of moving a particle, used by `CostAware` if `text` gives none; None: its default.
+            balancer class that requires no arguments but those below.
+        powers: the machines' powers, for `Proportional` if `text` gives none, and for classes of a file with
+            an argument of this name; empty: unknown.
+        move_cost: cost of moving a particle, in units of its actions' time per frame; for `CostAware` if
+            `text` gives none, and for classes of a file with an argument of this name; None: unknown.
 
     Raises:
         ArgumentError: if `text` does not name a balancer.
@@ -35,7 +38,7 @@ def player(text: str, powers: Sequence[float] = (), move_cost: float | None = No
     """
     path, _, name = text.rpartition(":")
     if path.endswith(".py"):
-        return _of_file(Path(path), name)
+        return _of_file(Path(path), name, {"powers": list(powers) or None, "move_cost": move_cost})
     if text.isalpha() and text.islower():
         return balance.by_name(text)
     kinds = {name: getattr(balance, name) for name in balance.BALANCERS}
@@ -63,8 +66,8 @@ def _call(text: str) -> tuple[str, dict[str, Any]]:
     raise ArgumentError("balancer", text, "Name, Name(option=value) or file.py:Name")
 
 
-def _of_file(path: Path, name: str) -> Balancer:
-    """Run a file and return its balancer of this name."""
+def _of_file(path: Path, name: str, known: dict[str, Any]) -> Balancer:
+    """Run a file and return its balancer of this name, made with what is known and it asks for."""
     if not path.is_file():
         raise MotesError(f"balancer file {path} does not exist")
     spec = importlib.util.spec_from_file_location(path.stem, path)
@@ -73,7 +76,10 @@ def _of_file(path: Path, name: str) -> Balancer:
     sys.modules.setdefault(path.stem, module)  # dataclasses and pickles look there
     spec.loader.exec_module(module)
     found = getattr(module, name, None)
-    made = found() if isinstance(found, type) and issubclass(found, Balancer) else found
+    made = found
+    if isinstance(found, type) and issubclass(found, Balancer):
+        asked = inspect.signature(found).parameters
+        made = found(**{key: value for key, value in known.items() if key in asked and value is not None})
     if not isinstance(made, Balancer):
         own = [
             key

@@ -30,6 +30,7 @@ class Score:
         balancer: the balancer's name.
         ranks: number of calculators.
         frames: number of frames played.
+        particles: total number of the workload's particles.
         seconds: total over all frames; a frame takes as long as its slowest calculator.
         optimum_s: `seconds` with each frame's best cuts, if moving particles cost nothing.
         efficiency: time with perfect balance and no moves, divided by `seconds`, 0..1.
@@ -47,6 +48,7 @@ class Score:
     balancer: str
     ranks: int
     frames: int
+    particles: int
     seconds: float
     optimum_s: float
     efficiency: float
@@ -187,6 +189,7 @@ def scored(
         balancer=balancer,
         ranks=len(bounds.speeds),
         frames=len(frame_s),
+        particles=bounds.workload.particles,
         seconds=seconds,
         optimum_s=optimum_s,
         efficiency=float(bounds.ideal_s.sum()) / seconds,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import itertools
 import json
 import os
 from collections.abc import Iterable, Sequence
@@ -11,40 +12,71 @@ from typing import Any
 
 from .. import _extras
 from .._io import files
+from ..errors import MotesError
 from .score import Score
 
-__all__ = ["keep", "kept", "league", "plot", "rows", "text"]
+__all__ = ["keep", "kept", "league", "league_text", "plot", "require_parquet", "rows", "text"]
 
-KEY = ("machine", "ranks", "workload", "balancer")
+GAME = ("machine", "ranks", "workload", "frames", "particles")
+"""What makes two results comparable."""
+KEY = (*GAME, "balancer")
 """Results with the same key replace each other; the latest is kept."""
 
+Row = dict[str, Any]
 
-def rows(scores: Iterable[Score]) -> list[dict[str, Any]]:
+
+def rows(scores: Iterable[Score]) -> list[Row]:
     """Return one row of figures per score."""
     return [score.figures for score in scores]
 
 
-def league(scores: Sequence[Score]) -> list[dict[str, Any]]:
-    """Return one row per balancer, over all of its games, nearest to the optimum first."""
-    found = []
-    for name in dict.fromkeys(score.balancer for score in scores):
-        own = [score for score in scores if score.balancer == name]
-        won = sum(score.distance <= _least(score, scores) for score in own)
-        found.append(
-            {
-                "balancer": name,
-                "played": len(own),
-                "won": won,
-                "efficiency": sum(score.efficiency for score in own) / len(own),
-                "distance": sum(score.distance for score in own) / len(own),
-                "moved": sum(score.moved for score in own),
-            }
-        )
-    return sorted(found, key=lambda row: row["distance"])
+def league(results: Iterable[Row]) -> list[Row]:
+    """Return one row per balancer and size over all of its games of this size, nearest to the optimum first.
+
+    Games are of one size if they have equally many frames and particles per rank. Only those are compared.
+
+    Args:
+        results: rows of figures.
+    """
+    found, every = [], list(results)
+    for size, name in dict.fromkeys((_size(row), row["balancer"]) for row in every):
+        own = [row for row in every if row["balancer"] == name and _size(row) == size]
+        won = sum(row["distance"] <= _least(row, every) for row in own)
+        mean = {key: sum(row[key] for row in own) / len(own) for key in ("efficiency", "distance")}
+        moved = sum(row["moved"] for row in own)
+        sized = {"frames": size[0], "particles_per_rank": size[1]}
+        found.append({"balancer": name, **sized, "played": len(own), "won": won, **mean, "moved": moved})
+    sizes = list(dict.fromkeys(map(_size, every)))
+    return sorted(found, key=lambda row: (sizes.index(_sized(row)), row["distance"]))
 
 
-def _least(score: Score, scores: Iterable[Score]) -> float:
-    return min(one.distance for one in _played(score.machine, score.workload, scores))
+def _size(row: Row) -> tuple[int, int]:
+    return row["frames"], row["particles"] // row["ranks"]
+
+
+def _sized(row: Row) -> tuple[int, int]:
+    return row["frames"], row["particles_per_rank"]
+
+
+def _least(row: Row, results: Iterable[Row]) -> float:
+    game = [row[name] for name in GAME]
+    return float(min(one["distance"] for one in results if [one[name] for name in GAME] == game))
+
+
+def league_text(results: Iterable[Row]) -> str:
+    """Return the text of a league, with a table for each size of games."""
+    ranked = league(results)
+    width = max(len(row["balancer"]) for row in ranked)
+    lines = []
+    for size in dict.fromkeys(map(_sized, ranked)):
+        own = [row for row in ranked if _sized(row) == size]
+        what = f"{size[0]} frames, {size[1]:,} particles per rank" if size[1] else f"{size[0]} frames"
+        lines += [f"league: {what}", f"{'':{width}}  efficiency  from optimum  won"]
+        for row in own:
+            figures = f"{row['efficiency']:10.3f}  {100 * row['distance']:11.2f}%"
+            lines.append(f"{row['balancer']:{width}}  {figures}  {row['won']} of {row['played']}")
+        lines.append("")
+    return "\n".join(lines[:-1])
 
 
 def text(scores: Sequence[Score]) -> str:
@@ -72,13 +104,7 @@ def text(scores: Sequence[Score]) -> str:
         if digests:
             lines.append("one digest: " + digests.pop() if len(digests) == 1 else "DIGESTS DIFFER")
         lines.append("")
-    lines.append(f"{'league':{width}}  efficiency  from optimum  won")
-    for row in league(scores):
-        figures = (
-            f"{row['efficiency']:10.3f}  {100 * row['distance']:11.2f}%  {row['won']} of {row['played']}"
-        )
-        lines.append(f"{row['balancer']:{width}}  {figures}")
-    return "\n".join(lines)
+    return "\n".join([*lines, league_text(rows(scores))])
 
 
 def plot(scores: Sequence[Score], path: str | os.PathLike[str]) -> None:
@@ -113,29 +139,45 @@ def _played(machine: str, workload: str, scores: Iterable[Score]) -> list[Score]
     return [score for score in scores if (score.machine, score.workload) == (machine, workload)]
 
 
-def keep(scores: Iterable[Score], path: Path) -> Path:
+def require_parquet(path: Path) -> None:
+    """Raise MotesError if the file of a league needs pyarrow, which is not installed."""
+    if path.suffix == ".parquet" and importlib.util.find_spec("pyarrow") is None:
+        raise MotesError(f"a league in {path} needs pyarrow: pip install pyarrow, or name a .jsonl file")
+
+
+def keep(scores: Iterable[Score], path: Path) -> None:
     """Add results to a league's file, replacing earlier ones with the same key.
 
-    Returns the file: Parquet if `path` ends in .parquet and pyarrow is installed, else JSON lines.
+    Args:
+        scores: the results.
+        path: of a .parquet file, or of a file of JSON lines.
+
+    Raises:
+        MotesError: if the file is something else, or needs pyarrow, which is not installed.
     """
-    if path.suffix == ".parquet" and importlib.util.find_spec("pyarrow") is None:
-        path = path.with_suffix(".jsonl")
+    require_parquet(path)
     found = {tuple(row[name] for name in KEY): row for row in [*kept(path), *rows(scores)]}
     with files.whole_path(path) as draft:
         if path.suffix == ".parquet":
             _extras.pandas("a league of results").DataFrame(list(found.values())).to_parquet(draft)
         else:
             draft.write_text("".join(json.dumps(row) + "\n" for row in found.values()))
-    return path
 
 
-def kept(path: Path) -> list[dict[str, Any]]:
-    """Read a league's file; empty if there is none."""
+def kept(path: Path) -> list[Row]:
+    """Read a league's file; empty if there is none. Rows of older files, without particles, have 0."""
     if not path.is_file():
         return []
-    if path.suffix == ".parquet":
-        table: list[dict[str, Any]] = (
-            _extras.pandas("a league of results").read_parquet(path).to_dict("records")
-        )
-        return table
-    return [json.loads(line) for line in path.read_text().splitlines()]
+    require_parquet(path)
+    try:
+        if path.suffix == ".parquet":
+            found = _extras.pandas("a league of results").read_parquet(path).to_dict("records")
+        else:
+            found = [json.loads(line) for line in path.read_text().splitlines()]
+        every = [{"particles": 0, **row} for row in found]
+        for row, name in itertools.product(every, (*KEY, "distance", "efficiency", "moved", "verified")):
+            row[name]
+    except (ValueError, KeyError, TypeError, OSError) as error:
+        reason = f"{type(error).__name__}: {error}"
+        raise MotesError(f"{path} is not a league of `motes arena` ({reason})") from None
+    return every

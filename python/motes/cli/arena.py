@@ -3,8 +3,9 @@
   python -m motes arena
   python -m motes arena --workload step wave --balancer PrefixCuts mine.py:Mine --cluster thousand
   python -m motes arena --workload pic_geometric --ranks 4
+  python -m motes arena --league league.jsonl
 
-Scores on virtual machines are the same in each repeat.
+Scores on virtual machines are the same in each repeat. A league alone is only read and ranked.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from .. import _extras
 from ..arena import players, table
 from ..arena.machines import MACHINES, Machine, machine
 from ..arena.score import Score, Track
-from ..errors import ArgumentError
+from ..errors import ArgumentError, MotesError
 from ..workloads import WORKLOADS, workload
 from .parser import add_json, positive, print_figures
 
@@ -67,7 +68,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--plot", type=Path, metavar="FILE", help="draw each frame's distance from the best cuts"
     )
     parser.add_argument(
-        "--league", type=Path, metavar="FILE", help="add the results to a .parquet or .jsonl file"
+        "--league",
+        type=Path,
+        metavar="FILE",
+        help="add the results to a .parquet or .jsonl file; alone: rank what it holds",
     )
     add_json(parser)
 
@@ -78,6 +82,10 @@ def run(args: argparse.Namespace) -> int:
         _extras.matplotlib("matplotlib.figure")  # before minutes of work
     if args.league and args.league.suffix not in (".parquet", ".jsonl"):
         raise ArgumentError("league", str(args.league), "a file that ends in .parquet or .jsonl")
+    if args.league:
+        table.require_parquet(args.league)
+        if not (args.workload or args.balancer or args.ranks or args.cluster):
+            return _ranked(args)
     scores: list[Score] = []
     for name in args.workload or WORKLOADS:
         if args.ranks:
@@ -85,14 +93,29 @@ def run(args: argparse.Namespace) -> int:
         else:
             for one in args.cluster or ("paper", "two_kinds"):
                 scores += _on_machine(args, name, machine(one))
-    figures = {"rows": table.rows(scores), "league": table.league(scores)}
+    rows = table.rows(scores)
+    figures = {"rows": rows, "league": table.league(rows)}
     print_figures(args, figures, table.text(scores))
     if args.plot:
         table.plot(scores, args.plot)
     if args.league:
-        kept = table.keep(scores, args.league)
-        print(f"{kept}: {len(table.kept(kept))} results", file=sys.stderr)
+        table.keep(scores, args.league)
+        print(f"{args.league}: {len(table.kept(args.league))} results", file=sys.stderr)
     return 0 if _right(scores) else 1
+
+
+def _ranked(args: argparse.Namespace) -> int:
+    """Print what a league has stored; return 1 if some particles were lost."""
+    for name in ("frames", "particles", "plot"):
+        if getattr(args, name):
+            raise MotesError(f"--{name} is for playing, but a league alone is only ranked: name a --workload")
+    if not args.league.is_file():
+        raise MotesError(f"there is no league {args.league} yet: play with --workload to begin it")
+    rows = table.kept(args.league)
+    if not rows:
+        raise MotesError(f"{args.league} is empty: play with --workload to fill it")
+    print_figures(args, {"rows": rows, "league": table.league(rows)}, table.league_text(rows))
+    return 0 if all(row["verified"] for row in rows) else 1
 
 
 def _on_machine(args: argparse.Namespace, name: str, where: Machine) -> list[Score]:

@@ -1,7 +1,7 @@
 """Run on a simulated cluster, reproduce the paper's tables, or measure how the engine scales with ranks.
 
   python -m motes cluster paper --table 1
-  python -m motes cluster run cluster.py snow.motes --balancer mine.py:Mine
+  python -m motes cluster run --balancer mine.py:Mine cluster.py snow.motes
 
 Needs SimGrid (apt-get install libsimgrid-dev) and `motes_replay` built for it: `cluster build`, once.
 """

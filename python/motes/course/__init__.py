@@ -12,20 +12,24 @@ from typing import Any
 
 from ..errors import missing
 from ._secret import PRACTICE
+from ._texts import cells, solution
+from .classes import Graded, grade_all
 from .grades import Grade, Part
 from .grading import TASKS, Task, grade, task
 from .scenes import Scene
-from .writing import cells, notebook, solution, write
+from .writing import notebook, write
 
 __all__ = [
     "PRACTICE",
     "TASKS",
     "Grade",
+    "Graded",
     "Part",
     "Scene",
     "Task",
     "cells",
     "grade",
+    "grade_all",
     "notebook",
     "solution",
     "task",

@@ -187,6 +187,8 @@ def main() -> None:
     """Answer requests, one line of JSON each, until the pipe closes."""
     requests, answers = os.fdopen(int(sys.argv[1])), os.fdopen(int(sys.argv[2]), "w")
     submission, guard = Submission(), restrict()
+    answers.write("ready\n")
+    answers.flush()
     for line in requests:
         request = json.loads(line)
         function = getattr(submission, request.pop("do"))

@@ -1,8 +1,12 @@
-"""Games: a hidden load on hidden machines, what a policy sees of it, and the points for its seconds."""
+"""Games: a hidden load on hidden machines, what a policy sees of it, and the points for its seconds.
+
+The course's own solution and many simple policies play each game, too: points say where a submission stands
+between them. A game is fair if no simple policy comes close to the solution.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -11,19 +15,23 @@ import numpy as np
 
 from .. import _core
 from ..arena import Machine, Score, Track
-from ..balance import Balancer, LoadTable, Orders, Static, Targets
+from ..balance import Balancer, LoadTable, Orders, Targets
 from ..replay.history import Floats
 from ..workloads import Workload
 from ..workloads.base import Counts, laid
+from ._simple import simple
+from ._texts import own
 
 __all__ = ["Game", "Hidden", "Result", "Seen", "machine"]
 
 PARTICLE_S = 1e-7
 """Seconds that one particle takes at speed 1."""
 PATIENCE = (1, 3, 8, 24)
-"""Frames within which a move must pay, for each reference policy; the best one is worth 100 points."""
-MARGIN = 1.2
-"""Smallest ratio of the time worth 0 points to the best time."""
+"""Frames within which a move must pay, for each policy with full knowledge."""
+LEAD = 1.1
+"""Smallest ratio of the best simple policy's time to that of the course's own solution, in a fair game."""
+OWN = 0.8
+"""Fewest points of the course's own solution, as a fraction of all."""
 
 Table = dict[str, Any]
 
@@ -139,13 +147,6 @@ class Seen(Balancer):
         return "Mine()"
 
 
-class _Naive(Balancer):
-    """Trusts each measurement and acts on it at once."""
-
-    def decide(self, load: LoadTable) -> Targets:
-        return Targets(load.powers)
-
-
 class _Knowing(Balancer):
     """Knows speeds and loads without noise, but not the future.
 
@@ -180,13 +181,12 @@ class Result:
         name: of the game.
         points: 0..100.
         seconds: of all frames.
-        zero_s: seconds that are worth 0 points: those of the better of two simple policies, static cuts and
-            following each measurement, but at least a fifth more than `full_s`.
-        full_s: seconds that are worth 100 points: those of a policy that knows each machine, but not the
-            future.
+        zero_s: seconds that are worth 0 points: those of the best simple policy.
+        full_s: seconds that are worth 100 points: those of the better of two policies, the course's own
+            solution and one that knows each machine but not the future; where the latter is far better, those
+            with which the solution is worth 80 points.
         moved: particles that the policy moved.
-        full_moved: particles that the best policy moved.
-        static: whether static cuts are within 2 % of the best.
+        full_moved: particles that the better of the two policies moved.
         frame_s: seconds of each frame.
     """
 
@@ -197,7 +197,6 @@ class Result:
     full_s: float
     moved: int
     full_moved: int
-    static: bool
     frame_s: Sequence[float] = field(repr=False, compare=False, default=())
 
 
@@ -212,6 +211,7 @@ class Game:
         noise: relative errors of measured seconds, (frames, calculators); None: no errors.
         raw: whether policies see each frame's own speeds, not the engine's smoothed ones.
         options: arguments with which a policy is made.
+        evening: whose solution plays for comparison.
     """
 
     name: str
@@ -220,6 +220,8 @@ class Game:
     noise: Floats | None = None
     raw: bool = True
     options: dict[str, float] = field(default_factory=dict)
+    evening: int = 0
+    _simple_s: list[float] = field(default_factory=list, repr=False, compare=False)
 
     @cached_property
     def track(self) -> Track:
@@ -227,14 +229,30 @@ class Game:
         return Track(self.workload, self.machine)
 
     @cached_property
-    def bounds(self) -> tuple[float, Score, float]:
-        """Seconds worth 0 points, the best score with full knowledge, and the seconds of static cuts."""
-        static = self.track.play(Static())
-        naive = self.track.play(self.seen(_Naive()))
-        move_s = self.machine.leave_s
+    def own(self) -> Score:
+        """The score of the course's own solution."""
+        return self.track.play(self.seen(own(self.evening)(**self.options)))
+
+    @cached_property
+    def is_fair(self) -> bool:
+        """Whether the course's own solution is clearly faster than each simple policy."""
+        return all(seconds > LEAD * self.own.seconds for seconds in self.simple_s())
+
+    def simple_s(self) -> Iterator[float]:
+        """Let each simple policy play once, and yield its seconds."""
+        equal = self.noise is None and self.raw and len(set(self.machine.speeds)) == 1
+        for number, policy in enumerate(simple(equal=equal)):
+            if number == len(self._simple_s):
+                self._simple_s.append(self.track.play(self.seen(policy)).seconds)
+            yield self._simple_s[number]
+
+    @cached_property
+    def bounds(self) -> tuple[float, float, Score]:
+        """Seconds worth 0 points, seconds worth 100 points, and the best score known."""
+        zero_s, move_s = min(self.simple_s()), self.machine.leave_s
         knowing = [self.track.play(_Knowing(self.track, frames, move_s)) for frames in PATIENCE]
-        best = min([static, *knowing], key=lambda score: score.seconds)
-        return max(min(static.seconds, naive.seconds), MARGIN * best.seconds), best, static.seconds
+        best = min([self.own, *knowing], key=lambda score: score.seconds)
+        return zero_s, max(best.seconds, zero_s - (zero_s - self.own.seconds) / OWN), best
 
     def seen(self, balancer: Balancer) -> Balancer:
         """Let a balancer of this process see what a submission would see."""
@@ -250,16 +268,15 @@ class Game:
             The result, which is the same in each repeat.
         """
         score = self.track.play(balancer)
-        zero_s, best, static_s = self.bounds
-        worth = (zero_s - score.seconds) / (zero_s - best.seconds)
+        zero_s, full_s, best = self.bounds
+        worth = (zero_s - score.seconds) / (zero_s - full_s)
         return Result(
             self.name,
             points=round(100 * min(max(worth, 0.0), 1.0), 1),
             seconds=score.seconds,
             zero_s=zero_s,
-            full_s=best.seconds,
+            full_s=full_s,
             moved=score.moved,
             full_moved=best.moved,
-            static=static_s <= 1.02 * best.seconds,
             frame_s=score.frame_s,
         )

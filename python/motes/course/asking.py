@@ -18,28 +18,36 @@ from typing import Any, Self
 from ..balance import Orders, Targets
 from ..errors import MotesError
 
-__all__ = ["Asked", "SubmissionError"]
+__all__ = ["Asked", "StartError", "SubmissionError"]
 
 IDLE_S = 8
-"""Seconds for which a submission may sleep; time spent waiting for a core does not count."""
+"""Seconds for which a submission may sleep in all; time spent waiting for a core does not count."""
 CHECKED_S = 1.0
 KEPT, MOST = 2000, 1_000_000
 """Bytes of a submission's output that are kept, and the most that it may write."""
-_KEPT_VARIABLES = ("PATH", "LD_LIBRARY_PATH", "LANG", "LC_ALL", "VIRTUAL_ENV")
+_KEPT_VARIABLES = (
+    *("PATH", "LD_LIBRARY_PATH", "LD_PRELOAD", "LANG", "LC_ALL", "VIRTUAL_ENV", "PYTHONHOME"),
+    *("MPI4PY_LIBMPI", "MPI4PY_MPIABI", "OPAL_PREFIX", "PMIX_PREFIX", "MPI_ROOT", "I_MPI_ROOT"),
+)
+"""What a process needs to find programs, libraries and MPI; nothing that may hold a secret."""
 
 
 class SubmissionError(MotesError):
     """A submission fails: it raises, takes too long, or does something forbidden."""
 
 
-class Asked:
-    """A submission in a separate process: `with Asked(path) as submission: submission.ask("call", ...)`."""
+class StartError(MotesError):
+    """The process for a submission does not start: the fault is the installation's, not the student's."""
 
-    def __init__(self, path: Path) -> None:
-        """`path` is the student's file. Raises SubmissionError if it is not Python."""
+
+class Asked:
+    """A submission in a separate process: `with Asked(...) as submission: submission.ask("call", ...)`."""
+
+    def __init__(self, path: Path, source: bytes) -> None:
+        """`path` is the student's file, `source` its content. Raises SubmissionError if it is not Python."""
         self._path = path
         try:
-            self._source = path.read_text(encoding="utf-8")
+            self._source = source.decode()
             ast.parse(self._source)
         except SyntaxError as error:
             raise SubmissionError(
@@ -49,6 +57,7 @@ class Asked:
             raise SubmissionError(f"{path.name} is not Python: {error}") from None
         self._printed = bytearray()
         self._floods = False
+        self._asleep = 0
 
     def __enter__(self) -> Self:
         """Start the process and load the file into it."""
@@ -62,7 +71,7 @@ class Asked:
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             pass_fds=(there, back),
-            env=_environment(self._folder.name),
+            env=_environment(self._folder.name, self._path),
             cwd=self._folder.name,
             start_new_session=True,
         )
@@ -72,6 +81,7 @@ class Asked:
         self._reader.start()
         self._rest = b""
         try:
+            self._start()
             self.ask("load", source=self._source, file=self._path.name)
         except BaseException:
             self._close()
@@ -83,6 +93,19 @@ class Asked:
     ) -> None:
         """End the process."""
         self._close()
+
+    def _start(self) -> None:
+        """Wait until the process is ready for requests. Raises StartError if it ends before."""
+        try:
+            self._line()
+        except EOFError:
+            self._process.wait()
+            self._reader.join(1.0)
+            said = self.printed.strip().splitlines() or [f"exit code {self._process.returncode}"]
+            raise StartError(
+                f"motes does not start in the process for the submission: {said[-1]}; does "
+                f"`{sys.executable} -m motes doctor` pass?"
+            ) from None
 
     @property
     def printed(self) -> str:
@@ -147,12 +170,12 @@ class Asked:
 
     def _wait(self) -> None:
         """Wait for an answer. Raises SubmissionError if the process sleeps for too long."""
-        asleep, before = 0, -1
+        before = -1
         while not select.select([self._answers], [], [], CHECKED_S)[0]:
             state, ticks = _state(self._process.pid)
-            asleep = asleep + 1 if state == "S" and ticks == before else 0
+            self._asleep += state not in "RD" and ticks == before
             before = ticks
-            if asleep * CHECKED_S >= IDLE_S:
+            if self._asleep * CHECKED_S >= IDLE_S:
                 raise SubmissionError("it does not answer: is it waiting for something?")
 
     def _ended(self) -> str:
@@ -191,13 +214,21 @@ class Asked:
         self._folder.cleanup()
 
 
-def _environment(folder: str) -> dict[str, str]:
+def _environment(folder: str, submission: Path) -> dict[str, str]:
     """Return the process's environment variables, without any that belong to the grader."""
     kept = {name: os.environ[name] for name in _KEPT_VARIABLES if name in os.environ}
     package = str(Path(__file__).resolve().parents[2])
+    paths = os.pathsep.join([package, *_module_folders(submission)])
     threads = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-    own = {"PYTHONPATH": package, "PYTHONHASHSEED": "0", "PYTHONDONTWRITEBYTECODE": "1", "HOME": folder}
+    own = {"PYTHONPATH": paths, "PYTHONHASHSEED": "0", "PYTHONDONTWRITEBYTECODE": "1", "HOME": folder}
     return {**kept, **threads, **own}
+
+
+def _module_folders(submission: Path) -> list[str]:
+    """Return the folders of PYTHONPATH that a submission may read: not where it or the grader's files are."""
+    given = [Path(one).resolve() for one in os.environ.get("PYTHONPATH", "").split(os.pathsep) if one]
+    private = {Path.cwd().resolve(), *submission.resolve().parents}
+    return [str(one) for one in given if one not in private]
 
 
 def _state(process: int) -> tuple[str, int]:

@@ -63,6 +63,7 @@ class Grade:
             "problem": self.problem,
             "parts": [{"name": one.name, "points": one.points, "hint": one.hint} for one in self.parts],
             "printed": self.printed,
+            "text": str(self),
         }
 
     def __str__(self) -> str:
@@ -74,7 +75,6 @@ class Grade:
         lines += [f"  {one.name:{width}}  {one.points:5.1f}  {one.hint}".rstrip() for one in self.parts]
         if self.printed.strip():
             printed = self.printed.strip().splitlines()
-            lines.append(
-                "  it printed, which does not count: " + printed[0] + (" ..." if printed[1:] else "")
-            )
+            shown = printed[-1] if printed[0].startswith("Traceback") else printed[0]
+            lines.append("  it printed, which does not count: " + shown + (" ..." if printed[1:] else ""))
         return "\n".join(lines)

@@ -12,10 +12,10 @@ from typing import Any
 from ..errors import ArgumentError, MotesError
 from . import cutting, policies, reading
 from ._secret import PRACTICE
-from .asking import Asked, SubmissionError
+from .asking import Asked, StartError, SubmissionError
 from .grades import Grade, Part
 
-__all__ = ["TASKS", "Task", "grade", "task"]
+__all__ = ["TASKS", "Task", "cases_of", "grade", "graded", "task"]
 
 
 @dataclass(frozen=True)
@@ -86,19 +86,31 @@ def grade(task_of: int | str, submission: str | os.PathLike[str], *, key: str = 
 
     Raises:
         ArgumentError: for an unknown task or an empty key.
-        MotesError: if there is no such file.
+        MotesError: if there is no such file, or if motes does not start in the submission's process.
     """
     chosen, path = task(task_of), Path(submission)
-    if not key:
-        raise ArgumentError("key", key, "a non-empty string")
     if not path.is_file():
         raise MotesError(f"file {path} does not exist")
-    cases = _cases(chosen.evening, key)
+    return graded(chosen, path, path.read_bytes(), cases_of(chosen.evening, key))
+
+
+def graded(chosen: Task, path: Path, source: bytes, cases: Any) -> Grade:
+    """Grade a submission's source on cases.
+
+    Args:
+        chosen: the task.
+        path: where the source comes from.
+        source: of the submission.
+        cases: made by `cases_of`.
+
+    Raises:
+        MotesError: if motes does not start in the submission's process.
+    """
     printed = ""
     try:
         runs = []
         for _ in range(2):
-            asked = Asked(path)
+            asked = Asked(path, source)
             try:
                 with asked:
                     runs.append(chosen.graded(asked, cases))
@@ -108,14 +120,22 @@ def grade(task_of: int | str, submission: str | os.PathLike[str], *, key: str = 
             raise SubmissionError(
                 "two runs of it give different results: seed the random numbers, and do not read the clock"
             )
+    except StartError:
+        raise
     except MotesError as error:
         return Grade(chosen.evening, chosen.name, [], _sentence(error), printed)
     return Grade(chosen.evening, chosen.name, runs[0], "", printed)
 
 
 @lru_cache(maxsize=len(TASKS))
-def _cases(evening: int, key: str) -> Any:
-    """Make hidden cases once, since games cache the reference results for their points."""
+def cases_of(evening: int, key: str) -> Any:
+    """Make hidden cases once, since games cache the reference results for their points.
+
+    Raises:
+        ArgumentError: for an empty key.
+    """
+    if not key:
+        raise ArgumentError("key", key, "a non-empty string")
     return task(evening).cases(key)
 
 

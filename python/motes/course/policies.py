@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
+from itertools import count
 
 import numpy as np
 
@@ -12,149 +14,150 @@ from ._secret import Secret
 from .asking import Asked
 from .grades import Part
 
-__all__ = ["GAMES", "graded", "practice"]
+__all__ = ["GAMES", "MADE", "game", "graded", "practice"]
 
-FRAMES = 40
-
-
-def _still(secret: Secret, frames: int = FRAMES) -> list[float]:
-    return [secret.uniform(0.15, 0.85)] * frames
-
-
-def _drift(secret: Secret, frames: int = FRAMES) -> list[float]:
-    start, end = secret.shuffled([secret.uniform(0.12, 0.25), secret.uniform(0.75, 0.88)])
-    return [start + (end - start) * frame / (frames - 1) for frame in range(frames)]
-
-
-def _jumps(secret: Secret, low: int, high: int, frames: int = FRAMES) -> list[float]:
-    places: list[float] = []
-    spots = [0.14, 0.5, 0.86]
-    while len(places) < frames:
-        here = [spot for spot in spots if not places or abs(spot - places[-1]) > 0.1]
-        places += [secret.one_of(here)] * secret.whole(low, high)
-    return places[:frames]
-
-
-def _steady(calculators: int, frames: int = FRAMES) -> Floats:
-    return np.ones((frames, calculators))
-
-
-def _slow_from(frame: int, who: int, part: float, calculators: int) -> Floats:
-    slow = _steady(calculators)
-    slow[frame:, who] = part
-    return slow
+FRAMES = 144
+"""Frames of a game: so many that luck evens out."""
 
 
 def _measured(secret: Secret, calculators: int, deviation: float) -> Floats:
-    """Return nearly normal noise, in which 3 of 100 samples take up to twice as long."""
+    """Draw relative errors of seconds: nearly normal, but one in ten far too long, and one far too short."""
     noise = secret.noise((FRAMES, calculators), deviation)
     for row in noise:
         for c in range(calculators):
-            if secret.uniform() < 0.03:
-                row[c] += secret.uniform(0.5, 1.0)
-    return np.maximum(noise, -0.5)
+            kind = secret.uniform()
+            if kind < 0.1:
+                row[c] = secret.uniform(1.8, 3.0)
+            elif kind < 0.2:
+                row[c] = -secret.uniform(0.45, 0.65)
+    return np.maximum(noise, -0.8)
 
 
-def _third(key: str) -> list[Game]:
-    """Make games of equal machines, a noisy clock, and at most one real change."""
-    count, cheap = 8, machine([1.0] * 8, 2e-7)
-    games = []
-    for name in ("nothing happens", "a burst", "a machine slows down"):
-        secret = Secret(key, f"3 {name}")
-        noise = _measured(secret, count, 0.06)
-        frame, slow, part = secret.whole(10, 18), _steady(count), 0.0
-        if name == "a burst":
-            part = 0.5
-        elif name == "a machine slows down":
-            slow = _slow_from(frame, secret.whole(0, count - 1), 0.45, count)
-        load = Hidden(_still(secret), part=part, slow=slow, born=frame)
-        games.append(Game(name, load, cheap, noise))
-    return games
+def _changing(secret: Secret, speeds: Sequence[float], part: float) -> Floats:
+    """Slow down one of the fast machines after another, each for some 25 frames."""
+    slow = np.ones((FRAMES, len(speeds)))
+    fast = [machine for machine, speed in enumerate(speeds) if speed > 0.6]
+    start, who = secret.whole(10, 22), -1
+    while start < FRAMES:
+        end = start + secret.whole(18, 32)
+        who = secret.one_of([machine for machine in fast if machine != who])
+        slow[start:end, who] = part
+        start = end
+    return slow
 
 
-def _fourth(key: str) -> list[Game]:
-    """Make games of machines with unknown speeds, some of which have no particles at first."""
-    games = []
-    for name in ("an even load", "a crowd that drifts", "a machine that gets slower"):
-        secret = Secret(key, f"4 {name}")
-        speeds = secret.shuffled([1.0, 1.0, 0.8, 0.5, 0.4, 0.25])
-        noise = _measured(secret, 6, 0.04)
-        slow, places, part = _steady(6), _still(secret), 0.0
-        if name == "a crowd that drifts":
-            places, part = _drift(secret), 1.0
-        elif name == "a machine that gets slower":
-            slow = _slow_from(secret.whole(12, 18), speeds.index(0.8), 0.35, 6)
-        load = Hidden(places, part=part, slow=slow, width=0.12)
-        games.append(Game(name, load, machine(speeds, 5e-8), noise))
-    return games
+def _resting(secret: Secret, jumps: tuple[int, int]) -> list[float]:
+    """Draw the places of a crowd that jumps every few frames, rests for a while, jumps again, and so on."""
+    places: list[float] = []
+    while len(places) < FRAMES:
+        for still in (False, True):
+            end = len(places) + secret.whole(*(24, 34) if still else (14, 22))
+            while len(places) < end:
+                place = secret.uniform(0.07, 0.93)
+                while places and abs(place - places[-1]) < 0.2:
+                    place = secret.uniform(0.07, 0.93)
+                places += [place] * (end - len(places) if still else secret.whole(*jumps))
+    return places[:FRAMES]
 
 
-def _fifth(key: str) -> list[Game]:
-    """Make games in which moving particles is cheap, and games in which it is expensive."""
-    games = []
-    for network, move_s in (("fast network", 1e-8), ("slow network", 2e-6)):
-        for name in ("a crowd that stays", "a crowd that jumps", "a crowd near the end"):
-            secret = Secret(key, f"5 {name} {network}")
-            places = _jumps(secret, 3, 5) if name == "a crowd that jumps" else _still(secret)
-            born = {"a crowd that stays": secret.whole(3, 8), "a crowd that jumps": 0}.get(name)
-            load = Hidden(
-                places,
-                part=0.6,
-                slow=_steady(6),
-                born=FRAMES - secret.whole(5, 7) if born is None else born,
-            )
-            options = {"move_s": move_s, "frames": FRAMES}
-            games.append(Game(f"{name}, {network}", load, machine([1.0] * 6, move_s), options=options))
-    return games
+def _third(secret: Secret, name: str) -> Game:
+    """Make a game of equal machines and a noisy clock, in which other machines are slow now and then."""
+    noise, speeds = _measured(secret, 8, 0.06), [1.0] * 8
+    crowd = 0.5 if "burst" in name else 0.0
+    slow = _changing(secret, speeds, 0.3 if "very" in name else 0.4)
+    place = [secret.uniform(0.15, 0.85)] * FRAMES
+    load = Hidden(place, part=crowd, slow=slow, born=secret.whole(35, 70))
+    return Game(name, load, machine(speeds, 2e-7), noise, evening=3)
 
 
-def _sixth(key: str) -> list[Game]:
-    """Make games of all kinds."""
-    games = []
-    for kind in ("equal machines", "two kinds of machines"):
-        for name in ("a burst", "a crowd that drifts", "a crowd that jumps", "a machine slows down"):
-            secret = Secret(key, f"6 {name} {kind}")
-            speeds = [1.0] * 8 if kind == "equal machines" else secret.shuffled([1.0] * 4 + [0.4] * 4)
-            frame = secret.whole(8, 15)
-            slow = 1 - np.abs(secret.noise((FRAMES, 8), 0.02))
-            places, part, born = _still(secret), 0.0, 0
-            if name == "a burst":
-                part, born = 0.5, frame
-            elif name == "a crowd that drifts":
-                places, part = _drift(secret), 0.6
-            elif name == "a crowd that jumps":
-                places, part = _jumps(secret, 6, 12), 0.5
-            else:
-                slow[frame:, secret.whole(0, 7)] *= 0.4
-            load = Hidden(places, part=part, slow=slow, born=born)
-            games.append(Game(f"{name}, {kind}", load, machine(speeds, 4e-7), raw=False))
-    return games
+def _fourth(secret: Secret, name: str) -> Game:
+    """Make a game of machines with unknown speeds, some of which may have no particles at first."""
+    speeds = secret.shuffled([1.0, 1.0, 0.8, 0.5, 0.4, 0.25])
+    noise = _measured(secret, 6, 0.04)
+    places, part = [secret.uniform(0.15, 0.85)] * FRAMES, 0.6 if "crowd" in name else 0.0
+    if "drifts" in name:
+        start, end = secret.shuffled([secret.uniform(0.12, 0.25), secret.uniform(0.75, 0.88)])
+        begins, lasts = secret.whole(30, 60), secret.whole(10, 16)
+        gone = np.clip((np.arange(FRAMES) - begins) / lasts, 0, 1)
+        places = list(start + (end - start) * gone)
+    load = Hidden(places, part=part, slow=_changing(secret, speeds, 0.35), width=0.12)
+    return Game(name, load, machine(speeds, 1e-7), noise, evening=4)
 
 
-GAMES: dict[int, Callable[[str], list[Game]]] = {3: _third, 4: _fourth, 5: _fifth, 6: _sixth}
+def _fifth(secret: Secret, name: str) -> Game:
+    """Make a game in which moving particles pays at times."""
+    move_s = 4e-7 if "fast" in name else 1e-6 if "very" in name else 7e-7
+    jumps = (1, 2) if "fast" in name else (1, 3)
+    load = Hidden(_resting(secret, jumps), part=0.7, slow=np.ones((FRAMES, 6)), width=0.06)
+    options = {"move_s": move_s, "frames": FRAMES}
+    return Game(name, load, machine([1.0] * 6, move_s), options=options, evening=5)
+
+
+def _sixth(secret: Secret, name: str) -> Game:
+    """Make a game with everything at once."""
+    slower = {"equal": [1.0] * 4, "two": [0.4] * 4, "three": [0.6, 0.6, 0.4, 0.4]}[name.split()[0]]
+    speeds = secret.shuffled([1.0] * 4 + slower)
+    slow = 1 - np.abs(secret.noise((FRAMES, 8), 0.02))
+    slow[secret.whole(60, 90) :, secret.whole(0, 7)] *= 0.4
+    load = Hidden(_resting(secret, (1, 2)), part=0.6, slow=slow, width=0.06)
+    return Game(name, load, machine(speeds, 5e-7), raw=False, evening=6)
+
+
+MADE: dict[int, tuple[Callable[[Secret, str], Game], tuple[str, ...]]] = {
+    3: (_third, ("slow machines", "very slow machines", "a burst, and slow machines")),
+    4: (_fourth, ("an even load", "a crowd", "a crowd that drifts")),
+    5: (_fifth, ("a fast network", "a slow network", "a very slow network")),
+    6: (_sixth, ("equal machines", "two kinds of machines", "three kinds of machines")),
+}
+"""What makes a game of each evening from random numbers and its name, and the names of its games."""
+
+
+def game(evening: int, index: int, key: str) -> Game:
+    """Draw one of an evening's games: the first fair one.
+
+    Args:
+        evening: 3 to 6.
+        index: of the game, from 0 on.
+        key: decides what is drawn.
+
+    Returns:
+        A game in which no simple policy comes close to the course's own solution.
+    """
+    make, names = MADE[evening]
+    name = names[index]
+    drawn = (make(Secret(key, f"{evening} {name} {draw}"), name) for draw in count())
+    return next(one for one in drawn if one.is_fair)
+
+
+def games(evening: int, key: str) -> list[Game]:
+    """Draw all games of an evening from a key."""
+    return [game(evening, index, key) for index in range(len(MADE[evening][1]))]
+
+
+GAMES: dict[int, Callable[[str], list[Game]]] = {evening: partial(games, evening) for evening in MADE}
 """The games of each evening, from a key."""
 
 
 def practice(evening: int, key: str) -> Game:
     """Return the game whose log an evening's notebook reads: like the hidden ones, but not one of them."""
-    secret = Secret(key, f"practice {evening}")
-    if evening in GAMES:
-        games = GAMES[evening](f"{key}\npractice")
-        return games[{3: 2, 4: 1, 5: 1, 6: 5}[evening]]
+    if evening in MADE:
+        return game(evening, {3: 0, 4: 2, 5: 0, 6: 1}[evening], f"{key}\npractice")
+    secret, frames = Secret(key, f"practice {evening}"), 40
     speeds = secret.shuffled([1.0, 1.0, 0.9, 0.9, 0.8, 0.5])
-    noise = np.maximum(secret.noise((FRAMES, 6), 0.02), -0.1)
-    load = Hidden(_still(secret), part=0.4, slow=_steady(6), width=0.15)
+    noise = np.maximum(secret.noise((frames, 6), 0.02), -0.1)
+    places = [secret.uniform(0.15, 0.85)] * frames
+    load = Hidden(places, part=0.4, slow=np.ones((frames, 6)), width=0.15)
     return Game("practice", load, machine(speeds, 1e-7), noise)
 
 
-def graded(asked: Asked, games: Sequence[Game]) -> list[Part]:
+def graded(asked: Asked, hidden: Sequence[Game]) -> list[Part]:
     """Let a submission play each game, and return points and hints."""
-    return [_part(game.play(_policy(asked, game))) for game in games]
+    return [_part(one.play(_policy(asked, one))) for one in hidden]
 
 
-def _policy(asked: Asked, game: Game) -> Seen:
-    smoothing = asked.make(game.options)
-    return Seen(asked.decide, raw=game.raw, noise=game.noise, smoothing=smoothing)
+def _policy(asked: Asked, hidden: Game) -> Seen:
+    smoothing = asked.make(hidden.options)
+    return Seen(asked.decide, raw=hidden.raw, noise=hidden.noise, smoothing=smoothing)
 
 
 def _part(result: Result) -> Part:
@@ -166,8 +169,6 @@ def _hint(result: Result) -> str:
     moved, enough = result.moved, result.full_moved
     if result.points >= 90:
         return ""
-    if result.static and moved:
-        return f"static cuts are best here, but you moved {moved:,} particles: when is moving worth it?"
     if not moved:
         return "you moved nothing, but moving pays here"
     if moved > 2 * enough:

@@ -1,4 +1,8 @@
-"""Evening 1: find the slow machine in a log's seconds, and what balance would save."""
+"""Evening 1: find the slow machine in a log's seconds, and what balance would save.
+
+Perfectly shared work takes all particles divided by the sum of the machines' speeds. That is less than the
+mean of the seconds, unless all machines are equally fast.
+"""
 
 from __future__ import annotations
 
@@ -64,12 +68,14 @@ def answers(case: Case) -> dict[str, Any]:
     mean, longest = case.seconds.mean(axis=1).sum(), case.seconds.max(axis=1).sum()
     frames = case.frame_s.sum()
     waiting, rest = longest - mean, frames - longest
+    speeds = case.particles.sum(axis=0) / case.seconds.sum(axis=0)
+    shared = case.particles.sum() / speeds.sum()
     return {
         "load_balance": mean / longest,
         "communication": longest / frames,
         "parallel": mean / frames,
-        "saving_s": waiting / len(case.frame_s),
-        "slow": int(np.argmin(case.particles.sum(axis=0) / case.seconds.sum(axis=0))),
+        "saving_s": (longest - shared) / len(case.frame_s),
+        "slow": int(np.argmin(speeds)),
         "crowded": int(np.argmax(case.particles.sum(axis=0))),
         "first": "balance" if waiting > rest else "communication",
     }
@@ -90,6 +96,11 @@ def _report(asked: Asked, case: Case) -> Any:
     return asked.call("report", **{name: array.tolist() for name, array in given.items()})
 
 
+def _waiting_s(case: Case) -> float:
+    """Return the mean of the seconds for which calculators wait in a frame."""
+    return float((case.seconds.max(axis=1) - case.seconds.mean(axis=1)).mean())
+
+
 def _wrong(name: str, case: Case, right: Any, given: Any) -> str:
     """Return a hint, or "" if the answer is right."""
     if not isinstance(given, dict) or name not in given:
@@ -107,6 +118,8 @@ def _wrong(name: str, case: Case, right: Any, given: Any) -> str:
         return "that is its inverse: an efficiency is at most 1"
     if name == "saving_s" and math.isclose(value, right * len(case.frame_s), rel_tol=1e-6):
         return "that is for the whole run: what is it per frame?"
+    if name == "saving_s" and math.isclose(value, _waiting_s(case), rel_tol=1e-6):
+        return "that is the mean wait: fast machines can take more than their share, so balance saves more"
     if name != "saving_s" and abs(value - right) < 0.05 * right:
         return "nearly: add up the seconds of all frames before you divide"
     return f"not in {case.name!r}: who waits for whom, and how long?"

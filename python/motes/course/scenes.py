@@ -8,9 +8,10 @@ import numpy as np
 
 from .._values import arguments
 from ..errors import ArgumentError
+from . import policies
 from ._secret import PRACTICE
 from .grading import task
-from .policies import GAMES, practice
+from .policies import MADE, practice
 
 if TYPE_CHECKING:
     from .._system.system import System
@@ -41,8 +42,9 @@ class Scene:
             ArgumentError: for an evening or a game that does not exist.
         """
         number = task(evening).evening
-        games = GAMES[number](key) if number in GAMES else [practice(number, key)]
-        chosen = games[arguments.integer("game", game, low=0, high=len(games) - 1)]
+        games = len(MADE[number][1]) if number in MADE else 1
+        arguments.integer("game", game, low=0, high=games - 1)
+        chosen = policies.game(number, game, key) if number in MADE else practice(number, key)
         self._load, self._speeds = chosen.workload, chosen.machine.speeds
         self.frames, self.options = chosen.workload.frames, dict(chosen.options)
 

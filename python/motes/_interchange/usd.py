@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -34,6 +35,16 @@ _NAMES = {
     "id": "ids",
 }
 _TYPES = {"position": "point3f[]", "velocity": "vector3f[]", "color": "color3f[]", "id": "int64[]"}
+
+
+@cache
+def begin() -> None:
+    """Import USD and let it register its plugins.
+
+    USD locks its registry while it waits for the interpreter. If two threads begin at once, one waits for
+    that lock while it holds the interpreter, and neither continues.
+    """
+    _extras.usd_writer("an export to .usd").Sdf.Layer.CreateAnonymous(".usdc")
 
 
 def write(path: Path, columns: Mapping[str, NDArray[Any]], *, frame: int, time: float) -> None:
@@ -233,5 +244,6 @@ FORMAT = Format(
     *("usdc", ".usd", write, read, stage, MARK),
     beside={CLIPS: clips},
     require=lambda: _extras.require_usd("an export to .usd"),
+    begin=begin,
     mistaken=(".usda", ".usdc"),
 )

@@ -47,7 +47,8 @@ class Writer:
         self._thread: threading.Thread | None = None
 
     def put(self, job: FrameJob) -> None:
-        """Queue a frame. Call `has_room` first."""
+        """Queue a frame. Call `has_room` first, on the script's thread."""
+        self._place.format.begin()
         with self._changed:
             self._jobs.append(job)
             self._under_way += 1

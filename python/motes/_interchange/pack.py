@@ -13,6 +13,7 @@ from . import npz
 from .claim import Claim
 from .formats import place_of
 from .manifest import FrameParts, Manifest, Part, SystemColumns
+from .origin import PACKED
 from .reading import ParticleFiles, columns_in, facts_of, manifest_of, open_particles
 
 __all__ = ["pack"]
@@ -69,11 +70,12 @@ def _export(
     place.format.require()
     if place.folder.resolve() == given.folder.resolve():
         raise ArgumentError("output", str(target), "a place other than the export being read")
-    claim = Claim.make("output", place)
+    facts = manifest_of(given)
+    systems: list[SystemColumns] = [facts_of(files) for files in opened]
+    manifest = Manifest(place.format.kind, facts.seed, facts.dt, facts.every, origin=PACKED)
+    claim = Claim.make("output", place, manifest)
     try:
-        facts = manifest_of(given)
-        systems: list[SystemColumns] = [facts_of(files) for files in opened]
-        manifest = Manifest(place.format.kind, facts.seed, facts.dt, facts.every, systems)
+        manifest.systems = systems
         count = 0
         for frame in frames:
             parts = []

@@ -24,6 +24,7 @@ __all__ = ["FORMAT"]
 
 MARK = "Particles of motes"
 CLIPS = ".clips.usda"
+NONE = ".none.usda"
 PRIM = "/particles"  # path of the particles in each layer
 _MOST_INT32 = 2**31 - 1
 
@@ -115,6 +116,17 @@ def clips(system: SystemColumns) -> bytes:
     return f'#usda 1.0\n\ndef Points "{PRIM[1:]}"\n{{\n{_indented(lines)}\n}}\n'.encode()
 
 
+def none(system: SystemColumns) -> bytes:
+    """Return a clip without particles, for frames in which a rank has no file.
+
+    Otherwise USD would show that rank's nearest frame, after a run has continued on other ranks.
+    """
+    columns = [("ids", "int64[]"), ("primvars:id", "int[]"), ("widths", "float[]")]
+    columns += [(_name_of(one.name), _type_of(one.name, one.width)) for one in system.columns]
+    lines = [f"{kind} {name}.timeSamples = {{ 0: [] }}" for name, kind in columns]
+    return f'#usda 1.0\n\ndef Points "{PRIM[1:]}"\n{{\n{_indented(lines)}\n}}\n'.encode()
+
+
 def stage(manifest: Manifest, folder: str) -> bytes:
     """Return the stage, which shows the particles of all systems and ranks at each frame's number."""
     frames = manifest.frames
@@ -136,10 +148,12 @@ def stage(manifest: Manifest, folder: str) -> bytes:
         'def Xform "World"',
         "{",
     ]
-    files: dict[tuple[int, int | None], list[tuple[int, str]]] = {}
+    writers = dict.fromkeys((part.system, part.rank) for frame in frames for part in frame.parts)
+    files: dict[tuple[int, int | None], list[tuple[int, str]]] = {writer: [] for writer in writers}
     for frame in frames:
-        for part in frame.parts:
-            files.setdefault((part.system, part.rank), []).append((frame.frame, part.file))
+        there = {(part.system, part.rank): part.file for part in frame.parts}
+        for (number, rank), own in files.items():
+            own.append((frame.frame, there.get((number, rank), manifest.systems[number].stem + NONE)))
     for number, system in enumerate(manifest.systems):
         head += [
             f'    def Xform "{system.stem}" (',
@@ -242,7 +256,7 @@ def _indented(lines: list[str], by: int = 4) -> str:
 
 FORMAT = Format(
     *("usdc", ".usd", write, read, stage, MARK),
-    beside={CLIPS: clips},
+    beside={CLIPS: clips, NONE: none},
     require=lambda: _extras.require_usd("an export to .usd"),
     begin=begin,
     mistaken=(".usda", ".usdc"),

@@ -391,7 +391,8 @@ void bind_engine(py::module_& m) {
       .def("next_birth", &Engine::next_birth, py::arg("system"), Release())
       .def("record_birth", [](Engine& e, int system, const recording::Birth& birth) { e.record(system, birth); })
       .def("set_sprite", &Engine::set_sprite, py::arg("system"), py::arg("sprite"))
-      .def("set_clumps", [](Engine& e, int system, actions::TableKey spheres) { e.system(system).clumps = spheres; })
+      .def("set_clumps",
+           [](Engine& e, int system, actions::TableKey spheres) { e.system(system).told.clumps = spheres; })
       .def("start", &Engine::start, Release())
       .def("finish", &Engine::finish, Release())
       .def("secure", &secure, py::arg("first") = py::none())

@@ -32,7 +32,7 @@ int Engine::add_system(recording::SystemDefinition definition) {
   const auto index = static_cast<std::uint32_t>(parts_->script.systems.size());
   const int calculators = static_cast<int>(parts_->rank.session.calculators());
   auto system = std::make_unique<System>(std::move(definition), parts_->rank.settings.seed, index, calculators);
-  recording::check(system->sprite, system->schema);
+  recording::check(system->told.sprite, system->schema);
   if (const std::int32_t leader = system->definition.domains_of; leader >= 0) {
     const System& followed = *parts_->script.systems.at(static_cast<std::size_t>(leader));
     system->domains = followed.domains;
@@ -52,7 +52,7 @@ int Engine::add_system(recording::SystemDefinition definition) {
 
 void Engine::set_sprite(int index, const image::Sprite& sprite) {
   recording::check(sprite, system(index).schema);
-  system(index).sprite = sprite;
+  system(index).told.sprite = sprite;
 }
 
 void Engine::record(int index, recording::Item item) {
@@ -187,7 +187,7 @@ void Engine::catch_up() {
   }
   kept_.on = true;
   for (std::size_t i = 0; i < as_they_are.size(); ++i) {
-    parts_->script.systems[i]->sprite = as_they_are[i]->sprite;
+    parts_->script.systems[i]->told = as_they_are[i]->told;
     for (recording::Item& item : as_they_are[i]->list) record(static_cast<int>(i), std::move(item));
   }
 }

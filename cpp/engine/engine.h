@@ -183,6 +183,7 @@ class Engine {
     bool frame = false;  // the call is a frame, whose list is kept
     std::function<void()> again;  // repeats a call that is not a frame; empty if it cannot be repeated
     std::vector<std::size_t> before, after;  // lengths of the lists before and after the call
+    std::vector<Outside> told;  // to each system, before the call
   };
 
   // State of the call that a loss interrupted.
@@ -216,6 +217,8 @@ class Engine {
   template <class Now>
   auto surviving(const Now& now, bool frame, std::function<void()> again = {});
   std::vector<std::size_t> lengths() const;
+  std::vector<Outside> told() const;
+  void tell_systems(const std::vector<Outside>& told);
   void recover();
   void regroup();
   void bring_lists_back();
@@ -234,6 +237,7 @@ class Engine {
   Bystander bystander_;
   Ended last_;
   std::vector<std::size_t> before_;  // lengths of the lists when the current call began
+  std::vector<Outside> told_before_;  // what the script had told each system then
   std::uint64_t frame_before_ = 0;  // frame when the current call began
   bool wrote_ = false;  // the script wrote to particles in the current frame
   bool recovering_ = false;

@@ -138,10 +138,11 @@ auto Engine::surviving(const Now& now, bool frame, std::function<void()> again) 
   };
   if (!replicas_.on() || recovering_) return inside();
   before_ = lengths();
+  told_before_ = told();
   frame_before_ = this->frame();
   const auto kept = static_cast<std::ptrdiff_t>(kept_.lists.size());
   const auto ended = [&] {
-    last_ = {last_.count + 1, frame, std::move(again), before_, lengths()};
+    last_ = {last_.count + 1, frame, std::move(again), before_, lengths(), told_before_};
     if (announced_) {
       parts_->rank.session.stop = announced_->stop;
       parts_->rank.session.orders = announced_->orders;
@@ -225,6 +226,20 @@ void Engine::survive_losses(std::uint64_t every, Bystander bystander) {
 
 void Engine::copy_restored() {
   if (replicas_.on()) replicas_.make(*parts_, true, true);  // no earlier replicas are valid
+}
+
+std::vector<Outside> Engine::told() const {
+  std::vector<Outside> told;
+  for (const auto& system : parts_->script.systems) told.push_back(system->told);
+  return told;
+}
+
+// Adds the script's systems up to number told.size() that are missing, and tells all of them what the script told.
+void Engine::tell_systems(const std::vector<Outside>& told) {
+  for (std::size_t i = 0; i < told.size(); ++i) {
+    if (i == parts_->script.systems.size()) add_system(interrupted_->systems.at(i)->definition);
+    parts_->script.systems[i]->told = told[i];
+  }
 }
 
 std::vector<std::size_t> Engine::lengths() const {
@@ -347,18 +362,14 @@ void Engine::run_again(const WayBack& way, bool ahead) {
     replay_frame(lists.at(number - lists.front().frame), way);
   }
   if (!ahead || !last_.frame) replicas_.forget_lists_from(way.frame);
-  for (std::size_t i = parts_->script.systems.size(); i < interrupted_->systems.size(); ++i) {
-    add_system(interrupted_->systems[i]->definition);
-  }
-  for (std::size_t i = 0; i < interrupted_->systems.size(); ++i) {
-    parts_->script.systems[i]->sprite = interrupted_->systems[i]->sprite;
-  }
   std::vector<std::size_t> done;
-  if (ahead && !last_.frame) {
+  if (ahead && !last_.frame) {  // as things were then: the other ranks have not come further
+    tell_systems(last_.told);
     record_items({}, last_.before);
     last_.again();
     done = last_.after;
   }
+  tell_systems(told_before_);
   record_items(done, before_);
   announced_.reset();
   if (ahead) {

@@ -3,6 +3,7 @@
 #include <memory>
 #include <vector>
 
+#include "actions/tables.h"
 #include "balance/named.h"
 #include "particles/trace.h"
 
@@ -113,6 +114,7 @@ void define(engine::Engine& engine, const Way& way) {
   definition.axes.bits = way.axes;
   definition.name = "parents";
   engine.add_system(definition);
+  engine.system(0).told.clumps = actions::keep({{2, 1, 1}, 4, {-0.1f, 0, 0, 0.1f, 0.1f, 0, 0, 0.1f}});
   definition.name = "children";
   definition.capacity = 90;
   definition.sprite.kind = image::Sprite::Kind::ribbon;  // which keep where the children have been
@@ -123,7 +125,20 @@ void define(engine::Engine& engine, const Way& way) {
   engine.add_system(definition);
 }
 
+namespace {
+
+// Tells the engine in some frames, outside the list, how parents are drawn from then on.
+void tell(engine::Engine& engine, std::uint64_t frame) {
+  if (frame % 3 != 0) return;
+  image::Sprite sprite;
+  sprite.pixels = 3 + static_cast<int>(frame % 7);
+  engine.set_sprite(0, sprite);
+}
+
+}  // namespace
+
 void record(engine::Engine& engine, const Story& story, std::uint64_t frame) {
+  tell(engine, frame);
   const shapes::Shape ground{shapes::Kind::plane, {0, 0, 0, 0, 1, 0}};
   recording::Spawn spawn;
   spawn.into = 1;

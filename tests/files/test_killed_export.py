@@ -87,7 +87,7 @@ def reference(tmp_path_factory):
 @pytest.mark.parametrize(
     "number", [*range(4), *(pytest.param(n, marks=pytest.mark.slow) for n in range(4, 60))]
 )
-def test_what_is_whole_is_read(tmp_path, number, reference):
+def test_what_is_whole_is_read(tmp_path, number, reference, monkeypatch):
     name, rank = NAMES[number % len(NAMES)], number % 3
     delay_s = random.Random(number).uniform(0, 0.5)
     result = mpirun(3, SCENE, tmp_path, name, timeout=40, watch=Killer(tmp_path, rank, delay_s))
@@ -111,6 +111,7 @@ def test_what_is_whole_is_read(tmp_path, number, reference):
     with contextlib.suppress(FileNotFoundError):
         # Either file alone marks the folder as an export.
         (folder / "manifest.json" if number % 2 else folder / ".lock").unlink()
+    monkeypatch.setenv("MOTES_FRESH", "1")
     short_run(motes.Export(tmp_path / name), frames=1)
     left = [path.name for path in folder.iterdir() if path.suffix not in (".json", ".usda")]
     assert not list(tmp_path.rglob("*.tmp"))

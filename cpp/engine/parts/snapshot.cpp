@@ -71,11 +71,14 @@ SharedState shared_state(const Parts& parts) {
   state.substeps = run.substeps;
   state.camera = script.camera;
   state.camera_frame = script.camera_frame;
+  state.camera_before = script.camera_before;
   for (const auto& system : script.systems) {
     const recording::SystemDefinition& definition = system->definition;
+    std::optional<image::Sprite> changed;
+    if (system->told.sprite != definition.sprite) changed = system->told.sprite;
     state.systems.push_back({definition.name, definition.capacity, definition.attributes, system->counts,
                              system->sources, system->keeps_copies, system->history, system->walls_before,
-                             definition.axes, system->domains.tree()});
+                             definition.axes, system->domains.tree(), std::move(changed)});
   }
   if (parts.rank.session.manages()) {
     for (const Balancing& system : parts.manager.systems) state.manager.evaluations.push_back(system.evaluations);
@@ -84,13 +87,19 @@ SharedState shared_state(const Parts& parts) {
   return state;
 }
 
-// Meshes come first, because reading the shapes in the histories looks them up.
+// Meshes and pictures come first, because reading the shapes in the histories and sprites looks them up.
 void write(const SharedState& state, base::Bytes& out) {
   std::set<meshes::AssetKey> meshes;
   for (const SharedSystem& system : state.systems) {
     for (const meshes::AssetKey key : system.history.meshes()) meshes.insert(key);
     for (const shapes::Shape& wall : system.walls) meshes.insert(wall.mesh);
+    if (!system.sprite) continue;
+    meshes.insert(system.sprite->picture);
+    for (const shapes::Shape& shape : system.sprite->pick.shapes) {
+      for (const meshes::AssetKey key : shapes::meshes_of(shape)) meshes.insert(key);
+    }
   }
+  meshes.erase(0);
   meshes::write_assets(meshes, out);
   base::write_fields(state, out);
 }
@@ -150,6 +159,7 @@ void restore_state(Parts& parts, const SharedState& state, const std::vector<Sam
     system.sources = then.sources;
     system.keeps_copies = then.keeps_copies;
     system.history = then.history;
+    if (then.sprite) system.told.sprite = *then.sprite;
     if (system.definition.domains_of < 0 && then.counts.born > 0) {
       script.divide(i, domains_for(system, then, samples[i], calculators));
     }
@@ -160,6 +170,7 @@ void restore_state(Parts& parts, const SharedState& state, const std::vector<Sam
   }
   script.camera = state.camera;
   script.camera_frame = state.camera_frame;
+  script.camera_before = state.camera_before;
   rank.session.frame = state.frame;
   if (!rank.session.manages()) return;
   std::vector<Balancing>& balancing = parts.manager.systems;

@@ -27,12 +27,13 @@ struct SharedSystem {
   std::vector<shapes::Shape> walls;  // System::walls_before
   domains::Axes axes;
   std::vector<domains::Cut> cuts;
+  std::optional<image::Sprite> sprite;  // if the script has changed it since it made the system
 };
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, SharedSystem& system) {
   visit(system.name, system.capacity, system.attributes, system.counts, system.sources, system.keeps_copies,
-        system.history, system.walls, system.axes, system.cuts);
+        system.history, system.walls, system.axes, system.cuts, system.sprite);
 }
 
 /// State that only the manager has, saved so that balancing continues and no warning is repeated.
@@ -54,13 +55,14 @@ struct SharedState {
   std::vector<SharedSystem> systems;
   std::optional<image::Camera> camera;  // camera of the last picture
   std::uint64_t camera_frame = 0;
+  std::optional<image::Camera> camera_before;  // the camera before that, for its streaks
   ManagerState manager;  // empty if not written by the manager
 };
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, SharedState& state) {
   visit(state.frame, state.seed, state.dt, state.substeps, state.systems, state.camera, state.camera_frame,
-        state.manager);
+        state.camera_before, state.manager);
 }
 
 /// A sample of a system's positions from which new domains are made: x, y and z of equal length, in metres.

@@ -62,8 +62,9 @@ void write_record(Script& script, const Settings& settings, std::uint64_t frame,
   for (const auto& system : script.systems) {  // borrows definitions and lists, which are moved back below
     record.systems.push_back(std::move(system->definition));
     record.lists.push_back(std::move(system->list));
-    record.clumps.push_back(system->clumps);
-    record.sprites.push_back(record.view ? image::as_seen(system->sprite, *record.view) : system->sprite);
+    const image::Sprite& sprite = system->told.sprite;
+    record.clumps.push_back(system->told.clumps);
+    record.sprites.push_back(record.view ? image::as_seen(sprite, *record.view) : sprite);
   }
   script.bytes.clear();
   recording::write(record, script.bytes);

@@ -51,6 +51,12 @@ constexpr void fields(Visitor& visit, Counts& counts) {
   visit(counts.alive, counts.alive_at_start, counts.born, counts.born_at_start, counts.newborn_from, counts.dropped);
 }
 
+/// What the script tells the engine about a system outside its lists; it holds until the script says otherwise.
+struct Outside {
+  image::Sprite sprite;
+  actions::TableKey clumps = 0;  // the template, if particles are clumps
+};
+
 class System {
  public:
   System(recording::SystemDefinition definition, std::uint64_t seed, std::uint32_t index, int calculators);
@@ -101,8 +107,7 @@ class System {
   recording::SystemDefinition definition;
   particles::Schema schema;
   particles::Key key;
-  image::Sprite sprite;
-  actions::TableKey clumps = 0;  // the template, if particles are clumps
+  Outside told;
   domains::Domains domains;
   bool waits_for_fit = false;  // space is "fit", and there was no birth yet
   bool keeps_copies = false;  // the *_b attributes are in use: newborns store their values at birth

@@ -203,17 +203,19 @@ def _compare(found: Found, wishes: Wishes) -> None:
     manifest = found.manifest
     assert manifest is not None
     where = f"the checkpoint of frame {manifest.frame} in {found.directory} was written by a different run: "
-    for name, then, now in (
-        ("seed", manifest.seed, manifest.seed if wishes.seed is None else wishes.seed),
-        ("dt", manifest.dt_s, wishes.dt),
-        ("substeps", manifest.substeps, wishes.substeps),
-        ("periodic", manifest.periodic, wishes.periodic),
-    ):
-        if then != now:  # cannot be overruled by MOTES_ANYWAY: the particles would differ
-            raise CheckpointError(
-                f"{where}World({name}=...) was {then!r} and is {now!r}; "
-                "`python -m motes run --fresh ...` (or MOTES_FRESH=1) starts from the beginning"
-            )
+    changed = same_script.changed_setting(
+        (
+            ("seed", manifest.seed, manifest.seed if wishes.seed is None else wishes.seed),
+            ("dt", manifest.dt_s, wishes.dt),
+            ("substeps", manifest.substeps, wishes.substeps),
+            ("periodic", manifest.periodic, wishes.periodic),
+        )
+    )
+    if changed:  # cannot be overruled by MOTES_ANYWAY: the particles would differ
+        raise CheckpointError(
+            f"{where}{changed}; "
+            "`python -m motes run --fresh ...` (or MOTES_FRESH=1) starts from the beginning"
+        )
     difference = same_script.difference(manifest.script, same_script.facts())
     if difference and not wishes.anyway:
         raise CheckpointError(

@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from .. import _extras
 from .._picture.frame import Frame
 from .._run import continuing
 from .._run.busy import Busy, busy_with
@@ -160,6 +161,7 @@ class FilmWriter:
             self._film.close()
             self._film = None
         if count > 0:
+            _extras.av("Movie")
             where = Path(self.place)
             copy = partial(GrowingFilm.continued, where, self._rate, count)
             self._film = busy_with(f"reading {self.path.name}", copy)
@@ -224,6 +226,7 @@ class FilmWriter:
     def _start(self, shape: tuple[int, ...]) -> None:
         if self._film is None and self._written is None and self.written > 0:
             self.continue_at(self.written)
+        _extras.av("Movie")  # here, not in the thread: a library may not begin in two threads at once
         height, width, _ = shape
         kind = FORMATS[self.path.suffix.lower()]
         encoding = Encoding(kind, height, width, self._rate, self._crf, self._preset)

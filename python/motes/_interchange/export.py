@@ -12,17 +12,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
+from .._io.output import tell
 from .._run.busy import Busy
 from .._system.recorded import Recorded
 from .._system.session import OpenFiles
 from .._values import arguments
 from .._world.world import World, session_of
-from ..errors import ArgumentError, MotesError
+from ..errors import ArgumentError, MotesError, Stopped
 from .claim import Claim, check_free
 from .complete import complete
 from .formats import place_of
 from .ledger import Ledger, note_of
 from .manifest import Column, Manifest, Part, SystemColumns, stems
+from .origin import origin_of
 from .writer import FrameJob, Writer
 
 __all__ = ["Export"]
@@ -37,8 +39,11 @@ class Export:
     Construct it on every rank. Each calculator writes its own particles in a background thread; `write`
     copies them and returns. The manager lists the complete frames in `manifest.json`, which it replaces
     atomically: `open_particles` reads these frames, even if the run was killed. The files of `snow.usd` and
-    `snow.pvd` are in the directories `snow.usd.parts` and `snow.pvd.parts`. The first `write` removes an
-    earlier export of the same path; if anything else is there, the constructor raises ArgumentError.
+    `snow.pvd` are in the directories `snow.usd.parts` and `snow.pvd.parts`.
+
+    A later start of the same script continues the export: it keeps the frames before its first one, which
+    follows the checkpoint, if any, and writes later ones again. An export that another script, other
+    arguments or another seed have made is replaced only with `motes run --fresh` (MOTES_FRESH=1).
     """
 
     def __init__(
@@ -64,7 +69,7 @@ class Export:
         self._place.format.require()
         check_free("path", self._place)
         self.frames = 0
-        """Frames written so far."""
+        """Frames written so far, those of an earlier start of the script included."""
         self._world: World | None = None
         self._writer = Writer(self._place)
         self._systems: list[SystemColumns] = []
@@ -80,17 +85,19 @@ class Export:
 
         After `render()` or `step()` this writes the frame that has just ended; in the middle of a frame, the
         particles after the actions recorded so far, which does not change any result. Waits while two frames
-        are still being written.
+        are still being written. Does nothing for a frame of the earlier run that this one continues.
 
         Args:
             world: the world whose particles are written.
 
         Raises:
+            ArgumentError: by the first call on the manager, if the path holds an export of another script,
+                other arguments or another seed; nothing has changed then. Other ranks raise RankError.
             MotesError: before the first frame, if the frame was written before, or if an earlier write
                 failed, as on a full disk; after the last `write`, `close` raises it.
         """
         frame = self._frame_of(world)
-        if frame % self.every:
+        if frame % self.every or frame < session_of(world).settings.continued_from:
             return
         if frame <= self._last:
             raise MotesError(f"{self.path} already has frame {frame}: a frame is written only once")
@@ -102,6 +109,8 @@ class Export:
             what = f"{self.path}, every={self.every}, attributes={self.attributes}"
             totals, notes = engine.prepare_write(what, True, lambda: self._prepare(world, engine))
             self._settle(world, frame, totals, engine)
+            if self._world is None:
+                self.frames = totals.pop()
             self._put(world, engine, frame, notes)
         except BaseException as error:
             # Other errors refuse the call, which may be repeated.
@@ -112,7 +121,7 @@ class Export:
             session.end_conversation(engine)
         if self._world is None:
             self._world = world
-            self._files = OpenFiles(self, self.close, self._abandon)
+            self._files = OpenFiles(self, self.close, self._abandon, self._secure)
             session.files.append(self._files)
         self._last = frame
         self.frames += 1
@@ -154,11 +163,11 @@ class Export:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Close the export. If the block raised, keep the frames that are complete."""
+        """Close the export. If the block failed, keep the frames that are complete."""
         # In a forked process the files belong to its parent.
         if self._world is not None and session_of(self._world).usage.inherited:
             return
-        if kind is None:
+        if kind is None or issubclass(kind, Stopped):
             self.close()
         else:
             self._abandon()
@@ -205,20 +214,44 @@ class Export:
     # --- what ranks tell each other
 
     def _prepare(self, world: World, engine: _core.Engine) -> tuple[list[int], bytes]:
-        """Return which attributes this rank's particles use, and a note of the parts it has written.
+        """Return which attributes are in use and how many frames there are, and a note of this rank's parts.
 
-        The manager first claims the export's place.
+        The manager first claims the export's place, and then knows what an earlier start has written.
         """
         note = self._report()
-        if "manager" in world.role and self._claim is None:
-            self._claim = Claim.make("path", self._place)
-            self._ledger = Ledger(
-                self._place, Manifest(self._place.format.kind, world.seed, world.dt, self.every)
-            )
-        if self.attributes is not None or "calculator" not in world.role:
-            return [0] * sum(len(system.attributes) for system in session_of(world).systems), note
-        used = [engine.used_attributes(system.index) for system in session_of(world).systems]
-        return [int(one) for system in used for one in system], note
+        systems = session_of(world).systems
+        used = [[0] * len(system.attributes) for system in systems]
+        if self.attributes is None and "calculator" in world.role:
+            used = [list(map(int, engine.used_attributes(system.index))) for system in systems]
+        if "manager" in world.role:
+            ledger = self._ledger or self._begin(world, engine)
+            ledger.check(self._described(systems, engine))
+            for system, counts in zip(systems, used, strict=True):
+                written = ledger.columns_of(system.index)
+                for i, name in enumerate(system.attributes):
+                    counts[i] += name in written and written[name].since is not None
+        frames = self._ledger.frames if self._ledger is not None else 0
+        return [*(one for counts in used for one in counts), frames], note
+
+    def _begin(self, world: World, engine: _core.Engine) -> Ledger:
+        """Claim the export's place, on the manager, and note what an earlier start has written."""
+        settings = session_of(world).settings
+        systems = self._described(session_of(world).systems, engine)
+        manifest = Manifest(
+            self._place.format.kind,
+            settings.seed,
+            settings.dt,
+            self.every,
+            systems,
+            origin=origin_of(settings),
+        )
+        self._claim = Claim.make("path", self._place, manifest, first=settings.continued_from)
+        if again := self._claim.replaced:
+            some = f"frame {again[0]} is" if len(again) == 1 else f"frames {again[0]} to {again[-1]} are"
+            tell(f"motes: {self.path}: {some} written again, in place of an earlier start's")
+        self._ledger = Ledger(self._place, manifest)
+        self._seen = self._ledger.frames
+        return self._ledger
 
     def _report(self, completed: Sequence[tuple[int, Part]] = ()) -> bytes:
         try:
@@ -231,16 +264,26 @@ class Export:
     def _settle(self, world: World, frame: int, totals: list[int], engine: _core.Engine) -> None:
         """Decide which columns are written from this frame on; the same on all ranks."""
         systems = session_of(world).systems
-        stem = stems(system.name for system in systems)
         builtin = {name for name, _ in _core.builtin_attributes()}
-        for i, system in enumerate(systems):
+        for i, described in enumerate(self._described(systems, engine)):
             if i == len(self._systems):
-                self._systems.append(SystemColumns(system.name, stem[i], self._columns(system, engine)))
-            users = [totals.pop(0) for _ in system.attributes]
-            for column, count in zip(self._systems[i].columns, self._chosen(system, users), strict=True):
+                written = {} if self._ledger is None else self._ledger.columns_of(i)
+                for column in described.columns:
+                    column.since = written[column.name].since if column.name in written else None
+                self._systems.append(described)
+            users = [totals.pop(0) for _ in systems[i].attributes]
+            for column, count in zip(self._systems[i].columns, self._chosen(systems[i], users), strict=True):
                 wanted = count or self.attributes is not None or column.name in _ALWAYS
                 if column.since is None and (wanted or column.name not in builtin):
                     column.since = frame
+
+    def _described(self, systems: Sequence[Recorded], engine: _core.Engine) -> list[SystemColumns]:
+        """Describe systems for the manifest, with columns that no file holds yet."""
+        stem = stems(system.name for system in systems)
+        return [
+            SystemColumns(system.name, stem[i], self._columns(system, engine))
+            for i, system in enumerate(systems)
+        ]
 
     def _columns(self, system: Recorded, engine: _core.Engine) -> list[Column]:
         initial = engine.initial_values(system.index)
@@ -314,6 +357,11 @@ class Export:
             except OSError as error:
                 raise MotesError(f"particles could not be written to {self.path}: {error}") from error
         return [], b""
+
+    def _secure(self) -> None:
+        """Wait until this rank has written everything so far: a checkpoint follows, which counts on it."""
+        self._wait(self._writer.is_idle, f"writing particles to {self.path.name}")
+        self._writer.check()
 
     def _abandon(self) -> None:
         self._closed = True

@@ -37,6 +37,8 @@ class Format:
     """Files written once per system, beside its parts: from suffix to content."""
     require: Callable[[], None] = _nothing
     """Raises MissingExtraError if a package that the format needs is not installed."""
+    begin: Callable[[], None] = _nothing
+    """Imports and initialises the format's library; the script's thread calls it before others write."""
     alone: bool = False
     """Whether a single file can be opened without a manifest, even one that another program wrote."""
     mistaken: tuple[str, ...] = ()

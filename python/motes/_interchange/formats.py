@@ -49,6 +49,10 @@ class Place:
             self.format.write(draft, columns, frame=frame, time=time)
             return draft.stat().st_size
 
+    def beside(self, manifest: Manifest) -> set[str]:
+        """Return the names of the files that are written once per system."""
+        return {system.stem + suffix for system in manifest.systems for suffix in self.format.beside}
+
     def publish(self, manifest: Manifest) -> None:
         """Publish the complete frames: first to other programs, then to `open_particles`."""
         for suffix, content in self.format.beside.items():

@@ -11,7 +11,8 @@ from collections.abc import Iterable, Sequence
 from ..errors import MotesError
 from .complete import amended, is_complete
 from .formats import Place
-from .manifest import UNKNOWN, FrameParts, Manifest, Part, SystemColumns
+from .manifest import UNKNOWN, Column, FrameParts, Manifest, Part, SystemColumns
+from .origin import unlike_systems
 
 __all__ = ["Ledger", "note_of"]
 
@@ -25,16 +26,31 @@ class Ledger:
     """Collects parts until frames are complete, in the order of the frames."""
 
     def __init__(self, place: Place, manifest: Manifest) -> None:
-        """Start with an empty manifest."""
+        """Start with the manifest of no frame, or of those that an earlier start has written."""
         self._place = place
         self._manifest = manifest
         self._told: dict[int, dict[tuple[int, int | None], Part]] = {}
+
+    @property
+    def frames(self) -> int:
+        """The number of frames that are complete."""
+        return len(self._manifest.frames)
+
+    def columns_of(self, system: int) -> dict[str, Column]:
+        """Return the columns of a system by name, as written so far; empty if it has not been written."""
+        systems = self._manifest.systems[system : system + 1]
+        return {column.name: column for one in systems for column in one.columns}
+
+    def check(self, systems: Sequence[SystemColumns]) -> None:
+        """Raise MotesError if a system is not the one that an earlier start has written."""
+        if unlike := unlike_systems(self._manifest.systems, list(systems)):
+            raise MotesError(f"{self._place.path} cannot be continued: {unlike}")
 
     def announce(
         self, frame: int, time: float, systems: Sequence[SystemColumns], calculators: Sequence[int]
     ) -> None:
         """Expect a frame's parts: one per system and calculator."""
-        self._manifest.systems = list(systems)
+        self._manifest.systems = [*systems, *self._manifest.systems[len(systems) :]]
         parts = tuple(
             Part(number, rank, self._place.file(system.stem, frame, rank), UNKNOWN, UNKNOWN)
             for number, system in enumerate(systems)

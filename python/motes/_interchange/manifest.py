@@ -62,6 +62,10 @@ class SystemColumns:
         """The columns that any file holds."""
         return [column for column in self.columns if column.since is not None]
 
+    def outline(self) -> list[Any]:
+        """Return what stays the same over an export's frames, for comparisons."""
+        return [self.name, self.stem, [[one.name, one.width, repr(one.initial)] for one in self.columns]]
+
     def written(self, frame: int) -> list[Column]:
         """List the columns that files of this frame hold."""
         return [column for column in self.columns if column.written(frame)]
@@ -109,6 +113,17 @@ class Manifest:
     announced: list[FrameParts] = field(default_factory=list)
     """Frames being written, in order."""
     finished: bool = False
+    origin: dict[str, Any] | None = None
+    """Which script made it: see `origin.py`. None: unknown."""
+
+    def continue_after(self, earlier: Self, first: int) -> None:
+        """Take over an earlier start's frames before `first`, and its systems."""
+        self.frames = [frame for frame in earlier.frames if frame.frame < first]
+        self.systems = earlier.systems
+        for system in self.systems:
+            for column in system.columns:
+                if not self.frames or (column.since or 0) > self.frames[-1].frame:
+                    column.since = None
 
     def write(self, folder: Path) -> None:
         """Replace the folder's manifest."""
@@ -131,6 +146,7 @@ class Manifest:
             "dt": self.dt,
             "every": self.every,
             "finished": self.finished,
+            "origin": self.origin,
             "part": ["system", "rank", "file", "rows", "bytes"],
             "systems": systems,
         }
@@ -175,7 +191,11 @@ class Manifest:
                     raise ValueError(f"system {part.system} of {len(systems)}")
         seed = None if said["seed"] is None else int(said["seed"])
         numbers = float(said["dt"]), int(said["every"])
-        return cls(str(said["kind"]), seed, *numbers, systems, frames, announced, bool(said["finished"]))
+        origin = said.get("origin")
+        if not isinstance(origin, dict | None):
+            raise TypeError(f"origin {origin!r}")
+        finished = bool(said["finished"])
+        return cls(str(said["kind"]), seed, *numbers, systems, frames, announced, finished, origin)
 
     def _take_whole(self, folder: Path) -> None:
         """Move announced frames whose files all exist to `frames`: only complete files have their names."""

@@ -14,6 +14,7 @@ from .claim import Claim
 from .complete import completed
 from .formats import place_of
 from .manifest import FrameParts, Manifest, Part, SystemColumns
+from .origin import PACKED
 from .reading import ParticleFiles, facts_of, manifest_of, open_particles
 
 __all__ = ["pack"]
@@ -70,12 +71,13 @@ def _export(
     place.format.require()
     if place.folder.resolve() == given.folder.resolve():
         raise ArgumentError("output", str(target), "a place other than the export being read")
-    claim = Claim.make("output", place)
+    facts = manifest_of(given)
+    manifest = Manifest(place.format.kind, facts.seed, facts.dt, facts.every, origin=PACKED)
+    claim = Claim.make("output", place, manifest)
     try:
-        facts = manifest_of(given)
         first = min(frames, default=0)
-        systems: list[SystemColumns] = [completed(facts_of(files), first) for files in opened]
-        manifest = Manifest(place.format.kind, facts.seed, facts.dt, facts.every, systems)
+        manifest.systems = [completed(facts_of(files), first) for files in opened]
+        systems: list[SystemColumns] = manifest.systems
         count = 0
         for frame in frames:
             parts = []

@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterable, Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -47,6 +48,16 @@ _TYPES = {
 _TAKEN = ("displayColor", "displayOpacity", "id", "normals", "points", "velocities", "widths")
 _NOWHERE = "[(3.4028235e38, 3.4028235e38, 3.4028235e38), (-3.4028235e38, -3.4028235e38, -3.4028235e38)]"
 """The extent of no points, as USD writes it."""
+
+
+@cache
+def begin() -> None:
+    """Import USD and let it register its plugins.
+
+    USD locks its registry while it waits for the interpreter. If two threads begin at once, one waits for
+    that lock while it holds the interpreter, and neither continues.
+    """
+    _extras.usd_writer("an export to .usd").Sdf.Layer.CreateAnonymous(".usdc")
 
 
 def write(path: Path, columns: Mapping[str, NDArray[Any]], *, frame: int, time: float) -> None:
@@ -271,5 +282,6 @@ FORMAT = Format(
     *("usdc", ".usd", write, read, stage, MARK),
     beside={CLIPS: clips},
     require=lambda: _extras.require_usd("an export to .usd"),
+    begin=begin,
     mistaken=(".usda", ".usdc"),
 )

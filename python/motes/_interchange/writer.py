@@ -47,7 +47,8 @@ class Writer:
         self._thread: threading.Thread | None = None
 
     def put(self, job: FrameJob) -> None:
-        """Queue a frame. Call `has_room` first."""
+        """Queue a frame. Call `has_room` first, on the script's thread."""
+        self._place.format.begin()
         with self._changed:
             self._jobs.append(job)
             self._under_way += 1
@@ -81,11 +82,16 @@ class Writer:
                 lambda: self._error is not None or not (self._under_way or self._publish), timeout_s
             )
 
-    def take(self) -> list[tuple[int, Part]]:
-        """Return the parts written since the last call, each with its frame; raise the thread's error."""
+    def check(self) -> None:
+        """Raise the thread's error, if there is one."""
         with self._changed:
             if self._error is not None:
                 raise self._error
+
+    def take(self) -> list[tuple[int, Part]]:
+        """Return the parts written since the last call, each with its frame; raise the thread's error."""
+        self.check()
+        with self._changed:
             written, self._written = self._written, []
             return written
 

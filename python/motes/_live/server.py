@@ -75,6 +75,8 @@ class Server:
         self._ready = threading.Event()
         self._failure = ""
         self.port = 0
+        _extras.websockets("asyncio.server")  # here: a library may not begin in two threads at once
+        _extras.simplejpeg()
         self._thread = threading.Thread(target=self._run, name="motes-live", daemon=True)
         self._thread.start()
         self._ready.wait(START_S)

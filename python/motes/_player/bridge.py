@@ -83,6 +83,8 @@ class Bridge:
         self._timers: dict[str, asyncio.TimerHandle] = {}
         self._tasks: set[asyncio.Task[None]] = set()
         self._loop = asyncio.new_event_loop()
+        for part in ("asyncio.client", "exceptions"):  # here: a library may not begin in two threads at once
+            _extras.websockets(part)
         self._thread = threading.Thread(target=self._run, name="motes-notebook", daemon=True)
         self._thread.start()
 

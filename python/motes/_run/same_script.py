@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import itertools
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-__all__ = ["difference", "facts"]
+__all__ = ["changed_setting", "difference", "facts"]
 
 _SHOWN = 60  # most characters of a line that are shown
 
@@ -27,8 +28,19 @@ def facts() -> dict[str, Any]:
     }
 
 
+def changed_setting(settings: Iterable[tuple[str, Any, Any]]) -> str:
+    """Describe the first argument of World that has changed, given (name, then, now); "" if none has."""
+    for name, then, now in settings:
+        if then != now:
+            return f"World({name}=...) was {then!r} and is {now!r}"
+    return ""
+
+
 def difference(then: dict[str, Any], now: dict[str, Any]) -> str:
-    """Describe how this script or its arguments differ from a checkpoint's; "" if they do not."""
+    """Describe how this script or its arguments differ from those of `facts`; "" if they do not.
+
+    The text may be left out.
+    """
     if then["arguments"] != now["arguments"]:
         return (
             f"the script's arguments were {_arguments(then['arguments'])} and are "
@@ -36,6 +48,8 @@ def difference(then: dict[str, Any], now: dict[str, Any]) -> str:
         )
     if then["sha256"] == now["sha256"]:
         return ""
+    if "text" not in then:
+        return f"it was made by {then['path'] or 'no script'}, whose text was a different one"
     pairs = itertools.zip_longest(then["text"].splitlines(), now["text"].splitlines())
     for number, (before, after) in enumerate(pairs, start=1):
         if before != after:

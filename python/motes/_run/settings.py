@@ -56,9 +56,15 @@ class RunSettings(NamedTuple):
     continued_from: int = 0
     """The first frame of a run that continues an earlier one and its log; 0: a new run."""
 
+    seed_given: bool = True
+    """Whether the script chose the seed, instead of rank 0."""
+
     def agreed(self, *, seed: int, threads: int, continued_from: int, crowded: bool) -> Self:
         """Return the settings with the values that are known after the handshake."""
-        return self._replace(seed=seed, threads=threads, continued_from=continued_from, crowded=crowded)
+        given = self.seed is not None
+        return self._replace(
+            seed=seed, seed_given=given, threads=threads, continued_from=continued_from, crowded=crowded
+        )
 
     def of_roles(self, roles: tuple[int, int, Sequence[int]], speeds: Mapping[int, float]) -> Self:
         """Return the settings with other roles, before the run."""

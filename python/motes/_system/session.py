@@ -46,6 +46,8 @@ class OpenFiles(NamedTuple):
     """Finishes the files. Collective."""
     abandon: Callable[[], None]
     """Closes the files early, keeping what is complete so far."""
+    secure: Callable[[], None]
+    """Waits until this rank's part of all frames so far is on disk."""
 
 
 class Session:

@@ -304,7 +304,7 @@ TABLE = {
         ),
         Variable(
             "MOTES_FRESH",
-            "1: start from the beginning, and remove existing checkpoints",
+            "1: start from the beginning, and remove existing checkpoints and exports",
             "0 or 1",
             _flag,
             default=False,

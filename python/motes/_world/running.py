@@ -140,7 +140,7 @@ class Running:
         if met.found is not None:
             from .._checkpoint.course import Course
 
-            steering, secure = self.viewers.steering, Weakly(self.viewers.secure)
+            steering, secure = self.viewers.steering, Weakly(self._secure)
             course = Course(run, settings, met.found, engine, steering, secure, session.systems)
             session.earlier = self.loop.course = course
         if announce and session.manages:  # whatever `progress` is: without the seed nobody can repeat the run
@@ -150,6 +150,12 @@ class Running:
 
             facts = session.facts()
             write_run(settings.log, facts, hosts, run.threads, continued_from=settings.continued_from)
+
+    def _secure(self) -> None:
+        """Flush the files that a checkpoint counts on to disk: what viewers did, and open exports."""
+        self.viewers.secure()
+        for files in self.session.files:
+            files.secure()
 
     def _call_back(self, system: int, *call: Any) -> NDArray[np.float32] | None:
         return self.session.systems[system].called(*call)

@@ -44,7 +44,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--restarts", type=int, default=0, metavar="K", help="restart up to K times after a rank is lost"
     )
     parser.add_argument(
-        "--fresh", action="store_true", help="start from the first frame even if there are checkpoints"
+        "--fresh",
+        action="store_true",
+        help="start from the first frame even if there are checkpoints, and replace earlier exports",
     )
     parser.add_argument(
         "--anyway", action="store_true", help="continue or repeat a run even if the script has changed"

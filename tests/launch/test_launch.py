@@ -81,7 +81,7 @@ def test_the_launcher_found_is_of_the_library_in_use(monkeypatch):
 
 def test_a_launcher_can_be_named(monkeypatch, tmp_path):
     monkeypatch.setenv("MOTES_MPIRUN", toy_launcher(tmp_path, says="HYDRA build details: Version: 4.0.2"))
-    assert starting.find_mpirun() == (str(tmp_path / "mpirun"), ("MPICH", "4.0.2"))
+    assert starting.find_mpirun() == (str(tmp_path / "mpirun"), ("MPICH", "4.0.2"), "")
     monkeypatch.setenv("MOTES_MPIRUN", "no/such/mpirun")
     with pytest.raises(MotesError, match="MOTES_MPIRUN=no/such/mpirun"):
         starting.find_mpirun()

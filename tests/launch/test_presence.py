@@ -79,7 +79,7 @@ def watched(script: str) -> str:
     return ended.stderr
 
 
-SAYS = "import os\nfor word in {words}: os.write(9, word + b'\\n')\n"
+SAYS = "import os\nfor word in {words}: os.write(int(os.environ['MOTES_RANK_PIPE']), word + b'\\n')\n"
 
 
 def test_watchers_tell_what_ranks_say_and_that_they_are_gone():

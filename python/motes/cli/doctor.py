@@ -23,6 +23,7 @@ from typing import Any
 from .._io.text import printable
 from .._launch import starting
 from .._launch.files import folder_of_a_job
+from .._mpi.loading import chosen_library, other_libraries
 from .._values import environment
 from ..errors import EXTRAS, ArgumentError, MotesError
 from .parser import add_json, print_figures
@@ -41,7 +42,8 @@ sys.stdout.write(f'motes-hello rank {MPI.COMM_WORLD.rank} of {MPI.COMM_WORLD.siz
 _CORE = """
 import json, mpi4py
 mpi4py.rc.initialize = mpi4py.rc.finalize = False
-from mpi4py import MPI
+from motes._mpi.loading import import_mpi
+import_mpi()
 def mpi_libraries():
     with open('/proc/self/maps') as maps:
         return sorted({line.split()[-1] for line in maps if '/libmpi.so' in line or '/libmpich.so' in line})
@@ -149,14 +151,19 @@ def _mpi(report: Report) -> None:
     except MotesError as error:
         report.problems.append(str(error))
         return
-    report.figures["mpirun"] = f"{mpirun.path} ({mpirun.version})"
-    if not mpirun.version.fits(starting.library()):
+    report.figures["mpirun"] = str(mpirun)
+    others = [*other_libraries(), *map(str, starting.other_launchers(mpirun))]
+    if others:
+        report.figures["other MPIs"] = others
+    fits = mpirun.version.fits(starting.library())
+    report.figures["mpirun fits library"] = "yes" if fits else "no"
+    if not fits:
         report.problems.append(f"{mpirun.path} is {mpirun.version}, but mpi4py uses {starting.library()}")
     reason = starting.cannot_survive(mpirun.version)
     report.figures["survives losses"] = "yes: motes run --survive" if reason is None else f"no: {reason}"
     argv = starting.command(2, [sys.executable, "-c", _HELLO], mpirun=mpirun)
     with folder_of_a_job() as (_, own):
-        output, problem = _output(argv, own)
+        output, problem = _output(argv, {**own, **chosen_library()})
     hello = sorted(re.findall(r"motes-hello (rank \d+ of \d+)", output))
     report.figures["hello"] = hello
     if hello == ["rank 0 of 1"] * 2:
@@ -205,10 +212,7 @@ def _output(argv: list[str], variables: Mapping[str, str] | None = None) -> tupl
         return "", f"it did not end within {HELLO_LIMIT_S} s"
     except OSError as error:
         return "", str(error)
-    lines = [line.strip() for line in answer.stderr.splitlines() if line.strip(" -\t")]
-    # Python prints the reason last, mpirun first.
-    reason = "" if not lines else lines[-1] if "Traceback" in answer.stderr else lines[0]
-    return answer.stdout, reason or f"exit code {answer.returncode}"
+    return answer.stdout, starting.reason(answer)
 
 
 def _variables(values: dict[str, str]) -> list[str]:

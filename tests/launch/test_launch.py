@@ -330,6 +330,8 @@ def test_doctor_waits_for_no_launcher_forever(monkeypatch, tmp_path):
         ("open_worlds.enter(4, '1.1'); open_worlds.end(open_worlds.enter(0, '1.1'))", 0),
         ("open_worlds.enter(0, '1.2'); open_worlds.end(open_worlds.enter(4, '1.1'))", 1),
         ("open_worlds.enter(0, '1.1'); os.kill(os.getpid(), 9)", 137),
+        ("open_worlds.enter(0, '1.1'); sys.exit(9)", 137),
+        ("open_worlds.leave(open_worlds.enter(0, '1.1')); sys.exit(9)", 9),
     ],
 )
 def test_exit_code_0_of_a_launcher_is_checked_against_open_worlds(rank, code):

@@ -85,6 +85,8 @@ def supervise(argv: Sequence[str], variables: Mapping[str, str] | None = None) -
             "as when mpirun loses a host; its log shows how far it got"
         )
         return Ended(1, lost=True)
+    if code == signal.SIGKILL and left and not relay.message:  # mpiexec of MPICH returns the signal as it is
+        code = -code
     code = 128 + signals.passed_on if code == -_ENDING and signals.passed_on else code
     code = code if code >= 0 else 128 - code
     if relay.code is not None:  # a rank ended the job through this process

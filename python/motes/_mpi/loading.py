@@ -186,8 +186,9 @@ def _mismatch(module: ModuleType, error: str = "") -> str:
     if error:
         remedy = "build motes for that MPI (MPICC)"
     elif not linked.path:
-        package = f"`pip install {linked.family.lower().replace(' ', '')}`" if linked.family else "that MPI"
-        remedy = f"install {package} here, or build motes for the MPI that is loaded (MPICC)"
+        package = linked.family.lower().replace(" ", "")
+        install = f"run `pip install {package}`" if package else "install that MPI"
+        remedy = f"{install}, or build motes for the MPI that is loaded (MPICC)"
     else:
         remedy = f"set MPI4PY_LIBMPI={linked.path}"
         if chosen_library():

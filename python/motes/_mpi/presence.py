@@ -32,7 +32,7 @@ LAUNCHER_TELLS = {"PRTE_MCA_errmgr_base_verbose": "1"}
 _GRACE_S = 1.0  # for mpirun to end the job by itself, with the rank's exit code
 _LINE = re.compile(rb"\*\*\* motes: of rank (\d+): (waits|has|ended)\b")
 _FAILURE = re.compile(rb"errmgr:dvm: for proc \[[^]]*@(\d+),(\d+)\] state (.*)")
-_SIGNAL = re.compile(rb"exited on\s+signal (\d+ \([^)]*\))|EXIT STRING: .* \(signal (\d+)\)")
+_SIGNAL = re.compile(rb"exited on\s+signal (\d+ \([^)]*\))")
 _FAILED = re.compile(rb"Process name: \[[^]]*,\s*(\d+)\]|process\s+rank\s+(\d+)")
 
 
@@ -118,7 +118,7 @@ class Presence:
         who = f"rank{'s' if len(gone) > 1 else ''} {', '.join(map(str, gone))}"
         others = "; the others would wait forever" if self.hopeless else ""
         if signal := _SIGNAL.search(launcher):
-            how = f", on signal {next(filter(None, signal.groups())).decode()}"
+            how = f", on signal {signal[1].decode()}"
         else:
             how = ", on a signal" if all("signal" in self._gone[rank] for rank in gone) else ""
         return f"{who} ended before MPI had started{how}{others}" + (f": {error}" if error else "")

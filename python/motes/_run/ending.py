@@ -31,6 +31,7 @@ from .speaking import SPEAKER_WAIT_S, free_reserve, may_speak, print_report, res
 __all__ = ["end_fork", "end_left", "install", "report_lost", "stop_job"]
 
 ABORT_LIMIT_S = 2.0  # how long MPI_Abort may take before the watchdog ends the process
+_ARRIVAL_S = 0.1  # for the report to reach a launcher that no longer listens once it aborts (MPICH's)
 TEARDOWN_S = 0.1  # an abort ends all peers within this time; otherwise a process that is gone was lost
 
 _installed = False
@@ -257,6 +258,7 @@ def _end(
             if may_speak(speaker):
                 _call_previous_hook(error)
                 print_report(headline, body, before=losses.lost_line() if lost else "")
+                time.sleep(_ARRIVAL_S)
     else:  # another thread of this rank is already aborting
         with contextlib.suppress(BaseException):
             time.sleep(SPEAKER_WAIT_S)

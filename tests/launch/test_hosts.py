@@ -130,3 +130,28 @@ def test_a_rank_of_another_host_that_ends_before_mpi_ends_the_job(hosts, tmp_pat
     ended = run(hosts, "a,b,c", script, survive=survive)
     assert ended.code == 1, ended.text
     assert "rank 2 ended before MPI had started" in ended.err.splitlines()[-1], ended.text
+
+
+KILLED = """
+import sys
+from motes._launch import starting, supervisor
+from motes._mpi import presence
+presence._ABSENT_S = 5.0
+killed = 'if [ "$OMPI_COMM_WORLD_RANK" = 2 ]; then kill -9 $$; fi; exec "$@"'
+step = "import motes\\nwith motes.World(seed=1, progress='off') as world: world.step()"
+rank = presence.started_by([sys.executable, "-c", step], is_rank=True)
+argv = ["/bin/sh", "-c", killed, "sh", *rank]
+argv = starting.command(3, argv, hosts=sys.argv[1], options=sys.argv[2:], survive=True)
+raise SystemExit(supervisor.supervise(argv, presence.LAUNCHER_TELLS, 3).code)
+"""
+
+
+def test_a_rank_of_another_host_that_is_killed_before_it_has_a_watcher_ends_the_job(hosts):
+    line = shlex.join([sys.executable, "-c", KILLED, ",".join(hosts.names), *hosts.options()])
+    ended = command([hosts.agent, hosts.names[0], line], timeout=60)
+    how = (
+        "ended before MPI had started, on a signal",
+        "did not start within 5 s",
+    )  # mpirun may not learn of it
+    told = [f"motes run: exit code 1: rank 2 {each}; the others would wait forever" for each in how]
+    assert ended.code == 1 and ended.err.splitlines()[-1] in told, ended.text

@@ -156,17 +156,19 @@ SAYS = "import os\nfor word in {words}: os.write(int(os.environ['MOTES_RANK_PIPE
 
 
 def test_watchers_tell_what_ranks_say_and_that_they_are_gone():
-    lines = ["*** motes: of rank 7: waits", "*** motes: of rank 7: has", "*** motes: of rank 7: ended"]
-    assert watched("").splitlines() == lines[2:]
-    assert watched(SAYS.format(words=[b"waits"])).splitlines() == [lines[0], lines[2]]
-    assert watched(SAYS.format(words=[b"waits", b"has"])).splitlines() == lines[:2]
+    starts, waits, has, ended = (
+        f"*** motes: of rank 7: {word}" for word in ("starts", "waits", "has", "ended")
+    )
+    assert watched("").splitlines() == [starts, ended]
+    assert watched(SAYS.format(words=[b"waits"])).splitlines() == [starts, waits, ended]
+    assert watched(SAYS.format(words=[b"waits", b"has"])).splitlines() == [starts, waits, has]
 
 
 def test_watchers_need_no_folder_for_temporary_files():
     argv = started_by([sys.executable, "-c", "pass"], is_rank=True)
     env = {"OMPI_COMM_WORLD_RANK": "7", "PATH": "/nowhere", "TMPDIR": "/nowhere"}
     ended = subprocess.run(argv, env=env, stderr=subprocess.PIPE, text=True, timeout=30)
-    assert ended.stderr == "*** motes: of rank 7: ended\n"
+    assert ended.stderr == "*** motes: of rank 7: starts\n*** motes: of rank 7: ended\n"
 
 
 def test_watchers_take_no_open_file_of_the_rank_and_keep_none():
@@ -194,11 +196,13 @@ def test_a_child_of_the_rank_may_have_its_pipe_open():
         "import os, subprocess; subprocess.Popen(['sleep', '5'], close_fds=False, stderr=subprocess.DEVNULL)"
     )
     begin = time.monotonic()
-    assert watched(child) == "*** motes: of rank 7: ended\n" and time.monotonic() - begin < 4
+    assert watched(child).endswith("*** motes: of rank 7: ended\n") and time.monotonic() - begin < 4
 
 
 def test_a_script_may_close_all_files():
-    assert watched("import os, time\nos.closerange(3, 64)\ntime.sleep(1.5)") == ""
+    assert watched("import os, time\nos.closerange(3, 64)\ntime.sleep(1.5)") == (
+        "*** motes: of rank 7: starts\n"
+    )
 
 
 def test_the_process_that_is_started_is_the_rank_itself():
@@ -256,6 +260,23 @@ def test_what_the_launcher_says_counts_until_mpi_has_started(monkeypatch):
     assert presence.take(failure(0, "ABORTED BY SIGNAL"))
     assert presence.take(failure(1, "COMMUNICATION FAILURE", job=0)), "of a daemon"
     assert not ended.wait(0.2) and presence.sentence("", b"") == ""
+
+
+def test_a_rank_that_does_not_start_is_not_waited_for(monkeypatch):
+    """mpirun may not learn that a process was killed on another host."""
+    monkeypatch.setattr("motes._mpi.presence._ABSENT_S", 0.1)
+    for words in (["0 starts", "0 waits", "2 starts"], ["0 waits", "0 has", "2 waits"]):
+        ended = threading.Event()
+        presence = Presence(ended.set, ranks=3)
+        for word in words:
+            presence.take(f"*** motes: of rank {word.replace(' ', ': ')}\n".encode())
+        assert ended.wait(10)
+        assert presence.sentence("", b"") == "rank 1 did not start within 0 s; the others would wait forever"
+    ended = threading.Event()
+    presence = Presence(ended.set, ranks=2)
+    for word in ("0: starts", "0: waits", "1: starts"):
+        presence.take(f"*** motes: of rank {word}\n".encode())
+    assert not ended.wait(0.3) and presence.sentence("", b"") == "", "it is slow, but it is there"
 
 
 def test_the_launcher_knows_which_failed_first():

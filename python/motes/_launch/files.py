@@ -38,9 +38,10 @@ def folder_of_a_job() -> Iterator[tuple[str, dict[str, str]]]:
                 f"no folder for temporary files: {error}; set TMPDIR to one that has room"
             ) from None
         variables = dict.fromkeys(_VARIABLES, folder)
-        with contextlib.suppress(OSError):  # the ranks choose a place themselves
-            shared = folders.enter_context(_own_folder(_SHARED_MEMORY))
-            variables |= dict.fromkeys(_SHARED_VARIABLES, shared)
+        if not any(name in os.environ for name in _SHARED_VARIABLES):  # each overrides the other
+            with contextlib.suppress(OSError):  # then the ranks choose a place themselves
+                shared = folders.enter_context(_own_folder(_SHARED_MEMORY))
+                variables |= dict.fromkeys(_SHARED_VARIABLES, shared)
         yield folder, variables
 
 

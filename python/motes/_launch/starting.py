@@ -192,7 +192,7 @@ def run(
     sys.stderr.flush()
     if not alone or restarts > 0:
         variables = {**losses.ENVIRONMENT, **LAUNCHER_TELLS} if survive else {}
-        ended = supervise(argv, variables)
+        ended = supervise(argv, variables, ranks)
         for left in range(restarts - 1, -1, -1):
             if not ended.lost:
                 break
@@ -200,7 +200,7 @@ def run(
             if hosts is not None:
                 hosts = reachable(hosts)
             tell(f"motes run: restarts; {left} more {'restart is' if left == 1 else 'restarts are'} allowed")
-            ended = supervise(compose(), variables)
+            ended = supervise(compose(), variables, ranks)
         return ended.code
     if os.name == "posix":
         os.execve(argv[0], argv, os.environ)  # os.environ lacks what MPI added when it started

@@ -49,10 +49,11 @@ class Ended(NamedTuple):
     """Whether a process or a host was lost, so that a restart may succeed."""
 
 
-def supervise(argv: Sequence[str], variables: Mapping[str, str] | None = None) -> Ended:
+def supervise(argv: Sequence[str], variables: Mapping[str, str] | None = None, ranks: int = 0) -> Ended:
     """Run a launcher to its end, and return how the job ended.
 
-    `variables` are added to its environment, unless this process has set them already.
+    `variables` are added to its environment, unless this process has set them already. `ranks`: how many are
+    to start, each under a watcher (`started_by`); 0: unknown.
 
     SIGINT, SIGTERM and SIGUSR1 go to the ranks that are inside `with world:`, which then stop together. If
     this host has none, they go to the launcher, like a second SIGINT or SIGTERM and all other signals. On
@@ -68,7 +69,7 @@ def supervise(argv: Sequence[str], variables: Mapping[str, str] | None = None) -
         reader = None
         try:
             signals.go_to(process)
-            relay = Relay(lambda data: write_all(2, data), lambda: process.send_signal(_ENDING))
+            relay = Relay(lambda data: write_all(2, data), lambda: process.send_signal(_ENDING), ranks)
             reader = threading.Thread(target=relay.run, args=(process.stderr.fileno(),), daemon=True)
             reader.start()
             code = process.wait()
@@ -226,12 +227,14 @@ class Relay:
     _ERROR = re.compile(rb"([A-Za-z_][\w.]*(?:Error|Exception|Interrupt)\b.*)")
     _MOST_LINES = 100  # a longer block is not a message
 
-    def __init__(self, write: Callable[[bytes], object], end: Callable[[], object] = lambda: None) -> None:
-        """`write` takes what is passed on; `end` is called when a rank wants the job to end."""
+    def __init__(
+        self, write: Callable[[bytes], object], end: Callable[[], object] = lambda: None, ranks: int = 0
+    ) -> None:
+        """`write` takes what is passed on; `end` is called when a rank wants the job of `ranks` to end."""
         self.code: int | None = None
         """The exit code of a rank that ended the job (`losses.end_job`)."""
         self._end = end
-        self.presence = Presence(end)
+        self.presence = Presence(end, ranks)
         self.own: list[bytes] = []
         """The lines of the launcher's messages."""
         self._write = write

@@ -3,10 +3,12 @@
 mpirun ends the job if a rank fails before MPI_Init, but not if one exits with code 0, and with `--survive` in
 neither case. So `motes run` starts each rank through `start_rank.py`, which leaves a watcher beside it. The
 rank writes to the watcher through a pipe. The watcher reports to `motes run` in lines on standard error,
-which arrive from any host: the rank waits for MPI, has MPI, or has ended. It exits once the rank has MPI.
+which arrive from any host: the rank starts, waits for MPI, has MPI, or has ended. It exits once the rank has
+MPI.
 
 A rank that is killed before it has a watcher is known only to mpirun, which started the process. So with
-`--survive` mpirun has to tell which ranks fail (`LAUNCHER_TELLS`).
+`--survive` mpirun has to tell which ranks fail (`LAUNCHER_TELLS`). Open MPI 5.0.11 may lose what another host
+tells it of a rank that has just started. So ranks also count as gone if they do not start while others wait.
 """
 
 from __future__ import annotations
@@ -30,7 +32,8 @@ LAUNCHER_TELLS = {"PRTE_MCA_errmgr_base_verbose": "1"}
 """Variables with which mpirun of Open MPI 5 prints a line, `_FAILURE`, for each rank that fails."""
 
 _GRACE_S = 1.0  # for mpirun to end the job by itself, with the rank's exit code
-_LINE = re.compile(rb"\*\*\* motes: of rank (\d+): (waits|has|ended)\b")
+_ABSENT_S = 30.0  # how long ranks may wait for one that has not started; all start at about the same time
+_LINE = re.compile(rb"\*\*\* motes: of rank (\d+): (starts|waits|has|ended)\b")
 _FAILURE = re.compile(rb"errmgr:dvm: for proc \[[^]]*@(\d+),(\d+)\] state (.*)")
 _SIGNAL = re.compile(rb"exited on\s+signal (\d+ \([^)]*\))")
 _FAILED = re.compile(rb"Process name: \[[^]]*,\s*(\d+)\]|process\s+rank\s+(\d+)")
@@ -72,13 +75,14 @@ def _say(word: bytes) -> None:
 class Presence:
     """Collects the reports of watchers and of the launcher, and ends a job that can no longer start."""
 
-    def __init__(self, end: Callable[[], object]) -> None:
-        """`end` is called, in another thread, when ranks wait for one that is gone."""
+    def __init__(self, end: Callable[[], object], ranks: int = 0) -> None:
+        """`end` is called, in another thread, when ranks wait for one that is gone; `ranks`: their number."""
         self._end = end
+        self._absent = set(range(ranks))
         self._waiting: set[int] = set()
         self._started: set[int] = set()
         self._gone: dict[int, str] = {}  # by rank, what the launcher says of it, if anything
-        self._timer: threading.Timer | None = None
+        self._timers: dict[str, threading.Timer] = {}
         self.hopeless = False
         """Whether `end` was called."""
 
@@ -89,20 +93,21 @@ class Presence:
                 self._lose(int(failure[2]), failure[3].decode(errors="replace").strip().lower())
         elif said := _LINE.search(line):
             rank = int(said[1])
+            self._absent.discard(rank)
             if said[2] == b"waits":
                 self._waiting.add(rank)
             elif said[2] == b"has":
                 self._started.add(rank)
                 self._waiting.discard(rank)
                 self._gone.pop(rank, None)  # the launcher's report came first
-            else:
+            elif said[2] == b"ended":
                 self._lose(rank, "")
         else:
             return False
-        if self._is_hopeless() and self._timer is None:
-            self._timer = threading.Timer(_GRACE_S, self._give_up)
-            self._timer.daemon = True
-            self._timer.start()
+        if self._is_hopeless():
+            self._after(_GRACE_S, self._give_up)
+        elif self._waiting and self._absent:
+            self._after(_ABSENT_S, self._give_up_absent)
         return True
 
     def sentence(self, error: str, launcher: bytes) -> str:
@@ -117,6 +122,8 @@ class Presence:
         gone = sorted(failed or self._gone)
         who = f"rank{'s' if len(gone) > 1 else ''} {', '.join(map(str, gone))}"
         others = "; the others would wait forever" if self.hopeless else ""
+        if self._absent and self._absent.issuperset(gone):
+            return f"{who} did not start within {_ABSENT_S:.0f} s{others}"
         if signal := _SIGNAL.search(launcher):
             how = f", on signal {signal[1].decode()}"
         else:
@@ -125,10 +132,18 @@ class Presence:
 
     def close(self) -> None:
         """Stop waiting: the launcher has ended."""
-        if self._timer is not None:
-            self._timer.cancel()
+        for timer in list(self._timers.values()):
+            timer.cancel()
+
+    def _after(self, seconds: float, act: Callable[[], None]) -> None:
+        """Call a method later, unless it is going to be called already."""
+        if act.__name__ not in self._timers:
+            timer = self._timers[act.__name__] = threading.Timer(seconds, act)
+            timer.daemon = True
+            timer.start()
 
     def _lose(self, rank: int, how: str) -> None:
+        self._absent.discard(rank)
         self._waiting.discard(rank)
         if rank not in self._started:
             self._gone[rank] = how or self._gone.get(rank, "")
@@ -143,7 +158,13 @@ class Presence:
         return bool(self._gone) and (bool(self._waiting) or (failed and not self._started))
 
     def _give_up(self) -> None:
-        self._timer = None
+        self._timers.pop("_give_up", None)
         if self._is_hopeless():
             self.hopeless = True
             self._end()
+
+    def _give_up_absent(self) -> None:
+        self._timers.pop("_give_up_absent", None)
+        if self._waiting:
+            self._gone |= dict.fromkeys(self._absent, "")
+            self._give_up()

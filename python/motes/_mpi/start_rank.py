@@ -74,6 +74,7 @@ def _keep_only(pipe: int) -> None:
 
 
 def _watch(pid: int, rank: str) -> None:
+    _tell(rank, "starts")
     left = _ENDINGS
     while left > 0:
         gone = _is_gone(pid)  # before the pipe is read: what the process said comes before its end

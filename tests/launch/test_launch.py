@@ -49,6 +49,7 @@ def toy_launcher(folder: Path, *, says: str) -> str:
     [
         ("Open MPI v5.0.11, package: Open MPI root@x, ident: 5.0.11", ("Open MPI", "5.0.11")),
         ("mpirun (Open MPI) 4.1.4\n\nReport bugs to http://www.open-mpi.org/", ("Open MPI", "4.1.4")),
+        ("mpiexec (OpenRTE) 4.1.4\n\nReport bugs to", ("Open MPI", "4.1.4")),
         ("MPICH Version:      4.0.2\nMPICH Release date: Thu Apr  7", ("MPICH", "4.0.2")),
         ("HYDRA build details:\n    Version:                                 4.0.2\n", ("MPICH", "4.0.2")),
         ("Intel(R) MPI Library 2021.5 for Linux* OS", ("Intel MPI", "2021.5")),

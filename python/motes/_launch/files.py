@@ -13,8 +13,7 @@ from ..errors import MotesError
 
 __all__ = ["folder_of_a_job"]
 
-_VARIABLES = ("PRTE_MCA_prte_local_tmpdir_base", "OMPI_MCA_orte_local_tmpdir_base")
-"""Where mpirun of Open MPI 5 and 4 puts its own files, on its own host."""
+_VARIABLE = "PRTE_MCA_prte_local_tmpdir_base"
 _SHARED_MEMORY = "/dev/shm"
 _SHARED_VARIABLES = ("OMPI_MCA_btl_sm_backing_directory", "OMPI_MCA_btl_vader_backing_directory")
 """Where ranks of Open MPI 5 and 4 put the memory that they share."""
@@ -37,7 +36,7 @@ def folder_of_a_job() -> Iterator[tuple[str, dict[str, str]]]:
             raise MotesError(
                 f"no folder for temporary files: {error}; set TMPDIR to one that has room"
             ) from None
-        variables = dict.fromkeys(_VARIABLES, folder)
+        variables = {_VARIABLE: folder}
         if not any(name in os.environ for name in _SHARED_VARIABLES):  # each overrides the other
             with contextlib.suppress(OSError):  # then the ranks choose a place themselves
                 shared = folders.enter_context(_own_folder(_SHARED_MEMORY))

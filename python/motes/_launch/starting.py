@@ -382,7 +382,8 @@ def reason(failed: subprocess.CompletedProcess[str]) -> str:
 def _version(text: str) -> Version:
     """Parse the version text of a library or a launcher."""
     patterns = {
-        "Open MPI": r"Open MPI\)? v?(\d[\w.]*)",  # "Open MPI v5.0.11, ..." and "mpirun (Open MPI) 5.0.11"
+        # "Open MPI v5.0.11, ...", "mpirun (Open MPI) 5.0.11" and "mpiexec (OpenRTE) 4.1.4"
+        "Open MPI": r"Open(?: MPI|RTE)\)? v?(\d[\w.]*)",
         "Intel MPI": r"Intel\(R\) MPI Library.*?(?:Version )?(\d{4}[\w.]*)",
         "MPICH": r"(?:MPICH|HYDRA)[\s\S]*?Version:\s*(\d[\w.]*)",
     }

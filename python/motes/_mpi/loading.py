@@ -73,6 +73,8 @@ def linked_library() -> Linked:
         name, folders = (match[1].decode() if match else "" for match in found)
     origin = os.path.dirname(spec.origin)
     places = [os.path.normpath(place.replace("$ORIGIN", origin)) for place in folders.split(":") if place]
+    linker = re.sub(r"\.so.*", ".so", name)  # Debian: in a folder of its own, a link to where the library is
+    places += [os.path.dirname(os.path.realpath(os.path.join(place, linker))) for place in places]
     site = sys.modules.get("site")  # the same prefixes as mpi4py's
     prefixes = (sys.exec_prefix, getattr(site, "USER_BASE", None), sys.base_exec_prefix)
     places += [os.path.join(prefix, "lib") for prefix in prefixes if prefix]

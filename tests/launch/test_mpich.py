@@ -102,6 +102,15 @@ def test_a_core_built_for_mpich_gives_the_same_bits(built):
 
 
 @pytest.mark.slow
+def test_memory_that_mpich_leaves_is_removed(built):
+    mapped = "(line.split()[5] for line in open('/proc/self/maps') if '/dev/shm/' in line)"
+    script = SCENE.format(end=f"print(*{mapped}, flush=True); 1 / 0")
+    ended = run(built, "-c", script)
+    assert ended.code == 1 and "ZeroDivisionError" in ended.err.splitlines()[-1], ended.text
+    assert not [path for path in ended.out.split() if Path(path).exists()]
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("attempt", range(10))
 @pytest.mark.parametrize(
     ("end", "code", "told"),

@@ -258,7 +258,7 @@ def test_what_the_launcher_says_counts_until_mpi_has_started(monkeypatch):
     assert presence.take(failure(1, "ABORTED BY SIGNAL"))
     presence.take(b"*** motes: of rank 1: has\n")  # by way of another host
     assert presence.take(failure(0, "ABORTED BY SIGNAL"))
-    assert presence.take(failure(1, "COMMUNICATION FAILURE", job=0)), "of a daemon"
+    assert presence.take(failure(2, "COMMUNICATION FAILURE", job=0)), "of a daemon"
     assert not ended.wait(0.2) and presence.sentence("", b"") == ""
 
 

@@ -57,8 +57,18 @@ def _own_folder(parent: str) -> Iterator[str]:
     try:
         yield folder
     finally:
-        shutil.rmtree(folder, ignore_errors=True)  # a daemon that outlives the launcher may still write there
+        _remove(folder)
         os.close(lock)
+
+
+def _remove(folder: str) -> None:
+    """Remove a folder, and the memory that ranks of MPICH have named in it (`_mpi/presence.py`)."""
+    with contextlib.suppress(OSError):
+        for name in os.listdir(folder):
+            if name.startswith("mpich_"):
+                with contextlib.suppress(OSError):
+                    os.unlink(os.path.join(_SHARED_MEMORY, name))
+    shutil.rmtree(folder, ignore_errors=True)  # a daemon that outlives the launcher may still write there
 
 
 def _sweep(parent: str) -> None:
@@ -71,6 +81,6 @@ def _sweep(parent: str) -> None:
                 lock = os.open(entry.path, os.O_RDONLY | os.O_NOFOLLOW)
                 try:
                     if os.fstat(lock).st_uid == os.getuid() and try_lock(lock):
-                        shutil.rmtree(entry.path, ignore_errors=True)
+                        _remove(entry.path)
                 finally:
                     os.close(lock)

@@ -52,12 +52,22 @@ def waits_for_mpi() -> None:
 
 
 def has_mpi() -> None:
-    """Tell the watcher that MPI has started in this rank."""
+    """Tell the watcher that MPI has started in this rank, and `motes run` which memory MPICH shares."""
     _say(b"has\n")
+    _name_memory()
     pipe = os.environ.pop(_PIPE, "")
     if pipe:
         with contextlib.suppress(OSError):
             os.close(int(pipe))
+
+
+def _name_memory() -> None:
+    """Leave the names of MPICH's shared memory to `motes run`: only ranks that end well remove it."""
+    folder = os.path.dirname(os.environ.get("MOTES_OPEN_WORLDS", ""))
+    if os.path.isdir(folder):  # on the host of `motes run`
+        with contextlib.suppress(OSError), open("/proc/self/maps") as maps:
+            for name in set(re.findall(r"/dev/shm/(mpich_\w+)$", maps.read(), re.MULTILINE)):
+                os.close(os.open(os.path.join(folder, name), os.O_CREAT, 0o600))
 
 
 def _say(word: bytes) -> None:

@@ -99,3 +99,21 @@ def test_a_user_may_choose_where_ranks_share_memory(tmp_path):
     script = MAPPED.replace("/dev/shm/", f"{tmp_path}/")
     ended = command([sys.executable, "-m", "motes", "run", "-n", "2", "-c", script, "0"], env=env)
     assert all(str(tmp_path) in line for line in ended.lines)
+
+
+def test_launchers_that_start_at_once_do_not_remove_each_others_folders(tmp_path, monkeypatch):
+    """A folder has no lock at first: whoever made it then makes another one."""
+    swept = []
+
+    def between(**options: str) -> str:
+        folder = make(**options)
+        if len(swept) < 2:
+            swept.append(folder)
+            files._sweep(str(tmp_path))
+        return folder
+
+    make = files.tempfile.mkdtemp
+    monkeypatch.setattr(files.tempfile, "mkdtemp", between)
+    with files._own_folder(str(tmp_path)) as own:
+        assert len(swept) == 2 and own not in swept and Path(own).is_dir()
+    assert list(tmp_path.iterdir()) == []

@@ -28,8 +28,10 @@ MPI4PY_FIRST = f"from mpi4py import MPI{SCRIPT}"
 
 
 def run(python: Path, *arguments: object, **variables: str) -> Result:
-    """Run the Python of an environment, with the motes that it has itself."""
-    return command([python, *arguments], env={"PYTHONPATH": "", **variables}, timeout=60)
+    """Run the Python of an environment, with the motes that it has itself, and no launcher of this one."""
+    return command(
+        [python, *arguments], env={"PYTHONPATH": "", "PATH": "/usr/bin:/bin", **variables}, timeout=60
+    )
 
 
 @pytest.fixture(scope="module", params=["mpich last", "openmpi last"])

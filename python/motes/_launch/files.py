@@ -50,10 +50,11 @@ def _own_folder(parent: str) -> Iterator[str]:
     _sweep(parent)
     while True:
         folder = tempfile.mkdtemp(prefix=_PREFIX, dir=parent)
-        lock = os.open(folder, os.O_RDONLY)
-        if not is_locked_elsewhere(lock) and os.path.isdir(folder):  # no sweep came between
-            break
-        os.close(lock)
+        with contextlib.suppress(FileNotFoundError):  # the sweep of another job came between
+            lock = os.open(folder, os.O_RDONLY)
+            if not is_locked_elsewhere(lock) and os.path.isdir(folder):
+                break
+            os.close(lock)
     try:
         yield folder
     finally:

@@ -86,8 +86,9 @@ def supervise(argv: Sequence[str], variables: Mapping[str, str] | None = None, r
             "as when mpirun loses a host; its log shows how far it got"
         )
         return Ended(1, lost=True)
-    if code == signal.SIGKILL and left and not relay.message:  # mpiexec of MPICH returns the signal as it is
-        code = -code
+    message = relay.message
+    if code == signal.SIGKILL and left and not message:  # mpiexec of MPICH returns the signal as it is
+        code, message = -code, "a rank was killed inside `with world:`, and mpiexec has ended the others"
     code = 128 + signals.passed_on if code == -_ENDING and signals.passed_on else code
     code = code if code >= 0 else 128 - code
     if relay.code is not None:  # a rank ended the job through this process
@@ -96,8 +97,8 @@ def supervise(argv: Sequence[str], variables: Mapping[str, str] | None = None, r
         code = 1
     if code != 0 and signals.insisted:
         code = 128 + signals.insisted
-    if code != 0 and relay.message:
-        tell(f"motes run: exit code {code}: {relay.message}")
+    if code != 0 and message:
+        tell(f"motes run: exit code {code}: {message}")
     stopped = code in (128 + signal.SIGINT, 128 + signal.SIGTERM)
     return Ended(code, lost=(code > 128 and not stopped) or relay.lost)
 

@@ -1,4 +1,4 @@
-"""`Run.explain` names what is wrong first: twenty-three runs whose ailment is known.
+"""`Run.explain` names what is wrong first, in runs whose ailment is known.
 
 Each is a log made frame by frame from what its ranks hold and do. The times follow from that: all ranks wait
 for the last one, and the waits name it.

@@ -121,7 +121,7 @@ def points_shown(path):
     from pxr import Usd, UsdGeom
 
     stage = Usd.Stage.Open(str(path))
-    prims = [prim for prim in stage.Traverse() if str(prim.GetPath()).startswith("/World/a/particles")]
+    prims = [prim for prim in stage.Traverse() if str(prim.GetPath()).startswith("/World/a/a")]
     return [
         sum(len(UsdGeom.Points(prim).GetPointsAttr().Get(frame)) for prim in prims) for frame in range(FRAMES)
     ]

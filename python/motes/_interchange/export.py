@@ -341,6 +341,7 @@ class Export:
         """Add late columns to this rank's share of earlier files; the writer keeps errors for `_report`."""
         parts: list[tuple[int, Part]] = []
         place, share, shares = self._place, world.rank, world.size
+        place.format.begin()  # a rank that is no calculator has written nothing yet
         self._writer.publish(
             lambda: parts.extend(
                 complete(place, Manifest.read(place.folder), share, shares, lambda: self._closed)

@@ -45,7 +45,7 @@ MOTES_INLINE Doubles3 moved(Doubles3 x, Doubles3 v, Doubles dt) { return rounded
 MOTES_INLINE Doubles3 place_of(const shapes::Shape& shape, const Met& hit, Doubles3 from, Doubles3 to, Doubles farthest,
                                Longs among) {
   const Doubles3 at = from + (to - from) * hit.part;
-  const Doubles size = max(max(max(largest(from), largest(at)), farthest * 0.25), all_doubles(1e-3));
+  const Doubles size = max(max(largest(from), largest(at)), farthest * 0.25);
   Doubles3 place = from;
   double skin = 0x1p-20;
   for (int tries = 0; tries < 2 && any(among); ++tries, skin *= 0.125) {

@@ -108,7 +108,7 @@ LOW, HIGH = (-1.5, 0, -7), (2.5, 6, 93)  # of the periods, m
 def around_ends(
     count: int, spread: float, axis: int, axes: str
 ) -> tuple[tuple[np.ndarray, np.ndarray], dict[str, Any]]:
-    """Return points up to `spread` before and beyond the end of an axis, as (before, beyond), and the periods."""
+    """Return points `spread` before and beyond the end of an axis, and the periods."""
     points = np.random.default_rng(5).uniform(LOW, HIGH, (count, 3)).astype(np.float32)
     before, beyond = points.copy(), points
     before[:, axis] = np.float32(HIGH[axis] - spread)

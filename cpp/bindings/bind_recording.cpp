@@ -11,7 +11,6 @@
 #include "recording/births.h"
 #include "recording/record.h"
 #include "simd/float_mode.h"
-#include "simd/isa.h"
 
 namespace motes::bindings {
 namespace {
@@ -257,7 +256,6 @@ py::array evaluate(const Steps& steps, const std::vector<FloatArray>& columns) {
 
 void bind_recording(py::module_& m) {
   m.def("evaluate", &evaluate, py::arg("steps"), py::arg("columns"));
-  m.def("simd", [] { return std::string(simd::name(simd::isa())); });
   bind_ties(m);
   bind_tables(m);
   py::class_<Action>(m, "Action")

@@ -1,7 +1,7 @@
-"""Physics without absolute numbers: scenes scaled by powers of two, from a nanometre to a thousand kilometres.
+"""Physics without absolute numbers: scenes scaled by powers of two, from nanometres to thousands of km.
 
-If lengths, times and masses are multiplied by powers of two, and each parameter by its unit, particles must get
-exactly the scaled bits. Each action states the units of its parameters in SCENES; a new one fails until it does.
+If lengths, times and masses are multiplied by powers of two, and each parameter by its unit, particles get
+exactly the scaled bits. Each action states the units of its parameters in SCENES; a new one fails until then.
 """
 
 from __future__ import annotations
@@ -237,7 +237,6 @@ SCALES = {
 }
 TOO_SMALL = {
     ("Collide", "nanometres"): "spheres up to 1e-12 kg count as massless",
-    ("Fluid", "thousands of kilometres"): "the square of the gradient kernel is below float32",
 }
 EXTREME = ("nanometres", "thousands of kilometres")  # where a number may be refused at the call
 

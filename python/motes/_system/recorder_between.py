@@ -223,7 +223,7 @@ class BetweenRecorder(Recording):
         Records `actions.Fluid`.
 
         Args:
-            radius: reach of the interaction, 1e-4 to 1e6 m.
+            radius: reach of the interaction, 1e-12 to 1e9 m.
             rest_density: the liquid's density at rest, kg/m^3.
             viscosity: kinematic viscosity, m^2/s; honey has 1e-2. radius^2 / (4000 dt) is always added, so a
                 liquid comes to rest; the sum is limited to radius^2 / (24 dt).

@@ -289,7 +289,7 @@ class Fluid(Action):
     velocity of j relative to i; W of Mueller et al. (2003), C of Akinci et al. (2013)
 
     Attributes:
-        radius: reach of the interaction, 1e-4 to 1e6 m.
+        radius: reach of the interaction, 1e-12 to 1e9 m.
         rest_density: the liquid's density at rest, kg/m^3.
         viscosity: kinematic viscosity, m^2/s; honey has 1e-2. radius^2 / (4000 dt) is always added, so a
             liquid comes to rest; the sum is limited to radius^2 / (24 dt).
@@ -310,7 +310,7 @@ class Fluid(Action):
             "fluid",
             rest_density=arguments.number("rest_density", self.rest_density, low=LEAST_DENSITY),
             viscosity=arguments.number("viscosity", self.viscosity, low=0),
-            radius=arguments.number("radius", self.radius, low=1e-4, high=1e6),
+            radius=arguments.number("radius", self.radius, low=1e-12, high=1e9),
             cohesion=arguments.number("cohesion", self.cohesion),
         )
 

@@ -17,7 +17,11 @@ namespace motes::MOTES_ISA {
 
 MOTES_INLINE Floats largest(Floats3 p) { return max(max(abs(p.x), abs(p.y)), abs(p.z)); }
 
-MOTES_INLINE Floats skin_of(Floats3 start, Floats3 end) { return max(largest(start), largest(end)) * 0x1p-20f; }
+/// `path`: the step's displacement. Near the origin a part of it counts, up to a millimetre.
+MOTES_INLINE Floats skin_of(Floats3 start, Floats3 end, Floats3 path) {
+  const Floats least = min(largest(path) * static_cast<float>(kPathsOfSkin), all(static_cast<float>(kMostLeast)));
+  return max(max(largest(start), largest(end)), least) * 0x1p-20f;
+}
 
 MOTES_INLINE void note_hit(const actions::Block& b, std::size_t i, Mask mask) {
   if (b.hit != nullptr) store_mask(b.hit + i, load_mask(b.hit + i) | mask);
@@ -86,7 +90,7 @@ class UprightPlane {
     const Floats slide = rebound_.kept(v.y * v.y + v.z * v.z);
     // Adding 0 turns -0 into 0.
     const Floats3 after = {Floats{} - v.x * rebound_.restitution, v.y * slide + 0.0f, v.z * slide + 0.0f};
-    const Floats skin = to_side(skin_of(x, x + v * all(dt_) * part));
+    const Floats skin = to_side(skin_of(x, x + v * all(dt_) * part, v * all(dt_)));
     Floats3 there = x + (v - after) * passed;
     there.x = there.x + skin;
     sunk = mask & below(there.x + after.x * dt_) & ~below(x.x);

@@ -83,7 +83,7 @@ MOTES_INLINE Mask bounce_off(const MovingMesh& moving, const Rebound& rebound, f
   Floats3 from = moving.start.to_body(x);
   Floats start = mesh.distance(from);
   const Mask outside = start > 0.0f;
-  const Floats skin = skin_of(x, x + v * dt) + 1e-4f * mesh.form->cell;
+  const Floats skin = skin_of(x, x + v * dt, v * dt) + 1e-4f * mesh.form->cell;
   Floats passed{};  // fraction of the step before the last hit
   Mask bounced{};
   for (int hits = 1;; ++hits) {

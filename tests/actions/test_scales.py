@@ -236,6 +236,7 @@ SCALES = {
     "thousands of kilometres": (20, 4, 60),
 }
 TOO_SMALL = {
+    ("Bounce", "nanometres"): "off the surface by 0.4 % of the path, not by a part of the coordinates",
     ("Collide", "nanometres"): "spheres up to 1e-12 kg count as massless",
 }
 EXTREME = ("nanometres", "thousands of kilometres")  # where a number may be refused at the call

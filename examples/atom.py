@@ -70,6 +70,6 @@ with world, motes.Movie(f"{args.out}/atom.mp4") as movie:
         nucleus.orbit_point((0, 0, 0), magnitude=6, epsilon=0.3)
         nucleus.random_acceleration(Sphere((0, 0, 0), 25))
         nucleus.wind((0, 0, 0), drag=3)
-        nucleus.collide(restitution=0.3)
+        nucleus.collide(restitution=0.3, sleep=0.1277)
         nucleus.move()
         motes.script.end_frame(world, movie, args)

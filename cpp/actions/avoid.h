@@ -45,7 +45,7 @@ MOTES_INLINE Detour turn_at(const SphereLanes& sphere, Floats3 x, Floats3 v, flo
   const Floats3 from_center = x - all3(sphere.center);
   const Floats speed2 = dot(v, v);
   const Mask outside = dot(from_center, from_center) > sphere.radius * sphere.radius;
-  const Floats3 across = from_center - v * (dot(from_center, v) / max(speed2, all(1e-30f)));
+  const Floats3 across = from_center - v * (dot(from_center, v) / max(speed2, all(__FLT_MIN__)));
   return {hit.mask & outside, time, sqrt(speed2) * time, across};
 }
 

@@ -9,6 +9,7 @@
 #include "expressions/formula.h"
 #include "particles/blocks.h"
 #include "particles/ids.h"
+#include "particles/periods.h"
 #include "particles/streams.h"
 #include "shapes/shape.h"
 
@@ -69,6 +70,7 @@ struct Parameters {
   const LawCode* law = nullptr;  // law: its formula
   const float* table = nullptr;  // the entries of its table, and their number along each axis
   int table_size[3] = {};
+  const particles::Periods* periods = nullptr;  // of space
   float* scratch = nullptr;  // for expressions: kScratch floats
 };
 

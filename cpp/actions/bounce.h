@@ -17,8 +17,10 @@ namespace motes::MOTES_ISA {
 
 MOTES_INLINE Floats largest(Floats3 p) { return max(max(abs(p.x), abs(p.y)), abs(p.z)); }
 
-MOTES_INLINE Floats skin_of(Floats3 start, Floats3 end) {
-  return max(max(largest(start), largest(end)), all(1e-3f)) * 0x1p-20f;
+/// `path`: the step's displacement. Near the origin a part of it counts, up to a millimetre.
+MOTES_INLINE Floats skin_of(Floats3 start, Floats3 end, Floats3 path) {
+  const Floats least = min(largest(path) * static_cast<float>(kPathsOfSkin), all(static_cast<float>(kMostLeast)));
+  return max(max(largest(start), largest(end)), least) * 0x1p-20f;
 }
 
 MOTES_INLINE void note_hit(const actions::Block& b, std::size_t i, Mask mask) {
@@ -88,7 +90,7 @@ class UprightPlane {
     const Floats slide = rebound_.kept(v.y * v.y + v.z * v.z);
     // Adding 0 turns -0 into 0.
     const Floats3 after = {Floats{} - v.x * rebound_.restitution, v.y * slide + 0.0f, v.z * slide + 0.0f};
-    const Floats skin = to_side(skin_of(x, x + v * all(dt_) * part));
+    const Floats skin = to_side(skin_of(x, x + v * all(dt_) * part, v * all(dt_)));
     Floats3 there = x + (v - after) * passed;
     there.x = there.x + skin;
     sunk = mask & below(there.x + after.x * dt_) & ~below(x.x);
@@ -163,7 +165,7 @@ MOTES_INLINE Mask turn_back(const SphereLanes& sphere, const Rebound& rebound, F
   const Floats3 next = d + v * dt;
   const Mask inside = distance2 <= radius2;
   const Mask mask = inside ^ (dot(next, next) <= radius2);
-  const Floats3 normal = d * (all(1.0f) / sqrt(max(distance2, all(1e-30f))));
+  const Floats3 normal = d * (all(1.0f) / sqrt(max(distance2, all(__FLT_MIN__))));
   Floats3 after = rebound(v, normal);
   // A particle inside must move inwards. If it already did, by the normal at its old position, the rebound turned it
   // out.
@@ -172,7 +174,7 @@ MOTES_INLINE Mask turn_back(const SphereLanes& sphere, const Rebound& rebound, F
   // A particle that would still leave ends the step just below the surface.
   const Floats3 there = d + after * dt;
   const Floats there2 = dot(there, there);
-  const Floats3 just_inside = there * (0.999f * sphere.radius / sqrt(max(there2, all(1e-30f))));
+  const Floats3 just_inside = there * (0.999f * sphere.radius / sqrt(max(there2, all(__FLT_MIN__))));
   after = select(inside & (there2 > radius2), (just_inside - d) * (1.0f / dt), after);
   v = select(mask, after, v);
   return mask;

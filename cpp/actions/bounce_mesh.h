@@ -138,7 +138,7 @@ MOTES_INLINE Mask bounce_off(const Moving& moving, float cell, const Rebound& re
   Floats3 from = moving.pose.start.to_body(x);
   Floats start = moving.distance(from, passed);
   const Mask outside = start > 0.0f;
-  const Floats skin = skin_of(x, x + v * dt) + 1e-4f * cell;
+  const Floats skin = skin_of(x, x + v * dt, v * dt) + 1e-4f * cell;
   Mask bounced{};
   for (int hits = 1;; ++hits) {
     const Floats3 to = moving.pose.end.to_body(x + v * dt);  // where the move would end

@@ -17,7 +17,8 @@ void raise_agreed(const engine::Agreed& error) {
   keywords["speaker"] = verdict.failed_rank;
   if (verdict.failure.kind == engine::Failure::Kind::mismatch) {
     keywords["ranks"] = py::tuple(py::cast(verdict.ranks));
-    raise(errors("ScriptMismatchError")(error.what(), **keywords));
+    const py::object make = py::module_::import("motes._run.script_lines").attr("mismatch_error");
+    raise(make(error.what(), **keywords));
     return;
   }
   keywords["rank"] = verdict.failed_rank;

@@ -1,5 +1,6 @@
 #include <optional>
 
+#include "actions/kernels.h"
 #include "base/enumerators.h"
 #include "base/fields.h"
 #include "base/invalid_argument.h"
@@ -224,7 +225,37 @@ expressions::Expression expression(const Steps& steps) {
   return made;
 }
 
+namespace {
+
+// Evaluates a checked expression of arrays with the kernels of actions, a block at a time.
+py::array evaluate(const Steps& steps, const std::vector<FloatArray>& columns) {
+  const expressions::Expression code = expression(steps);
+  if (expressions::check(code, static_cast<int>(columns.size()), 0) != expressions::Type::number)
+    throw std::invalid_argument("the expression must give numbers");
+  const auto count = columns.empty() ? py::ssize_t{0} : columns.front().size();
+  for (const FloatArray& column : columns) {
+    if (column.size() != count) throw std::invalid_argument("all arrays must have the same size");
+  }
+  py::array_t<float> result(count);
+  const auto size = static_cast<std::size_t>(count);
+  const simd::FloatMode mode;  // as in actions
+  std::vector<float> scratch(actions::kScratch), given(columns.size() * actions::kPlane);
+  std::vector<float*> planes;
+  for (std::size_t c = 0; c < columns.size(); ++c) planes.push_back(given.data() + c * actions::kPlane);
+  for (std::size_t at = 0; at < size; at += particles::kBlock) {
+    const std::size_t here = std::min(size - at, std::size_t{particles::kBlock});
+    for (std::size_t c = 0; c < columns.size(); ++c) std::copy_n(columns[c].data() + at, here, planes[c]);
+    const actions::Block block{here, planes.data(), {}, nullptr};
+    actions::kernels().evaluate(code.data(), code.size(), nullptr, block, 0, scratch.data());
+    std::copy_n(scratch.data(), here, result.mutable_data() + at);
+  }
+  return result;
+}
+
+}  // namespace
+
 void bind_recording(py::module_& m) {
+  m.def("evaluate", &evaluate, py::arg("steps"), py::arg("columns"));
   bind_ties(m);
   bind_tables(m);
   py::class_<Action>(m, "Action")

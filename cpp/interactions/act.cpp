@@ -293,6 +293,8 @@ class Interaction {
     const PairsView pairs = law_.remembers ? list_of(s).view(sides_[s].now) : PairsView{};
     const std::uint8_t* const chosen = sides_[s].chosen != nullptr ? sides_[s].chosen->data() : nullptr;
     Task task{targets, sources, action_.numbers.data(), reach_, dt_};
+    task.fast = 2 * extent_.displacement > step_limit(reach_);  // it is along one axis only
+    task.gravity = std::max(sides_[0].gravity, sides_[1].gravity);
     task.side = count_ == 1 ? 0 : static_cast<int>(s) + 1;
     task.now = sides_[0].now;
     task.radii = radii();

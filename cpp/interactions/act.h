@@ -28,6 +28,7 @@ struct Side {
   const Ghosts* ghosts = nullptr;
   const std::vector<std::uint8_t>* chosen = nullptr;  // which particles may change, by index; null: all
   std::uint64_t newborn_from = UINT64_MAX;  // collide: ids from here on are newborn
+  double gravity = 0;  // collide: magnitude of the gravity in the system's list, m/s2
   bool adds = false;  // collide: add to the contacts counted by an earlier action
   const std::vector<std::uint8_t>* adds_to = nullptr;  // which particles to add for; null: all
   NeighbourList* list = nullptr;  // contact: the kept neighbour list of this law; null: the scratch's

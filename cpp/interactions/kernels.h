@@ -87,6 +87,8 @@ struct Task {
   std::uint32_t now = 0;  // number of the sub-step, from 1
   bool radii = false, masses = false;  // whether particles have individual radii and masses: Law::uniform
   bool sums_alone = false;  // contact: leave the particles' own velocity and spin out of the results
+  bool fast = false;  // collide: whether predicted displacements may have been cut off: see step_limit
+  double gravity = 0;  // collide: see Side::gravity
   float* const* out = nullptr;  // the law's results, planes by place
   PairsView pairs = {};  // pairs of this rank's own particles, if Law::remembers
   const std::uint8_t* chosen = nullptr;  // which particles may change, by index; null: all

@@ -19,6 +19,7 @@ constexpr float kRelaxation = 1.8f;  // factor on the mean of a particle's corre
 // Upper bound on the corrected part q of an error: with velocities derived from positions, oscillations grow if q >
 // 4/3.
 constexpr float kStable = 1.3f;
+constexpr float kLightest = 0x1p-126f;  // kg; what has no mass counts as this: its inverse can still be added
 constexpr float kInf = std::numeric_limits<float>::infinity();
 
 struct Terms {
@@ -118,7 +119,7 @@ class Tying {
       knot.at[c] = knot.place[c] + knot.velocity[c] * terms_.dt;
     }
     const float mass = columns_[6].of(i, own_);
-    knot.inverse = pinned ? 0 : mass > 1e-12f ? 1 / mass : 1e12f;
+    knot.inverse = pinned ? 0 : mass >= kLightest ? 1 / mass : 1 / kLightest;
     knot.torn = static_cast<std::uint32_t>(columns_[7].of(i, own_));
     knot.seen = knots_.meeting;
   }

@@ -17,6 +17,13 @@ struct Uints3 {
   Uints x, y, z;
 };
 
+/// The positions of a vector of points in their cells, along one axis: the lower and the upper corner, the fraction of
+/// the edge beyond the lower one, the weight of the upper one and the weight's derivative.
+struct CellAxis {
+  Uints corner, upper;
+  Floats part, weight, change;
+};
+
 /// The eight corners of a cell: bit 0 of the index is set for the upper ones along x, bit 1 along y, bit 2 along z.
 struct Corners {
   Uints3 at[8];
@@ -31,16 +38,17 @@ MOTES_INLINE Integer with_key(Integer w, std::uint32_t key) {
 /// rendering", JCGT 2020. The increments are the key, so a different key gives a different field. All corners advance
 /// together, step by step, since each product waits for the previous one. The fourth integer must have passed through
 /// `with_key`.
-MOTES_INLINE Corners hash(Uints x0, Uints y0, Uints z0, Uints keyed_w, const std::uint32_t key[4]) {
+MOTES_INLINE Corners hash(const CellAxis& x_axis, const CellAxis& y_axis, const CellAxis& z_axis, Uints keyed_w,
+                          const std::uint32_t key[4]) {
   const auto each = [](auto step) __attribute__((always_inline)) {
 #pragma GCC unroll 8
     for (std::uint32_t c = 0; c < 8; ++c) step(c);
   };
   Uints x[8], y[8], z[8], t[8];
   each([&](std::uint32_t c) __attribute__((always_inline)) {
-    x[c] = (x0 + (c & 1u)) * 1664525u + key[0];
-    y[c] = (y0 + (c >> 1 & 1u)) * 1664525u + key[1];
-    z[c] = (z0 + (c >> 2)) * 1664525u + key[2];
+    x[c] = ((c & 1u) != 0 ? x_axis.upper : x_axis.corner) * 1664525u + key[0];
+    y[c] = ((c >> 1 & 1u) != 0 ? y_axis.upper : y_axis.corner) * 1664525u + key[1];
+    z[c] = (c >> 2 != 0 ? z_axis.upper : z_axis.corner) * 1664525u + key[2];
     t[c] = keyed_w;
   });
   const auto mix = [&]() __attribute__((always_inline)) {
@@ -62,20 +70,27 @@ MOTES_INLINE Corners hash(Uints x0, Uints y0, Uints z0, Uints keyed_w, const std
   return corners;
 }
 
-/// The positions of a vector of points in their cells, along one axis: the lower corner, the fraction of the edge
-/// beyond it, the weight of the upper corner and the weight's derivative.
-struct CellAxis {
-  Uints corner;
-  Floats part, weight, change;
-};
+/// Returns corner numbers modulo `cells`, as 0 .. cells - 1.
+MOTES_INLINE Ints wrapped(Ints corner, int cells) {
+  const Ints turns = to_ints(to_floats(corner) / static_cast<float>(cells));  // exact, or one too many by rounding
+  Ints rest = corner - turns * cells;
+  rest += (rest < 0) & cells;
+  return rest - ((rest >= cells) & cells);
+}
 
-MOTES_INLINE CellAxis cell_axis(Floats v) {
+/// Returns where points at `v`, in edges of a cell, are. The cells repeat after `cells` of them; 0: never.
+MOTES_INLINE CellAxis cell_axis(Floats v, int cells = 0) {
   v = min(max(v, all(-8388608.0f)), all(8388608.0f));  // beyond, floats have no fraction; this also removes NaN
   Ints corner = to_ints(v);
   corner += to_floats(corner) > v;  // a true mask is -1: down, not towards zero
   const Floats f = v - to_floats(corner);
   const Floats weight = f * f * f * (f * (f * 6.0f - 15.0f) + 10.0f);
-  return {(Uints)corner, f, weight, f * f * (f * (f * 30.0f - 60.0f) + 30.0f)};
+  Ints upper = corner + 1;
+  if (cells > 0) {
+    corner = wrapped(corner, cells);
+    upper = wrapped(upper, cells);
+  }
+  return {(Uints)corner, (Uints)upper, f, weight, f * f * (f * (f * 30.0f - 60.0f) + 30.0f)};
 }
 
 // A gradient in the cube -1..1 has ten bits per component. They become the fraction of a float in 1..2, which needs no
@@ -96,7 +111,7 @@ MOTES_INLINE void add_corner(Floats3& sum, Floats3 g, Floats3 from_corner, Float
 MOTES_INLINE Floats3 curl_slice(const CellAxis& x, const CellAxis& y, const CellAxis& z, std::uint32_t slice,
                                 const std::uint32_t key[4]) {
   Floats3 a{}, b{}, c{};  // gradients of the potential's components
-  const Corners corners = hash(x.corner, y.corner, z.corner, all_uints(with_key(slice, key[3])), key);
+  const Corners corners = hash(x, y, z, all_uints(with_key(slice, key[3])), key);
 #pragma GCC unroll 8
   for (std::uint32_t corner = 0; corner < 8; ++corner) {
     const std::uint32_t i = corner & 1u, j = corner >> 1 & 1u, k = corner >> 2;
@@ -116,10 +131,12 @@ MOTES_INLINE Floats3 curl_slice(const CellAxis& x, const CellAxis& y, const Cell
   return {c.y - b.z, a.z - c.x, b.x - a.y};
 }
 
-/// Selects a curl noise: the key of the run, and the number of the noise in it.
+/// Selects a curl noise: the key of the run, and the number of the noise in it. Along each axis the noise repeats after
+/// this many cells, at most 2^23; 0: never.
 struct NoiseKey {
   particles::Key key;
   std::uint32_t stream;
+  int cells[3] = {};
 };
 
 /// Returns a velocity without divergence at the points `p`, with a root mean square of 1 for one octave. Octave k has
@@ -139,7 +156,8 @@ inline Floats3 curl(Floats3 p, int octaves, float gain, double time, const Noise
   for (int octave = 0; octave < octaves; ++octave) {
     const std::uint32_t key[4] = {from.key.low, from.key.high, from.stream * 2654435769u,
                                   static_cast<std::uint32_t>(octave) * 2246822519u + 3266489917u};
-    const CellAxis x = cell_axis(p.x), y = cell_axis(p.y), z = cell_axis(p.z);
+    const CellAxis x = cell_axis(p.x, from.cells[0] << octave), y = cell_axis(p.y, from.cells[1] << octave),
+                   z = cell_axis(p.z, from.cells[2] << octave);
     const int slices = later > 0.0f ? 2 : 1;
     for (int k = 0; k < slices; ++k) {
       const auto slice = static_cast<std::uint32_t>(floor + k);
@@ -155,7 +173,7 @@ inline Floats3 curl(Floats3 p, int octaves, float gain, double time, const Noise
 MOTES_INLINE Floats noise_slice(const CellAxis& x, const CellAxis& y, const CellAxis& z, Uints slice,
                                 const std::uint32_t key[4]) {
   Floats sum{};
-  const Corners corners = hash(x.corner, y.corner, z.corner, with_key(slice, key[3]), key);
+  const Corners corners = hash(x, y, z, with_key(slice, key[3]), key);
 #pragma GCC unroll 8
   for (std::uint32_t corner = 0; corner < 8; ++corner) {
     const std::uint32_t i = corner & 1u, j = corner >> 1 & 1u, k = corner >> 2;

@@ -190,6 +190,7 @@ std::vector<Program::Operation> Program::bind(const Store& store, std::uint64_t 
     p.shape = action.shapes.data();
     p.flag = rotational(action) && (at_rest & kUps.both()) == 0;
     p.spins = rotational(action) && (at_rest & kOrientations.both()) == 0;
+    p.periods = &store.schema().periods();
     p.scratch = scratch;
     if (action.table != 0) bind_table(*actions::table(action.table), p);
     if (action.target >= 0) {

@@ -1,7 +1,10 @@
 #include "recording/record.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
+#include <iomanip>
+#include <sstream>
 
 #include "actions/action.h"
 #include "base/fields.h"
@@ -11,6 +14,60 @@
 namespace motes::recording {
 namespace {
 
+/// Counts numbers of two calls that differ.
+class NumberDifference {
+ public:
+  template <class T>
+  void see(const std::vector<T>& ours, const std::vector<T>& theirs) {
+    if (ours.size() != theirs.size()) others_ = true;
+    for (std::size_t i = 0; i < ours.size() && i < theirs.size(); ++i) {
+      ++all_;
+      const auto a = static_cast<double>(ours[i]), b = static_cast<double>(theirs[i]);
+      if (ours[i] == theirs[i] || (std::isnan(a) && std::isnan(b))) continue;
+      const double part = std::fabs(a - b) / std::max(std::fabs(a), std::fabs(b));
+      if (different_++ > 0 && !(part > most_)) continue;
+      most_ = part;
+      a_ = a;
+      b_ = b;
+    }
+  }
+
+  bool last_bits() const {
+    constexpr double kLastBits = 1e-5;  // of float32, after some operations
+    return different_ > 0 && !others_ && most_ < kLastBits;
+  }
+
+  std::string text() const {
+    if (different_ == 0 || others_) return {};
+    std::ostringstream text;
+    text << ": " << different_ << " of " << all_ << " numbers differ, as " << std::setprecision(9) << a_ << " here and "
+         << b_ << " there";
+    if (last_bits()) {
+      text << ": only in their last bits. NumPy's exp, log, power, tan and the like differ between processors and "
+              "versions; the functions of motes.expressions take arrays, too, and give the same bits everywhere";
+    }
+    return text.str();
+  }
+
+ private:
+  std::size_t all_ = 0, different_ = 0;
+  double most_ = 0, a_ = 0, b_ = 0;
+  bool others_ = false;  // sizes differ
+};
+
+std::string number_difference(const Item& ours, const Item& theirs) {
+  NumberDifference found;
+  if (const auto* a = std::get_if<actions::Action>(&ours)) {
+    found.see(a->numbers, std::get<actions::Action>(theirs).numbers);
+    if (!found.last_bits()) return {};
+  } else if (const auto* birth = std::get_if<Birth>(&ours)) {
+    const auto& other = std::get<Birth>(theirs);
+    for (std::size_t i = 0; i < birth->columns.size() && i < other.columns.size(); ++i)
+      found.see(birth->columns[i].values, other.columns[i].values);
+  }
+  return found.text();
+}
+
 std::string list_difference(const std::string& system, const std::vector<Item>& ours, const std::vector<Item>& theirs) {
   for (std::size_t i = 0; i < ours.size() || i < theirs.size(); ++i) {
     const std::string place = "system '" + system + "', call " + std::to_string(i + 1) + ": ";
@@ -19,7 +76,8 @@ std::string list_difference(const std::string& system, const std::vector<Item>& 
     if (ours[i] == theirs[i]) continue;
     const std::string a = name(ours[i]);
     const std::string b = name(theirs[i]);
-    return place + (a == b ? a + " with different arguments" : a + " here, " + b + " there");
+    if (a != b || ours[i].index() != theirs[i].index()) return place + a + " here, " + b + " there";
+    return place + a + " with different arguments" + number_difference(ours[i], theirs[i]);
   }
   return {};
 }

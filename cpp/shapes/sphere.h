@@ -45,23 +45,30 @@ struct SphereLanes {
     const Mask inside = (d2 < low) & (e2 < low), outside = (d2 > high) & (e2 > high);
     // The path is nearest to the centre at one of its ends, or stays too far from it.
     const Floats a = dot(way, way), b = dot(d, way);
-    const Mask past = (b >= 0.0f) | (a + b <= 0.0f) | (d2 * a - b * b > a * (high + d2 * (2.0f * kRounding)));
+    // In units of the radius, as the fourth power of a metre's fractions may be too small for a float.
+    const float unit2 = 1.0f / (power_of_two(radius) * power_of_two(radius));
+    const Floats far2 = d2 * unit2;
+    const Mask past =
+        (b >= 0.0f) | (a + b <= 0.0f) | (far2 * a - b * (b * unit2) > a * (high * unit2 + far2 * (2.0f * kRounding)));
     return ~(inside | (outside & past));
   }
 
   /// Returns where a path from outside enters the outer surface, or one from inside leaves it.
   MOTES_INLINE Hit hit(Floats3 p, Floats3 path) const {
-    const Floats3 d = p - all3(center);
+    const float unit = 1.0f / power_of_two(radius);  // fourth powers of lengths would be too small
+    const float own = radius * unit;
+    const Floats3 d = (p - all3(center)) * unit;
+    path = path * unit;
     const Floats a = dot(path, path);
     const Floats b = dot(d, path);
-    const Floats c = dot(d, d) - radius * radius;
+    const Floats c = dot(d, d) - own * own;
     const Mask inside = c < 0.0f;
     const Floats discriminant = b * b - a * c;
     const Floats root = sqrt(max(discriminant, Floats{}));
     const Floats part = select(inside, root - b, -root - b) / select(a > 0.0f, a, all(1.0f));
     const Mask toward = inside | (b < 0.0f);
     const Mask mask = toward & (a > 0.0f) & (discriminant > 0.0f) & (part <= 1.0f) & (part >= 0.0f);
-    const Floats3 out = (d + path * part) * (1.0f / radius);
+    const Floats3 out = (d + path * part) * (1.0f / own);
     return {mask, select(mask, part, Floats{}), out * select(inside, all(-1.0f), all(1.0f))};
   }
 

@@ -26,6 +26,11 @@ MOTES_INLINE Mask finite(Floats3 v) { return abs(v.x) + abs(v.y) + abs(v.z) <= _
 MOTES_INLINE bool all_finite(Floats3 v) { return all_at_most(abs(v.x) + abs(v.y) + abs(v.z), __FLT_MAX__); }
 MOTES_INLINE Floats3 all3(const float* v) { return {all(v[0]), all(v[1]), all(v[2])}; }
 
+/// Returns the largest power of two up to a normal positive number: to scale by it is exact.
+MOTES_INLINE float power_of_two(float x) {
+  return __builtin_bit_cast(float, __builtin_bit_cast(std::uint32_t, x) & 0x7f800000u);
+}
+
 /// One vector of three numbers, for values computed once per block.
 struct Float3 {
   float x, y, z;

@@ -492,6 +492,10 @@ def disaster(seed: int) -> dict[str, typing.Any]:
 
 def end_process_after(seconds: float, code: int) -> None: ...
 def end_with_code(code: int) -> None: ...
+def evaluate(
+    steps: collections.abc.Sequence[tuple[str, int, float]],
+    columns: collections.abc.Sequence[numpy.typing.ArrayLike],
+) -> numpy.typing.NDArray[numpy.float32]: ...
 def forget_mpi() -> bool:
     """
     Keep a process that was forked by a rank from calling MPI_Finalize; False if that is not possible.

@@ -48,6 +48,12 @@ KINDS = (
     Kind("another action", r"its script differs from the other ranks'.*gravity"),
     Kind("another parameter", r"its script differs from the other ranks'.*gravity with different arguments"),
     Kind("another call", r"its script differs from the other ranks'.*digest"),
+    Kind(
+        "another last bit",
+        r"its script differs.*emit with different arguments: 4 of \d+ numbers differ, as [\d.]+ here and "
+        r"[\d.]+ there: only in their last bits.*motes\.expressions.*"
+        r"rank \d runs on \S+ \(\w+, NumPy \d.*\), rank \d runs on",
+    ),
 )
 
 

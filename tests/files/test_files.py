@@ -121,14 +121,14 @@ def test_what_a_killed_run_left_of_its_pictures_is_removed_by_the_next(tmp_path)
 
 
 def test_a_draft_that_is_swept_away_before_it_is_locked_is_made_again(tmp_path, monkeypatch):
-    lock = files._try_lock
+    lock = files.try_lock
 
     def late(file):
-        monkeypatch.setattr(files, "_try_lock", lock)
+        monkeypatch.setattr(files, "try_lock", lock)
         files.sweep(tmp_path / "a")
         return lock(file)
 
-    monkeypatch.setattr(files, "_try_lock", late)
+    monkeypatch.setattr(files, "try_lock", late)
     files.write_whole(tmp_path / "a", b"content")
     assert (tmp_path / "a").read_bytes() == b"content"
     assert os.listdir(tmp_path) == ["a"]

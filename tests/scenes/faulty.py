@@ -9,6 +9,8 @@ import sys
 import time
 from pathlib import Path
 
+import numpy as np
+
 import motes
 from motes import shapes
 
@@ -81,7 +83,13 @@ def draw(frame: int) -> bool:
         system.gravity((0, -9.5, 0))
     else:
         system.gravity((0, -9.8, 0))
-    if fail(frame):
+    if kind == "another last bit" and frame == FRAME:
+        speeds = np.float32([(1, 2, 3), (4, 5, 0)])
+        if world.rank == who:
+            note()
+            speeds[:, :2] = np.nextafter(speeds[:, :2], np.float32(9))
+        system.emit(position=np.zeros((2, 3)), velocity=speeds)
+    elif fail(frame):
         return True
     system.random_acceleration(shapes.Sphere((0, 0, 0), 30))
     system.move()

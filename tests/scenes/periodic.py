@@ -46,6 +46,7 @@ def gas(s: motes.System, stones: motes.System, frame: int) -> None:
     touched = {"times": motes.a.state.times + 1}
     s.interact(0.3, velocity=motes.normal * (motes.a.state.times - 2) / 50, state={"times": 1}, set=touched)
     s.follow(0.1, 0.1)
+    s.curl_noise(30, scale=0.7, octaves=2, speed=3)
     s.move()
     s.set(position=column("position") + (2.5, 0, -7), where=column("position").y > 1.5)
     if frame == 5:

@@ -192,6 +192,7 @@ class PairInteraction {
     for (std::size_t side = 0; side < in_.interaction.count; ++side) {
       Population& here = in_.population(side);
       sides[side] = {&here.store, &exchange_.ghosts(side), nullptr, in_.interaction.newborn_from[side]};
+      sides[side].gravity = in_.interaction.gravity[side];
       sides[side].adds = in_.interaction.collided[side] != Collided::none;
       if (interactions::remembers(*in_.interaction.action)) {
         sides[side].list = &exchange_.list_of(side);

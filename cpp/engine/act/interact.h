@@ -20,6 +20,7 @@ struct Interaction {
   std::size_t item = 0;  // index of the action in the first system's list
   std::size_t systems[2] = {};
   std::size_t count = 1;  // number of systems: two if they interact with each other
+  double gravity[2] = {};  // collide: of what precedes it in the lists, m/s2
   std::uint64_t newborn_from[2] = {UINT64_MAX, UINT64_MAX};  // ids from here on collide for the first time
   Collided collided[2] = {};  // particles that have collided in this sub-step
   bool collides_again[2] = {};  // there are more collisions in this sub-step

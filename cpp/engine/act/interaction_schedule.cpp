@@ -106,6 +106,7 @@ Interaction InteractionSchedule::interaction_of(const ListSegment& segment, Runn
   for (std::size_t side = 0; side < interaction.count; ++side) {
     Runner& runner = *runners[side];
     const System& system = *script_.systems[runner.system];
+    interaction.gravity[side] = system.gravity(runner.segments[runner.next_segment - 1].end);
     interaction.newborn_from[side] = runner.newborn_from;
     interaction.collided[side] = runner.collided;
     const auto rest = runner.segments.begin() + static_cast<std::ptrdiff_t>(runner.next_segment);

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/invalid_argument.h"
+#include "base/vectors.h"
 #include "domains/divide.h"
 
 namespace motes::engine {
@@ -136,6 +137,17 @@ std::vector<const actions::Action*> System::sorts(std::size_t first) const {
     if (action != nullptr && action->kind == actions::Kind::sort) all.push_back(action);
   }
   return all;
+}
+
+double System::gravity(std::size_t end) const {
+  Vector sum{};
+  for (std::size_t i = 0; i < end; ++i) {
+    const auto* action = std::get_if<actions::Action>(&list[i]);
+    if (action == nullptr || action->kind != actions::Kind::gravity) continue;
+    const auto [pull] = actions::numbers_of<actions::numbers::gravity>(*action);
+    sum = sum + Vector{pull[0], pull[1], pull[2]};
+  }
+  return length(sum);
 }
 
 std::uint64_t System::number_children(std::uint64_t spawned) {

@@ -87,6 +87,9 @@ class System {
   /// Returns the actions of kind `sort` from item `first` on.
   std::vector<const actions::Action*> sorts(std::size_t first) const;
 
+  /// Returns the magnitude of the sum of the `gravity` actions before item `end` of the list, m/s2.
+  double gravity(std::size_t end) const;
+
   /// Marks all items so far as run.
   void mark_run() { run_items = list.size(); }
   bool pending() const { return run_items < list.size(); }

@@ -2,6 +2,9 @@
 // (position-based dynamics with one iteration, as an action on velocities: Mueller et al. 2007, "Position based
 // dynamics"). Each pair is computed at both ends with opposite signs, so momentum is conserved. Piles are stiff but
 // stable because each push is divided by the contacts that its busier end had in the last step.
+//
+// The push acts along the line of centres at the end of the step. A fast pair may have changed sides by then, or turned
+// so far that this push would give it energy: it is pushed along the line of centres at which it touched first.
 #pragma once
 
 #include "interactions/parting.h"
@@ -12,18 +15,75 @@ namespace motes::MOTES_ISA {
 /// kRadii: particles have individual radii. kMasses: particles have individual masses.
 template <bool kRadii, bool kMasses>
 struct Collision {
-  Floats reach2, reach, per_step, friction, restitution, slow, sleep2;
+  Floats reach2, reach, step, per_step, friction, restitution, slow, sleep2;
+  bool fast;  // whether predicted displacements may have been cut off
 
-  /// Returns the change of the target's velocity by a pair at distance `d`, with unit vector `n` from target to source
-  /// and `apart`, the source's velocity relative to the target.
-  MOTES_INLINE Floats3 push(Floats reach_of_pair, Floats d, Floats3 n, Floats3 apart) const {
-    const Floats along = dot(apart, n);
-    Floats out = (reach_of_pair - d) * per_step;
-    out = max(out, only(along < -slow, -(restitution * along)));
-    const Floats3 slide = apart - n * along;
-    const Floats speed = sqrt(dot(slide, slide));
-    const Floats stop = min(speed, friction * out) / (speed + 1e-30f);
-    return slide * stop - n * out;
+  /// A pair relative to its target: direction to the source and distance at the end of the step, and velocity.
+  struct Pair {
+    Floats reach;
+    Floats3 n;
+    Floats d;
+    Floats3 apart;
+  };
+
+  /// Returns the change of the target's velocity.
+  MOTES_INLINE Floats3 push(Pair pair, const Mask& seen) const {
+    Push push = push_along(pair, pair.reach - pair.d);
+    const Mask gains = seen & (push.out * (push.along + push.along + push.out) > push.lost());
+    if (any(gains)) touch_first(pair, gains, push);
+    return push.slide * (push.stopped / (push.speed + 1e-30f)) - pair.n * push.out;
+  }
+
+  /// Returns the part of a displacement that the predicted position lacks: see interactions::step_limit.
+  MOTES_INLINE Floats3 cut_off(Floats3 v) const {
+    const Floats3 way = v * step;
+    const Floats length2 = dot(way, way);
+    return only(length2 > reach2, way - way * (reach / sqrt(length2)));
+  }
+
+  /// Speeds of a pair, m/s: its velocity apart along n and across it, and what a push adds and stops of these.
+  struct Push {
+    Floats along, out;
+    Floats3 slide;
+    Floats speed, stopped;
+
+    /// Returns the fall of the square of the speed across n.
+    MOTES_INLINE Floats lost() const { return stopped * (speed + speed - stopped); }
+  };
+
+  MOTES_INLINE Push push_along(const Pair& pair, Floats overlap) const {
+    Push push;
+    push.along = dot(pair.apart, pair.n);
+    push.out = max(overlap * per_step, only(push.along < -slow, -(restitution * push.along)));
+    push.slide = pair.apart - pair.n * push.along;
+    push.speed = sqrt(dot(push.slide, push.slide));
+    push.stopped = min(push.speed, friction * push.out);
+    return push;
+  }
+
+  /// Replaces direction and push of the pairs that would gain energy (the lanes of `gains`) by those of the first
+  /// touch, unless the energy only parts what overlapped at the start of the step. Pairs that miss each other are not
+  /// pushed.
+  __attribute__((noinline)) void touch_first(Pair& pair, Mask gains, Push& push) const {
+    const Floats3 way = pair.apart * step, start = pair.n * pair.d - way;
+    const Floats d2 = dot(start, start);
+    const Floats overlapped = max(pair.reach - sqrt(d2), Floats{}) * per_step;
+    gains &= (push.along + push.out > overlapped + overlapped) & (d2 > 0.0f);
+    if (!any(gains)) return;
+    // |start + part way| = reach, in units of the reach
+    const Floats per_reach = 1.0f / pair.reach;
+    const Floats3 s = start * per_reach, w = way * per_reach;
+    const Floats a = dot(w, w), b = dot(s, w), c = max(dot(s, s) - 1.0f, Floats{});
+    const Floats discriminant = b * b - a * c;
+    const Floats part = select(c > 0.0f, c / (sqrt(max(discriminant, Floats{})) - b), Floats{});
+    const Mask touches = (c <= 0.0f) | ((b < 0.0f) & (discriminant >= 0.0f) & (part <= 1.0f));
+    const Floats3 there = s + w * part;
+    pair.n = select(gains, there * (1.0f / sqrt(dot(there, there))), pair.n);
+    const Push first = push_along(pair, max(pair.reach - dot(pair.n, start + way), Floats{}));
+    push.out = select(gains, only(touches, first.out), push.out);
+    push.slide = select(gains, first.slide, push.slide);
+    push.speed = select(gains, first.speed, push.speed);
+    push.stopped = select(gains, only(touches, first.stopped), push.stopped);
   }
 
   struct Sums {
@@ -42,19 +102,31 @@ struct Collision {
 
     MOTES_INLINE void add(const Collision& law, const Task& task, std::uint32_t j) {
       const float* const* column = task.sources.column;
-      const Floats3 r = seen_from(at, column, j);
-      const Floats r2 = dot(r, r);
+      Floats3 r = seen_from(at, column, j);
+      Floats r2 = dot(r, r);
       const Floats reach = kRadii ? own_radius + column[interactions::radius][j] : law.reach;
       const Floats reach2 = kRadii ? reach * reach : law.reach2;
-      const Mask near = r2 < reach2;
+      Mask near = r2 < reach2;
       if (!any(near)) return;
+      if (law.fast) {
+        r = later(law, r, column, j);
+        r2 = dot(r, r);
+        near &= r2 < reach2;
+      }
       zeros -= near & (r2 <= 0.0f);
       const Mask seen = near & (r2 > 0.0f);
       const Floats d = sqrt(r2);
       const Floats3 change =
-          law.push(reach, d, r * (1.0f / d), velocity_seen_from(velocity, column, j)) * share(column, j);
+          law.push({reach, r * (1.0f / d), d, velocity_seen_from(velocity, column, j)}, seen) * share(column, j);
       sum = sum + only(seen, change);
       touching -= seen;
+    }
+
+    /// Returns where a source is, relative to the targets, at the end of the step; `r`: by the predicted positions.
+    MOTES_INLINE Floats3 later(const Collision& law, Floats3 r, const float* const* column, std::uint32_t j) const {
+      const Floats3 of_source = {all(column[interactions::velocity_x][j]), all(column[interactions::velocity_y][j]),
+                                 all(column[interactions::velocity_z][j])};
+      return r + (law.cut_off(of_source) - law.cut_off(velocity));
     }
 
     /// Returns the target's part of a push: by mass, divided by half the contacts of the busier particle.
@@ -99,14 +171,16 @@ struct Collision {
           const std::uint32_t to = first_at(sources, *around.rows[n], z + 2);
           for (std::uint32_t j = first_at(sources, *around.rows[n], z - 1); j < to; ++j) {
             const std::uint64_t other = id_of(task.sources, j);
-            const Floats3 r = seen_from(at, task.sources.column, j);
+            Floats3 r = seen_from(at, task.sources.column, j);
+            const Floats before2 = dot(r, r);
+            if (law.fast) r = later(law, r, task.sources.column, j);
             const Floats r2 = dot(r, r);
             if (r2[lane] > 0 || (task.side == 0 && own == other)) continue;
             const float* const* column = task.sources.column;
             const Floats reach = kRadii ? own_radius + column[interactions::radius][j] : law.reach;
-            if (!(r2[lane] < reach[lane] * reach[lane])) continue;
-            const Floats3 change = law.push(reach, Floats{}, all3(parting(own, other, task.side)),
-                                            velocity_seen_from(velocity, column, j));
+            if (!(max(before2, r2)[lane] < reach[lane] * reach[lane])) continue;
+            const Floats3 change = law.push(
+                {reach, all3(parting(own, other, task.side)), Floats{}, velocity_seen_from(velocity, column, j)}, here);
             sum = sum + only(here, change * share(column, j));
             touching -= here;
           }
@@ -116,20 +190,17 @@ struct Collision {
   };
 };
 
-/// The acceleration, m/s2, from which the speeds of slow and sleeping particles are derived.
-inline constexpr double kGravity = 9.81;
-
 template <bool kRadii, bool kMasses>
 void collide_as(const Task& task) {
   const auto n = numbers_of<numbers::collide, double>(task);
-  const double sleep = n.sleep < 0 ? 2.5 * kGravity * static_cast<double>(task.dt) : n.sleep;
+  const double sleep = n.sleep < 0 ? 2.5 * task.gravity * static_cast<double>(task.dt) : n.sleep;
   const auto restitution = static_cast<float>(n.restitution);
-  // Particles that approach each other more slowly do not rebound.
-  const float slow =
-      restitution > 0 ? static_cast<float>(2 * kGravity * static_cast<double>(task.dt)) : __builtin_inff();
-  sweep(task, Collision<kRadii, kMasses>{all(task.reach * task.reach), all(task.reach), all(1.0f / task.dt),
-                                         all(static_cast<float>(n.friction)), all(1.0f + restitution), all(slow),
-                                         all(static_cast<float>(sleep * sleep))});
+  // Particles that approach each other more slowly do not rebound: gravity alone lets those at rest approach.
+  const float slow = restitution > 0 ? static_cast<float>(0.8 * sleep) : __builtin_inff();
+  sweep(task,
+        Collision<kRadii, kMasses>{all(task.reach * task.reach), all(task.reach), all(task.dt), all(1.0f / task.dt),
+                                   all(static_cast<float>(n.friction)), all(1.0f + restitution), all(slow),
+                                   all(static_cast<float>(sleep * sleep)), task.fast});
 }
 
 inline void collide(const Task& task) {

@@ -10,21 +10,25 @@
 
 namespace motes::MOTES_ISA {
 
-/// Smoothing kernels with support `radius`.
+/// Smoothing kernels with support `radius`, in units of `unit`, a power of two near it: powers of the radius itself may
+/// be beyond float32, and to scale by powers of two changes no bits.
 struct SmoothingKernel {
+  float unit;  // m
   Floats per_radius;  // 1/m
   Floats high, steep;
 
-  explicit SmoothingKernel(float radius)
-      : per_radius(all(1 / radius)), high(all(1.5666815f / (radius * radius * radius))),
-        steep(all(14.323945f / (radius * radius * radius * radius))) {}
+  explicit SmoothingKernel(float given) : unit(power_of_two(given)), per_radius(all(1 / given)) {
+    const float radius = given / unit;
+    high = all(1.5666815f / (radius * radius * radius));
+    steep = all(14.323945f / (radius * radius * radius * radius));
+  }
 
-  /// Returns the density kernel at squared distance q2 (in radii), 1/m3.
+  /// Returns the density kernel at squared distance q2 (in radii), 1/unit3.
   MOTES_INLINE Floats share(Floats q2) const {
     const Floats left = 1.0f - q2;
     return high * left * left * left;
   }
-  /// Returns the magnitude of the gradient kernel at distance q (in radii), 1/m4.
+  /// Returns the magnitude of the gradient kernel at distance q (in radii), 1/unit4.
   MOTES_INLINE Floats slope(Floats q) const {
     const Floats left = 1.0f - q;
     return steep * left * left;
@@ -61,10 +65,22 @@ struct Neighbour {
   }
 };
 
-/// Computes the pressure of each particle: the multiplier of its density constraint.
+/// The unit of mass, kg, a power of two near rest_density unit^3, and the inverse rest density in these units.
+struct Heaviness {
+  float mass, per_mass, per_density;
+
+  Heaviness(float rest_density, float unit) : mass(power_of_two(rest_density) * unit * unit * unit) {
+    per_mass = 1 / mass;
+    per_density =
+        static_cast<float>(double{1 / rest_density} * double{mass} / (double{unit} * double{unit} * double{unit}));
+  }
+};
+
+/// Computes the pressure of each particle: the multiplier of its density constraint, in units of mass unit^2.
 struct Pressure {
   SmoothingKernel spread;
-  Floats step, per_density;
+  Heaviness heavy;
+  Floats step;
 
   static constexpr float kRelieved = 0.05f;  // part of existing excess density that is relieved per step
 
@@ -72,7 +88,7 @@ struct Pressure {
     std::uint32_t first;
     Floats3 at, velocity, slope{};
     Floats mass, density{}, slopes2{};
-    Floats parts{};  // rate at which the density falls, kg/(m3 s)
+    Floats parts{};  // rate at which the density falls, kg m/(unit4 s)
 
     MOTES_INLINE Sums(const Pressure&, const Task& task, std::uint32_t i, std::uint32_t)
         : first(i), at(load_column(task.targets.column, interactions::at_x, i)),
@@ -93,10 +109,13 @@ struct Pressure {
 
     MOTES_INLINE void finish(const Pressure& law, const Task& task, const Around&, std::uint32_t i,
                              std::uint32_t last) const {
-      const Floats then = density * law.per_density - 1.0f;
-      const Floats now = then + parts * law.per_density * law.step;
+      const float per_density = law.heavy.per_density, per_mass = law.heavy.per_mass;
+      const Floats then = density * per_mass * per_density - 1.0f;
+      const Floats now = then + parts * per_mass * (1 / law.spread.unit) * per_density * law.step;
       const Floats above = max(then - (1.0f - kRelieved) * max(now, Floats{}), Floats{});
-      const Floats gives = (dot(slope, slope) / max(mass, all(1e-30f)) + slopes2) * (law.per_density * law.per_density);
+      const Floats3 s = slope * per_mass;
+      const Floats gives =
+          (dot(s, s) / max(mass * per_mass, all(1e-30f)) + slopes2 * per_mass) * (per_density * per_density);
       store_lanes(task.out[0] + i, above / max(gives, all(1e-30f)), last - i);
     }
   };
@@ -105,7 +124,9 @@ struct Pressure {
 /// Computes the new velocity of each particle.
 struct Fluid {
   SmoothingKernel spread;
-  Floats step, per_density, viscosity10, cohesion;
+  Heaviness heavy;
+  Floats step, viscosity10, cohesion;  // of a unit of mass
+  Floats per_radius;  // 1/unit
   bool coheres;
 
   struct Sums {
@@ -129,12 +150,12 @@ struct Fluid {
       const Floats steep = law.spread.slope(n.q);
       if (of != other_mass) {  // divides once where all masses are equal
         other_mass = of;
-        own_part = pressure * (of / max(mass, all(1e-30f)));
+        own_part = pressure * (of / max(mass, all(__FLT_MIN__)));
       }
       const Floats both = own_part + column[interactions::pressure][j];
       push = push - only(n.other, n.normal * (steep * both));
       const Floats rubs = law.viscosity10 * dot(velocity_seen_from(velocity, column, j), n.normal) * steep *
-                          law.spread.per_radius / (n.q + 0.1f);
+                          law.per_radius / (n.q + 0.1f);
       const Floats drawn = law.coheres ? rubs + law.cohesion * pull(law, n.q) : rubs;
       drag = drag + only(n.other, n.normal * (drawn * of));
       pairs -= n.other;
@@ -150,8 +171,8 @@ struct Fluid {
 
     MOTES_INLINE void finish(const Fluid& law, const Task& task, const Around&, std::uint32_t i,
                              std::uint32_t last) const {
-      const Floats3 by_push = push * (law.per_density / law.step);
-      const Floats3 by_drag = drag * (law.per_density * law.step);
+      const Floats3 by_push = push * (law.heavy.per_density / law.step * law.spread.unit);
+      const Floats3 by_drag = drag * (law.heavy.per_density * law.step);
       const Floats3 now = velocity + only(mass > 0.0f, by_push + by_drag);
       store_lanes3(task.out, i, now, last - i);
       task.stats->pairs += sum_own(task.targets.cells, pairs, i, last);
@@ -160,8 +181,8 @@ struct Fluid {
 };
 
 inline void find_pressure(const Task& task) {
-  const float rest_density = numbers_of<numbers::fluid>(task).rest_density;
-  sweep(task, Pressure{SmoothingKernel(task.reach), all(task.dt), all(1 / rest_density)});
+  const SmoothingKernel spread(task.reach);
+  sweep(task, Pressure{spread, Heaviness(numbers_of<numbers::fluid>(task).rest_density, spread.unit), all(task.dt)});
 }
 
 inline void fluid(const Task& task) {
@@ -170,8 +191,11 @@ inline void fluid(const Task& task) {
   // oscillate.
   const float all_at_once = task.reach * task.reach / task.dt;
   const float viscosity10 = 10 * __builtin_fminf(n.viscosity + all_at_once / 4000, all_at_once / 24);
-  sweep(task, Fluid{SmoothingKernel(task.reach), all(task.dt), all(1 / n.rest_density), all(viscosity10),
-                    all(n.cohesion), n.cohesion != 0});
+  const SmoothingKernel spread(task.reach);
+  const Heaviness heavy(n.rest_density, spread.unit);
+  const float unit = spread.unit;
+  sweep(task, Fluid{spread, heavy, all(task.dt), all(viscosity10 / unit / unit * heavy.per_mass),
+                    all(n.cohesion * heavy.per_mass), spread.per_radius * unit, n.cohesion != 0});
 }
 
 namespace laws {

@@ -25,6 +25,8 @@ class Peer(NamedTuple):
     """The process's start in clock ticks since boot, to detect that its pid has been reused."""
     space: str
     """The scope of `pid`: the host's boot id and the pid namespace (containers)."""
+    machine: str = ""
+    """What this process computes with: the kernels' instruction set and NumPy's version."""
 
     @classmethod
     def here(cls, *, rank: int, role: str) -> Peer:

@@ -14,9 +14,10 @@ from pathlib import Path
 from types import CodeType
 from typing import TypeAlias
 
-from ..errors import RankError
+from ..errors import RankError, ScriptMismatchError
+from .process import process
 
-__all__ = ["Line", "located", "number_of", "rank_error", "running_line"]
+__all__ = ["Line", "located", "mismatch_error", "number_of", "rank_error", "running_line"]
 
 _PACKAGE = str(Path(__file__).resolve().parents[1])
 _LIBRARIES = (os.path.dirname(os.__file__), *site.getsitepackages())
@@ -28,6 +29,23 @@ _of_script: dict[str, bool] = {}  # file -> whether it belongs to the script
 
 Line: TypeAlias = "tuple[CodeType, int]"
 """An instruction of the script; its line number is computed only when needed."""
+
+
+def mismatch_error(text: str, *, frame: int, ranks: tuple[int, ...], speaker: int) -> ScriptMismatchError:
+    """Return the error for ranks that recorded different lists, as the core describes them.
+
+    If numbers differ only in their last bits, it names the machines of the two ranks that were compared.
+    """
+    peers = {peer.rank: peer for run in process.runs for peer in run.peers}
+    compared = re.search(r"\(here: rank (\d+), there: rank (\d+)\)", text)
+    if "last bits" in text and compared is not None:
+        machines = [
+            f"rank {rank} runs on {peers[rank].host} ({peers[rank].machine})"
+            for rank in map(int, compared.groups())
+            if rank in peers
+        ]
+        text += "; " + ", ".join(machines) if machines else ""
+    return ScriptMismatchError(text, frame=frame, ranks=ranks, speaker=speaker)
 
 
 def rank_error(

@@ -227,7 +227,9 @@ class Recorder(TargetsRecorder, BetweenRecorder):
         Args:
             strength: root mean square of the acceleration, m/s^2. Together with `wind`, particles reach
                 speeds of about strength / drag.
-            scale: edge length of a cell of the noise, about the distance between eddies, m.
+            scale: edge length of a cell of the noise, about the distance between eddies, m. Along a periodic
+                axis the cells are stretched or shrunk so that a whole number of them, at least one, fills the
+                period: the field is the same at both ends.
             octaves: 1 to 8; each adds smaller eddies, at the cost of one more evaluation of the noise.
             speed: how many times per second the field changes smoothly into another one, 1/s; 0: never.
             field: number of the system's field, 0 to 65535. The same number gives the same field in every

@@ -145,8 +145,8 @@ class BetweenRecorder(Recording):
             radius: particle radius, m; None: half of `size[0]`.
             restitution: ratio of the speeds after and before a head-on collision, 0..1.
             friction: Coulomb's coefficient.
-            sleep: particles slower than this that touch several others stop, m/s; None: 2.5 g times the
-                sub-step.
+            sleep: particles slower than this that touch several others stop, and pairs slower than 0.8 of it
+                do not rebound, m/s; None: 2.5 g times the sub-step, so 0 without gravity.
             other: another system: the particles of the two systems collide with each other, and not among
                 themselves.
             other_radius: radius of the other system's particles, m; None: half of `size[0]`.
@@ -223,7 +223,7 @@ class BetweenRecorder(Recording):
         Records `actions.Fluid`.
 
         Args:
-            radius: reach of the interaction, 1e-4 to 1e6 m.
+            radius: reach of the interaction, 1e-12 to 1e9 m.
             rest_density: the liquid's density at rest, kg/m^3.
             viscosity: kinematic viscosity, m^2/s; honey has 1e-2. radius^2 / (4000 dt) is always added, so a
                 liquid comes to rest; the sum is limited to radius^2 / (24 dt).

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Met", "begin", "close", "meet"]
 
-_CARD = struct.Struct(f"<i64s64siqQ96sI16sii{MASK_BYTES}s")  # what each rank reports about itself
+_CARD = struct.Struct(f"<i64s64siqQ96sI16sii{MASK_BYTES}s48s")  # what each rank reports about itself
 _VERDICT_BYTES = 4096
 
 
@@ -232,9 +232,10 @@ class _Card:
             threads,
             most,
             mask,
+            machine,
         ) = content
-        fields = [field.rstrip(b"\0").decode(errors="replace") for field in (role, host, space)]
-        self.peer = Peer(rank, fields[0], fields[1], pid, started, fields[2])
+        fields = [field.rstrip(b"\0").decode(errors="replace") for field in (role, host, space, machine)]
+        self.peer = Peer(rank, fields[0], fields[1], pid, started, fields[2], fields[3])
         self.place = Place(fields[1], mask, threads, most)
 
 
@@ -258,10 +259,19 @@ def _exchange_cards(
         settings.threads or 0,
         most_threads(),
         processors(),
+        _machine().encode()[:48],
     )
     cards = bytearray(_CARD.size * comm.size)
     _wait_for(comm.Iallgather([card, MPI.BYTE], [cards, MPI.BYTE]), comm, settings)
     return [_Card(content) for content in _CARD.iter_unpack(bytes(cards))]
+
+
+def _machine() -> str:
+    import numpy as np
+
+    from .. import _core
+
+    return f"{_core.simd()}, NumPy {np.__version__}"
 
 
 def _compare(comm: MPI.Intracomm, cards: Sequence[_Card], text: bytes, settings: RunSettings) -> None:

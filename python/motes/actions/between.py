@@ -159,21 +159,25 @@ class MatchRotationalVelocity(Action):
 class Collide(Action):
     """Keeps spheres apart, with friction: they push each other until none would overlap after this step.
 
-    Piles come to rest if a frame has enough sub-steps: about dt sqrt(50 g layers / diameter). Momentum is
-    conserved, except for particles that fall asleep. Sets the attribute `contacts` to the number of particles
+    Piles come to rest if a frame has enough sub-steps: about dt sqrt(50 g layers / diameter), with g the
+    gravity: the length of the sum of the `gravity` actions before this one in the list. Momentum is
+    conserved, except for particles that fall asleep; a pair that did not overlap gains no energy. A pair that
+    would not touch at the end of a step passes. Sets the attribute `contacts` to the number of particles
     touched in this sub-step.
 
     Formula: v_i += sum over contacts of f (n out - t min(|t|, friction out) / |t|) w_i / (w_i + w_j), with
     out = overlap after the step / dt, or (1 + restitution) times the approach speed if that is larger,
-    restitution > 0 and the approach speed exceeds 2 g dt; n the direction from j to i, t the tangential
-    velocity of i relative to j, w = 1 / mass, f = min(1, 2 / contacts in the last sub-step of the particle
-    that had more); then v_i = 0 where |v_i| < sleep and i touches two or more
+    restitution > 0 and the approach speed exceeds 0.8 sleep; n the direction from j to i after the step, or
+    at the first touch if the pair would gain energy, t the tangential velocity of i relative to j, w = 1 /
+    mass, f = min(1, 2 / contacts in the last sub-step of the particle that had more); then v_i = 0 where
+    |v_i| < sleep and i touches two or more
 
     Attributes:
         radius: particle radius, m; None: half of `size[0]`.
         restitution: ratio of the speeds after and before a head-on collision, 0..1.
         friction: Coulomb's coefficient.
-        sleep: particles slower than this that touch several others stop, m/s; None: 2.5 g times the sub-step.
+        sleep: particles slower than this that touch several others stop, and pairs slower than 0.8 of it do
+            not rebound, m/s; None: 2.5 g times the sub-step, so 0 without gravity.
         other: another system: the particles of the two systems collide with each other, and not among
             themselves.
         other_radius: radius of the other system's particles, m; None: half of `size[0]`.
@@ -285,7 +289,7 @@ class Fluid(Action):
     velocity of j relative to i; W of Mueller et al. (2003), C of Akinci et al. (2013)
 
     Attributes:
-        radius: reach of the interaction, 1e-4 to 1e6 m.
+        radius: reach of the interaction, 1e-12 to 1e9 m.
         rest_density: the liquid's density at rest, kg/m^3.
         viscosity: kinematic viscosity, m^2/s; honey has 1e-2. radius^2 / (4000 dt) is always added, so a
             liquid comes to rest; the sum is limited to radius^2 / (24 dt).
@@ -306,7 +310,7 @@ class Fluid(Action):
             "fluid",
             rest_density=arguments.number("rest_density", self.rest_density, low=LEAST_DENSITY),
             viscosity=arguments.number("viscosity", self.viscosity, low=0),
-            radius=arguments.number("radius", self.radius, low=1e-4, high=1e6),
+            radius=arguments.number("radius", self.radius, low=1e-12, high=1e9),
             cohesion=arguments.number("cohesion", self.cohesion),
         )
 

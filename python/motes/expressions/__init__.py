@@ -4,8 +4,10 @@
 is an immutable value, recorded and hashed like any other argument. Operations on vectors work component by
 component; a number and a vector combine as in NumPy.
 
-The functions here take expressions, numbers and vectors. The equivalent NumPy functions also take
-expressions: `numpy.sin(column("age"))`. The engine computes in float32, with the same bits on every machine;
+The functions here take expressions, numbers and vectors. Given NumPy arrays or plain numbers alone, they
+return float32 arrays at once, computed by the same kernels: `exp(numpy.linspace(0, 1, 5))`. Arrays of vectors
+have three components in their last axis. The equivalent NumPy functions also take expressions:
+`numpy.sin(column("age"))`. The engine computes in float32, with the same bits on every machine;
 errors are at most 2 units in the last place (sin and cos: for arguments up to 1e6). Division by 0, the
 logarithm of a negative number and the like give infinities and NaN, as IEEE 754 says.
 """
@@ -14,10 +16,11 @@ from __future__ import annotations
 
 from ..errors import ArgumentError
 from ._conditions import Condition
-from ._expression import Expression, choose, noise
+from ._expression import Expression
 from ._functions import (
     absolute,
     atan2,
+    choose,
     clamp,
     cos,
     cross,
@@ -29,7 +32,9 @@ from ._functions import (
     maximum,
     minimum,
     mix,
+    noise,
     normalize,
+    power,
     ramp,
     sign,
     sin,
@@ -63,6 +68,7 @@ __all__ = [
     "noise",
     "normal",
     "normalize",
+    "power",
     "r",
     "ramp",
     "relative_velocity",

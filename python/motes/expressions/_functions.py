@@ -4,14 +4,21 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from .._values.curves import Combined, Curve
 from ..errors import ArgumentError
+from ._arrays import takes_arrays
 from ._conditions import Condition, Region
-from ._expression import Expression, as_expression, choose, made
+from ._expression import Expression, as_expression, made
+from ._expression import choose as choose_values
+from ._expression import noise as noise_of
+from ._expression import power as power_of
 
 __all__ = [
     "absolute",
     "atan2",
+    "choose",
     "clamp",
     "cos",
     "cross",
@@ -23,7 +30,9 @@ __all__ = [
     "maximum",
     "minimum",
     "mix",
+    "noise",
     "normalize",
+    "power",
     "ramp",
     "sign",
     "sin",
@@ -34,6 +43,7 @@ __all__ = [
 ]
 
 
+@takes_arrays()
 def sin(angle: Any) -> Expression:
     """Return the sine.
 
@@ -43,6 +53,7 @@ def sin(angle: Any) -> Expression:
     return made("sine", angle)
 
 
+@takes_arrays()
 def cos(angle: Any) -> Expression:
     """Return the cosine.
 
@@ -52,6 +63,7 @@ def cos(angle: Any) -> Expression:
     return made("cosine", angle)
 
 
+@takes_arrays()
 def atan2(y: Any, x: Any) -> Expression:
     """Return the angle from the x axis to (x, y), in radians, -pi..pi.
 
@@ -62,6 +74,7 @@ def atan2(y: Any, x: Any) -> Expression:
     return made("angle", y, x)
 
 
+@takes_arrays()
 def exp(a: Any) -> Expression:
     """Return e to the power of a.
 
@@ -71,6 +84,7 @@ def exp(a: Any) -> Expression:
     return made("exponential", a)
 
 
+@takes_arrays()
 def log(a: Any) -> Expression:
     """Return the natural logarithm: -infinity for 0, NaN for negative numbers.
 
@@ -80,6 +94,7 @@ def log(a: Any) -> Expression:
     return made("logarithm", a)
 
 
+@takes_arrays()
 def sqrt(a: Any) -> Expression:
     """Return the square root: NaN for negative numbers.
 
@@ -89,6 +104,7 @@ def sqrt(a: Any) -> Expression:
     return made("square_root", a)
 
 
+@takes_arrays()
 def floor(a: Any) -> Expression:
     """Return the largest integer <= a.
 
@@ -98,6 +114,7 @@ def floor(a: Any) -> Expression:
     return made("floor", a)
 
 
+@takes_arrays()
 def absolute(a: Any) -> Expression:
     """Return the absolute value, like `abs(a)`.
 
@@ -107,6 +124,7 @@ def absolute(a: Any) -> Expression:
     return made("absolute", a)
 
 
+@takes_arrays()
 def sign(a: Any) -> Expression:
     """Return -1, 0 or 1.
 
@@ -116,6 +134,7 @@ def sign(a: Any) -> Expression:
     return made("sign", a)
 
 
+@takes_arrays()
 def minimum(a: Any, b: Any) -> Expression:
     """Return the smaller of two, component by component; NaN where either is.
 
@@ -126,6 +145,7 @@ def minimum(a: Any, b: Any) -> Expression:
     return made("minimum", a, b)
 
 
+@takes_arrays()
 def maximum(a: Any, b: Any) -> Expression:
     """Return the larger of two, component by component; NaN where either is.
 
@@ -136,6 +156,7 @@ def maximum(a: Any, b: Any) -> Expression:
     return made("maximum", a, b)
 
 
+@takes_arrays()
 def clamp(a: Any, low: Any, high: Any) -> Expression:
     """Return a within low..high, component by component.
 
@@ -147,6 +168,7 @@ def clamp(a: Any, low: Any, high: Any) -> Expression:
     return minimum(maximum(a, low), high)
 
 
+@takes_arrays()
 def mix(a: Any, b: Any, part: Any) -> Expression:
     """Return the linear interpolation a + (b - a) part.
 
@@ -158,6 +180,7 @@ def mix(a: Any, b: Any, part: Any) -> Expression:
     return made("mix", a, b, part)
 
 
+@takes_arrays()
 def step(edge: Any, a: Any) -> Expression:
     """Return 1 where a >= edge, else 0.
 
@@ -168,8 +191,12 @@ def step(edge: Any, a: Any) -> Expression:
     return made("step", edge, a)
 
 
+@takes_arrays()
 def smoothstep(low: Any, high: Any, a: Any) -> Expression:
-    """Return 0 where a <= low, 1 where a >= high, else t^2 (3 - 2t) with t = (a - low) / (high - low).
+    """Return t^2 (3 - 2t) with t = (a - low) / (high - low), at most 1 and at least 0.
+
+    With low < high it is 0 where a <= low and 1 where a >= high; with low > high it falls: 1 where a <= high
+    and 0 where a >= low.
 
     Args:
         low: where the rise begins.
@@ -179,6 +206,7 @@ def smoothstep(low: Any, high: Any, a: Any) -> Expression:
     return made("smoothstep", low, high, a)
 
 
+@takes_arrays()
 def ramp(curve: Curve, at: Any) -> Expression:
     """Return a curve's value at one number per particle, as in `ramp(fire, column("age") / 2)`.
 
@@ -206,7 +234,7 @@ def ramp(curve: Curve, at: Any) -> Expression:
         if end == start and key + 1 < len(curve.times):
             continue  # a jump
         part = (number - start) * (1 / (end - start)) if end > start else 0.0
-        found = choose(number >= start, _piece(curve.polynomial(key), part), found)
+        found = choose_values(number >= start, _piece(curve.polynomial(key), part), found)
     return as_expression("curve", found)
 
 
@@ -223,6 +251,7 @@ def _piece(powers: list[tuple[float, ...]], part: Any) -> Any:
     return first if made is None else made * part + first
 
 
+@takes_arrays("a", "b")
 def dot(a: Any, b: Any) -> Expression:
     """Return the dot product of two vectors: one number.
 
@@ -233,6 +262,7 @@ def dot(a: Any, b: Any) -> Expression:
     return made("dot", a, b)
 
 
+@takes_arrays("a", "b")
 def cross(a: Any, b: Any) -> Expression:
     """Return the cross product of two vectors.
 
@@ -243,6 +273,7 @@ def cross(a: Any, b: Any) -> Expression:
     return made("cross", a, b)
 
 
+@takes_arrays("a")
 def length(a: Any) -> Expression:
     """Return the length of a vector: one number.
 
@@ -252,6 +283,7 @@ def length(a: Any) -> Expression:
     return made("length", a)
 
 
+@takes_arrays("a")
 def normalize(a: Any) -> Expression:
     """Return a vector divided by its length: NaN where the length is 0.
 
@@ -259,6 +291,28 @@ def normalize(a: Any) -> Expression:
         a: a vector or an expression of one.
     """
     return made("normalize", a)
+
+
+power = takes_arrays()(power_of)
+noise = takes_arrays("position")(noise_of)
+
+
+def choose(condition: Condition | Region, yes: Any, no: Any) -> Expression:
+    """Return one of two values for each particle.
+
+    Args:
+        condition: a comparison of columns, a shape, which is true for particles inside it, or an array
+            of booleans.
+        yes: the result where the condition holds.
+        no: the result elsewhere.
+    """
+    if isinstance(condition, (np.ndarray, np.bool_)):
+        if condition.dtype != np.bool_:
+            raise ArgumentError(
+                "condition", condition, "an array of booleans, a comparison of columns or a shape"
+            )
+        return np.where(condition, np.float32(yes), np.float32(no))[()]  # type: ignore[return-value]
+    return choose_values(condition, yes, no)
 
 
 def where(condition: Condition | Region, yes: Any, no: Any) -> Expression:

@@ -62,7 +62,7 @@ void add_push(const Law& law, const Flock& a, std::size_t i, const Flock& b, std
   const Vec n = {r[0] / d, r[1] / d, r[2] / d};
   const double along = dot(apart, n);
   double out = (reach - d) / step;
-  const double slow = 2 * 9.81 * step;
+  const double slow = 0.8 * given.sleep;
   if (given.restitution > 0 && along < -slow) out = std::max(out, -(1 + given.restitution) * along);
   const Vec slide = {apart[0] - n[0] * along, apart[1] - n[1] * along, apart[2] - n[2] * along};
   const double speed = std::sqrt(dot(slide, slide));

@@ -258,9 +258,9 @@ class Interaction {
     arrange(s, inverse_mass, all_masses);
     std::vector<float>& values = scratch_.party[s].column[inverse_mass];
     for (std::size_t i = 0; i < crowds_[s].size(); ++i) {
-      const bool heavy = values[i] > kLeastMass;
+      const bool heavy = values[i] >= kLeastMass;
       if (!heavy && law_.skips_massless) scratch_.party[s].column[radius][i] = 0;
-      values[i] = heavy ? 1 / values[i] : 1e12f;
+      values[i] = 1 / (heavy ? values[i] : kLeastMass);
     }
   }
 

@@ -63,8 +63,8 @@ float radius_of(const Store& store, threads::Pool& pool) {
 
 // Returns the largest 1 / mass, 1/kg, ignoring massless particles; 0 if all masses are 1 kg.
 float lightness_of(const Store& store, threads::Pool& pool) {
-  constexpr float kNobody = 1e-30f;  // above 0, but below any real 1 / mass
-  const auto lightness = [](float mass) { return mass > kLeastMass ? 1 / mass : kNobody; };
+  constexpr float kNobody = 0x1p-126f;  // above 0, but below any real 1 / mass
+  const auto lightness = [](float mass) { return mass >= kLeastMass ? 1 / mass : kNobody; };
   if (store.size() == 0) return 0;
   const float* mass = store.plane(particles::mass, 0);
   const float same = store.uniform_value(particles::mass)[0];

@@ -97,10 +97,8 @@ inline void push_walls(const interactions::WallTask& task, interactions::WallTou
     t.spin = take3(task.column, interactions::spin_x, i) - motion.spin;
     Floats3 slid = load_three(touches.slid, n), rolled = load_three(touches.rolled, n);
     const Push push = law.push(t, slid, rolled);
-    const Floats3 speed = push.force * (law.step * t.own.inverse);
-    const Floats3 turn = push.torque * (law.step * t.own.inverse_moment());
-    store_three(touches.change, n, speed);
-    store_three(touches.change + 3, n, turn);
+    store_three(touches.change, n, law.speed(push));
+    store_three(touches.change + 3, n, law.turn(push));
     store_three(touches.slid, n, slid);
     store_three(touches.rolled, n, rolled);
   }

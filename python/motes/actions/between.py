@@ -37,7 +37,7 @@ __all__ = [
 ]
 
 
-LEAST_STIFFNESS = 1e-9  # N/m
+LEAST_STIFFNESS, MOST_STIFFNESS = 1e-30, 1e30  # N/m
 LEAST_DENSITY = 1e-9  # kg/m^3
 
 
@@ -262,7 +262,9 @@ class Contact(Action):
             radius=radius or 0.0,
             restitution=arguments.number("restitution", self.restitution, low=0, high=1),
             friction=arguments.number("friction", self.friction, low=0),
-            stiffness=arguments.number("stiffness", self.stiffness, low=LEAST_STIFFNESS),
+            stiffness=arguments.number(
+                "stiffness", self.stiffness, low=LEAST_STIFFNESS, high=MOST_STIFFNESS
+            ),
             rolling_friction=arguments.number("rolling_friction", self.rolling_friction, low=0),
             walls=_walls(self.walls),
         )

@@ -71,6 +71,7 @@ SharedState shared_state(const Parts& parts) {
   state.substeps = run.substeps;
   state.camera = script.camera;
   state.camera_frame = script.camera_frame;
+  state.walls = script.walls;
   for (const auto& system : script.systems) {
     const recording::SystemDefinition& definition = system->definition;
     state.systems.push_back({definition.name, definition.capacity, definition.attributes, system->counts,
@@ -84,11 +85,14 @@ SharedState shared_state(const Parts& parts) {
   return state;
 }
 
-// Meshes come first, because reading the shapes in the histories looks them up.
+// Meshes come first, because reading the shapes of births and walls looks them up.
 void write(const SharedState& state, base::Bytes& out) {
   std::set<meshes::AssetKey> meshes;
   for (const SharedSystem& system : state.systems) {
     for (const meshes::AssetKey key : system.history.meshes()) meshes.insert(key);
+  }
+  for (const PressedWall& wall : state.walls) {
+    for (const meshes::AssetKey key : shapes::meshes_of(wall.shape)) meshes.insert(key);
   }
   meshes::write_assets(meshes, out);
   base::write_fields(state, out);
@@ -158,6 +162,7 @@ void restore_state(Parts& parts, const SharedState& state, const std::vector<Sam
   }
   script.camera = state.camera;
   script.camera_frame = state.camera_frame;
+  script.walls = state.walls;
   rank.session.frame = state.frame;
   if (!rank.session.manages()) return;
   std::vector<Balancing>& balancing = parts.manager.systems;

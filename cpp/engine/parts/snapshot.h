@@ -3,6 +3,7 @@
 // with any cuts. Clocks restart; domains stay if their number is unchanged.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -54,12 +55,13 @@ struct SharedState {
   std::optional<image::Camera> camera;  // camera of the last picture
   std::uint64_t camera_frame = 0;
   ManagerState manager;  // empty if not written by the manager
+  std::vector<PressedWall> walls;
 };
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, SharedState& state) {
   visit(state.frame, state.seed, state.dt, state.substeps, state.systems, state.camera, state.camera_frame,
-        state.manager);
+        state.manager, state.walls);
 }
 
 /// A sample of a system's positions from which new domains are made: x, y and z of equal length, in metres.

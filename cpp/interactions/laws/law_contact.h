@@ -33,7 +33,7 @@ struct Touching {
   Inertia own, other;
 };
 
-/// The force and torque of a touch on its target, and what else is needed to apply them: see Contact.
+/// The force and torque of a touch on its target, in the units of the touch: see Contact.
 struct Push {
   Floats3 force, torque;
   Inertia own;   // of the target
@@ -52,6 +52,7 @@ struct Contact {
   Floats step;       // units of time
   Floats stiffness;  // kg per unit of time squared
   Floats damping, friction, rolling_friction;
+  Floats rebound;  // 1 + restitution
   float unit, per_unit;  // the unit of time, s, and its inverse
 
   // Stiffness of the springs along the surface, relative to that between the centres. With two sevenths, colliding
@@ -59,6 +60,9 @@ struct Contact {
   // materials").
   static constexpr float kAlong = 2.0f / 7;
   static constexpr float kAlongDamping = 0.5f;
+  // Part of the smaller radius. Two spheres that move farther in a step have no time to compress a spring, which would
+  // push them by an overlap that they never worked for; they rebound at once.
+  static constexpr float kFast = 0.2f;
 
   /// Stretches a surface spring for one step and returns its pull. `at`: its stretch, m, shortened where the pull would
   /// exceed `limit`; `speed`: rate of stretching, m per unit of time.
@@ -82,7 +86,9 @@ struct Contact {
     const Spring surface{stiff * kAlong, damper * kAlongDamping, inverse_power(power_of_two(own.radius))};
     const Floats3 apart = t.apart * unit, spin = t.spin * unit, other_spin = t.other_spin * unit;
     const Floats along = dot(apart, t.normal);
-    const Floats out = stiff * t.overlap - damper * along;
+    const Floats far = min(own.radius, t.other.radius) * kFast;
+    const Mask fast = dot(apart, apart) * (step * step) > far * far;
+    const Floats out = select(fast, rebound * max(-along, Floats{}) * mass / step, stiff * t.overlap - damper * along);
     const Floats pressed = max(out, Floats{});
     // The point of contact is halfway between the two surfaces.
     const Floats arm = own.radius - 0.5f * t.overlap;
@@ -95,6 +101,10 @@ struct Contact {
     rolled = rolled - t.normal * dot(rolled, t.normal);
     const Floats3 brake = held(surface, rolled, roll, rolling_friction * pressed);
     return {drag - t.normal * out, cross(t.normal, drag) * arm - cross(t.normal, brake) * both, own, per_mass};
+  }
+  /// Converts forces of a touch to newtons, and torques to newton metres.
+  MOTES_INLINE Floats3 newtons(Floats3 force, const Push& push) const {
+    return force * per_unit * inverse_power(push.unit) * per_unit;
   }
   /// Returns the change of the target's velocity, m/s.
   MOTES_INLINE Floats3 speed(const Push& push) const { return push.force * (step * push.own.inverse) * per_unit; }
@@ -162,7 +172,8 @@ MOTES_INLINE void compute_touches(const Contact& law, const Task& task, TouchBat
   const Mask together = ~(Mask)(d > 0.0f) & here;
   if (any(together)) {
     for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
-      if (together[lane] != 0) set_lane(t.normal, lane, parting(task.pairs.ids[i[lane]], task.pairs.ids[j[lane]], 0));
+      if (together[lane] == 0) continue;
+      set_lane(t.normal, lane, parting(task.pairs.ids[i[lane]], task.pairs.ids[j[lane]], task.side));
     }
   }
   static_assert(sizeof(interactions::PairState) == 8 * sizeof(float));
@@ -207,10 +218,16 @@ MOTES_INLINE Floats damping_of(float restitution) {
 
 inline Contact contact_of(const double* recorded, float dt) {
   const auto n = actions::read_numbers<numbers::contact>(recorded);
-  const auto unit = (float)power_of_two(all(dt))[0];
+  const float unit = power_of_two(all(dt))[0];
   const double stiffness = double{n.stiffness} * unit * unit;
   const auto limited = static_cast<float>(stiffness < 1e-37 ? 1e-37 : stiffness > 1e37 ? 1e37 : stiffness);
-  return {all(dt / unit), all(limited), damping_of(n.restitution), all(n.friction), all(n.rolling_friction), unit,
+  return {all(dt / unit),
+          all(limited),
+          damping_of(n.restitution),
+          all(n.friction),
+          all(n.rolling_friction),
+          all(1.0f + n.restitution),
+          unit,
           1.0f / unit};
 }
 
@@ -247,6 +264,7 @@ inline constexpr interactions::Law contact = {
     .inverse_masses = true,
     .skips_massless = true,
     .remembers = true,
+    .between_systems = true,
 };
 /// Acts on the spheres of clumps: see clumps.h. Radii are half of the size, which extent_of() scales to the ball that
 /// encloses a clump.
@@ -255,6 +273,7 @@ inline constexpr interactions::Law contact_clumps = {
     .inverse_masses = true,
     .skips_massless = true,
     .remembers = true,
+    .between_systems = true,
 };
 }  // namespace laws
 

@@ -172,31 +172,26 @@ def test_what_no_scale_needs_is_refused():
         system.clumps([(0, 0, 0, 1e-13)])
 
 
-def test_fast_grains_gain_no_energy():
+@pytest.mark.parametrize("restitution", [1, 0.5])
+@pytest.mark.parametrize("speed", [0.02, 0.1, 0.2, 0.5, 1, 2])  # diameters per sub-step
+def test_fast_grains_gain_no_energy(speed: float, restitution: float):
     """Pairs that move far in a sub-step rebound or pass; springs would shoot them apart."""
     rng = np.random.default_rng(1)
-    for restitution in (1, 0.5):
-        for speed in (0.02, 0.1, 0.2, 0.5, 1, 2):  # diameters per sub-step
-            world = motes.World(seed=1, dt=40, substeps=40, progress="off")
-            s = world.system("s")
-            rows = 40.0 * np.arange(100)
-            start = 0.5 + rng.uniform(0.01, 1, 100) * speed
-            aside = rng.uniform(0, 0.9, 100)
-            left = np.stack([-start, rows, 0 * rows], 1)
-            right = np.stack([start, rows + aside, 0 * rows], 1)
-            walls = [Plane((0, -30, 0), (0, 1, 0)), Plane((0, 1e4, 0), (0, 1, 0))]
-            with world:
-                for frame in world.frames(2):
-                    if frame == 0:
-                        way = np.repeat([(0.5 * speed, 0, 0), (-0.5 * speed, 0, 0)], 100, axis=0)
-                        s.emit(position=np.concatenate([left, right]), velocity=way)
-                    s.contact(0.5 * (np.pi / 20) ** 2, restitution=restitution, friction=0.3, walls=walls)
-                    s.move()
-                    world.step()
-                p = s.gather()
-            spin2 = (p.rotational_velocity.astype(float) ** 2).sum()
-            energy = 0.5 * (p.velocity.astype(float) ** 2).sum() + 0.5 * 0.1 * spin2
-            assert energy <= 0.5 * 200 * (speed / 2) ** 2 * (1.005 if restitution == 1 else 0.95), (
-                restitution,
-                speed,
-            )
+    world = motes.World(seed=1, dt=40, substeps=40, progress="off")
+    s = world.system("s")
+    rows = 40.0 * np.arange(100)
+    start, aside = 0.5 + rng.uniform(0.01, 1, 100) * speed, rng.uniform(0, 0.9, 100)
+    places = [np.stack([-start, rows, 0 * rows], 1), np.stack([start, rows + aside, 0 * rows], 1)]
+    with world:
+        for frame in world.frames(2):
+            if frame == 0:
+                ways = np.repeat([(0.5 * speed, 0, 0), (-0.5 * speed, 0, 0)], 100, axis=0)
+                s.emit(position=np.concatenate(places), velocity=ways)
+            s.contact(0.5 * (np.pi / 5.1) ** 2, restitution=restitution, friction=0)
+            s.move()
+            world.step()
+        kept = float((s.gather().velocity.astype(float) ** 2).sum() / (200 * (0.5 * speed) ** 2))
+    if restitution < 1:
+        assert kept < 0.9
+    else:
+        assert kept == pytest.approx(1, abs=1e-5 if speed >= 0.2 else 0.006)

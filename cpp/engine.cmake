@@ -230,6 +230,7 @@ add_library(motes_engine STATIC
   engine/state/population.cpp
   engine/state/script.cpp
   engine/state/system.cpp
+  engine/state/walls.cpp
   engine/sums/sums.cpp
   jsonl/kept_rows.cpp
   jsonl/table.cpp

@@ -137,13 +137,27 @@ void check_surface(const Facts& facts, const shapes::Shape& shape) {
   if (wrong != nullptr) refuse(facts, "shape", "have a surface", "a " + shapes::name(wrong->kind));
 }
 
-// The walls of `contact` are the action's first shapes.
+void check_wall(const Facts& facts, const WallNumbers& wall) {
+  const std::pair<std::string, double> values[] = {{"stiffness", wall.stiffness},
+                                                   {"restitution", wall.restitution},
+                                                   {"friction", wall.friction},
+                                                   {"rolling_friction", wall.rolling_friction}};
+  for (const auto& [name, value] : values) {
+    for (const Number& number : facts.numbers) {
+      if (name == number.name) check_number(facts, number, value);
+    }
+  }
+}
+
 void check_walls(const Facts& facts, const Action& action) {
-  const auto walls = static_cast<std::size_t>(contact_of(action).walls);
+  const std::size_t walls = action.walls.size();
+  if (walls > kMostWalls) refuse(facts, "walls", "be at most " + std::to_string(kMostWalls), std::to_string(walls));
   if (action.shapes.size() < walls) refuse(facts, "walls", "be at most the number of shapes", std::to_string(walls));
+  if (walls > 0 && !is_contact(action)) refuse(facts, "walls", "be given only for contact");
   for (std::size_t i = 0; i < walls; ++i) {
     const shapes::Shape* wrong = without_surface(action.shapes[i]);
     if (wrong != nullptr) refuse(facts, "walls", "have surfaces", "a " + shapes::name(wrong->kind));
+    check_wall(facts, action.walls[i]);
   }
 }
 
@@ -334,7 +348,7 @@ void check(const Action& action) {
   }
   check_table(known, action.table);
   if (known.needs_surface) check_surface(known, action.shapes[0]);
-  if (is_contact(action)) check_walls(known, action);
+  check_walls(known, action);
   if (action.kind == Kind::contact_clumps) check_clump(action);
 }
 

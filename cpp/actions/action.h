@@ -51,6 +51,19 @@ constexpr void fields(Visitor& visit, Result& result) {
   visit(result.how, result.attribute, result.component);
 }
 
+/// How `contact` treats one of its walls.
+struct WallNumbers {
+  double stiffness = 0;  // N/m
+  double restitution = 0, friction = 0, rolling_friction = 0;
+
+  bool operator==(const WallNumbers&) const = default;
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, WallNumbers& wall) {
+  visit(wall.stiffness, wall.restitution, wall.friction, wall.rolling_friction);
+}
+
 /// A recorded action. `numbers` are in the order of the kind's struct in actions::numbers, or the knots of its ramp.
 struct Action {
   Kind kind = Kind::move;
@@ -65,6 +78,7 @@ struct Action {
   TableKey table = 0;  // field, follow_path, contact_clumps: the key of their table
   std::vector<Leaf> leaves{};  // interact: the columns that its values read
   std::vector<Result> results{};  // law, interact
+  std::vector<WallNumbers> walls{};  // contact: its walls, which are the first of its shapes
 
   bool operator==(const Action&) const = default;
 };
@@ -94,8 +108,11 @@ Numbers<T> numbers_of(const Action& action) {
 template <class Visitor>
 constexpr void fields(Visitor& visit, Action& action) {
   visit(action.kind, action.numbers, action.shapes, action.where, action.target, action.values, action.other,
-        action.second, action.ties, action.table, action.leaves, action.results);
+        action.second, action.ties, action.table, action.leaves, action.results, action.walls);
 }
+
+/// The maximum number of walls in a contact.
+inline constexpr std::size_t kMostWalls = 65536;
 
 /// The maximum number of spheres in a clump.
 inline constexpr std::size_t kMostSpheres = 64;

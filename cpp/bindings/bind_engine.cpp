@@ -387,7 +387,14 @@ void bind_engine(py::module_& m) {
       .def(
           "record_action", [](Engine& e, int system, const actions::Action& action) { e.record(system, action); },
           py::arg("system"), py::arg("action"))
-      .def("record_interaction", &Engine::record_interaction, py::arg("first"), py::arg("second"), py::arg("action"))
+      .def(
+          "record_interaction",
+          [](Engine& e, int first, int second, const actions::Action& action,
+             const std::optional<actions::Action>& counterpart) {
+            e.record_interaction(first, second, action, counterpart ? &*counterpart : nullptr);
+          },
+          py::arg("first"), py::arg("second"), py::arg("action"), py::arg("counterpart") = py::none())
+      .def("wall_force", &Engine::wall_force, py::arg("wall"), Release())
       .def("next_birth", &Engine::next_birth, py::arg("system"), Release())
       .def("record_birth", [](Engine& e, int system, const recording::Birth& birth) { e.record(system, birth); })
       .def("set_sprite", &Engine::set_sprite, py::arg("system"), py::arg("sprite"))

@@ -136,8 +136,8 @@ using UnionPart = std::tuple<std::string, int, int>;
 
 Action make_action(const std::string& name, const py::dict& numbers, std::vector<shapes::Shape> shapes,
                    const Steps& where, int target, const std::vector<Steps>& values, std::uint64_t ties,
-                   actions::TableKey table, const std::vector<UnionPart>& leaves,
-                   const std::vector<UnionPart>& results) {
+                   actions::TableKey table, const std::vector<UnionPart>& leaves, const std::vector<UnionPart>& results,
+                   const std::vector<std::array<double, 4>>& walls) {
   Action action;
   action.ties = ties;
   action.table = table;
@@ -152,6 +152,9 @@ Action make_action(const std::string& name, const py::dict& numbers, std::vector
   }
   for (const auto& [how, attribute, component] : results) {
     action.results.push_back({base::enumerator<actions::Result::How>("result", how), attribute, component});
+  }
+  for (const auto& [stiffness, restitution, friction, rolling_friction] : walls) {
+    action.walls.push_back({stiffness, restitution, friction, rolling_friction});
   }
   actions::check(action);
   return action;
@@ -261,7 +264,8 @@ void bind_recording(py::module_& m) {
   py::class_<Action>(m, "Action")
       .def(py::init(&make_action), py::arg("name"), py::arg("numbers"), py::arg("shapes"), py::arg("where") = Steps{},
            py::arg("target") = -1, py::arg("values") = std::vector<Steps>{}, py::arg("ties") = 0, py::arg("table") = 0,
-           py::arg("leaves") = std::vector<UnionPart>{}, py::arg("results") = std::vector<UnionPart>{})
+           py::arg("leaves") = std::vector<UnionPart>{}, py::arg("results") = std::vector<UnionPart>{},
+           py::arg("walls") = std::vector<std::array<double, 4>>{})
       .def_property_readonly("name", [](const Action& a) { return actions::call_of(a.kind); })
       .def_readonly("numbers", &Action::numbers)
       .def("__eq__", [](const Action& a, const Action& b) { return a == b; });

@@ -10,6 +10,7 @@
 #include "engine/births/spawn.h"
 #include "engine/render/render_load.h"
 #include "engine/session/reports.h"
+#include "engine/state/walls.h"
 
 namespace motes::engine {
 
@@ -57,6 +58,10 @@ void report_system(const Rank& rank, const Script& script, Population& here, std
                                static_cast<std::uint32_t>(sent.domain), number, counted(sent.count)});
   }
   if (script.in_frame()) system.events = here.events;
+  for (const auto& [place, sum] : here.walls) {
+    if (script.in_frame())
+      round.own.walls.push_back({static_cast<std::uint32_t>(round.first) + number, place.first, place.second, sum});
+  }
   if (balances(rank, script)) {
     const std::uint64_t processed = here.tally.at_start + here.tally.created;
     here.speeds.add(0, processed, here.tally.compute_s * slowed_by_other_work(rank), here.tally.created);
@@ -156,6 +161,7 @@ void sum_up(const Script& script, const Round& round, const Report& report, Verd
   for (const Decision& decision : report.decisions) {
     if (decision.cut.given != 0) verdict.cuts.push_back(decision.cut);
   }
+  verdict.walls = report.walls;
   verdict.alive.assign(script.systems.size(), 0);
   verdict.digests.assign(script.systems.size(), {});
   verdict.oldest.assign(script.systems.size(), UINT64_MAX);
@@ -282,6 +288,7 @@ void hear_verdict(Rank& rank, Script& script, Round& round) {
   rank.session.all_unsaved_from = round.verdict.unsaved_from;
   rank.session.orders += round.verdict.orders;
   script.new_cuts.insert(script.new_cuts.end(), round.verdict.cuts.begin(), round.verdict.cuts.end());
+  note_walls(script, round);
   for (std::size_t i = round.first; i < round.last; ++i) {
     System& system = *script.systems[i];
     system.counts.alive = round.verdict.alive[i];

@@ -7,6 +7,7 @@
 #include "base/fields.h"
 #include "base/invalid_argument.h"
 #include "engine/replay.h"
+#include "engine/state/walls.h"
 #include "particles/wrap.h"
 
 namespace motes::engine {
@@ -92,16 +93,22 @@ void Engine::record(int index, recording::Item item) {
   s.list.push_back(std::move(item));
 }
 
-void Engine::record_interaction(int first, int second, actions::Action action) {
+void Engine::record_interaction(int first, int second, actions::Action action, const actions::Action* counterpart) {
   if (first == second) throw base::InvalidArgument("other", "be another system");
   action.other = second;
-  actions::Action counterpart = action;
+  actions::Action its = counterpart != nullptr ? *counterpart : action;
   record(first, std::move(action));
-  counterpart.other = first;
-  counterpart.where.clear();
-  counterpart.shapes.clear();
-  counterpart.second = true;
-  record(second, std::move(counterpart));
+  its.other = first;
+  its.where.clear();
+  its.shapes.clear();
+  its.walls.clear();
+  its.second = true;
+  record(second, std::move(its));
+}
+
+std::optional<std::array<double, 6>> Engine::wall_force(const shapes::Shape& wall) {
+  catch_up();
+  return force_on(parts_->script, wall, parts_->rank.settings.substeps);
 }
 
 std::pair<std::uint64_t, std::uint64_t> Engine::next_birth(int index) {

@@ -3,6 +3,7 @@
 // both ends of its phase's conversation.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -47,7 +48,12 @@ class Engine {
   /// Appends an item to this frame's list. Throws std::invalid_argument if the item is not valid for the system.
   void record(int system, recording::Item item);
   /// Appends an action between the particles of two systems to both of their lists.
-  void record_interaction(int first, int second, actions::Action action);
+  /// `counterpart`: what the second list gets if its particles take part in another way; null: the same action, without
+  /// its shapes and condition.
+  void record_interaction(int first, int second, actions::Action action, const actions::Action* counterpart = nullptr);
+
+  /// Returns the mean force and torque on a wall of the last frame: see force_on(). Does not communicate.
+  std::optional<std::array<double, 6>> wall_force(const shapes::Shape& wall);
 
   /// Returns System::next_birth.
   std::pair<std::uint64_t, std::uint64_t> next_birth(int system);

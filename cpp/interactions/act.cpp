@@ -42,6 +42,13 @@ class Interaction {
         count_(sides[1].store == nullptr ? 1 : 2), reach_(reach_of(action, extent)) {}
 
   InteractionCounts act() {
+    InteractionCounts seen = compute();
+    finish();
+    return seen;
+  }
+
+  // Computes the results without changing any particle.
+  InteractionCounts compute() {
     for (std::size_t s = 0; s < count_; ++s) gather(s);
     InteractionCounts seen;
     if (clear() > 0) {
@@ -52,12 +59,15 @@ class Interaction {
       run(s, seen);
       seen.most_in_a_cell = std::max(seen.most_in_a_cell, cells(s).most_in_a_cell());
     }
-    if (law_.remembers) touch_walls(action_, sides_[0], dt_, walls_view(), pool_);
+    if (law_.remembers) seen.walls = touch_walls(action_, sides_[0], dt_, walls_view(), pool_);
     if (sides_[0].last && has_radius(action_) && !sides_[0].of_clumps)
       seen.overlap_99 = overlap_99(spheres(0), spheres(count_ - 1));
+    return seen;
+  }
+
+  void finish() {
     for (std::size_t s = 0; s < count_; ++s) apply(s);
     if (sides_[0].last && law_.remembers) list_of(0).write_down(*sides_[0].store, sides_[0].law, sides_[0].now);
-    return seen;
   }
 
   InteractionCounts act_on_pairs(const PairProcedure& procedure) {
@@ -183,7 +193,8 @@ class Interaction {
 
   Spheres spheres(std::size_t s) const {
     const Scratch::Party& party = scratch_.party[s];
-    return {&cells(s), &now_[s], radii() ? party.column[radius].data() : nullptr, given_radius(action_, s == 1)};
+    return {&cells(s), &now_[s], radii() ? party.column[radius].data() : nullptr, given_radius(action_, s == 1),
+            sides_[s].place != 0};
   }
 
   float radius_at(std::size_t s, std::size_t place) const {
@@ -244,12 +255,14 @@ class Interaction {
     const float given = given_radius(action_, s == 1);
     const Crowd& crowd = crowds_[s];
     std::vector<float>& values = scratch_.party[s].column[radius];
-    if (given > 0) {
+    if (given > 0 && sides_[s].place == 0) {
       values.assign(padded(crowd.size()), given);
       return;
     }
     arrange(s, radius, widths);
-    for (std::size_t i = 0; i < crowd.size(); ++i) values[i] = radius_of_size(values[i]);
+    const std::vector<std::uint32_t>& order = cells(s).order();
+    for (std::size_t i = 0; i < crowd.size(); ++i)
+      values[i] = given > 0 && order[i] < crowd.own ? given : radius_of_size(values[i]);
   }
 
   // Arranges inverse masses. A particle whose mass is 0 or NaN never pushes others, or has no contacts
@@ -258,9 +271,9 @@ class Interaction {
     arrange(s, inverse_mass, all_masses);
     std::vector<float>& values = scratch_.party[s].column[inverse_mass];
     for (std::size_t i = 0; i < crowds_[s].size(); ++i) {
-      const bool heavy = values[i] > kLeastMass;
+      const bool heavy = values[i] >= kLeastMass;
       if (!heavy && law_.skips_massless) scratch_.party[s].column[radius][i] = 0;
-      values[i] = heavy ? 1 / values[i] : 1e12f;
+      values[i] = 1 / (heavy ? values[i] : kLeastMass);
     }
   }
 
@@ -295,7 +308,7 @@ class Interaction {
     Task task{targets, sources, action_.numbers.data(), reach_, dt_};
     task.fast = 2 * extent_.displacement > step_limit(reach_);  // it is along one axis only
     task.gravity = std::max(sides_[0].gravity, sides_[1].gravity);
-    task.side = count_ == 1 ? 0 : static_cast<int>(s) + 1;
+    task.side = count_ == 1 ? sides_[0].place : static_cast<int>(s) + 1;
     task.now = sides_[0].now;
     task.radii = radii();
     task.masses = masses();
@@ -367,7 +380,7 @@ std::vector<Column> columns_of(const Action& action, const Side& side, bool seco
 
 NeighbourList::Kind list_kind(const Action& action, const Side& side, bool second) {
   if (second) return {.parts = 0};
-  if (action.kind != actions::Kind::interact) return {.of_clumps = side.of_clumps};
+  if (action.kind != actions::Kind::interact) return {.ghosts_alone = side.place != 0, .of_clumps = side.of_clumps};
   const auto parts = static_cast<std::uint32_t>((actions::states_of(action) + kStateNumbers - 1) / kStateNumbers);
   return {parts, 1, action.other >= 0};
 }
@@ -409,6 +422,22 @@ InteractionCounts act(const Action& action, const Extent& extent, float dt, cons
   if (action.kind == actions::Kind::contact_clumps) return act_on_clumps(action, extent, dt, sides[0], scratch, pool);
   if (!(reach_of(action, extent) > 0)) return {};
   return Interaction(action, extent, dt, sides, scratch, pool).act();
+}
+
+InteractionCounts act_on_each_other(const Action* const (&contacts)[2], const Extent& extent, float dt,
+                                    const Side (&sides)[2], Scratch& scratch, threads::Pool& pool) {
+  if (!(reach_of(*contacts[0], extent) > 0)) return {};
+  const Side first[2] = {sides[0], {}}, second[2] = {sides[1], {}};
+  Interaction one(*contacts[0], extent, dt, first, scratch.of(0), pool);
+  Interaction other(*contacts[1], extent, dt, second, scratch.of(1), pool);
+  InteractionCounts seen = one.compute();
+  const InteractionCounts more = other.compute();
+  one.finish();
+  other.finish();
+  seen.pairs += more.pairs;
+  seen.most_in_a_cell = std::max(seen.most_in_a_cell, more.most_in_a_cell);
+  seen.overlap_99 = std::max(seen.overlap_99, more.overlap_99);
+  return seen;
 }
 
 }  // namespace motes::interactions

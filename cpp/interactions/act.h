@@ -11,6 +11,7 @@
 #include "interactions/kernels.h"
 #include "interactions/neighbour_list.h"
 #include "interactions/pairs.h"
+#include "interactions/wall_sums.h"
 #include "particles/store.h"
 
 namespace motes::interactions {
@@ -38,6 +39,7 @@ struct Side {
   std::uint32_t now = 0;  // contact: number of the sub-step, from 1
   float start = 0, end = 1;  // contact: part of the frame that the sub-step covers, for moving walls
   bool of_clumps = false;  // contact: the particles are spheres of clumps and get sums of pushes: see clumps.h
+  int place = 0;  // contact: 1, 2: the first or second of two systems, whose ghosts are all particles of the other
   bool last = false;  // last sub-step of the frame: measure overlaps, write touches to the store
 };
 
@@ -55,6 +57,7 @@ struct InteractionCounts {
   std::uint32_t most_in_a_cell = 0;
   float overlap_99 = 0;  // of touching spheres, relative to the sum of both radii: see overlap.h
   std::vector<std::uint32_t> dropped[2]{};  // collide: indices of newborn particles to remove, ascending
+  WallSums walls{};  // contact: forces on its walls
 };
 
 /// A script's function of pairs: returns the change of velocity, m/s, of each pair's own particle, three numbers per
@@ -88,6 +91,14 @@ struct Scratch {
   ScriptedMemory scripted;
 
   std::shared_ptr<ExpandedClumps> clumps;  // passed from clumps_hold() to act_on_clumps(): see clumps.h
+  std::unique_ptr<Scratch> second;  // contact: of the second of two systems
+
+  /// Returns the working memory of one of two systems, 0 or 1, in contact.
+  Scratch& of(std::size_t side) {
+    if (side == 0) return *this;
+    if (second == nullptr) second = std::make_unique<Scratch>();
+    return *second;
+  }
 };
 
 /// Returns whether a side's kept list is still valid for this rank's own particles: see NeighbourList::holds.
@@ -100,5 +111,10 @@ InteractionCounts act_on_pairs(const actions::Action& action, const Side& side, 
 /// Acts on the particles of one system, or of two on each other. For one system, sides[1].store is null.
 InteractionCounts act(const actions::Action& action, const Extent& extent, float dt, const Side (&sides)[2],
                       Scratch& scratch, threads::Pool& pool);
+
+/// Lets the spheres of two systems touch: a contact each, with that system's walls. The ghosts of each side are all
+/// spheres of the other.
+InteractionCounts act_on_each_other(const actions::Action* const (&contacts)[2], const Extent& extent, float dt,
+                                    const Side (&sides)[2], Scratch& scratch, threads::Pool& pool);
 
 }  // namespace motes::interactions

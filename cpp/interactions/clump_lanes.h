@@ -73,8 +73,9 @@ struct ClumpPush {
 
 /// Writes velocities and spins of clumps after the pushes on all their spheres. `move` turns a clump by one spin during
 /// the whole step, so the spin is computed for the middle of the step: this conserves angular momentum up to rounding,
-/// and energy does not drift. The spin is found by fixed-point iteration; a clump turns by less than a radian per step,
-/// so a few iterations suffice.
+/// and energy does not drift. The spin before the pushes is that of the last step's middle or, after an earlier contact
+/// of this sub-step, of this step's. The spin is found by fixed-point iteration; a clump turns by less than a radian
+/// per step, so a few iterations suffice.
 inline void turn_clumps(const interactions::ClumpTask& task) {
   constexpr int kIterations = 5;
   const float half = 0.5f * task.dt;
@@ -86,13 +87,14 @@ inline void turn_clumps(const interactions::ClumpTask& task) {
     const Floats3 before = load_clumps(task, interactions::clump_spin, i);
     ClumpPush push;
     for (std::size_t k = 0; k < task.count; ++k) push.add(task, k, i, axes.arm(task.spheres[k], size), size);
-    const auto middle = [&](Floats3 spin, float time) __attribute__((always_inline)) {
+    const auto middle = [&](Floats3 spin, Floats time) __attribute__((always_inline)) {
       return ClumpAxes::of(unit(rotation_by(spin * time) * q));
     };
     const Floats3 momentum =
-        middle(before, -half).apply(task.inertia, before) + push.torque * (1.0f / max(size * size, all(1e-30f)));
+        middle(before, select(load(task.turned + i) > 0.0f, all(half), all(-half))).apply(task.inertia, before) +
+        push.torque * (1.0f / max(size * size, all(1e-30f)));
     Floats3 spin = before;
-    for (int n = 0; n < kIterations; ++n) spin = middle(spin, half).apply(task.inverse, momentum);
+    for (int n = 0; n < kIterations; ++n) spin = middle(spin, all(half)).apply(task.inverse, momentum);
     spin = select(finite(spin), spin, before);
     const auto to = static_cast<std::uint32_t>(i);
     store_lanes3(task.out, to, load_clumps(task, interactions::clump_velocity, i) + push.velocity, lanes);

@@ -18,14 +18,17 @@ const particles::Schema& schema_of_spheres() {
   return schema;
 }
 
-// Returns the contact action of the spheres. The numbers of contact_clumps begin with those of contact.
+// Returns the contact action of a system's spheres. The numbers of contact_clumps begin with those of contact.
 Action contact_of_spheres(const Action& clumps) {
+  if (clumps.kind == actions::Kind::contact) return clumps;
   Action action;
   action.kind = actions::Kind::contact;
   action.numbers.assign(clumps.numbers.begin(),
                         clumps.numbers.begin() + sizeof(actions::numbers::contact<double>) / sizeof(double));
   action.numbers[0] = 0;  // each sphere has its own radius
   action.shapes = clumps.shapes;
+  action.walls = clumps.walls;
+  action.other = clumps.other;
   return action;
 }
 
@@ -231,6 +234,9 @@ class Summing {
   // Moves the clumps. `sums`: changes of velocity and spin, and contacts, of the spheres.
   void run(const float* const (&sums)[7]) {
     const std::size_t count = side_.store->size();
+    std::vector<float> turned(count + particles::kPadding, side_.adds ? 1.0f : 0.0f);
+    if (side_.adds && side_.adds_to != nullptr) std::copy_n(side_.adds_to->begin(), count, turned.begin());
+    task_.turned = turned.data();
     float* out[7];
     for (int c = 0; c < 7; ++c) {
       out_[c].resize(count);
@@ -292,35 +298,120 @@ float bounding_radius(const std::vector<ClumpSphere>& spheres) {
   return static_cast<float>(most * (1 + 1e-6));
 }
 
+namespace {
+
+// The spheres of one system during a contact: its particles themselves, or those of its clumps.
+class ContactSide {
+ public:
+  ContactSide(const Action& action, const Side& given, Scratch& scratch, threads::Pool& pool)
+      : action_(action), given_(given), pool_(pool), law_(contact_of_spheres(action)), side_(given) {
+    if (action.kind == actions::Kind::contact) return;
+    if (!given.kept || scratch.clumps == nullptr)
+      scratch.clumps = std::make_shared<ExpandedClumps>(action, given, pool);
+    clumps_ = std::move(scratch.clumps);
+    clumps_->expand_ghosts(action, given, pool);
+    clumps_->remember(given);
+    side_ = clumps_->side(given);
+  }
+
+  const Action& law() const { return law_; }
+  const Side& side() const { return side_; }
+
+  // Returns the largest radius of a sphere, m. `radius`: that of the particles, or of the balls that enclose clumps.
+  float radius_of_spheres(float radius) const {
+    if (clumps_ == nullptr) return radius;
+    float largest = 0;
+    for (const ClumpSphere& sphere : clumps_->spheres()) largest = std::max(largest, sphere.radius);
+    return radius * (largest / bounding_radius(clumps_->spheres())) * 1.00001f;
+  }
+
+  // Returns the side with all spheres of another system as ghosts. `place`: see Side.
+  Side side(const Ghosts& others, int place) const {
+    Side seeing = side_;
+    seeing.ghosts = &others;
+    seeing.place = place;
+    return seeing;
+  }
+
+  // Returns all spheres, ghosts included, as another system sees them.
+  Ghosts all() const {
+    const Store& store = *side_.store;
+    Ghosts all;
+    for (std::size_t i = 0; i < store.size(); ++i) all.ids.push_back(store.ids()[i]);
+    if (side_.ghosts != nullptr) all.ids.insert(all.ids.end(), side_.ghosts->ids.begin(), side_.ghosts->ids.end());
+    for (const Column& column : columns_of(law_, side_)) {
+      std::vector<float>& values = all.columns.emplace_back(all.ids.size());
+      for (std::size_t i = 0; i < values.size(); ++i) values[i] = column.of(i, store.size());
+    }
+    const float radius = given_radius(law_, false);
+    if (radius > 0) std::fill(all.columns[sphere_size].begin(), all.columns[sphere_size].end(), 2 * radius);
+    return all;
+  }
+
+  // Before the law runs. If the reach is 0, it does not: then no sphere is pushed.
+  void begin(float reach) {
+    if (clumps_ == nullptr || reach > 0) return;
+    for (int c = 0; c < 3; ++c) {
+      for (const int attribute : {particles::velocity, particles::rotational_velocity}) {
+        std::fill_n(side_.store->writable_plane(attribute, c), side_.store->size(), 0.0f);
+      }
+    }
+  }
+
+  // After the law: sums the pushes on spheres onto their clumps.
+  void end(float dt) {
+    if (clumps_ == nullptr) return;
+    Store& store = *side_.store;
+    const float* sums[7];
+    for (int c = 0; c < 3; ++c) {
+      sums[c] = store.writable_plane(particles::velocity, c);
+      sums[3 + c] = store.writable_plane(particles::rotational_velocity, c);
+    }
+    sums[6] = store.writable_plane(particles::contacts, 0);
+    Summing(action_, dt, given_, *clumps_, pool_).run(sums);
+    take_touches(given_, store, clumps_->spheres().size());
+  }
+
+ private:
+  using Store = particles::Store;
+
+  const Action& action_;
+  const Side& given_;
+  threads::Pool& pool_;
+  Action law_;
+  Side side_;
+  std::shared_ptr<ExpandedClumps> clumps_;  // null: particles are spheres
+};
+
+}  // namespace
+
 InteractionCounts act_on_clumps(const Action& action, const Extent& extent, float dt, const Side& side,
                                 Scratch& scratch, threads::Pool& pool) {
   const simd::FloatMode mode;
-  if (!side.kept || scratch.clumps == nullptr) scratch.clumps = std::make_shared<ExpandedClumps>(action, side, pool);
-  const std::shared_ptr<ExpandedClumps> expanded = std::move(scratch.clumps);
-  ExpandedClumps& spheres = *expanded;
-  spheres.expand_ghosts(action, side, pool);
-  spheres.remember(side);
-  float largest = 0;
-  for (const ClumpSphere& sphere : spheres.spheres()) largest = std::max(largest, sphere.radius);
+  ContactSide clumps(action, side, scratch, pool);
   Extent of_spheres = extent;
-  of_spheres.radius = extent.radius * (largest / bounding_radius(spheres.spheres())) * 1.00001f;
-  const Side sides[2] = {spheres.side(side), {}};
-  particles::Store& store = spheres.store();
-  if (!(of_spheres.radius > 0)) {  // no clump has a size, so none is pushed
-    for (int c = 0; c < 3; ++c) {
-      std::fill_n(store.writable_plane(particles::velocity, c), store.size(), 0.0f);
-      std::fill_n(store.writable_plane(particles::rotational_velocity, c), store.size(), 0.0f);
-    }
-  }
-  const InteractionCounts seen = act(spheres.law(), of_spheres, dt, sides, scratch, pool);
-  const float* sums[7];
-  for (int c = 0; c < 3; ++c) {
-    sums[c] = store.writable_plane(particles::velocity, c);
-    sums[3 + c] = store.writable_plane(particles::rotational_velocity, c);
-  }
-  sums[6] = store.writable_plane(particles::contacts, 0);
-  Summing(action, dt, side, spheres, pool).run(sums);
-  take_touches(side, store, spheres.spheres().size());
+  of_spheres.radius = clumps.radius_of_spheres(extent.radius);
+  clumps.begin(reach_of(clumps.law(), of_spheres));
+  const Side sides[2] = {clumps.side(), {}};
+  const InteractionCounts seen = act(clumps.law(), of_spheres, dt, sides, scratch, pool);
+  clumps.end(dt);
+  return seen;
+}
+
+InteractionCounts contact_between(const Action* const (&actions)[2], const Extent& extent, float dt,
+                                  const Side (&sides)[2], Scratch& scratch, threads::Pool& pool) {
+  const simd::FloatMode mode;
+  ContactSide first(*actions[0], sides[0], scratch.of(0), pool);
+  ContactSide second(*actions[1], sides[1], scratch.of(1), pool);
+  Extent of_spheres = extent;
+  of_spheres.radius = first.radius_of_spheres(extent.radius);
+  of_spheres.other_radius = second.radius_of_spheres(extent.other_radius);
+  const Ghosts seen_by_first = second.all(), seen_by_second = first.all();
+  const Action* const contacts[2] = {&first.law(), &second.law()};
+  const Side spheres[2] = {first.side(seen_by_first, 1), second.side(seen_by_second, 2)};
+  for (ContactSide* side : {&first, &second}) side->begin(reach_of(*contacts[0], of_spheres));
+  InteractionCounts seen = act_on_each_other(contacts, of_spheres, dt, spheres, scratch, pool);
+  for (ContactSide* side : {&first, &second}) side->end(dt);
   return seen;
 }
 

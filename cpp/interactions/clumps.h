@@ -18,6 +18,11 @@ float bounding_radius(const std::vector<ClumpSphere>& spheres);
 /// Acts on the clumps of one system. Does not communicate.
 InteractionCounts act_on_clumps(const actions::Action& action, const Extent& extent, float dt, const Side& side,
                                 Scratch& scratch, threads::Pool& pool);
+/// Lets the particles of two systems touch each other, spheres or clumps; the walls are those of each action. Does not
+/// communicate.
+InteractionCounts contact_between(const actions::Action* const (&actions)[2], const Extent& extent, float dt,
+                                  const Side (&sides)[2], Scratch& scratch, threads::Pool& pool);
+
 /// Like list_holds(), for clumps. Leaves the expanded spheres in the scratch; act_on_clumps() reuses them if all lists
 /// hold.
 bool clumps_hold(const actions::Action& action, const Side& side, Scratch& scratch, threads::Pool& pool);

@@ -63,8 +63,8 @@ float radius_of(const Store& store, threads::Pool& pool) {
 
 // Returns the largest 1 / mass, 1/kg, ignoring massless particles; 0 if all masses are 1 kg.
 float lightness_of(const Store& store, threads::Pool& pool) {
-  constexpr float kNobody = 1e-30f;  // above 0, but below any real 1 / mass
-  const auto lightness = [](float mass) { return mass > kLeastMass ? 1 / mass : kNobody; };
+  constexpr float kNobody = 0x1p-126f;  // above 0, but below any real 1 / mass
+  const auto lightness = [](float mass) { return mass >= kLeastMass ? 1 / mass : kNobody; };
   if (store.size() == 0) return 0;
   const float* mass = store.plane(particles::mass, 0);
   const float same = store.uniform_value(particles::mass)[0];
@@ -122,10 +122,11 @@ Extent extent_of(const Action& action, const Store& store, float dt, bool second
   const simd::FloatMode mode;
   if (has_radius(action)) {
     const float given = given_radius(action, second);
-    (second ? extent.other_radius : extent.radius) = given > 0 ? given : radius_of(store, pool);
+    float& radius = second ? extent.other_radius : extent.radius;
+    radius = given > 0 ? given : radius_of(store, pool);
+    if (action.kind == Kind::contact_clumps)
+      radius *= 2 * bounding_radius(spheres_of(action.table));  // so far, half of the size
   }
-  if (action.kind == Kind::contact_clumps)
-    extent.radius *= 2 * bounding_radius(spheres_of(action.table));  // so far, half of the size
   if (law_of(action).looks_ahead) extent.displacement = displacement_of(store, dt, pool);
   if (law_of(action).inverse_masses) extent.masses = lightness_of(store, pool);
   return extent;
@@ -140,11 +141,12 @@ float reach_of(const Action& action, const Extent& extent) {
 
 float substeps(const Action& action, const Extent& extent, double frame_s) {
   if (!actions::is_contact(action)) return 0;
-  const double stiffness = actions::contact_of(action).stiffness;
   double lightness = extent.masses > 0 ? static_cast<double>(extent.masses) : 1;
   if (action.kind == Kind::contact_clumps)
     lightness *= actions::numbers_of<actions::numbers::contact_clumps>(action).lightness;
-  return static_cast<float>(std::ceil(frame_s * std::sqrt(2 * lightness * (stiffness / double{kMostStiff}))));
+  double stiffest = 2 * actions::contact_of(action).stiffness;  // for half of the mass
+  for (const actions::WallNumbers& wall : action.walls) stiffest = std::max(stiffest, wall.stiffness);
+  return static_cast<float>(std::ceil(frame_s * std::sqrt(lightness * (stiffest / double{kMostStiff}))));
 }
 
 double range_of(const Action& action, const Extent& extent) {

@@ -111,13 +111,14 @@ struct ListTask {
 /// Spheres and one wall, in a sub-step.
 struct WallTask {
   const shapes::Shape* wall = nullptr;  // not a union
+  const shapes::Shape* origin = nullptr;  // whose first point torques are about: the wall, or the union's first part
   std::uint32_t number = 0;             // number of the wall
   float start = 0, end = 1;             // part of the frame that the sub-step covers
   const float* const* column = nullptr;  // by place: at, velocity, spin, radius, inverse_mass
   const std::uint32_t* order = nullptr;  // index of each place's particle
   std::uint32_t own = 0;                 // indices below are this rank's own
   const std::uint8_t* chosen = nullptr;  // which particles may change, by index; null: all
-  const double* numbers = nullptr;       // contact's numbers
+  const double* numbers = nullptr;       // contact's numbers, for this wall
   float dt = 0;                          // seconds
   std::uint32_t first = 0, last = 0;     // places
 };
@@ -131,6 +132,7 @@ struct WallTouches {
   float distance[kRoom], towards[3][kRoom];   // metres, and a unit vector from the centre to the wall
   float slid[3][kRoom], rolled[3][kRoom];     // see particles::Touch
   float change[6][kRoom];                     // of velocity and rotational velocity
+  float force[3][kRoom], torque[3][kRoom];    // on the wall, N, and about its origin, N m
 };
 
 /// Columns of clumps, in the order in which contact_clumps reads them.
@@ -168,6 +170,7 @@ struct ClumpTask {
   const float* const* sums = nullptr;  // by sphere: changes of velocity and spin, and number of other spheres touched
   float inertia[6] = {}, inverse[6] = {};  // tensor of inertia and its inverse (xx, yy, zz, xy, xz, yz) of a clump of 1
                                            // kg and size 1, m^2 and 1/m^2
+  const float* turned = nullptr;  // by clump: 1 if an earlier contact has acted in this sub-step
   float dt = 0;  // seconds
   float* const* out = nullptr;  // by clump: velocity, spin and number of touches: turn_clumps() writes it
   std::size_t first = 0, last = 0;  // clumps

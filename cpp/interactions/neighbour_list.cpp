@@ -143,7 +143,7 @@ void NeighbourList::build(const Crowd& crowd, const PlacedSpheres& spheres, cons
     radius_[i] = spheres.radius[k];
   }
   find_pairs(crowd, spheres, pool);
-  if (kind_.of_clumps) drop_own_spheres();
+  if (kind_.of_clumps && !kind_.ghosts_alone) drop_own_spheres();
   state_.assign((pairs() + kRoom) * kind_.parts, PairState{});
   const std::vector<Known> known = now_ + 1 == now ? before.touching(now_, kind_.parts) : std::vector<Known>{};
   threads::over_ranges(pool, order.size(), kRange, [&](std::size_t first, std::size_t last) {

@@ -40,7 +40,7 @@ struct Radii {
   bool skips_massless = false;  // spheres without a positive mass have no contacts
 
   float of(std::size_t i) const {
-    if (skips_massless && !(mass.of(i, SIZE_MAX) > kLeastMass)) return 0;
+    if (skips_massless && !(mass.of(i, SIZE_MAX) >= kLeastMass)) return 0;
     return given > 0 ? given : radius_of_size(size.of(i, SIZE_MAX));
   }
 };

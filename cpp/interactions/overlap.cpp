@@ -32,7 +32,7 @@ float overlap_99(const Spheres& first, const Spheres& second) {
       place_of(*first.crowd, own.order[i], x);
       for (const Row* row : rows_around(*second.cells, rows[r].x, rows[r].y)) {
         each_near(others, *row, own.z[i], [&](std::uint32_t j) {
-          if (same && i == j) return;
+          if (same && (i == j || (first.ghosts_alone && others.order[j] < others.own))) return;
           float y[3];
           place_of(*second.crowd, others.order[j], y);
           const float reach = first.radius_at(i) + second.radius_at(j);

@@ -11,6 +11,7 @@ struct Spheres {
   const Crowd* crowd;  // their present positions
   const float* radius = nullptr;  // null: all have same_radius
   float same_radius = 0;          // m
+  bool ghosts_alone = false;      // pairs are of an own sphere and a ghost
 
   float radius_at(std::size_t place) const { return radius != nullptr ? radius[place] : same_radius; }
 };

@@ -12,17 +12,33 @@ namespace {
 
 using particles::Touch;
 
-// Adds a wall, or each part of a union as a separate wall.
-void add_wall(const shapes::Shape& shape, std::vector<const shapes::Shape*>& walls) {
-  if (shape.parts == 0) return walls.push_back(&shape);
-  for (int i = 0; i < shape.parts; ++i) walls.push_back(shape.part + i);
+// A wall, or a part of a union, which acts as a separate wall.
+struct WallPart {
+  const shapes::Shape* shape;
+  const shapes::Shape* origin;  // see WallTask
+  std::uint32_t wall;           // number among the walls of the contact
+};
+
+std::vector<WallPart> parts_of(const actions::Action& action) {
+  std::vector<WallPart> parts;
+  for (std::uint32_t wall = 0; wall < action.walls.size(); ++wall) {
+    const shapes::Shape& shape = action.shapes[wall];
+    if (shape.parts == 0) parts.push_back({&shape, &shape, wall});
+    for (int i = 0; i < shape.parts; ++i) parts.push_back({shape.part + i, shape.part, wall});
+  }
+  return parts;
 }
 
-std::vector<const shapes::Shape*> walls_of(const actions::Action& action) {
-  const auto count = static_cast<std::size_t>(actions::numbers_of<actions::numbers::contact>(action).walls);
-  std::vector<const shapes::Shape*> walls;
-  for (std::size_t i = 0; i < count; ++i) add_wall(action.shapes[i], walls);
-  return walls;
+using Numbers = actions::numbers::contact<double>;
+
+// Returns contact's numbers with those of one wall.
+Numbers numbers_for(const Numbers& contact, const actions::WallNumbers& wall) {
+  Numbers numbers = contact;
+  numbers.stiffness = wall.stiffness;
+  numbers.restitution = wall.restitution;
+  numbers.friction = wall.friction;
+  numbers.rolling_friction = wall.rolling_friction;
+  return numbers;
 }
 
 // A touch in this sub-step, and the index of its particle.
@@ -46,13 +62,18 @@ class Holding {
       for (std::uint32_t n = 0; n < found_->count; ++n) recall(n);
       kernels().push_walls(task_, *found_);
       for (std::uint32_t n = 0; n < found_->count; ++n) apply(n);
+      if (found_->count > 0) sum_up(sums_[wall_]);
     }
   }
 
-  void set_wall(const shapes::Shape& wall, std::uint32_t number) {
-    task_.wall = &wall;
+  void set_wall(const WallPart& part, std::uint32_t number, const Numbers& numbers) {
+    task_.wall = part.shape;
+    task_.origin = part.origin;
     task_.number = number;
+    task_.numbers = reinterpret_cast<const double*>(&numbers);
+    wall_ = part.wall;
   }
+  WallSums sums() { return std::move(sums_); }
 
   // Returns the touches sorted by particle, then in the order of the walls.
   std::vector<Touched> touched() {
@@ -74,6 +95,15 @@ class Holding {
     }
   }
 
+  void sum_up(WallSum& sum) const {
+    for (std::size_t c = 0; c < 3; ++c) {
+      for (std::uint32_t n = 0; n < found_->count; ++n) {
+        sum.force[c].add(found_->force[c][n]);
+        sum.torque[c].add(found_->torque[c][n]);
+      }
+    }
+  }
+
   void apply(std::uint32_t n) {
     for (std::size_t c = 0; c < 6; ++c) placed_.out[c][found_->place[n]] += found_->change[c][n];
     Touch touch{found_->number[n], law_, side_.now, {}, {}};
@@ -90,6 +120,8 @@ class Holding {
   std::uint32_t law_;
   std::unique_ptr<WallTouches> found_;
   std::vector<Touched> all_;
+  std::uint32_t wall_ = 0;
+  WallSums sums_;
 };
 
 // Writes touches with walls to the store. A particle that touches no wall any more keeps its old touches until the
@@ -109,10 +141,13 @@ void write_down(const std::vector<Touched>& touched, particles::Store& store) {
 
 }  // namespace
 
-void touch_walls(const actions::Action& action, const Side& side, float dt, const PlacedParticles& placed,
-                 threads::Pool& pool) {
-  const std::vector<const shapes::Shape*> walls = walls_of(action);
-  if (walls.empty()) return;
+WallSums touch_walls(const actions::Action& action, const Side& side, float dt, const PlacedParticles& placed,
+                     threads::Pool& pool) {
+  const std::vector<WallPart> parts = parts_of(action);
+  if (parts.empty()) return {};
+  std::vector<Numbers> numbers;
+  for (const actions::WallNumbers& wall : action.walls)
+    numbers.push_back(numbers_for(actions::numbers_of<actions::numbers::contact>(action), wall));
   const std::vector<std::uint32_t>& order = placed.cells->order();
   WallTask task;
   task.start = side.start;
@@ -121,19 +156,25 @@ void touch_walls(const actions::Action& action, const Side& side, float dt, cons
   task.order = order.data();
   task.own = static_cast<std::uint32_t>(side.store->size());
   task.chosen = side.chosen != nullptr ? side.chosen->data() : nullptr;
-  task.numbers = action.numbers.data();
   task.dt = dt;
   std::vector<std::vector<Touched>> touched(order.size() / pool.items(kRange) + 1);
+  std::vector<WallSums> sums(touched.size());
   threads::over_ranges(pool, order.size(), kRange, [&](std::size_t first, std::size_t last) {
     const simd::FloatMode mode;
     Holding range(side, placed, task);
-    for (std::uint32_t w = 0; w < walls.size(); ++w) {
-      range.set_wall(*walls[w], w);
+    for (std::uint32_t p = 0; p < parts.size(); ++p) {
+      range.set_wall(parts[p], p, numbers[parts[p].wall]);
       range.hold(static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(last));
     }
     touched[first / pool.items(kRange)] = range.touched();
+    sums[first / pool.items(kRange)] = range.sums();
   });
   for (const std::vector<Touched>& range : touched) write_down(range, *side.store);
+  WallSums all;
+  for (const WallSums& range : sums) {
+    for (const auto& [wall, sum] : range) all[wall] += sum;
+  }
+  return all;
 }
 
 }  // namespace motes::interactions

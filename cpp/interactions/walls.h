@@ -13,8 +13,8 @@ struct PlacedParticles {
 };
 
 /// Adds the pushes of the action's walls to `out`, and writes the particles' touches with walls to the store. Walls act
-/// in the order in which the script gives them.
-void touch_walls(const actions::Action& action, const Side& side, float dt, const PlacedParticles& placed,
-                 threads::Pool& pool);
+/// in the order in which the script gives them. Returns the forces of particles on the walls that they touch.
+WallSums touch_walls(const actions::Action& action, const Side& side, float dt, const PlacedParticles& placed,
+                     threads::Pool& pool);
 
 }  // namespace motes::interactions

@@ -34,6 +34,11 @@ class ExactSum {
   // The highest limb of a finite sum is within +-2^21. This pattern in its three highest bits marks a sum that is not
   // finite; its lowest bits then tell which special values were added, and the other limbs are 0.
   static constexpr std::uint64_t kSpecial = std::uint64_t{2} << 61;
+  template <class Visitor>
+  friend constexpr void fields(Visitor& visit, ExactSum& sum) {
+    visit(sum.limbs_);
+  }
+
   bool special() const { return limbs_[kLimbs - 1] >> 61 == kSpecial >> 61; }
   void note_special(std::uint64_t kinds);
 

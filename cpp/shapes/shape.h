@@ -28,6 +28,9 @@ inline constexpr int kNumbers = std::max({
 #include "shapes/list.inc"
 });
 
+/// How many numbers a mesh has for its place at the frame's end, which come first, and again at its start.
+inline constexpr int kPlaceNumbers = 7;
+
 /// A shape: its kind and its numbers, in metres, in the order of the constructor's arguments: see list.inc.
 struct Shape {
   Kind kind = Kind::point;

@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     from ._values.live import Live
     from ._values.roles import Roles
     from ._values.ties import Ties
+    from ._values.wall import Wall, WallForce
     from ._world.world import World
     from .analysis import Run, Runs, open_run, open_runs
     from .errors import (
@@ -121,6 +122,7 @@ _MODULES = {
     "_picture.sprites": ("Sprite",),
     "_system.system": ("System",),
     "_values.ties": ("Ties",),
+    "_values.wall": ("Wall", "WallForce"),
     "_world.world": ("World",),
 }
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
@@ -164,6 +166,8 @@ __all__ = [
     "System",
     "Ties",
     "Uniform",
+    "Wall",
+    "WallForce",
     "World",
     "a",
     "actions",

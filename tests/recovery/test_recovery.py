@@ -218,6 +218,7 @@ with world:
             system.gravity((0, -9.81, 0))
         clumps.contact(2000, friction=0.6, rolling_friction=0.05, walls=[slope])
         grains.contact(500, radius=0.06, walls=[slope])
+        clumps.contact(800, friction=0.3, other=grains, other_radius=0.06)
         law = 30 * motes.normal * (0.1 - motes.r) + (motes.normal - turned)
         grains.interact(0.2, acceleration=law, state={"turned": 3}, set={"turned": motes.normal})
         net.tie(ring, damping=1)
@@ -227,7 +228,8 @@ with world:
     counts = [system.count for system in world.systems]
     touching = clumps.total(motes.column("contacts")) > 0 and grains.total(motes.column("contacts")) > 0
     digest = world.digest()
-    print(digest, counts, touching) if "manager" in world.role else None
+    pressed = world.force(slope).force.tolist()
+    print(digest, pressed, counts, touching) if "manager" in world.role else None
 """
 
 

@@ -80,10 +80,13 @@ void take_noted(base::Reader& in, Ids& noted) {
 bool GhostExchange::holds() {
   bool all = true;
   for (std::size_t side = 0; side < in_.interaction.count; ++side) {
-    const interactions::Side here{
-        .store = &in_.population(side).store, .list = &list_of(side), .now = in_.interaction.substep};
+    const interactions::Side here{.store = &in_.population(side).store,
+                                  .list = &list_of(side),
+                                  .now = in_.interaction.substep,
+                                  .place = in_.place(side)};
+    const bool second = side == 1 && in_.interaction.counterpart == nullptr;
     const bool holds =
-        interactions::list_holds(*in_.interaction.action, here, side == 1, in_.calculator.scratch, *in_.rank.pool);
+        interactions::list_holds(in_.action(side), here, second, in_.calculator.scratch.of(side), *in_.rank.pool);
     all = all && holds && kept(side).domains == in_.system(side).domains;
     wear_.step = std::max(wear_.step, list_of(side).wear().step);
     wear_.age = std::max(wear_.age, list_of(side).wear().age);
@@ -227,7 +230,7 @@ void GhostExchange::refresh_own_images() {
     KeptGhosts& ghosts_here = kept(side);
     if (!ghosts_here.sent.contains(self)) continue;
     base::Bytes bytes;
-    put_changes(*in_.interaction.action, side == 1, in_.population(side).store, self, ghosts_here, bytes);
+    put_changes(in_.action(side), side == 1, in_.population(side).store, self, ghosts_here, bytes);
     base::Reader in(bytes.view());
     take_changes(in, self, images_, ghosts_here);
   }
@@ -239,7 +242,7 @@ std::uint64_t GhostExchange::pack_changes(int target, base::Bytes& bytes) {
     KeptGhosts& ghosts_here = kept(side);
     if (!ghosts_here.sent.contains(target)) continue;
     const std::uint64_t told =
-        put_changes(*in_.interaction.action, side == 1, in_.population(side).store, target, ghosts_here, bytes);
+        put_changes(in_.action(side), side == 1, in_.population(side).store, target, ghosts_here, bytes);
     in_.population(side).interaction.ghosts += told;
     in_.rank.machine.charge(in_.rank.machine.costs().copy * static_cast<double>(told));
     count += told;
@@ -323,7 +326,7 @@ void GhostExchange::pack(std::size_t side, std::map<int, Message>& messages) {
     const domains::BoxCover& seer = cover(in_.seer(side), target);
     Chosen copied;
     for (const std::uint32_t p : near) choose(side, seer, p, owner_of(p) == target ? 1 : 0, copied);
-    put_ghosts(*in_.interaction.action, side == 1, here.store, copied, bytes);
+    put_ghosts(in_.action(side), side == 1, here.store, copied, bytes);
     sent_[target] += gone.size() + copied.size();
     here.interaction.ghosts += copied.size();
     in_.rank.machine.charge(in_.rank.machine.costs().copy * static_cast<double>(copied.size()));
@@ -337,9 +340,9 @@ void GhostExchange::pack(std::size_t side, std::map<int, Message>& messages) {
   for (const std::uint32_t p : near) {
     if (images_.any() && owner_of(p) == self) choose(side, own, p, 1, copied);
   }
-  put_ghosts(*in_.interaction.action, side == 1, here.store, copied, kept);
+  put_ghosts(in_.action(side), side == 1, here.store, copied, kept);
   base::Reader in(kept.view());
-  take_ghosts(in, *in_.interaction.action, side == 1, images_.any(), ghosts(side));
+  take_ghosts(in, in_.action(side), side == 1, images_.any(), ghosts(side));
 }
 
 void GhostExchange::remove_migrants(std::size_t side) {
@@ -364,7 +367,7 @@ void GhostExchange::unpack(const Message& message) {
     here.interaction.moved_in += arrived;
     take_noted(in, here.bounced);
     take_noted(in, here.collided);
-    const std::uint64_t seen = take_ghosts(in, *in_.interaction.action, side == 1, images_.any(), ghosts(side));
+    const std::uint64_t seen = take_ghosts(in, in_.action(side), side == 1, images_.any(), ghosts(side));
     count += arrived + seen;
     const Costs& costs = in_.rank.machine.costs();
     in_.rank.machine.charge(costs.arrive * static_cast<double>(arrived) + costs.copy * static_cast<double>(seen));

@@ -48,15 +48,12 @@ class GhostExchange {
   interactions::Ghosts& ghosts(std::size_t side) { return lists_ ? kept(side).ghosts : ghosts_[side]; }
 
  private:
-  // Returns the key of a side's neighbour list and ghosts. Laws are numbered per system that they act on, so the key of
-  // the second side depends on both systems.
+  // Returns the key of a side's neighbour list and ghosts.
   std::pair<std::size_t, std::uint32_t> key(std::size_t side) const {
-    const std::size_t system = in_.interaction.systems[side];
-    const std::size_t seen_by = side == 0 ? 0 : in_.script.systems.size() * (1 + in_.interaction.systems[0]);
-    return {seen_by + system, in_.interaction.law};
+    return {in_.interaction.systems[side], in_.interaction.law[side]};
   }
   // Returns whether the action reads the particles of a side.
-  bool seen(std::size_t side) const { return !interactions::read_by(*in_.interaction.action, side == 1).empty(); }
+  bool seen(std::size_t side) const { return !interactions::read_by(in_.action(side), side == 1).empty(); }
   KeptGhosts& kept(std::size_t side) const { return in_.calculator.ghosts[key(side)]; }
   bool concerns(int from, int to) const;
   void await(const std::vector<int>& from) const;

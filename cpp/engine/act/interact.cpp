@@ -19,6 +19,7 @@
 #include "engine/session/all_reduce.h"
 #include "engine/session/item_failure.h"
 #include "interactions/act.h"
+#include "interactions/clumps.h"
 #include "interactions/pyramid.h"
 #include "interactions/scripted.h"
 #include "particles/wrap.h"
@@ -68,8 +69,7 @@ class PairInteraction {
         const Population& here = in_.population(side);
         if (interactions::uses_cells(*in_.interaction.action)) bounds_ = interactions::bounds_of(here.store);
         if (bonds_ != nullptr) prepare_ties(here.store);
-        const Extent extent =
-            interactions::extent_of(*in_.interaction.action, here.store, dt(), side == 1, *in_.rank.pool);
+        const Extent extent = interactions::extent_of(in_.action(side), here.store, dt(), side == 1, *in_.rank.pool);
         extent_.radius = std::max(extent_.radius, extent.radius);
         extent_.other_radius = std::max(extent_.other_radius, extent.other_radius);
         extent_.displacement = std::max(extent_.displacement, extent.displacement);
@@ -182,7 +182,17 @@ class PairInteraction {
       return interactions::act_by_script(action, in_.interaction.time, dt(), sides, in_.calculator.scratch,
                                          *in_.rank.pool);
     }
+    if (const actions::Action* const other = in_.interaction.counterpart; other != nullptr) {
+      return interactions::contact_between({&action, other}, extent_, dt(), sides, in_.calculator.scratch,
+                                           *in_.rank.pool);
+    }
     return interactions::act(action, extent_, dt(), sides, in_.calculator.scratch, *in_.rank.pool);
+  }
+
+  // Adds the forces on the action's walls to those of earlier sub-steps.
+  void note_walls(const interactions::WallSums& walls) {
+    WallForces& forces = in_.population(0).walls;
+    for (const auto& [wall, sum] : walls) forces[{static_cast<std::uint32_t>(in_.interaction.item), wall}] += sum;
   }
 
   void act() {
@@ -196,7 +206,8 @@ class PairInteraction {
       sides[side].adds = in_.interaction.collided[side] != Collided::none;
       if (interactions::remembers(*in_.interaction.action)) {
         sides[side].list = &exchange_.list_of(side);
-        sides[side].law = in_.interaction.law;
+        sides[side].law = in_.interaction.law[side];
+        sides[side].place = in_.place(side);
         sides[side].kept = kept_;
         sides[side].skin = skin_;
       }
@@ -218,6 +229,7 @@ class PairInteraction {
       sides[side].chosen = &chosen[side];
     }
     const interactions::InteractionCounts seen = look(sides);
+    note_walls(seen.walls);
     for (std::size_t side = 0; side < in_.interaction.count; ++side) {
       if (in_.interaction.collides_again[side]) note_collided(in_.population(side), sides[side].chosen);
     }
@@ -229,8 +241,10 @@ class PairInteraction {
     stats.pairs += seen.pairs;
     stats.most_in_a_cell = std::max(stats.most_in_a_cell, seen.most_in_a_cell);
     stats.overlap_99 = std::max(stats.overlap_99, seen.overlap_99);
-    const float substeps = interactions::substeps(*in_.interaction.action, extent_, in_.rank.settings.dt);
-    stats.substeps = std::max(stats.substeps, static_cast<std::uint16_t>(std::min(substeps, 65535.0f)));
+    for (std::size_t side = 0; side < in_.interaction.count; ++side) {
+      const float substeps = interactions::substeps(in_.action(side), extent_, in_.rank.settings.dt);
+      stats.substeps = std::max(stats.substeps, static_cast<std::uint16_t>(std::min(substeps, 65535.0f)));
+    }
   }
 
   const Parties& in_;

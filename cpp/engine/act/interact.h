@@ -17,6 +17,7 @@ namespace motes::engine {
 /// A pair interaction: its action in the list of the first system, and the systems that take part.
 struct Interaction {
   const actions::Action* action = nullptr;
+  const actions::Action* counterpart = nullptr;  // contact of two systems: the action of the second; else null
   std::size_t item = 0;  // index of the action in the first system's list
   std::size_t systems[2] = {};
   std::size_t count = 1;  // number of systems: two if they interact with each other
@@ -24,7 +25,7 @@ struct Interaction {
   std::uint64_t newborn_from[2] = {UINT64_MAX, UINT64_MAX};  // ids from here on collide for the first time
   Collided collided[2] = {};  // particles that have collided in this sub-step
   bool collides_again[2] = {};  // there are more collisions in this sub-step
-  std::uint32_t law = 0;  // number of the law among the first list's laws that keep neighbour lists, from 0
+  std::uint32_t law[2] = {};  // number of the law among each list's laws that keep neighbour lists, from 0
   std::uint32_t substep = 0;  // number of the sub-step since the run's start, from 1
   double time = 0;  // start of the sub-step, seconds of the animation
   float start = 0, end = 1;  // start and end of the sub-step, as fractions of the frame

@@ -15,8 +15,10 @@ using particles::Store;
 
 namespace {
 
+// Returns whether the segment ends with an interaction that counts contacts.
 bool collides(const ListSegment& segment) {
-  return segment.interaction != nullptr && segment.interaction->kind == actions::Kind::collide;
+  return segment.interaction != nullptr &&
+         (segment.interaction->kind == actions::Kind::collide || actions::is_contact(*segment.interaction));
 }
 
 }  // namespace
@@ -77,7 +79,9 @@ bool InteractionSchedule::run_substep(int substep) {
             break;
           (waits[r]->interaction->second ? first : second) = other;
         }
-        const Interaction interaction = interaction_of(*waits[first], runners_[first], runners_[second], substep);
+        Interaction interaction = interaction_of(*waits[first], runners_[first], runners_[second], substep);
+        if (first != second && actions::is_contact(*interaction.action))
+          interaction.counterpart = waits[second]->interaction;
         waits[first] = nullptr;
         waits[second] = nullptr;
         moved = true;
@@ -92,7 +96,10 @@ bool InteractionSchedule::run_substep(int substep) {
 
 Interaction InteractionSchedule::interaction_of(const ListSegment& segment, Runner& first, Runner& second,
                                                 int substep) const {
-  Interaction interaction{segment.interaction, segment.end, {first.system, second.system}, &first == &second ? 1u : 2u};
+  Interaction interaction{.action = segment.interaction,
+                          .item = segment.end,
+                          .systems = {first.system, second.system},
+                          .count = &first == &second ? 1u : 2u};
   const auto substeps = static_cast<std::uint64_t>(rank_.settings.substeps);
   interaction.substep =
       static_cast<std::uint32_t>(rank_.session.frame * substeps) + static_cast<std::uint32_t>(substep) + 1;
@@ -100,9 +107,10 @@ Interaction InteractionSchedule::interaction_of(const ListSegment& segment, Runn
   interaction.start = static_cast<float>(substep) / static_cast<float>(rank_.settings.substeps);
   interaction.end = static_cast<float>(substep + 1) / static_cast<float>(rank_.settings.substeps);
   interaction.last = substep + 1 == rank_.settings.substeps;
-  if (interactions::remembers(*segment.interaction)) interaction.law = first.laws++;
-  if (segment.interaction->kind != actions::Kind::collide) return interaction;
   Runner* const runners[2] = {&first, &second};
+  for (std::size_t side = 0; interactions::remembers(*segment.interaction) && side < interaction.count; ++side)
+    interaction.law[side] = runners[side]->laws++;
+  if (!collides(segment)) return interaction;
   for (std::size_t side = 0; side < interaction.count; ++side) {
     Runner& runner = *runners[side];
     const System& system = *script_.systems[runner.system];
@@ -113,6 +121,7 @@ Interaction InteractionSchedule::interaction_of(const ListSegment& segment, Runn
     interaction.collides_again[side] = std::any_of(rest, runner.segments.end(), collides);
     const bool some = side == 0 && !segment.interaction->where.empty() && runner.collided != Collided::all;
     runner.collided = some ? Collided::some : Collided::all;
+    if (segment.interaction->kind != actions::Kind::collide) continue;
     runner.newborn_from =
         runner.next_group < system.groups.size() ? system.groups[runner.next_group].first_id : system.counts.born;
   }

@@ -23,6 +23,14 @@ struct Parties {
   const System& system(std::size_t side) const { return *script.systems[interaction.systems[side]]; }
   Population& population(std::size_t side) const { return *calculator.populations[interaction.systems[side]]; }
 
+  /// Returns the action as it acts on the particles of a side.
+  const actions::Action& action(std::size_t side) const {
+    return side == 1 && interaction.counterpart != nullptr ? *interaction.counterpart : *interaction.action;
+  }
+
+  /// Returns a side's number in a contact of two systems (interactions::Side::place).
+  int place(std::size_t side) const { return interaction.counterpart != nullptr ? static_cast<int>(side) + 1 : 0; }
+
   /// Returns the side whose particles see those of this side: itself, or the other system.
   std::size_t seer(std::size_t side) const { return interaction.count == 1 ? 0 : 1 - side; }
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/enumerators.h"
+#include "engine/state/walls.h"
 
 namespace motes::engine {
 namespace {
@@ -90,6 +91,8 @@ void Account::note_children(std::size_t system, int calculator, std::uint64_t co
 void Account::close_row(const Script& script, const roles::Cast& cast, bool digest) {
   note_imbalance(cast);
   for (const auto& system : script.systems) row_.dropped += system->counts.dropped;
+  for (const PressedWall& wall : script.walls)
+    row_.walls.push_back({shapes::name(wall.shape.kind), mean_of(wall.sum, script.record.substeps)});
   row_.systems = row_.digests.size();
   if (!digest) row_.digests.clear();
   open_row_ = std::exchange(row_, {});

@@ -69,6 +69,14 @@ jsonl::JsonlRow row_of(const FrameRow& frame, const LoadRow& load, const std::st
   return row;
 }
 
+jsonl::JsonlRow row_of(const FrameRow& frame, std::size_t number, const WallRow& wall) {
+  jsonl::JsonlRow row;
+  row.field("frame", frame.frame).field("wall", std::uint64_t{number}).field("shape", wall.shape);
+  row.field("force_x_n", wall.force[0]).field("force_y_n", wall.force[1]).field("force_z_n", wall.force[2]);
+  row.field("torque_x_nm", wall.force[3]).field("torque_y_nm", wall.force[4]).field("torque_z_nm", wall.force[5]);
+  return row;
+}
+
 // Returns a row of quantiles: columns x_q00, x_q01, ... for the first axis that is cut, the ids or the curve; bricks
 // have further columns, named y or z, for the other axes.
 jsonl::JsonlRow density_of(const FrameRow& frame, const LoadRow& load) {
@@ -149,6 +157,7 @@ Log::Log(const std::string& directory, std::vector<std::string> hosts, std::uint
   frames_ = jsonl::JsonlTable(directory + "/frames.jsonl", 1024, first_frame);
   load_ = jsonl::JsonlTable(directory + "/load.jsonl", 512, first_frame);
   density_ = jsonl::JsonlTable(directory + "/density.jsonl", 512, first_frame, kAbsent);
+  walls_ = jsonl::JsonlTable(directory + "/walls.jsonl", 512, first_frame, kAbsent);
   times_ = jsonl::JsonlTable(directory + "/times.jsonl", 512, first_frame, kAbsent);
   waits_ = jsonl::JsonlTable(directory + "/waits.jsonl", 128, first_frame, kAbsent);
   balance_ = jsonl::JsonlTable(directory + "/balance.jsonl", 512, first_frame, kAbsent);
@@ -163,6 +172,8 @@ void Log::add(const FrameRow& row) {
   }
   load_.write();
   density_.write();
+  for (std::size_t wall = 0; wall < row.walls.size(); ++wall) walls_.add(row_of(row, wall, row.walls[wall]));
+  walls_.write();
   for (const RankTimes& times : row.ranks) {
     times_.add(row_of(row, times));
     for (const comm::Waited& wait : times.spent.waits) waits_.add(row_of(row, times.rank, wait));
@@ -183,7 +194,8 @@ void Log::event(const std::string& kind, std::uint64_t frame, const std::string&
 }
 
 void Log::sync() {
-  for (jsonl::JsonlTable* table : {&load_, &density_, &times_, &waits_, &frames_, &balance_, &events_}) table->sync();
+  for (jsonl::JsonlTable* table : {&load_, &density_, &walls_, &times_, &waits_, &frames_, &balance_, &events_})
+    table->sync();
   jsonl::sync_directory_of(directory_ + "/");
 }
 

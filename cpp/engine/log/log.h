@@ -1,6 +1,7 @@
 // The run's log: small tables of JSON lines, one schema per file, written by the manager.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -40,6 +41,12 @@ struct BalanceRow {
   std::string policy;
 };
 
+/// A row of walls.jsonl: mean force, N, and torque, N m, of all particles on a wall in a frame.
+struct WallRow {
+  std::string shape;  // its kind
+  std::array<double, 6> force;
+};
+
 /// A row of frames.jsonl.
 struct FrameRow {
   std::uint64_t frame = 0;
@@ -56,6 +63,7 @@ struct FrameRow {
   std::vector<LoadRow> load;               // ordered by system, then calculator
   std::vector<RankTimes> ranks;            // what each rank spent its time on
   std::size_t systems = 0;                 // number of systems in `load`
+  std::vector<WallRow> walls;
   bool has_tail = false;                   // the ranks' tails have been added
 };
 
@@ -77,7 +85,7 @@ class Log {
  private:
   std::string directory_;
   std::vector<std::string> hosts_;
-  jsonl::JsonlTable frames_, load_, density_, times_, waits_, balance_, events_;
+  jsonl::JsonlTable frames_, load_, density_, walls_, times_, waits_, balance_, events_;
 };
 
 }  // namespace motes::engine

@@ -72,6 +72,7 @@ SharedState shared_state(const Parts& parts) {
   state.camera = script.camera;
   state.camera_frame = script.camera_frame;
   state.camera_before = script.camera_before;
+  state.walls = script.walls;
   for (const auto& system : script.systems) {
     const recording::SystemDefinition& definition = system->definition;
     std::optional<image::Sprite> changed;
@@ -87,7 +88,7 @@ SharedState shared_state(const Parts& parts) {
   return state;
 }
 
-// Meshes and pictures come first, because reading the shapes in the histories and sprites looks them up.
+// Meshes and pictures come first, because reading the shapes in histories, sprites and walls looks them up.
 void write(const SharedState& state, base::Bytes& out) {
   std::set<meshes::AssetKey> meshes;
   for (const SharedSystem& system : state.systems) {
@@ -98,6 +99,9 @@ void write(const SharedState& state, base::Bytes& out) {
     for (const shapes::Shape& shape : system.sprite->pick.shapes) {
       for (const meshes::AssetKey key : shapes::meshes_of(shape)) meshes.insert(key);
     }
+  }
+  for (const PressedWall& wall : state.walls) {
+    for (const meshes::AssetKey key : shapes::meshes_of(wall.shape)) meshes.insert(key);
   }
   meshes.erase(0);
   meshes::write_assets(meshes, out);
@@ -171,6 +175,7 @@ void restore_state(Parts& parts, const SharedState& state, const std::vector<Sam
   script.camera = state.camera;
   script.camera_frame = state.camera_frame;
   script.camera_before = state.camera_before;
+  script.walls = state.walls;
   rank.session.frame = state.frame;
   if (!rank.session.manages()) return;
   std::vector<Balancing>& balancing = parts.manager.systems;

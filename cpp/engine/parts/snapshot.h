@@ -3,6 +3,7 @@
 // with any cuts. Clocks restart; domains stay if their number is unchanged.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -57,12 +58,13 @@ struct SharedState {
   std::uint64_t camera_frame = 0;
   std::optional<image::Camera> camera_before;  // the camera before that, for its streaks
   ManagerState manager;  // empty if not written by the manager
+  std::vector<PressedWall> walls;
 };
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, SharedState& state) {
   visit(state.frame, state.seed, state.dt, state.substeps, state.systems, state.camera, state.camera_frame,
-        state.camera_before, state.manager);
+        state.camera_before, state.manager, state.walls);
 }
 
 /// A sample of a system's positions from which new domains are made: x, y and z of equal length, in metres.

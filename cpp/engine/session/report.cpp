@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iterator>
 #include <stdexcept>
+#include <tuple>
 #include <utility>
 
 #include "base/fields.h"
@@ -31,6 +32,23 @@ void join(std::vector<recording::Event>& into, const std::vector<recording::Even
   into.insert(into.end(), other.begin(), other.end());
   std::inplace_merge(into.begin(), into.begin() + middle, into.end(),
                      [](const recording::Event& a, const recording::Event& b) { return a.id < b.id; });
+}
+
+// Merges two ordered lists, and adds up the forces on the same wall.
+void join(std::vector<WallForce>& into, const std::vector<WallForce>& other) {
+  const auto before = [](const WallForce& a, const WallForce& b) {
+    return std::tie(a.system, a.item, a.wall) < std::tie(b.system, b.item, b.wall);
+  };
+  std::vector<WallForce> all;
+  std::merge(into.begin(), into.end(), other.begin(), other.end(), std::back_inserter(all), before);
+  into.clear();
+  for (const WallForce& force : all) {
+    if (into.empty() || before(into.back(), force)) {
+      into.push_back(force);
+    } else {
+      into.back().sum += force.sum;
+    }
+  }
 }
 
 void join(SystemReport& into, const SystemReport& other) {
@@ -125,6 +143,7 @@ void join(Report& into, Report&& other) {
   for (std::size_t i = 0; i < other.systems.size(); ++i) join(into.systems[i], other.systems[i]);
   append(into.flows, std::move(other.flows));
   append(into.decisions, std::move(other.decisions));
+  join(into.walls, other.walls);
   join(into.tail, std::move(other.tail));
 }
 

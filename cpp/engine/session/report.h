@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "balance/cells.h"
@@ -11,6 +13,7 @@
 #include "comm/ledger.h"
 #include "image/scene.h"
 #include "image/slots.h"
+#include "interactions/wall_sums.h"
 #include "particles/digest.h"
 #include "recording/spawn.h"
 
@@ -284,6 +287,21 @@ constexpr void fields(Visitor& visit, Dissent& dissent) {
   visit(dissent.rank, dissent.record);
 }
 
+/// Forces on the walls of a system's contacts: by the contact's index in the system's list and the wall's number in the
+/// contact.
+using WallForces = std::map<std::pair<std::uint32_t, std::uint32_t>, interactions::WallSum>;
+
+/// The forces of one system's particles on one wall, in all sub-steps of a frame.
+struct WallForce {
+  std::uint32_t system = 0, item = 0, wall = 0;
+  interactions::WallSum sum;
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, WallForce& force) {
+  visit(force.system, force.item, force.wall, force.sum);
+}
+
 /// A cut's position from the next frame on, and the number of particles it moves (> 0: from left to right).
 struct NewCut {
   std::uint32_t system = 0;
@@ -320,6 +338,7 @@ struct Report {
   std::vector<SystemReport> systems;  // systems of the round; empty if no rank calculates
   std::vector<Flow> flows;  // flows to calculators elsewhere in the tree
   std::vector<Decision> decisions;  // decisions of neighbours without the manager, for all ranks
+  std::vector<WallForce> walls;  // ordered by system, item and wall
   Tail tail;
 
   bool failed() const { return failure.failed() || !dissents.empty(); }
@@ -328,7 +347,7 @@ struct Report {
 template <class Visitor>
 constexpr void fields(Visitor& visit, Report& report) {
   visit(report.failure, report.failed_rank, report.stop, report.unsaved_from, report.orders, report.dissents,
-        report.systems, report.flows, report.decisions, report.tail);
+        report.systems, report.flows, report.decisions, report.walls, report.tail);
 }
 
 /// Merges the reports of two subtrees. Throws std::runtime_error if they are about different systems.
@@ -373,12 +392,13 @@ struct Verdict {
   std::vector<std::uint64_t> spawned;  // one per system: children of this frame, before the capacity limits them
   std::vector<std::uint64_t> oldest;  // one per system: lowest live id on any rank, if the birth history needs it
   std::vector<NewCut> cuts;  // as donors reported them
+  std::vector<WallForce> walls;  // ordered by system, item and wall
 };
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, Verdict& verdict) {
   visit(verdict.failure, verdict.failed_rank, verdict.stop, verdict.unsaved_from, verdict.orders, verdict.ranks,
-        verdict.alive, verdict.digests, verdict.spawned, verdict.oldest, verdict.cuts);
+        verdict.alive, verdict.digests, verdict.spawned, verdict.oldest, verdict.cuts, verdict.walls);
 }
 
 /// Says that one calculator will send particles to another.

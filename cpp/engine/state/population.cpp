@@ -32,6 +32,7 @@ void start_frame(Population& here) {
   here.bounced.clear();
   here.collided.clear();
   here.interaction = {};
+  here.walls.clear();
   here.tally = {};
   here.tally.at_start = here.store.size();
   here.sent.clear();

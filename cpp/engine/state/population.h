@@ -49,6 +49,7 @@ struct Population {
   std::unordered_set<std::uint64_t> collided;  // ids that collided in this sub-step, if only some did
   Tally tally;
   InteractionStats interaction;
+  WallForces walls;  // sums over this frame's sub-steps
   std::vector<Sent> sent;  // migrants of this frame, by domain
   std::vector<std::vector<recording::Event>> events;  // one list per spawn rule: parents on this rank
   std::uint64_t oldest = 0;  // the lowest id on this rank, if the history needs it

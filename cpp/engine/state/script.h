@@ -16,6 +16,17 @@
 
 namespace motes::engine {
 
+/// A wall of the last frame's contacts, and the forces of all systems on it in all sub-steps.
+struct PressedWall {
+  shapes::Shape shape;
+  interactions::WallSum sum;
+};
+
+template <class Visitor>
+void fields(Visitor& visit, PressedWall& wall) {
+  visit(wall.shape, wall.sum);
+}
+
 struct Script {
   std::vector<std::unique_ptr<System>> systems;
   recording::Record record;  // the current conversation; its lists are in `systems`
@@ -25,6 +36,8 @@ struct Script {
   bool overlaps = false;  // messages of one round travel while the next one computes
   std::vector<NewCut> new_cuts;  // cuts from the last verdict, valid from the next frame on
   std::vector<NewCut> moved_cuts;  // cuts valid since this frame began; its exchange moves particles across them
+
+  std::vector<PressedWall> walls;  // of the last frame, in the order of lists and walls; equal shapes are one wall
 
   // The camera of the last frame that was drawn, needed for the streaks of the next frame.
   std::optional<image::Camera> camera;

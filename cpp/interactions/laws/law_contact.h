@@ -11,12 +11,17 @@
 
 namespace motes::MOTES_ISA {
 
+/// Returns the largest power of two that is not above x, which must be positive and normal.
+MOTES_INLINE Floats power_of_two(Floats x) { return (Floats)((Uints)x & 0x7f800000u); }
+/// Returns 1 / x of a power of two, exactly.
+MOTES_INLINE Floats inverse_power(Floats x) { return (Floats)(0x7f000000u - (Uints)x); }
+
 /// A particle's resistance to being moved and turned.
 struct Inertia {
   Floats radius, inverse;  // m, 1/kg
 
   /// Returns the inverse moment of inertia of a solid sphere, 1/(kg m2).
-  MOTES_INLINE Floats inverse_moment() const { return 2.5f * inverse / max(radius * radius, all(1e-30f)); }
+  MOTES_INLINE Floats inverse_moment() const { return 2.5f * inverse / (radius * radius); }
 };
 
 /// The geometry and motion of a touch, relative to the target.
@@ -28,56 +33,84 @@ struct Touching {
   Inertia own, other;
 };
 
-/// The force, N, and torque, N m, of a touch on its target.
+/// The force and torque of a touch on its target, in the units of the touch: see Contact.
 struct Push {
   Floats3 force, torque;
+  Inertia own;   // of the target
+  Floats unit;  // the touch's unit of mass, as 1/kg
 };
 
-/// A spring's stiffness, N/m, and damping, N s/m.
+/// A spring's stiffness and damping. `scale`: 1/m, a power of two that makes its pulls comparable to 1.
 struct Spring {
-  Floats stiffness, damper;
+  Floats stiffness, damper, scale;
 };
 
+/// The law, scale-free: grains of nanograms behave like asteroids. Squares of forces and moments of inertia would leave
+/// float32's range, so forces are computed with a unit of mass near the reduced mass of each touch, and a unit of time
+/// near the step. Units are powers of two, so they do not change any bit of the result.
 struct Contact {
-  Floats step, stiffness, damping, friction, rolling_friction;
+  Floats step;       // units of time
+  Floats stiffness;  // kg per unit of time squared
+  Floats damping, friction, rolling_friction;
+  Floats rebound;  // 1 + restitution
+  float unit, per_unit;  // the unit of time, s, and its inverse
 
   // Stiffness of the springs along the surface, relative to that between the centres. With two sevenths, colliding
   // spheres slide and slip back in one period (Schaefer et al. 1996, "Force schemes in simulations of granular
   // materials").
   static constexpr float kAlong = 2.0f / 7;
   static constexpr float kAlongDamping = 0.5f;
+  // Part of the smaller radius. Two spheres that move farther in a step have no time to compress a spring, which would
+  // push them by an overlap that they never worked for; they rebound at once.
+  static constexpr float kFast = 0.2f;
 
-  /// Stretches a surface spring for one step and returns its pull, N. `at`: its stretch, m, shortened where the pull
-  /// would exceed `limit`; `speed`: rate of stretching, m/s.
+  /// Stretches a surface spring for one step and returns its pull. `at`: its stretch, m, shortened where the pull would
+  /// exceed `limit`; `speed`: rate of stretching, m per unit of time.
   MOTES_INLINE Floats3 held(Spring spring, Floats3& at, Floats3 speed, Floats limit) const {
     at = at + speed * step;
     Floats3 pull = at * spring.stiffness + speed * spring.damper;
-    const Floats length = sqrt(dot(pull, pull));
-    const Mask slips = length > limit;
-    pull = select(slips, pull * (limit / max(length, all(1e-30f))), pull);
+    const Floats3 scaled = pull * spring.scale;
+    const Floats length = sqrt(dot(scaled, scaled)), most = limit * spring.scale;
+    const Mask slips = length > most;
+    pull = select(slips, pull * (most / select(slips, length, all(1.0f))), pull);
     at = select(slips, (pull - speed * spring.damper) * (1.0f / spring.stiffness), at);
     return pull;
   }
 
   MOTES_INLINE Push push(const Touching& t, Floats3& slid, Floats3& rolled) const {
-    const Floats mass = 1.0f / max(t.own.inverse + t.other.inverse, all(1e-30f));
-    const Floats stiff = min(stiffness, mass * (interactions::kMostStiff / (step * step)));
+    const Floats per_mass = power_of_two(t.own.inverse + t.other.inverse), to_units = inverse_power(per_mass);
+    const Inertia own{t.own.radius, t.own.inverse * to_units};
+    const Floats mass = 1.0f / (own.inverse + t.other.inverse * to_units);
+    const Floats stiff = min(max(stiffness * per_mass, all(1e-30f)), mass * (interactions::kMostStiff / (step * step)));
     const Floats damper = damping * sqrt(stiff * mass);
-    const Spring surface{stiff * kAlong, damper * kAlongDamping};
-    const Floats along = dot(t.apart, t.normal);
-    const Floats out = stiff * t.overlap - damper * along;
+    const Spring surface{stiff * kAlong, damper * kAlongDamping, inverse_power(power_of_two(own.radius))};
+    const Floats3 apart = t.apart * unit, spin = t.spin * unit, other_spin = t.other_spin * unit;
+    const Floats along = dot(apart, t.normal);
+    const Floats far = min(own.radius, t.other.radius) * kFast;
+    const Mask fast = dot(apart, apart) * (step * step) > far * far;
+    const Floats out = select(fast, rebound * max(-along, Floats{}) * mass / step, stiff * t.overlap - damper * along);
     const Floats pressed = max(out, Floats{});
     // The point of contact is halfway between the two surfaces.
-    const Floats arm = t.own.radius - 0.5f * t.overlap;
-    const Floats3 turning = t.spin * arm + t.other_spin * (t.other.radius - 0.5f * t.overlap);
-    const Floats3 slide = t.apart - t.normal * along - cross(turning, t.normal);
+    const Floats arm = own.radius - 0.5f * t.overlap;
+    const Floats3 turning = spin * arm + other_spin * (t.other.radius - 0.5f * t.overlap);
+    const Floats3 slide = apart - t.normal * along - cross(turning, t.normal);
     slid = slid - t.normal * dot(slid, t.normal);  // the normal has turned since
     const Floats3 drag = held(surface, slid, slide, friction * pressed);
-    const Floats both = t.own.radius * t.other.radius / max(t.own.radius + t.other.radius, all(1e-30f));
-    const Floats3 roll = cross(t.spin - t.other_spin, t.normal) * both;
+    const Floats both = own.radius * t.other.radius / (own.radius + t.other.radius);
+    const Floats3 roll = cross(spin - other_spin, t.normal) * both;
     rolled = rolled - t.normal * dot(rolled, t.normal);
     const Floats3 brake = held(surface, rolled, roll, rolling_friction * pressed);
-    return {drag - t.normal * out, cross(t.normal, drag) * arm - cross(t.normal, brake) * both};
+    return {drag - t.normal * out, cross(t.normal, drag) * arm - cross(t.normal, brake) * both, own, per_mass};
+  }
+  /// Converts forces of a touch to newtons, and torques to newton metres.
+  MOTES_INLINE Floats3 newtons(Floats3 force, const Push& push) const {
+    return force * per_unit * inverse_power(push.unit) * per_unit;
+  }
+  /// Returns the change of the target's velocity, m/s.
+  MOTES_INLINE Floats3 speed(const Push& push) const { return push.force * (step * push.own.inverse) * per_unit; }
+  /// Returns the change of the target's rotational velocity, rad/s.
+  MOTES_INLINE Floats3 turn(const Push& push) const {
+    return push.torque * (step * push.own.inverse_moment()) * per_unit;
   }
 };
 
@@ -139,7 +172,8 @@ MOTES_INLINE void compute_touches(const Contact& law, const Task& task, TouchBat
   const Mask together = ~(Mask)(d > 0.0f) & here;
   if (any(together)) {
     for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
-      if (together[lane] != 0) set_lane(t.normal, lane, parting(task.pairs.ids[i[lane]], task.pairs.ids[j[lane]], 0));
+      if (together[lane] == 0) continue;
+      set_lane(t.normal, lane, parting(task.pairs.ids[i[lane]], task.pairs.ids[j[lane]], task.side));
     }
   }
   static_assert(sizeof(interactions::PairState) == 8 * sizeof(float));
@@ -148,8 +182,7 @@ MOTES_INLINE void compute_touches(const Contact& law, const Task& task, TouchBat
   const Mask known = (Mask)((Uints)gather(states + 6, at) + 1u == all_uints(task.now));
   Floats3 slid = remembered(states, at, known), rolled = remembered(states + 3, at, known);
   const Push push = law.push(t, slid, rolled);
-  const Floats3 speed = push.force * (law.step * t.own.inverse);
-  const Floats3 turn = push.torque * (law.step * t.own.inverse_moment());
+  const Floats3 speed = law.speed(push), turn = law.turn(push);
   const Floats* const changes[6] = {&speed.x, &speed.y, &speed.z, &turn.x, &turn.y, &turn.z};
   for (int c = 0; c < 6; ++c) store(batch.change[c] + n, *changes[c]);
   for (std::uint32_t lane = 0; lane < kLanes && n + lane < batch.count; ++lane) {
@@ -185,7 +218,17 @@ MOTES_INLINE Floats damping_of(float restitution) {
 
 inline Contact contact_of(const double* recorded, float dt) {
   const auto n = actions::read_numbers<numbers::contact>(recorded);
-  return {all(dt), all(n.stiffness), damping_of(n.restitution), all(n.friction), all(n.rolling_friction)};
+  const float unit = power_of_two(all(dt))[0];
+  const double stiffness = double{n.stiffness} * unit * unit;
+  const auto limited = static_cast<float>(stiffness < 1e-37 ? 1e-37 : stiffness > 1e37 ? 1e37 : stiffness);
+  return {all(dt / unit),
+          all(limited),
+          damping_of(n.restitution),
+          all(n.friction),
+          all(n.rolling_friction),
+          all(1.0f + n.restitution),
+          unit,
+          1.0f / unit};
 }
 
 // Sums begin with +0; the particle's own velocity and spin are added last.
@@ -221,6 +264,7 @@ inline constexpr interactions::Law contact = {
     .inverse_masses = true,
     .skips_massless = true,
     .remembers = true,
+    .between_systems = true,
 };
 /// Acts on the spheres of clumps: see clumps.h. Radii are half of the size, which extent_of() scales to the ball that
 /// encloses a clump.
@@ -229,6 +273,7 @@ inline constexpr interactions::Law contact_clumps = {
     .inverse_masses = true,
     .skips_massless = true,
     .remembers = true,
+    .between_systems = true,
 };
 }  // namespace laws
 

@@ -88,10 +88,16 @@ MOTES_INLINE void store_three(WallPlane* to, std::uint32_t n, const Floats3& v) 
   store(to[2] + n, v.z);
 }
 
-/// Computes each touch's change of its particle, and how far it has slid and rolled.
+/// Returns the point about which torques on a wall are computed: the first of the shape's numbers, or a mesh's origin.
+MOTES_INLINE Floats3 origin_of(const shapes::Shape& shape, float part) {
+  return all3(shape.kind == shapes::Kind::mesh ? pose_at(shape.number, part).position : of(shape.number));
+}
+
+/// Computes each touch's change of its particle, how far it has slid and rolled, and its force on the wall.
 inline void push_walls(const interactions::WallTask& task, interactions::WallTouches& touches) {
   const Contact law = contact_of(task.numbers, task.dt);
   const WallMotion motion = WallMotion::of(task);
+  const Floats3 origin = origin_of(*task.origin, task.start);
   for (std::uint32_t n = 0; n < touches.count; n += kLanes) {
     const Uints i = load_uints(touches.place + n) & (Uints)first_lanes(touches.count - n);
     Touching t{};
@@ -100,17 +106,17 @@ inline void push_walls(const interactions::WallTask& task, interactions::WallTou
     t.other = {all(1e15f), Floats{}};
     t.overlap = t.own.radius - load(touches.distance + n);
     // Relative to a wall that turns around the particle's centre: the relative speed of the surfaces is the same.
-    t.apart =
-        motion.velocity(take3(task.column, interactions::at_x, i)) - take3(task.column, interactions::velocity_x, i);
+    const Floats3 at = take3(task.column, interactions::at_x, i);
+    t.apart = motion.velocity(at) - take3(task.column, interactions::velocity_x, i);
     t.spin = take3(task.column, interactions::spin_x, i) - motion.spin;
     Floats3 slid = load_three(touches.slid, n), rolled = load_three(touches.rolled, n);
     const Push push = law.push(t, slid, rolled);
-    const Floats3 speed = push.force * (law.step * t.own.inverse);
-    const Floats3 turn = push.torque * (law.step * t.own.inverse_moment());
-    store_three(touches.change, n, speed);
-    store_three(touches.change + 3, n, turn);
+    store_three(touches.change, n, law.speed(push));
+    store_three(touches.change + 3, n, law.turn(push));
     store_three(touches.slid, n, slid);
     store_three(touches.rolled, n, rolled);
+    store_three(touches.force, n, law.newtons(push.force * -1.0f, push));
+    store_three(touches.torque, n, law.newtons((cross(at - origin, push.force) + push.torque) * -1.0f, push));
   }
 }
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Bodies"]
 
-LEAST_MASS = 1e-12  # kg: lighter particles take no part in contacts
+LEAST_MASS, MOST_MASS = 1e-30, 1e30  # kg
 
 
 class Bodies(Recorder):
@@ -123,8 +123,7 @@ class Bodies(Recorder):
 
 def _mass(density: float, clump: Clump) -> float:
     mass = arguments.number("density", density, low=0) * clump.volume
-    if not LEAST_MASS < mass < arguments.FARTHEST:
-        raise ArgumentError(
-            "density", density, f"such that a clump's mass, {mass:.3g} kg, is 1e-12 to 1e15 kg"
-        )
+    if not LEAST_MASS < mass < MOST_MASS:
+        allowed = f"such that a clump's mass, {mass:.3g} kg, is {LEAST_MASS:g} to {MOST_MASS:g} kg"
+        raise ArgumentError("density", density, allowed)
     return mass

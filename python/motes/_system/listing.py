@@ -8,7 +8,7 @@ from .. import _core
 from .._run import script_lines
 from .._values.values import at, moves
 from ..actions.base import Action, compiled
-from ..actions.between import Contact, compiled_for_clumps
+from ..actions.between import Contact, compiled_for_clumps, counterpart_of
 from ..actions.targets import Set
 from ..errors import ArgumentError
 from .recorded import Recorded, kept_error
@@ -47,17 +47,33 @@ class Listing:
                 other = self._recorded_of(given)
                 if other is None or other.session is not session or other is system:
                     raise ArgumentError("other", given, "another system of the same world")
-                made = compiled(action, system.columns, other.columns)
-                engine.record_interaction(system.index, other.index, made)
+                made = self._compiled(action, other)
+                if isinstance(action, Contact):
+                    its = _contact_of(other, counterpart_of(action), "other_radius")
+                    engine.record_interaction(system.index, other.index, made, its)
+                else:
+                    engine.record_interaction(system.index, other.index, made)
                 other.add(action, line)
             system.add(action, line)
         finally:
             session.end()
 
-    def _compiled(self, action: Action) -> _core.Action:
-        clump = self._recorded.newborn.clump
-        if clump is None or not isinstance(action, Contact):
-            return compiled(action, self._recorded.columns)
-        if any(isinstance(entry, Contact) for entry in self._recorded.entries):
-            raise ArgumentError("contact", action, "recorded once per frame for clumps")
-        return compiled_for_clumps(action, clump, self._recorded.columns)
+    def _compiled(self, action: Action, other: Recorded | None = None) -> _core.Action:
+        if isinstance(action, Contact):
+            return _contact_of(self._recorded, action, "radius")
+        return compiled(action, self._recorded.columns, None if other is None else other.columns)
+
+
+def _contact_of(system: Recorded, action: Contact, argument: str) -> _core.Action:
+    """Return the engine's contact for a system's particles. `argument`: the name of their radius."""
+    clump = system.newborn.clump
+    if clump is None:
+        return compiled(action, system.columns)
+    if action.radius is not None:
+        raise ArgumentError(argument, action.radius, "None for clumps, whose spheres have radii of their own")
+    alone = [entry for entry in system.entries if isinstance(entry, Contact) and entry.other is None]
+    if alone and argument == "radius" and action.other is None:
+        raise ArgumentError(
+            "contact", action, "recorded once per frame for clumps, and once per other system"
+        )
+    return compiled_for_clumps(action, clump, system.columns)

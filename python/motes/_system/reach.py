@@ -28,11 +28,12 @@ def check_action(action: Action, periods: tuple[Period, ...]) -> None:
             raise ArgumentError("far", action.far, "'exact' in a periodic world")
         case actions.Gravitate() | actions.MatchVelocity() | actions.MatchRotationalVelocity():
             check_reach("max_radius", action.max_radius, periods)
-        case actions.Collide(radius=own, other_radius=theirs) if own is not None:
+        case (
+            actions.Collide(radius=own, other_radius=theirs)
+            | actions.Contact(radius=own, other_radius=theirs)
+        ) if own is not None:
             meets: Any = theirs if action.other is not None else own
             check_reach("radius", own, periods, parts=2 if meets is None else 1 + meets / own)
-        case actions.Contact(radius=own) if own is not None:
-            check_reach("radius", own, periods, parts=2)
         case actions.Fluid() | actions.Interact():
             check_reach("radius", action.radius, periods)
 

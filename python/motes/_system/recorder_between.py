@@ -15,6 +15,7 @@ from .recording import Recording
 
 if TYPE_CHECKING:
     from .._values.ties import Ties
+    from .._values.wall import Wall
     from .system import System
 
 __all__ = ["BetweenRecorder"]
@@ -177,7 +178,9 @@ class BetweenRecorder(Recording):
         friction: Number = 0.5,
         rolling_friction: Number = 0,
         radius: Number | None = None,
-        walls: Sequence[Shape] = (),
+        walls: Sequence[Shape | tuple[Shape, Wall]] = (),
+        other: System | None = None,
+        other_radius: Number | None = None,
         *,
         where: Where = None,
     ) -> None:
@@ -191,8 +194,12 @@ class BetweenRecorder(Recording):
             friction: Coulomb's coefficient.
             rolling_friction: coefficient of rolling friction, for rough or angular grains.
             radius: particle radius, m; None: half of `size[0]`.
-            walls: shapes with a surface. A mesh (its distance field) can move within a frame (`moving_from`);
+            walls: shapes with a surface, which this system's particles touch; `(shape, motes.Wall(...))` has
+                its own coefficients. A mesh (its distance field) can move within a frame (`moving_from`);
                 other shapes are fixed during a frame.
+            other: another system: the particles of the two systems touch each other, and not among
+                themselves. Both may be spheres or clumps.
+            other_radius: radius of the other system's particles, m; None: half of `size[0]`.
             where: which particles to act on: those inside a shape, or those that satisfy a comparison of
                 columns; None: all.
         """
@@ -204,6 +211,8 @@ class BetweenRecorder(Recording):
                 rolling_friction=rolling_friction,
                 radius=radius,
                 walls=walls,
+                other=other,
+                other_radius=other_radius,
                 where=where,
             )
         )

@@ -17,6 +17,7 @@ __all__ = ["MOST_SPHERES", "Clump", "as_clump", "law_of"]
 
 MOST_SPHERES = 64
 MOST_LENGTH = 1e6  # m
+LEAST_RADIUS = 1e-12  # m
 LEAST_PART = 1e-3  # smallest radius of a sphere, as a fraction of the clump's extent
 COLUMNS = 192  # columns along each side of the grid on which overlapping spheres are integrated
 
@@ -108,7 +109,7 @@ def _checked(given: Any) -> NDArray[np.float64]:
     if not (np.abs(spheres) <= MOST_LENGTH).all():
         raise ArgumentError("template", given, f"finite numbers of at most {MOST_LENGTH:g} m")
     extent = float(np.ptp(spheres[:, :3], axis=0).max()) + float(spheres[:, 3].max())
-    least = max(LEAST_PART * extent, 1e-9)
+    least = max(LEAST_PART * extent, LEAST_RADIUS)
     if not (spheres[:, 3] >= least).all():
         raise ArgumentError("template", given, f"spheres with a radius of at least {least:.3g} m")
     return spheres

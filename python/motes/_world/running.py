@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,7 +19,10 @@ from .._system.first_frame import remarks_on
 from .._system.recorded import Recorded
 from .._system.session import Session
 from .._values import roles as _roles
+from .._values.wall import WallForce, wall_force
 from ..errors import ArgumentError, MotesError, Stopped
+from ..shapes import Shape
+from ..shapes import native_of as shape_of
 from . import arguments as checks
 from . import handshake
 from .loop import Loop
@@ -224,6 +228,22 @@ class Running:
         return remarks
 
     # --- frames
+
+    def force(self, wall: Shape) -> WallForce:
+        """Return the force on a wall: `World.force`."""
+        session = self.session
+        if not isinstance(wall, Shape):
+            raise ArgumentError("wall", wall, "a shape that is a wall of contact()")
+        if session.engine is None:
+            raise MotesError("force() before the run: walls are pressed only inside `with world:`")
+        if session.earlier is not None and session.earlier.waiting:
+            return wall_force([math.nan] * 6)
+        with session.usage.during("force()"):
+            found = session.engine.wall_force(shape_of(wall))
+        if found is None:
+            allowed = "the shape of a wall of a contact() in the last frame; a mesh at the place it had there"
+            raise ArgumentError("wall", wall, allowed)
+        return wall_force(found)
 
     def render(self) -> Frame:
         """End the frame with a picture: `World.render`."""

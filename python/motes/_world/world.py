@@ -23,8 +23,10 @@ from .._values.checkpoint import Checkpoint
 from .._values.live import Live
 from .._values.space import bits_of
 from .._values.values import Settings, says_near_names
+from .._values.wall import WallForce
 from ..balance import Balancer
 from ..errors import MotesError
+from ..shapes import Shape
 from . import arguments as checks
 from .loop import Loop
 from .pictures import Pictures
@@ -394,6 +396,29 @@ class World(Settings):
     def calculators(self) -> tuple[int, ...]:
         """The calculators' ranks, in the order of their domains."""
         return tuple(self._session.cast[2])
+
+    def force(self, wall: Shape) -> WallForce:
+        """Return the force of particles on a wall of `contact`; means over the last frame's sub-steps.
+
+        The forces of all systems that touched the wall add up, exactly, so any number of ranks returns the
+        same bits. Does not communicate. For frames that an earlier run computed, the numbers are NaN.
+
+        Args:
+            wall: the shape that `contact` was given in the last frame, or an equal one. A mesh that moves is
+                recognised by its place at the frame's end; if it is the only wall made of this mesh, at any
+                place.
+
+        Returns:
+            `force`, N, and `torque`, N m about the wall's origin: the first point of a shape (a plane's
+            `point`, a box's lower corner, the start of a cylinder's axis, the centre of a sphere or disc), a
+            mesh's own origin, the origin of the first part of a union.
+
+        Raises:
+            ArgumentError: if no contact had such a wall in the last frame, or if meshes at several places
+                match.
+            MotesError: if called before `with world:`.
+        """
+        return self._running.force(wall)
 
     @property
     def frame(self) -> int:

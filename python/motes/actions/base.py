@@ -31,33 +31,37 @@ class Action(Value):
     _may_move = True
 
     def _set(self, name: str, **fields: Any) -> None:
-        """Store the checked fields and build the engine's action: numbers by name, shapes in order."""
+        """Store the checked fields and build the engine's action: numbers by name, shapes in order.
+
+        `walls`: shapes, and four numbers for each (see `Contact`).
+        """
         numbers: dict[str, Any] = {}
         shapes: list[_core.Shape] = []
+        more: dict[str, Any] = {}
         for key, field in fields.items():
             if isinstance(field, Shape):
                 shapes.append(native_of(field))
             elif key == "walls":
-                shapes.extend(native_of(wall) for wall in field)
-                numbers[key] = len(field)
+                shapes.extend(native_of(wall) for wall, _ in field)
+                more[key] = [given for _, given in field]
             else:
                 numbers[key] = field if key != "ramp" else _flat(field)
         state = self.__dict__
         state.update(fields)
         if self.where is not None:
             state["where"] = as_where(self.where)
-        state["_call"] = (name, numbers, shapes)
-        state["_made"] = _core.Action(name, numbers, shapes)
+        state["_call"] = (name, numbers, shapes, more)
+        state["_made"] = _core.Action(name, numbers, shapes, **more)
 
     def _compiled(self, columns: Columns, others: Columns | None = None) -> _core.Action:
         """Return the engine's action for a system with these columns, and for the other system's columns."""
         if self.where is None:
             made: _core.Action = self.__dict__["_made"]
             return made
-        name, numbers, own = self.__dict__["_call"]
+        name, numbers, own, more = self.__dict__["_call"]
         shapes = list(own)
         where = condition_of(self.where, columns, shapes)
-        return _core.Action(name, numbers, shapes, where)
+        return _core.Action(name, numbers, shapes, where, **more)
 
 
 def compiled(action: Action, columns: Columns, others: Columns | None = None) -> _core.Action:

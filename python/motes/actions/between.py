@@ -15,7 +15,8 @@ from .. import _core
 from .._values import arguments
 from .._values.curves import Number
 from .._values.ties import Ties
-from .._values.values import value
+from .._values.values import items_of, value
+from .._values.wall import LEAST_STIFFNESS, MOST_STIFFNESS, Wall
 from ..errors import ArgumentError
 from ..expressions._conditions import Columns, condition_of
 from ..shapes import Shape
@@ -37,8 +38,8 @@ __all__ = [
 ]
 
 
-LEAST_STIFFNESS = 1e-9  # N/m
 LEAST_DENSITY = 1e-9  # kg/m^3
+STANDARD = Wall()
 
 
 @value(kw_only=True)
@@ -224,12 +225,13 @@ class Contact(Action):
     Forces and spins (`rotational_velocity`) are physical, unlike those of `collide`. A collision of two
     grains takes pi sqrt(mass / (2 stiffness)) seconds. With 20 sub-steps per collision, the recommended
     minimum, the restitution is accurate to 0.03, with 100 to 0.01, with 300 to 0.001. With fewer than 5,
-    springs are softened. Each `contact` action in the list remembers its own contacts (40 bytes per contact).
-    Particles whose mass is not positive touch nothing. Walls behave like flat, immovable grains: each keeps a
-    particle on the side where its centre is, whichever way a plane's normal points. A body is touched at one
-    point from outside and at each face from inside. In a system of clumps (`System.clumps`), each sphere is a
-    grain with its clump's mass: forces add up to the clump's velocity and `spin`, and `contacts` counts the
-    contacts of spheres.
+    springs are softened. Grains that approach by more than a fifth of a radius per sub-step rebound at once.
+    Each `contact` action in the list remembers its own contacts (40 bytes per contact). Particles whose mass
+    is not positive touch nothing. Walls behave like flat, immovable grains: each keeps a particle on the side
+    where its centre is, whichever way a plane's normal points. A body is touched at one point from outside
+    and at each face from inside. `World.force` returns the force on a wall. In a system of clumps
+    (`System.clumps`), each sphere is a grain with its clump's mass: forces add up to the clump's velocity and
+    `spin`, and `contacts` counts the contacts of spheres.
 
     Formula: force_i = -n (stiffness overlap - damper n.v_ij) + drag, torque_i = arm n x drag - r n x brake,
     with n the direction to particle j, v_ij the velocity of j relative to i, damper = 2 zeta sqrt(stiffness
@@ -244,8 +246,12 @@ class Contact(Action):
         friction: Coulomb's coefficient.
         rolling_friction: coefficient of rolling friction, for rough or angular grains.
         radius: particle radius, m; None: half of `size[0]`.
-        walls: shapes with a surface. A mesh (its distance field) can move within a frame (`moving_from`);
-            other shapes are fixed during a frame.
+        walls: shapes with a surface, which this system's particles touch; `(shape, motes.Wall(...))` has its
+            own coefficients. A mesh (its distance field) can move within a frame (`moving_from`); other
+            shapes are fixed during a frame.
+        other: another system: the particles of the two systems touch each other, and not among themselves.
+            Both may be spheres or clumps.
+        other_radius: radius of the other system's particles, m; None: half of `size[0]`.
 
     Source: Cundall and Strack (1979), "A discrete numerical model for granular assemblies"; sliding and
     rolling as in Luding (2008), "Cohesive, frictional powders"; scaling on clusters: Henty (2000).
@@ -256,21 +262,33 @@ class Contact(Action):
     friction: Number = 0.5
     rolling_friction: Number = 0
     radius: Number | None = None
-    walls: Sequence[Shape] = ()
+    walls: Sequence[Shape | tuple[Shape, Wall]] = ()
+    other: System | None = None
+    other_radius: Number | None = None
 
     def __post_init__(self) -> None:
         """Check the fields and build the engine's action."""
         radius = None if self.radius is None else _radius("radius", self.radius)
-        self._set(
-            "contact",
-            radius=radius or 0.0,
+        other_radius = None if self.other_radius is None else _radius("other_radius", self.other_radius)
+        if other_radius is not None and self.other is None:
+            raise ArgumentError("other_radius", other_radius, "None unless other= is given")
+        stiffness = arguments.number("stiffness", self.stiffness, low=LEAST_STIFFNESS, high=MOST_STIFFNESS)
+        own = Wall(
+            stiffness=stiffness,
             restitution=arguments.number("restitution", self.restitution, low=0, high=1),
             friction=arguments.number("friction", self.friction, low=0),
-            stiffness=arguments.number("stiffness", self.stiffness, low=LEAST_STIFFNESS),
             rolling_friction=arguments.number("rolling_friction", self.rolling_friction, low=0),
-            walls=_walls(self.walls),
         )
-        self.__dict__["radius"] = radius
+        walls = _walls(self.walls)
+        numbers = [(shape, _numbers(wall, own)) for shape, wall in walls]
+        self._set("contact", radius=radius or 0.0, **items_of(own), walls=numbers)
+        given = tuple(shape if wall == STANDARD else (shape, wall) for shape, wall in walls)
+        self.__dict__.update(radius=radius, other_radius=other_radius, walls=given)
+
+    def _counterpart(self) -> Contact:
+        """Return the action of the other system, in its own list."""
+        own = items_of(self) | {"radius": self.other_radius, "other_radius": None}
+        return Contact(**own | {"walls": (), "where": None, "other": None})
 
 
 @value(kw_only=True)
@@ -367,7 +385,7 @@ class Tie(Action):
 
     def _compiled(self, columns: Columns, others: Columns | None = None) -> _core.Action:
         """Return the engine's action for a system with these columns."""
-        name, numbers, own = self.__dict__["_call"]
+        name, numbers, own, _ = self.__dict__["_call"]
         shapes = list(own)
         where = condition_of(self.where, columns, shapes)
         return _core.Action(name, numbers, shapes, where, ties=self.ties.__dict__["_name"])
@@ -375,15 +393,18 @@ class Tie(Action):
 
 def compiled_for_clumps(action: Contact, clump: Clump, columns: Columns) -> _core.Action:
     """Return the engine's contact action for a system of clumps with these columns."""
-    if action.radius is not None:
-        raise ArgumentError("radius", action.radius, "None for clumps, whose spheres have radii of their own")
-    _, numbers, own = action.__dict__["_call"]
+    _, numbers, own, more = action.__dict__["_call"]
     shapes = list(own)
     where = condition_of(action.where, columns, shapes)
     from .._values.clump import law_of
 
     of_clump, table = law_of(clump)
-    return _core.Action("contact_clumps", numbers | of_clump, shapes, where, table=table)
+    return _core.Action("contact_clumps", numbers | of_clump, shapes, where, table=table, **more)
+
+
+def counterpart_of(action: Contact) -> Contact:
+    """Return what the list of `action.other` gets."""
+    return action._counterpart()
 
 
 def _radius(argument: str, given: Any) -> float:
@@ -393,12 +414,29 @@ def _radius(argument: str, given: Any) -> float:
     return radius
 
 
-def _walls(given: Any) -> tuple[Shape, ...]:
-    if isinstance(given, Shape):
-        return (given,)
-    if not isinstance(given, (list, tuple)) or not all(isinstance(wall, Shape) for wall in given):
-        raise ArgumentError("walls", given, "a shape with a surface, or a list of them")
-    return tuple(given)
+def _walls(given: Any) -> list[tuple[Shape, Wall]]:
+    """Return shapes with their coefficients, given as a shape, a pair, or a list of both."""
+    alone = isinstance(given, Shape) or _is_pair(given)
+    walls = (given,) if alone else given
+    if not isinstance(walls, (list, tuple)) or not all(isinstance(w, Shape) or _is_pair(w) for w in walls):
+        allowed = "a shape with a surface, a pair (shape, motes.Wall(...)), or a list of them"
+        raise ArgumentError("walls", given, allowed)
+    return [(wall, STANDARD) if isinstance(wall, Shape) else tuple(wall) for wall in walls]
+
+
+def _is_pair(given: Any) -> bool:
+    return (
+        isinstance(given, (list, tuple))
+        and len(given) == 2
+        and isinstance(given[0], Shape)
+        and isinstance(given[1], Wall)
+    )
+
+
+def _numbers(wall: Wall, call: Wall) -> tuple[float, ...]:
+    """Return a wall's coefficients, or those of the call where it has none."""
+    of_call = items_of(call)
+    return tuple(of_call[name] if one is None else one for name, one in items_of(wall).items())
 
 
 def _set_match(action: MatchVelocity | MatchRotationalVelocity, name: str) -> None:

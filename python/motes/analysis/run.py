@@ -128,6 +128,11 @@ class Run:
         """One row per frame and rank: where its time went; empty for replays and old logs."""
         return self.table("times")
 
+    @property
+    def walls(self) -> DataFrame:
+        """One row per frame and wall of `contact`: the force of particles on it, and its torque."""
+        return self._table("walls")
+
     def waits(self) -> DataFrame:
         """Return how long ranks waited for each other.
 

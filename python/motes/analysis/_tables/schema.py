@@ -238,6 +238,25 @@ WAITS = Table(
     ),
 )
 
+WALLS = Table(
+    "walls.jsonl",
+    "frame and wall",
+    unique=("frame", "wall"),
+    columns=_columns(
+        _FRAME
+        + """
+        wall int! - number of the wall in this frame, in the order of the systems and their contacts
+        shape str - its shape
+        force_x_n float N force of all particles on the wall, mean over the frame's sub-steps
+        force_y_n float N the same along y
+        force_z_n float N the same along z
+        torque_x_nm float N*m its torque about the wall's origin (World.force)
+        torque_y_nm float N*m the same about y
+        torque_z_nm float N*m the same about z
+        """
+    ),
+)
+
 EVENTS = Table(
     "events.jsonl",
     "event",
@@ -272,4 +291,5 @@ TABLES = {
     "spans": SPANS,
     "times": TIMES,
     "waits": WAITS,
+    "walls": WALLS,
 }

@@ -182,6 +182,7 @@ add_library(motes_engine STATIC
   engine/act/images.cpp
   engine/act/interact.cpp
   engine/act/read.cpp
+  engine/act/motion.cpp
   engine/act/run_list.cpp
   engine/agree.cpp
   engine/balance/balance.cpp
@@ -218,6 +219,7 @@ add_library(motes_engine STATIC
   engine/replay.cpp
   engine/session/session.cpp
   engine/session/costs.cpp
+  engine/session/links.cpp
   engine/session/relay.cpp
   engine/session/report.cpp
   engine/session/reports.cpp

@@ -118,6 +118,11 @@ class Run:
         """One row per frame and rank: where its time went; empty for replays and old logs."""
         return self._table("times")
 
+    @property
+    def links(self) -> DataFrame:
+        """One row per pair of ranks that exchanged messages when the run started: how fast they travelled."""
+        return self._table("links")
+
     def waits(self) -> DataFrame:
         """Return how long ranks waited for each other.
 

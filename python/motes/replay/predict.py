@@ -7,13 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from ..balance import Balancer
+from ..balance import Balancer, policy_of
 from ..balance._options import checked_powers
 from ..errors import ArgumentError
 from .bricks import Cloud, Tree
+from .costs import Costs
 from .density import Density
 from .frames import Step, SystemStep, simulate
-from .history import FrameCosts, Recorded, Tables
+from .history import Recorded, Tables
 
 __all__ = ["predict"]
 
@@ -60,42 +61,55 @@ def predict(
     """
     if not isinstance(balancer, Balancer):
         raise ArgumentError("balancer", balancer, "a Balancer")
-    history = Recorded(tables, migrant_s)
+    history = Recorded(tables)
+    costs = Costs(tables, history, migrant_s)
     known = None
     if powers is not None:
         known = np.array(checked_powers(powers, above=True))
         if len(known) != len(history.ranks):
             raise ArgumentError("powers", powers, f"{len(history.ranks)} numbers, one per calculator")
     recorded = tables.frames.set_index("frame")
+    decentralised = policy_of(balancer).decentralised
+    clocks, clocks_then = costs.clocks(), costs.clocks()
     rows: dict[str, list[Row]] = {"frames": [], "load": [], "density": [], "balance": []}
     for step in simulate(history, balancer, known):
-        costs = history.costs(step.k)
+        now_s = clocks.frame(costs.of_step(step, decentralised=decentralised))
+        then_s = clocks_then.frame(costs.recorded(step.k))
         row = {str(name): value for name, value in recorded.loc[step.frame].items()}
-        rows["frames"].append(_frame_row(history.ranks, step, costs, row))
+        seconds = _seconds(float(costs.actual_s[step.k]), now_s, then_s)
+        rows["frames"].append(
+            _frame_row(history.ranks, step, costs.migrant_bytes / costs.scale, row, seconds)
+        )
         for name, axes, system in zip(history.systems, history.axes, step.systems, strict=True):
             key = {"frame": step.frame, "system": name}
-            rows["load"] += _load_rows(key, history.ranks, tables.hosts, axes, system, costs.bytes_each)
+            rows["load"] += _load_rows(
+                key, history.ranks, tables.hosts, axes, system, costs.migrant_bytes / costs.scale
+            )
             rows["density"] += _density_rows(key, history.ranks, axes, system)
             rows["balance"] += _balance_rows(key, history.ranks, system, repr(balancer))
     return rows
 
 
-def _frame_row(ranks: Sequence[int], step: Step, costs: FrameCosts, recorded: Row) -> Row:
+def _seconds(actual_s: float, now_s: float, then_s: float) -> float:
+    """Return a frame's seconds: those of the recorded frame, and what the model says of the difference."""
+    return max(actual_s + now_s - then_s, 0.0)
+
+
+def _frame_row(ranks: Sequence[int], step: Step, bytes_each: float, recorded: Row, frame_s: float) -> Row:
     seconds = step.seconds
-    exchanged = sum(float(system.sent.sum()) + system.changing for system in step.systems)
+    exchanged = sum(float(system.sent.sum()) for system in step.systems)
     slowest = int(np.argmax(seconds))
     total = float(seconds.sum())
-    pictures = 0.0 if costs.picture_s is None else costs.picture_s * step.particles
     return {
         **recorded,
         "frame": step.frame,
         "particles": int(step.particles.sum()),
         "exchanged": round(exchanged),
-        "exchanged_bytes": round(exchanged * costs.bytes_each),
+        "exchanged_bytes": round(exchanged * bytes_each),
         "imbalance": float(seconds[slowest]) * len(seconds) / total if total > 0 else 1.0,
         "slowest_rank": ranks[slowest],
         "t_act_s": float(seconds[slowest]),
-        "t_frame_s": costs.other_s + float((seconds + pictures).max()) + costs.migrant_s * step.busiest,
+        "t_frame_s": frame_s,
     }
 
 

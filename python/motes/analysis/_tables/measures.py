@@ -25,7 +25,7 @@ __all__ = [
     "systems_of",
 ]
 
-RANK_SECONDS = ("t_exchange_s", "t_wait_s", "t_image_s")
+RANK_SECONDS = ("t_exchange_s", "t_wait_s", "t_image_s", "t_project_s")
 """Columns of load.jsonl with one value per rank and frame, which each system's row repeats."""
 
 

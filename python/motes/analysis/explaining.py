@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from ._tables import measures
 from ._tables.stretches import latest
 from .efficiencies import efficiencies, frame_seconds, work_by_rank
+from .saving import Saving, saving, told
 
 if TYPE_CHECKING:
     from pandas import DataFrame, Series
@@ -62,14 +63,19 @@ class Explanation:
 
     Attributes:
         losses: at most six losses, each with its cause, seconds per frame and a sentence.
-        saving: fraction 0..1 of the run's time that perfect balance would save if moving particles cost
-            nothing.
+        saving: part of the run's time that the best other balancer would save; below 0: it would lose.
         frame_s: mean seconds per frame.
+        low: lower bound of `saving`.
+        high: upper bound.
+        balancer: its name, such as "PrefixCuts"; "": none could be replayed.
     """
 
     losses: tuple[Loss, ...]
     saving: float
     frame_s: float
+    low: float = float("nan")
+    high: float = float("nan")
+    balancer: str = ""
 
     @property
     def sentences(self) -> list[str]:
@@ -103,16 +109,20 @@ def explain(run: Run) -> Explanation:
         losses += _network(run, times, seconds)
     worth = [loss for loss in losses if seconds > 0 and loss.seconds >= LEAST_PART * seconds]
     worth.sort(key=lambda loss: -loss.seconds)
-    return Explanation(tuple(worth[:MOST_SENTENCES]), saving_of(run), seconds)
+    found = _saving(run)
+    return Explanation(
+        tuple(worth[:MOST_SENTENCES]), found.part, seconds, found.low, found.high, found.balancer
+    )
 
 
 def saving_of(run: Run) -> float:
-    """Return the fraction of the run's time that perfect balance would save if moving particles cost nothing.
+    """Return the part of the run's time that the best other balancer would save; below 0: it would lose."""
+    return _saving(run).part
 
-    The first frame is excluded, as in all of `explain`.
-    """
+
+def _saving(run: Run) -> Saving:
     seconds = frame_s_of(run)
-    return _saved_s(run) / seconds if seconds > 0 and not run.load.empty else float("nan")
+    return saving(run, _saved_s(run) / seconds if seconds > 0 and not run.load.empty else float("nan"))
 
 
 def frame_s_of(run: Run) -> float:
@@ -127,7 +137,8 @@ def _saved_s(run: Run) -> float:
     No frame can become shorter than the longest work of a rank that is not a calculator.
     """
     act, seconds = _acting(run), _seconds(run)
-    saved = (act.max(axis=1) - act.mean(axis=1)).reindex(seconds.index).fillna(0.0)
+    balanced = measures.balanced_s(_settled(run.load), act)
+    saved = (act.max(axis=1) - balanced).reindex(seconds.index).fillna(0.0)
     room = seconds
     if not run.times.empty:
         work = work_by_rank(run.times).drop(columns=list(act.columns), errors="ignore")
@@ -185,7 +196,7 @@ def _of_calculators(run: Run, frame_s: float) -> Iterator[Loss]:
     slow = int(str(act.idxmax()))
     if slow not in each.index or each[slow] <= _SLOW * usual:
         return
-    late = min(float(act.max() - act.mean()) - float(usual * (n.max() - n.mean())), saved - uneven)
+    late = saved - uneven
     yield Loss("slow rank", late, slow, _slow_sentence(run, slow, float(each[slow] / usual), late, frame_s))
 
 
@@ -200,13 +211,11 @@ def _slow_sentence(run: Run, rank: int, factor: float, late: float, frame_s: flo
                 f"{start}; for {told_s(spent['other_s'])} it slept, or other processes had its core: check "
                 "callbacks for sleep or file access, and use no more ranks than cores."
             )
-    return f"{start}: {_balancer(run, 'that measures speeds')}, or leave this machine out."
+    return f"{start}: {_balancer(run)}; or leave this machine out."
 
 
-def _balancer(run: Run, which: str = "") -> str:
-    if run.balancer.startswith("Static"):
-        return f"try a balancer{' ' + which if which else ''} (--balancer pairwise, or PrefixCuts())"
-    return f"try a balancer other than {run.balancer}, or let it act more often"
+def _balancer(run: Run) -> str:
+    return told(_saving(run))
 
 
 def _alone(run: Run, spent: DataFrame, frame_s: float) -> Iterator[Loss]:

@@ -9,7 +9,7 @@ propose them. Nobody waits for the end of a frame: the next one begins as soon a
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -61,8 +61,8 @@ class Work:
     Attributes:
         births_s: seconds to create particles.
         newborn_bytes: bytes of the newborn particles that the manager sends to each rank.
-        shared_bytes: bytes that each calculator gets from each other one about births, (calculators,); None: the
-            manager deals them out.
+        shared_bytes: bytes that each calculator gets from each other one about births, (calculators,);
+            None: the manager deals them out.
         act_s: seconds of actions and of packing migrants.
         migrants: sender, receiver, bytes and the receiver's seconds to unpack, per message.
         plans: whether the manager sends a plan.
@@ -87,7 +87,12 @@ class Work:
     plans: bool = False
     pairs: Sequence[tuple[int, int]] = ()
     proposal_bytes: Floats | None = None
-    records: Sequence[tuple[int, int, float]] = field(default_factory=list)
+    records: Sequence[tuple[int, int, float]] = ()
+
+    @staticmethod
+    def none(ranks: int) -> Work:
+        """Return the work of a frame without particles."""
+        return Work(*(np.zeros((7, ranks))))
 
 
 class Clocks:
@@ -129,7 +134,7 @@ class Clocks:
         return float(self._at.max()) - before
 
     def _share(self, at: Floats, sizes: Floats) -> Floats:
-        """Exchange births between all calculators; beyond 16 of them it takes more steps, which are left out."""
+        """Exchange births between all calculators; with more than 16, further steps are left out."""
         ring = self._cast.calculators
         messages = [
             (source, to, float(sizes[d]), 0.0) for d, to in enumerate(ring) for source in ring if source != to

@@ -24,6 +24,8 @@ BIN_BYTES, CELL_BYTES, PROPOSAL_BYTES = 12.0, 32.0, 90.0
 """Bytes of a histogram's bin, of a cell, and of an answer without them."""
 NUMBER_BYTES = 4.0
 """Bytes of a birth's number, which calculators exchange if they create the births."""
+ENOUGH = 1000
+"""From this many migrants on, bytes of messages tell a migrant's bytes."""
 MIGRANT_BYTES = 36.0
 """Bytes of a migrant if a log does not tell: position, velocity, age and id."""
 
@@ -40,16 +42,16 @@ class Costs:
             migrant_s: seconds per migrant for each of the two calculators, its bytes included, if known;
                 None: as logged.
         """
-        facts: Mapping[str, Any] = getattr(run, "facts", {})
-        self.cast = _cast(facts, history.ranks)
-        self.wires = Wires(getattr(run, "links", None), run.hosts)
+        self.cast = _cast(run.facts, history.ranks)
+        self.wires = Wires(run.links, run.hosts)
         self._own = list(history.ranks)
         self._history = history
-        self.scale = scale = float(facts.get("scale") or 1.0)
+        self.scale = scale = float(run.facts.get("scale") or 1.0)
         self._handling(run, scale, migrant_s)
         self._activities(run)
         frames = run.frames.set_index("frame").reindex(history.frames)
         self._paths = _texts(frames, "render_path")
+        self.shared_pictures = np.isin(self._paths, ("tiles", "composite"))
         self._sent_bytes = np.nan_to_num(_column(frames, "render_bytes")) * scale
         told = np.nan_to_num(_column(frames, "record_bytes")) * scale
         self._sizes = np.where(told > 0, told, self._sent_bytes)
@@ -63,9 +65,25 @@ class Costs:
         """Return new clocks, at 0."""
         return Clocks(self.cast, self.wires.idle())
 
-    def of_step(self, step: Step, *, decentralised: bool) -> Work:
-        """Return the work of a replayed frame."""
-        work = self._work(step.k, step.seconds, step.particles, [one.flows for one in step.systems])
+    def of_step(
+        self, step: Step, decentralised: bool, *, moving: float = 1.0, as_drawn: bool = False
+    ) -> Work:
+        """Return the work of a replayed frame.
+
+        Args:
+            step: the frame.
+            decentralised: whether neighbours compare their loads before they answer the manager's plan.
+            moving: factor for migrants, unless they are as recorded.
+            as_drawn: whether the picture costs what it cost in the recorded run.
+        """
+        then = self._history.flows(step.k)
+        flows = [
+            one.flows if one.flows is known else one.flows * moving
+            for one, known in zip(step.systems, then, strict=True)
+        ]
+        work = self._work(step.k, step.seconds, step.particles, flows)
+        if as_drawn:
+            self._draw(work, step.k, self._history.held(step.k), self._history.acted(step.k))
         created = sum(one.created for one in step.systems)
         self._add_births(work, step.k, np.asarray(created, np.float64))
         work.plans = any(one.plan is not None for one in step.systems)
@@ -101,9 +119,9 @@ class Costs:
 
     def _work(self, k: int, act_s: Floats, particles: npt.ArrayLike, flows: Sequence[Floats]) -> Work:
         size, own = self.cast.size, self._own
-        work = Work(*(np.zeros(size) for _ in range(7)))
+        work = Work.none(size)
         work.births_s = self.births_s[k].copy()
-        work.own_s = self.own_s[k].copy()
+        work.own_s = self.own_s[k]
         work.act_s[own] = act_s + self.rest_s[k]
         moved = np.sum(flows, axis=0)
         work.act_s[own] += self.pack_s * moved.sum(axis=1)
@@ -114,12 +132,12 @@ class Costs:
             if moved[a, b] > 0
         ]
         n = np.asarray(particles, np.float64)
-        work.project_s[own] = self.project_each_s[k] * n
         self._draw(work, k, n, act_s)
         return work
 
     def _draw(self, work: Work, k: int, n: Floats, act_s: Floats) -> None:
         """Add the picture: who draws, and the messages with records of particles."""
+        work.project_s[self._own] = self.project_each_s[k] * n
         work.draw_s = self.draw_s[k]
         if not work.draw_s.any():
             return
@@ -149,8 +167,8 @@ class Costs:
     def _dealt(self, k: int, act_s: Floats) -> Floats:
         """Return the seconds of each rank's tiles, dealt so that all finish together with their actions.
 
-        That is how the manager deals them (cpp/engine/render/render_plan.cpp). Recorded seconds tell how far it
-        was from that.
+        That is how the manager deals them (cpp/engine/render/render_plan.cpp). Recorded seconds tell how far
+        it was from that.
         """
         then, now = np.zeros((2, self.cast.size))
         if self.cast.manager != self.cast.image_generator:
@@ -198,12 +216,11 @@ class Costs:
 
         self.pack_s, self.unpack_s = of_each("pack_each_s"), of_each("unpack_each_s")
         self.search_s = of_each("search_each_s")
-        sizes = load["migrant_bytes"].dropna() if "migrant_bytes" in load.columns else []
         sent = float(load["sent"].sum())
-        if sent > 1000 or not len(sizes):
-            each = float(load["bytes_sent"].sum()) / sent if sent else MIGRANT_BYTES
-        else:
-            each = float(sizes.mean())
+        tried = load["migrant_bytes"].mean() if "migrant_bytes" in load.columns else np.nan
+        each = float(load["bytes_sent"].sum()) / sent if sent else MIGRANT_BYTES
+        if sent < ENOUGH and not np.isnan(tried):
+            each = float(tried)
         self.migrant_bytes = each * scale
         self.known = "pack_each_s" in load.columns and bool(load["pack_each_s"].notna().any())
         if migrant_s is not None:
@@ -214,19 +231,19 @@ class Costs:
         """Read what each rank spends its time on besides actions and migrants."""
         history, size = self._history, self.cast.size
         frames = history.frames
-        times: DataFrame | None = getattr(run, "times", None)
+        times = run.times
         acted = np.array([history.acted(k) for k in range(len(frames))])
         held = np.array([history.held(k) for k in range(len(frames))], np.float64)
         self.births_s, self.own_s, self.draw_s = np.zeros((3, len(frames), size))
         self.rest_s, self.project_each_s = np.zeros((2, len(frames), len(self._own)))
-        self.measured = times is not None and len(times) > 0
+        self.measured = len(times) > 0
         if not self.measured:
             return
-        assert times is not None
 
         def of(name: str) -> Floats:
             grid = times.pivot(index="frame", columns="rank", values=name)
-            return np.nan_to_num(grid.reindex(index=frames, columns=range(size)).to_numpy(np.float64))
+            filled: Floats = grid.reindex(index=frames, columns=range(size)).fillna(0.0).to_numpy(np.float64)
+            return filled
 
         self.births_s = of("births_s")
         self.own_s = of("script_s") + of("log_s") + of("other_s")
@@ -246,7 +263,8 @@ class Costs:
             return pictures
         grid = load.pivot_table(index="frame", columns="rank", values="t_project_s", aggfunc="max")
         grid = grid.reindex(index=self._history.frames, columns=self._own)
-        return np.minimum(np.nan_to_num(grid.to_numpy(np.float64)), pictures)
+        found: Floats = np.minimum(np.nan_to_num(grid.to_numpy(np.float64)), pictures)
+        return found
 
     def _durations(self, run: Tables, frames: DataFrame) -> Floats:
         """Return the recorded seconds of each frame, which add up to the run's."""
@@ -269,7 +287,7 @@ def _cast(facts: Mapping[str, Any], calculators: Sequence[int]) -> Cast:
 
 
 def _deal(busy: Floats, work: float, slow: Floats) -> Floats:
-    """Deal out work so that ranks that are `busy` for some seconds finish together: level_of in render_plan.cpp.
+    """Deal out work so that ranks that are `busy` for some seconds finish together (render_plan.cpp).
 
     `work`: seconds of the fastest rank; `slow`: how many times as long each rank takes.
     """
@@ -315,7 +333,8 @@ def _guessed(values: Floats, slowness: Floats, default: float) -> Floats:
     if not known.any():
         return np.full(len(values), default)
     each = float(np.median(values[known] / slowness[known]))
-    return np.where(known, values, each * slowness)
+    filled: Floats = np.where(known, values, each * slowness)
+    return filled
 
 
 def _column(frames: DataFrame, name: str) -> Floats:

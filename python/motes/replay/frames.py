@@ -161,7 +161,7 @@ class _System:
         return spread(sent, received, self._changing(moment, moved, float(sent.sum())))
 
     def _changing(self, moment: Moment, moved: int, least: float) -> float:
-        """Return the particles exchanged beyond the minimum: swaps across a cut, crossings offset by deaths."""
+        """Return the migrants beyond the minimum: swaps across a cut, crossings offset by deaths."""
         near, around = moment.density.around(self.cuts), moment.density.around(moment.cuts)
         share = near / around if around > 0 else 0.0
         if moment.crossing is None:

@@ -136,6 +136,26 @@ class Tables(Protocol):
     def density(self) -> DataFrame:
         """The log's table `density`."""
 
+    @property
+    def balance(self) -> DataFrame:
+        """The log's table `balance`."""
+
+    @property
+    def times(self) -> DataFrame:
+        """The log's table `times`."""
+
+    @property
+    def links(self) -> DataFrame:
+        """The log's table `links`."""
+
+    @property
+    def facts(self) -> Mapping[str, Any]:
+        """Facts about the run, as in run.json."""
+
+    @property
+    def balancer(self) -> str:
+        """The run's balancer."""
+
 
 class History(Protocol):
     """Input of a replay.
@@ -183,11 +203,9 @@ class Recorded:
         self.axes = [run.axis(system) for system in self.systems]
         self._grids = [self._of(run, system) for system in self.systems]
         self._whole(run.name)
-        balance = getattr(run, "balance", None)
-        self._asked = {} if balance is None or balance.empty else dict(iter(balance.groupby("frame")))
-        told = str(getattr(run, "balancer", "Static()"))
-        self.decentralised = told.startswith("Diffusive")
-        self.plans = not told.startswith("Static") and "manager=False" not in told
+        self._asked = {} if run.balance.empty else dict(iter(run.balance.groupby("frame")))
+        self.decentralised = run.balancer.startswith("Diffusive")
+        self.plans = not run.balancer.startswith("Static") and "manager=False" not in run.balancer
         self._moments: dict[tuple[int, int], Moment] = {}
 
     def _of(self, run: Tables, system: str) -> dict[str, Any]:
@@ -410,14 +428,15 @@ class Recorded:
 
     def flows(self, k: int) -> list[Floats]:
         """Return the migrants of each system in the k-th frame, (calculators, calculators) each."""
-        return [np.asarray(self.moment(k, system).flows) for system in range(len(self.systems))]
+        found = [self._moment(k, system).flows for system in range(len(self.systems))]
+        return [flows for flows in found if flows is not None]
 
     def asked(self, k: int) -> list[tuple[Floats, list[int], bool, bool]]:
         """Return who looked for new cuts at the end of the k-th frame.
 
         Returns:
-            For each system whose cuts a balancer asked for: its particles, the calculators that looked, whether
-            they made histograms, and whether domains are bricks.
+            For each system whose cuts a balancer asked for: its particles, the calculators that looked,
+            whether they made histograms, and whether domains are bricks.
         """
         rows = self._asked.get(self.frames[k])
         found: list[tuple[Floats, list[int], bool, bool]] = []
@@ -427,8 +446,8 @@ class Recorded:
             grid = self._grids[self.systems.index(str(name))]
             shares = bool(of_system["given"].isna().all() and of_system["ordered"].isna().all())
             if shares:  # the rows do not tell, but who looks for cuts nearly always finds other ones
-                moved = of_system["cut_before"] != of_system["cut_after"]
-                donors = list(range(len(self.ranks))) if moved.any() else []
+                other = (of_system["cut_before"] != of_system["cut_after"]).any()
+                donors = list(range(len(self.ranks))) if other else []
             else:
                 moved = of_system[of_system["given"].notna() & (of_system["ordered"] != 0)]
                 right = (moved["ordered"] > 0).to_numpy()

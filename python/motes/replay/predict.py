@@ -13,6 +13,7 @@ from ..errors import ArgumentError
 from .bricks import Cloud, Tree
 from .costs import Costs
 from .density import Density
+from .estimate import Estimate
 from .frames import Step, SystemStep, simulate
 from .history import Recorded, Tables
 
@@ -69,17 +70,12 @@ def predict(
         if len(known) != len(history.ranks):
             raise ArgumentError("powers", powers, f"{len(history.ranks)} numbers, one per calculator")
     recorded = tables.frames.set_index("frame")
-    decentralised = policy_of(balancer).decentralised
-    clocks, clocks_then = costs.clocks(), costs.clocks()
+    estimate = Estimate(costs, decentralised=policy_of(balancer).decentralised)
     rows: dict[str, list[Row]] = {"frames": [], "load": [], "density": [], "balance": []}
     for step in simulate(history, balancer, known):
-        now_s = clocks.frame(costs.of_step(step, decentralised=decentralised))
-        then_s = clocks_then.frame(costs.recorded(step.k))
+        estimate.add(step)
         row = {str(name): value for name, value in recorded.loc[step.frame].items()}
-        seconds = _seconds(float(costs.actual_s[step.k]), now_s, then_s)
-        rows["frames"].append(
-            _frame_row(history.ranks, step, costs.migrant_bytes / costs.scale, row, seconds)
-        )
+        rows["frames"].append(_frame_row(history.ranks, step, costs.migrant_bytes / costs.scale, row))
         for name, axes, system in zip(history.systems, history.axes, step.systems, strict=True):
             key = {"frame": step.frame, "system": name}
             rows["load"] += _load_rows(
@@ -87,15 +83,12 @@ def predict(
             )
             rows["density"] += _density_rows(key, history.ranks, axes, system)
             rows["balance"] += _balance_rows(key, history.ranks, system, repr(balancer))
+    for row, frame_s, low_s, high_s in zip(rows["frames"], *estimate.seconds(), strict=True):
+        row["t_frame_s"], row["t_frame_low_s"], row["t_frame_high_s"] = map(float, (frame_s, low_s, high_s))
     return rows
 
 
-def _seconds(actual_s: float, now_s: float, then_s: float) -> float:
-    """Return a frame's seconds: those of the recorded frame, and what the model says of the difference."""
-    return max(actual_s + now_s - then_s, 0.0)
-
-
-def _frame_row(ranks: Sequence[int], step: Step, bytes_each: float, recorded: Row, frame_s: float) -> Row:
+def _frame_row(ranks: Sequence[int], step: Step, bytes_each: float, recorded: Row) -> Row:
     seconds = step.seconds
     exchanged = sum(float(system.sent.sum()) for system in step.systems)
     slowest = int(np.argmax(seconds))
@@ -109,7 +102,6 @@ def _frame_row(ranks: Sequence[int], step: Step, bytes_each: float, recorded: Ro
         "imbalance": float(seconds[slowest]) * len(seconds) / total if total > 0 else 1.0,
         "slowest_rank": ranks[slowest],
         "t_act_s": float(seconds[slowest]),
-        "t_frame_s": frame_s,
     }
 
 

@@ -18,19 +18,19 @@ BULK = 16384
 
 
 class Wires:
-    """The network: each host has a link with full bandwidth in both directions; ranks of a host use memory."""
+    """The network: each host has a link, with full bandwidth both ways; ranks of one host use memory."""
 
-    def __init__(self, links: DataFrame | None, hosts: Mapping[int, str]) -> None:
+    def __init__(self, links: DataFrame, hosts: Mapping[int, str]) -> None:
         """Set the network.
 
         Args:
-            links: the log's table `links`; None or empty: messages take no time.
+            links: the log's table `links`; empty: messages take no time.
             hosts: host of each rank.
         """
         self._hosts = hosts
         self._known: dict[tuple[str, str], tuple[float, float]] = {}
         self._usual: dict[bool, tuple[float, float]] = {}
-        if links is not None and len(links):
+        if len(links):
             rows = links[links["frame"] == links["frame"].min()]
             samples: dict[tuple[str, str], list[tuple[float, float]]] = {}
             for one, other, message_s, byte_s in zip(

@@ -145,7 +145,7 @@ LOAD = Table(
         domain_z_lo float m lower end along z, for bricks also cut along z
         domain_z_hi float m upper end
         speed float particles/s particles processed per second of compute
-        pack_each_s float s packing a migrant, mean since the start; without migrants, as tried with a few particles
+        pack_each_s float s packing a migrant, mean so far; without any, as tried with a few particles
         unpack_each_s float s unpacking a migrant, likewise
         search_each_s float s per particle: looking for a cut, or making a histogram, likewise
         migrant_bytes float B a migrant in a message

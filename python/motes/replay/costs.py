@@ -252,7 +252,7 @@ class Costs:
         self.rest_s = np.maximum(of("act_s")[:, self._own] - acted - self.pack_s * sent, 0.0)
         projected = self._projected(run, pictures[:, self._own])
         self.project_each_s = projected / np.maximum(held, 1.0)
-        self.draw_s = pictures
+        self.draw_s = pictures.copy()
         self.draw_s[:, self._own] = np.maximum(pictures[:, self._own] - projected, 0.0)
         self.draw_s[self.draw_s < 1e-3 * np.maximum(pictures.max(axis=1, keepdims=True), 1e-12)] = 0.0
 

@@ -122,7 +122,10 @@ def test_saving_knows_the_speeds_of_machines(
     assert true == pytest.approx(1 - 2 * slow / (1 + slow), abs=0.03)
     assert told.saving == pytest.approx(true, abs=0.03)
     assert told.low <= true <= told.high
-    assert f"{told.balancer} would save {round(100 * told.saving)} %" in str(told)
+    assert f"{told.balancer} would save {round(100 * told.saving)} % (" in str(told)
+    assert "of a run as short as this one" in str(told), (
+        "in 40 frames, moving particles costs half of it or more"
+    )
 
 
 def test_a_log_tells_what_moving_particles_costs(runs: Runs) -> None:

@@ -20,6 +20,8 @@ FRAMES = 100
 """Only the last frames of a longer run are replayed, under each balancer."""
 LEARNING = 5
 """The first of this many equal parts of the frames is left out: in it balancers learn, and move most."""
+SHORT = 5
+"""Percent by which the saving in this run must be smaller than that of a long one to be told."""
 NOTHING = 0.005
 """Savings within this part of the run's time count as none."""
 
@@ -34,12 +36,16 @@ class Saving:
         high: upper bound.
         balancer: its name, such as "PrefixCuts"; "" if the log tells too little for a replay. Then the
             estimate is what perfect balance would save if it cost nothing.
+        in_the_end: bounds of `part` alone.
+        so_far: the estimate for this run, with its first frames.
     """
 
     part: float
     low: float
     high: float
     balancer: str = ""
+    in_the_end: tuple[float, float] = (0.0, 0.0)
+    so_far: float = 0.0
 
 
 def saving(run: Run, most: float) -> Saving:
@@ -63,15 +69,18 @@ def told(found: Saving) -> str:
     """Return the estimate as a sentence: "PrefixCuts() would save 12 % (9 to 15)"."""
     if np.isnan(found.part):
         return "the log does not tell what balancing would save"
-    part, low, high = (round(100 * value) for value in (found.part, found.low, found.high))
     if not found.balancer:
-        return f"perfect balance would save at most {high} %"
+        return f"perfect balance would save at most {round(100 * found.high)} %"
+    part, low, high, so_far = (round(100 * one) for one in (found.part, *found.in_the_end, found.so_far))
     if found.part < NOTHING:
         what = "another balancer" if found.balancer == "Static" else "balancing"
         longer = f"{-part} % longer ({-high} to {-low})"
         return f"{what} would lose here: with {found.balancer} the run would take {longer}"
-    might = "would" if found.low > 0 else "might"
-    return f"{found.balancer} {might} save {part} % ({low} to {high})"
+    text = f"{found.balancer} {'would' if low > 0 else 'might'} save {part} % ({low} to {high})"
+    if so_far < part - SHORT:
+        gain = f"{so_far} %" if so_far > 0 else "nothing"
+        text += f", of a run as short as this one {gain}, since particles have to move first"
+    return text
 
 
 def _replayed(run: Run, most: float) -> Saving:
@@ -101,7 +110,8 @@ def _best(run: Run) -> Saving:
                 parts.append([1 - float(seconds[first:].sum()) / then for seconds in frames])
         if parts:
             best, highs, lows = zip(*parts, strict=True)
-            one = Saving(best[0], min(lows), max(highs), type(balancer).__name__)
+            name, ends = type(balancer).__name__, (lows[0], highs[0])
+            one = Saving(best[0], min(lows), max(highs), name, ends, best[-1])
             found.append((round(best[0] / NOTHING) * NOTHING + 0.1 * NOTHING * best[-1], one))
     return max(found, key=lambda pair: pair[0])[1] if found else Saving(0.0, 0.0, 0.0)
 

@@ -134,9 +134,7 @@ def _recent(run: Run) -> Run:
     frames = np.sort(run.frames["frame"].unique())
     if len(frames) <= FRAMES:
         return run
-    from .run import Run
-
     first = frames[-FRAMES]
     tables = {name: getattr(run, name) for name in ("frames", "load", "density", "balance", "times")}
     cut = {name: table[table["frame"] >= first] for name, table in tables.items() if not table.empty}
-    return Run({**run.facts, "name": run.name}, {**cut, "links": run.links})
+    return type(run)({**run.facts, "name": run.name}, {**cut, "links": run.links})

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -83,7 +84,7 @@ class Costs:
         ]
         work = self._work(step.k, step.seconds, step.particles, flows)
         if as_drawn:
-            self._draw(work, step.k, self._history.held(step.k), self._history.acted(step.k))
+            self._draw(work, step.k, self._history.held[step.k], self._history.acted[step.k])
         created = sum(one.created for one in step.systems)
         self._add_births(work, step.k, np.asarray(created, np.float64))
         work.plans = any(one.plan is not None for one in step.systems)
@@ -105,8 +106,8 @@ class Costs:
     def recorded(self, k: int) -> Work:
         """Return the work of a recorded frame, as if it were a replayed one."""
         history = self._history
-        work = self._work(k, history.acted(k), history.held(k), history.flows(k))
-        self._add_births(work, k, history.created(k))
+        work = self._work(k, history.acted[k], history.held[k], history.flows(k))
+        self._add_births(work, k, history.created[k])
         work.plans = history.plans
         for n_end, donors, shares, bricks in history.asked(k):
             self._ask(work, n_end, donors, len(self._own) if shares else 0, bricks)
@@ -114,6 +115,12 @@ class Costs:
                 pairs = {(c, c + 1) for c in donors if c + 1 < len(self._own)}
                 work.pairs = [*work.pairs, *((self._own[a], self._own[b]) for a, b in sorted(pairs))]
         return work
+
+    @cached_property
+    def then_s(self) -> Floats:
+        """Seconds of the recorded frames by the clocks, (frames,)."""
+        clocks = self.clocks()
+        return np.array([clocks.frame(self.recorded(k)) for k in range(len(self._history.frames))])
 
     # --- the parts of a frame
 
@@ -156,7 +163,7 @@ class Costs:
     def _strewn(self, k: int) -> float:
         """Return the part of all records that are drawn anywhere, and not near their calculator, in tiles."""
         if k not in self._strewn_at:
-            n, drawn = self._history.held(k), self.draw_s[k] / self._slow
+            n, drawn = self._history.held[k], self.draw_s[k] / self._slow
             own = np.arange(len(n)), self._own
             near, anywhere = (1 - _spread(n, drawn, self.cast, part)[own].sum() for part in (0.0, 1.0))
             sent = self._sent_bytes[k] / max(self._sizes[k], 1e-300)
@@ -172,7 +179,7 @@ class Costs:
         """
         then, now = np.zeros((2, self.cast.size))
         if self.cast.manager != self.cast.image_generator:
-            then[self._own], now[self._own] = self._history.acted(k), act_s
+            then[self._own], now[self._own] = self._history.acted[k], act_s
             then[self.cast.manager], now[self.cast.manager] = then.max(), now.max()
         work = self.draw_s[k] / self._slow
         dealt = work + _deal(now, work.sum(), self._slow) - _deal(then, work.sum(), self._slow)
@@ -232,8 +239,8 @@ class Costs:
         history, size = self._history, self.cast.size
         frames = history.frames
         times = run.times
-        acted = np.array([history.acted(k) for k in range(len(frames))])
-        held = np.array([history.held(k) for k in range(len(frames))], np.float64)
+        acted = history.acted[: len(frames)]
+        held = history.held[: len(frames)]
         self.births_s, self.own_s, self.draw_s = np.zeros((3, len(frames), size))
         self.rest_s, self.project_each_s = np.zeros((2, len(frames), len(self._own)))
         self.measured = len(times) > 0

@@ -41,7 +41,6 @@ class Estimate:
         self._costs, self._decentralised = costs, decentralised
         self._variants = VARIANTS if costs.draw_s.any() else VARIANTS[:-1]
         self._now = [costs.clocks() for _ in self._variants]
-        self._then = costs.clocks()
         self._rows: list[list[float]] = []
         self._acted: list[float] = []
 
@@ -52,7 +51,7 @@ class Estimate:
             clocks.frame(costs.of_step(step, self._decentralised, moving=moving, as_drawn=as_drawn))
             for clocks, (moving, as_drawn) in zip(self._now, self._variants, strict=True)
         ]
-        self._rows.append([float(costs.actual_s[step.k]), self._then.frame(costs.recorded(step.k)), *now])
+        self._rows.append([float(costs.actual_s[step.k]), float(costs.then_s[step.k]), *now])
         self._acted.append(float(step.seconds.max()))
 
     def seconds(self) -> tuple[Floats, Floats, Floats]:

@@ -9,7 +9,6 @@ import numpy as np
 import numpy.typing as npt
 
 from .._values.space import are_bricks
-from ..analysis._tables.schema import WAYS
 from ..errors import LogError
 from .bricks import Cloud, Tree
 from .density import Density
@@ -182,7 +181,13 @@ class History(Protocol):
 
 
 class Recorded:
-    """The history of a recorded run."""
+    """The history of a recorded run.
+
+    Attributes:
+        acted: seconds of actions, (frames, calculators) like the next two.
+        held: particles at the frame's end.
+        created: particles born.
+    """
 
     def __init__(self, run: Tables) -> None:
         """Read the tables of a run.
@@ -203,6 +208,7 @@ class Recorded:
         self.axes = [run.axis(system) for system in self.systems]
         self._grids = [self._of(run, system) for system in self.systems]
         self._whole(run.name)
+        self.acted, self.held, self.created = map(self._sum, ("t_compute_s", "n", "created"))
         self._asked = {} if run.balance.empty else dict(iter(run.balance.groupby("frame")))
         self.decentralised = run.balancer.startswith("Diffusive")
         self.plans = not run.balancer.startswith("Static") and "manager=False" not in run.balancer
@@ -225,14 +231,9 @@ class Recorded:
             )
         }
         grid["n"] = self._grid(density, "n")
-        told = [name for name in WAYS if name in density.columns]
-        if (
-            run.axis(system) in ("x", "y", "z")
-            and len(told) == len(WAYS)
-            and density[told].notna().any(axis=None)
-        ):
-            grid["ways"] = np.stack([self._grid(density, name) for name in told], axis=-1)
-            grid["ways"] = _held(grid["ways"])
+        told = [name for name in density.columns if name.startswith("way_q")]
+        if run.axis(system) in ("x", "y", "z") and density[told].notna().any(axis=None):
+            grid["ways"] = _held(np.stack([self._grid(density, name) for name in told], axis=-1))
         names = [name for name in density.columns if name.startswith("x_q")]
         grid["x"] = np.stack([self._grid(density, name) for name in names], axis=-1)
         if are_bricks(axes := run.axis(system)):
@@ -414,25 +415,20 @@ class Recorded:
 
     # --- what the recorded run did
 
-    def acted(self, k: int) -> Floats:
-        """Return each calculator's seconds of actions in the k-th frame."""
-        return self._sum("t_compute_s", k)
-
-    def held(self, k: int) -> Floats:
-        """Return each calculator's particles at the end of the k-th frame."""
-        return self._sum("n", k)
-
-    def created(self, k: int) -> Floats:
-        """Return the particles born at each calculator in the k-th frame."""
-        return self._sum("created", k)
-
     def flows(self, k: int) -> list[Floats]:
-        """Return the migrants of each system in the k-th frame, (calculators, calculators) each."""
+        """Return the migrants of each system in the k-th frame, (calculators, calculators) each.
+
+        Args:
+            k: index of the frame in the history.
+        """
         found = [self._moment(k, system).flows for system in range(len(self.systems))]
         return [flows for flows in found if flows is not None]
 
     def asked(self, k: int) -> list[tuple[Floats, list[int], bool, bool]]:
         """Return who looked for new cuts at the end of the k-th frame.
+
+        Args:
+            k: index of the frame in the history.
 
         Returns:
             For each system whose cuts a balancer asked for: its particles, the calculators that looked,
@@ -459,12 +455,10 @@ class Recorded:
 
     def slowness(self) -> Floats:
         """Return each machine's seconds per particle, averaged over frames and systems."""
-        found: Floats = np.mean([(1 / grid["speeds"]).mean(axis=0) for grid in self._grids], axis=0)
-        return found
+        return np.mean([(1 / grid["speeds"]).mean(axis=0) for grid in self._grids], axis=0)
 
-    def _sum(self, name: str, k: int) -> Floats:
-        found: Floats = np.nan_to_num(np.sum([grid[name][k] for grid in self._grids], axis=0))
-        return found
+    def _sum(self, name: str) -> Floats:
+        return np.nan_to_num(np.sum([grid[name] for grid in self._grids], axis=0))
 
 
 def _held(ways: Floats) -> Floats:

@@ -30,6 +30,7 @@ class Wires:
         self._hosts = hosts
         self._known: dict[tuple[str, str], tuple[float, float]] = {}
         self._usual: dict[bool, tuple[float, float]] = {}
+        self._links: dict[tuple[int, int], tuple[float, float]] = {}
         if len(links):
             rows = links[links["frame"] == links["frame"].min()]
             samples: dict[tuple[str, str], list[tuple[float, float]]] = {}
@@ -78,8 +79,10 @@ class Wires:
         return start + took
 
     def _link(self, one: int, other: int) -> tuple[float, float]:
-        ends = self._ends(one, other)
-        return self._known.get(ends) or self._usual.get(ends[0] == ends[1], (0.0, 0.0))
+        if (one, other) not in self._links:
+            ends = self._ends(one, other)
+            self._links[one, other] = self._known.get(ends) or self._usual.get(ends[0] == ends[1], (0.0, 0.0))
+        return self._links[one, other]
 
     def _host(self, rank: int) -> str:
         return self._hosts.get(rank, "")

@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
     from .frames import Step
-    from .history import Recorded, Tables
+    from .history import Recorded
+    from .tables import Tables
 
 __all__ = ["Costs"]
 

@@ -15,11 +15,11 @@ from .density import Density
 from .flows import matched, migrants, spread
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from pandas import DataFrame
 
-__all__ = ["History", "Moment", "Particles", "Recorded", "Tables"]
+    from .tables import Tables
+
+__all__ = ["History", "Moment", "Particles", "Recorded"]
 
 Floats = npt.NDArray[np.float64]
 Cuts = npt.NDArray[np.float32]
@@ -88,72 +88,6 @@ class Moment:
     """The recorded run's migrants from each calculator to each other one; None: unknown."""
     guessed: float = 0.0
     """The number of migrants that ways predict for the recorded cuts."""
-
-
-class Tables(Protocol):
-    """Data needed from a recorded run; a `Run` has all of them."""
-
-    @property
-    def name(self) -> str:
-        """The run's name, for error messages."""
-
-    @property
-    def calculators(self) -> list[int]:
-        """The calculators' ranks in the order of their domains."""
-
-    @property
-    def systems(self) -> list[str]:
-        """The particle systems' names."""
-
-    def axis(self, system: str) -> str:
-        """Return the axes along which a system's domains are cut.
-
-        Args:
-            system: the system's name.
-
-        Returns:
-            "x", "xz", ...; "hilbert", "morton"; "id" if particles are distributed by id.
-        """
-
-    @property
-    def speeds(self) -> Mapping[int, float]:
-        """Factors by which ranks were slowed down on purpose; empty if none were."""
-
-    @property
-    def hosts(self) -> Mapping[int, str]:
-        """Each rank's host."""
-
-    @property
-    def frames(self) -> DataFrame:
-        """The log's table `frames`."""
-
-    @property
-    def load(self) -> DataFrame:
-        """The log's table `load`."""
-
-    @property
-    def density(self) -> DataFrame:
-        """The log's table `density`."""
-
-    @property
-    def balance(self) -> DataFrame:
-        """The log's table `balance`."""
-
-    @property
-    def times(self) -> DataFrame:
-        """The log's table `times`."""
-
-    @property
-    def links(self) -> DataFrame:
-        """The log's table `links`."""
-
-    @property
-    def facts(self) -> Mapping[str, Any]:
-        """Facts about the run, as in run.json."""
-
-    @property
-    def balancer(self) -> str:
-        """The run's balancer."""
 
 
 class History(Protocol):
@@ -455,10 +389,11 @@ class Recorded:
 
     def slowness(self) -> Floats:
         """Return each machine's seconds per particle, averaged over frames and systems."""
-        return np.mean([(1 / grid["speeds"]).mean(axis=0) for grid in self._grids], axis=0)
+        each = [(1 / grid["speeds"]).mean(axis=0) for grid in self._grids]
+        return np.asarray(np.mean(each, axis=0), np.float64)
 
     def _sum(self, name: str) -> Floats:
-        return np.nan_to_num(np.sum([grid[name] for grid in self._grids], axis=0))
+        return np.asarray(np.nan_to_num(np.sum([grid[name] for grid in self._grids], axis=0)), np.float64)
 
 
 def _held(ways: Floats) -> Floats:

@@ -15,7 +15,8 @@ from .costs import Costs
 from .density import Density
 from .estimate import Estimate
 from .frames import Step, SystemStep, simulate
-from .history import Recorded, Tables
+from .history import Recorded
+from .tables import Tables
 
 __all__ = ["predict"]
 

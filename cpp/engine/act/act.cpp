@@ -99,7 +99,8 @@ void try_handling(const Rank& rank, const System& system, Population& here) {
   });
   if (system.definition.axes.first() >= domains::kById) return;
   const std::span<const float> x(here.store.plane(particles::position, system.definition.axes.first()), some);
-  timed(handling.search, some, costs.select, [&] { balance::histogram(x, 8); });
+  timed(handling.search, some, costs.select,
+        [&] { balance::histogram(x, 1); });  // more bins: a sort that does not grow with x
 }
 
 // Removes the dead, and packs the migrants for their owners and removes them.

@@ -33,13 +33,14 @@ def predict(
     """Predict a recorded run under another balancer.
 
     Particle positions in each frame come from the log (density.jsonl); they do not depend on which calculator
-    owned them.
+    owned them. So does how far particles moved, which tells who migrates across other cuts. Without it, for
+    bricks and in logs of earlier versions, `sent` and `received` are the minimum that brings all particles to
+    their calculators, and those that swap sides of a cut: the same fraction of the particles near it as in
+    the recorded run.
 
-    `sent` and `received` are the minimum that brings all particles to their calculators. `exchanged` in
-    `frames` adds those that swap sides of a cut: the same fraction of the particles near it as in the
-    recorded run. If many particles die, it is instead the number that cross the cuts plus the number
-    reassigned by moving cuts. A frame's time is that of the slowest calculator for its particles and its part
-    of the picture, plus the cost of migrants, plus the remaining time of the recorded frame.
+    A frame takes what the recorded one took, and the difference that the balancers make to the clocks of all
+    ranks: actions, migrants, plans and the search for new cuts, pictures, and messages. `t_frame_low_s` and
+    `t_frame_high_s` in `frames` are bounds.
 
     The log records the distribution of each calculator's particles along every cut axis, but not how the axes
     correlate, so they are assumed to be independent within a brick. If particles are distributed by id,
@@ -51,8 +52,8 @@ def predict(
         powers: the machines' powers, one per calculator on any scale, if known. Other differences in measured
             time are then attributed to places, and move with the particles there to another calculator. None:
             measured speeds are attributed to the machines, per calculator and frame.
-        migrant_s: seconds per migrant of the calculator that sends and receives most; None: fitted to the
-            recorded run.
+        migrant_s: seconds per migrant for each of its two calculators, with its bytes on the network; None:
+            as the log tells.
 
     Returns:
         Rows of "frames", "load", "density" and "balance".

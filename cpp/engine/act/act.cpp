@@ -79,7 +79,7 @@ void try_handling(const Rank& rank, const System& system, Population& here) {
   const std::size_t n = here.store.size();
   const bool known = handling.pack.particles > 0 && handling.unpack.particles > 0 && handling.search.particles > 0 &&
                      !std::isnan(handling.bytes);
-  if (rank.settings.log.directory.empty() || n == 0 || known || !std::has_single_bit(rank.session.frame)) return;
+  if (rank.settings.log.directory.empty() || n < 2 || known || !std::has_single_bit(rank.session.frame)) return;
   const Costs& costs = rank.machine.costs();
   const auto timed = [&](Handling::Work& work, std::size_t count, double cost, const auto& run) {
     const double start = rank.machine.compute_seconds();
@@ -87,11 +87,11 @@ void try_handling(const Rank& rank, const System& system, Population& here) {
     rank.machine.charge(cost * static_cast<double>(count));
     work.add(count, rank.machine.compute_seconds() - start);
   };
-  const std::size_t few = (n + 2047) / 2048, some = (n + 255) / 256;
-  base::Bytes none, bytes;
-  here.store.pack({}, none, *rank.pool);
+  const std::size_t few = 1 + (n + 2047) / 2048, some = (n + 255) / 256;
+  base::Bytes one, bytes;
+  here.store.pack(first_indices(1), one, *rank.pool);
   timed(handling.pack, few, costs.leave, [&] { here.store.pack(first_indices(few), bytes, *rank.pool); });
-  handling.bytes = static_cast<float>(bytes.size() - none.size()) / static_cast<float>(few);
+  handling.bytes = static_cast<float>(bytes.size() - one.size()) / static_cast<float>(few - 1);
   timed(handling.unpack, few, costs.arrive, [&] {
     Store copies(here.store.schema());
     base::Reader in(bytes.view());

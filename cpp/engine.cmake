@@ -183,6 +183,7 @@ add_library(motes_engine STATIC
   engine/act/images.cpp
   engine/act/interact.cpp
   engine/act/read.cpp
+  engine/act/motion.cpp
   engine/act/run_list.cpp
   engine/agree.cpp
   engine/balance/balance.cpp
@@ -219,6 +220,7 @@ add_library(motes_engine STATIC
   engine/replay.cpp
   engine/session/session.cpp
   engine/session/costs.cpp
+  engine/session/links.cpp
   engine/session/relay.cpp
   engine/session/report.cpp
   engine/session/reports.cpp

@@ -73,6 +73,8 @@ void write_run(const std::string& directory, const RunFacts& facts) {
   for (const char* name : {"recorded_from", "axis", "space"}) field(name, quoted(facts.scene->fact(name)));
   field("balancer", quoted(facts.settings.policy->name()));
   field("combine", quoted(facts.combine));
+  field("fan_out", number(facts.settings.fan_out));
+  field("scale", decimal(facts.settings.costs.messages.scale));
   field("clock", quoted("cpu"));
   field("manager", number(facts.cast.manager));
   field("image_generator", number(facts.cast.image_generator));

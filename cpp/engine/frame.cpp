@@ -14,6 +14,7 @@
 #include "engine/births/create.h"
 #include "engine/births/spawn.h"
 #include "engine/engine.h"
+#include "engine/session/links.h"
 #include "engine/session/tell_all.h"
 #include "engine/state/histories.h"
 #include "engine/sums/sums.h"
@@ -92,9 +93,16 @@ void note_tails(const Script& script, Calculator& calculator) {
     tail.particles = densities[i].particles;
     std::copy(std::begin(densities[i].quantiles), std::end(densities[i].quantiles), tail.quantiles);
     tail.exchange_s = static_cast<float>(times.exchange);
+    const Handling& handling = calculator.populations[i]->handling;
+    tail.pack_s = handling.pack.each_s();
+    tail.unpack_s = handling.unpack.each_s();
+    tail.search_s = handling.search.each_s();
+    tail.migrant_bytes = handling.bytes;
+    tail.ways = calculator.populations[i]->ways;
     tail.interaction = calculator.populations[i]->interaction;
     tail.wait_s = static_cast<float>(times.wait);
     tail.image_s = static_cast<float>(times.render);
+    tail.project_s = static_cast<float>(times.project);
     calculator.tails.push_back(tail);
   }
 }
@@ -227,6 +235,10 @@ void Engine::start_now() {
   rank.session.relay().grow(rank.session.cast(), rank.settings.fan_out);  // all ranks have agreed on the fan-out
   if (rank.session.manages() && !log.directory.empty()) {
     rank.session.work("log", [&] { parts_->manager.account.open_log(log); });
+  }
+  if (!log.directory.empty()) {
+    const std::vector<Link> links = measure_links(rank);
+    rank.session.work("log", [&] { parts_->manager.account.note_links(links); });
   }
   ask_all(*parts_, Verb::start, "log");  // fails on all ranks if the manager could not open the log
   if (!log.spans) return;

@@ -10,7 +10,7 @@ import inspect
 from pathlib import Path
 
 from motes.analysis._plots import Plots, RunsPlots
-from motes.analysis._tables.schema import QUANTILES, TABLES, Table
+from motes.analysis._tables.schema import QUANTILES, TABLES, WAYS, Table
 
 PAGE = Path(__file__).resolve().parents[1] / "analysis.md"
 COLUMNS = PAGE.parent / "notes" / "log.md"
@@ -56,8 +56,13 @@ def table(name: str, one: Table) -> str:
             continue  # described once at the top of the page
         if column.name[1:] in {name[1:] for name in QUANTILES[1:]}:
             continue
+        if column.name in WAYS[1:]:
+            continue
         label = f"`{column.name}`"
         meaning = column.meaning
+        if column.name == WAYS[0]:
+            label = f"`{column.name}` .. `{WAYS[-1]}`"
+            meaning = "how far particles moved along the first cut axis: 1/16, 3/16, ... of a sample less far"
         if column.name[1:] == QUANTILES[0][1:]:
             label = f"`{column.name}` .. `{column.name[0]}{QUANTILES[-1][1:]}`"
         if column.name == QUANTILES[0]:

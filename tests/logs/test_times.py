@@ -199,11 +199,11 @@ SLEEPER = {0: IDLE, 1: IDLE, 2: {"act": 0.1, "wait": 0.9}, 3: {"act": 0.1, "othe
     ("spent", "held", "saved"),
     [
         (CAUSES["imbalance"][0], {2: 1000, 3: 9000}, 0.4),
-        (CAUSES["slow rank"][0], {2: 1000, 3: 1000}, 0.4),
-        (CAUSES["slow rank"][0], {2: 1000, 3: 2000}, 0.4),  # a slow rank and imbalance
+        (CAUSES["slow rank"][0], {2: 1000, 3: 1000}, 0.9 - 2000 / (1000 / 0.1 + 1000 / 0.9)),
+        (CAUSES["slow rank"][0], {2: 1000, 3: 2000}, 0.9 - 3000 / (1000 / 0.1 + 2000 / 0.9)),  # and imbalance
         ({**CAUSES["imbalance"][0], 0: BUSY}, {2: 1000, 3: 9000}, 0.15),
         ({**CAUSES["slow rank"][0], 0: BUSY}, {2: 1000, 3: 1000}, 0.15),
-        (SLEEPER, {2: 1000, 3: 1000}, 0.4),
+        (SLEEPER, {2: 1000, 3: 1000}, 0.9 - 2000 / (1000 / 0.1 + 1000 / 0.9)),
         (CAUSES["network"][0], {2: 1000, 3: 1000}, 0.0),
     ],
 )

@@ -1,10 +1,16 @@
 #include "engine/act/act.h"
 
 #include <algorithm>
+#include <bit>
+#include <cmath>
 #include <iterator>
+#include <span>
+
+#include "balance/cuts.h"
 
 #include "engine/act/interact.h"
 #include "engine/act/interaction_schedule.h"
+#include "engine/act/motion.h"
 #include "engine/act/run_list.h"
 #include "engine/births/spawn.h"
 #include "engine/session/item_failure.h"
@@ -58,10 +64,43 @@ void act_on(Rank& rank, const System& system, std::size_t index, Population& her
       }
     });
   };
+  const Motion motion(rank, system, here);
   here.tally.compute_s += rank.machine.timed([&] {
     run_list(rank, system, here, append, call_back, false);
     end_list(rank, system, here);
   });
+  motion.measure(here);
+}
+
+// For the log of a calculator that had no migrants yet, or was asked for no cut: handles a few particles on trial, so
+// that a replay of the log knows the costs. Takes less than a hundredth of a frame, in frames 1, 2, 4, 8, ...
+void try_handling(const Rank& rank, const System& system, Population& here) {
+  Handling& handling = here.handling;
+  const std::size_t n = here.store.size();
+  const bool known = handling.pack.particles > 0 && handling.unpack.particles > 0 && handling.search.particles > 0 &&
+                     !std::isnan(handling.bytes);
+  if (rank.settings.log.directory.empty() || n < 2 || known || !std::has_single_bit(rank.session.frame)) return;
+  const Costs& costs = rank.machine.costs();
+  const auto timed = [&](Handling::Work& work, std::size_t count, double cost, const auto& run) {
+    const double start = rank.machine.compute_seconds();
+    run();
+    rank.machine.charge(cost * static_cast<double>(count));
+    work.add(count, rank.machine.compute_seconds() - start);
+  };
+  const std::size_t few = 1 + (n + 2047) / 2048, some = (n + 255) / 256;
+  base::Bytes one, bytes;
+  here.store.pack(first_indices(1), one, *rank.pool);
+  timed(handling.pack, few, costs.leave, [&] { here.store.pack(first_indices(few), bytes, *rank.pool); });
+  handling.bytes = static_cast<float>(bytes.size() - one.size()) / static_cast<float>(few - 1);
+  timed(handling.unpack, few, costs.arrive, [&] {
+    Store copies(here.store.schema());
+    base::Reader in(bytes.view());
+    copies.unpack(in, *rank.pool);
+  });
+  if (system.definition.axes.first() >= domains::kById) return;
+  const std::span<const float> x(here.store.plane(particles::position, system.definition.axes.first()), some);
+  timed(handling.search, some, costs.select,
+        [&] { balance::histogram(x, 1); });  // more bins: a sort that does not grow with x
 }
 
 // Removes the dead, and packs the migrants for their owners and removes them.
@@ -71,6 +110,7 @@ void pack_migrants(const Rank& rank, const System& system, Population& here, Rou
     here.digest = particles::digest(store, *rank.pool);
     here.digest -= particles::digest(store, here.outcome.dead);
   }
+  const double start = rank.machine.compute_seconds();
   std::vector<std::uint32_t> gone;
   for (const auto& [owner, migrants] : migrants_by_owner(rank, system, here)) {
     base::Bytes& bytes = round.leaving[owner].bytes();
@@ -91,6 +131,8 @@ void pack_migrants(const Rank& rank, const System& system, Population& here, Rou
   std::merge(gone.begin(), gone.end(), here.outcome.dead.begin(), here.outcome.dead.end(), std::back_inserter(all));
   store.remove(all, *rank.pool);
   here.outcome.clear();
+  if (!gone.empty()) here.handling.pack.add(gone.size(), rank.machine.compute_seconds() - start);
+  try_handling(rank, system, here);
 }
 
 // Runs the lists of systems without interactions; of the other systems, takes the births.

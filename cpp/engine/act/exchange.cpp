@@ -29,10 +29,13 @@ void receive_arrivals(Rank& rank, const Script& script, Calculator& calculator, 
       while (!in.done()) {
         Population& here = *calculator.populations.at(in.get<std::uint32_t>());
         const std::size_t before = here.store.size();
+        const double start = rank.machine.compute_seconds();
         here.store.unpack(in, *rank.pool);
-        count += here.store.size() - before;
+        const std::size_t arrived = here.store.size() - before;
+        rank.machine.charge(rank.machine.costs().arrive * static_cast<double>(arrived));
+        here.handling.unpack.add(arrived, rank.machine.compute_seconds() - start);
+        count += arrived;
       }
-      rank.machine.charge(rank.machine.costs().arrive * static_cast<double>(count));
       if (count != message.header().count)
         throw std::runtime_error("particles were lost on the way between calculators");
     });

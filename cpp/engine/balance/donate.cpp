@@ -50,14 +50,10 @@ std::vector<balance::Cell> cells(const Script& script, const Calculator& calcula
   return balance::cells(axes, places, most);
 }
 
-}  // namespace
-
-Proposal propose(const Rank& rank, const Script& script, const Calculator& calculator, const Request& request) {
+// Answers a request, apart from its cost.
+Proposal answer(const Rank& rank, const Script& script, const Calculator& calculator, const Request& request) {
   const auto index = static_cast<std::size_t>(request.system);
   const System& system = *script.systems[index];
-  std::uint64_t particles = 0;
-  for (const std::size_t i : script.sharing(index)) particles += calculator.populations[i]->store.size();
-  rank.machine.charge(rank.machine.costs().select * static_cast<double>(particles));
   Proposal proposal{request, {}, {}, {}};
   if (request.kind == Request::Kind::cells) {
     proposal.cells = cells(script, calculator, index, static_cast<int>(request.count));
@@ -73,6 +69,19 @@ Proposal propose(const Rank& rank, const Script& script, const Calculator& calcu
     case Request::Kind::give_right: proposal.gift = balance::give_right(x, request.count, low, high); break;
     case Request::Kind::histogram: proposal.histogram = balance::histogram(x, static_cast<int>(request.count)); break;
   }
+  return proposal;
+}
+
+}  // namespace
+
+Proposal propose(const Rank& rank, const Script& script, const Calculator& calculator, const Request& request) {
+  const auto index = static_cast<std::size_t>(request.system);
+  std::uint64_t particles = 0;
+  for (const std::size_t i : script.sharing(index)) particles += calculator.populations[i]->store.size();
+  const double start = rank.machine.compute_seconds();
+  rank.machine.charge(rank.machine.costs().select * static_cast<double>(particles));
+  Proposal proposal = answer(rank, script, calculator, request);
+  calculator.populations[index]->handling.search.add(particles, rank.machine.compute_seconds() - start);
   return proposal;
 }
 

@@ -14,6 +14,7 @@ void note_drawings(const Drawings& drawing, FrameRow& row) {
   if (drawing.width == 0) return;
   row.render_path = base::name_of(drawing.path);
   row.records = drawing.records;
+  row.record_bytes = drawing.record_bytes;
   row.render_bytes = drawing.bytes;
 }
 
@@ -37,6 +38,10 @@ void Account::open_log(const Logging& logging) {
   }
   const Opening opening = opening_of(logging);
   log_->event(opening.kind, opening.frame, opening.text);
+}
+
+void Account::note_links(const std::vector<Link>& links) {
+  if (log_) log_->add(links);
 }
 
 void Account::note_round(const Script& script, const Round& round, const Judged& judged, const roles::Cast& cast,
@@ -144,6 +149,12 @@ void Account::note_tails(const std::vector<CalculatorTail>& tails, const roles::
     load.exchange_s = double{of.exchange_s};
     load.image_s = double{of.image_s};
     load.wait_s = double{of.wait_s};
+    load.project_s = double{of.project_s};
+    load.pack_s = of.pack_s;
+    load.unpack_s = of.unpack_s;
+    load.search_s = of.search_s;
+    load.migrant_bytes = of.migrant_bytes;
+    load.ways = of.ways;
     load.interaction = of.interaction;
   }
 }

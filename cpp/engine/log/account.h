@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/log/log.h"
+#include "engine/session/links.h"
 #include "engine/session/report.h"
 #include "engine/session/reports.h"
 #include "engine/session/settings.h"
@@ -25,6 +26,8 @@ class Account {
   /// LogError, naming the path, on failure.
   void open_log(const Logging& logging);
   Log* log() { return log_.get(); }
+  /// Logs how fast messages travel from now on; no effect without a log.
+  void note_links(const std::vector<Link>& links);
 
   /// Notes a judged round; the first round begins a row.
   void note_round(const Script& script, const Round& round, const Judged& judged, const roles::Cast& cast,

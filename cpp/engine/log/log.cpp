@@ -22,7 +22,7 @@ jsonl::JsonlRow row_of(const FrameRow& frame) {
     row.field("t_project_s", seconds(frame.times.project)).field("t_draw_s", seconds(frame.times.draw));
     row.field("t_assemble_s", seconds(frame.times.assemble));
     row.field("render_path", frame.render_path).field("records", frame.records);
-    row.field("render_bytes", frame.render_bytes);
+    row.field("record_bytes", frame.record_bytes).field("render_bytes", frame.render_bytes);
   }
   if (!frame.image_sha256.empty()) row.field("image_sha256", frame.image_sha256);
   if (!frame.digests.empty()) row.field("particles_digest", particles::combine(frame.digests).text());
@@ -53,9 +53,12 @@ jsonl::JsonlRow row_of(const FrameRow& frame, const LoadRow& load, const std::st
   row.field("t_compute_s", seconds(tally.compute_s)).field("t_rescaled_s", seconds(load.rescaled_s));
   row.field("t_exchange_s", seconds(load.exchange_s))
       .field("t_wait_s", seconds(load.wait_s))
-      .field("t_image_s", seconds(load.image_s));
+      .field("t_image_s", seconds(load.image_s))
+      .field("t_project_s", seconds(load.project_s));
   put_domain(load, row);
   row.field("speed", static_cast<float>(load.speed));
+  row.field("pack_each_s", load.pack_s).field("unpack_each_s", load.unpack_s);
+  row.field("search_each_s", load.search_s).field("migrant_bytes", static_cast<float>(load.migrant_bytes));
   if (const InteractionStats& interaction = load.interaction; interaction.interactions > 0) {
     row.field("interactions", std::uint64_t{interaction.interactions})
         .field("pairs", interaction.pairs)
@@ -83,6 +86,10 @@ jsonl::JsonlRow density_of(const FrameRow& frame, const LoadRow& load) {
   jsonl::JsonlRow row;
   row.field("frame", frame.frame).field("system", load.system).field("rank", load.rank);
   row.field("n", load.density.particles);
+  for (std::size_t k = 0; k < load.ways.size(); ++k) {
+    const char name[] = {'w', 'a', 'y', '_', 'q', static_cast<char>('0' + k), '\0'};
+    row.field(name, load.ways[k]);
+  }
   const int first = load.axes.first() < 3 ? load.axes.first() : 0;
   const float* q = load.density.quantiles;
   for (int axis = first; axis < 3; ++axis) {
@@ -149,7 +156,7 @@ jsonl::JsonlRow row_of(const BalanceRow& balance) {
 }  // namespace
 
 Log::Log(const std::string& directory, std::vector<std::string> hosts, std::uint64_t first_frame)
-    : directory_(directory), hosts_(std::move(hosts)) {
+    : directory_(directory), hosts_(std::move(hosts)), first_frame_(first_frame) {
   std::error_code error;
   std::filesystem::create_directories(directory, error);
   if (error) throw jsonl::LogError("log: cannot create " + directory + ": " + error.message());
@@ -160,6 +167,7 @@ Log::Log(const std::string& directory, std::vector<std::string> hosts, std::uint
   walls_ = jsonl::JsonlTable(directory + "/walls.jsonl", 512, first_frame, kAbsent);
   times_ = jsonl::JsonlTable(directory + "/times.jsonl", 512, first_frame, kAbsent);
   waits_ = jsonl::JsonlTable(directory + "/waits.jsonl", 128, first_frame, kAbsent);
+  links_ = jsonl::JsonlTable(directory + "/links.jsonl", 256, first_frame, kAbsent);
   balance_ = jsonl::JsonlTable(directory + "/balance.jsonl", 512, first_frame, kAbsent);
   events_ = jsonl::JsonlTable(directory + "/events.jsonl", 256, first_frame);
 }
@@ -184,6 +192,15 @@ void Log::add(const FrameRow& row) {
   frames_.write();
 }
 
+void Log::add(const std::vector<Link>& links) {
+  for (const Link& link : links) {
+    jsonl::JsonlRow row;
+    row.field("frame", first_frame_).field("rank", link.rank).field("other", link.other);
+    links_.add(row.field("message_s", seconds(link.message_s)).field("byte_s", seconds(link.byte_s)));
+  }
+  links_.write();
+}
+
 void Log::add(const BalanceRow& row) { balance_.add(row_of(row)); }
 
 void Log::write_balance() { balance_.write(); }
@@ -194,8 +211,10 @@ void Log::event(const std::string& kind, std::uint64_t frame, const std::string&
 }
 
 void Log::sync() {
-  for (jsonl::JsonlTable* table : {&load_, &density_, &walls_, &times_, &waits_, &frames_, &balance_, &events_})
+  for (jsonl::JsonlTable* table :
+       {&load_, &density_, &walls_, &times_, &waits_, &links_, &frames_, &balance_, &events_}) {
     table->sync();
+  }
   jsonl::sync_directory_of(directory_ + "/");
 }
 

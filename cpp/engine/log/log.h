@@ -9,6 +9,7 @@
 
 #include "balance/load.h"
 #include "domains/domains.h"
+#include "engine/session/links.h"
 #include "engine/session/report.h"
 #include "jsonl/table.h"
 
@@ -21,11 +22,14 @@ struct LoadRow {
   Tally tally;
   std::uint64_t children = 0;  // born at the frame's end, so they took no time
   std::uint64_t n_end = 0;
-  double rescaled_s = 0, exchange_s = 0, wait_s = 0, image_s = 0;
+  double rescaled_s = 0, exchange_s = 0, wait_s = 0, image_s = 0, project_s = 0;
   domains::Box domain;  // metres; infinite at the ends of space
   domains::Axes axes;   // axes that are cut
   double speed = 0;                    // particles per second
   Density density;
+  float pack_s = 0, unpack_s = 0, search_s = 0;  // see CalculatorTail, like the next two
+  double migrant_bytes = 0;
+  std::array<float, kWays> ways{};
   InteractionStats interaction;
 };
 
@@ -57,7 +61,7 @@ struct FrameRow {
   PhaseTimes times;      // the slowest rank of each phase
   std::string births_by;    // empty: no births
   std::string render_path;  // empty: no picture
-  std::uint64_t records = 0, render_bytes = 0;
+  std::uint64_t records = 0, record_bytes = 0, render_bytes = 0;
   std::string image_sha256;
   std::vector<particles::Digest> digests;  // one per system; empty if not asked for
   std::vector<LoadRow> load;               // ordered by system, then calculator
@@ -75,6 +79,7 @@ class Log {
   Log(const std::string& directory, std::vector<std::string> hosts, std::uint64_t first_frame = 0);
 
   void add(const FrameRow& row);
+  void add(const std::vector<Link>& links);  // in the first frame that this run or continuation logs
   void add(const BalanceRow& row);  // buffered until write_balance()
   void write_balance();
   /// kind: "start", "continued", "end", "crowded", ...
@@ -85,7 +90,8 @@ class Log {
  private:
   std::string directory_;
   std::vector<std::string> hosts_;
-  jsonl::JsonlTable frames_, load_, density_, walls_, times_, waits_, balance_, events_;
+  std::uint64_t first_frame_;
+  jsonl::JsonlTable frames_, load_, density_, walls_, times_, waits_, links_, balance_, events_;
 };
 
 }  // namespace motes::engine

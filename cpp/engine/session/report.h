@@ -1,7 +1,9 @@
 // Plain structs that ranks exchange about a frame: reports to the manager, and its verdict.
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <string>
 #include <utility>
@@ -171,7 +173,28 @@ constexpr void fields(Visitor& visit, Flow& flow) {
   visit(flow.from, flow.to, flow.system, flow.count);
 }
 
+/// Seconds per particle that a calculator has needed so far for work that depends on the balancer.
+struct Handling {
+  struct Work {
+    double particles = 0, seconds = 0;
+
+    void add(std::size_t count, double took_s) {
+      particles += static_cast<double>(count);
+      seconds += took_s;
+    }
+    float each_s() const { return particles > 0 ? static_cast<float>(seconds / particles) : kUnknown; }
+  };
+  static constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
+
+  Work pack;    // migrants that leave
+  Work unpack;  // migrants that arrive
+  Work search;  // looking for a cut, or making a histogram
+  float bytes = kUnknown;  // of a migrant in a message
+};
+
 inline constexpr int kQuantiles = 16;
+/// Ways of particles in a frame are logged as this many quantiles, at 1/16, 3/16, ... 15/16.
+inline constexpr int kWays = 8;
 /// Where a calculator's particles of one system are, for the log.
 struct Density {
   std::uint64_t particles = 0;
@@ -261,13 +284,17 @@ struct CalculatorTail {
   std::uint64_t bytes_sent = 0;  // exchange and interactions
   std::uint64_t particles = 0;  // see Density
   float quantiles[3 * (kQuantiles + 1)] = {};
-  float exchange_s = 0, wait_s = 0, image_s = 0;
+  float exchange_s = 0, wait_s = 0, image_s = 0, project_s = 0;
+  float pack_s = 0, unpack_s = 0, search_s = 0;  // per particle; NaN, like the next two: unknown
+  double migrant_bytes = 0;
+  std::array<float, kWays> ways{};  // metres along the first cut axis
   InteractionStats interaction;
 };
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, CalculatorTail& tail) {
-  visit(tail.bytes_sent, tail.particles, tail.quantiles, tail.exchange_s, tail.wait_s, tail.image_s, tail.interaction);
+  visit(tail.bytes_sent, tail.particles, tail.quantiles, tail.exchange_s, tail.wait_s, tail.image_s, tail.project_s,
+        tail.pack_s, tail.unpack_s, tail.search_s, tail.migrant_bytes, tail.ways, tail.interaction);
 }
 
 /// What a rank spent the time of a frame on, for the log.

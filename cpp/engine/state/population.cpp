@@ -35,6 +35,7 @@ void start_frame(Population& here) {
   here.walls.clear();
   here.tally = {};
   here.tally.at_start = here.store.size();
+  here.ways.fill(Handling::kUnknown);
   here.sent.clear();
   here.events.clear();
 }

@@ -1,6 +1,7 @@
 // A population: one calculator's particles of a system, and this frame's outcome for them.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -48,6 +49,8 @@ struct Population {
   std::set<std::uint64_t> bounced;  // ids that bounced before the last interaction, if a spawn rule needs them
   std::unordered_set<std::uint64_t> collided;  // ids that collided in this sub-step, if only some did
   Tally tally;
+  Handling handling;
+  std::array<float, kWays> ways{};  // see CalculatorTail
   InteractionStats interaction;
   WallForces walls;  // sums over this frame's sub-steps
   std::vector<Sent> sent;  // migrants of this frame, by domain

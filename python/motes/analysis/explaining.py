@@ -7,11 +7,13 @@ from __future__ import annotations
 
 import html
 from dataclasses import dataclass, replace
+from operator import attrgetter, itemgetter
 from typing import TYPE_CHECKING
 
 from .delays import delays
-from .imbalances import imbalances, saved_s
+from .imbalances import imbalances, saving_of_part
 from .losses import LEAST_PART, Loss, Part, told_s
+from .saving import Saving
 
 if TYPE_CHECKING:
     from .run import Run
@@ -27,14 +29,19 @@ class Explanation:
 
     Attributes:
         losses: at most six losses, each with its cause, seconds per frame and a sentence.
-        saving: fraction 0..1 of the run's time that perfect balance would save if moving particles cost
-            nothing.
+        saving: part of the run's time that the best other balancer would save; below 0: it would lose.
         frame_s: mean seconds per frame.
+        low: lower bound of `saving`.
+        high: upper bound.
+        balancer: its name, such as "PrefixCuts"; "": none could be replayed.
     """
 
     losses: tuple[Loss, ...]
     saving: float
     frame_s: float
+    low: float = float("nan")
+    high: float = float("nan")
+    balancer: str = ""
 
     @property
     def sentences(self) -> list[str]:
@@ -57,13 +64,6 @@ class Explanation:
     _repr_html_ = html
 
 
-@dataclass(frozen=True)
-class Saving:
-    """What balancing would save in a part of a run, as fractions of its time."""
-
-    part: float
-
-
 def explain(run: Run) -> Explanation:
     """Return the losses of a run's time; documented in `Run.explain`."""
     parts = [Part.of(part) for part in run.parts()]
@@ -83,28 +83,35 @@ def explain(run: Run) -> Explanation:
     seconds = _mean(parts)
     worth = [loss for loss in found.values() if seconds > 0 and loss.seconds >= LEAST_PART * seconds]
     worth.sort(key=lambda loss: -loss.seconds)
-    return Explanation(tuple(worth[:MOST_SENTENCES]), _saving(parts), seconds)
+    found_saving = _saving(parts)
+    return Explanation(
+        tuple(worth[:MOST_SENTENCES]),
+        found_saving.part,
+        seconds,
+        found_saving.low,
+        found_saving.high,
+        found_saving.balancer,
+    )
 
 
 def saving_of(run: Run) -> float:
-    """Return the fraction of the run's time that perfect balance would save if moving particles cost nothing.
-
-    The first frame is excluded, as in all of `explain`.
-    """
-    return _saving([Part.of(part) for part in run.parts()])
+    """Return the part of the run's time that the best other balancer would save; below 0: it would lose."""
+    return _saving([Part.of(part) for part in run.parts()]).part
 
 
-def saving_of_part(part: Part) -> Saving:
-    """Estimate what balancing would save in one part of a run; NaN if its log lacks the data."""
-    known = part.frame_s > 0 and not part.load.empty
-    return Saving(saved_s(part) / part.frame_s if known else float("nan"))
-
-
-def _saving(parts: list[Part]) -> float:
-    saved = [(saving_of_part(part).part, part.frame_s * part.frames) for part in parts]
-    known = [(fraction, seconds) for fraction, seconds in saved if fraction == fraction]
+def _saving(parts: list[Part]) -> Saving:
+    """Combine what balancing would save in each part, weighted by its seconds."""
+    found = [(saving_of_part(part), part.frame_s * part.frames) for part in parts]
+    known = [(one, seconds) for one, seconds in found if one.part == one.part and seconds > 0]
+    if not known:
+        return Saving(float("nan"), float("nan"), float("nan"))
     whole = sum(seconds for _, seconds in known)
-    return sum(fraction * seconds for fraction, seconds in known) / whole if whole > 0 else float("nan")
+    part, low, high = (
+        sum(value(one) * seconds for one, seconds in known) / whole
+        for value in (attrgetter("part"), attrgetter("low"), attrgetter("high"))
+    )
+    longest = max(known, key=itemgetter(1))[0]
+    return Saving(part, low, high, longest.balancer)
 
 
 def frame_s_of(run: Run) -> float:

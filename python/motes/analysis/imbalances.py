@@ -11,11 +11,12 @@ import numpy.typing as npt
 from ._tables import measures
 from .efficiencies import work_by_rank
 from .losses import Loss, Part, told_s
+from .saving import Saving, saving, told
 
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-__all__ = ["imbalances", "saved_s"]
+__all__ = ["imbalances", "saved_s", "saving_of_part"]
 
 _SLOW = 1.25
 """A calculator is slow if it takes this many times as long per particle as others."""
@@ -30,15 +31,23 @@ _MUCH = 0.2
 def saved_s(part: Part) -> float:
     """Return the mean seconds per frame that perfect balance would save if moving particles cost nothing.
 
+    Then calculators hold particles in proportion to their machines' speeds.
+
     No frame can become shorter than the longest work of a rank that is not a calculator.
     """
     act, seconds = _acting(part), part.seconds
-    saved = (act.max(axis=1) - act.mean(axis=1)).reindex(seconds.index).fillna(0.0)
+    saved = (act.max(axis=1) - measures.balanced_s(part.load, act)).reindex(seconds.index).fillna(0.0)
     room = seconds
     if not part.times.empty:
         work = work_by_rank(part.times).drop(columns=list(act.columns), errors="ignore")
         room = seconds - work.max(axis=1).reindex(seconds.index).fillna(0.0)
     return float(saved.clip(upper=room.clip(lower=0.0)).mean())
+
+
+def saving_of_part(part: Part) -> Saving:
+    """Estimate what balancing would save in a part of a run; NaN if its log lacks the data."""
+    known = part.frame_s > 0 and not part.load.empty
+    return saving(part.run, saved_s(part) / part.frame_s if known else float("nan"))
 
 
 def _acting(part: Part) -> DataFrame:
@@ -72,7 +81,7 @@ def imbalances(part: Part) -> Iterator[Loss]:
     slow = int(str(act.idxmax()))
     if slow not in each.index or each[slow] <= _SLOW * usual:
         return
-    late = min(float(act.max() - act.mean()) - float(usual * (n.max() - n.mean())), saved - uneven)
+    late = saved - uneven
     yield Loss("slow rank", late, slow, _slow_sentence(part, slow, float(each[slow] / usual), late))
 
 
@@ -147,6 +156,9 @@ def _slow_sentence(part: Part, rank: int, factor: float, late: float) -> str:
 
 
 def _balancer(part: Part, which: str = "") -> str:
+    found = saving_of_part(part)
+    if found.balancer:
+        return told(found)
     if part.run.balancer.startswith("Static"):
         return f"try a balancer{' ' + which if which else ''} (--balancer pairwise, or PrefixCuts())"
     return f"try a balancer other than {part.run.balancer}, or let it act more often"

@@ -133,6 +133,11 @@ class Run:
         """One row per frame and wall of `contact`: the force of particles on it, and its torque."""
         return self._table("walls")
 
+    @property
+    def links(self) -> DataFrame:
+        """One row per pair of ranks that exchanged messages when the run started: how fast they travelled."""
+        return self._table("links")
+
     def waits(self) -> DataFrame:
         """Return how long ranks waited for each other.
 
@@ -334,8 +339,9 @@ class Run:
         """Explain what costs the run's time.
 
         Returns:
-            At most six sentences with advice, the largest loss first; print it. `saving` is the fraction of
-            the time that perfect balance would save; `losses` has causes and seconds.
+            At most six sentences with advice, the largest loss first; print it. `saving` is the part of the
+            time that the best other balancer, `balancer`, would save, between `low` and `high`; below 0, it
+            would lose. `losses` has causes and seconds.
         """
         from .explaining import explain
 
@@ -464,11 +470,12 @@ class Run:
             balancer: the other balancer.
             powers: the machines' powers, one per calculator on any scale, if known; None: measured speeds are
                 attributed to the machines. `motes.replay.predict` explains both.
-            migrant_s: seconds per migrant of the calculator that sends and receives most, for example from
-                `motes.cluster.migrant_s(cluster)`. None: as in this run.
+            migrant_s: seconds per migrant for each of its two calculators, for example from
+                `motes.cluster.migrant_s(cluster)`. None: as the log tells.
 
         Returns:
-            A run with the same tables and plots.
+            A run with the same tables and plots. `frames` also has `t_frame_low_s` and `t_frame_high_s`,
+            bounds of each frame's seconds.
 
         Raises:
             LogError: if the log has no densities.

@@ -427,6 +427,11 @@ def one_of_each(powers: Sequence[float]) -> list[Balancer]:
     return [kind(**dict.fromkeys(kind._required(), powers)) for kind in _kinds()]
 
 
+def without_options() -> list[Balancer]:
+    """Return one of each core balancer that needs no options."""
+    return [kind() for kind in _kinds() if not kind._required()]
+
+
 def by_name(text: str) -> Balancer:
     """Return the core balancer, with defaults, whose lower-case name starts with `text`."""
     kinds = {kind.__name__.lower(): kind for kind in _kinds() if not kind._required()}

@@ -7,9 +7,10 @@ isolate one effect each; `simulate` runs a recorded or synthetic history under a
 
 from .compare import candidates, compare, planning_ms
 from .frames import Step, SystemStep, simulate
-from .history import History, Recorded, Tables
+from .history import History, Recorded
 from .loads import LOADS, Synthetic, synthetic
 from .predict import predict
+from .tables import Tables
 
 __all__ = [
     "LOADS",

@@ -16,6 +16,7 @@ from ..balance import Balancer, for_any_domains, policy_of
 from ..errors import ArgumentError
 from .bricks import Tree
 from .density import Density
+from .flows import migrants, spread
 from .history import Cuts, Floats, History, Moment, Particles
 
 __all__ = ["Step", "SystemStep", "simulate"]
@@ -39,8 +40,7 @@ class SystemStep:
         moved: particles that the new cuts gave to another calculator in this frame.
         sent: particles sent to other calculators.
         received: particles received from other calculators.
-        changing: particles exchanged beyond the minimum in `sent` and `received`: swaps across a cut, and
-            crossings offset by deaths; negative if fewer are exchanged.
+        flows: migrants from each calculator to each other one, (calculators, calculators).
         density: distribution of the particles.
         killed: number of particles removed.
         plan: the balancer's decision; None: it was not called.
@@ -58,7 +58,7 @@ class SystemStep:
     moved: int
     sent: Floats
     received: Floats
-    changing: float
+    flows: Floats
     density: Particles
     killed: int
     plan: _core.BalancePlan | None = None
@@ -86,14 +86,6 @@ class Step:
         """Each calculator's seconds for all systems."""
         total: Floats = np.sum([system.seconds for system in self.systems], axis=0)
         return total
-
-    @property
-    def busiest(self) -> float:
-        """Migrants sent plus received by the busiest calculator; swaps are spread evenly over all."""
-        own = [
-            system.sent + system.received + 2 * system.changing / len(system.sent) for system in self.systems
-        ]
-        return float(np.sum(own, axis=0).max())
 
     @property
     def particles(self) -> Counts:
@@ -134,8 +126,7 @@ class _System:
         error = np.array([self.speeds.error(c) for c in range(len(n_end))])
         source, to, n = moment.density.overlaps(self.cuts_before, self.cuts)
         moved = round(float(n[source != to].sum()))
-        sent, received = moment.density.exchange(processed, n_end)
-        changing = self._changing(moment, moved, float(sent.sum()))
+        flows = self._flows(moment, moved, processed, n_end)
         self.density, self.n_end, self.cuts_before = moment.density, n_end, self.cuts
         return SystemStep(
             self.cuts,
@@ -147,22 +138,43 @@ class _System:
             smoothed,
             error,
             moved,
-            sent,
-            received,
-            changing,
+            flows.sum(axis=1),
+            flows.sum(axis=0),
+            flows,
             moment.density,
             moment.killed,
             next_cuts=self.cuts,
         )
 
+    def _flows(self, moment: Moment, moved: int, processed: Counts, n_end: Counts) -> Floats:
+        """Return the migrants; as recorded where the cuts are those of the recorded run."""
+        if (
+            moment.flows is not None
+            and _same(self.cuts_before, moment.before)
+            and _same(self.cuts, moment.cuts)
+        ):
+            return moment.flows
+        if moment.ways is not None and not isinstance(self.cuts, Tree):
+            assert not isinstance(self.cuts_before, Tree)
+            return migrants(moment, self.cuts_before, self.cuts) * moment.agreement
+        sent, received = moment.density.exchange(processed, n_end)
+        return spread(sent, received, self._changing(moment, moved, float(sent.sum())))
+
     def _changing(self, moment: Moment, moved: int, least: float) -> float:
-        """Return the number of particles exchanged beyond the minimum."""
+        """Return the migrants beyond the minimum: swaps across a cut, crossings offset by deaths."""
         near, around = moment.density.around(self.cuts), moment.density.around(moment.cuts)
         share = near / around if around > 0 else 0.0
         if moment.crossing is None:
             return moment.changing * share
         crossing = moment.crossing * near + moment.changing * min(share, 1.0)
         return max(crossing + moved, 0.0) - least
+
+
+def _same(ours: Cuts | Tree, theirs: Cuts | Tree | None) -> bool:
+    if theirs is None or isinstance(ours, Tree) != isinstance(theirs, Tree):
+        return False
+    a, b = (one.at if isinstance(one, Tree) else one for one in (ours, theirs))
+    return np.array_equal(a, b)
 
 
 def simulate(history: History, balancer: Balancer, powers: Floats | None = None) -> Iterator[Step]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -12,13 +12,14 @@ from .._values.space import are_bricks
 from ..errors import LogError
 from .bricks import Cloud, Tree
 from .density import Density
+from .flows import matched, migrants, spread
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from pandas import DataFrame
 
-__all__ = ["FrameCosts", "History", "Moment", "Particles", "Recorded", "Tables"]
+    from .tables import Tables
+
+__all__ = ["History", "Moment", "Particles", "Recorded"]
 
 Floats = npt.NDArray[np.float64]
 Cuts = npt.NDArray[np.float32]
@@ -74,66 +75,19 @@ class Moment:
     this frame's deviation from the smoothed rate."""
     crossing: float | None = None
     """Particles that cross a cut per frame, per particle near it (`around`); None: unknown."""
-
-
-@dataclass(frozen=True)
-class FrameCosts:
-    """Costs of a frame in addition to the actions."""
-
-    other_s: float
-    """Seconds that depend on neither particles nor migrants."""
-    bytes_each: float
-    """Bytes per migrant."""
-    migrant_s: float = 0.0
-    """Seconds per migrant of the calculator that sends and receives most."""
-    picture_s: Floats | None = None
-    """Seconds per particle of each calculator's part of the picture; None: no picture."""
-
-
-class Tables(Protocol):
-    """Data needed from a recorded run; a `Run` has all of them."""
-
-    @property
-    def name(self) -> str:
-        """The run's name, for error messages."""
-
-    @property
-    def calculators(self) -> list[int]:
-        """The calculators' ranks in the order of their domains."""
-
-    @property
-    def systems(self) -> list[str]:
-        """The particle systems' names."""
-
-    def axis(self, system: str) -> str:
-        """Return the axes along which a system's domains are cut.
-
-        Args:
-            system: the system's name.
-
-        Returns:
-            "x", "xz", ...; "hilbert", "morton"; "id" if particles are distributed by id.
-        """
-
-    @property
-    def speeds(self) -> Mapping[int, float]:
-        """Factors by which ranks were slowed down on purpose; empty if none were."""
-
-    @property
-    def hosts(self) -> Mapping[int, str]:
-        """Each rank's host."""
-
-    @property
-    def frames(self) -> DataFrame:
-        """The log's table `frames`."""
-
-    @property
-    def load(self) -> DataFrame:
-        """The log's table `load`."""
-
-    @property
-    def density(self) -> DataFrame:
-        """The log's table `density`."""
+    ways: Floats | None = None
+    """How far particles moved along the axis in this frame: equally likely ways of each recorded domain,
+    (calculators, ways), NaN in empty domains; None: unknown."""
+    agreement: float = 1.0
+    """Ratio of recorded migrants to those that ways predict for the recorded cuts."""
+    before: Cuts | Tree | None = None
+    """The recorded run's cuts in the previous frame."""
+    earlier: Particles | None = None
+    """Particles at the end of the previous frame; None: there was none."""
+    flows: Floats | None = None
+    """The recorded run's migrants from each calculator to each other one; None: unknown."""
+    guessed: float = 0.0
+    """The number of migrants that ways predict for the recorded cuts."""
 
 
 class History(Protocol):
@@ -161,20 +115,23 @@ class History(Protocol):
 
 
 class Recorded:
-    """The history of a recorded run."""
+    """The history of a recorded run.
 
-    def __init__(self, run: Tables, migrant_s: float | None = None) -> None:
+    Attributes:
+        acted: seconds of actions, (frames, calculators) like the next two.
+        held: particles at the frame's end.
+        created: particles born.
+    """
+
+    def __init__(self, run: Tables) -> None:
         """Read the tables of a run.
 
         Args:
             run: the recorded run.
-            migrant_s: seconds per migrant of the busiest calculator, if the network is known; None: fitted to
-                the run's frames.
 
         Raises:
             LogError: if tables are missing or incomplete.
         """
-        run = getattr(run, "unchanged", run)  # a replay ends where other calculators go on
         self.ranks = run.calculators
         self.systems = run.systems
         self._factors = np.array([run.speeds.get(rank, 1.0) for rank in self.ranks])
@@ -185,12 +142,11 @@ class Recorded:
         self.axes = [run.axis(system) for system in self.systems]
         self._grids = [self._of(run, system) for system in self.systems]
         self._whole(run.name)
-        frame_rows = run.frames.set_index("frame").loc[self.frames]
-        self._t_frame = frame_rows["t_frame_s"].to_numpy(np.float64)
-        total = frame_rows["exchanged"].sum()
-        self._bytes_each = float(frame_rows["exchanged_bytes"].sum() / total) if total else 0.0
-        self._picture = self._pictures(run)
-        self._migrant_s = self._fit_migrants(run) if migrant_s is None else migrant_s
+        self.acted, self.held, self.created = map(self._sum, ("t_compute_s", "n", "created"))
+        self._asked = {} if run.balance.empty else dict(iter(run.balance.groupby("frame")))
+        self.decentralised = run.balancer.startswith("Diffusive")
+        self.plans = not run.balancer.startswith("Static") and "manager=False" not in run.balancer
+        self._moments: dict[tuple[int, int], Moment] = {}
 
     def _of(self, run: Tables, system: str) -> dict[str, Any]:
         load = run.load[run.load["system"] == system]
@@ -209,6 +165,9 @@ class Recorded:
             )
         }
         grid["n"] = self._grid(density, "n")
+        told = [name for name in density.columns if name.startswith("way_q")]
+        if run.axis(system) in ("x", "y", "z") and density[told].notna().any(axis=None):
+            grid["ways"] = _held(np.stack([self._grid(density, name) for name in told], axis=-1))
         names = [name for name in density.columns if name.startswith("x_q")]
         grid["x"] = np.stack([self._grid(density, name) for name in names], axis=-1)
         if are_bricks(axes := run.axis(system)):
@@ -286,19 +245,39 @@ class Recorded:
             k: index of the frame in the history.
             system: index of the system.
         """
+        moment = self._moment(k, system)
+        if moment.ways is None:
+            return moment
+        around = range(max(k - _SMOOTH, 0), min(k + _SMOOTH + 1, len(self.frames)))
+        known = [self._moment(j, system) for j in around]
+        guess = sum(one.guessed for one in known)
+        sent = sum(float(np.nansum(self._grids[system]["sent"][j])) for j in around)
+        few = 1e-4 * sum(one.density.total for one in known)
+        ratio = min(max(sent / guess, 0.5), 2.0) if guess > few else 1.0
+        return replace(moment, agreement=ratio)
+
+    def _moment(self, k: int, system: int) -> Moment:
+        """Return one system in one frame, but without `agreement`."""
+        if (k, system) not in self._moments:
+            self._moments[k, system] = self._made(k, system)
+        return self._moments[k, system]
+
+    def _made(self, k: int, system: int) -> Moment:
         grid = self._grids[system]
         n, created = grid["n"][k], grid["created"][k]
         density: Particles
         births: Particles
         cuts: Cuts | Tree
         density, births, cuts = self._places(grid, k) if "axes" not in grid else self._bricks(grid, k)
-        crossing = None
-        if "axes" in grid or np.nansum(grid["killed"]) < _DEATHS * np.nansum(grid["sent"]):
+        crossing, changing = None, 0.0
+        if "ways" in grid:
+            pass  # tell more than counts beside cuts
+        elif "axes" in grid or np.nansum(grid["killed"]) < _DEATHS * np.nansum(grid["sent"]):
             least = density.exchange(grid["n_start"][k] + created, n)[0].sum()
             changing = max(float(grid["sent"][k].sum() - least), 0.0)
         else:
             crossing, changing = (float(values[k]) for values in self._crossing(system))
-        return Moment(
+        moment = Moment(
             density=density,
             births=births,
             killed=int(np.nansum(grid["killed"][k])),
@@ -307,7 +286,16 @@ class Recorded:
             overhead_s=grid["overhead"][k],
             changing=changing,
             crossing=crossing,
+            ways=grid["ways"][k] if "ways" in grid else None,
+            before=self._cuts(grid, max(k - 1, 0)),
+            earlier=self._moment(k - 1, system).density if k and "ways" in grid else None,
         )
+        sent, received = (np.nan_to_num(grid[name][k]) for name in ("sent", "received"))
+        if moment.ways is None:
+            return replace(moment, flows=spread(sent, received))
+        assert isinstance(moment.cuts, np.ndarray) and isinstance(moment.before, np.ndarray)
+        guess = migrants(moment, moment.before, moment.cuts)
+        return replace(moment, flows=matched(guess, sent, received), guessed=float(guess.sum()))
 
     def _crossing(self, system: int) -> tuple[Floats, Floats]:
         """Return crossings per particle near a cut, and each frame's deviation from this rate in particles.
@@ -332,10 +320,19 @@ class Recorded:
         return found
 
     @staticmethod
+    def _cuts(grid: dict[str, Any], k: int) -> Cuts | Tree:
+        """Return the cuts of a frame."""
+        if "axes" in grid:
+            return Tree.of_boxes(grid["low"][k].astype(np.float64), grid["high"][k].astype(np.float64))
+        cuts: Cuts = grid["domain_hi"][k, :-1].astype(np.float32)
+        return cuts
+
+    @staticmethod
     def _places(grid: dict[str, Any], k: int) -> tuple[Density, Density, Cuts]:
         """Return the particles and births along an axis, and the cuts."""
         x = grid["x"][k]
-        cuts = grid["domain_hi"][k, :-1].astype(np.float32)
+        cuts = Recorded._cuts(grid, k)
+        assert isinstance(cuts, np.ndarray)
         births = Density.of_quantiles(_somewhere(_born(grid, k, cuts), cuts), grid["created"][k])
         return Density.of_quantiles(x, grid["n"][k]), births, cuts
 
@@ -344,59 +341,67 @@ class Recorded:
         """Return the particles and births in bricks, and the cuts."""
         x, axes = grid["x"][k], grid["axes"]
         low, high = grid["low"][k].astype(np.float64), grid["high"][k].astype(np.float64)
+        cuts = Recorded._cuts(grid, k)
+        assert isinstance(cuts, Tree)
         somewhere = np.where(np.isnan(x), _middle(low, high)[:, axes, None], x)
         births = Cloud.of_quantiles(somewhere, grid["created"][k], axes)
-        return Cloud.of_quantiles(x, grid["n"][k], axes), births, Tree.of_boxes(low, high)
+        return Cloud.of_quantiles(x, grid["n"][k], axes), births, cuts
 
-    def costs(self, k: int) -> FrameCosts:
-        """Return a frame's costs in addition to the actions.
+    # --- what the recorded run did
+
+    def flows(self, k: int) -> list[Floats]:
+        """Return the migrants of each system in the k-th frame, (calculators, calculators) each.
 
         Args:
             k: index of the frame in the history.
         """
-        n = np.maximum(sum(grid["n"][k] for grid in self._grids), 1.0)
-        rest = self._t_frame[k] - self._slowest()[k] - self._migrant_s * self._migrants()[k]
-        return FrameCosts(
-            other_s=max(float(rest), 0.0),
-            bytes_each=self._bytes_each,
-            migrant_s=self._migrant_s,
-            picture_s=self._picture[k] / n,
-        )
+        found = [self._moment(k, system).flows for system in range(len(self.systems))]
+        return [flows for flows in found if flows is not None]
 
-    def _slowest(self) -> Floats:
-        """Return the seconds of the slowest calculator's actions and picture, per frame."""
-        spent = sum(grid["t_compute_s"][: len(self.frames)] for grid in self._grids)
-        slowest: Floats = np.asarray(spent + self._picture).max(axis=1)
-        return slowest
+    def asked(self, k: int) -> list[tuple[Floats, list[int], bool, bool]]:
+        """Return who looked for new cuts at the end of the k-th frame.
 
-    def _migrants(self) -> Floats:
-        """Return the migrants sent plus received by the busiest calculator, per frame."""
-        moved = sum((grid["sent"] + grid["received"])[: len(self.frames)] for grid in self._grids)
-        busiest: Floats = np.nan_to_num(np.asarray(moved)).max(axis=1)
-        return busiest
+        Args:
+            k: index of the frame in the history.
 
-    def _pictures(self, run: Tables) -> Floats:
-        """Return each calculator's seconds of work on pictures, per frame, without waits."""
-        times = getattr(run, "times", None)
-        if times is None or not len(times):
-            return np.zeros((len(self.frames), len(self.ranks)))
-        return np.nan_to_num(self._grid(times, "picture_s"))
-
-    def _fit_migrants(self, run: Tables) -> float:
-        """Return the seconds per migrant: the slope of a line fitted to the frames.
-
-        The slope is the median over pairs of frames (Theil-Sen), which makes it robust against interrupted
-        frames. If all frames exchanged about the same number, the slope is unknown and taken as 0.
+        Returns:
+            For each system whose cuts a balancer asked for: its particles, the calculators that looked,
+            whether they made histograms, and whether domains are bricks.
         """
-        chosen = np.unique(np.linspace(0, len(self.frames) - 1, 300).astype(int))
-        x, y = self._migrants()[chosen], (self._t_frame - self._slowest())[chosen]
-        pairs = np.triu_indices(len(x), 1)
-        apart = np.abs(x[pairs[0]] - x[pairs[1]])
-        far = apart > max(0.25 * float(x.max(initial=0.0)), 1.0)
-        if far.sum() < 8:
-            return 0.0
-        slopes = (y[pairs[0]] - y[pairs[1]])[far] / (x[pairs[0]] - x[pairs[1]])[far]
-        return max(float(np.median(slopes)), 0.0)
+        rows = self._asked.get(self.frames[k])
+        found: list[tuple[Floats, list[int], bool, bool]] = []
+        for name, of_system in () if rows is None else rows.groupby("system"):
+            if name not in self.systems:
+                continue
+            grid = self._grids[self.systems.index(str(name))]
+            shares = bool(of_system["given"].isna().all() and of_system["ordered"].isna().all())
+            if shares:  # the rows do not tell, but who looks for cuts nearly always finds other ones
+                other = (of_system["cut_before"] != of_system["cut_after"]).any()
+                donors = list(range(len(self.ranks))) if other else []
+            else:
+                moved = of_system[of_system["given"].notna() & (of_system["ordered"] != 0)]
+                right = (moved["ordered"] > 0).to_numpy()
+                givers = np.where(right, moved["left_rank"], moved["right_rank"])
+                donors = [self.ranks.index(int(rank)) for rank in givers if int(rank) in self.ranks]
+            if donors:
+                found.append((np.nan_to_num(grid["n"][k]), donors, shares, "axes" in grid))
+        return found
+
+    def slowness(self) -> Floats:
+        """Return each machine's seconds per particle, averaged over frames and systems."""
+        each = [(1 / grid["speeds"]).mean(axis=0) for grid in self._grids]
+        return np.asarray(np.mean(each, axis=0), np.float64)
+
+    def _sum(self, name: str) -> Floats:
+        return np.asarray(np.nan_to_num(np.sum([grid[name] for grid in self._grids], axis=0)), np.float64)
+
+
+def _held(ways: Floats) -> Floats:
+    """Replace ways of frames in which no domain has any by those of the frame before or, at first, after."""
+    known = np.flatnonzero(~np.isnan(ways).all(axis=(1, 2)))
+    rows = np.searchsorted(known, np.arange(len(ways)), side="right") - 1
+    held: Floats = ways[known[np.maximum(rows, 0)]]
+    return held
 
 
 def _born(grid: dict[str, Any], k: int, cuts: Cuts) -> Floats:

@@ -7,13 +7,16 @@ from typing import Any
 
 import numpy as np
 
-from ..balance import Balancer
+from ..balance import Balancer, policy_of
 from ..balance._options import checked_powers
 from ..errors import ArgumentError
 from .bricks import Cloud, Tree
+from .costs import Costs
 from .density import Density
+from .estimate import Estimate
 from .frames import Step, SystemStep, simulate
-from .history import FrameCosts, Recorded, Tables
+from .history import Recorded
+from .tables import Tables
 
 __all__ = ["predict"]
 
@@ -30,13 +33,14 @@ def predict(
     """Predict a recorded run under another balancer.
 
     Particle positions in each frame come from the log (density.jsonl); they do not depend on which calculator
-    owned them.
+    owned them. So does how far particles moved, which tells who migrates across other cuts. Without it, for
+    bricks and in logs of earlier versions, `sent` and `received` are the minimum that brings all particles to
+    their calculators, and those that swap sides of a cut: the same fraction of the particles near it as in
+    the recorded run.
 
-    `sent` and `received` are the minimum that brings all particles to their calculators. `exchanged` in
-    `frames` adds those that swap sides of a cut: the same fraction of the particles near it as in the
-    recorded run. If many particles die, it is instead the number that cross the cuts plus the number
-    reassigned by moving cuts. A frame's time is that of the slowest calculator for its particles and its part
-    of the picture, plus the cost of migrants, plus the remaining time of the recorded frame.
+    A frame takes what the recorded one took, and the difference that the balancers make to the clocks of all
+    ranks: actions, migrants, plans and the search for new cuts, pictures, and messages. `t_frame_low_s` and
+    `t_frame_high_s` in `frames` are bounds.
 
     The log records the distribution of each calculator's particles along every cut axis, but not how the axes
     correlate, so they are assumed to be independent within a brick. If particles are distributed by id,
@@ -48,8 +52,8 @@ def predict(
         powers: the machines' powers, one per calculator on any scale, if known. Other differences in measured
             time are then attributed to places, and move with the particles there to another calculator. None:
             measured speeds are attributed to the machines, per calculator and frame.
-        migrant_s: seconds per migrant of the calculator that sends and receives most; None: fitted to the
-            recorded run.
+        migrant_s: seconds per migrant for each of its two calculators, with its bytes on the network; None:
+            as the log tells.
 
     Returns:
         Rows of "frames", "load", "density" and "balance".
@@ -60,42 +64,47 @@ def predict(
     """
     if not isinstance(balancer, Balancer):
         raise ArgumentError("balancer", balancer, "a Balancer")
-    history = Recorded(tables, migrant_s)
+    tables = getattr(tables, "unchanged", tables)  # a replay ends where other ranks continue
+    history = Recorded(tables)
+    costs = Costs(tables, history, migrant_s)
     known = None
     if powers is not None:
         known = np.array(checked_powers(powers, above=True))
         if len(known) != len(history.ranks):
             raise ArgumentError("powers", powers, f"{len(history.ranks)} numbers, one per calculator")
     recorded = tables.frames.set_index("frame")
+    estimate = Estimate(costs, decentralised=policy_of(balancer).decentralised)
     rows: dict[str, list[Row]] = {"frames": [], "load": [], "density": [], "balance": []}
     for step in simulate(history, balancer, known):
-        costs = history.costs(step.k)
+        estimate.add(step)
         row = {str(name): value for name, value in recorded.loc[step.frame].items()}
-        rows["frames"].append(_frame_row(history.ranks, step, costs, row))
+        rows["frames"].append(_frame_row(history.ranks, step, costs.migrant_bytes / costs.scale, row))
         for name, axes, system in zip(history.systems, history.axes, step.systems, strict=True):
             key = {"frame": step.frame, "system": name}
-            rows["load"] += _load_rows(key, history.ranks, tables.hosts, axes, system, costs.bytes_each)
+            rows["load"] += _load_rows(
+                key, history.ranks, tables.hosts, axes, system, costs.migrant_bytes / costs.scale
+            )
             rows["density"] += _density_rows(key, history.ranks, axes, system)
             rows["balance"] += _balance_rows(key, history.ranks, system, repr(balancer))
+    for row, frame_s, low_s, high_s in zip(rows["frames"], *estimate.seconds(), strict=True):
+        row["t_frame_s"], row["t_frame_low_s"], row["t_frame_high_s"] = map(float, (frame_s, low_s, high_s))
     return rows
 
 
-def _frame_row(ranks: Sequence[int], step: Step, costs: FrameCosts, recorded: Row) -> Row:
+def _frame_row(ranks: Sequence[int], step: Step, bytes_each: float, recorded: Row) -> Row:
     seconds = step.seconds
-    exchanged = sum(float(system.sent.sum()) + system.changing for system in step.systems)
+    exchanged = sum(float(system.sent.sum()) for system in step.systems)
     slowest = int(np.argmax(seconds))
     total = float(seconds.sum())
-    pictures = 0.0 if costs.picture_s is None else costs.picture_s * step.particles
     return {
         **recorded,
         "frame": step.frame,
         "particles": int(step.particles.sum()),
         "exchanged": round(exchanged),
-        "exchanged_bytes": round(exchanged * costs.bytes_each),
+        "exchanged_bytes": round(exchanged * bytes_each),
         "imbalance": float(seconds[slowest]) * len(seconds) / total if total > 0 else 1.0,
         "slowest_rank": ranks[slowest],
         "t_act_s": float(seconds[slowest]),
-        "t_frame_s": costs.other_s + float((seconds + pictures).max()) + costs.migrant_s * step.busiest,
     }
 
 

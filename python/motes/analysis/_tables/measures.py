@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "RANK_SECONDS",
+    "balanced_s",
     "by_rank",
     "efficiency",
     "imbalance",
@@ -25,7 +26,7 @@ __all__ = [
     "systems_of",
 ]
 
-RANK_SECONDS = ("t_exchange_s", "t_wait_s", "t_image_s")
+RANK_SECONDS = ("t_exchange_s", "t_wait_s", "t_image_s", "t_project_s")
 """Columns of load.jsonl with one value per rank and frame, which each system's row repeats."""
 
 
@@ -91,6 +92,22 @@ def speeds(load: DataFrame, system: str | None = None) -> DataFrame:
     sums = pd.DataFrame(parts).groupby(["frame", "rank"])[["work", "seconds"]].sum()
     per_rank: Series = sums["work"] / sums["seconds"].where(sums["seconds"] > 0, np.nan)
     return per_rank.unstack("rank")
+
+
+def balanced_s(load: DataFrame, seconds: DataFrame) -> Series:
+    """Return the seconds of each frame if calculators shared its particles by their machines' speeds.
+
+    That is particles / sum of speeds, less than the mean of the seconds on machines that differ.
+
+    Args:
+        load: rows of the log's table.
+        seconds: seconds of actions, frame x rank, to use instead of the table's.
+    """
+    held = by_rank(load.assign(n=load["n_start"] + load["created"]), "n").fillna(0.0)
+    held = held.reindex(index=seconds.index, columns=seconds.columns).fillna(0.0)
+    spent = seconds.sum()
+    all_speeds = float((held.sum() / spent.where(spent > 0)).sum())
+    return held.sum(axis=1) / (all_speeds if all_speeds > 0 else 1.0)
 
 
 def moved_by_cuts(balance: DataFrame, density: DataFrame) -> int:

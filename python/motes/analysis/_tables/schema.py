@@ -14,6 +14,7 @@ __all__ = [
     "QUANTILES",
     "TABLES",
     "TIMES",
+    "WAYS",
     "Column",
     "Table",
 ]
@@ -28,6 +29,9 @@ EARLIER_PHASES = {"word": "all_reduce", "copies": "replicas", "send leavers": "s
 
 QUANTILES = tuple(f"x_q{i:02d}" for i in range(17))
 """Columns of density.jsonl: 17 coordinates that divide a calculator's particles into 16 equal parts."""
+
+WAYS = tuple(f"way_q{i}" for i in range(8))
+"""Columns of density.jsonl: how far particles moved in the frame, as quantiles of a sample."""
 
 
 @dataclass(frozen=True)
@@ -106,6 +110,7 @@ FRAMES = Table(
         t_assemble_s float s image generator: putting other ranks' tiles into the picture
         render_path str - gather, tiles or composite: who drew
         records int - visible particles, counted once per tile they touch
+        record_bytes int B size of all records, of which many may stay on their rank
         render_bytes int B messages for the picture
         """
     ),
@@ -134,6 +139,7 @@ LOAD = Table(
         t_exchange_s float s exchange, including waits; per rank, the same in each system's row
         t_wait_s float s waiting for messages in all phases; per rank
         t_image_s float s its part of the picture; per rank
+        t_project_s float s part of it: making records of its particles, sending them; per rank
         domain_lo float m lower end of the domain along the first cut axis; null: extends to infinity
         domain_hi float m upper end; by id, both are fractions 0..1 of the ids, along a curve, of its length
         domain_y_lo float m lower end along y, for bricks also cut along y
@@ -141,6 +147,10 @@ LOAD = Table(
         domain_z_lo float m lower end along z, for bricks also cut along z
         domain_z_hi float m upper end
         speed float particles/s particles processed per second of compute
+        pack_each_s float s packing a migrant, mean so far; without any, as tried with a few particles
+        unpack_each_s float s unpacking a migrant, likewise
+        search_each_s float s per particle: looking for a cut, or making a histogram, likewise
+        migrant_bytes float B a migrant in a message
         interactions/meetings int - pair interactions in this frame; null for none, like all that follow
         pairs int - pairs within reach in all interactions, counted at both ends
         ghosts/copies int - ghosts sent to other calculators
@@ -193,6 +203,10 @@ DENSITY = Table(
         Column(f"{axis}{name[1:]}", float, "m", f"the same along {axis}, for bricks also cut along {axis}")
         for axis in "yz"
         for name in QUANTILES
+    )
+    + tuple(
+        Column(name, float, "m", f"{2 * i + 1}/16 of a sample moved less far along the first cut axis")
+        for i, name in enumerate(WAYS)
     ),
 )
 
@@ -257,6 +271,21 @@ WALLS = Table(
     ),
 )
 
+LINKS = Table(
+    "links.jsonl",
+    "pair of ranks, measured when the run starts",
+    unique=("frame", "rank", "other"),
+    columns=_columns(
+        _FRAME
+        + """
+        rank int! - MPI rank that sent messages, the manager or a calculator
+        other int! - MPI rank that sent them back
+        message_s float s from sending a short message to having received it
+        byte_s float s in addition, per byte of a longer message
+        """
+    ),
+)
+
 EVENTS = Table(
     "events.jsonl",
     "event",
@@ -292,4 +321,5 @@ TABLES = {
     "times": TIMES,
     "waits": WAITS,
     "walls": WALLS,
+    "links": LINKS,
 }

@@ -131,12 +131,12 @@ class Run:
     @property
     def walls(self) -> DataFrame:
         """One row per frame and wall of `contact`: the force of particles on it, and its torque."""
-        return self._table("walls")
+        return self.table("walls")
 
     @property
     def links(self) -> DataFrame:
         """One row per pair of ranks that exchanged messages when the run started: how fast they travelled."""
-        return self._table("links")
+        return self.table("links")
 
     def waits(self) -> DataFrame:
         """Return how long ranks waited for each other.

@@ -42,13 +42,6 @@ class Interaction {
         count_(sides[1].store == nullptr ? 1 : 2), reach_(reach_of(action, extent)) {}
 
   InteractionCounts act() {
-    InteractionCounts seen = compute();
-    finish();
-    return seen;
-  }
-
-  // Computes the results without changing any particle.
-  InteractionCounts compute() {
     for (std::size_t s = 0; s < count_; ++s) gather(s);
     InteractionCounts seen;
     if (clear() > 0) {
@@ -62,12 +55,9 @@ class Interaction {
     if (law_.remembers) seen.walls = touch_walls(action_, sides_[0], dt_, walls_view(), pool_);
     if (sides_[0].last && has_radius(action_) && !sides_[0].of_clumps)
       seen.overlap_99 = overlap_99(spheres(0), spheres(count_ - 1));
-    return seen;
-  }
-
-  void finish() {
     for (std::size_t s = 0; s < count_; ++s) apply(s);
     if (sides_[0].last && law_.remembers) list_of(0).write_down(*sides_[0].store, sides_[0].law, sides_[0].now);
+    return seen;
   }
 
   InteractionCounts act_on_pairs(const PairProcedure& procedure) {
@@ -422,22 +412,6 @@ InteractionCounts act(const Action& action, const Extent& extent, float dt, cons
   if (action.kind == actions::Kind::contact_clumps) return act_on_clumps(action, extent, dt, sides[0], scratch, pool);
   if (!(reach_of(action, extent) > 0)) return {};
   return Interaction(action, extent, dt, sides, scratch, pool).act();
-}
-
-InteractionCounts act_on_each_other(const Action* const (&contacts)[2], const Extent& extent, float dt,
-                                    const Side (&sides)[2], Scratch& scratch, threads::Pool& pool) {
-  if (!(reach_of(*contacts[0], extent) > 0)) return {};
-  const Side first[2] = {sides[0], {}}, second[2] = {sides[1], {}};
-  Interaction one(*contacts[0], extent, dt, first, scratch.of(0), pool);
-  Interaction other(*contacts[1], extent, dt, second, scratch.of(1), pool);
-  InteractionCounts seen = one.compute();
-  const InteractionCounts more = other.compute();
-  one.finish();
-  other.finish();
-  seen.pairs += more.pairs;
-  seen.most_in_a_cell = std::max(seen.most_in_a_cell, more.most_in_a_cell);
-  seen.overlap_99 = std::max(seen.overlap_99, more.overlap_99);
-  return seen;
 }
 
 }  // namespace motes::interactions

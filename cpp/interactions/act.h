@@ -112,9 +112,4 @@ InteractionCounts act_on_pairs(const actions::Action& action, const Side& side, 
 InteractionCounts act(const actions::Action& action, const Extent& extent, float dt, const Side (&sides)[2],
                       Scratch& scratch, threads::Pool& pool);
 
-/// Lets the spheres of two systems touch: a contact each, with that system's walls. The ghosts of each side are all
-/// spheres of the other.
-InteractionCounts act_on_each_other(const actions::Action* const (&contacts)[2], const Extent& extent, float dt,
-                                    const Side (&sides)[2], Scratch& scratch, threads::Pool& pool);
-
 }  // namespace motes::interactions

@@ -314,7 +314,6 @@ class ContactSide {
     side_ = clumps_->side(given);
   }
 
-  const Action& law() const { return law_; }
   const Side& side() const { return side_; }
 
   // Returns the largest radius of a sphere, m. `radius`: that of the particles, or of the balls that enclose clumps.
@@ -348,28 +347,23 @@ class ContactSide {
     return all;
   }
 
-  // Before the law runs. If the reach is 0, it does not: then no sphere is pushed.
-  void begin(float reach) {
-    if (clumps_ == nullptr || reach > 0) return;
-    for (int c = 0; c < 3; ++c) {
-      for (const int attribute : {particles::velocity, particles::rotational_velocity}) {
-        std::fill_n(side_.store->writable_plane(attribute, c), side_.store->size(), 0.0f);
-      }
-    }
-  }
-
-  // After the law: sums the pushes on spheres onto their clumps.
-  void end(float dt) {
-    if (clumps_ == nullptr) return;
-    Store& store = *side_.store;
+  // Lets the side's spheres touch each other or its ghosts, and sums the pushes on spheres onto their clumps.
+  InteractionCounts act(const Side& side, const Extent& extent, float dt, Scratch& scratch) {
+    const bool reaches = reach_of(law_, extent) > 0;
+    const Side sides[2] = {side, {}};
+    const InteractionCounts seen = interactions::act(law_, extent, dt, sides, scratch, pool_);
+    if (clumps_ == nullptr) return seen;
+    Store& store = *side.store;
     const float* sums[7];
-    for (int c = 0; c < 3; ++c) {
-      sums[c] = store.writable_plane(particles::velocity, c);
-      sums[3 + c] = store.writable_plane(particles::rotational_velocity, c);
+    for (int c = 0; c < 6; ++c) {
+      float* const sum = store.writable_plane(c < 3 ? particles::velocity : particles::rotational_velocity, c % 3);
+      if (!reaches) std::fill_n(sum, store.size(), 0.0f);  // no sphere has a size, so none is pushed
+      sums[c] = sum;
     }
     sums[6] = store.writable_plane(particles::contacts, 0);
     Summing(action_, dt, given_, *clumps_, pool_).run(sums);
     take_touches(given_, store, clumps_->spheres().size());
+    return seen;
   }
 
  private:
@@ -391,11 +385,7 @@ InteractionCounts act_on_clumps(const Action& action, const Extent& extent, floa
   ContactSide clumps(action, side, scratch, pool);
   Extent of_spheres = extent;
   of_spheres.radius = clumps.radius_of_spheres(extent.radius);
-  clumps.begin(reach_of(clumps.law(), of_spheres));
-  const Side sides[2] = {clumps.side(), {}};
-  const InteractionCounts seen = act(clumps.law(), of_spheres, dt, sides, scratch, pool);
-  clumps.end(dt);
-  return seen;
+  return clumps.act(clumps.side(), of_spheres, dt, scratch);
 }
 
 InteractionCounts contact_between(const Action* const (&actions)[2], const Extent& extent, float dt,
@@ -406,12 +396,12 @@ InteractionCounts contact_between(const Action* const (&actions)[2], const Exten
   Extent of_spheres = extent;
   of_spheres.radius = first.radius_of_spheres(extent.radius);
   of_spheres.other_radius = second.radius_of_spheres(extent.other_radius);
-  const Ghosts seen_by_first = second.all(), seen_by_second = first.all();
-  const Action* const contacts[2] = {&first.law(), &second.law()};
-  const Side spheres[2] = {first.side(seen_by_first, 1), second.side(seen_by_second, 2)};
-  for (ContactSide* side : {&first, &second}) side->begin(reach_of(*contacts[0], of_spheres));
-  InteractionCounts seen = act_on_each_other(contacts, of_spheres, dt, spheres, scratch, pool);
-  for (ContactSide* side : {&first, &second}) side->end(dt);
+  const Ghosts seen_by_first = second.all(), seen_by_second = first.all();  // before either changes
+  InteractionCounts seen = first.act(first.side(seen_by_first, 1), of_spheres, dt, scratch.of(0));
+  const InteractionCounts more = second.act(second.side(seen_by_second, 2), of_spheres, dt, scratch.of(1));
+  seen.pairs += more.pairs;
+  seen.most_in_a_cell = std::max(seen.most_in_a_cell, more.most_in_a_cell);
+  seen.overlap_99 = std::max(seen.overlap_99, more.overlap_99);
   return seen;
 }
 

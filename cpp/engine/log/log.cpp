@@ -197,7 +197,8 @@ void Log::event(const std::string& kind, std::uint64_t frame, const std::string&
 }
 
 void Log::sync() {
-  for (jsonl::JsonlTable* table : {&load_, &density_, &times_, &waits_, &links_, &frames_, &balance_, &events_}) table->sync();
+  for (jsonl::JsonlTable* table : {&load_, &density_, &times_, &waits_, &links_, &frames_, &balance_, &events_})
+    table->sync();
   jsonl::sync_directory_of(directory_ + "/");
 }
 

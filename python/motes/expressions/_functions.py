@@ -165,7 +165,8 @@ def clamp(a: Any, low: Any, high: Any) -> Expression:
         low: the smallest value.
         high: the largest value.
     """
-    return minimum(maximum(a, low), high)
+    within: Expression = minimum(maximum(a, low), high)
+    return within
 
 
 @takes_arrays()

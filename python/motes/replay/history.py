@@ -186,8 +186,8 @@ class Recorded:
     ) -> None:
         """Add quantiles along all cut axes, and the ends of all domains."""
         numbers = grid["axes"] = ["xyz".index(axis) for axis in axes]
-        told = [name for name in density.columns if name[1:3] == "_q" and name[0] in axes[1:]]
-        if len(told) != 17 * (len(axes) - 1) or density[told].isna().all(axis=None):
+        told = [[name for name in density.columns if name.startswith(f"{axis}_q")] for axis in axes[1:]]
+        if any(len(names) != 17 or density[names].isna().all(axis=None) for names in told):
             raise LogError(f"{run}: a replay of bricks needs density.jsonl to have quantiles along {axes}")
         along = [[self._grid(density, f"{axis}_q{q:02d}") for q in range(17)] for axis in axes[1:]]
         grid["x"] = np.stack([grid["x"], *(np.stack(one, axis=-1) for one in along)], axis=-2)

@@ -102,7 +102,7 @@ def test_a_user_may_choose_where_ranks_share_memory(tmp_path):
 
 
 def test_launchers_that_start_at_once_do_not_remove_each_others_folders(tmp_path, monkeypatch):
-    """A folder has no lock at first: whoever made it then makes another one."""
+    """A folder has no lock at first. If it is removed then, its maker makes another one."""
     swept = []
 
     def between(**options: str) -> str:

@@ -77,10 +77,7 @@ class Run:
         """Return one of the log's tables as it is in its file.
 
         Args:
-            name: "frames", "load", "balance", "density", "events", "spans", "times" or "waits".
-
-        Returns:
-            The table.
+            name: the file's name without its suffix: "frames", "load", "waits", ...
         """
         if name in self._given:
             self._given[name] = with_columns(self._given[name], TABLES[name].columns)

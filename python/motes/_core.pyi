@@ -40,6 +40,7 @@ __all__: list[str] = [
     "disaster",
     "end_process_after",
     "end_with_code",
+    "evaluate",
     "forget_mpi",
     "forget_stop_signal",
     "give_left",
@@ -499,7 +500,7 @@ def end_with_code(code: int) -> None: ...
 def evaluate(
     steps: collections.abc.Sequence[tuple[str, int, float]],
     columns: collections.abc.Sequence[numpy.typing.ArrayLike],
-) -> numpy.typing.NDArray[numpy.float32]: ...
+) -> numpy.ndarray: ...
 def forget_mpi() -> bool:
     """
     Keep a process that was forked by a rank from calling MPI_Finalize; False if that is not possible.

@@ -188,3 +188,22 @@ def test_the_same_bits_on_any_ranks():
 
 def test_a_continued_run_knows_the_last_vertices(tmp_path):
     assert_goes_on(SCRIPT, tmp_path)
+
+
+def test_the_force_on_a_deforming_wall_is_known_by_its_mesh():
+    """A grain at rest on a floor whose vertices do not move any more presses with its weight."""
+    points, triangles = block((-1, -1, -1), (1, 0, 1))
+    floor = motes.Mesh(points, triangles, resolution=24)
+    world = motes.World(seed=1, substeps=400, progress="off")
+    s = world.system("s")
+    with world:
+        for frame in world.frames(30):
+            if frame == 0:
+                s.emit(position=[(0, 0.1, 0)], mass=[2.0])
+            sinks = 0.01 * min(frame, 3)
+            s.gravity((0, -9.81, 0))
+            s.contact(1e5, restitution=0, radius=0.1, walls=[floor.at(vertices=points - (0, sinks, 0))])
+            s.move()
+            world.step()
+        force = world.force(floor)
+    np.testing.assert_allclose(force.force, (0, -2 * 9.81, 0), rtol=1e-3, atol=0.02)

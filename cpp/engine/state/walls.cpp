@@ -71,6 +71,7 @@ std::optional<std::array<double, 6>> force_on(const Script& script, const Shape&
   if (wall.kind == shapes::Kind::mesh) {
     if (found == nullptr) found = only(key_without_places<shapes::kPlaceNumbers>);
     if (found == nullptr) found = only(key_without_places<0>);
+    if (found == nullptr) found = only([](const Shape& mesh) { return mesh.origin; });  // with other vertices
   }
   if (found == nullptr) return std::nullopt;
   return mean_of(found->sum, substeps);

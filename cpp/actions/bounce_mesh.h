@@ -65,7 +65,7 @@ struct RigidMesh {
     return {passage.mask, passage.part, mesh.normal_at(from + way * passage.part, way, outside)};
   }
   MOTES_INLINE Floats3 normal_at_end(Floats3 q, Mask outside) const { return mesh.normal_at(q, Floats3{}, outside); }
-  MOTES_INLINE Floats3 carried_to_end(Floats3 q, Floats /*part*/) const { return q; }
+  MOTES_INLINE Floats3 carried_to_end(Floats3 q, Floats /*part*/, Mask /*outside*/, Floats /*skin*/) const { return q; }
   MOTES_INLINE Floats3 velocity(Floats3 q, Floats /*part*/, float dt) const { return pose.velocity(q, dt); }
 };
 
@@ -78,6 +78,7 @@ struct DeformingMesh {
   static MOTES_INLINE DeformingMesh from(const shapes::Shape& s, const actions::Step& step) {
     return {DeformingLanes::from(*s.deformation), MovingPose::from(s, step), step.start, step.end - step.start};
   }
+  static MOTES_INLINE Floats3 up() { return {all(0.0f), all(1.0f), all(0.0f)}; }
   MOTES_INLINE Floats when(Floats part) const { return select(part == 1.0f, all(begin + span), begin + span * part); }
   MOTES_INLINE Mask may_meet(Floats3 from, Floats3 to) const { return mesh.may_meet(from, to); }
   MOTES_INLINE Floats distance(Floats3 q, Floats part) const { return mesh.distance(q, when(part)); }
@@ -86,15 +87,26 @@ struct DeformingMesh {
     if (!any(passage.mask)) return {passage.mask, passage.part, Floats3{}};
     const Floats3 way = to - from, there = from + way * passage.part;
     const Floats then = when(part + (1.0f - part) * passage.part);
-    return {passage.mask, passage.part, mesh.normal(there, then, outside, Floats3{all(0.0f), all(1.0f), all(0.0f)})};
+    return {passage.mask, passage.part, mesh.normal(there, then, outside, up())};
   }
   MOTES_INLINE Floats3 normal_at_end(Floats3 q, Mask outside) const {
-    return mesh.normal(q, all(begin + span), outside, Floats3{all(0.0f), all(1.0f), all(0.0f)});
+    return mesh.normal(q, all(begin + span), outside, up());
   }
-  /// Returns where the surface carries the place q until the step ends.
-  MOTES_INLINE Floats3 carried_to_end(Floats3 q, Floats part) const {
-    const DeformingLanes::Ends at = mesh.ends(q, when(part));
-    return at.before + (at.now - at.before) * (begin + span);
+  /// Returns where the surface carries the place q until the step ends. In small steps, each of which ends on the side
+  /// given by `outside`: the error of a single one could exceed the thickness of a sheet.
+  Floats3 carried_to_end(Floats3 q, Floats part, Mask outside, Floats skin) const {
+    constexpr int kSteps = 16;
+    Floats now = when(part);
+    for (int k = 1; k <= kSteps; ++k) {
+      const Floats next =
+          k == kSteps ? all(begin + span) : when(part + (1.0f - part) * (static_cast<float>(k) / kSteps));
+      q = q + mesh.motion(q, now) * (next - now);
+      const Floats there = mesh.distance(q, next);
+      const Mask wrong = (there > 0.0f) ^ outside;
+      q = select(wrong, q + mesh.normal(q, next, outside, up()) * (abs(there) * 1.25f + skin), q);
+      now = next;
+    }
+    return q;
   }
   MOTES_INLINE Floats3 velocity(Floats3 q, Floats part, float dt) const {
     return pose.velocity(q, dt) + pose.turn_freely(mesh.motion(q, when(part)), part) * (span / dt);
@@ -153,7 +165,7 @@ MOTES_INLINE Mask bounce_off(const Moving& moving, float cell, const Rebound& re
     v = select(hit.mask, after, v);
     if (hits == kMostHits) {
       x = select(hit.mask, begin, x);
-      stop(moving, dt, hit.mask, outside, skin, moving.carried_to_end(from, passed), x, v);
+      stop(moving, dt, hit.mask, outside, skin, moving.carried_to_end(from, passed, outside, skin), x, v);
       return bounced;
     }
     x = select(hit.mask, moving.pose.to_world(from, passed) - v * (passed * dt), x);

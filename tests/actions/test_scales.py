@@ -94,6 +94,8 @@ SCENES: dict[str, Callable[[Scale], dict[str, Any]]] = {
         "rolling_friction": 0.1,
         "radius": s.of(0.15, 1),
         "walls": (Plane(s.of((0, -0.5, 0), 1), (0, 1, 0)),),
+        "other": None,  # tests/actions/test_contact_scales.py scales two systems
+        "other_radius": None,
     },
     "CopyVertexB": lambda s: {"position": True, "velocity": True},
     "CurlNoise": lambda s: {

@@ -236,7 +236,6 @@ def test_exports_are_measured_beside_a_plain_write(capsys):
         "usdc",
         "usd-core",
     }
-    assert 60 < rows["npz"]["megabytes"] < rows["vtp"]["megabytes"] < 80, (
-        "64 bytes per particle, and vertices"
-    )
+    assert 60 < rows["npz"]["megabytes"] < 80, "64 bytes per particle"
+    assert 80 < rows["vtp"]["megabytes"] < 110, "as text of four characters for three bytes, and vertices"
     assert all(row["ms"] > 0 and row["by_plain"] > 0 for row in rows.values())

@@ -43,7 +43,7 @@ REMEMBERED = {"n": 1, "more": 3, "slip": 3}
 def begin(saver, frame, describe, original=Saver.begin):
     """Begin a checkpoint; for the frame `full_at`, limit the disk space first."""
     saver.finish()  # the disk must be full for no other checkpoint; film and log are small
-    room = 20_000 if frame == told.get("full_at", -1) else resource.RLIM_INFINITY
+    room = 60_000 if frame == told.get("full_at", -1) else resource.RLIM_INFINITY
     resource.setrlimit(resource.RLIMIT_FSIZE, (room, resource.RLIM_INFINITY))
     original(saver, frame, describe)
 

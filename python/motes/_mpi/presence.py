@@ -21,6 +21,7 @@ import sys
 import threading
 from collections.abc import Callable, Sequence
 
+from .._values import environment
 from .rank_process import JOB, MARK
 
 __all__ = ["LAUNCHER_TELLS", "Presence", "has_mpi", "started_by", "waits_for_mpi"]
@@ -63,7 +64,7 @@ def has_mpi() -> None:
 
 def _name_memory() -> None:
     """Leave the names of MPICH's shared memory to `motes run`: only ranks that end well remove it."""
-    folder = os.path.dirname(os.environ.get("MOTES_OPEN_WORLDS", ""))
+    folder = os.path.dirname(environment.read("MOTES_OPEN_WORLDS") or "")
     if os.path.isdir(folder):  # on the host of `motes run`
         with contextlib.suppress(OSError), open("/proc/self/maps") as maps:
             for name in set(re.findall(r"/dev/shm/(mpich_\w+)$", maps.read(), re.MULTILINE)):

@@ -11,14 +11,14 @@ from operator import attrgetter, itemgetter
 from typing import TYPE_CHECKING
 
 from .delays import delays
-from .imbalances import imbalances, saving_of_part
+from .imbalances import imbalances, most_saved, saving_of_part
 from .losses import LEAST_PART, Loss, Part, told_s
 from .saving import Saving
 
 if TYPE_CHECKING:
     from .run import Run
 
-__all__ = ["Explanation", "Loss", "Saving", "explain", "frame_s_of", "saving_of", "told_s"]
+__all__ = ["Explanation", "Loss", "Saving", "explain", "frame_s_of", "most_saved_by", "told_s"]
 
 MOST_SENTENCES = 6
 
@@ -94,9 +94,12 @@ def explain(run: Run) -> Explanation:
     )
 
 
-def saving_of(run: Run) -> float:
-    """Return the part of the run's time that the best other balancer would save; below 0: it would lose."""
-    return _saving([Part.of(part) for part in run.parts()]).part
+def most_saved_by(run: Run) -> float:
+    """Return the part of the run's time that perfect balance would save if it cost nothing."""
+    parts = [(part, most_saved(part)) for part in map(Part.of, run.parts())]
+    known = [(one, part.frame_s * part.frames) for part, one in parts if one == one]
+    whole = sum(seconds for _, seconds in known)
+    return sum(one * seconds for one, seconds in known) / whole if whole > 0 else float("nan")
 
 
 def _saving(parts: list[Part]) -> Saving:

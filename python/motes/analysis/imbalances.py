@@ -16,7 +16,7 @@ from .saving import Saving, saving, told
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-__all__ = ["imbalances", "saved_s", "saving_of_part"]
+__all__ = ["imbalances", "most_saved", "saved_s", "saving_of_part"]
 
 _SLOW = 1.25
 """A calculator is slow if it takes this many times as long per particle as others."""
@@ -41,13 +41,18 @@ def saved_s(part: Part) -> float:
     if not part.times.empty:
         work = work_by_rank(part.times).drop(columns=list(act.columns), errors="ignore")
         room = seconds - work.max(axis=1).reindex(seconds.index).fillna(0.0)
-    return float(saved.clip(upper=room.clip(lower=0.0)).mean())
+    return float(saved.clip(lower=0.0, upper=room.clip(lower=0.0)).mean())
 
 
 def saving_of_part(part: Part) -> Saving:
     """Estimate what balancing would save in a part of a run; NaN if its log lacks the data."""
+    return saving(part.run, most_saved(part))
+
+
+def most_saved(part: Part) -> float:
+    """Return the fraction of a part's time that perfect balance would save if it cost nothing, or NaN."""
     known = part.frame_s > 0 and not part.load.empty
-    return saving(part.run, saved_s(part) / part.frame_s if known else float("nan"))
+    return saved_s(part) / part.frame_s if known else float("nan")
 
 
 def _acting(part: Part) -> DataFrame:

@@ -350,6 +350,8 @@ class Run:
         Returns:
             Plain values by name, with units in the names; NaN where the log lacks the data.
         """
+        from .explaining import most_saved_by
+
         frames = self.frames
         n = len(frames)
         seconds = float(frames["t_frame_s"].sum()) if n else 0.0
@@ -371,7 +373,7 @@ class Run:
             "mean_imbalance": math.nan if worth is None else float(worth.mean()),
             "mean_efficiency": math.nan if worth is None else float((1 / worth).mean()),
             **{f"{name}_efficiency": value for name, value in factors.items()},
-            "balance_would_save": self.explain().saving,
+            "balance_would_save": most_saved_by(self),
             "exchanged_per_frame": float(frames["exchanged"].mean()) if n else math.nan,
             "exchanged_bytes_per_frame": float(frames["exchanged_bytes"].mean()) if n else math.nan,
             "moved_to_balance": self._moved(),

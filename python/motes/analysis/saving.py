@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .._values.space import in_a_row
-from ..errors import LogError
+from ..errors import MotesError
 
 if TYPE_CHECKING:
     from ..balance import Balancer
@@ -88,7 +88,7 @@ def _replayed(run: Run, most: float) -> Saving:
         return Saving(most, most, most)
     try:
         return _best(_recent(run))
-    except LogError:  # no densities
+    except (ImportError, MotesError):  # no densities; no core, which has the policies
         return Saving(most, min(most, 0.0), most)
 
 

@@ -79,7 +79,7 @@ def _balance(run: Run) -> Iterable[str]:
         yield f"No particles in any frame: rank{'s' if len(idle) > 1 else ''} {', '.join(idle)}."
     late = measures.imbalance(load).tail(max(len(run.frames) // 2, 1)).mean()
     if run.balancer.startswith("Static") and late > 1.25:
-        saving = explaining.saving_of(run)
+        saving = explaining.most_saved_by(run)
         seconds = explaining.frame_s_of(run)
         yield (
             f"Cuts were static, and the slowest calculator took {late:.2f} times the mean: perfect balance "

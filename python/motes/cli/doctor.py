@@ -159,7 +159,10 @@ def _mpi(report: Report) -> None:
     report.figures["mpirun fits library"] = "yes" if fits else "no"
     if not fits:
         report.problems.append(f"{mpirun.path} is {mpirun.version}, but mpi4py uses {starting.library()}")
-    reason = starting.cannot_survive(mpirun.version)
+    try:
+        reason = starting.cannot_survive(mpirun.version)
+    except ImportError:  # the core, which is reported elsewhere
+        reason = "the core does not load"
     report.figures["survives losses"] = "yes: motes run --survive" if reason is None else f"no: {reason}"
     argv = starting.command(2, [sys.executable, "-c", _HELLO], mpirun=mpirun)
     with folder_of_a_job() as (_, own):

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -31,8 +32,8 @@ std::array<double, 3> vertex(const Mesh& mesh, std::size_t index) {
 // Lays the lattice around both meshes.
 void lay(const Mesh& before, const Mesh& now, Deformation& d) {
   std::array<double, 3> low{}, high{};
-  low.fill(INFINITY);
-  high.fill(-INFINITY);
+  low.fill(std::numeric_limits<double>::infinity());
+  high.fill(-std::numeric_limits<double>::infinity());
   for (const Mesh* mesh : {&before, &now}) {
     for (std::size_t i = 0; i < mesh->vertices.size(); ++i) {
       low[i % 3] = std::min(low[i % 3], double{mesh->vertices[i]});

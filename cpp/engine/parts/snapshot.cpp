@@ -91,18 +91,18 @@ SharedState shared_state(const Parts& parts) {
 // Meshes and pictures come first, because reading the shapes in histories, sprites and walls looks them up.
 void write(const SharedState& state, base::Bytes& out) {
   std::set<meshes::AssetKey> meshes;
+  const auto add = [&](const shapes::Shape& shape) {
+    for (const meshes::AssetKey key : shapes::meshes_of(shape)) meshes.insert(key);
+  };
   for (const SharedSystem& system : state.systems) {
     for (const meshes::AssetKey key : system.history.meshes()) meshes.insert(key);
-    for (const shapes::Shape& wall : system.walls) meshes.insert(wall.mesh);
-    if (!system.sprite) continue;
-    meshes.insert(system.sprite->picture);
-    for (const shapes::Shape& shape : system.sprite->pick.shapes) {
-      for (const meshes::AssetKey key : shapes::meshes_of(shape)) meshes.insert(key);
+    std::for_each(system.walls.begin(), system.walls.end(), add);
+    if (const std::optional<image::Sprite>& sprite = system.sprite; sprite.has_value()) {
+      meshes.insert(sprite->picture);
+      std::for_each(sprite->pick.shapes.begin(), sprite->pick.shapes.end(), add);
     }
   }
-  for (const PressedWall& wall : state.walls) {
-    for (const meshes::AssetKey key : shapes::meshes_of(wall.shape)) meshes.insert(key);
-  }
+  for (const PressedWall& wall : state.walls) add(wall.shape);
   meshes.erase(0);
   meshes::write_assets(meshes, out);
   base::write_fields(state, out);

@@ -241,7 +241,7 @@ class Game:
     def simple_s(self) -> Iterator[float]:
         """Let each simple policy play once, and yield its seconds."""
         equal = self.noise is None and self.raw and len(set(self.machine.speeds)) == 1
-        for number, policy in enumerate(simple(equal=equal)):
+        for number, policy in enumerate(simple(equal=equal, smoothed=not self.raw)):
             if number == len(self._simple_s):
                 self._simple_s.append(self.track.play(self.seen(policy)).seconds)
             yield self._simple_s[number]

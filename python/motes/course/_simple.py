@@ -27,15 +27,20 @@ class Simple(Balancer):
         return Targets(self._shares(load)) if self._rule(load) else Orders([])
 
 
-def simple(*, equal: bool) -> Iterator[Simple]:
+def simple(*, equal: bool, smoothed: bool) -> Iterator[Simple]:
     """Make all simple policies: even shares or measured powers, at fixed times or above fixed limits.
 
     Args:
         equal: whether machines are equal and clocks exact, so that measured powers are even shares, too.
+        smoothed: whether powers are the engine's, so good that it matters most when shares are ordered.
     """
     every = (_even,) if equal else (_powers, _even)
     for frames in (13, 5, 2, 17, 8, 11, 3, 21, 7):
         yield from (Simple(shares, _every(frames)) for shares in every)
+    # With good powers, some of them win by acting just when a crowd comes to rest.
+    for frames in (7, 8, 10, 11, 13, 14, 16) if smoothed else ():
+        for first in (frames // 4, frames // 2, 3 * frames // 4):
+            yield Simple(every[0], _every(frames, first))
     yield Simple(_even, _never)
     for limit in (1.1, 1.2, 1.5, 2.0, 3.0):
         yield Simple(every[0], _late(limit))
@@ -77,8 +82,8 @@ def _always(_: LoadTable) -> bool:
     return True
 
 
-def _every(frames: int) -> Rule:
-    return lambda load: load.frame % frames == 0
+def _every(frames: int, first: int = 0) -> Rule:
+    return lambda load: load.frame % frames == first
 
 
 def _once(frame: int) -> Rule:

@@ -83,7 +83,8 @@ def test_logs_tell_no_speed(written: Path) -> None:
         run = motes.open_run(written / "students" / f"evening_{evening}" / "run")
         assert run.finished and run.speeds == {} and len(run.frames) >= 40
         assert run.load.groupby("frame")["n_end"].sum().tolist() == run.frames["particles"].tolist()
-        replay = run.replay(motes.balance.PrefixCuts())  # over all frames: a crowd may have jumped in the last
+        replay = run.replay(motes.balance.PrefixCuts())
+        # Over all frames: a crowd may have jumped in the last.
         assert replay.imbalance("n_end").mean() < run.imbalance("n_end").mean() + 0.5
 
 

@@ -6,8 +6,8 @@ A run is explained part by part (`Run.parts`), each by its own ranks; losses wit
 from __future__ import annotations
 
 import html
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from operator import attrgetter, itemgetter
 from typing import TYPE_CHECKING
 
 from .delays import delays
@@ -96,25 +96,24 @@ def explain(run: Run) -> Explanation:
 
 def most_saved_by(run: Run) -> float:
     """Return the part of the run's time that perfect balance would save if it cost nothing."""
-    parts = [(part, most_saved(part)) for part in map(Part.of, run.parts())]
-    known = [(one, part.frame_s * part.frames) for part, one in parts if one == one]
-    whole = sum(seconds for _, seconds in known)
-    return sum(one * seconds for one, seconds in known) / whole if whole > 0 else float("nan")
+    parts = [Part.of(part) for part in run.parts()]
+    return _weighted((most_saved(part), part.frame_s * part.frames) for part in parts)
 
 
 def _saving(parts: list[Part]) -> Saving:
     """Combine what balancing would save in each part, weighted by its seconds."""
     found = [(saving_of_part(part), part.frame_s * part.frames) for part in parts]
-    known = [(one, seconds) for one, seconds in found if one.part == one.part and seconds > 0]
-    if not known:
-        return Saving(float("nan"), float("nan"), float("nan"))
-    whole = sum(seconds for _, seconds in known)
-    part, low, high = (
-        sum(value(one) * seconds for one, seconds in known) / whole
-        for value in (attrgetter("part"), attrgetter("low"), attrgetter("high"))
-    )
-    longest = max(known, key=itemgetter(1))[0]
-    return Saving(part, low, high, longest.balancer)
+    bounds = ("part", "low", "high")
+    part, low, high = (_weighted((getattr(one, name), seconds) for one, seconds in found) for name in bounds)
+    known = [(seconds, one.balancer) for one, seconds in found if one.part == one.part]
+    return Saving(part, low, high, max(known, default=(0.0, ""))[1])
+
+
+def _weighted(values: Iterable[tuple[float, float]]) -> float:
+    """Return the mean of values, each with its weight; NaN counts as not given."""
+    known = [(value, weight) for value, weight in values if value == value]
+    whole = sum(weight for _, weight in known)
+    return sum(value * weight for value, weight in known) / whole if whole > 0 else float("nan")
 
 
 def frame_s_of(run: Run) -> float:

@@ -146,8 +146,7 @@ class Run:
             versions the rank waited for is the sender.
         """
         by = ["frame", "rank", "waited_for", "phase"]
-        seconds = self.table("waits").groupby(by, sort=False)["seconds"].sum()
-        return seconds.reset_index()
+        return self.table("waits").groupby(by, sort=False)["seconds"].sum().reset_index()
 
     @property
     def knows_who_is_late(self) -> bool:
@@ -238,9 +237,9 @@ class Run:
         starts = stretches.changes(self.facts)
         if len(starts) == 1:
             return [self]
+        known = {name: self.table(name) for name in TABLES if name != "spans"}
         parts = []
         for facts, then in zip(starts, [*starts[1:], {"frame": math.inf}], strict=True):
-            known = {name: self.table(name) for name in TABLES if name != "spans"}
             mine = {
                 name: rows[(rows["frame"] >= facts["frame"]) & (rows["frame"] < then["frame"])]
                 for name, rows in known.items()

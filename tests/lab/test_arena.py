@@ -10,13 +10,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from motes.arena import MACHINES, Machine, Track, league, machine, on_ranks, table
-from motes.arena.players import FIELD, player
-from motes.arena.score import name_of
 from motes.balance import BALANCERS, Balancer, PrefixCuts, Proportional, Static, Targets
 from motes.cli import main
 from motes.errors import ArgumentError, MotesError
-from motes.workloads import Step, best_cuts, workload
+from motes_lab.arena import MACHINES, Machine, Track, league, machine, on_ranks, table
+from motes_lab.arena.players import FIELD, player
+from motes_lab.arena.score import name_of
+from motes_lab.workloads import Step, best_cuts, workload
 
 FREE = Machine("free", (1.0, 1.0, 0.5, 0.25), 1e-6, 0.0, 0.0, 0.0, 0.0)
 MINE = """

@@ -15,8 +15,8 @@ from motes import _core
 from motes._launch import starting
 from motes._system.recorder_between import BetweenRecorder
 from motes._system.session import Session
-from motes.bench import overhead, paths
 from motes.cli import main
+from motes_lab.bench import overhead, paths
 
 MEETINGS = {*vars(BetweenRecorder), "contact_clumps", "pairs"} - {"law"}
 ACTIONS = [name for name in _core.action_names() if name not in MEETINGS]

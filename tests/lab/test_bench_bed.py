@@ -12,10 +12,10 @@ from typing import Any
 
 import pytest
 
-from motes.bench.peers import bed_lammps
-from motes.bench.peers.bed import bed
-from motes.bench.peers.spheres import NotInstalled
-from motes.cli.bench import _peers as shown
+from motes_lab.bench.peers import bed_lammps
+from motes_lab.bench.peers.bed import bed
+from motes_lab.bench.peers.spheres import NotInstalled
+from motes_lab.cli.bench import _peers as shown
 
 BED: dict[str, Any] = {
     "low": [0.0, 0.0, 0.0],

@@ -13,8 +13,8 @@ from typing import Any
 
 import pytest
 
-from motes.bench.peers import PEERS, numpy_run, peers
 from motes.cli import main
+from motes_lab.bench.peers import PEERS, numpy_run, peers
 
 OPTIONAL = [name for name in PEERS if name != "numpy"]
 

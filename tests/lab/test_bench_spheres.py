@@ -12,10 +12,10 @@ from typing import Any
 
 import pytest
 
-from motes.bench.meetings import REACH
-from motes.bench.peers import lammps_run
-from motes.bench.peers.spheres import NotInstalled, spheres
-from motes.cli.bench import _peers as shown
+from motes_lab.bench.meetings import REACH
+from motes_lab.bench.peers import lammps_run
+from motes_lab.bench.peers.spheres import NotInstalled, spheres
+from motes_lab.cli.bench import _peers as shown
 
 MODULE = """
 import time

@@ -12,10 +12,11 @@ from pathlib import Path
 import pytest
 from launching import command
 
-from motes.arena.players import player
 from motes.balance import PrefixCuts, Static
 from motes.cli import main
-from motes.cluster import (
+from motes.errors import ArgumentError, MotesError
+from motes_lab.arena.players import player
+from motes_lab.cluster import (
     Cluster,
     FastEthernet,
     Modern,
@@ -26,13 +27,12 @@ from motes.cluster import (
     migrant_s,
     simulate,
 )
-from motes.cluster import build as build_module
-from motes.cluster.paper import experiment, in_text, model, show
-from motes.cluster.paper.experiment import Row
-from motes.cluster.paper.tables import IN_TEXT, cells
-from motes.cluster.platform import hosts, platform
-from motes.cluster.simulate import record
-from motes.errors import ArgumentError, MotesError
+from motes_lab.cluster import build as build_module
+from motes_lab.cluster.paper import experiment, in_text, model, show
+from motes_lab.cluster.paper.experiment import Row
+from motes_lab.cluster.paper.tables import IN_TEXT, cells
+from motes_lab.cluster.platform import hosts, platform
+from motes_lab.cluster.simulate import record
 
 ROOT = Path(__file__).parents[2]
 SNOW = ROOT / "examples" / "snow.py"
@@ -445,7 +445,7 @@ def test_a_whole_table_of_the_paper(simulated_replay: Path, tmp_path: Path, tabl
     made = command([sys.executable, "-m", "motes", *argv], env=env, timeout=1700)
     facts = json.loads(made.lines[-1])
     assert len(facts["rows"]) == len(cells(table))
-    assert facts["near"] >= 0.75 * len(facts["rows"]), "see docs/notes/paper.md"
+    assert facts["near"] >= 0.75 * len(facts["rows"]), "see docs/lab/paper.md"
     assert (tmp_path / "table.png").stat().st_size > 10_000
 
 
@@ -457,7 +457,7 @@ def test_all_processes_calculating_come_close_to_the_bound(
     monkeypatch.setenv("MOTES_SMPI_REPLAY", str(simulated_replay))
     (cell,) = (one for one in cells(table) if (one.nodes, one.variant) == ("8*B /16 P.", "FS-DLB"))
     (row,) = experiment.measure([cell])
-    assert cell.experiment == experiment_name and 13.0 < row.best < 13.9, "see docs/notes/paper.md"
+    assert cell.experiment == experiment_name and 13.0 < row.best < 13.9, "see docs/lab/paper.md"
 
 
 @pytest.mark.slow
@@ -468,6 +468,6 @@ def test_the_papers_text(simulated_replay: Path):
     facts = json.loads(command([sys.executable, "-m", "motes", *argv], env=env, timeout=1700).lines[-1])
     snow = [row for row in facts["speedups"] if row["experiment"] == "snow"]
     assert len(snow) == 4
-    assert all(abs(row["ours"] / row["paper"] - 1) < 0.2 for row in snow), "see docs/notes/paper.md"
+    assert all(abs(row["ours"] / row["paper"] - 1) < 0.2 for row in snow), "see docs/lab/paper.md"
     assert facts["eight_slow_nodes"]["ours"] == 7 and facts["eight_slow_nodes"]["ours_two_each"] == 4
     assert all(abs(row["ours"] - row["paper"]) < 6 for row in facts["saved_percent"])

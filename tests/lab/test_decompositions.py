@@ -12,24 +12,24 @@ from typing import Any
 import pytest
 from standing import on_ranks
 
-DOCS = Path(__file__).parents[2] / "docs"
+PAGES = Path(__file__).parents[2] / "docs" / "lab"
 
 
 @pytest.fixture(scope="module")
 def made() -> dict[str, Any]:
-    return runpy.run_path(str(DOCS / "scripts" / "make_decompositions.py"))
+    return runpy.run_path(str(PAGES / "scripts" / "make_decompositions.py"))
 
 
 def test_tables_show_the_figures_that_are_kept(made: dict[str, Any]):
-    known = json.loads((DOCS / "scripts" / "decompositions.json").read_text())
-    page = (DOCS / "notes" / "decompositions.md").read_text()
+    known = json.loads((PAGES / "scripts" / "decompositions.json").read_text())
+    page = (PAGES / "decompositions.md").read_text()
     for part in ("real", "virtual"):
         assert made["table"](part, known[part]) in page
 
 
 @pytest.mark.parametrize("crowd", ["heap", "flock", "ball"])
 def test_crowds_are_the_same_however_space_is_cut(crowd: str, tmp_path: Path):
-    script = (DOCS / "scripts" / "decompositions_crowds.py").read_text()
+    script = (PAGES / "scripts" / "decompositions_crowds.py").read_text()
     script = script.replace("world.step()", "world.step(), world.say(world.digest())")
     options = [f"--crowd={crowd}", "--particles=100", "--calculators=4", "--frames=2", "--space=fit"]
     alone = on_ranks(1, script, *options).lines
@@ -40,7 +40,7 @@ def test_crowds_are_the_same_however_space_is_cut(crowd: str, tmp_path: Path):
 def test_a_run_gives_its_figures(made: dict[str, Any], tmp_path: Path):
     import motes
 
-    script = str(DOCS / "scripts" / "decompositions_crowds.py")
+    script = str(PAGES / "scripts" / "decompositions_crowds.py")
     command = [sys.executable, "-m", "motes", "run", "-n", "4", script]
     command += ["--crowd=flock", "--particles=500", "--calculators=2", "--frames=2", "--space=fit"]
     subprocess.run([*command, f"--log={tmp_path / 'log'}"], check=True, capture_output=True, timeout=200)

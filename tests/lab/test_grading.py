@@ -15,9 +15,9 @@ from submissions import BAD
 
 from motes import course
 from motes.cli import main
-from motes.course import cutting, reading
-from motes.course._secret import Secret
 from motes.errors import MotesError
+from motes_lab.course import cutting, reading
+from motes_lab.course._secret import Secret
 
 EVENINGS = range(1, 7)
 WORTH = {1: 100, 2: 100, 3: 80, 4: 80, 5: 80, 6: 80}

@@ -1,4 +1,4 @@
-"""Grains against published values: docs/scripts/make_grains.py with small vessels, for a run of seconds."""
+"""Grains against published values: docs/lab/scripts/make_grains.py with small vessels, for some seconds."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def test_a_hopper_runs_out_as_fast_as_its_hole_is_wide(cases: Any):
     assert math.log(wide / narrow) / math.log(holes[1] / holes[0]) == pytest.approx(2.5, abs=0.35)
     bulk = 0.6 * cases.DENSITY
     parts = flows / (0.58 * bulk * math.sqrt(9.81) * (holes * cases.DIAMETER) ** 2.5)
-    assert (parts > 0.75).all() and (parts < 1).all(), "small holes stay below the law: docs/notes/grains.md"
+    assert (parts > 0.75).all() and (parts < 1).all(), "small holes stay below the law: docs/lab/grains.md"
 
 
 def test_heaps_are_steeper_the_more_their_grains_resist(cases: Any):

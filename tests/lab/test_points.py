@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from motes.balance import Balancer, LoadTable, Orders, Targets
-from motes.course import policies
-from motes.course._texts import own
+from motes_lab.course import policies
+from motes_lab.course._texts import own
 
 Answer = Targets | Orders
 STAY = Orders([])

@@ -11,10 +11,10 @@ import pytest
 
 import motes
 from motes.balance import Balancer, Diffusive, Pairwise, PrefixCuts, Static
-from motes.cluster import Cluster, FastEthernet, Modern, Network, Node, simulate
-from motes.cluster.simulate import record
+from motes_lab.cluster import Cluster, FastEthernet, Modern, Network, Node, simulate
+from motes_lab.cluster.simulate import record
 
-LOADS = Path(__file__).parents[2] / "docs" / "scripts" / "replay_loads.py"
+LOADS = Path(__file__).parents[2] / "docs" / "lab" / "scripts" / "replay_loads.py"
 NODES = [Node("fast", cores=2, count=2), Node("slow", 0.6, cores=2, count=1)]
 POLICIES = {type(one).__name__: one for one in (Static(), Pairwise(), Diffusive(), PrefixCuts())}
 SKIP = 10  # first frames, in which speeds are learned

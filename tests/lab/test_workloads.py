@@ -12,11 +12,11 @@ from standing import on_ranks
 
 import motes
 from motes.errors import ArgumentError
-from motes.workloads import WORKLOADS, Pic, Planned, Step, best_cuts, workload
+from motes_lab.workloads import WORKLOADS, Pic, Planned, Step, best_cuts, workload
 
 PLAY = """
 import sys, motes
-from motes.workloads import workload
+from motes_lab.workloads import workload
 game = workload(sys.argv[1], frames=24, cells=64, particles=3000)
 world = motes.World(**game.world, balancer=motes.balance.PrefixCuts(), progress="off")
 system = world.system("particles")

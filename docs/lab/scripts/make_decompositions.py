@@ -1,6 +1,6 @@
-"""Make the tables and plot of docs/notes/decompositions.md.
+"""Make the tables and plot of docs/lab/decompositions.md.
 
-Run `python docs/scripts/make_decompositions.py [real] [virtual]`.
+Run `python docs/lab/scripts/make_decompositions.py [real] [virtual]`.
 
 real: snow, fountain, heap and flock of examples/ with slabs, bricks and domains by id, on real ranks.
 virtual: snow and the fountains again, and crowds that interact (decompositions_crowds.py), on up to 1024
@@ -27,8 +27,8 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 import motes
 from motes.analysis.run import Run
 
-DOCS = Path(__file__).resolve().parents[1]
-TARGET = DOCS / "notes" / "decompositions.png"
+DOCS = Path(__file__).resolve().parents[2]
+TARGET = DOCS / "lab" / "decompositions.png"
 FIGURES = Path(__file__).with_name("decompositions.json")
 EXAMPLES = DOCS.parent / "examples"
 
@@ -94,9 +94,9 @@ def real(scene: str, way: str, ranks: int) -> dict[str, float]:
 
 def virtual(scene: str, way: str, ranks: int) -> dict[str, float]:
     """Simulate a scene of 400 000 particles per calculator, of which a sample is computed."""
-    from motes.cluster import Cluster, Node, simulate
-    from motes.cluster.growth import network
-    from motes.cluster.simulate import record
+    from motes_lab.cluster import Cluster, Node, simulate
+    from motes_lab.cluster.growth import network
+    from motes_lab.cluster.simulate import record
 
     calculators = ranks - 2
     computed = min(1000, 500_000 // calculators)

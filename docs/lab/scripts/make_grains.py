@@ -1,6 +1,6 @@
-"""Measure grains against published values: `python docs/scripts/make_grains.py [CASE ...] [--size N]`.
+"""Measure grains against published values: `python docs/lab/scripts/make_grains.py [CASE ...] [--size N]`.
 
-Writes the figures to docs/scripts/grains.json, and the plots of docs/notes/grains.md from them. `--size 2`
+Writes the figures to docs/lab/scripts/grains.json, and the plots of docs/lab/grains.md from them. `--size 2`
 doubles all lengths except the grains' diameter.
 """
 
@@ -20,7 +20,7 @@ import motes
 from motes.shapes import Cylinder, Disc, Mesh, Plane, Shape
 
 FILE = Path(__file__).with_name("grains.json")
-PLOT = Path(__file__).resolve().parents[1] / "notes" / "grains.png"
+PLOT = Path(__file__).resolve().parents[1] / "grains.png"
 DIAMETER, DENSITY = 0.01, 2500.0  # m, kg/m^3: glass
 MASS = DENSITY * math.pi / 6 * DIAMETER**3
 LAW: dict[str, Any] = {"stiffness": 1000.0, "restitution": 0.5, "friction": 0.5}

@@ -1,4 +1,4 @@
-"""Measure heaps of grains and write the table of docs/notes/heaps.md: `python docs/scripts/make_heaps.py`.
+"""Measure heaps of grains and write the table of docs/lab/heaps.md: `python docs/lab/scripts/make_heaps.py`.
 
 Processor time depends on the machine; all other figures are the same everywhere.
 """
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 import motes
 from motes.shapes import Box, Plane, Shape
 
-PAGE = Path(__file__).resolve().parents[1] / "notes" / "heaps.md"
+PAGE = Path(__file__).resolve().parents[1] / "heaps.md"
 MARK = "<!-- written by make_heaps.py -->\n"
 RADIUS, SECONDS = 0.02, 8
 STIFFNESS = 2e5  # N/m, for grains of 1 kg: each touch takes 24 sub-steps of 1/4800 s

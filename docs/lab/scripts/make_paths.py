@@ -1,6 +1,6 @@
-"""Make the plot of paths in docs/pictures.md: `python docs/scripts/make_paths.py`.
+"""Make the plot of paths in docs/pictures.md: `python docs/lab/scripts/make_paths.py`.
 
-Snow fills a picture of 1920x1080 pixels, on virtual clusters (see docs/notes/growth.md). One panel shows
+Snow fills a picture of 1920x1080 pixels, on virtual clusters (see docs/lab/growth.md). One panel shows
 numbers of particles on 16 ranks, the other numbers of ranks with 3.2 million particles. Has the requirements
 of `motes cluster`.
 """
@@ -13,11 +13,11 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from motes.cluster import Cluster, Node
-from motes.cluster.growth import FOLDER, network
-from motes.cluster.simulate import record, simulate
+from motes_lab.cluster import Cluster, Node
+from motes_lab.cluster.growth import FOLDER, network
+from motes_lab.cluster.simulate import record, simulate
 
-TARGET = Path(__file__).resolve().parents[1] / "plots" / "paths.png"
+TARGET = Path(__file__).resolve().parents[2] / "plots" / "paths.png"
 PATHS = ("gather", "tiles", "composite")
 PARTICLES = (50_000, 200_000, 800_000, 3_200_000, 12_800_000)
 RANKS = (2, 4, 8, 16, 32)

@@ -1,6 +1,6 @@
 """Compare replays, and what `explain` says of balancers, with exact runs on virtual clusters.
 
-`python docs/scripts/make_replay_table.py` writes the tables of docs/notes/balancing.md, with the same
+`python docs/lab/scripts/make_replay_table.py` writes the tables of docs/lab/balancing.md, with the same
 figures each time. Four loads run under six policies on three clusters; each log under `Static` and under
 `PrefixCuts` is replayed under all six. Needs SimGrid and `python -m motes cluster build`; takes some minutes.
 `--keep DIR` keeps scenes and logs, and uses those that are already there.
@@ -17,11 +17,11 @@ from pathlib import Path
 
 import motes
 from motes.balance import Balancer, CostAware, Diffusive, Pairwise, PrefixCuts, Proportional, Static
-from motes.cluster import Cluster, FastEthernet, Modern, Node, simulate
-from motes.cluster.simulate import record
+from motes_lab.cluster import Cluster, FastEthernet, Modern, Node, simulate
+from motes_lab.cluster.simulate import record
 
 HERE = Path(__file__).parent
-PAGE = HERE.parent / "notes" / "balancing.md"
+PAGE = HERE.parent / "balancing.md"
 LOADS = ("step", "wave", "drift", "jet")
 NODES = [Node("fast", cores=2, count=2), Node("slow", 0.6, cores=2, count=1)]
 HEAVY = "action = 400\nbirth = 300\nleave = 300\narrive = 300\nrecord = 50\n"

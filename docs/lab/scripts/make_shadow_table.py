@@ -1,6 +1,6 @@
-"""Measure the exchange of shadows for docs/notes/speed_of_pictures.md: lit smoke on a virtual cluster.
+"""Measure the exchange of shadows for docs/lab/speed_of_pictures.md: lit smoke on a virtual cluster.
 
-`python docs/scripts/make_shadow_table.py [RANKS ...]`; has the requirements of `python -m motes cluster`.
+`python docs/lab/scripts/make_shadow_table.py [RANKS ...]`; has the requirements of `python -m motes cluster`.
 """
 
 from __future__ import annotations
@@ -9,9 +9,9 @@ import sys
 import tempfile
 from pathlib import Path
 
-from motes.cluster import Cluster, Node, simulate
-from motes.cluster.growth import network
-from motes.cluster.simulate import record
+from motes_lab.cluster import Cluster, Node, simulate
+from motes_lab.cluster.growth import network
+from motes_lab.cluster.simulate import record
 
 SCENE = """
 import motes

@@ -7,7 +7,7 @@ from typing import Any
 
 import motes
 from motes.shapes import Box
-from motes.workloads import workload
+from motes_lab.workloads import workload
 
 FRAMES = 50
 NAME = sys.argv[1]

@@ -7,13 +7,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from .._values import arguments
+from motes.errors import ArgumentError
+
+from .._engine import arguments
 from ..cluster import Cluster, Modern, Node
 from ..cluster.machines import described
 from ..cluster.paper import model
 from ..cluster.paper.tables import IN_TEXT, Cell
 from ..cluster.simulate import MEASURED_COSTS, costs_of
-from ..errors import ArgumentError
 
 __all__ = ["MACHINES", "Machine", "machine"]
 

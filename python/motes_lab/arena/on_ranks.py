@@ -6,18 +6,16 @@ import json
 import math
 import sys
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from motes.replay.density import Density
+
 from ..bench.jobs import figures_of
-from ..replay.density import Density
 from ..workloads import Planned, Workload, workload
 from .players import player
 from .score import Bounds, Score, scored
-
-if TYPE_CHECKING:
-    from .._particles.particles import LocalParticles
 
 __all__ = ["play"]
 
@@ -111,10 +109,10 @@ def _played(game: Workload, text: str) -> dict[str, Any] | None:
     }
 
 
-def _work(passes: float) -> Callable[[LocalParticles], None]:
+def _work(passes: float) -> Callable[[Any], None]:
     """Return a callback that makes this many passes of synthetic work over all particles."""
 
-    def work(particles: LocalParticles) -> None:
+    def work(particles: Any) -> None:
         x = np.array(particles.position[:, 0])
         for begun in range(math.ceil(passes)):
             some = x[: round(len(x) * min(passes - begun, 1.0))]

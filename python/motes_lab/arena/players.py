@@ -10,9 +10,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from .. import balance
-from ..balance import Balancer
-from ..errors import ArgumentError, MotesError
+from motes import balance
+from motes.balance import Balancer
+from motes.errors import ArgumentError, MotesError
 
 __all__ = ["FIELD", "player"]
 

@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..balance import Balancer
-from ..replay import simulate
+from motes.balance import Balancer
+from motes.replay import simulate
+
 from ..workloads import Planned, Workload
 from .machines import BYTES, Machine
 

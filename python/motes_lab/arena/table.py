@@ -10,9 +10,9 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from .. import _extras
-from .._io import files
-from ..errors import MotesError
+from motes.errors import MotesError
+
+from .._engine import extras, files
 from .score import Score
 
 __all__ = ["keep", "kept", "league", "league_text", "plot", "require_parquet", "rows", "text"]
@@ -109,7 +109,7 @@ def text(scores: Sequence[Score]) -> str:
 
 def plot(scores: Sequence[Score], path: str | os.PathLike[str]) -> None:
     """Plot each frame's time above the optimum in percent, one panel per machine and workload."""
-    Figure = _extras.matplotlib("matplotlib.figure").Figure
+    Figure = extras.matplotlib("matplotlib.figure").Figure
 
     games = list(dict.fromkeys((score.machine, score.workload) for score in scores))
     columns = min(3, len(games))
@@ -159,7 +159,7 @@ def keep(scores: Iterable[Score], path: Path) -> None:
     found = {tuple(row[name] for name in KEY): row for row in [*kept(path), *rows(scores)]}
     with files.whole_path(path) as draft:
         if path.suffix == ".parquet":
-            _extras.pandas("a league of results").DataFrame(list(found.values())).to_parquet(draft)
+            extras.pandas("a league of results").DataFrame(list(found.values())).to_parquet(draft)
         else:
             draft.write_text("".join(json.dumps(row) + "\n" for row in found.values()))
 
@@ -171,7 +171,7 @@ def kept(path: Path) -> list[Row]:
     require_parquet(path)
     try:
         if path.suffix == ".parquet":
-            found = _extras.pandas("a league of results").read_parquet(path).to_dict("records")
+            found = extras.pandas("a league of results").read_parquet(path).to_dict("records")
         else:
             found = [json.loads(line) for line in path.read_text().splitlines()]
         every = [{"particles": 0, **row} for row in found]

@@ -13,11 +13,11 @@ PLANNING_CALCULATORS = 4096
 
 def balance(*, calculators: int, particles: int, frames: int, run: str | None) -> dict[str, Any]:
     """Compare balancers on synthetic loads, or on those in `run`, a run's log; that needs pandas."""
-    from .. import replay
+    from motes import replay
 
     histories: dict[str, replay.History] = {}
     if run is not None:
-        from ..analysis import open_run
+        from motes.analysis import open_run
 
         histories[run] = replay.Recorded(open_run(run))
     else:
@@ -36,4 +36,4 @@ def overhead(*, ranks: int, systems: int, particles: int, rounds: int, frames: i
     """Start a job in which worlds with each balancer take turns, and return the figures of its first rank."""
     sizes = {"systems": systems, "particles": particles, "rounds": rounds, "frames": frames}
     options = [f"--{name}={value}" for name, value in sizes.items()]
-    return figures_of("motes.bench.overhead", ranks, options)
+    return figures_of("motes_lab.bench.overhead", ranks, options)

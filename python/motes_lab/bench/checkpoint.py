@@ -9,10 +9,10 @@ import time
 from pathlib import Path
 from typing import Any
 
-from .._checkpoint import folder
-from .._values.checkpoint import Checkpoint
-from .._world.world import World, session_of
-from ..errors import ArgumentError
+from motes import Checkpoint, World
+from motes.errors import ArgumentError
+
+from .._engine import session_of
 from . import falling
 
 __all__ = ["checkpoint"]
@@ -31,7 +31,7 @@ def checkpoint(*, particles: int, systems: int, every: int, repeats: int) -> dic
     with tempfile.TemporaryDirectory(prefix="motes-bench-") as place:
         directory = Path(place) / "checkpoints"
         waited, plain, beside, written = _run(directory, particles, systems, every, repeats)
-        size = sum(file.stat().st_size for file in folder.whole(directory)[0][1].iterdir())
+        size = sum(file.stat().st_size for file in max(directory.glob("frame-??????")).iterdir())
         copied = _plain_write(Path(place) / "plain", size)
     frame_s, wait_s = statistics.median(plain), statistics.median(waited)
     longer_s = sum(beside) - frame_s * len(beside)

@@ -12,11 +12,12 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from .._interchange.formats import FORMATS
-from .._system.distributions import Uniform
-from .._world.world import World, session_of
-from ..errors import MissingExtraError
-from ..shapes import Box, Sphere
+from motes import Uniform, World
+from motes._interchange.formats import FORMATS
+from motes.errors import MissingExtraError
+from motes.shapes import Box, Sphere
+
+from .._engine import session_of
 
 __all__ = ["export"]
 

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from .._picture.rendering import Camera, Renderer
-from .._system.system import System
-from ..shapes import Box, Plane
+from motes import Camera, Renderer, System
+from motes.shapes import Box, Plane
 
 __all__ = ["SPACE", "fall", "renderer"]
 

@@ -10,14 +10,15 @@ import platform
 from pathlib import Path
 from typing import Any
 
-from .. import _core
+from .._engine import simd
+from ..compiled import lab
 
 __all__ = ["actions", "births", "leavers", "lists", "meshes", "render", "scale", "scene", "scenery"]
 
 
 def scene(name: str, *, particles: int, steps: int) -> dict[str, Any]:
     """Time the list of "snow" or "fountain", and compare it with the limit of memory bandwidth."""
-    figures = _core.act_bench(name, particles, steps)
+    figures = lab.act_bench(name, particles, steps)
     return {"scene": name, "particles": particles, "steps": steps, **_one_core(), **figures}
 
 
@@ -28,7 +29,7 @@ def actions(*, particles: int, repeats: int) -> dict[str, Any]:
         "particles": particles,
         "repeats": repeats,
         **_one_core(),
-        "actions": _core.action_bench(particles, repeats),
+        "actions": lab.action_bench(particles, repeats),
     }
 
 
@@ -38,13 +39,13 @@ def meshes(*, particles: int, repeats: int) -> dict[str, Any]:
         "particles": particles,
         "repeats": repeats,
         **_one_core(),
-        **_core.mesh_bench(particles, repeats),
+        **lab.mesh_bench(particles, repeats),
     }
 
 
 def births(*, calculators: int, births: int, repeats: int) -> dict[str, Any]:
     """Time the work per birth of the calculators that create and pass on births."""
-    figures = _core.birth_bench(calculators, births, repeats)
+    figures = lab.birth_bench(calculators, births, repeats)
     return {"calculators": calculators, "births": births, "repeats": repeats, **_one_core(), **figures}
 
 
@@ -54,7 +55,7 @@ def lists(*, particles: int, steps: int) -> dict[str, Any]:
         "particles": particles,
         "steps": steps,
         **_one_core(),
-        **_core.list_bench(particles, steps),
+        **lab.list_bench(particles, steps),
     }
 
 
@@ -68,7 +69,7 @@ def scale(*, particles: int, steps: int) -> dict[str, Any]:
     limit: dict[int, list[float]] = {n: [] for n in sizes}
     for _ in range(3):
         for n in sizes:
-            figures = _core.act_bench("snow", n, max(steps, 10_000_000 // n))
+            figures = lab.act_bench("snow", n, max(steps, 10_000_000 // n))
             cost[n].append(1e9 / figures["updates_per_s"])
             limit[n].append(1e9 / figures["memory_limit_updates_per_s"])
     least = {n: min(ns) for n, ns in cost.items()}
@@ -83,11 +84,11 @@ def scale(*, particles: int, steps: int) -> dict[str, Any]:
 
 def leavers(*, particles: int, bins: int, steps: int) -> dict[str, Any]:
     """Time several ways to find the particles that have left a domain."""
-    seconds = _core.leaver_bench(particles, bins, steps)
+    seconds = lab.leaver_bench(particles, bins, steps)
     return {
         "particles": particles,
         "bins": bins,
-        "simd": _core.simd(),
+        "simd": simd(),
         **{f"{way.removesuffix('_s')}_ns_per_particle": 1e9 * s / particles for way, s in seconds.items()},
     }
 
@@ -96,16 +97,16 @@ def render(
     *, particles: int, size: tuple[int, int], pixels: int, frames: int, fountain: bool
 ) -> dict[str, Any]:
     """Time a whole frame: project, splat, tone map."""
-    return _core.render_bench(particles, *size, pixels, frames, fountain)
+    return lab.render_bench(particles, *size, pixels, frames, fountain)
 
 
 def scenery(*, size: tuple[int, int], frames: int) -> dict[str, Any]:
     """Time pictures of solids without particles: the camera moves around shapes and a mesh; a light moves."""
-    return _core.scenery_bench(*size, frames)
+    return lab.scenery_bench(*size, frames)
 
 
 def _one_core() -> dict[str, Any]:
-    return {"cores": 1, "simd": _core.simd()}
+    return {"cores": 1, "simd": simd()}
 
 
 def _machine() -> str:

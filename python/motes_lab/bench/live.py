@@ -15,9 +15,9 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
-from .. import _extras
-from .._launch import starting
-from ..errors import MotesError
+from motes.errors import MotesError
+
+from .._engine import extras
 
 __all__ = ["live"]
 
@@ -53,13 +53,13 @@ with world:
 
 def live(*, particles: int, size: tuple[int, int], ranks: int, orders: int) -> dict[str, Any]:
     """Start a job of falling particles, give orders one by one, and measure the wall time to each picture."""
-    _extras.require_live()
+    extras.require_live()
     with tempfile.TemporaryDirectory(prefix="motes-bench-") as place:
         folder = Path(place)
         script = folder / "scene.py"
         script.write_text(_SCENE)
         arguments = [str(particles), str(size[0]), str(size[1]), place]
-        argv = starting.command(ranks, [sys.executable, str(script), *arguments])
+        argv = [sys.executable, "-m", "motes", "run", "-n", str(ranks), str(script), *arguments]
         with (folder / "err").open("wb") as err:
             job = subprocess.Popen(argv, stdout=err, stderr=err, stdin=subprocess.DEVNULL)
         try:
@@ -120,8 +120,8 @@ class _Viewer:
             raise MotesError(f"the viewer failed: {type(failed[0]).__name__}: {failed[0]}") from failed[0]
 
     async def _watch(self) -> None:
-        connect = _extras.websockets("asyncio.client").connect
-        closed = _extras.websockets("exceptions").ConnectionClosed
+        connect = extras.websockets("asyncio.client").connect
+        closed = extras.websockets("exceptions").ConnectionClosed
         async with connect(self._address, max_size=None) as socket:
             await self._until(socket, 0)
             pictures, frame, start = 0, 0, time.perf_counter()

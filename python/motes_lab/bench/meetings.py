@@ -14,11 +14,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import _core
-from ..expressions import a, dot, normal, r, relative_velocity
+from motes.expressions import a, dot, normal, r, relative_velocity
+
+from .._engine import simd
 
 if TYPE_CHECKING:
-    from .._system.system import System
+    from motes import System
 
 __all__ = ["lattice", "meetings"]
 
@@ -58,7 +59,7 @@ def lattice(particles: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
 
 def meetings(*, particles: int, repeats: int) -> dict[str, Any]:
     """Measure each action on one rank and one thread: the median processor time."""
-    from .._world.world import World
+    from motes import World
 
     position, velocity = lattice(particles)
     rows = []
@@ -81,6 +82,6 @@ def meetings(*, particles: int, repeats: int) -> dict[str, Any]:
         "particles": particles,
         "neighbours": pairs,
         "repeats": repeats,
-        "simd": _core.simd(),
+        "simd": simd(),
         "rows": rows,
     }

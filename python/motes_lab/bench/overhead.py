@@ -16,9 +16,10 @@ from typing import Any
 
 from mpi4py import MPI
 
-from .._world.world import World
-from ..balance import Balancer, Diffusive, Pairwise, PrefixCuts, Proportional, Static
-from ..shapes import Box, Sphere
+from motes import World
+from motes.balance import Balancer, Diffusive, Pairwise, PrefixCuts, Proportional, Static
+from motes.shapes import Box, Sphere
+
 from .snow import Snow
 
 __all__ = ["main"]
@@ -138,7 +139,7 @@ def _beside(values: Sequence[float], static: Sequence[float]) -> float:
 
 def main(argv: Sequence[str] | None = None) -> None:
     """Run one rank of the job."""
-    parser = argparse.ArgumentParser(prog="python -m motes.bench.overhead")
+    parser = argparse.ArgumentParser(prog="python -m motes_lab.bench.overhead")
     for name in ("systems", "particles", "rounds", "frames"):
         parser.add_argument(f"--{name}", type=int, required=True)
     figures = _job(parser.parse_args(argv))

@@ -119,7 +119,7 @@ def _job(layout: Layout, options: Sequence[str], parts: bool) -> dict[str, Any]:
     with tempfile.TemporaryDirectory(prefix="motes-paths-") as folder:
         log = [f"--log={folder}/log"] if parts else []
         how = [f"--roles={layout.roles}", f"--threads={layout.threads}"]
-        figures = figures_of("motes.bench.paths", layout.ranks, [*how, *options, *log])
+        figures = figures_of("motes_lab.bench.paths", layout.ranks, [*how, *options, *log])
         return figures | ({"parts": _parts(Path(folder) / "log", layout.ranks)} if parts else {})
 
 
@@ -146,10 +146,10 @@ def _film(arguments: argparse.Namespace) -> dict[str, Any] | None:
     """Run the frames on this rank; rank 0 returns the times."""
     from mpi4py import MPI
 
-    from .._picture.rendering import Camera, Renderer
-    from .._picture.sprites import Sprite
-    from .._world.world import World, session_of
-    from ..shapes import Plane, Sphere
+    from motes import Camera, Renderer, Sprite, World
+    from motes.shapes import Plane, Sphere
+
+    from .._engine import session_of
     from .snow import Snow
 
     snow = Snow(width=24, top=14, depth=16)
@@ -198,7 +198,7 @@ def _film(arguments: argparse.Namespace) -> dict[str, Any] | None:
 
 def main(argv: Sequence[str] | None = None) -> None:
     """Run one rank of a job."""
-    parser = argparse.ArgumentParser(prog="python -m motes.bench.paths")
+    parser = argparse.ArgumentParser(prog="python -m motes_lab.bench.paths")
     for name in ("particles", "systems", "frames", "threads"):
         parser.add_argument(f"--{name}", type=int, required=True)
     for name in ("size", "path", "roles", "blend"):

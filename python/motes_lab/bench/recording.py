@@ -6,9 +6,8 @@ import statistics
 import time
 from typing import Any
 
-from .._system.system import System
-from .._world.world import World
-from ..shapes import Box, Plane
+from motes import System, World
+from motes.shapes import Box, Plane
 
 __all__ = ["recording"]
 

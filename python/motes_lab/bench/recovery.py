@@ -10,8 +10,9 @@ import sys
 import time
 from typing import Any
 
-from .._world.recovering import EVERY
-from .._world.world import World
+from motes import World
+from motes._world.recovering import EVERY
+
 from . import falling
 
 __all__ = ["recovery"]
@@ -27,7 +28,7 @@ def recovery(*, particles: int, systems: int, ranks: int, repeats: int) -> dict[
     from .jobs import figures_of
 
     sizes = [str(particles), str(systems), str(repeats)]
-    return figures_of("motes.bench.recovery", ranks, sizes, survive=True)
+    return figures_of("motes_lab.bench.recovery", ranks, sizes, survive=True)
 
 
 def _figures(border_s: list[float], lost_s: float, particles: int, ranks: int) -> dict[str, Any]:

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from .._system.distributions import Uniform
-from .._system.system import System
-from ..shapes import Box, Plane, Rectangle, Shape
+from motes import System, Uniform
+from motes.shapes import Box, Plane, Rectangle, Shape
 
 __all__ = ["Snow"]
 

@@ -9,10 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from .._system.system import System
-from .._world.world import World
-from ..expressions import column
-from ..shapes import Box, Sphere
+from motes import System, World
+from motes.expressions import column
+from motes.shapes import Box, Sphere
 
 __all__ = ["sums"]
 

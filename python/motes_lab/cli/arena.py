@@ -14,13 +14,14 @@ import argparse
 import sys
 from pathlib import Path
 
-from .. import _extras
+from motes.cli.parser import add_json, positive, print_figures
+from motes.errors import ArgumentError, MotesError
+
+from .._engine import extras
 from ..arena import players, table
 from ..arena.machines import MACHINES, Machine, machine
 from ..arena.score import Score, Track
-from ..errors import ArgumentError, MotesError
 from ..workloads import WORKLOADS, workload
-from .parser import add_json, positive, print_figures
 
 __all__ = ["configure", "run"]
 
@@ -79,7 +80,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Play, and print the scores; return 1 if particles were lost or results differ."""
     if args.plot:
-        _extras.matplotlib("matplotlib.figure")  # before minutes of work
+        extras.matplotlib("matplotlib.figure")  # before minutes of work
     if args.league and args.league.suffix not in (".parquet", ".jsonl"):
         raise ArgumentError("league", str(args.league), "a file that ends in .parquet or .jsonl")
     if args.league:

@@ -14,7 +14,7 @@ import sys
 from collections.abc import Mapping
 from typing import Any
 
-from .parser import add_commands, add_json, positive, print_figures, size
+from motes.cli.parser import add_commands, add_json, positive, print_figures, size
 
 __all__ = ["configure", "run"]
 

@@ -13,14 +13,15 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from .. import _extras
-from ..analysis.run import Run
+from motes import Run
+from motes.cli.parser import add_commands, add_json, print_figures
+from motes.errors import MotesError
+
+from .._engine import extras
 from ..cluster import growth
 from ..cluster.build import build
 from ..cluster.machines import Cluster, described
 from ..cluster.simulate import record, simulate
-from ..errors import MotesError
-from .parser import add_commands, add_json, print_figures
 
 __all__ = ["configure", "run"]
 
@@ -123,7 +124,7 @@ def _configure_run(parser: argparse.ArgumentParser) -> None:
 
 
 def _run(args: argparse.Namespace) -> int:
-    _extras.pandas()  # before minutes of work
+    extras.pandas()  # before minutes of work
     cluster = described(Path(args.cluster))
     balancer = None
     if args.balancer is not None:
@@ -196,7 +197,7 @@ def _growth(args: argparse.Namespace) -> int:
 def _require_plot(args: argparse.Namespace) -> None:
     """Raise MissingExtraError before minutes of work, not after."""
     if args.plot:
-        _extras.matplotlib("matplotlib.figure")
+        extras.matplotlib("matplotlib.figure")
 
 
 def _build(args: argparse.Namespace) -> int:

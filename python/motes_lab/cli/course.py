@@ -10,8 +10,9 @@ from __future__ import annotations
 
 import argparse
 
+from motes.cli.parser import add_json, add_key, print_figures
+
 from ..course import PRACTICE, write
-from .parser import add_json, add_key, print_figures
 
 __all__ = ["configure", "run"]
 

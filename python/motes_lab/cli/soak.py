@@ -29,7 +29,7 @@ from functools import partial
 from multiprocessing import get_context
 from typing import Any
 
-from .parser import add_json, print_figures
+from motes.cli.parser import add_json, print_figures
 
 __all__ = ["configure", "run"]
 
@@ -94,19 +94,19 @@ def _all(case: Case, seeds: range, jobs: int) -> Iterator[tuple[int, dict[str, A
 
 
 def _disaster(seed: int) -> tuple[int, dict[str, Any]]:
-    from .. import _core
+    from ..compiled import lab
 
-    happened = _core.disaster(seed)
+    happened = lab.disaster(seed)
     del happened["ranks"]
     return seed, happened
 
 
 def _damaged_file(directory: str, seed: int) -> tuple[int, dict[str, Any]]:
-    from .. import _core
+    from ..compiled import lab
 
     own = os.path.join(directory, str(os.getpid()))
     os.makedirs(own, exist_ok=True)
-    return seed, _core.damaged_file(seed, own)
+    return seed, lab.damaged_file(seed, own)
 
 
 def _text(what: str, figures: dict[str, Any]) -> str:

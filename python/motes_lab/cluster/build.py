@@ -8,9 +8,9 @@ import subprocess
 import sys
 from pathlib import Path
 
-from .._io import files
-from .._values import environment
-from ..errors import MotesError
+from motes.errors import MotesError
+
+from .._engine import environment, files
 
 __all__ = ["build", "find_replay", "find_smpirun"]
 

@@ -12,9 +12,9 @@ from threading import Thread
 
 import numpy as np
 
-from .. import _core
-from ..balance import Balancer, policy_of
-from ..errors import MotesError
+from motes import _core
+from motes.balance import Balancer, policy_of
+from motes.errors import MotesError
 
 __all__ = ["deciding"]
 

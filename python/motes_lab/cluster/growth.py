@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from .. import _extras
-from .._values import arguments
-from ..analysis.run import Run
+from motes import Run
+
+from .._engine import arguments, extras
 from .build import find_replay, find_smpirun
 from .machines import Cluster, Network, Node
 from .simulate import record, simulate
@@ -91,7 +91,7 @@ class Row:
 
 def grow(ranks: Sequence[int] = RANKS, way: str = "calculators", *, pictures: bool = False) -> list[Row]:
     """Run snow on each number of calculators, with one more rank for pictures and one more to manage."""
-    find_smpirun(), find_replay(), _extras.pandas()  # raise before minutes of work
+    find_smpirun(), find_replay(), extras.pandas()  # raise before minutes of work
     arguments.choice("way", way, tuple(WAYS))
     with tempfile.TemporaryDirectory(prefix="motes-growth-") as folder:
         return [_row(Path(folder), count, way, pictures) for count in ranks]
@@ -169,7 +169,7 @@ def text(rows: Sequence[Row]) -> str:
 
 def plot(rows: Sequence[Row], path: str | os.PathLike[str]) -> None:
     """Draw each phase's share over the number of ranks, one panel per way."""
-    Figure = _extras.matplotlib("matplotlib.figure").Figure
+    Figure = extras.matplotlib("matplotlib.figure").Figure
 
     ways = list(dict.fromkeys(row.way for row in rows))
     figure = Figure(figsize=(4.6 * len(ways) + 1, 3.8), layout="constrained")

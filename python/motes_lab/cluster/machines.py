@@ -7,8 +7,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from .._values import arguments
-from ..errors import ArgumentError, MotesError
+from motes.errors import ArgumentError, MotesError
+
+from .._engine import arguments
 
 __all__ = ["Cluster", "FastEthernet", "Modern", "Myrinet", "Network", "Node", "described"]
 

@@ -11,15 +11,16 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .._values import arguments
-from ..analysis.run import Run, open_run
-from ..errors import MotesError
+from motes import Run, open_run
+from motes.errors import MotesError
+
+from .._engine import arguments
 from .build import find_replay, find_smpirun
 from .machines import Cluster, Network
 from .platform import hosts, platform
 
 if TYPE_CHECKING:
-    from ..balance import Balancer
+    from motes.balance import Balancer
 
 __all__ = ["MEASURED_COSTS", "costs_of", "migrant_s", "record", "simulate"]
 
@@ -96,7 +97,8 @@ def simulate(
 
 
 def _run_under(balancer: Balancer, argv: Sequence[str], folder: Path) -> None:
-    from ..balance import is_native  # needs the compiled core, unlike the rest of this module
+    from motes.balance import is_native  # needs the compiled core, unlike the rest of this module
+
     from .deciding import deciding
 
     if is_native(balancer):

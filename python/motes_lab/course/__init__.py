@@ -10,7 +10,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..errors import missing
+from motes.errors import missing
+
 from ._secret import PRACTICE
 from ._texts import cells, solution
 from .classes import Graded, grade_all

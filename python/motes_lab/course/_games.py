@@ -13,10 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from .. import _core
+from motes import _core
+from motes.balance import Balancer, LoadTable, Orders, Targets
+from motes.replay.history import Floats
+
 from ..arena import Machine, Score, Track
-from ..balance import Balancer, LoadTable, Orders, Targets
-from ..replay.history import Floats
 from ..workloads import Workload
 from ..workloads.base import Counts, laid
 from ._simple import simple

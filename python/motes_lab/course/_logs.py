@@ -9,11 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from ..balance import Static
-from ..replay import simulate
-from ..replay.density import Density
-from ..replay.frames import SystemStep
-from ..replay.history import Floats
+from motes.balance import Static
+from motes.replay import simulate
+from motes.replay.density import Density
+from motes.replay.frames import SystemStep
+from motes.replay.history import Floats
+
 from ..workloads import Planned
 from ._games import Game
 

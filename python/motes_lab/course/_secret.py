@@ -8,7 +8,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from ..replay.history import Floats
+from motes.replay.history import Floats
 
 __all__ = ["PRACTICE", "Secret"]
 

@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from ..balance import Balancer, LoadTable, Orders, Targets
-from ..replay.history import Floats
+from motes.balance import Balancer, LoadTable, Orders, Targets
+from motes.replay.history import Floats
 
 __all__ = ["Simple", "simple"]
 

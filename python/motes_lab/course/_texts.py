@@ -8,7 +8,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from ..balance import Balancer
+from motes.balance import Balancer
 
 __all__ = ["ANSWER", "TEXTS", "Cell", "cells", "own", "solution"]
 

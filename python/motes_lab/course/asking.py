@@ -15,8 +15,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-from ..balance import Orders, Targets
-from ..errors import MotesError
+from motes.balance import Orders, Targets
+from motes.errors import MotesError
 
 __all__ = ["Asked", "StartError", "SubmissionError"]
 

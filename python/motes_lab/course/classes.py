@@ -14,7 +14,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from ..errors import MotesError
+from motes.errors import MotesError
+
 from ._secret import PRACTICE
 from ._texts import ANSWER
 from .grades import Grade

@@ -9,7 +9,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from ..errors import ArgumentError, MotesError
+from motes.errors import ArgumentError, MotesError
+
 from . import cutting, policies, reading
 from ._secret import PRACTICE
 from .asking import Asked, StartError, SubmissionError

@@ -8,7 +8,8 @@ from itertools import count
 
 import numpy as np
 
-from ..replay.history import Floats
+from motes.replay.history import Floats
+
 from ._games import Game, Hidden, Result, Seen, machine
 from ._secret import Secret
 from .asking import Asked

@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from ..replay.history import Floats
+from motes.replay.history import Floats
+
 from ._secret import Secret
 from .asking import Asked
 from .grades import Part

@@ -6,15 +6,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._values import arguments
-from ..errors import ArgumentError
+from motes.errors import ArgumentError
+
+from .._engine import arguments
 from . import policies
 from ._secret import PRACTICE
 from .grading import task
 from .policies import MADE, practice
 
 if TYPE_CHECKING:
-    from .._system.system import System
+    from motes import System
 
 __all__ = ["Scene"]
 

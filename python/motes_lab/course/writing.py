@@ -8,7 +8,8 @@ import re
 from pathlib import Path
 from typing import Any
 
-from ..errors import ArgumentError, MotesError
+from motes.errors import ArgumentError, MotesError
+
 from ._logs import write_log
 from ._secret import PRACTICE
 from ._texts import TEXTS, Cell, cells

@@ -19,8 +19,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from .._values import arguments
-from ..errors import missing
+from motes.errors import missing
+
+from .._engine import arguments
 from .base import Workload
 from .history import Planned
 from .loads import HotSpots, Noise, SlowRank, Step, Wave

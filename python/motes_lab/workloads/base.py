@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from .._values import arguments
-from ..errors import ArgumentError
-from ..expressions import choose, column, floor
+from motes.errors import ArgumentError
+from motes.expressions import choose, column, floor
+
+from .._engine import arguments
 from .optimum import Best, best_cuts
 
 if TYPE_CHECKING:
-    from .._particles.particles import Particles
-    from .._system.system import System
+    from motes import Particles, System
 
 __all__ = ["Workload", "laid", "vector"]
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from ..replay.density import Density
-from ..replay.history import Moment
+from motes.replay.density import Density
+from motes.replay.history import Moment
+
 from .base import Counts, Workload
 
 __all__ = ["Planned"]

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import ArgumentError
+from motes.errors import ArgumentError
 
 __all__ = ["Best", "best_cuts"]
 

@@ -15,14 +15,14 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import numpy as np
 
-from .._values import arguments
-from ..errors import ArgumentError
-from ..expressions import column, dot, floor, length
+from motes.errors import ArgumentError
+from motes.expressions import column, dot, floor, length
+
+from .._engine import arguments
 from .base import Counts, Workload, laid
 
 if TYPE_CHECKING:
-    from .._particles.particles import Particles
-    from .._system.system import System
+    from motes import Particles, System
 
 __all__ = ["DISTRIBUTIONS", "Pic"]
 

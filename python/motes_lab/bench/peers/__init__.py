@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ... import _core
+from ..._engine import simd
 from .bed import bed
 from .engine import Engine
 from .scene import Peer, disagreement
@@ -66,7 +66,7 @@ def peers(
     """
     python = lammps or sys.executable
     if lammps is not None:
-        return {"simd": _core.simd(), "rows": [], **_beside_lammps(python, steps, collide, grains)}
+        return {"simd": simd(), "rows": [], **_beside_lammps(python, steps, collide, grains)}
     missing = {
         name: f"not installed: pip install '{peer.package}', or the extra motes[peers]"
         for name, peer in PEERS.items()
@@ -78,7 +78,7 @@ def peers(
             rows += _in_turn([name for name in PEERS if name not in missing], particles, steps, count)
     beside = _beside_lammps(python, steps, collide, grains)
     beside["not_installed"] = missing | beside["not_installed"]
-    return {"particles": particles, "simd": _core.simd(), "rows": rows, **beside}
+    return {"particles": particles, "simd": simd(), "rows": rows, **beside}
 
 
 def _beside_lammps(python: str, steps: int, collide: int, grains: int) -> dict[str, Any]:

@@ -18,7 +18,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import MotesError
+from motes.errors import MotesError
+
 from ..jobs import figures_of
 from .bed_motes import Bed
 from .spheres import NEEDED, NotInstalled
@@ -49,7 +50,7 @@ def bed(*, grains: int, steps: int, rounds: int, python: str) -> dict[str, Any]:
             seconds: dict[str, list[float]] = {"motes": [], "lammps": []}
             for _ in range(rounds):
                 peer = _lammps(python, ranks, file, steps)
-                own = figures_of("motes.bench.peers.bed_motes", ranks, [str(file), str(steps)])
+                own = figures_of("motes_lab.bench.peers.bed_motes", ranks, [str(file), str(steps)])
                 _compare(own, peer)
                 seconds["motes"].append(own[clock])
                 seconds["lammps"].append(peer[clock])

@@ -11,9 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._system.system import System
-from ..._world.world import World
-from ...shapes import Plane
+from motes import System, World
+from motes.shapes import Plane
 
 
 class Bed:

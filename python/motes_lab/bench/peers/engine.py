@@ -6,8 +6,9 @@ from types import TracebackType
 
 import numpy as np
 
-from ..._world.world import World
-from ...shapes import Box, Plane
+from motes import World
+from motes.shapes import Box, Plane
+
 from .scene import DT, FRICTION, GUST, LIFE, NAMES, RESTITUTION, Columns
 
 __all__ = ["Engine"]

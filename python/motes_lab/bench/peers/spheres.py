@@ -20,8 +20,8 @@ from typing import Any
 
 import numpy as np
 
-from ..._system.system import System
-from ..._world.world import World
+from motes import System, World
+
 from ..meetings import REACH, lattice
 
 __all__ = ["Lammps", "NotInstalled", "spheres"]

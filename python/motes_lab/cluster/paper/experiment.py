@@ -8,7 +8,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
-from ... import _extras
+from ..._engine import extras
 from ..build import find_replay, find_smpirun
 from ..machines import Cluster
 from ..simulate import record, simulate
@@ -51,7 +51,7 @@ def reproduce(table: int, jobs: int = 2) -> list[Row]:
 
 def measure(wanted: list[Cell], jobs: int = 2) -> list[Row]:
     """Run any cells; `jobs` simulations at a time."""
-    find_smpirun(), find_replay(), _extras.pandas()  # raise before minutes of work
+    find_smpirun(), find_replay(), extras.pandas()  # raise before minutes of work
     with tempfile.TemporaryDirectory(prefix="motes-paper-") as folder, ThreadPoolExecutor(jobs) as pool:
         bench = _Bench(Path(folder), pool)
         bench.record({(cell.experiment, cell.finite) for cell in wanted})

@@ -3,7 +3,6 @@
 import numpy as np
 
 import motes
-from motes._system.distributions import Uniform
 from motes.shapes import Plane, Sphere
 
 args = motes.script.options(
@@ -31,7 +30,7 @@ with world:
     for frame in world.frames(args.frames):
         for water, nozzle in fountains:
             if args.faintest < 1:  # each drop's look travels with it, as in the paper
-                water.configure(alpha=Uniform(args.faintest, 1))
+                water.configure(alpha=motes.Uniform(args.faintest, 1))
             if frame == 0:  # the water is in the air from the start
                 ball = draw.normal(size=(args.particles, 3))
                 ball *= (draw.random((args.particles, 1)) ** (1 / 3)) / np.linalg.norm(

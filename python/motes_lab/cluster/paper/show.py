@@ -6,7 +6,7 @@ import os
 from collections.abc import Sequence
 from typing import Any
 
-from ... import _extras
+from ..._engine import extras
 from .experiment import Row
 from .model import WITHIN
 
@@ -47,7 +47,7 @@ def text(rows: Sequence[Row]) -> str:
 
 def plot(rows: Sequence[Row], path: str | os.PathLike[str]) -> None:
     """Draw paper, ours and best, one panel per variant."""
-    Figure = _extras.matplotlib("matplotlib.figure").Figure
+    Figure = extras.matplotlib("matplotlib.figure").Figure
 
     variants = list(dict.fromkeys(row.cell.variant for row in rows))
     figure = Figure(figsize=(3.2 * len(variants) + 1, 4.2), layout="constrained")

@@ -1,8 +1,7 @@
 """The paper's snow (5.1): systems of any number of particles, which fall over the whole width."""
 
 import motes
-from motes._system.distributions import Uniform
-from motes.bench.snow import Snow
+from motes_lab.bench.snow import Snow
 
 args = motes.script.options(
     __doc__, particles=2000, frames=40, size="64x36", space="-30,30", width=60.0, distance=60.0, faintest=1.0
@@ -17,6 +16,6 @@ with world:
     for frame in world.frames(args.frames):
         for layer in layers:
             if args.faintest < 1:  # each flake's look travels with it, as in the paper
-                layer.configure(alpha=Uniform(args.faintest, 1))
+                layer.configure(alpha=motes.Uniform(args.faintest, 1))
             snow.record(layer, frame, args.particles)
         world.render()

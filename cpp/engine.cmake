@@ -18,12 +18,12 @@ add_library(motes_pure STATIC
   base/hash.cpp
   base/memory.cpp
   base/sha256.cpp
-  bench/bench_actions.cpp
-  bench/bench_image.cpp
-  bench/bench_meshes.cpp
-  bench/bench_program.cpp
-  bench/bench_scene.cpp
-  bench/bench_scenery.cpp
+  lab/bench/bench_actions.cpp
+  lab/bench/bench_image.cpp
+  lab/bench/bench_meshes.cpp
+  lab/bench/bench_program.cpp
+  lab/bench/bench_scene.cpp
+  lab/bench/bench_scenery.cpp
   domains/curve.cpp
   domains/divide.cpp
   domains/domains.cpp
@@ -124,7 +124,7 @@ target_compile_options(motes_pure PRIVATE ${MOTES_O1})
 # Hot loops outside the lanes: neighbour search, contact memory, records near a surface, and the limits that benchmarks
 # compare with.
 set_source_files_properties(
-  bench/bench_scene.cpp image/raster/behind.cpp interactions/act.cpp interactions/cell_list.cpp
+  lab/bench/bench_scene.cpp image/raster/behind.cpp interactions/act.cpp interactions/cell_list.cpp
   interactions/neighbour_list.cpp interactions/scripted.cpp
   PROPERTIES COMPILE_OPTIONS $<$<CONFIG:Release>:-O3>)
 target_include_directories(motes_pure PUBLIC ${CMAKE_CURRENT_SOURCE_DIR} ${CMAKE_CURRENT_BINARY_DIR}/generated)
@@ -160,8 +160,8 @@ endforeach()
 
 add_library(motes_engine STATIC
   base/crc32c.cpp
-  bench/bench_births.cpp
-  bench/bench_pictures.cpp
+  lab/bench/bench_births.cpp
+  lab/bench/bench_pictures.cpp
   comm/alone.cpp
   comm/clock.cpp
   comm/communicator.cpp
@@ -239,10 +239,10 @@ add_library(motes_engine STATIC
   snapshots/file.cpp
   snapshots/part.cpp
   snapshots/writer.cpp
-  soak/disasters.cpp
-  soak/files.cpp
-  soak/player.cpp
-  soak/story.cpp
+  lab/soak/disasters.cpp
+  lab/soak/files.cpp
+  lab/soak/player.cpp
+  lab/soak/story.cpp
 )
 target_link_libraries(motes_engine PUBLIC motes_pure PRIVATE Threads::Threads)
 set_target_properties(motes_engine PROPERTIES UNITY_BUILD ${MOTES_UNITY} UNITY_BUILD_BATCH_SIZE 40)

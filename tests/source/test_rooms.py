@@ -155,7 +155,7 @@ def is_made(path: Path) -> bool:
 
 @pytest.mark.parametrize(
     ("header", "allowed"),
-    [(r"mpi\.h|mpi-ext\.h|smpi/.*", {"comm"}), (r"pybind11/.*|Python\.h", {"bindings"})],
+    [(r"mpi\.h|mpi-ext\.h|smpi/.*", {"comm"}), (r"pybind11/.*|Python\.h", {"bindings", "lab"})],
     ids=["MPI", "pybind11"],
 )
 def test_libraries_of_one_room_stay_in_it(header: str, allowed: set[str]):

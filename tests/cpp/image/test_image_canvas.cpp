@@ -4,11 +4,11 @@
 #include <random>
 #include <stdexcept>
 
-#include "bench/bench_image.h"
 #include "image/curves.h"
 #include "image/footprint.h"
 #include "image/test_image_scene.h"
 #include "image/tone.h"
+#include "lab/bench/bench_image.h"
 #include "support/check.h"
 
 namespace motes::test_image_canvas {

@@ -13,7 +13,8 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
-from .. import _core
+from motes_lab import compiled
+
 from .jobs import figures_of
 
 __all__ = ["costs", "main"]
@@ -25,7 +26,7 @@ MESSAGES = {SMALL: 500, LARGE: 8}
 
 def costs(*, particles: int, size: tuple[int, int], repeats: int) -> dict[str, Any]:
     """Measure all constants, in nanoseconds of processor time."""
-    picture = _core.picture_bench(particles, *size, repeats)
+    picture = compiled.picture_bench(particles, *size, repeats)
     rounds = [figures_of("motes.bench.costs", 2, []) for _ in range(repeats)]
     small, large = (statistics.median(one[str(length)] for one in rounds) for length in (SMALL, LARGE))
     return {

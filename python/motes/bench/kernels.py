@@ -10,6 +10,8 @@ import platform
 from pathlib import Path
 from typing import Any
 
+from motes_lab import compiled
+
 from .. import _core
 
 __all__ = ["actions", "births", "leavers", "lists", "meshes", "render", "scale", "scene", "scenery"]
@@ -17,7 +19,7 @@ __all__ = ["actions", "births", "leavers", "lists", "meshes", "render", "scale",
 
 def scene(name: str, *, particles: int, steps: int) -> dict[str, Any]:
     """Time the list of "snow" or "fountain", and compare it with the limit of memory bandwidth."""
-    figures = _core.act_bench(name, particles, steps)
+    figures = compiled.act_bench(name, particles, steps)
     return {"scene": name, "particles": particles, "steps": steps, **_one_core(), **figures}
 
 
@@ -28,7 +30,7 @@ def actions(*, particles: int, repeats: int) -> dict[str, Any]:
         "particles": particles,
         "repeats": repeats,
         **_one_core(),
-        "actions": _core.action_bench(particles, repeats),
+        "actions": compiled.action_bench(particles, repeats),
     }
 
 
@@ -38,13 +40,13 @@ def meshes(*, particles: int, repeats: int) -> dict[str, Any]:
         "particles": particles,
         "repeats": repeats,
         **_one_core(),
-        **_core.mesh_bench(particles, repeats),
+        **compiled.mesh_bench(particles, repeats),
     }
 
 
 def births(*, calculators: int, births: int, repeats: int) -> dict[str, Any]:
     """Time the work per birth of the calculators that create and pass on births."""
-    figures = _core.birth_bench(calculators, births, repeats)
+    figures = compiled.birth_bench(calculators, births, repeats)
     return {"calculators": calculators, "births": births, "repeats": repeats, **_one_core(), **figures}
 
 
@@ -54,7 +56,7 @@ def lists(*, particles: int, steps: int) -> dict[str, Any]:
         "particles": particles,
         "steps": steps,
         **_one_core(),
-        **_core.list_bench(particles, steps),
+        **compiled.list_bench(particles, steps),
     }
 
 
@@ -68,7 +70,7 @@ def scale(*, particles: int, steps: int) -> dict[str, Any]:
     limit: dict[int, list[float]] = {n: [] for n in sizes}
     for _ in range(3):
         for n in sizes:
-            figures = _core.act_bench("snow", n, max(steps, 10_000_000 // n))
+            figures = compiled.act_bench("snow", n, max(steps, 10_000_000 // n))
             cost[n].append(1e9 / figures["updates_per_s"])
             limit[n].append(1e9 / figures["memory_limit_updates_per_s"])
     least = {n: min(ns) for n, ns in cost.items()}
@@ -83,7 +85,7 @@ def scale(*, particles: int, steps: int) -> dict[str, Any]:
 
 def leavers(*, particles: int, bins: int, steps: int) -> dict[str, Any]:
     """Time several ways to find the particles that have left a domain."""
-    seconds = _core.leaver_bench(particles, bins, steps)
+    seconds = compiled.leaver_bench(particles, bins, steps)
     return {
         "particles": particles,
         "bins": bins,
@@ -96,12 +98,12 @@ def render(
     *, particles: int, size: tuple[int, int], pixels: int, frames: int, fountain: bool
 ) -> dict[str, Any]:
     """Time a whole frame: project, splat, tone map."""
-    return _core.render_bench(particles, *size, pixels, frames, fountain)
+    return compiled.render_bench(particles, *size, pixels, frames, fountain)
 
 
 def scenery(*, size: tuple[int, int], frames: int) -> dict[str, Any]:
     """Time pictures of solids without particles: the camera moves around shapes and a mesh; a light moves."""
-    return _core.scenery_bench(*size, frames)
+    return compiled.scenery_bench(*size, frames)
 
 
 def _one_core() -> dict[str, Any]:

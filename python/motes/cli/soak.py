@@ -94,19 +94,19 @@ def _all(case: Case, seeds: range, jobs: int) -> Iterator[tuple[int, dict[str, A
 
 
 def _disaster(seed: int) -> tuple[int, dict[str, Any]]:
-    from .. import _core
+    from motes_lab import compiled
 
-    happened = _core.disaster(seed)
+    happened = compiled.disaster(seed)
     del happened["ranks"]
     return seed, happened
 
 
 def _damaged_file(directory: str, seed: int) -> tuple[int, dict[str, Any]]:
-    from .. import _core
+    from motes_lab import compiled
 
     own = os.path.join(directory, str(os.getpid()))
     os.makedirs(own, exist_ok=True)
-    return seed, _core.damaged_file(seed, own)
+    return seed, compiled.damaged_file(seed, own)
 
 
 def _text(what: str, figures: dict[str, Any]) -> str:

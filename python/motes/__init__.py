@@ -12,6 +12,7 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from . import _laboratory
 from ._mpi import mpi_settings as _mpi_settings  # noqa: F401  (before MPI or NumPy starts)
 from ._mpi import rank_process as _rank_process
 
@@ -129,7 +130,7 @@ _MODULE_OF = {name: module for module, names in _MODULES.items() for name in nam
 _PUBLIC_MODULES = (
     *("actions", "analysis", "balance", "cluster", "course", "errors", "expressions", "replay"),
     *("script", "shapes", "workloads"),
-)
+)  # three of them are rooms of the laboratory
 
 __all__ = [
     "ArgumentError",
@@ -254,5 +255,6 @@ def _start_mpi() -> None:
     presence.has_mpi()
 
 
+_laboratory.install()
 if _rank_process.settle():
     _start_mpi()

@@ -1,4 +1,4 @@
-#include "bench/bench_scene.h"
+#include "lab/bench/bench_scene.h"
 
 #include <time.h>
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "comm/simulated_ranks.h"
-#include "soak/story.h"
+#include "lab/soak/story.h"
 
 namespace motes::soak {
 

@@ -1,11 +1,11 @@
-#include "bench/bench_actions.h"
-#include "bench/bench_births.h"
-#include "bench/bench_image.h"
-#include "bench/bench_meshes.h"
-#include "bench/bench_pictures.h"
-#include "bench/bench_program.h"
-#include "bench/bench_scenery.h"
 #include "bindings/bindings.h"
+#include "lab/bench/bench_actions.h"
+#include "lab/bench/bench_births.h"
+#include "lab/bench/bench_image.h"
+#include "lab/bench/bench_meshes.h"
+#include "lab/bench/bench_pictures.h"
+#include "lab/bench/bench_program.h"
+#include "lab/bench/bench_scenery.h"
 
 namespace motes::bindings {
 namespace {

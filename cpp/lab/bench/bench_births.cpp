@@ -1,4 +1,4 @@
-#include "bench/bench_births.h"
+#include "lab/bench/bench_births.h"
 
 #include <algorithm>
 #include <array>
@@ -7,12 +7,12 @@
 #include <string>
 #include <vector>
 
-#include "bench/bench_scene.h"
 #include "comm/clock.h"
 #include "domains/divide.h"
 #include "engine/births/birth_numbers.h"
 #include "engine/state/places.h"
 #include "engine/state/population.h"
+#include "lab/bench/bench_scene.h"
 #include "program/program.h"
 #include "recording/births.h"
 #include "simd/float_mode.h"

@@ -1,12 +1,12 @@
-#include "bench/bench_scenery.h"
+#include "lab/bench/bench_scenery.h"
 
 #include <algorithm>
 #include <functional>
 #include <stdexcept>
 #include <vector>
 
-#include "bench/bench_scene.h"
 #include "image/raycast/scenery.h"
+#include "lab/bench/bench_scene.h"
 #include "meshes/assets.h"
 #include "meshes/bvh.h"
 #include "simd/isa.h"

@@ -1,4 +1,4 @@
-#include "bench/bench_meshes.h"
+#include "lab/bench/bench_meshes.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/bench_scene.h"
+#include "lab/bench/bench_scene.h"
 #include "meshes/distance_field.h"
 #include "meshes/form.h"
 #include "program/program.h"

@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "soak/disasters.h"
+#include "lab/soak/disasters.h"
 
 int main(int count, char** arguments) {
   const std::uint64_t seeds = count > 1 ? std::strtoull(arguments[1], nullptr, 10) : 1000;

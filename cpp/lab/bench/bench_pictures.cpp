@@ -1,4 +1,4 @@
-#include "bench/bench_pictures.h"
+#include "lab/bench/bench_pictures.h"
 
 #include <algorithm>
 #include <array>
@@ -7,7 +7,6 @@
 #include <stdexcept>
 #include <vector>
 
-#include "bench/bench_scene.h"
 #include "comm/clock.h"
 #include "image/post/bloom.h"
 #include "image/post/bloom_tiles.h"
@@ -15,13 +14,13 @@
 #include "image/raster/pieces.h"
 #include "image/raster/tile_painter.h"
 #include "image/raycast/prepared_scene.h"
+#include "lab/bench/bench_scene.h"
 #include "simd/float_mode.h"
 
 namespace motes::bench {
 namespace {
 
 constexpr double kDistance = 10;  // m, from the camera to the particles
-constexpr std::size_t kPadding = 16;  // vectors read past the end
 
 image::View picture(int width, int height) {
   image::View view;

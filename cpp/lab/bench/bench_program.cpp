@@ -1,11 +1,11 @@
-#include "bench/bench_program.h"
+#include "lab/bench/bench_program.h"
 
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <vector>
 
-#include "bench/bench_scene.h"
+#include "lab/bench/bench_scene.h"
 #include "program/program.h"
 
 namespace motes::bench {

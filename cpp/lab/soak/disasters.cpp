@@ -1,11 +1,11 @@
-#include "soak/disasters.h"
+#include "lab/soak/disasters.h"
 
 #include <algorithm>
 #include <map>
 #include <string_view>
 #include <utility>
 
-#include "soak/player.h"
+#include "lab/soak/player.h"
 
 namespace motes::soak {
 namespace {

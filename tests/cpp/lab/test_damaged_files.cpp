@@ -2,7 +2,7 @@
 #include <filesystem>
 #include <string>
 
-#include "soak/files.h"
+#include "lab/soak/files.h"
 #include "support/check.h"
 
 namespace motes::test_damaged_files {

@@ -1,7 +1,7 @@
 // Disasters and damaged files for `motes soak`.
 #include "bindings/bindings.h"
-#include "soak/disasters.h"
-#include "soak/files.h"
+#include "lab/soak/disasters.h"
+#include "lab/soak/files.h"
 
 namespace motes::bindings {
 

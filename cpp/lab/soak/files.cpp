@@ -1,4 +1,4 @@
-#include "soak/files.h"
+#include "lab/soak/files.h"
 
 #include <algorithm>
 #include <cstring>
@@ -11,9 +11,9 @@
 #include "base/fields.h"
 #include "engine/replay.h"
 #include "jsonl/kept_rows.h"
+#include "lab/soak/player.h"
 #include "recording/scene.h"
 #include "snapshots/part.h"
-#include "soak/player.h"
 
 namespace motes::soak {
 namespace {

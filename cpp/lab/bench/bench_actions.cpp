@@ -1,11 +1,11 @@
-#include "bench/bench_actions.h"
+#include "lab/bench/bench_actions.h"
 
 #include <algorithm>
 #include <limits>
 #include <map>
 #include <stdexcept>
 
-#include "bench/bench_scene.h"
+#include "lab/bench/bench_scene.h"
 #include "program/order.h"
 #include "program/program.h"
 

@@ -1,4 +1,4 @@
-#include "bench/bench_image.h"
+#include "lab/bench/bench_image.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "base/enumerators.h"
-#include "bench/bench_scene.h"
 #include "image/post/canvas.h"
 #include "image/project/projector.h"
 #include "image/project/records.h"
+#include "lab/bench/bench_scene.h"
 #include "simd/isa.h"
 
 namespace motes::bench {
@@ -20,7 +20,6 @@ namespace {
 using namespace image;
 
 constexpr std::size_t kSystems = 8;
-constexpr std::size_t kPadding = 16;
 
 // A linear congruential generator: the scene must be the same everywhere; the quality of the numbers matters little.
 class Draws {

@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "soak/disasters.h"
-#include "soak/player.h"
+#include "lab/soak/disasters.h"
+#include "lab/soak/player.h"
 #include "support/check.h"
 
 namespace motes::test_recovery {

@@ -15,6 +15,9 @@ namespace motes::bench {
 /// The attributes that a step of the simplest list reads and writes, one bit each.
 inline constexpr std::uint64_t kStepped = 1u << particles::position | 1u << particles::velocity | 1u << particles::age;
 
+/// Values behind the last one of a plane: vectors read past the end.
+inline constexpr std::size_t kPadding = 16;
+
 /// Returns seconds of CPU time of this thread, to which the work of other processes does not add.
 double cpu_now();
 inline double cpu_now_ms() { return cpu_now() * 1e3; }

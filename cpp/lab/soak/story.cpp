@@ -1,4 +1,4 @@
-#include "soak/story.h"
+#include "lab/soak/story.h"
 
 #include <memory>
 #include <vector>

@@ -1,4 +1,4 @@
-#include "soak/player.h"
+#include "lab/soak/player.h"
 
 #include <algorithm>
 #include <exception>

@@ -12,7 +12,7 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from . import _laboratory
+from . import _extras
 from ._mpi import mpi_settings as _mpi_settings  # noqa: F401  (before MPI or NumPy starts)
 from ._mpi import rank_process as _rank_process
 
@@ -255,6 +255,6 @@ def _start_mpi() -> None:
     presence.has_mpi()
 
 
-_laboratory.install()
+_extras.find_laboratory()
 if _rank_process.settle():
     _start_mpi()

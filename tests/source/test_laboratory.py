@@ -11,7 +11,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 ENGINE, LABORATORY = ROOT / "python" / "motes", ROOT / "python" / "motes_lab"
-WAY = ENGINE / "_laboratory.py"
+WAY = ENGINE / "_extras.py"
 """The one module of the engine that leads to the laboratory."""
 ALLOWED = {
     "motes._core": "what it measures and torments; tables of loads, for policies in other processes",

@@ -12,7 +12,7 @@ import sys
 from collections.abc import Sequence
 from types import ModuleType
 
-from .. import _laboratory
+from .. import _extras
 from .._io.text import printable
 from ..errors import MotesError, near
 from .parser import Parser
@@ -73,7 +73,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 def command(name: str) -> ModuleType:
     """Import a command's module. Raises MissingExtraError if that needs the laboratory, which is not here."""
     if name in LAB:
-        return _laboratory.load(f"cli.{name}", f"`motes {name}`")
+        return _extras.laboratory(f"cli.{name}", f"`motes {name}`")
     return importlib.import_module(f".{name}", __name__)
 
 

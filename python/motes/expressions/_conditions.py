@@ -202,7 +202,7 @@ def text_of(node: Node) -> str:
     operation, *operands = node
     if operation == "column":
         name = operands[0]
-        return f"motes.{name.removeprefix('pair.')}" if "." in name else f"column({name!r})"
+        return name.removeprefix("pair.") if "." in name else f"column({name!r})"
     if operation == "constant":
         numbers = operands[0]
         return repr(numbers[0] if len(numbers) == 1 else numbers)

@@ -106,7 +106,7 @@ s.apply(actions.Wind((1, 0, 0), 0.5))
 WRONG = """
 s.gravity()
 s.gravity((0, 0, 0), Sphere((0, 0, 0), 1))
-s.gravity("down")
+s.wind((1, 0, 0), drag="much")
 s.wind((1, 0, 0), drag=0.5, gust=1)
 s.gravitate(far="near")
 s.contact(1e4, other="other")

@@ -200,7 +200,7 @@ add_library(motes_engine STATIC
   engine/log/log.cpp
   engine/parts/manager.cpp
   engine/parts/snapshot.cpp
-  engine/recover.cpp
+  engine/recovering_engine.cpp
   engine/recovery/replicas.cpp
   engine/recovery/standing.cpp
   engine/render/draw_speeds.cpp

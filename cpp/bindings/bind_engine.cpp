@@ -5,14 +5,14 @@
 #include "comm/mpi_transport.h"
 #include "comm/stop_signals.h"
 #include "engine/births/share.h"
-#include "engine/engine.h"
+#include "engine/recovering_engine.h"
 #include "particles/trace.h"
 #include "recording/scene.h"
 
 namespace motes::bindings {
 namespace {
 
-using engine::Engine;
+using Engine = engine::RecoveringEngine;
 
 // Holds a function of the script. The engine may destroy it on any thread and at any time without the GIL: when the
 // engine's constructor throws, or with the last copy.

@@ -17,7 +17,7 @@
 #include "particles/store.h"
 
 namespace motes::engine {
-class Engine;
+class RecoveringEngine;
 }
 
 namespace motes::bindings {
@@ -40,8 +40,8 @@ void bind_process(py::module_& m);
 void bind_bench(py::module_& m);
 void bind_snapshots(py::module_& m);
 void bind_soak(py::module_& m);
-void bind_saving(py::class_<engine::Engine>& engine);
-void bind_losses(py::class_<engine::Engine>& engine);
+void bind_saving(py::class_<engine::RecoveringEngine>& engine);
+void bind_losses(py::class_<engine::RecoveringEngine>& engine);
 
 /// Guards a function of the engine that touches no Python object: other Python threads run meanwhile.
 using Release = py::call_guard<py::gil_scoped_release>;

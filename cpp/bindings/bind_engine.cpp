@@ -396,7 +396,7 @@ void bind_engine(py::module_& m) {
           py::arg("first"), py::arg("second"), py::arg("action"), py::arg("counterpart") = py::none())
       .def("wall_force", &Engine::wall_force, py::arg("wall"), Release())
       .def("next_birth", &Engine::next_birth, py::arg("system"), Release())
-      .def("record_birth", [](Engine& e, int system, const recording::Birth& birth) { e.record(system, birth); })
+      .def("record_birth", [](Engine& e, int system, recording::Birth birth) { e.record(system, std::move(birth)); })
       .def("set_sprite", &Engine::set_sprite, py::arg("system"), py::arg("sprite"))
       .def("set_clumps",
            [](Engine& e, int system, actions::TableKey spheres) { e.system(system).told.clumps = spheres; })

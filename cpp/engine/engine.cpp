@@ -136,7 +136,6 @@ ParticlesView Engine::local(int index) {
 }
 
 void Engine::keep_preview(int index) {
-  wrote_ = true;
   engine::keep_preview(parts_->rank, parts_->script, parts_->calculator, index);
   parts_->rank.session.rethrow();
 }

@@ -35,17 +35,17 @@ static_assert(sizeof(Head) == 56);
 Record sample() {
   shapes::Shape both = shapes::unite({shapes::Shape{}, shapes::Shape{}});
   const actions::Expression step = {{}};
-  Birth birth;
-  birth.shape = both;
-  birth.state = {{particles::velocity, {}}};
-  birth.columns = {{particles::position, {0, 0, 0}}};
-  birth.before = {{}};
-  birth.until = {0};
+  const std::vector<Given> state = {{particles::velocity, {}}};
+  Source source;
+  source.shape = both;
+  source.before = {{}};
+  source.integral = {0};
+  source.state = state;
   actions::Action action{actions::Kind::set, {0}, {both}, step, 0, {step}};
   action.leaves = {{}};
   action.results = {{}};
   Spawn spawn;
-  spawn.state = birth.state;
+  spawn.state = state;
   spawn.where = step;
   spawn.shapes = {both};
   Record record;
@@ -53,7 +53,8 @@ Record sample() {
   system.name = "one";
   system.attributes = {{"heat", 1, {}}};
   record.systems = {system};
-  record.lists = {{birth, action, Read{}, spawn, Callback{"f", 0, step, {both}}, KeepCopies{}}};
+  record.lists = {{source, Burst{both, 1, state}, Emit{1, {{particles::position, {0, 0, 0}}}, state}, action, Read{},
+                   spawn, Callback{"f", 0, step, {both}}, KeepCopies{}}};
   record.sprites = {{}};
   record.clumps = {{}};
   record.view.emplace();

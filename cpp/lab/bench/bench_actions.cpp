@@ -136,8 +136,8 @@ struct Range {
       : store(make(birth(particles), schema, {1, 2}, 0, particles, 0, copies)) {}
 
   // The lifetime has a column, but no particle reaches it.
-  static Birth birth(std::size_t particles) {
-    Birth air = full_air(particles);
+  static Burst birth(std::size_t particles) {
+    Burst air = full_air(particles);
     Given lifetime{particles::lifetime, {}};
     lifetime.distribution.kind = actions::Distribution::Kind::uniform;
     lifetime.distribution.first[0] = 1e3f;

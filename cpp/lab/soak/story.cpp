@@ -31,16 +31,15 @@ Action law() {
   return action;
 }
 
-recording::Birth falling(double per_frame) {
-  recording::Birth birth;
-  birth.kind = recording::Birth::Kind::source;
-  birth.shape = {shapes::Kind::box, {-3, 0.2f, -1, 0.5f, 2, 1}};
-  birth.rate = 24 * per_frame;
+recording::Source falling(double per_frame) {
+  recording::Source source;
+  source.shape = {shapes::Kind::box, {-3, 0.2f, -1, 0.5f, 2, 1}};
+  source.rate = 24 * per_frame;
   actions::Distribution velocity;
   velocity.kind = actions::Distribution::Kind::shape;
   velocity.shape = {shapes::Kind::sphere, {1, -4, 0, 6}};
-  birth.state = {{particles::velocity, velocity}};
-  return birth;
+  source.state = {{particles::velocity, velocity}};
+  return source;
 }
 
 roles::Cast random_cast(Random& random, int ranks) {

@@ -42,17 +42,16 @@ std::uint64_t orders() {
   return text == nullptr ? 120 : std::strtoull(text, nullptr, 10);
 }
 
-recording::Birth source(double rate, float half, float speed) {
-  recording::Birth birth;
-  birth.kind = recording::Birth::Kind::source;
-  birth.shape = {shapes::Kind::box, {-3, 0.1f, -half, 2, 1, half}};
-  birth.rate = 24 * rate;
-  birth.jitter = true;
+recording::Source source(double rate, float half, float speed) {
+  recording::Source source;
+  source.shape = {shapes::Kind::box, {-3, 0.1f, -half, 2, 1, half}};
+  source.rate = 24 * rate;
+  source.jitter = true;
   actions::Distribution velocity;
   velocity.kind = actions::Distribution::Kind::shape;
   velocity.shape = {shapes::Kind::sphere, {0, -3, 0, speed}};
-  birth.state = {{particles::velocity, velocity}};
-  return birth;
+  source.state = {{particles::velocity, velocity}};
+  return source;
 }
 
 recording::Spawn spawn(recording::Spawn::On on) {

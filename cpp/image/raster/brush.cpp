@@ -16,10 +16,10 @@
 namespace motes::image {
 namespace {
 
-// kinds.inc must list kinds in the order of the enumeration.
+// list.inc must list kinds in the order of the enumeration.
 constexpr Sprite::Kind kKinds[] = {
 #define MOTES_SPRITE_KIND(kind, Name) Sprite::Kind::kind,
-#include "image/raster/kinds.inc"
+#include "image/sprites/list.inc"
 };
 constexpr bool in_order() {
   for (int i = 0; i < kSpriteKinds; ++i) {

@@ -458,7 +458,7 @@ constexpr image::WideKernel* kOpaque<Ribbon> = opaque_in_depth<Ribbon>;
 
 extern const image::WideLanes wide_lanes = {{
 #define MOTES_SPRITE_KIND(kind, Name) {add_wide<Name>, over_wide<Name>, kOpaque<Name>},
-#include "image/raster/kinds.inc"
+#include "image/sprites/list.inc"
                                             },
                                             show_cover};
 

@@ -65,7 +65,7 @@ struct WideKernels {
 inline constexpr int kSpriteKinds = [] {
   int kinds = 0;
 #define MOTES_SPRITE_KIND(kind, Name) ++kinds;
-#include "image/raster/kinds.inc"
+#include "image/sprites/list.inc"
 #include "simd/declare_builds.h"
   return kinds;
 }();

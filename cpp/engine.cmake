@@ -31,6 +31,7 @@ add_library(motes_pure STATIC
   expressions/formula.cpp
   image/buffer.cpp
   image/camera.cpp
+  image/checks.cpp
   image/footprint.cpp
   image/layout.cpp
   image/mesh_corners.cpp
@@ -66,6 +67,7 @@ add_library(motes_pure STATIC
   image/raycast/solid_shadows.cpp
   image/raycast/tile_caster.cpp
   image/slots.cpp
+  image/sprites/sprite.cpp
   image/solids.cpp
   image/tone.cpp
   interactions/act.cpp

@@ -55,10 +55,10 @@ std::unique_ptr<const ParticleLight> ParticleLight::of(const Sprite& sprite, con
   t.width = particle_width(sprite, view);
   t.lit = sprite.lit;
   if (t.lit) made->in_sight_ = std::move(in_sight);
-  t.shaded = sprite.kind == Sprite::Kind::mesh || (sprite.kind == Sprite::Kind::sphere && !drawn_as_point(sprite));
+  t.shaded = sprite.is(Sprite::Kind::mesh) || (sprite.is(Sprite::Kind::sphere) && !drawn_as_point(sprite));
   t.bright = image::has_gain(sprite, view);
-  t.flat = sprite.kind == Sprite::Kind::card;
-  t.cards.along_velocity = sprite.facing == Sprite::Facing::velocity;
+  t.flat = sprite.is(Sprite::Kind::card);
+  t.cards.along_velocity = along_velocity(sprite);
   t.sunny = length(view.sun) > 0;
   put_floats(t.sunny ? unit(view.sun) : Vector{0, 1, 0}, t.sun);
   t.sun_shadow = shadows == nullptr ? nullptr : shadows->of_sun();

@@ -5,9 +5,10 @@
 #include <cmath>
 #include <numbers>
 #include <span>
+#include <string>
 #include <tuple>
 
-#include "base/enumerators.h"
+#include "base/fields.h"
 #include "image/camera.h"
 #include "image/daylight.h"
 #include "image/footprint.h"
@@ -15,19 +16,6 @@
 
 namespace motes::image {
 namespace {
-
-// list.inc must list kinds in the order of the enumeration.
-constexpr Sprite::Kind kKinds[] = {
-#define MOTES_SPRITE_KIND(kind, Name) Sprite::Kind::kind,
-#include "image/sprites/list.inc"
-};
-constexpr bool in_order() {
-  for (int i = 0; i < kSpriteKinds; ++i) {
-    if (static_cast<int>(kKinds[i]) != i) return false;
-  }
-  return true;
-}
-static_assert(in_order() && kSpriteKinds == base::enumerators<Sprite::Kind>());
 
 constexpr double kWholeByte = 255;
 
@@ -132,9 +120,14 @@ float gain_at(Sprite::Kind kind, int pixels) {
   return static_cast<float>(sum / 3 / (kWholeByte * (std::numbers::pi / 12) * f.size * f.size));
 }
 
+// Returns what orders brushes. The bytes at its end also tell apart sprites that differ in nothing before them.
 auto key(const Sprite& s, Layout layout, bool colored) {
-  return std::tuple(s.kind, s.blend, layout, colored, s.pixels, std::bit_cast<std::uint32_t>(s.of_height),
-                    std::bit_cast<std::uint32_t>(s.softness), s.picture, s.tiles);
+  base::Bytes bytes;
+  base::write_fields(s, bytes);
+  const auto* text = reinterpret_cast<const char*>(bytes.data());
+  return std::tuple(s.kind(), s.blend, layout, colored, s.pixels, std::bit_cast<std::uint32_t>(s.of_height),
+                    std::bit_cast<std::uint32_t>(s.softness), s.asset(), s.sheet() ? s.sheet()->tiles : Tiles{},
+                    std::string(text, bytes.size()));
 }
 
 }  // namespace
@@ -149,7 +142,7 @@ Brush::Brush(const Sprite& sprite, Layout layout, const View& view, bool colored
 void Brush::set_splat(const View& view) {
   const float diameter = diameter_of(sprite_, height_);
   const bool point = drawn_as_point(sprite_);
-  const bool sphere = sprite_.kind == Sprite::Kind::sphere && !point;
+  const bool sphere = sprite_.is(Sprite::Kind::sphere) && !point;
   if (!point && sprite_.of_height > 0) own_ = footprint_of(diameter);
   const Footprint& f = footprint_in_use();
   splat_.size = f.size;
@@ -170,7 +163,7 @@ void Brush::set_splat(const View& view) {
 const Footprint& Brush::footprint_in_use() const {
   if (own_.size != 0) return own_;
   Sprite outline = sprite_;
-  if (outline.kind != Sprite::Kind::point) outline.kind = Sprite::Kind::disc;
+  if (!outline.is(Sprite::Kind::point)) outline.look = Sprite::Kind::disc;
   return footprint(outline);
 }
 
@@ -201,7 +194,7 @@ void Brush::set_wide(const View& view) {
     wide_.gain[2] = gain_at(Sprite::Kind::point, 1);
     wide_.key_shift = 1;
   }
-  if (sprite_.kind == Sprite::Kind::sphere || sprite_.kind == Sprite::Kind::mesh) {
+  if (sprite_.is(Sprite::Kind::sphere) || sprite_.is(Sprite::Kind::mesh)) {
     const Daylight daylight(view);
     for (std::size_t i = 0; i < 3; ++i) {
       wide_.toward_sun[i] = static_cast<float>(daylight.toward_sun()[i]);
@@ -216,24 +209,24 @@ void Brush::set_wide(const View& view) {
   wide_.near = static_cast<float>(view.camera.near);
   wide_.focus = static_cast<float>(view.camera.focus);
   wide_.blur = static_cast<float>(0.5 * blur_of(view));
-  if (sprite_.kind == Sprite::Kind::mesh) set_mesh();
-  if (sprite_.kind == Sprite::Kind::image || sprite_.kind == Sprite::Kind::card) {
-    const ImageLevels& picture = image_levels(sprite_.picture, sprite_.tiles);
+  if (sprite_.is(Sprite::Kind::mesh)) set_mesh();
+  if (sprite_.is(Sprite::Kind::image) || sprite_.is(Sprite::Kind::card)) {
+    const ImageLevels& picture = image_levels(sprite_.sheet()->picture, sprite_.sheet()->tiles);
     wide_.levels = picture.levels().data();
     wide_.level_count = picture.number();
     wide_.image_cover = picture.cover().data();
-    wide_.tiles = static_cast<int>(sprite_.tiles.count);
+    wide_.tiles = static_cast<int>(sprite_.sheet()->tiles.count);
   }
 }
 
 void Brush::set_mesh() {
-  const MeshCorners& mesh = mesh_corners(sprite_.picture);
+  const MeshCorners& mesh = mesh_corners(sprite_.asset());
   wide_.corners = mesh.planes.data();
   wide_.colors = mesh.colors.empty() ? nullptr : mesh.colors.data();
   wide_.triangles = mesh.triangles;
   wide_.room = mesh.room;
   wide_.closed = mesh.closed;
-  wide_.mesh_reach = reach_of_mesh(sprite_.picture);
+  wide_.mesh_reach = reach_of_mesh(sprite_.asset());
 }
 
 WideSplat Brush::wide_at(const Area& area) const {

@@ -274,7 +274,7 @@ void TilePainter::set_brush(const Brush& brush) {
     std::uninitialized_fill_n(stamps_.data(), kStamps, Stamp{});
   }
   wide_splat_.stamps = stamps_.data();
-  if (brush.sprite().kind == Sprite::Kind::image && image_stamps_.size() == 0) {
+  if (brush.sprite().is(Sprite::Kind::image) && image_stamps_.size() == 0) {
     image_stamps_.resize(kImageStamps);
     for (std::size_t i = 0; i < image_stamps_.size(); ++i) image_stamps_.data()[i].levels = nullptr;
   }
@@ -340,7 +340,7 @@ void TilePainter::in_parts(const Piece& piece, const Draw& draw) {
 }
 
 const WideKernels& TilePainter::kernels(const Brush& brush) const {
-  return wide_lanes_->kinds[static_cast<std::size_t>(brush.sprite().kind)];
+  return wide_lanes_->kinds[static_cast<std::size_t>(brush.sprite().kind())];
 }
 
 void TilePainter::save_partial(Buffer& to) const { append_partial(area_, planes_, surfaces_, to); }

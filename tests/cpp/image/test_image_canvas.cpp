@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "bench/bench_image.h"
+#include "image/checks.h"
 #include "image/curves.h"
 #include "image/footprint.h"
 #include "image/test_image_scene.h"

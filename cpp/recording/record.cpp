@@ -9,7 +9,6 @@
 #include "actions/action.h"
 #include "base/fields.h"
 #include "base/invalid_argument.h"
-#include "image/camera.h"
 
 namespace motes::recording {
 namespace {
@@ -130,13 +129,13 @@ Record read(base::Reader& in) {
 
 void check(const image::Sprite& sprite, const particles::Schema& schema) {
   image::check(sprite);
-  const expressions::Expression& number = sprite.pick.number;
-  if (number.empty()) return;
-  const auto shapes = static_cast<int>(sprite.pick.shapes.size());
-  if (expressions::check(number, schema.components(), shapes) != expressions::Type::number) {
+  if (sprite.sheet() == nullptr || sprite.sheet()->pick.number.empty()) return;
+  const image::Pick& pick = sprite.sheet()->pick;
+  const auto shapes = static_cast<int>(pick.shapes.size());
+  if (expressions::check(pick.number, schema.components(), shapes) != expressions::Type::number) {
     throw base::InvalidArgument("pick", "be a number per particle");
   }
-  if (actions::uses_copies(number, schema)) throw base::InvalidArgument("pick", "not read *_b attributes");
+  if (actions::uses_copies(pick.number, schema)) throw base::InvalidArgument("pick", "not read *_b attributes");
 }
 
 std::string first_difference(const Record& ours, const Record& theirs) {

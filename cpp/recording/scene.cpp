@@ -7,7 +7,7 @@
 
 #include "base/hash.h"
 #include "domains/divide.h"
-#include "image/camera.h"
+#include "image/checks.h"
 #include "interactions/ties.h"
 #include "meshes/assets.h"
 
@@ -204,8 +204,8 @@ std::set<meshes::AssetKey> assets_of(const std::vector<std::span<const std::byte
     Reader in(frame);
     const Record record = read(in);
     for (const image::Sprite& sprite : record.sprites) {
-      keys.insert(sprite.picture);
-      add_meshes(sprite.pick.shapes, keys);
+      keys.insert(sprite.asset());
+      if (sprite.sheet() != nullptr) add_meshes(sprite.sheet()->pick.shapes, keys);
     }
     for (const std::vector<Item>& list : record.lists) {
       for (const Item& item : list) add_meshes(item, keys);

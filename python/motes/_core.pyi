@@ -199,21 +199,7 @@ class Sum:
     ) -> None: ...
 
 class Sprite:
-    def __init__(
-        self,
-        kind: str,
-        pixels: int,
-        blend: str,
-        of_height: float,
-        softness: float,
-        picture: int,
-        lit: bool,
-        shadow: float,
-        facing: str = "orientation",
-        width: float = 0,
-        length: float = 0,
-        tiles: collections.abc.Sequence[int] = [1, 1, 1],
-    ) -> None: ...
+    def __init__(self, kind: str, **kwargs) -> None: ...
     def picked(
         self,
         number: collections.abc.Sequence[tuple[str, int, float]],

@@ -41,8 +41,8 @@ std::uint64_t lowest_id(const Store& store) {
 
 // Completes a run of the list: keeps traces, finds migrants and events, and charges the cost.
 void end_list(const Rank& rank, const System& system, Population& here) {
-  if (system.told.sprite.kind == image::Sprite::Kind::ribbon) {
-    const auto times = particles::TraceTimes::over(system.told.sprite.length, rank.settings.dt, rank.session.frame);
+  if (const auto* ribbon = system.told.sprite.as<image::RibbonSprite>()) {
+    const auto times = particles::TraceTimes::over(ribbon->length, rank.settings.dt, rank.session.frame);
     particles::keep_trace(here.store, times, *rank.pool);
   }
   if (here.moved && here.outcome.left.empty())

@@ -116,9 +116,7 @@ void define(engine::Engine& engine, const Way& way) {
   engine.system(0).told.clumps = actions::keep({{2, 1, 1}, 4, {-0.1f, 0, 0, 0.1f, 0.1f, 0, 0, 0.1f}});
   definition.name = "children";
   definition.capacity = 90;
-  definition.sprite.kind = image::Sprite::Kind::ribbon;  // which keep where the children have been
-  definition.sprite.width = 0.1f;
-  definition.sprite.length = 0.3f;
+  definition.sprite.look = image::RibbonSprite{0.1f, 0.3f};  // which keep where the children have been
   for (const auto& [name, width] : particles::trace_attributes(false))
     definition.attributes.push_back({name, width, {}});
   engine.add_system(definition);

@@ -89,7 +89,7 @@ std::vector<std::function<void(Record&)>> changes() {
       [](Record& r) { r.systems[0].space.kind = domains::Space::Kind::fit; },
       [](Record& r) { r.systems[0].attributes[1].initial[2] = 4; },
       [](Record& r) { r.systems[0].attributes.pop_back(); },
-      [](Record& r) { r.systems[1].sprite.kind = image::Sprite::Kind::point; },
+      [](Record& r) { r.systems[1].sprite.look = image::Sprite::Kind::point; },
       [](Record& r) { r.lists[0].pop_back(); },
       [](Record& r) { r.lists[1].emplace_back(Read{}); },
       [](Record& r) { std::swap(r.lists[0][1], r.lists[0][3]); },
@@ -127,7 +127,7 @@ std::vector<std::function<void(Record&)>> changes() {
       [](Record& r) { r.sprites[0].blend = image::Sprite::Blend::alpha; },
       [](Record& r) { r.sprites[0].of_height = 0.5f; },
       [](Record& r) { r.sprites[0].softness = 1; },
-      [](Record& r) { r.sprites[0].picture = 1; },
+      [](Record& r) { r.sprites[0].look = image::ImageSprite{{1}}; },
       [](Record& r) { r.argument += '!'; },
   };
 }

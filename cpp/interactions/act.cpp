@@ -372,7 +372,7 @@ NeighbourList::Kind list_kind(const Action& action, const Side& side, bool secon
   if (second) return {.parts = 0};
   if (action.kind != actions::Kind::interact) return {.ghosts_alone = side.place != 0, .of_clumps = side.of_clumps};
   const auto parts = static_cast<std::uint32_t>((actions::states_of(action) + kStateNumbers - 1) / kStateNumbers);
-  return {parts, 1, action.other >= 0};
+  return {parts, 1, action.partner.has_value()};
 }
 
 bool list_holds(const Action& action, const Side& side, bool second, Scratch& scratch, threads::Pool& pool) {

@@ -21,14 +21,11 @@ const particles::Schema& schema_of_spheres() {
 // Returns the contact action of a system's spheres. The numbers of contact_clumps begin with those of contact.
 Action contact_of_spheres(const Action& clumps) {
   if (clumps.kind == actions::Kind::contact) return clumps;
-  Action action;
-  action.kind = actions::Kind::contact;
+  Action action{actions::Kind::contact, {}, clumps.shapes, {}, clumps.specifics, clumps.partner};
+  std::get<actions::Grains>(action.specifics).clump = 0;
   action.numbers.assign(clumps.numbers.begin(),
                         clumps.numbers.begin() + sizeof(actions::numbers::contact<double>) / sizeof(double));
   action.numbers[0] = 0;  // each sphere has its own radius
-  action.shapes = clumps.shapes;
-  action.walls = clumps.walls;
-  action.other = clumps.other;
   return action;
 }
 
@@ -113,7 +110,8 @@ class ExpandedClumps {
  public:
   // Expands a side's own clumps.
   ExpandedClumps(const Action& action, const Side& side, threads::Pool& pool)
-      : law_(contact_of_spheres(action)), template_(spheres_of(action.table)), columns_(action, side, false) {
+      : law_(contact_of_spheres(action)), template_(spheres_of(actions::grains_of(action)->clump)),
+        columns_(action, side, false) {
     const std::size_t count = columns_.count() * template_.size();
     store_.grow(count);
     store_.set_ids(0, ids_of_spheres(side.store->ids(), columns_.count(), template_.size()));

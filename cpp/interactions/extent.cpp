@@ -104,9 +104,9 @@ float given_radius(const Action& action, bool second) { return law_of(action).ra
 std::vector<Component> read_by(const Action& action, bool second) {
   if (action.kind != Kind::interact) return components_of(actions::facts(action.kind).reads);
   std::vector<Component> read;
-  if (action.other >= 0 && !second) return read;  // only the other system's particles are sources
+  if (action.partner && !second) return read;  // only the other system's particles are sources
   read = components_of(actions::facts(action.kind).reads);
-  for (const actions::Leaf& leaf : action.leaves) {
+  for (const actions::Leaf& leaf : std::get<actions::PairLaw>(action.specifics).leaves) {
     const Component one{leaf.attribute, leaf.component};
     if (leaf.of == actions::Leaf::Of::other && std::find(read.begin(), read.end(), one) == read.end()) {
       read.push_back(one);
@@ -125,7 +125,7 @@ Extent extent_of(const Action& action, const Store& store, float dt, bool second
     float& radius = second ? extent.other_radius : extent.radius;
     radius = given > 0 ? given : radius_of(store, pool);
     if (action.kind == Kind::contact_clumps)
-      radius *= 2 * bounding_radius(spheres_of(action.table));  // so far, half of the size
+      radius *= 2 * bounding_radius(spheres_of(actions::grains_of(action)->clump));  // so far, half of the size
   }
   if (law_of(action).looks_ahead) extent.displacement = displacement_of(store, dt, pool);
   if (law_of(action).inverse_masses) extent.masses = lightness_of(store, pool);
@@ -136,16 +136,17 @@ float reach_of(const Action& action, const Extent& extent) {
   const Law& law = law_of(action);
   if (action.kind == Kind::tie) return extent.radius + 2 * extent.displacement;
   if (law.reach != nullptr) return law.reach(action.numbers.data());
-  return extent.radius + (action.other >= 0 ? extent.other_radius : extent.radius);
+  return extent.radius + (action.partner ? extent.other_radius : extent.radius);
 }
 
 float substeps(const Action& action, const Extent& extent, double frame_s) {
-  if (!actions::is_contact(action)) return 0;
+  const actions::Grains* const grains = actions::grains_of(action);
+  if (grains == nullptr) return 0;
   double lightness = extent.masses > 0 ? static_cast<double>(extent.masses) : 1;
   if (action.kind == Kind::contact_clumps)
     lightness *= actions::numbers_of<actions::numbers::contact_clumps>(action).lightness;
   double stiffest = 2 * actions::contact_of(action).stiffness;  // for half of the mass
-  for (const actions::WallNumbers& wall : action.walls) stiffest = std::max(stiffest, wall.stiffness);
+  for (const actions::WallNumbers& wall : grains->walls) stiffest = std::max(stiffest, wall.stiffness);
   return static_cast<float>(std::ceil(frame_s * std::sqrt(lightness * (stiffest / double{kMostStiff}))));
 }
 

@@ -11,26 +11,28 @@ namespace {
 
 using actions::Action;
 using actions::Leaf;
+using actions::PairLaw;
 using actions::Result;
 using expressions::Formula;
 using particles::Store;
 
 // Returns the compiled values of a law; those of the last few laws are cached.
-const Formula& compiled(const Action& action, std::vector<Scratch::Compiled>& known) {
+const Formula& compiled(const PairLaw& law, std::vector<Scratch::Compiled>& known) {
   constexpr std::size_t kKept = 8;
   for (const Scratch::Compiled& one : known) {
-    if (one.values == action.values) return one.formula;
+    if (one.values == law.values) return one.formula;
   }
   if (known.size() == kKept) known.erase(known.begin());
-  known.push_back({action.values, expressions::compile(action.values, static_cast<int>(action.leaves.size()))});
+  known.push_back({law.values, expressions::compile(law.values, static_cast<int>(law.leaves.size()))});
   return known.back().formula;
 }
 
 class Scripted {
  public:
   Scripted(const Action& action, double time, float dt, const Side (&sides)[2], Scratch& scratch, threads::Pool& pool)
-      : action_(action), formula_(compiled(action, scratch.formulas)), time_(static_cast<float>(time)), dt_(dt),
-        own_(sides[0]), other_(sides[1]), scratch_(scratch.scripted), pool_(pool), reach_(reach_of(action, {})),
+      : action_(action), law_(std::get<PairLaw>(action.specifics)), formula_(compiled(law_, scratch.formulas)),
+        time_(static_cast<float>(time)), dt_(dt), own_(sides[0]), other_(sides[1]), scratch_(scratch.scripted),
+        pool_(pool), reach_(reach_of(action, {})),
         list_(sides[0].list != nullptr ? *sides[0].list : scratch.party[0].list), read_(read_by(action, between())) {}
 
   InteractionCounts act() {
@@ -42,7 +44,7 @@ class Scripted {
       return seen;
     }
     for (std::size_t c = 3; c < read_.size(); ++c) arrange(c, sources_[c]);
-    for (const Leaf& leaf : action_.leaves) leaves_.push_back(source_of(leaf));
+    for (const Leaf& leaf : law_.leaves) leaves_.push_back(source_of(leaf));
     find_results();
     run(seen);
     apply();
@@ -150,8 +152,8 @@ class Scripted {
 
   void find_results() {
     next_.assign(static_cast<std::size_t>(states()), -1);
-    for (std::size_t k = 0; k < action_.results.size(); ++k) {
-      const Result& result = action_.results[k];
+    for (std::size_t k = 0; k < law_.results.size(); ++k) {
+      const Result& result = law_.results[k];
       if (result.how == Result::How::state) {
         next_[static_cast<std::size_t>(result.component)] = formula_.results[k];
       } else {
@@ -225,6 +227,7 @@ class Scripted {
   }
 
   const Action& action_;
+  const PairLaw& law_;
   const Formula& formula_;
   float time_, dt_;  // seconds
   const Side& own_;

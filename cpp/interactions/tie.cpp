@@ -30,6 +30,8 @@ struct Terms {
   bool tethers;
 };
 
+TiesKey key_of(const actions::Action& action) { return std::get<actions::TiedPairs>(action.specifics).ties; }
+
 double break_at_of(const actions::Action& action) {
   return actions::numbers_of<actions::numbers::tie>(action).break_at;
 }
@@ -260,7 +262,7 @@ class Tying {
 }  // namespace
 
 void check(const actions::Action& action) {
-  const std::shared_ptr<const Bonds> known = bonds(action.ties);
+  const std::shared_ptr<const Bonds> known = bonds(key_of(action));
   if (break_at_of(action) >= static_cast<double>(kInf) || known->most() <= kTearing) return;
   throw base::InvalidArgument("break_at", "be infinite if a particle has more than " + std::to_string(kTearing) +
                                               " ties, and one has " + std::to_string(known->most()));
@@ -268,8 +270,8 @@ void check(const actions::Action& action) {
 
 void check_together(const actions::Action& one, const actions::Action& other) {
   const double break_at = std::min(break_at_of(one), break_at_of(other));
-  if (one.ties == other.ties || break_at >= static_cast<double>(kInf)) return;
-  const std::optional<std::uint64_t> both = shared_particle(one.ties, other.ties);
+  if (key_of(one) == key_of(other) || break_at >= static_cast<double>(kInf)) return;
+  const std::optional<std::uint64_t> both = shared_particle(key_of(one), key_of(other));
   if (!both) return;
   throw base::InvalidArgument("break_at",
                               "be infinite if two Ties of a list share a particle, and both tie " +

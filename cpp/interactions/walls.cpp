@@ -21,7 +21,7 @@ struct WallPart {
 
 std::vector<WallPart> parts_of(const actions::Action& action) {
   std::vector<WallPart> parts;
-  for (std::uint32_t wall = 0; wall < action.walls.size(); ++wall) {
+  for (std::uint32_t wall = 0; wall < actions::grains_of(action)->walls.size(); ++wall) {
     const shapes::Shape& shape = action.shapes[wall];
     if (shape.parts == 0) parts.push_back({&shape, &shape, wall});
     for (int i = 0; i < shape.parts; ++i) parts.push_back({shape.part + i, shape.part, wall});
@@ -146,7 +146,7 @@ WallSums touch_walls(const actions::Action& action, const Side& side, float dt, 
   const std::vector<WallPart> parts = parts_of(action);
   if (parts.empty()) return {};
   std::vector<Numbers> numbers;
-  for (const actions::WallNumbers& wall : action.walls)
+  for (const actions::WallNumbers& wall : actions::grains_of(action)->walls)
     numbers.push_back(numbers_for(actions::numbers_of<actions::numbers::contact>(action), wall));
   const std::vector<std::uint32_t>& order = placed.cells->order();
   WallTask task;

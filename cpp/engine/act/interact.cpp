@@ -54,7 +54,8 @@ class PairInteraction {
   using Extent = interactions::Extent;
 
   interactions::Knots& knots() {
-    return in_.calculator.knots[{in_.interaction.systems[0], in_.interaction.action->ties}];
+    return in_.calculator
+        .knots[{in_.interaction.systems[0], std::get<actions::TiedPairs>(in_.interaction.action->specifics).ties}];
   }
   float dt() const { return static_cast<float>(in_.rank.settings.dt / in_.rank.settings.substeps); }
 
@@ -249,7 +250,9 @@ class PairInteraction {
 
   const Parties& in_;
   const std::shared_ptr<const interactions::Bonds> bonds_ =  // null unless the action is a tie
-      in_.interaction.action->kind == actions::Kind::tie ? interactions::bonds(in_.interaction.action->ties) : nullptr;
+      in_.interaction.action->kind == actions::Kind::tie
+          ? interactions::bonds(std::get<actions::TiedPairs>(in_.interaction.action->specifics).ties)
+          : nullptr;
   const Images images_{in_.system(0).definition.periods};
   GhostExchange exchange_{in_, bonds_.get(), images_};
   bool kept_ = false;  // neighbour lists and ghosts are kept

@@ -18,7 +18,7 @@ namespace {
 // Returns whether the segment ends with an interaction that counts contacts.
 bool collides(const ListSegment& segment) {
   return segment.interaction != nullptr &&
-         (segment.interaction->kind == actions::Kind::collide || actions::is_contact(*segment.interaction));
+         (segment.interaction->kind == actions::Kind::collide || actions::grains_of(*segment.interaction) != nullptr);
 }
 
 }  // namespace
@@ -73,14 +73,15 @@ bool InteractionSchedule::run_substep(int substep) {
         if (waits[r] == nullptr) break;
         std::size_t first = r;
         std::size_t second = r;
-        if (waits[r]->interaction->other >= 0) {
+        if (waits[r]->interaction->partner) {
           const std::size_t other = partner_of(runner, *waits[r]);
-          if (waits[other] == nullptr || waits[other]->interaction->other != static_cast<std::int32_t>(runner.system))
+          if (waits[other] == nullptr || !waits[other]->interaction->partner ||
+              waits[other]->interaction->partner->system != static_cast<std::int32_t>(runner.system))
             break;
-          (waits[r]->interaction->second ? first : second) = other;
+          (waits[r]->interaction->second() ? first : second) = other;
         }
         Interaction interaction = interaction_of(*waits[first], runners_[first], runners_[second], substep);
-        if (first != second && actions::is_contact(*interaction.action))
+        if (first != second && actions::grains_of(*interaction.action) != nullptr)
           interaction.counterpart = waits[second]->interaction;
         waits[first] = nullptr;
         waits[second] = nullptr;
@@ -130,7 +131,7 @@ Interaction InteractionSchedule::interaction_of(const ListSegment& segment, Runn
 
 std::size_t InteractionSchedule::partner_of(const Runner& runner, const ListSegment& segment) const {
   const auto found = std::find_if(runners_.begin(), runners_.end(), [&](const Runner& other) {
-    return other.system == static_cast<std::size_t>(segment.interaction->other);
+    return other.system == static_cast<std::size_t>(segment.interaction->partner->system);
   });
   if (found == runners_.end() || &*found == &runner)
     throw std::logic_error("two systems interact, but one has no list");

@@ -35,7 +35,7 @@ struct Collision {
                                                             .friction = friction,
                                                             .sleep = sleep,
                                                             .other_radius = other_radius});
-    made.other = two ? 1 : -1;
+    if (two) made.partner = {1};
     return made;
   }
 };

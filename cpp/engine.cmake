@@ -1,5 +1,8 @@
 # The engine's two libraries, described in CMakeLists.txt.
 
+# The families of actions between particles: a new one is only registered in actions/list.inc.
+file(GLOB families CONFIGURE_DEPENDS RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} interactions/kinds/*.cpp)
+
 add_library(motes_pure STATIC
   actions/action.cpp
   actions/ageing.cpp
@@ -68,17 +71,15 @@ add_library(motes_pure STATIC
   image/slots.cpp
   image/solids.cpp
   image/tone.cpp
-  interactions/act.cpp
+  ${families}
   interactions/cell_list.cpp
   interactions/clumps.cpp
   interactions/extent.cpp
   interactions/kernels.cpp
   interactions/neighbour_list.cpp
   interactions/overlap.cpp
+  interactions/pair_action.cpp
   interactions/pairs.cpp
-  interactions/pyramid.cpp
-  interactions/scripted.cpp
-  interactions/tie.cpp
   interactions/ties.cpp
   interactions/walls.cpp
   meshes/assets.cpp
@@ -124,8 +125,9 @@ target_compile_options(motes_pure PRIVATE ${MOTES_O1})
 # Hot loops outside the lanes: neighbour search, contact memory, records near a surface, and the limits that benchmarks
 # compare with.
 set_source_files_properties(
-  bench/bench_scene.cpp image/raster/behind.cpp interactions/act.cpp interactions/cell_list.cpp
-  interactions/neighbour_list.cpp interactions/scripted.cpp
+  bench/bench_scene.cpp image/raster/behind.cpp interactions/cell_list.cpp
+  interactions/kinds/colliding.cpp interactions/kinds/scripted.cpp interactions/kinds/sweeping.cpp
+  interactions/neighbour_list.cpp
   PROPERTIES COMPILE_OPTIONS $<$<CONFIG:Release>:-O3>)
 target_include_directories(motes_pure PUBLIC ${CMAKE_CURRENT_SOURCE_DIR} ${CMAKE_CURRENT_BINARY_DIR}/generated)
 target_link_libraries(motes_pure PUBLIC motes_flags PRIVATE Threads::Threads)

@@ -36,7 +36,7 @@ const std::array<Facts, kKinds>& table() {
 #define MOTES_NUMBER(rule, name, ...) rules::rule(#name __VA_OPT__(, ) __VA_ARGS__),
 #define MOTES_ACTION(action, given, ...) \
   {.name = #action, .numbers = {MOTES_EACH_NUMBER(given)} __VA_OPT__(, ) __VA_ARGS__},
-#define MOTES_INTERACTION(action, given, ...) \
+#define MOTES_INTERACTION(action, family, given, ...) \
   {.name = #action, .numbers = {MOTES_EACH_NUMBER(given)}, __VA_ARGS__, .between = true},
 #include "actions/list.inc"
 #undef MOTES_INTERACTION
@@ -170,13 +170,6 @@ void check_clump(const Action& action, TableKey clump) {
   }
 }
 
-template <std::size_t... kIndex>
-Specifics alternative(std::size_t index, std::index_sequence<kIndex...>) {
-  Specifics made;
-  ((kIndex == index ? void(made.emplace<kIndex>()) : void()), ...);
-  return made;
-}
-
 }  // namespace
 
 void check_kind(const Action& action, Kind kind, std::size_t count) {
@@ -196,9 +189,7 @@ Kind kind_of(const std::string& name) {
   throw std::invalid_argument("no action is called '" + name + "'");
 }
 
-Specifics specifics_of(Kind kind) {
-  return alternative(facts(kind).specifics, std::make_index_sequence<std::variant_size_v<Specifics>>());
-}
+const Specifics& specifics_of(Kind kind) { return facts(kind).specifics; }
 
 numbers::contact<double> contact_of(const Action& action) {
   return read_numbers<numbers::contact, double>(action.numbers.data());
@@ -226,7 +217,13 @@ std::uint64_t named(const Action& action, const particles::Schema& schema) {
   std::uint64_t mask = columns_of(action.where, schema);
   std::visit(
       [&](const auto& part) {
-        if constexpr (requires { part.reads(action, schema); }) mask |= part.reads(action, schema);
+        if constexpr (requires { part.leaves; }) {
+          for (const Leaf& leaf : part.leaves) {
+            if (reads_here(action, leaf)) mask |= std::uint64_t{1} << leaf.attribute;
+          }
+        } else if constexpr (requires { part.values; }) {
+          for (const Expression& value : part.values) mask |= columns_of(value, schema);
+        }
       },
       action.specifics);
   return mask;
@@ -240,7 +237,12 @@ std::uint64_t writes(const Action& action) {
   std::uint64_t mask = facts(action.kind).writes;
   std::visit(
       [&](const auto& part) {
-        if constexpr (requires { part.writes(action); }) mask |= part.writes(action);
+        if constexpr (requires { part.attribute; }) mask |= std::uint64_t{1} << part.attribute;
+        if constexpr (requires { part.results; }) {
+          for (const Result& result : part.results) {
+            if (result.how != Result::How::state && !action.second()) mask |= std::uint64_t{1} << result.attribute;
+          }
+        }
       },
       action.specifics);
   return mask;
@@ -260,20 +262,6 @@ namespace {
 
 bool exists(const particles::Schema& schema, std::int32_t attribute, std::int32_t component) {
   return attribute >= 0 && attribute < schema.size() && component >= 0 && component < schema[attribute].width;
-}
-
-std::uint64_t read_by(const std::vector<Expression>& values, const particles::Schema& schema) {
-  std::uint64_t mask = 0;
-  for (const Expression& value : values) mask |= columns_of(value, schema);
-  return mask;
-}
-
-std::uint64_t written_by(const std::vector<Result>& results) {
-  std::uint64_t mask = 0;
-  for (const Result& result : results) {
-    if (result.how != Result::How::state) mask |= std::uint64_t{1} << result.attribute;
-  }
-  return mask;
 }
 
 void check_leaf(const Action& action, const Leaf& leaf, const particles::Schema& schema) {
@@ -328,36 +316,14 @@ void Assignment::check(const Action& action, const particles::Schema& schema) co
   }
 }
 
-std::uint64_t Assignment::reads(const Action&, const particles::Schema& schema) const {
-  return read_by(values, schema);
-}
-
-std::uint64_t Assignment::writes(const Action&) const { return std::uint64_t{1} << attribute; }
-
 void ParticleLaw::check(const Action& action, const particles::Schema& schema) const {
   check_results(action, results, values, schema.components(), count_of(action.shapes), schema);
 }
-
-std::uint64_t ParticleLaw::reads(const Action&, const particles::Schema& schema) const {
-  return read_by(values, schema);
-}
-
-std::uint64_t ParticleLaw::writes(const Action&) const { return written_by(results); }
 
 void PairLaw::check(const Action& action, const particles::Schema& schema) const {
   for (const Leaf& leaf : leaves) check_leaf(action, leaf, schema);
   check_results(action, results, values, static_cast<int>(leaves.size()), 0, schema);
 }
-
-std::uint64_t PairLaw::reads(const Action& action, const particles::Schema&) const {
-  std::uint64_t mask = 0;
-  for (const Leaf& leaf : leaves) {
-    if (reads_here(action, leaf)) mask |= std::uint64_t{1} << leaf.attribute;
-  }
-  return mask;
-}
-
-std::uint64_t PairLaw::writes(const Action& action) const { return action.second() ? 0 : written_by(results); }
 
 void Lookup::check(const Action& action) const { check_table(facts(action.kind), table); }
 
@@ -410,7 +376,7 @@ void check(const Action& action) {
     drawn ? shapes::check(action.shapes[i]) : shapes::check_region(action.shapes[i]);
   }
   if (known.needs_surface) check_surface(known, action.shapes[0]);
-  if (action.specifics.index() != known.specifics) refuse(known, "its parts", "be those of its kind");
+  if (action.specifics.index() != known.specifics.index()) refuse(known, "its parts", "be those of its kind");
   std::visit(
       [&](const auto& part) {
         if constexpr (requires { part.check(action); }) part.check(action);

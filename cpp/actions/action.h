@@ -49,7 +49,7 @@ struct Action {
 };
 
 /// Returns the specifics of a kind, empty.
-Specifics specifics_of(Kind kind);
+const Specifics& specifics_of(Kind kind);
 
 /// Returns an action with these numbers, whose type gives its kind.
 template <template <class> class Numbers>
@@ -93,7 +93,7 @@ struct Facts {
   std::uint32_t writes = 0;
   bool needs_surface = false;  // its shape must have a surface that a particle can meet
   int ramp = 0;  // above 0: `numbers` are knots, each age / lifetime and a value of `ramp` components
-  std::size_t specifics = 0;  // place_of its struct
+  Specifics specifics{};  // of this alternative
   int table = 0;  // above 0: the action reads a table whose entries have this many numbers
   bool draws = false;  // its last shape is only sampled
   const char* call = nullptr;  // the function that scripts call, if its name differs

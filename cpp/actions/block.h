@@ -34,7 +34,7 @@ struct Step {
   double time = 0;  // at the start of the step, seconds
   particles::DrawKeys* draws = nullptr;  // for actions that draw
   float start = 0, end = 1;  // the part of the frame that the step covers, for moving shapes
-  Ageing ageing{};  // for move
+  Ageing ageing{};  // how far ages advance
 };
 
 /// The destination of a law's result: the column that it is added to (a rate is multiplied by dt) or replaces.
@@ -65,7 +65,7 @@ struct AssignmentCode {
 };
 
 /// Whether `move` turns `up` and orientations.
-struct Turns {
+struct MoveTurns {
   bool up = false, orientation = false;
 };
 
@@ -78,7 +78,7 @@ struct TableView {
 /// What kernels of some kinds need beside numbers and shapes. The program sets the member of the action's kind, and its
 /// kernel reads no other.
 union Bound {
-  Turns turns{};
+  MoveTurns turns{};
   int ramp;  // number of numbers of its knots
   const AssignmentCode* assignment;
   const LawCode* law;

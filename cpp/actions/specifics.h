@@ -1,10 +1,9 @@
 // What actions of some kinds have beside numbers and shapes: a struct per family, with its bytes and its checks. Which
-// one a kind has is a fact in list.inc. `reads` and `writes` return attributes, one bit each.
+// one a kind has is a fact in list.inc.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
-#include <type_traits>
 #include <variant>
 #include <vector>
 
@@ -25,14 +24,12 @@ struct NumbersAlone {
 template <class Visitor>
 constexpr void fields(Visitor&, NumbersAlone&) {}
 
-/// `set`: an attribute becomes the values of expressions.
+/// What `set` does: an attribute becomes the values of expressions.
 struct Assignment {
   std::int32_t attribute = -1;
   std::vector<Expression> values;  // one per component
 
   void check(const Action& action, const particles::Schema& schema) const;
-  std::uint64_t reads(const Action& action, const particles::Schema& schema) const;
-  std::uint64_t writes(const Action& action) const;
   bool operator==(const Assignment&) const = default;
 };
 
@@ -56,14 +53,12 @@ constexpr void fields(Visitor& visit, Result& result) {
   visit(result.how, result.attribute, result.component);
 }
 
-/// `law`: expressions of one particle's columns change it.
+/// A law of a script: expressions of one particle's columns change it.
 struct ParticleLaw {
   std::vector<Expression> values;  // one per result
   std::vector<Result> results;
 
   void check(const Action& action, const particles::Schema& schema) const;
-  std::uint64_t reads(const Action& action, const particles::Schema& schema) const;
-  std::uint64_t writes(const Action& action) const;
   bool operator==(const ParticleLaw&) const = default;
 };
 
@@ -87,15 +82,13 @@ constexpr void fields(Visitor& visit, Leaf& leaf) {
   visit(leaf.of, leaf.attribute, leaf.component);
 }
 
-/// `interact`: expressions of two particles' columns change the first of them.
+/// What `interact` does: expressions of two particles' columns change the first of them.
 struct PairLaw {
   std::vector<Leaf> leaves;  // the columns that the values read
   std::vector<Expression> values;  // one per result
   std::vector<Result> results;
 
   void check(const Action& action, const particles::Schema& schema) const;
-  std::uint64_t reads(const Action& action, const particles::Schema& schema) const;
-  std::uint64_t writes(const Action& action) const;
   bool operator==(const PairLaw&) const = default;
 };
 
@@ -104,7 +97,7 @@ constexpr void fields(Visitor& visit, PairLaw& law) {
   visit(law.leaves, law.values, law.results);
 }
 
-/// `tie`: which particles are tied. The ties themselves are kept by interactions/ties.h.
+/// Which particles are tied. The ties themselves are kept by interactions/ties.h.
 struct TiedPairs {
   std::uint64_t ties = 0;  // their key
 
@@ -148,7 +141,7 @@ inline constexpr std::size_t kMostWalls = 65536;
 /// The maximum number of spheres in a clump.
 inline constexpr std::size_t kMostSpheres = 64;
 
-/// `contact` of grains, which are spheres or clumps of spheres.
+/// A contact of grains, which are spheres or clumps of spheres.
 struct Grains {
   std::vector<WallNumbers> walls;  // the first of the action's shapes
   TableKey clump = 0;  // the template: x, y, z and radius of each sphere; 0: grains are spheres
@@ -163,15 +156,5 @@ constexpr void fields(Visitor& visit, Grains& grains) {
 }
 
 using Specifics = std::variant<NumbersAlone, Assignment, ParticleLaw, PairLaw, TiedPairs, Lookup, Grains>;
-
-/// The index of a struct among the alternatives of Specifics.
-template <class Part, std::size_t index = 0>
-constexpr std::size_t place_of() {
-  if constexpr (std::is_same_v<std::variant_alternative_t<index, Specifics>, Part>) {
-    return index;
-  } else {
-    return place_of<Part, index + 1>();
-  }
-}
 
 }  // namespace motes::actions

@@ -134,45 +134,6 @@ std::vector<double> numbers_of(actions::Kind kind, const py::dict& given) {
 
 using UnionPart = std::tuple<std::string, int, int>;
 
-// What a script gives beside numbers and shapes; each kind takes its own.
-struct Giving {
-  int target;
-  const std::vector<Steps>& values;
-  std::uint64_t ties;
-  actions::TableKey table;
-  const std::vector<UnionPart>& leaves;
-  const std::vector<UnionPart>& results;
-  const std::vector<std::array<double, 4>>& walls;
-
-  std::vector<expressions::Expression> expressions() const {
-    std::vector<expressions::Expression> all;
-    for (const Steps& value : values) all.push_back(expression(value));
-    return all;
-  }
-  std::vector<actions::Result> places() const {
-    std::vector<actions::Result> all;
-    for (const auto& [how, attribute, component] : results)
-      all.push_back({base::enumerator<actions::Result::How>("result", how), attribute, component});
-    return all;
-  }
-
-  void operator()(actions::NumbersAlone&) const {}
-  void operator()(actions::Assignment& set) const { set = {target, expressions()}; }
-  void operator()(actions::ParticleLaw& law) const { law = {expressions(), places()}; }
-  void operator()(actions::PairLaw& law) const {
-    law = {{}, expressions(), places()};
-    for (const auto& [of, attribute, component] : leaves)
-      law.leaves.push_back({base::enumerator<actions::Leaf::Of>("leaf", of), attribute, component});
-  }
-  void operator()(actions::TiedPairs& tied) const { tied = {ties}; }
-  void operator()(actions::Lookup& lookup) const { lookup = {table}; }
-  void operator()(actions::Grains& grains) const {
-    grains.clump = table;
-    for (const auto& [stiffness, restitution, friction, rolling_friction] : walls)
-      grains.walls.push_back({stiffness, restitution, friction, rolling_friction});
-  }
-};
-
 Action make_action(const std::string& name, const py::dict& numbers, std::vector<shapes::Shape> shapes,
                    const Steps& where, int target, const std::vector<Steps>& values, std::uint64_t ties,
                    actions::TableKey table, const std::vector<UnionPart>& leaves, const std::vector<UnionPart>& results,
@@ -183,7 +144,29 @@ Action make_action(const std::string& name, const py::dict& numbers, std::vector
   action.shapes = std::move(shapes);
   action.where = expression(where);
   action.specifics = actions::specifics_of(action.kind);
-  std::visit(Giving{target, values, ties, table, leaves, results, walls}, action.specifics);
+  std::visit(  // each kind takes the fields that it has
+      [&](auto& part) {
+        if constexpr (requires { part.attribute; }) part.attribute = target;
+        if constexpr (requires { part.ties; }) part.ties = ties;
+        if constexpr (requires { part.table; }) part.table = table;
+        if constexpr (requires { part.clump; }) part.clump = table;
+        if constexpr (requires { part.values; }) {
+          for (const Steps& value : values) part.values.push_back(expression(value));
+        }
+        if constexpr (requires { part.leaves; }) {
+          for (const auto& [of, attribute, component] : leaves)
+            part.leaves.push_back({base::enumerator<actions::Leaf::Of>("leaf", of), attribute, component});
+        }
+        if constexpr (requires { part.results; }) {
+          for (const auto& [how, attribute, component] : results)
+            part.results.push_back({base::enumerator<actions::Result::How>("result", how), attribute, component});
+        }
+        if constexpr (requires { part.walls; }) {
+          for (const auto& [stiffness, restitution, friction, rolling_friction] : walls)
+            part.walls.push_back({stiffness, restitution, friction, rolling_friction});
+        }
+      },
+      action.specifics);
   actions::check(action);
   return action;
 }

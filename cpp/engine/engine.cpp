@@ -8,16 +8,19 @@
 #include "base/invalid_argument.h"
 #include "engine/replay.h"
 #include "engine/state/walls.h"
+#include "interactions/kinds/tying.h"
 #include "particles/wrap.h"
 
 namespace motes::engine {
 namespace {
 
+bool ties(const actions::Action& action) { return std::holds_alternative<actions::TiedPairs>(action.specifics); }
+
 void check_tie(const actions::Action& tie, const std::vector<recording::Item>& list) {
   interactions::check(tie);
   for (const recording::Item& item : list) {
     const auto* earlier = std::get_if<actions::Action>(&item);
-    if (earlier != nullptr && earlier->kind == actions::Kind::tie) interactions::check_together(*earlier, tie);
+    if (earlier != nullptr && ties(*earlier)) interactions::check_together(*earlier, tie);
   }
 }
 
@@ -64,7 +67,7 @@ void Engine::record(int index, recording::Item item) {
     actions::check(*action);
     actions::check(*action, s.schema);
     s.sweep(*action);
-    if (action->kind == actions::Kind::tie) check_tie(*action, s.list);
+    if (ties(*action)) check_tie(*action, s.list);
     const std::int32_t other = action->partner ? action->partner->system : -1;
     if (other >= system_count() || other == index) {
       throw base::InvalidArgument("an action between particles", "name another system of the world");

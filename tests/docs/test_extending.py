@@ -18,7 +18,7 @@ if not PAGE.is_file():
 def test_every_block_of_code_is_a_piece_of_its_file():
     text = PAGE.read_text()
     quotes = QUOTE.findall(text)
-    assert len(quotes) == text.count("\n```\n") == 15, "each block has its file's name above it"
+    assert len(quotes) == text.count("\n```\n") == 16, "each block has its file's name above it"
     for path, code in quotes:
         assert f"{code}\n" in (ROOT / path).read_text(), f"{path} has changed: quote it anew\n{code}"
 
@@ -43,6 +43,20 @@ def test_a_law_is_named_where_the_page_says():
     core = [path for path in (ROOT / "cpp").rglob("*") if path.suffix in (".h", ".cpp", ".inc", ".txt")]
     named = {str(path.relative_to(ROOT)) for path in core if re.search(r"\bfluid\b", code_of(path))}
     assert named == {"cpp/interactions/laws/law_fluid.h", "cpp/actions/list.inc"}
+
+
+def test_a_family_is_named_where_the_page_says():
+    """A class in a file of its own and an entry are all that the core has of a family of actions."""
+    core = [path for path in (ROOT / "cpp").rglob("*") if path.suffix in (".h", ".cpp", ".inc", ".cmake")]
+    named = {str(path.relative_to(ROOT)) for path in core if re.search(r"\bgravitating\b", code_of(path))}
+    assert named == {"cpp/interactions/kinds/gravitating.cpp", "cpp/actions/list.inc"}
+
+
+def test_the_engine_asks_for_few_kinds():
+    """What differs between kinds is told by their classes and facts, not by tests in the engine."""
+    engine = [path for path in (ROOT / "cpp" / "engine").rglob("*") if path.suffix in (".h", ".cpp")]
+    lines = [line for path in engine for line in path.read_text().splitlines() if "actions::Kind::" in line]
+    assert len(lines) <= 4, lines
 
 
 def code_of(path: Path) -> str:

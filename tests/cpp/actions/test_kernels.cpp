@@ -184,8 +184,8 @@ TEST(actions_give_the_same_bits_in_every_build) {
         bound.turns = {turns, false};
         if (facts.ramp > 0) bound.ramp = static_cast<int>(numbers.size());
         if (facts.table > 0) bound.table = &table.view;
-        if (facts.specifics == actions::place_of<actions::ParticleLaw>()) bound.law = &law.code;
-        if (facts.specifics == actions::place_of<actions::Assignment>()) bound.assignment = &nothing;
+        if (std::holds_alternative<actions::ParticleLaw>(facts.specifics)) bound.law = &law.code;
+        if (std::holds_alternative<actions::Assignment>(facts.specifics)) bound.assignment = &nothing;
         particles::DrawKeys draws;
         const actions::Step step{0.04f,
                                  static_cast<std::uint32_t>(dice.word()),

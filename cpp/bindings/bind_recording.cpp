@@ -124,23 +124,34 @@ Action make_action(const std::string& name, const py::dict& numbers, std::vector
                    actions::TableKey table, const std::vector<UnionPart>& leaves, const std::vector<UnionPart>& results,
                    const std::vector<std::array<double, 4>>& walls) {
   Action action;
-  action.ties = ties;
-  action.table = table;
   action.kind = actions::kind_of(name);
   action.numbers = numbers_of(action.kind, numbers);
   action.shapes = std::move(shapes);
   action.where = expression(where);
-  action.target = target;
-  for (const Steps& value : values) action.values.push_back(expression(value));
-  for (const auto& [of, attribute, component] : leaves) {
-    action.leaves.push_back({base::enumerator<actions::Leaf::Of>("leaf", of), attribute, component});
-  }
-  for (const auto& [how, attribute, component] : results) {
-    action.results.push_back({base::enumerator<actions::Result::How>("result", how), attribute, component});
-  }
-  for (const auto& [stiffness, restitution, friction, rolling_friction] : walls) {
-    action.walls.push_back({stiffness, restitution, friction, rolling_friction});
-  }
+  action.specifics = actions::specifics_of(action.kind);
+  std::visit(  // each kind takes the fields that it has
+      [&](auto& part) {
+        if constexpr (requires { part.attribute; }) part.attribute = target;
+        if constexpr (requires { part.ties; }) part.ties = ties;
+        if constexpr (requires { part.table; }) part.table = table;
+        if constexpr (requires { part.clump; }) part.clump = table;
+        if constexpr (requires { part.values; }) {
+          for (const Steps& value : values) part.values.push_back(expression(value));
+        }
+        if constexpr (requires { part.leaves; }) {
+          for (const auto& [of, attribute, component] : leaves)
+            part.leaves.push_back({base::enumerator<actions::Leaf::Of>("leaf", of), attribute, component});
+        }
+        if constexpr (requires { part.results; }) {
+          for (const auto& [how, attribute, component] : results)
+            part.results.push_back({base::enumerator<actions::Result::How>("result", how), attribute, component});
+        }
+        if constexpr (requires { part.walls; }) {
+          for (const auto& [stiffness, restitution, friction, rolling_friction] : walls)
+            part.walls.push_back({stiffness, restitution, friction, rolling_friction});
+        }
+      },
+      action.specifics);
   actions::check(action);
   return action;
 }

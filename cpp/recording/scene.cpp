@@ -41,9 +41,11 @@ Record sample() {
   source.before = {{}};
   source.integral = {0};
   source.state = state;
-  actions::Action action{actions::Kind::set, {0}, {both}, step, 0, {step}};
-  action.leaves = {{}};
-  action.results = {{}};
+  actions::Action action{actions::Kind::set, {0}, {both}, step, {}, actions::Partner{}};
+  const auto with = [&](actions::Specifics specifics) {
+    action.specifics = std::move(specifics);
+    return Item(action);
+  };
   Spawn spawn;
   spawn.state = state;
   spawn.where = step;
@@ -53,8 +55,10 @@ Record sample() {
   system.name = "one";
   system.attributes = {{"heat", 1, {}}};
   record.systems = {system};
-  record.lists = {{source, Burst{both, 1, state}, Emit{1, {{particles::position, {0, 0, 0}}}, state}, action, Read{},
-                   spawn, Callback{"f", 0, step, {both}}, KeepCopies{}}};
+  record.lists = {{source, Burst{both, 1, state}, Emit{1, {{particles::position, {0, 0, 0}}}, state},
+                   with(actions::Assignment{0, {step}}), with(actions::ParticleLaw{{step}, {{}}}),
+                   with(actions::PairLaw{{{}}, {step}, {{}}}), with(actions::TiedPairs{}), with(actions::Lookup{}),
+                   with(actions::Grains{{{}}, 0}), Read{}, spawn, Callback{"f", 0, step, {both}}, KeepCopies{}}};
   record.sprites = {{}};
   record.clumps = {{}};
   record.view.emplace();
@@ -218,16 +222,17 @@ std::set<meshes::AssetKey> assets_of(const std::vector<std::span<const std::byte
   return keys;
 }
 
-// Returns the ties, or tables, that the actions of frames name.
-std::set<std::uint64_t> named_by(const std::vector<std::span<const std::byte>>& frames,
-                                 std::uint64_t actions::Action::* name) {
+// Returns the keys, of ties or tables, that actions of frames name in a struct of their specifics.
+template <class Part>
+std::set<std::uint64_t> named_by(const std::vector<std::span<const std::byte>>& frames, std::uint64_t Part::* name) {
   std::set<std::uint64_t> keys;
   for (const std::span<const std::byte> frame : frames) {
     Reader in(frame);
     for (const std::vector<Item>& list : read(in).lists) {
       for (const Item& item : list) {
         const auto* action = std::get_if<actions::Action>(&item);
-        if (action != nullptr && action->*name != 0) keys.insert(action->*name);
+        const auto* part = action != nullptr ? std::get_if<Part>(&action->specifics) : nullptr;
+        if (part != nullptr && part->*name != 0) keys.insert(part->*name);
       }
     }
   }
@@ -269,8 +274,9 @@ void write(const Scene& scene, Bytes& out) {
     out.put_raw(frame.data(), frame.size());
   }
   meshes::write_assets(assets_of(scene.frames), out);
-  interactions::write_ties(named_by(scene.frames, &actions::Action::ties), out);
-  std::set<std::uint64_t> tables = named_by(scene.frames, &actions::Action::table);
+  interactions::write_ties(named_by(scene.frames, &actions::TiedPairs::ties), out);
+  std::set<std::uint64_t> tables = named_by(scene.frames, &actions::Lookup::table);
+  tables.merge(named_by(scene.frames, &actions::Grains::clump));
   tables.merge(clumps_of(scene.frames));
   actions::write_tables(tables, out);
   Head head;

@@ -68,6 +68,16 @@ def knowing_the_laboratory(files: dict[Path, set[str]]) -> list[Path]:
     return [path for path, names in engine.items() if any(name.startswith("lab/") for name in names)]
 
 
+def test_files_of_interactions_do_not_include_each_other_in_circles():
+    below: dict[Path, set[Path]] = {}
+    for path, names in includes().items():
+        if path.parts[0] == "interactions":
+            units = {Path(name).with_suffix("") for name in names if name.startswith("interactions/")}
+            below.setdefault(path.with_suffix(""), set()).update(units - {path.with_suffix("")})
+    assert len(below) > 25
+    assert circle(below) == []
+
+
 def test_rooms_of_the_package_do_not_import_each_other_in_circles():
     below = imports.rooms(imports.modules(imports.START, imports.LATER))
     assert len(below) > 20

@@ -49,7 +49,8 @@ void note_walls(Script& script, const Round& round) {
     const std::vector<recording::Item>& list = script.systems[i]->list;
     for (std::size_t item = 0; item < list.size(); ++item) {
       const auto* action = std::get_if<actions::Action>(&list[item]);
-      for (std::size_t wall = 0; action != nullptr && wall < action->walls.size(); ++wall) {
+      const auto* grains = action != nullptr ? actions::grains_of(*action) : nullptr;
+      for (std::size_t wall = 0; grains != nullptr && wall < grains->walls.size(); ++wall) {
         const auto [found, is_new] = known.emplace(key_of(action->shapes[wall]), script.walls.size());
         if (is_new) script.walls.push_back({action->shapes[wall], {}});
         const bool pressed =

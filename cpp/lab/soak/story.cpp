@@ -20,13 +20,14 @@ Action law() {
   using actions::Op;
   using actions::Result;
   Action action = make(numbers::interact<>{.radius = 0.3, .state = 3});
+  auto& law = std::get<actions::PairLaw>(action.specifics);
   for (std::int32_t c = 0; c < 3; ++c) {
-    action.leaves.push_back({Leaf::Of::state, 0, c});
-    action.leaves.push_back({Leaf::Of::normal, 0, c});
+    law.leaves.push_back({Leaf::Of::state, 0, c});
+    law.leaves.push_back({Leaf::Of::normal, 0, c});
     const actions::Expression next = {{Op::column, 2 * c}, {Op::column, 2 * c + 1}, {Op::subtract}};
-    action.values.insert(action.values.end(), 2, next);
-    action.results.push_back({Result::How::state, 0, c});
-    action.results.push_back({Result::How::rate, particles::velocity, c});
+    law.values.insert(law.values.end(), 2, next);
+    law.results.push_back({Result::How::state, 0, c});
+    law.results.push_back({Result::How::rate, particles::velocity, c});
   }
   return action;
 }

@@ -74,9 +74,10 @@ Action move() { return actions::make(actions::numbers::move<>{.rotational = 1});
 // Returns an action that throws particles over several domains in one step.
 Action far_away(int frame) {
   Action set = actions::make(actions::numbers::set<>{});
-  set.target = particles::position;
+  auto& opposite = set.specifics.emplace<actions::Assignment>();
+  opposite.attribute = particles::position;
   for (int c = 0; c < 3; ++c) {
-    set.values.push_back({{actions::Op::column, c, 0}, {actions::Op::constant, 0, -1}, {actions::Op::multiply}});
+    opposite.values.push_back({{actions::Op::column, c, 0}, {actions::Op::constant, 0, -1}, {actions::Op::multiply}});
   }
   set.where = {{actions::Op::constant, 0, 1.5f + 0.1f * static_cast<float>(frame)},
                {actions::Op::column, 0, 0},

@@ -48,12 +48,16 @@ struct Neighbour {
     q2 = r2 * (spread.per_radius * spread.per_radius);
     seen = q2 < 1.0f;
     other = seen & (Mask)(lane_numbers() + first != all_uints(j));
-    if (!any(seen)) return;
     const Floats d = sqrt(r2);
     q = d * spread.per_radius;
     normal = r * (1.0f / d);
     const Mask here = other & (r2 <= 0.0f);
     if (any(here)) part(task, here, first, j);
+  }
+
+  static MOTES_INLINE bool sees(const Task& task, const Floats3& at, const SmoothingKernel& spread, std::uint32_t j) {
+    const Floats3 r = seen_from(at, task.sources.column, j);
+    return any(dot(r, r) * (spread.per_radius * spread.per_radius) < 1.0f);
   }
 
   // Gives sources at the same position a direction from their ids.
@@ -95,9 +99,12 @@ struct Pressure {
           velocity(load_column(task.targets.column, interactions::velocity_x, i)),
           mass(load(task.targets.column[interactions::mass] + i)) {}
 
+    MOTES_INLINE bool sees(const Pressure& law, const Task& task, std::uint32_t j) const {
+      return Neighbour::sees(task, at, law.spread, j);
+    }
+
     MOTES_INLINE void add(const Pressure& law, const Task& task, std::uint32_t j) {
       const Neighbour n(task, at, law.spread, first, j);
-      if (!any(n.seen)) return;
       const float of = task.sources.column[interactions::mass][j];
       density = density + only(n.seen, law.spread.share(n.q2) * of);
       const Floats steep = law.spread.slope(n.q);
@@ -144,9 +151,12 @@ struct Fluid {
           mass(load(task.targets.column[interactions::mass] + i)),
           pressure(load(task.targets.column[interactions::pressure] + i)) {}
 
+    MOTES_INLINE bool sees(const Fluid& law, const Task& task, std::uint32_t j) const {
+      return Neighbour::sees(task, at, law.spread, j);
+    }
+
     MOTES_INLINE void add(const Fluid& law, const Task& task, std::uint32_t j) {
       const Neighbour n(task, at, law.spread, first, j);
-      if (!any(n.other)) return;
       const float* const* column = task.sources.column;
       const float of = column[interactions::mass][j];
       const Floats steep = law.spread.slope(n.q);

@@ -120,7 +120,8 @@ def test_what_is_in_the_notebook_now_is_graded(tmp_path: Path) -> None:
     wrong = nbformat.v4.new_code_cell(answer.source.replace("np.interp(wanted, below, edges)", "wanted"))
     assert wrong.source != answer.source
     imports = nbformat.v4.new_code_cell(
-        "import numpy as np\nfrom mine import cuts\ncuts(np.array([0, 2, 4]), np.ones(2), np.ones(2)).tolist()"
+        "import numpy as np\nfrom mine import cuts\n"
+        "cuts(np.array([0, 2, 4]), np.ones(2), np.ones(2)).tolist()"
     )
     order = [answer, imports, grade, wrong, imports, grade, answer, grade]
     made.cells = [nbformat.from_dict({**cell, "id": f"cell-{i}"}) for i, cell in enumerate(order)]

@@ -32,8 +32,8 @@ PATIENCE = (1, 3, 8, 24)
 LEAD = 1.1
 """Smallest ratio of the best simple policy's time to that of the course's own solution, in a fair game."""
 LUCK = 1 / 3
-"""Fraction of the way from the best simple policy's time to the solution's that is worth nothing: other simple
-policies may be luckier with a game."""
+"""Fraction of the way from the best simple policy's time to the solution's that is worth nothing: other
+simple policies may be luckier with a game."""
 OWN = 0.8
 """Fewest points of the course's own solution, as a fraction of all."""
 

@@ -114,7 +114,7 @@ def test_what_is_in_the_notebook_now_is_graded(tmp_path: Path) -> None:
     """Whatever its kernel has imported before: here an answer that was right, then a wrong one."""
     nbformat, nbclient = pytest.importorskip("nbformat"), pytest.importorskip("nbclient")
     pytest.importorskip("ipykernel")
-    made = nbformat.from_dict(course.notebook(2, solutions=True))
+    made = nbformat.reads(json.dumps(course.notebook(2, solutions=True)), as_version=4)
     told = {cell.metadata["nbgrader"]["grade_id"]: cell for cell in made.cells if "nbgrader" in cell.metadata}
     answer, grade = told["evening_2_answer"], told["evening_2_grade"]
     wrong = nbformat.v4.new_code_cell(answer.source.replace("np.interp(wanted, below, edges)", "wanted"))

@@ -110,6 +110,32 @@ def test_notebooks_run_with_their_solutions(evening: int, tmp_path: Path) -> Non
     assert sum("image/png" in out["data"] for out in figures) >= 1
 
 
+def test_what_is_in_the_notebook_now_is_graded(tmp_path: Path) -> None:
+    """Whatever its kernel has imported before: here an answer that was right, then a wrong one."""
+    nbformat, nbclient = pytest.importorskip("nbformat"), pytest.importorskip("nbclient")
+    pytest.importorskip("ipykernel")
+    made = nbformat.reads(json.dumps(course.notebook(2, solutions=True)), as_version=4)
+    told = {cell.metadata["nbgrader"]["grade_id"]: cell for cell in made.cells if "nbgrader" in cell.metadata}
+    answer, grade = told["evening_2_answer"], told["evening_2_grade"]
+    wrong = nbformat.v4.new_code_cell(answer.source.replace("np.interp(wanted, below, edges)", "wanted"))
+    assert wrong.source != answer.source
+    imports = nbformat.v4.new_code_cell(
+        "import numpy as np\nfrom mine import cuts\n"
+        "cuts(np.array([0, 2, 4]), np.ones(2), np.ones(2)).tolist()"
+    )
+    order = [answer, imports, grade, wrong, imports, grade, answer, grade]
+    made.cells = [nbformat.from_dict({**cell, "id": f"cell-{i}"}) for i, cell in enumerate(order)]
+    nbclient.NotebookClient(made, timeout=200, resources={"metadata": {"path": str(tmp_path)}}).execute()
+    shown = [
+        out["data"]["text/plain"]
+        for cell in made.cells
+        for out in cell.outputs
+        if out.output_type == "execute_result"
+    ]
+    assert shown[0] == shown[2] == "[2.0]"  # the kernel does not import anew
+    assert float(shown[1]) == float(shown[4]) == 100 > 50 > float(shown[3]), shown
+
+
 def test_a_notebook_still_to_be_solved_has_no_points(tmp_path: Path) -> None:
     (answer,) = (
         cell for cell in course.notebook(3)["cells"] if cell["metadata"].get("nbgrader", {}).get("solution")

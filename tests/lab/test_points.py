@@ -96,6 +96,8 @@ def test_what_a_policy_knows_of_one_network_is_not_enough() -> None:
 def test_points_run_from_the_best_simple_policy_to_the_best_known() -> None:
     game = policies.game(3, 0, "points")
     zero_s, full_s, best = game.bounds
-    assert game.is_fair and zero_s == min(game.simple_s()) > 1.1 * game.own.seconds
-    assert best.seconds <= full_s <= game.own.seconds and best.seconds >= best.optimum_s
+    simple_s, own_s = min(game.simple_s()), game.own.seconds
+    assert game.is_fair and simple_s > 1.1 * own_s
+    assert zero_s == pytest.approx(simple_s - (simple_s - own_s) / 3)  # others may be luckier
+    assert best.seconds <= full_s <= own_s and best.seconds >= best.optimum_s
     assert game.play(game.seen(own(3)())).points == pytest.approx(80, abs=0.1)

@@ -168,6 +168,15 @@ def test_a_failure_without_a_line_gets_the_one_that_runs():
     assert (again.line, again.action, str(again)) == (error.line, "create", str(error))
 
 
+def test_notes_of_errors_are_shown_plainly():
+    """As pybind11 writes them before Python 3.12, and from 3.12 on."""
+    for kind in ("KeyError", "KeyError[WITH __notes__]"):
+        error = failure(
+            f"{kind}: 'load'\n__notes__ (len=2):\nin the balancer\nsystem 'a'\n\nAt:\n  a.py(3): f\n"
+        )
+        assert error.text == "KeyError: 'load'\nin the balancer\nsystem 'a'"
+
+
 def test_frames_of_libraries_are_passed_over_where_the_script_has_one():
     library = f"ValueError: no\n\nAt:\n  {json.__file__}(3): loads\n"
     script = "  /home/me/snow.py(21): f\n  /home/me/snow.py(40): <module>\n"

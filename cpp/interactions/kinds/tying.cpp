@@ -241,7 +241,7 @@ class Tying : public PairAction {
         continue;
       }
       float along = r;
-      if (r < bond.length) hold_as_it_was(own, other, d, r, along);
+      if (r < bond.length) hold_as_it_was(row, bond, d, r, along);
       const float weights = own.inverse + other.inverse + terms_.compliance[static_cast<std::size_t>(bond.kind)];
       if (r > 0 && weights > 0) {
         const float part = -own.inverse * (along - bond.length) / (weights * r);
@@ -283,18 +283,25 @@ class Tying : public PairAction {
   }
 
   // Two that fly past each other would be pushed on by a tie that is too short along its predicted direction, and gain
-  // energy. Sets `d` and `r` to the vector from the partner before the step, and `along` to the predicted length in its
-  // direction.
-  void hold_as_it_was(const Knots::Knot& own, const Knots::Knot& other, std::array<float, 3>& d, float& r,
-                      float& along) const {
+  // energy. If so, sets `d` and `r` to the vector from the partner before the step, and `along` to the predicted length
+  // in its direction. Both ends of a tie decide alike.
+  void hold_as_it_was(std::uint32_t row, const Bond& bond, std::array<float, 3>& d, float& r, float& along) const {
+    const Knots::Knot &own = knots_.knots[row], &other = knots_.knots[bond.partner];
     std::array<float, 3> was;
     for (std::size_t c = 0; c < 3; ++c) was[c] = periods_.shortest(static_cast<int>(c), own.place[c] - other.place[c]);
     const float before = length(was), inner = dot(d, was);
     if (!(inner < kTurned * r * before)) return;
+    const std::size_t ties = std::max(ties_of(row), ties_of(bond.partner));
+    const float part = std::min(kStable, kRelaxation / static_cast<float>(ties));  // corrected
+    const float push = part * (bond.length - r), approach = inner / r - r;
+    const float held = part * std::max(bond.length - before, 0.0f);  // what it may give back
+    if (push - approach <= std::max(approach, 2 * held)) return;
     along = inner / before;
     d = was;
     r = before;
   }
+
+  std::size_t ties_of(std::uint32_t row) const { return bonds_.first(row + 1) - bonds_.first(row); }
 
   // Returns the position of a pinned particle, or of its image that is nearest to `own`.
   std::array<float, 3> pin_near(const Knots::Knot& own, std::uint32_t number) const {

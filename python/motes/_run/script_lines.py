@@ -23,6 +23,9 @@ _PACKAGE = str(Path(__file__).resolve().parents[1])
 _LIBRARIES = (os.path.dirname(os.__file__), *site.getsitepackages())
 # The core's text of a Python error: "TypeError: text", notes, then its frames, innermost first.
 _FRAMES = "\n\nAt:\n"
+_NOTES = (
+    r"\[WITH __notes__\](?=: )|(?<=\n)__notes__ \(len=\d+\):\n"  # pybind11's; the former from Python 3.12 on
+)
 _FRAME = r"(?m)^  (.*)\((\d+)\): (.*)$"
 _CALLS_BACK = "called"  # the method of Callbacks that calls a script's function
 _of_script: dict[str, bool] = {}  # file -> whether it belongs to the script
@@ -71,7 +74,7 @@ def rank_error(
             break
     where = _innermost([(file, line) for file, line, _ in frames])
     error = RankError(
-        re.sub(r"\n__notes__ \(len=\d+\):\n", "\n", message),
+        re.sub(_NOTES, "", message),
         rank=rank,
         role=role,
         frame=frame,

@@ -38,7 +38,7 @@ def simple(*, equal: bool, smoothed: bool) -> Iterator[Simple]:
     for frames in (13, 5, 2, 17, 8, 11, 3, 21, 7):
         yield from (Simple(shares, _every(frames)) for shares in every)
     # With good powers, some of them win by acting just when a crowd comes to rest.
-    for frames in (7, 8, 10, 11, 13, 14, 16) if smoothed else ():
+    for frames in (7, 8, 9, 10, 11, 12, 13, 14, 16, 18, 20, 22, 24) if smoothed else ():
         for first in (frames // 4, frames // 2, 3 * frames // 4):
             yield Simple(every[0], _every(frames, first))
     yield Simple(_even, _never)

@@ -142,17 +142,20 @@ def test_packages_are_installed_once(tree):
     assert not (tree / "env" / "dev-requirements.txt").exists()
 
 
-def test_tests_of_a_room_get_the_other_words_after_a_build(tree):
-    told = run(tree, "test", "pictures", "-k", "tiles")
-    assert told.returncode == 0, told.stderr
-    assert calls(tree).splitlines()[-2:] == [
-        "cmake --build --preset dev",
-        "python -m pytest -q -n 2 --dist loadfile tests/pictures -k tiles",
-    ]
+def test_tests_of_a_room_run_after_a_build(tree):
+    units = tree / "build" / "dev" / "tests" / "cpp" / "unit_tests"
+    units.parent.mkdir(parents=True)
+    units.write_text(f'#!/bin/sh\necho "units $*" >> {tree}/calls\n')
+    units.chmod(0o755)
+    python = "python -m pytest -q -n 2 --dist loadfile tests/pictures"
+    assert run(tree, "test", "image").returncode == 0
+    assert calls(tree).splitlines()[-3:] == ["cmake --build --preset dev", "units tests/cpp/image", python]
+    assert run(tree, "test", "image", "-k", "tiles").returncode == 0
+    assert calls(tree).splitlines()[-2:] == ["cmake --build --preset dev", f"{python} -k tiles"]
     assert run(tree, "test", "pictures", fails="python -m pytest").returncode == 1
     before = calls(tree).count("-m pytest")
     assert run(tree, "test", fails="cmake --build").returncode == 1
-    assert calls(tree).count("-m pytest") == before == 2
+    assert calls(tree).count("-m pytest") == before == 3
 
 
 def test_without_an_active_environment_an_old_python_gets_a_sentence(tree):

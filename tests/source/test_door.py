@@ -14,7 +14,7 @@ from types import ModuleType
 
 import pytest
 
-from motes.cli import COMMANDS
+from motes.cli import COMMANDS, LAB
 
 ROOT = Path(__file__).resolve().parents[2]
 DEV = ROOT / "dev"
@@ -175,7 +175,7 @@ def test_each_folder_of_sources_and_of_tests_is_a_room():
     rooms = script("rooms")
     known = set(rooms.rooms())
     cpp = {path.name for path in (ROOT / "cpp").iterdir() if path.is_dir()}
-    packages = {path.parent.name for path in (ROOT / "python" / "motes").glob("*/__init__.py")}
+    packages = {path.parent.name for path in (ROOT / "python").glob("*/*/__init__.py")}
     assert (cpp | packages) - known == set()
     for room in known:
         assert rooms.of_room(room) != [], room
@@ -190,6 +190,7 @@ def test_each_folder_of_sources_and_of_tests_is_a_room():
         (["python/motes/_picture/sprites.py"], ["tests/pictures"]),
         (["python/motes/actions/forces.py", "cpp/actions/wind.h"], ["tests/actions"]),
         (["python/motes/errors.py"], ["tests/cli"]),
+        (["cpp/lab/soak/disaster.h", "python/motes_lab/arena/play.py"], ["tests/lab"]),
         (["docs/guide.md"], ["tests/docs"]),
         (["examples/snow.py"], ["tests/docs"]),
         (["pyproject.toml", ".ci/run", "dev", "cpp/CMakeLists.txt"], []),
@@ -302,7 +303,7 @@ def test_commands_and_files_that_a_page_names_exist(page):
         for room in re.findall(r"\./dev test (\w+)", code):
             assert script("rooms").of_room(room), code
         for command in re.findall(r"-m motes (\w+)", code):
-            assert command in COMMANDS, code
+            assert command in {**COMMANDS, **LAB}, code
         for path in re.findall(r"(?<![\w./$-])\.?\w[\w.-]*/[\w./-]*", code):
             if path.split("/")[0] not in ("build", "origin", ".venv"):
                 assert (ROOT / path).exists(), code

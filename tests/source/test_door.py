@@ -14,7 +14,7 @@ from types import ModuleType
 
 import pytest
 
-from motes.cli import COMMANDS
+from motes.cli import COMMANDS, LAB
 
 ROOT = Path(__file__).resolve().parents[2]
 DEV = ROOT / "dev"
@@ -142,17 +142,20 @@ def test_packages_are_installed_once(tree):
     assert not (tree / "env" / "dev-requirements.txt").exists()
 
 
-def test_tests_of_a_room_get_the_other_words_after_a_build(tree):
-    told = run(tree, "test", "pictures", "-k", "tiles")
-    assert told.returncode == 0, told.stderr
-    assert calls(tree).splitlines()[-2:] == [
-        "cmake --build --preset dev",
-        "python -m pytest -q -n 2 --dist loadfile tests/pictures -k tiles",
-    ]
+def test_tests_of_a_room_run_after_a_build(tree):
+    units = tree / "build" / "dev" / "tests" / "cpp" / "unit_tests"
+    units.parent.mkdir(parents=True)
+    units.write_text(f'#!/bin/sh\necho "units $*" >> {tree}/calls\n')
+    units.chmod(0o755)
+    python = "python -m pytest -q -n 2 --dist loadfile tests/pictures"
+    assert run(tree, "test", "image").returncode == 0
+    assert calls(tree).splitlines()[-3:] == ["cmake --build --preset dev", "units tests/cpp/image", python]
+    assert run(tree, "test", "image", "-k", "tiles").returncode == 0
+    assert calls(tree).splitlines()[-2:] == ["cmake --build --preset dev", f"{python} -k tiles"]
     assert run(tree, "test", "pictures", fails="python -m pytest").returncode == 1
     before = calls(tree).count("-m pytest")
     assert run(tree, "test", fails="cmake --build").returncode == 1
-    assert calls(tree).count("-m pytest") == before == 2
+    assert calls(tree).count("-m pytest") == before == 3
 
 
 def test_without_an_active_environment_an_old_python_gets_a_sentence(tree):
@@ -172,7 +175,7 @@ def test_each_folder_of_sources_and_of_tests_is_a_room():
     rooms = script("rooms")
     known = set(rooms.rooms())
     cpp = {path.name for path in (ROOT / "cpp").iterdir() if path.is_dir()}
-    packages = {path.parent.name for path in (ROOT / "python" / "motes").glob("*/__init__.py")}
+    packages = {path.parent.name for path in (ROOT / "python").glob("*/*/__init__.py")}
     assert (cpp | packages) - known == set()
     for room in known:
         assert rooms.of_room(room) != [], room
@@ -187,6 +190,7 @@ def test_each_folder_of_sources_and_of_tests_is_a_room():
         (["python/motes/_picture/sprites.py"], ["tests/pictures"]),
         (["python/motes/actions/forces.py", "cpp/actions/wind.h"], ["tests/actions"]),
         (["python/motes/errors.py"], ["tests/cli"]),
+        (["cpp/lab/soak/disaster.h", "python/motes_lab/arena/play.py"], ["tests/lab"]),
         (["docs/guide.md"], ["tests/docs"]),
         (["examples/snow.py"], ["tests/docs"]),
         (["pyproject.toml", ".ci/run", "dev", "cpp/CMakeLists.txt"], []),
@@ -299,7 +303,7 @@ def test_commands_and_files_that_a_page_names_exist(page):
         for room in re.findall(r"\./dev test (\w+)", code):
             assert script("rooms").of_room(room), code
         for command in re.findall(r"-m motes (\w+)", code):
-            assert command in COMMANDS, code
+            assert command in {**COMMANDS, **LAB}, code
         for path in re.findall(r"(?<![\w./$-])\.?\w[\w.-]*/[\w./-]*", code):
             if path.split("/")[0] not in ("build", "origin", ".venv"):
                 assert (ROOT / path).exists(), code

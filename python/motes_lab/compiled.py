@@ -1,9 +1,14 @@
-"""The compiled part of the laboratory: benchmarks of kernels, simulated disasters. Its import starts MPI."""
+"""The laboratory's compiled part, which the core contains if it was built with MOTES_LAB.
 
-from __future__ import annotations
+This module becomes `_core.lab`. Its stub tells type checkers what is in it; `.ci/stubs` writes it.
+"""
 
-from motes import _core
+import sys
 
-__all__ = ["lab"]
+from motes import MotesError, _core
 
-lab = _core
+if not hasattr(_core, "lab"):
+    raise MotesError(
+        "this build of motes has no laboratory: build it with -DMOTES_LAB=ON, as `pip install` does"
+    )
+sys.modules[__name__] = _core.lab

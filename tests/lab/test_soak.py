@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from motes.cli import main
-from motes_lab.compiled import lab
+from motes_lab import compiled
 
 
 def figures(capsys: pytest.CaptureFixture[str], *argv: str) -> dict[str, Any]:
@@ -40,9 +40,9 @@ def test_several_processes_take_their_part():
 
 
 def test_a_broken_promise_is_told_with_its_seed(capsys, monkeypatch):
-    disaster = lab.disaster
+    disaster = compiled.disaster
     wrong = {7: "particles differ"}
-    monkeypatch.setattr(lab, "disaster", lambda seed: {**disaster(seed), "broken": wrong.get(seed, "")})
+    monkeypatch.setattr(compiled, "disaster", lambda seed: {**disaster(seed), "broken": wrong.get(seed, "")})
     assert main(["soak", "disasters", "--seeds", "5", "--from", "5"]) == 1
     said = capsys.readouterr()
     assert "seed 7: particles differ" in said.err

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
-from ..compiled import lab
+from .. import compiled
 from .jobs import figures_of
 
 __all__ = ["costs", "main"]
@@ -25,7 +25,7 @@ MESSAGES = {SMALL: 500, LARGE: 8}
 
 def costs(*, particles: int, size: tuple[int, int], repeats: int) -> dict[str, Any]:
     """Measure all constants, in nanoseconds of processor time."""
-    picture = lab.picture_bench(particles, *size, repeats)
+    picture = compiled.picture_bench(particles, *size, repeats)
     rounds = [figures_of("motes_lab.bench.costs", 2, []) for _ in range(repeats)]
     small, large = (statistics.median(one[str(length)] for one in rounds) for length in (SMALL, LARGE))
     return {

@@ -10,15 +10,15 @@ import platform
 from pathlib import Path
 from typing import Any
 
+from .. import compiled
 from .._engine import simd
-from ..compiled import lab
 
 __all__ = ["actions", "births", "leavers", "lists", "meshes", "render", "scale", "scene", "scenery"]
 
 
 def scene(name: str, *, particles: int, steps: int) -> dict[str, Any]:
     """Time the list of "snow" or "fountain", and compare it with the limit of memory bandwidth."""
-    figures = lab.act_bench(name, particles, steps)
+    figures = compiled.act_bench(name, particles, steps)
     return {"scene": name, "particles": particles, "steps": steps, **_one_core(), **figures}
 
 
@@ -29,7 +29,7 @@ def actions(*, particles: int, repeats: int) -> dict[str, Any]:
         "particles": particles,
         "repeats": repeats,
         **_one_core(),
-        "actions": lab.action_bench(particles, repeats),
+        "actions": compiled.action_bench(particles, repeats),
     }
 
 
@@ -39,13 +39,13 @@ def meshes(*, particles: int, repeats: int) -> dict[str, Any]:
         "particles": particles,
         "repeats": repeats,
         **_one_core(),
-        **lab.mesh_bench(particles, repeats),
+        **compiled.mesh_bench(particles, repeats),
     }
 
 
 def births(*, calculators: int, births: int, repeats: int) -> dict[str, Any]:
     """Time the work per birth of the calculators that create and pass on births."""
-    figures = lab.birth_bench(calculators, births, repeats)
+    figures = compiled.birth_bench(calculators, births, repeats)
     return {"calculators": calculators, "births": births, "repeats": repeats, **_one_core(), **figures}
 
 
@@ -55,7 +55,7 @@ def lists(*, particles: int, steps: int) -> dict[str, Any]:
         "particles": particles,
         "steps": steps,
         **_one_core(),
-        **lab.list_bench(particles, steps),
+        **compiled.list_bench(particles, steps),
     }
 
 
@@ -69,7 +69,7 @@ def scale(*, particles: int, steps: int) -> dict[str, Any]:
     limit: dict[int, list[float]] = {n: [] for n in sizes}
     for _ in range(3):
         for n in sizes:
-            figures = lab.act_bench("snow", n, max(steps, 10_000_000 // n))
+            figures = compiled.act_bench("snow", n, max(steps, 10_000_000 // n))
             cost[n].append(1e9 / figures["updates_per_s"])
             limit[n].append(1e9 / figures["memory_limit_updates_per_s"])
     least = {n: min(ns) for n, ns in cost.items()}
@@ -84,7 +84,7 @@ def scale(*, particles: int, steps: int) -> dict[str, Any]:
 
 def leavers(*, particles: int, bins: int, steps: int) -> dict[str, Any]:
     """Time several ways to find the particles that have left a domain."""
-    seconds = lab.leaver_bench(particles, bins, steps)
+    seconds = compiled.leaver_bench(particles, bins, steps)
     return {
         "particles": particles,
         "bins": bins,
@@ -97,12 +97,12 @@ def render(
     *, particles: int, size: tuple[int, int], pixels: int, frames: int, fountain: bool
 ) -> dict[str, Any]:
     """Time a whole frame: project, splat, tone map."""
-    return lab.render_bench(particles, *size, pixels, frames, fountain)
+    return compiled.render_bench(particles, *size, pixels, frames, fountain)
 
 
 def scenery(*, size: tuple[int, int], frames: int) -> dict[str, Any]:
     """Time pictures of solids without particles: the camera moves around shapes and a mesh; a light moves."""
-    return lab.scenery_bench(*size, frames)
+    return compiled.scenery_bench(*size, frames)
 
 
 def _one_core() -> dict[str, Any]:

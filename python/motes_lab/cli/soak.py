@@ -94,19 +94,19 @@ def _all(case: Case, seeds: range, jobs: int) -> Iterator[tuple[int, dict[str, A
 
 
 def _disaster(seed: int) -> tuple[int, dict[str, Any]]:
-    from ..compiled import lab
+    from .. import compiled
 
-    happened = lab.disaster(seed)
+    happened = compiled.disaster(seed)
     del happened["ranks"]
     return seed, happened
 
 
 def _damaged_file(directory: str, seed: int) -> tuple[int, dict[str, Any]]:
-    from ..compiled import lab
+    from .. import compiled
 
     own = os.path.join(directory, str(os.getpid()))
     os.makedirs(own, exist_ok=True)
-    return seed, lab.damaged_file(seed, own)
+    return seed, compiled.damaged_file(seed, own)
 
 
 def _text(what: str, figures: dict[str, Any]) -> str:

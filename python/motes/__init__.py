@@ -49,7 +49,9 @@ _MODULE_OF = {name: module for module, names in _MODULES.items() for name in nam
 _PUBLIC_MODULES = (
     *("actions", "analysis", "balance", "cluster", "course", "errors", "expressions", "replay"),
     *("script", "shapes", "workloads"),
-)  # three of them are rooms of the laboratory
+)
+_LABORATORY = ("cluster", "course", "workloads")
+"""Those of the public modules that are in the laboratory, and are listed only where that is installed."""
 _MOVED = (
     *("a", "b", "column", "cross", "dot", "length", "maximum", "minimum", "normal", "normalize", "r"),
     *("relative_velocity", "time", "where"),
@@ -57,6 +59,8 @@ _MOVED = (
 """Names of `motes.expressions` that stood here until release 0.1; the first use of each warns."""
 
 __all__ = sorted([*_MODULE_OF, *_PUBLIC_MODULES])
+if not _extras.has_laboratory():
+    __all__ = [name for name in __all__ if name not in _LABORATORY]
 
 
 def __getattr__(name: str) -> Any:

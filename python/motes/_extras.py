@@ -18,7 +18,7 @@ from typing import Any
 from .errors import MissingExtraError, missing_package
 
 __all__ = [
-    *("find_laboratory", "laboratory"),
+    *("find_laboratory", "has_laboratory", "laboratory"),
     *("av", "draco", "matplotlib", "openexr", "pandas", "pillow", "require_av", "require_live"),
     *(
         "require_anywidget",
@@ -160,6 +160,11 @@ def laboratory(name: str, need: str) -> ModuleType:
         if error.name != _LABORATORY:
             raise
         raise missing_package(need, _LABORATORY, "motes's laboratory") from None
+
+
+def has_laboratory() -> bool:
+    """Return whether the laboratory is installed; does not import it."""
+    return importlib.util.find_spec(_LABORATORY) is not None
 
 
 def find_laboratory() -> None:

@@ -6,6 +6,7 @@ import importlib
 import sys
 
 import pytest
+from compiled_part import needs_compiled
 
 import motes
 from motes import _core
@@ -18,6 +19,7 @@ def test_the_core_without_the_laboratory_says_so(monkeypatch: pytest.MonkeyPatch
         importlib.import_module("motes_lab.compiled")
 
 
+@needs_compiled
 def test_benchmarks_and_disasters_are_in_it() -> None:
     from motes_lab import compiled
 

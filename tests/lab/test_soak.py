@@ -8,9 +8,11 @@ import sys
 from typing import Any
 
 import pytest
+from compiled_part import needs_compiled
 
 from motes.cli import main
-from motes_lab import compiled
+
+pytestmark = needs_compiled
 
 
 def figures(capsys: pytest.CaptureFixture[str], *argv: str) -> dict[str, Any]:
@@ -40,6 +42,8 @@ def test_several_processes_take_their_part():
 
 
 def test_a_broken_promise_is_told_with_its_seed(capsys, monkeypatch):
+    from motes_lab import compiled
+
     disaster = compiled.disaster
     wrong = {7: "particles differ"}
     monkeypatch.setattr(compiled, "disaster", lambda seed: {**disaster(seed), "broken": wrong.get(seed, "")})

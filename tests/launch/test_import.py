@@ -127,11 +127,9 @@ def test_a_script_loads_nothing_of_the_laboratory():
 
 WITHOUT = """
 import sys
-class Nowhere:
-    def find_spec(self, name, *_):
-        if name == "motes_lab":
-            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
-sys.meta_path.insert(0, Nowhere())
+from importlib.machinery import PathFinder
+find = PathFinder.find_spec
+PathFinder.find_spec = lambda name, *where: None if name == "motes_lab" else find(name, *where)
 import motes
 from motes.cli import main
 """
@@ -143,6 +141,14 @@ def test_without_the_laboratory_its_names_say_so(name):
         made = alone(f"{WITHOUT}try: {code}\nexcept ImportError as error: print(error)")
         assert made.stdout.startswith(f"motes.{name} needs motes's laboratory"), made.stderr
         assert made.stdout.count("\n") == 1
+
+
+def test_without_the_laboratory_all_other_names_are_there():
+    made = alone(
+        f"{WITHOUT}import inspect; inspect.getmembers(motes)\nfrom motes import *\nprint(*dir(motes))"
+    )
+    assert made.returncode == 0, made.stderr
+    assert {*dir(motes)} - {*made.stdout.split()} == {"cluster", "course", "workloads"}
 
 
 @pytest.mark.parametrize("command", LAB)

@@ -459,11 +459,6 @@ def __dir__() -> list[str]:
     return [*__all__]
 
 
-def is_native(balancer: Balancer) -> bool:
-    """Return whether a balancer's class is defined here, not by a user; for use elsewhere in the package."""
-    return type(balancer).__module__ == __name__
-
-
 def policy_of(balancer: Balancer) -> _core.Policy:
     """Return the engine's policy for a balancer; for use elsewhere in the package."""
     return balancer._policy

@@ -10,13 +10,31 @@ other programs. Ratios compare figures of one run.
 from __future__ import annotations
 
 import argparse
+import importlib
 import sys
 from collections.abc import Mapping
 from typing import Any
 
-from motes.cli.parser import add_commands, add_json, positive, print_figures, size
+from motes.cli.parser import add_json, positive, print_figures
+
+from .parser import add_commands, size
 
 __all__ = ["configure", "run"]
+
+_OWN = (
+    "checkpoint",
+    "costs",
+    "export",
+    "live",
+    "meetings",
+    "paths",
+    "peers",
+    "recording",
+    "recovery",
+    "sums",
+)
+_MODULES = {"balance": "balancers", "overhead": "balancers", **dict(zip(_OWN, _OWN, strict=True))}
+"""In which module of `bench` a benchmark is; the others are in `kernels`."""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -150,55 +168,11 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _measure(name: str, sizes: dict[str, Any]) -> dict[str, Any]:
-    if name in ("balance", "overhead"):
-        from ..bench import balancers
-
-        return balancers.balance(**sizes) if name == "balance" else balancers.overhead(**sizes)
-    if name == "paths":
-        from ..bench.paths import paths
-
-        return paths(**sizes)
-    if name == "costs":
-        from ..bench.costs import costs
-
-        return costs(**sizes)
-    if name == "meetings":
-        from ..bench.meetings import meetings
-
-        return meetings(**sizes)
-    if name == "peers":
-        from ..bench.peers import peers
-
-        return peers(**sizes)
-    if name == "recording":
-        from ..bench.recording import recording
-
-        return recording(**sizes)
-    if name == "checkpoint":
-        from ..bench.checkpoint import checkpoint
-
-        return checkpoint(**sizes)
-    if name == "recovery":
-        from ..bench.recovery import recovery
-
-        return recovery(**sizes)
-    if name == "export":
-        from ..bench.export import export
-
-        return export(**sizes)
-    if name == "live":
-        from ..bench.live import live
-
-        return live(**sizes)
-    if name == "sums":
-        from ..bench.sums import sums
-
-        return sums(**sizes)
-    from ..bench import kernels
-
+    """Call the function of a benchmark; only its module is imported."""
     if name in ("snow", "fountain"):
-        return kernels.scene(name, **sizes)
-    measured: dict[str, Any] = getattr(kernels, name)(**sizes)
+        return _measure("scene", {"name": name, **sizes})
+    module = importlib.import_module(f"..bench.{_MODULES.get(name, 'kernels')}", __package__)
+    measured: dict[str, Any] = getattr(module, name)(**sizes)
     return measured
 
 

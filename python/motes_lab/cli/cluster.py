@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from motes import Run
-from motes.cli.parser import add_commands, add_json, print_figures
+from motes.cli.parser import add_json, print_figures
 from motes.errors import MotesError
 
 from .._engine import extras
@@ -22,6 +22,7 @@ from ..cluster import growth
 from ..cluster.build import build
 from ..cluster.machines import Cluster, described
 from ..cluster.simulate import record, simulate
+from .parser import add_commands
 
 __all__ = ["configure", "run"]
 

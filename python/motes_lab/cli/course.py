@@ -10,9 +10,10 @@ from __future__ import annotations
 
 import argparse
 
-from motes.cli.parser import add_json, add_key, print_figures
+from motes.cli.parser import add_json, print_figures
 
 from ..course import PRACTICE, write
+from .parser import add_key
 
 __all__ = ["configure", "run"]
 

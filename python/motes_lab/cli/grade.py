@@ -13,10 +13,11 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from motes.cli.parser import add_json, add_key, positive, print_figures
+from motes.cli.parser import add_json, positive, print_figures
 from motes.errors import MotesError
 
 from ..course import PRACTICE, TASKS, Graded, grade, grade_all
+from .parser import add_key
 
 __all__ = ["configure", "run"]
 

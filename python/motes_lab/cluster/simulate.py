@@ -97,11 +97,11 @@ def simulate(
 
 
 def _run_under(balancer: Balancer, argv: Sequence[str], folder: Path) -> None:
-    from motes.balance import is_native  # needs the compiled core, unlike the rest of this module
+    from motes import balance  # needs the compiled core, unlike the rest of this module
 
     from .deciding import deciding
 
-    if is_native(balancer):
+    if type(balancer).__module__ == balance.__name__:  # one of the core's
         _run([*argv, "--balancer", "".join(repr(balancer).split())], folder)
         return
     with deciding(balancer, folder / "balancer"):

@@ -11,6 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 import motes
+from motes.expressions import column
 from motes.shapes import Plane
 
 Record = Callable[[motes.System], None]
@@ -132,7 +133,7 @@ def test_a_grain_on_a_slope(friction: float, rolling_friction: float, accelerati
     def roll(
         grains: motes.System,
     ) -> None:  # on a fixed sphere so large that it acts as a plane
-        small = motes.column("mass") < 10
+        small = column("mass") < 10
         grains.gravity(tuple(down), where=small)
         grains.contact(
             1e4, restitution=0.3, friction=friction, rolling_friction=rolling_friction, where=small
@@ -304,7 +305,7 @@ def flown_down(angle_deg: float, seconds: float) -> tuple[NDArray[np.float64], N
     ends = {"x": (0, wide * width), "z": (0, deep * width)}
     world = motes.World(seed=1, dt=160 * step, substeps=160, periodic=ends, progress="off")
     grains = world.system("grains", attributes={"still": 1})
-    moves = motes.column("still") == 0
+    moves = column("still") == 0
     slope = np.radians(angle_deg)
     speeds, profile = [], np.zeros(layers)
     with world:

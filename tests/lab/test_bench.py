@@ -7,18 +7,20 @@ from __future__ import annotations
 
 import itertools
 import json
+import re
 from typing import Any
 
 import pytest
 
 from motes import _core
 from motes._launch import starting
-from motes._system.recorder_between import BetweenRecorder
 from motes._system.session import Session
+from motes.actions import between
 from motes.cli import main
 from motes_lab.bench import overhead, paths
 
-MEETINGS = {*vars(BetweenRecorder), "contact_clumps", "pairs"} - {"law"}
+BETWEEN = [*between.__all__, "Interact"]
+MEETINGS = {re.sub("(?<!^)(?=[A-Z])", "_", name).lower() for name in BETWEEN} | {"contact_clumps", "pairs"}
 ACTIONS = [name for name in _core.action_names() if name not in MEETINGS]
 
 

@@ -8,7 +8,7 @@ one per cubic metre, that circle the middle at up to 10 m/s and see 2 m far. `ba
 import math
 
 import motes
-from motes import column
+from motes.expressions import column
 from motes.shapes import Box, Sphere
 
 FULL = 400_000

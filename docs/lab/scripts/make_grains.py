@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import motes
+from motes import expressions as ex
 from motes.shapes import Cylinder, Disc, Mesh, Plane, Shape
 
 FILE = Path(__file__).with_name("grains.json")
@@ -293,7 +294,7 @@ def chute(size: float) -> dict[str, Any]:
     x, y, z = (g.ravel() for g in np.mgrid[0:wide, 0 : layers + 1, 0:deep])
     place = np.stack([x, y * 1.05, z], axis=1) + dice.uniform(-0.12, 0.12, (len(x), 3)) * (y > 0)[:, None]
     place[y == 0, 1] += dice.uniform(-0.35, 0.35, (y == 0).sum())
-    moves = motes.column("still") == 0
+    moves = ex.column("still") == 0
     found: dict[str, Any] = {
         "angles_deg": [19.0, 22.0, 24.0, 26.0],
         "speeds": [],

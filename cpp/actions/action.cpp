@@ -36,7 +36,7 @@ const std::array<Facts, kKinds>& table() {
 #define MOTES_NUMBER(rule, name, ...) rules::rule(#name __VA_OPT__(, ) __VA_ARGS__),
 #define MOTES_ACTION(action, given, ...) \
   {.name = #action, .numbers = {MOTES_EACH_NUMBER(given)} __VA_OPT__(, ) __VA_ARGS__},
-#define MOTES_INTERACTION(action, given, ...) \
+#define MOTES_INTERACTION(action, family, given, ...) \
   {.name = #action, .numbers = {MOTES_EACH_NUMBER(given)}, __VA_ARGS__, .between = true},
 #include "actions/list.inc"
 #undef MOTES_INTERACTION
@@ -149,18 +149,6 @@ void check_wall(const Facts& facts, const WallNumbers& wall) {
   }
 }
 
-void check_walls(const Facts& facts, const Action& action) {
-  const std::size_t walls = action.walls.size();
-  if (walls > kMostWalls) refuse(facts, "walls", "be at most " + std::to_string(kMostWalls), std::to_string(walls));
-  if (action.shapes.size() < walls) refuse(facts, "walls", "be at most the number of shapes", std::to_string(walls));
-  if (walls > 0 && !is_contact(action)) refuse(facts, "walls", "be given only for contact");
-  for (std::size_t i = 0; i < walls; ++i) {
-    const shapes::Shape* wrong = without_surface(action.shapes[i]);
-    if (wrong != nullptr) refuse(facts, "walls", "have surfaces", "a " + shapes::name(wrong->kind));
-    check_wall(facts, action.walls[i]);
-  }
-}
-
 void check_table(const Facts& facts, TableKey key) {
   if ((facts.table != 0) != (key != 0)) refuse(facts, "table", facts.table != 0 ? "be given" : "not be given");
   if (key != 0 && actions::table(key)->width != facts.table) {
@@ -169,8 +157,8 @@ void check_table(const Facts& facts, TableKey key) {
 }
 
 // Checks that a clump has positive moments and 1 to kMostSpheres spheres with positive radii.
-void check_clump(const Action& action) {
-  const LookupTable& spheres = *actions::table(action.table);
+void check_clump(const Action& action, TableKey clump) {
+  const LookupTable& spheres = *actions::table(clump);
   for (const double moment : numbers_of<numbers::contact_clumps>(action).moments) {
     if (!(moment > 0)) refuse("clumps", "moments", "be above 0", text(moment));
   }
@@ -201,6 +189,8 @@ Kind kind_of(const std::string& name) {
   throw std::invalid_argument("no action is called '" + name + "'");
 }
 
+const Specifics& specifics_of(Kind kind) { return facts(kind).specifics; }
+
 numbers::contact<double> contact_of(const Action& action) {
   return read_numbers<numbers::contact, double>(action.numbers.data());
 }
@@ -210,8 +200,8 @@ int states_of(const Action& action) {
 }
 
 bool reads_here(const Action& action, const Leaf& leaf) {
-  if (leaf.of == Leaf::Of::own) return !action.second;
-  return leaf.of == Leaf::Of::other && (action.second || action.other < 0);
+  if (leaf.of == Leaf::Of::own) return !action.second();
+  return leaf.of == Leaf::Of::other && (action.second() || !action.partner);
 }
 
 std::uint64_t columns_of(const Expression& expression, const particles::Schema& schema) {
@@ -225,13 +215,17 @@ std::uint64_t columns_of(const Expression& expression, const particles::Schema& 
 
 std::uint64_t named(const Action& action, const particles::Schema& schema) {
   std::uint64_t mask = columns_of(action.where, schema);
-  if (action.kind == Kind::interact) {
-    for (const Leaf& leaf : action.leaves) {
-      if (reads_here(action, leaf)) mask |= std::uint64_t{1} << leaf.attribute;
-    }
-    return mask;
-  }
-  for (const Expression& value : action.values) mask |= columns_of(value, schema);
+  std::visit(
+      [&](const auto& part) {
+        if constexpr (requires { part.leaves; }) {
+          for (const Leaf& leaf : part.leaves) {
+            if (reads_here(action, leaf)) mask |= std::uint64_t{1} << leaf.attribute;
+          }
+        } else if constexpr (requires { part.values; }) {
+          for (const Expression& value : part.values) mask |= columns_of(value, schema);
+        }
+      },
+      action.specifics);
   return mask;
 }
 
@@ -239,13 +233,19 @@ std::uint64_t reads(const Action& action, const particles::Schema& schema) {
   return facts(action.kind).reads | named(action, schema);
 }
 
-std::uint64_t writes(const Action& action, const particles::Schema& schema) {
-  (void)schema;
+std::uint64_t writes(const Action& action) {
   std::uint64_t mask = facts(action.kind).writes;
-  for (const Result& result : action.results) {
-    if (result.how != Result::How::state && !action.second) mask |= std::uint64_t{1} << result.attribute;
-  }
-  return action.target >= 0 ? mask | std::uint64_t{1} << action.target : mask;
+  std::visit(
+      [&](const auto& part) {
+        if constexpr (requires { part.attribute; }) mask |= std::uint64_t{1} << part.attribute;
+        if constexpr (requires { part.results; }) {
+          for (const Result& result : part.results) {
+            if (result.how != Result::How::state && !action.second()) mask |= std::uint64_t{1} << result.attribute;
+          }
+        }
+      },
+      action.specifics);
+  return mask;
 }
 
 constexpr std::uint64_t kCopies = kPositionB | kVelocityB | kUpB;
@@ -255,7 +255,7 @@ bool uses_copies(const Expression& expression, const particles::Schema& schema) 
 }
 
 bool uses_copies(const Action& action, const particles::Schema& schema) {
-  return ((reads(action, schema) | writes(action, schema)) & kCopies) != 0;
+  return ((reads(action, schema) | writes(action)) & kCopies) != 0;
 }
 
 namespace {
@@ -284,44 +284,73 @@ void check_leaf(const Action& action, const Leaf& leaf, const particles::Schema&
   }
 }
 
-// Checks the results of `law` and `interact`, and that each result has a value.
-void check_results(const Action& action, const particles::Schema& schema) {
-  const bool between = action.kind == Kind::interact;
+// Checks the results of a script's law, and that each has a value over `columns`.
+void check_results(const Action& action, const std::vector<Result>& results, const std::vector<Expression>& values,
+                   int columns, int shapes, const particles::Schema& schema) {
   const Facts& law = facts(action.kind);
-  if ((between || action.kind == Kind::law) == action.results.empty() || (!between && !action.leaves.empty()))
-    refuse(law, "results", "be given for law and interact, and for no other action");
-  if (action.results.empty()) return;
-  if (action.values.size() != action.results.size()) refuse(law, "values", "be one per result");
-  for (const Leaf& leaf : action.leaves) check_leaf(action, leaf, schema);
-  for (const Result& result : action.results) {
-    const bool state = result.how == Result::How::state;
-    const bool known = state ? between && result.component >= 0 && result.component < states_of(action)
-                             : action.second || exists(schema, result.attribute, result.component);
+  if (results.empty()) refuse(law, "results", "be given");
+  if (values.size() != results.size()) refuse(law, "values", "be one per result");
+  for (const Result& result : results) {
+    const bool known = result.how == Result::How::state
+                           ? result.component >= 0 && result.component < states_of(action)
+                           : action.second() || exists(schema, result.attribute, result.component);
     if (!known) refuse(law, "results", "go to existing attributes and states");
   }
-  const int columns = between ? static_cast<int>(action.leaves.size()) : schema.components();
-  const int shapes = between ? 0 : static_cast<int>(action.shapes.size());
-  for (const Expression& value : action.values) {
+  for (const Expression& value : values) {
     if (check(value, columns, shapes) != expressions::Type::number) refuse(law, "values", "be numbers");
   }
 }
 
+int count_of(const std::vector<shapes::Shape>& shapes) { return static_cast<int>(shapes.size()); }
+
 }  // namespace
 
-void check(const Action& action, const particles::Schema& schema) {
-  const auto number_of_shapes = static_cast<int>(action.shapes.size());
-  const auto check_type = [&](const Expression& expression, expressions::Type wanted, const char* what) {
-    if (check(expression, schema.components(), number_of_shapes) != wanted) throw std::invalid_argument(what);
-  };
-  if (!action.where.empty())
-    check_type(action.where, expressions::Type::truth, "where must be a shape or a comparison");
-  if ((action.kind == Kind::set) != (action.target >= 0)) throw base::InvalidArgument("set", "name an attribute");
-  check_results(action, schema);
-  if (action.target < 0) return;
-  if (action.target >= schema.size() || static_cast<int>(action.values.size()) != schema[action.target].width) {
+void Assignment::check(const Action& action, const particles::Schema& schema) const {
+  if (attribute < 0) throw base::InvalidArgument("set", "name an attribute");
+  if (attribute >= schema.size() || static_cast<int>(values.size()) != schema[attribute].width) {
     throw base::InvalidArgument("set", "give an attribute of the system one number per component");
   }
-  for (const Expression& value : action.values) check_type(value, expressions::Type::number, "set must give numbers");
+  for (const Expression& value : values) {
+    if (expressions::check(value, schema.components(), count_of(action.shapes)) != expressions::Type::number)
+      throw std::invalid_argument("set must give numbers");
+  }
+}
+
+void ParticleLaw::check(const Action& action, const particles::Schema& schema) const {
+  check_results(action, results, values, schema.components(), count_of(action.shapes), schema);
+}
+
+void PairLaw::check(const Action& action, const particles::Schema& schema) const {
+  for (const Leaf& leaf : leaves) check_leaf(action, leaf, schema);
+  check_results(action, results, values, static_cast<int>(leaves.size()), 0, schema);
+}
+
+void Lookup::check(const Action& action) const { check_table(facts(action.kind), table); }
+
+void Grains::check(const Action& action) const {
+  const Facts& known = facts(action.kind);
+  check_table(known, clump);
+  const std::string count = std::to_string(walls.size());
+  if (walls.size() > kMostWalls) refuse(known, "walls", "be at most " + std::to_string(kMostWalls), count);
+  if (action.shapes.size() < walls.size()) refuse(known, "walls", "be at most the number of shapes", count);
+  for (std::size_t i = 0; i < walls.size(); ++i) {
+    const shapes::Shape* wrong = without_surface(action.shapes[i]);
+    if (wrong != nullptr) refuse(known, "walls", "have surfaces", "a " + shapes::name(wrong->kind));
+    check_wall(known, walls[i]);
+  }
+  if (clump != 0) check_clump(action, clump);
+}
+
+void check(const Action& action, const particles::Schema& schema) {
+  if (!action.where.empty() &&
+      check(action.where, schema.components(), count_of(action.shapes)) != expressions::Type::truth) {
+    throw std::invalid_argument("where must be a shape or a comparison");
+  }
+  std::visit(
+      [&](const auto& part) {
+        if constexpr (requires { part.check(action, schema); }) part.check(action, schema);
+      },
+      action.specifics);
 }
 
 void check_condition(const Expression& where, const std::vector<shapes::Shape>& shapes,
@@ -346,10 +375,13 @@ void check(const Action& action) {
     const bool drawn = known.draws && static_cast<int>(i) == known.shapes - 1;
     drawn ? shapes::check(action.shapes[i]) : shapes::check_region(action.shapes[i]);
   }
-  check_table(known, action.table);
   if (known.needs_surface) check_surface(known, action.shapes[0]);
-  check_walls(known, action);
-  if (action.kind == Kind::contact_clumps) check_clump(action);
+  if (action.specifics.index() != known.specifics.index()) refuse(known, "its parts", "be those of its kind");
+  std::visit(
+      [&](const auto& part) {
+        if constexpr (requires { part.check(action); }) part.check(action);
+      },
+      action.specifics);
 }
 
 }  // namespace motes::actions

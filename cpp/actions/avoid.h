@@ -140,7 +140,8 @@ MOTES_INLINE Detour turn_at_mesh(const shapes::Shape& s, Floats3 x, Floats3 v, f
 // One copy for all callers: a union calls it for each part.
 __attribute__((noinline)) inline Detour turn_from(const shapes::Shape& s, Floats3 x, Floats3 v, float look_ahead) {
   using shapes::Kind;
-  const Float3 start = of(s.number), end = of(s.number + 3);
+  const auto axial = s.as<shapes::numbers::axial>();
+  const Float3 start = of(axial.start), end = of(axial.end);
   switch (s.kind) {
     case Kind::rectangle: return turn_to_edge(RectangleLanes::from(s), false, x, v, look_ahead);
     case Kind::triangle: return turn_to_edge(TriangleLanes::from(s), true, x, v, look_ahead);

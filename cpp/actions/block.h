@@ -34,7 +34,7 @@ struct Step {
   double time = 0;  // at the start of the step, seconds
   particles::DrawKeys* draws = nullptr;  // for actions that draw
   float start = 0, end = 1;  // the part of the frame that the step covers, for moving shapes
-  Ageing ageing{};  // for move
+  Ageing ageing{};  // how far ages advance
 };
 
 /// The destination of a law's result: the column that it is added to (a rate is multiplied by dt) or replaces.
@@ -56,20 +56,40 @@ struct LawCode {
   float** plane = nullptr;  // the formula's; the kernel sets those of the columns
 };
 
-/// The recorded numbers and shapes of the action.
-struct Parameters {
-  const double* number;
-  const shapes::Shape* shape;
-  int numbers = 0;
-  bool flag = false;         // move: whether `up` turns
-  bool spins = false;        // move: whether orientations turn
-  int target = 0;            // set: the attribute's first component, its width, and its compiled values
+/// The compiled values of `set`.
+struct AssignmentCode {
+  int first = 0;  // the attribute's first component
   int width = 0;
   const expressions::Instruction* code[4] = {};
   std::size_t length[4] = {};
-  const LawCode* law = nullptr;  // law: its formula
-  const float* table = nullptr;  // the entries of its table, and their number along each axis
-  int table_size[3] = {};
+};
+
+/// Whether `move` turns `up` and orientations.
+struct MoveTurns {
+  bool up = false, orientation = false;
+};
+
+/// A table that a kernel looks up.
+struct TableView {
+  const float* entries = nullptr;
+  int size[3] = {};  // number of entries along each axis
+};
+
+/// What kernels of some kinds need beside numbers and shapes. The program sets the member of the action's kind, and its
+/// kernel reads no other.
+union Bound {
+  MoveTurns turns{};
+  int ramp;  // number of numbers of its knots
+  const AssignmentCode* assignment;
+  const LawCode* law;
+  const TableView* table;
+};
+
+/// The recorded numbers and shapes of the action, and what the program bound to it.
+struct Parameters {
+  const double* number;
+  const shapes::Shape* shape;
+  Bound bound{};
   const particles::Periods* periods = nullptr;  // of space
   float* scratch = nullptr;  // for expressions: kScratch floats
 };

@@ -18,9 +18,7 @@ struct MovingPose {
   bool moves;
 
   static MOTES_INLINE MovingPose from(const shapes::Shape& s, const actions::Step& step) {
-    bool moves = false;
-    for (int i = 0; i < 7; ++i) moves |= s.number[i] != s.number[7 + i];
-    return {pose_at(s.number, step.start), pose_at(s.number, step.end), moves};
+    return {pose_at(s.number, step.start), pose_at(s.number, step.end), shapes::changes_place(s)};
   }
   MOTES_INLINE Floats3 to_world(Floats3 q, Floats part) const {
     const Floats3 later = end.to_world(q);

@@ -54,12 +54,13 @@ MOTES_INLINE void keep_finite(float* column, const float* value, std::size_t cou
 
 /// set: attribute = values, computed from the particle as it was before the action.
 inline void set(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {
-  for (int c = 0; c < p.width; ++c) {
+  const actions::AssignmentCode& to = *p.bound.assignment;
+  for (int c = 0; c < to.width; ++c) {
     float* result = p.scratch + static_cast<std::size_t>(c) * kLevel;
-    evaluate(p.code[c], p.length[c], p.shape, b, static_cast<float>(s.time), result);
+    evaluate(to.code[c], to.length[c], p.shape, b, static_cast<float>(s.time), result);
   }
-  for (int c = 0; c < p.width; ++c) {
-    keep_finite(b.component[p.target + c], p.scratch + static_cast<std::size_t>(c) * kLevel, b.count);
+  for (int c = 0; c < to.width; ++c) {
+    keep_finite(b.component[to.first + c], p.scratch + static_cast<std::size_t>(c) * kLevel, b.count);
   }
 }
 

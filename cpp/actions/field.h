@@ -32,12 +32,13 @@ MOTES_INLINE Floats3 look_up(const float* values, Ints entry) {
 
 MOTES_INLINE Floats3 between(Floats3 a, Floats3 b, Floats part) { return a + (b - a) * part; }
 
-MOTES_INLINE Floats3 trilinear(const actions::Parameters& p, const NodeAxis& x, const NodeAxis& y, const NodeAxis& z) {
-  const int ny = p.table_size[1], nz = p.table_size[2];
+MOTES_INLINE Floats3 trilinear(const actions::TableView& table, const NodeAxis& x, const NodeAxis& y,
+                               const NodeAxis& z) {
+  const int ny = table.size[1], nz = table.size[2];
   const Ints first = (x.node * ny + y.node) * nz + z.node;
-  const int far_x = p.table_size[0] > 1 ? ny * nz : 0, far_y = ny > 1 ? nz : 0, far_z = nz > 1 ? 1 : 0;
+  const int far_x = table.size[0] > 1 ? ny * nz : 0, far_y = ny > 1 ? nz : 0, far_z = nz > 1 ? 1 : 0;
   const auto along_z = [&](Ints at) __attribute__((always_inline)) {
-    return between(look_up(p.table, at), look_up(p.table, at + far_z), z.part);
+    return between(look_up(table.entries, at), look_up(table.entries, at + far_z), z.part);
   };
   const auto along_y = [&](Ints at)
                            __attribute__((always_inline)) { return between(along_z(at), along_z(at + far_y), y.part); };
@@ -46,16 +47,17 @@ MOTES_INLINE Floats3 trilinear(const actions::Parameters& p, const NodeAxis& x, 
 
 inline void field(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {
   const auto n = numbers_of<numbers::field>(p);
+  const actions::TableView& table = *p.bound.table;
   const bool drags = n.drag >= 0;
   const Floats part = drags ? part_gone(all(n.drag * s.dt)) : all(s.dt);
   for (std::size_t i = 0; i < b.count; i += kLanes) {
     const Floats3 at = load3(b, kPositionAt, i), v = load3(b, kVelocityAt, i);
-    const NodeAxis x = node_axis(at.x, n.low[0], n.high[0], p.table_size[0]);
-    const NodeAxis y = node_axis(at.y, n.low[1], n.high[1], p.table_size[1]);
-    const NodeAxis z = node_axis(at.z, n.low[2], n.high[2], p.table_size[2]);
+    const NodeAxis x = node_axis(at.x, n.low[0], n.high[0], table.size[0]);
+    const NodeAxis y = node_axis(at.y, n.low[1], n.high[1], table.size[1]);
+    const NodeAxis z = node_axis(at.z, n.low[2], n.high[2], table.size[2]);
     const Mask inside = x.inside & y.inside & z.inside;
     if (!any(inside)) continue;
-    const Floats3 flow = trilinear(p, x, y, z) * n.strength;
+    const Floats3 flow = trilinear(table, x, y, z) * n.strength;
     const Floats3 change = (drags ? flow - v : flow) * part;
     store3(b, kVelocityAt, i, select(inside, v + change, v));
   }

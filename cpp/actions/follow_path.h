@@ -52,16 +52,17 @@ inline void follow_path(const actions::Parameters& p, const actions::Block& b, c
   const auto n = numbers_of<numbers::follow_path>(p);
   const float part = __builtin_fminf(n.strength * s.dt, 1.0f);
   const bool loop = n.loop != 0;
-  const int segments = p.table_size[0];
-  const float* last = p.table + static_cast<std::ptrdiff_t>(kSegmentNumbers) * (segments - 1);
+  const float* const table = p.bound.table->entries;
+  const int segments = p.bound.table->size[0];
+  const float* last = table + static_cast<std::ptrdiff_t>(kSegmentNumbers) * (segments - 1);
   const float whole = last[6] + last[7];
   const float ahead = __builtin_fminf(n.look_ahead, whole);
   for (std::size_t i = 0; i < b.count; i += kLanes) {
     const Floats3 x = load3(b, kPositionAt, i), v = load3(b, kVelocityAt, i);
-    const Closest closest = closest_on(p.table, segments, x);
+    const Closest closest = closest_on(table, segments, x);
     Floats way = closest.way + ahead;
     way = loop ? select(way >= whole, way - whole, way) : min(way, all(whole));
-    const Floats3 toward = point_of(p.table, segments, way) - x;
+    const Floats3 toward = point_of(table, segments, way) - x;
     const Floats far = max(sqrt(dot(toward, toward)), all(ahead));
     const Floats3 wanted = toward * (n.speed / far);
     const Mask near = (closest.square <= n.radius * n.radius) & (closest.square < __builtin_inff());

@@ -15,7 +15,7 @@ MOTES_INLINE void add_finite(float* column, const float* value, std::size_t coun
 
 /// Runs a law. All values are computed from the particle as it was before the action.
 inline void law(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {
-  const actions::LawCode& law = *p.law;
+  const actions::LawCode& law = *p.bound.law;
   for (std::size_t c = 0; c < law.columns; ++c) law.plane[c] = b.component[c];
   write_constants(law.constants, law.constant_count, law.plane, b.count, static_cast<float>(s.time));
   run_steps(law.steps, law.step_count, law.plane, b.count,

@@ -32,8 +32,8 @@ inline void move(const actions::Parameters& p, const actions::Block& b, const ac
     store3(b, kPositionAt, i, to);
   }
   grow_older(b.component[kAgeAt], b.count, s.ageing);
-  if (p.spins) spin(b, s.dt);
-  if (!p.flag) return;
+  if (p.bound.turns.orientation) spin(b, s.dt);
+  if (!p.bound.turns.up) return;
   for (std::size_t i = 0; i < b.count; i += kLanes) {
     const Floats3 up = load3(b, kUpAt, i);
     const Floats3 spin = load3(b, kSpinAt, i);

@@ -81,7 +81,7 @@ using rules::kInf;
     static constexpr Kind kKind = Kind::action; \
     MOTES_EACH_NUMBER(given)                    \
   };
-#define MOTES_INTERACTION MOTES_ACTION
+#define MOTES_INTERACTION(action, family, ...) MOTES_ACTION(action, __VA_ARGS__)
 #include "actions/list.inc"
 #undef MOTES_INTERACTION
 #undef MOTES_ACTION

@@ -26,7 +26,7 @@ MOTES_INLINE float ramp_number(const actions::Parameters& p, int i) { return sta
 
 template <int width>
 MOTES_INLINE RampPart<float, width> ramp_part(const actions::Parameters& p, int k) {
-  const int row = 1 + width, knots = p.numbers / row;
+  const int row = 1 + width, knots = p.bound.ramp / row;
   const int here = k > 0 ? (k - 1) * row : 0, next = k < knots ? k * row : here;
   RampPart<float, width> part{};
   part.from = ramp_number(p, here);
@@ -42,7 +42,7 @@ MOTES_INLINE RampPart<float, width> ramp_part(const actions::Parameters& p, int 
 /// Evaluates ramps whose parts fit into a register: each particle looks up its own part.
 template <int width>
 MOTES_INLINE void short_ramp(const actions::Parameters& p, const actions::Block& b, int at) {
-  const int knots = p.numbers / (1 + width);
+  const int knots = p.bound.ramp / (1 + width);
   RampPart<Floats, width> table{};
   Floats knot[kTable > 0 ? kTable : 1];
   for (int k = 0; k <= knots; ++k) {
@@ -70,7 +70,7 @@ MOTES_INLINE void short_ramp(const actions::Parameters& p, const actions::Block&
 template <int width>
 MOTES_INLINE void long_ramp(const actions::Parameters& p, const actions::Block& b, int at) {
   constexpr int kParts = 8;
-  const int parts = p.numbers / (1 + width) + 1;
+  const int parts = p.bound.ramp / (1 + width) + 1;
   for (int first = 0; first < parts; first += kParts) {
     RampPart<float, width> part[kParts];
     const int count = parts - first < kParts ? parts - first : kParts;
@@ -92,7 +92,7 @@ MOTES_INLINE void long_ramp(const actions::Parameters& p, const actions::Block& 
 /// Sets `width` components, starting at component `at`.
 template <int width>
 MOTES_INLINE void over_life(const actions::Parameters& p, const actions::Block& b, int at) {
-  if (p.numbers / (1 + width) < kTable) return short_ramp<width>(p, b, at);
+  if (p.bound.ramp / (1 + width) < kTable) return short_ramp<width>(p, b, at);
   long_ramp<width>(p, b, at);
 }
 

@@ -17,6 +17,7 @@ struct Ball {
   double radius;
 };
 
+inline Vector vector_of(const float (&v)[3]) { return {v[0], v[1], v[2]}; }
 inline Vector operator+(const Vector& a, const Vector& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
 inline Vector operator-(const Vector& a, const Vector& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
 inline Vector operator*(const Vector& a, double s) { return {a[0] * s, a[1] * s, a[2] * s}; }

@@ -5,14 +5,14 @@
 #include "comm/mpi_transport.h"
 #include "comm/stop_signals.h"
 #include "engine/births/share.h"
-#include "engine/engine.h"
+#include "engine/recovering_engine.h"
 #include "particles/trace.h"
 #include "recording/scene.h"
 
 namespace motes::bindings {
 namespace {
 
-using engine::Engine;
+using Engine = engine::RecoveringEngine;
 
 // Holds a function of the script. The engine may destroy it on any thread and at any time without the GIL: when the
 // engine's constructor throws, or with the last copy.
@@ -396,7 +396,7 @@ void bind_engine(py::module_& m) {
           py::arg("first"), py::arg("second"), py::arg("action"), py::arg("counterpart") = py::none())
       .def("wall_force", &Engine::wall_force, py::arg("wall"), Release())
       .def("next_birth", &Engine::next_birth, py::arg("system"), Release())
-      .def("record_birth", [](Engine& e, int system, const recording::Birth& birth) { e.record(system, birth); })
+      .def("record_birth", [](Engine& e, int system, recording::Birth birth) { e.record(system, std::move(birth)); })
       .def("set_sprite", &Engine::set_sprite, py::arg("system"), py::arg("sprite"))
       .def("set_clumps",
            [](Engine& e, int system, actions::TableKey spheres) { e.system(system).told.clumps = spheres; })

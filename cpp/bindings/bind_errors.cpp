@@ -2,6 +2,7 @@
 #include "base/invalid_argument.h"
 #include "bindings/bindings.h"
 #include "engine/engine.h"
+#include "engine/recovery/loss.h"
 
 namespace motes::bindings {
 namespace {

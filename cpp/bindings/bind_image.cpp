@@ -1,6 +1,7 @@
 #include "base/enumerators.h"
 #include "bindings/bindings.h"
 #include "image/camera.h"
+#include "image/checks.h"
 #include "image/footprint.h"
 #include "image/raycast/scenery.h"
 #include "image/scene.h"
@@ -10,23 +11,49 @@
 namespace motes::bindings {
 namespace {
 
-image::Sprite make_sprite(const std::string& kind, int pixels, const std::string& blend, float of_height,
-                          float softness, meshes::AssetKey picture, bool lit, float shadow, const std::string& facing,
-                          float width, float length, std::array<int, 3> tiles) {
-  image::Sprite sprite;
-  sprite.kind = base::enumerator<image::Sprite::Kind>("kind", kind);
-  sprite.pixels = pixels;
-  sprite.blend = base::enumerator<image::Sprite::Blend>("blend", blend);
-  sprite.of_height = of_height;
-  sprite.softness = softness;
-  sprite.picture = picture;
-  sprite.lit = lit;
-  sprite.shadow = shadow;
-  sprite.facing = base::enumerator<image::Sprite::Facing>("facing", facing);
-  sprite.width = width;
-  sprite.length = length;
-  sprite.tiles = {static_cast<std::uint16_t>(tiles[0]), static_cast<std::uint16_t>(tiles[1]),
-                  static_cast<std::uint32_t>(tiles[2])};
+// Fills members that are described (base/members.h) from the arguments of the same names, and counts those that it
+// used.
+class Arguments {
+ public:
+  explicit Arguments(const py::kwargs& given) : given_(given) {}
+
+  template <class T>
+  void operator()(const char* name, T& member) const {
+    if constexpr (base::Described<T>) {
+      base::for_each_member(member, *this);
+    } else if (*name != 0) {
+      if (!given_.contains(name)) throw base::InvalidArgument(name, "be given");
+      set(name, given_[name], member);
+      ++used_;
+    }
+  }
+  std::size_t used() const { return used_; }
+
+ private:
+  template <class T>
+  static void set(const char* name, const py::handle& value, T& member) {
+    if constexpr (std::is_enum_v<T>) {
+      member = base::enumerator<T>(name, value.cast<std::string>());
+    } else {
+      member = value.cast<T>();
+    }
+  }
+  static void set(const char*, const py::handle& value, image::Tiles& tiles) {
+    const auto [columns, rows, count] = value.cast<std::tuple<std::uint16_t, std::uint16_t, std::uint32_t>>();
+    tiles = {columns, rows, count};
+  }
+
+  const py::kwargs& given_;
+  mutable std::size_t used_ = 0;
+};
+
+// Makes a sprite from the members that all kinds have, and those of its own.
+image::Sprite make_sprite(const std::string& kind, const py::kwargs& members) {
+  image::Sprite sprite{base::enumerator<image::Sprite::Kind>("kind", kind)};
+  const Arguments arguments(members);
+  arguments("", sprite);
+  std::visit([&](auto& own) { arguments("", own); }, sprite.look);
+  if (arguments.used() != members.size()) throw base::InvalidArgument("kind", "have all members given", kind);
   image::check(sprite);
   return sprite;
 }
@@ -143,14 +170,11 @@ void bind_assets(py::module_& m) {
 
 void bind_image(py::module_& m) {
   py::class_<image::Sprite>(m, "Sprite")
-      .def(py::init(&make_sprite), py::arg("kind"), py::arg("pixels"), py::arg("blend"), py::arg("of_height"),
-           py::arg("softness"), py::arg("picture"), py::arg("lit"), py::arg("shadow"),
-           py::arg("facing") = "orientation", py::arg("width") = 0, py::arg("length") = 0,
-           py::arg("tiles") = std::array<int, 3>{1, 1, 1})
+      .def(py::init(&make_sprite), py::arg("kind"))
       .def(
           "picked",
           [](image::Sprite sprite, const Steps& number, const std::vector<shapes::Shape>& shapes) {
-            sprite.pick = {expression(number), shapes};
+            if (image::Sheet* sheet = sprite.sheet()) sheet->pick = {expression(number), shapes};
             return sprite;
           },
           py::arg("number"), py::arg("shapes"));

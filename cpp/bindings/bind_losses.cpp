@@ -1,11 +1,11 @@
 // The loss of ranks: what the core then calls on the script's side.
 #include "bindings/bindings.h"
-#include "engine/engine.h"
+#include "engine/recovering_engine.h"
 
 namespace motes::bindings {
 namespace {
 
-using engine::Engine;
+using Engine = engine::RecoveringEngine;
 using engine::Loss;
 
 // Holds an object that may be destroyed on any thread, without the GIL.
@@ -58,7 +58,7 @@ void survive_losses(Engine& engine, std::uint64_t every, py::object script) {
 
 }  // namespace
 
-void bind_losses(py::class_<engine::Engine>& engine) {
+void bind_losses(py::class_<engine::RecoveringEngine>& engine) {
   engine.def("survive_losses", &survive_losses, py::arg("every"), py::arg("script"))
       .def("copy_restored", &Engine::copy_restored, Release())
       .def(

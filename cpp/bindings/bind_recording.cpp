@@ -17,7 +17,6 @@ namespace {
 
 using actions::Action;
 using actions::Distribution;
-using recording::Birth;
 using State = std::vector<std::pair<int, Distribution>>;
 
 Distribution pair_of(Distribution::Kind kind, const std::vector<double>& first, const std::vector<double>& second,
@@ -68,39 +67,25 @@ std::vector<recording::Given> given(const State& state) {
   return all;
 }
 
-Birth source(const shapes::Shape& shape, double rate, bool jitter, const State& state,
-             const std::optional<shapes::Shape>& before, std::vector<double> until, double scale,
-             std::uint64_t source) {
-  Birth birth;
-  birth.kind = Birth::Kind::source;
-  birth.shape = shape;
-  birth.rate = rate;
-  birth.until = std::move(until);
-  birth.scale = scale;
-  birth.source = source;
-  if (before) birth.before = {*before};
-  birth.jitter = jitter;
-  birth.state = given(state);
-  return birth;
+recording::Source make_source(const shapes::Shape& shape, double rate, std::vector<double> integral, double scale,
+                              const std::optional<shapes::Shape>& before, bool jitter, const State& state,
+                              std::uint64_t number) {
+  recording::Source source{shape, {}, rate, std::move(integral), scale, number, jitter, given(state)};
+  if (before) source.before = {*before};
+  return source;
 }
 
-Birth burst(const shapes::Shape& shape, std::uint64_t count, const State& state) {
-  Birth birth;
-  birth.shape = shape;
-  birth.amount = count;
-  birth.state = given(state);
-  return birth;
+recording::Burst make_burst(const shapes::Shape& shape, std::uint64_t count, const State& state) {
+  return {shape, count, given(state)};
 }
 
-Birth emit(std::uint64_t count, const std::vector<std::pair<int, FloatArray>>& columns, const State& state) {
-  Birth birth;
-  birth.kind = Birth::Kind::emit;
-  birth.amount = count;
-  birth.state = given(state);
+recording::Emit make_emit(std::uint64_t count, const std::vector<std::pair<int, FloatArray>>& columns,
+                          const State& state) {
+  recording::Emit emit{count, {}, given(state)};
   for (const auto& [attribute, values] : columns) {
-    birth.columns.push_back({attribute, {values.data(), values.data() + values.size()}});
+    emit.columns.push_back({attribute, {values.data(), values.data() + values.size()}});
   }
-  return birth;
+  return emit;
 }
 
 // Returns the given numbers in their recorded order; a ramp's as they are.
@@ -139,23 +124,34 @@ Action make_action(const std::string& name, const py::dict& numbers, std::vector
                    actions::TableKey table, const std::vector<UnionPart>& leaves, const std::vector<UnionPart>& results,
                    const std::vector<std::array<double, 4>>& walls) {
   Action action;
-  action.ties = ties;
-  action.table = table;
   action.kind = actions::kind_of(name);
   action.numbers = numbers_of(action.kind, numbers);
   action.shapes = std::move(shapes);
   action.where = expression(where);
-  action.target = target;
-  for (const Steps& value : values) action.values.push_back(expression(value));
-  for (const auto& [of, attribute, component] : leaves) {
-    action.leaves.push_back({base::enumerator<actions::Leaf::Of>("leaf", of), attribute, component});
-  }
-  for (const auto& [how, attribute, component] : results) {
-    action.results.push_back({base::enumerator<actions::Result::How>("result", how), attribute, component});
-  }
-  for (const auto& [stiffness, restitution, friction, rolling_friction] : walls) {
-    action.walls.push_back({stiffness, restitution, friction, rolling_friction});
-  }
+  action.specifics = actions::specifics_of(action.kind);
+  std::visit(  // each kind takes the fields that it has
+      [&](auto& part) {
+        if constexpr (requires { part.attribute; }) part.attribute = target;
+        if constexpr (requires { part.ties; }) part.ties = ties;
+        if constexpr (requires { part.table; }) part.table = table;
+        if constexpr (requires { part.clump; }) part.clump = table;
+        if constexpr (requires { part.values; }) {
+          for (const Steps& value : values) part.values.push_back(expression(value));
+        }
+        if constexpr (requires { part.leaves; }) {
+          for (const auto& [of, attribute, component] : leaves)
+            part.leaves.push_back({base::enumerator<actions::Leaf::Of>("leaf", of), attribute, component});
+        }
+        if constexpr (requires { part.results; }) {
+          for (const auto& [how, attribute, component] : results)
+            part.results.push_back({base::enumerator<actions::Result::How>("result", how), attribute, component});
+        }
+        if constexpr (requires { part.walls; }) {
+          for (const auto& [stiffness, restitution, friction, rolling_friction] : walls)
+            part.walls.push_back({stiffness, restitution, friction, rolling_friction});
+        }
+      },
+      action.specifics);
   actions::check(action);
   return action;
 }
@@ -291,12 +287,13 @@ void bind_recording(py::module_& m) {
       .def_static("surface_color", [] { return pair_of(Distribution::Kind::surface_color, {}, {}); })
       .def("to_bytes", &bytes_of)
       .def_static("from_bytes", &from_bytes);
-  py::class_<Birth>(m, "Birth")
-      .def_static("source", &source, py::arg("shape"), py::arg("rate"), py::arg("jitter"), py::arg("state"),
-                  py::arg("before") = std::nullopt, py::arg("until") = std::vector<double>{}, py::arg("scale") = 0.0,
-                  py::arg("source") = std::uint64_t{0})
-      .def_static("burst", &burst, py::arg("shape"), py::arg("count"), py::arg("state"))
-      .def_static("emit", &emit, py::arg("count"), py::arg("columns"), py::arg("state"));
+  py::class_<recording::Source>(m, "Source")
+      .def(py::init(&make_source), py::arg("shape"), py::kw_only(), py::arg("rate"), py::arg("integral"),
+           py::arg("scale"), py::arg("before"), py::arg("jitter"), py::arg("state"), py::arg("number"));
+  py::class_<recording::Burst>(m, "Burst")
+      .def(py::init(&make_burst), py::arg("shape"), py::kw_only(), py::arg("count"), py::arg("state"));
+  py::class_<recording::Emit>(m, "Emit").def(py::init(&make_emit), py::kw_only(), py::arg("count"), py::arg("columns"),
+                                             py::arg("state"));
   py::class_<recording::Spawn>(m, "Spawn")
       .def(py::init(&make_spawn), py::arg("into"), py::arg("on"), py::arg("count"), py::arg("inherit_velocity"),
            py::arg("state"), py::arg("where"), py::arg("shapes"));

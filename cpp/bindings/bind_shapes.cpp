@@ -36,8 +36,7 @@ Shape make_mesh(std::uint64_t mesh, const std::vector<double>& given, std::uint6
   }
   std::copy(given.begin(), given.end(), numbers);
   const Shape shape = shapes::mesh_shape(mesh, numbers, origin, before);
-  const bool solid = numbers[14] != 0;
-  solid ? shapes::check(shape) : shapes::check_placed(shape);
+  shapes::drawn_inside(shape) ? shapes::check(shape) : shapes::check_placed(shape);
   return shape;
 }
 

@@ -1,13 +1,13 @@
 // Checkpoints: the state that all ranks share as bytes, and parts to disk and back.
 #include "base/crc32c.h"
 #include "bindings/bindings.h"
-#include "engine/engine.h"
+#include "engine/recovering_engine.h"
 #include "snapshots/file.h"
 
 namespace motes::bindings {
 namespace {
 
-using engine::Engine;
+using Engine = engine::RecoveringEngine;
 using snapshots::PartFile;
 
 py::bytes as_bytes(const base::Bytes& bytes) { return {reinterpret_cast<const char*>(bytes.data()), bytes.size()}; }

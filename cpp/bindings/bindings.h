@@ -17,7 +17,7 @@
 #include "particles/store.h"
 
 namespace motes::engine {
-class Engine;
+class RecoveringEngine;
 }
 
 namespace motes::bindings {
@@ -38,8 +38,8 @@ void bind_balance(py::module_& m);
 void bind_engine(py::module_& m);
 void bind_process(py::module_& m);
 void bind_snapshots(py::module_& m);
-void bind_saving(py::class_<engine::Engine>& engine);
-void bind_losses(py::class_<engine::Engine>& engine);
+void bind_saving(py::class_<engine::RecoveringEngine>& engine);
+void bind_losses(py::class_<engine::RecoveringEngine>& engine);
 
 // The laboratory (cpp/lab), in builds with MOTES_LAB.
 void bind_bench(py::module_& lab);

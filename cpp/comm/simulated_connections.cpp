@@ -70,18 +70,18 @@ std::optional<int> Connections::unsent(int self) {
   return std::nullopt;
 }
 
-bool Connections::together(int self, Question which) {
-  double End::* const place = which == Question::entered ? &End::entered_s : &End::finished_s;
-  End& asks = end(self);
-  if (asks.*place == kNotYet) {
+bool Connections::come_to(int self, WaitFor point) {
+  End& own = end(self);
+  const double now_s = own.machine->clock_s;
+  if (own.arrived_s(point) == kNotYet) {
     check(self);
-    asks.*place = asks.machine->clock_s;
+    (point == WaitFor::entered ? own.entered_s : own.finished_s) = now_s;
   }
   // When all have come, no news changes that.
-  if (all_s(place) < kNever) return asks.machine->clock_s >= all_s(place);
+  if (all_arrived_s(point) < kNever) return now_s >= all_arrived_s(point);
   check(self);
   for (int other = 0; other < size(); ++other) {
-    if (end(other).*place == kNotYet && asks.machine->clock_s >= noticed_s(self, other)) lose(self, other);
+    if (end(other).arrived_s(point) == kNotYet && now_s >= noticed_s(self, other)) lose(self, other);
   }
   return false;
 }
@@ -98,10 +98,10 @@ void Connections::revoke(int self) {
 
 std::shared_ptr<Connections> Connections::shrink(int self, std::vector<int>& survivors) {
   End& own = end(self);
-  if (all_s(&End::finished_s) < kNever) throw CommError("the other ranks have finished");
+  if (all_arrived_s(WaitFor::finished) < kNever) throw CommError("the other ranks have finished");
   if (own.came_s == kNotYet) own.came_s = own.machine->clock_s;
-  const double answer_s = shrunk_s(self);
-  if (own.machine->clock_s < answer_s) return nullptr;
+  const double over_s = shrunk_s(self);
+  if (own.machine->clock_s < over_s) return nullptr;
   if (!shrunk_) {
     std::vector<SimulatedMachine*> members;
     for (int rank = 0; rank < size(); ++rank) {
@@ -112,49 +112,49 @@ std::shared_ptr<Connections> Connections::shrink(int self, std::vector<int>& sur
       survivors_.push_back(rank);
     }
     shrunk_ = std::make_shared<Connections>(simulation_, std::move(members), true);
-    shrunk_at_s_ = answer_s;
+    shrunk_at_s_ = over_s;
   }
   survivors = survivors_;
   return shrunk_;
 }
 
-double Connections::answer_s(int self, Question question, From from) const {
+double Connections::over_s(int self, WaitFor what, From from) const {
   const End& own = end(self);
   const auto or_revoked = [&](double seconds) { return std::min(seconds, revoked_s(self)); };
-  const auto together_s = [&](double End::* place) {
+  const auto all_or_loss_s = [&] {
     double first_s = kNever;
     for (int other = 0; other < size(); ++other) {
-      if (end(other).*place == kNotYet) first_s = std::min(first_s, noticed_s(self, other));
+      if (end(other).arrived_s(what) == kNotYet) first_s = std::min(first_s, noticed_s(self, other));
     }
-    return all_s(place) < kNever ? all_s(place) : or_revoked(first_s);
+    return all_arrived_s(what) < kNever ? all_arrived_s(what) : or_revoked(first_s);
   };
-  switch (question) {
-    case Question::message: {
+  switch (what) {
+    case WaitFor::message: {
       const auto found = own.inbox.find(from);
       const bool comes = found != own.inbox.end() && !found->second.empty();
       const bool lost = !comes || coin(self, from.first, 1);  // as receive() decides
       const double arrival_s = comes ? found->second.front().arrival_s : kNever;
       return or_revoked(std::min(arrival_s, lost ? noticed_s(self, from.first) : kNever));
     }
-    case Question::sent: {
+    case WaitFor::sent: {
       if (own.untaken.empty()) return own.taken_s;
       double first_s = kNever;
       for (const auto& [to, messages] : own.untaken) first_s = std::min(first_s, noticed_s(self, to));
       return or_revoked(first_s);
     }
-    case Question::entered: return together_s(&End::entered_s);
-    case Question::finished: return together_s(&End::finished_s);
-    case Question::shrunk: return shrunk_s(self);
-    case Question::none: break;
+    case WaitFor::entered:
+    case WaitFor::finished: return all_or_loss_s();
+    case WaitFor::shrunk: return shrunk_s(self);
+    case WaitFor::none: break;
   }
   return 0;
 }
 
-bool Connections::waits_for_dead(int self, Question question, From from) const {
+bool Connections::waits_for_dead(int self, WaitFor what, From from) const {
   const auto dead = [&](int rank) { return !end(rank).lives(); };
-  switch (question) {
-    case Question::message: return dead(from.first);
-    case Question::sent: {
+  switch (what) {
+    case WaitFor::message: return dead(from.first);
+    case WaitFor::sent: {
       const auto& untaken = end(self).untaken;
       return std::all_of(untaken.begin(), untaken.end(), [&](const auto& of) { return dead(of.first); });
     }
@@ -180,7 +180,7 @@ void Connections::died(const SimulatedMachine& machine, Random& order) {
       return each.by == self && each.arrival_s > machine.clock_s && order.below(2) == 1;
     });
   }
-  if (simulation_.survives && all_s(&End::finished_s) == kNever && order.below(2) == 1) {
+  if (simulation_.survives && all_arrived_s(WaitFor::finished) == kNever && order.below(2) == 1) {
     found->finished_s = kNotYet;
   }
 }
@@ -205,12 +205,12 @@ double Connections::revoked_s(int self) const {
   return first_s;
 }
 
-// Returns when the last of all ranks came to a place; kNever if some have not.
-double Connections::all_s(double End::* came_s) const {
+// Returns when the last of all ranks came to the point where all enter, or finish; kNever if some have not.
+double Connections::all_arrived_s(WaitFor point) const {
   double latest_s = 0;
   for (const End& each : ends_) {
-    if (each.*came_s == kNotYet) return kNever;
-    latest_s = std::max(latest_s, each.*came_s);
+    if (each.arrived_s(point) == kNotYet) return kNever;
+    latest_s = std::max(latest_s, each.arrived_s(point));
   }
   return latest_s;
 }

@@ -15,7 +15,7 @@
 namespace motes::comm::simulation {
 
 /// What a rank waits for.
-enum class Question : std::uint8_t { none, message, sent, entered, finished, shrunk };
+enum class WaitFor : std::uint8_t { none, message, sent, entered, finished, shrunk };
 
 using From = std::pair<int, Phase>;
 
@@ -33,15 +33,16 @@ class Connections {
   void send(int self, int to, Phase phase, std::shared_ptr<const Message> message);
   std::optional<base::Bytes> receive(int self, From from);
   std::optional<int> unsent(int self);
-  bool together(int self, Question which);
+  /// Brings this rank to the point where all ranks enter, or finish. Returns whether all have come and it knows.
+  bool come_to(int self, WaitFor point);
   void revoke(int self);
   /// Returns the connections among the surviving ranks, once all of them have called this; null before.
   std::shared_ptr<Connections> shrink(int self, std::vector<int>& survivors);
 
-  /// Returns the time from which the answer, or a loss, is known. kNever: something must happen first.
-  double answer_s(int self, Question question, From from) const;
+  /// Returns the time from which the wait is over, or a loss is known. kNever: something must happen first.
+  double over_s(int self, WaitFor what, From from) const;
   /// Returns whether this rank waits for a dead one without learning of its death.
-  bool waits_for_dead(int self, Question question, From from) const;
+  bool waits_for_dead(int self, WaitFor what, From from) const;
   /// Returns a rank that has yet to take a message of `self`.
   int taker(int self) const { return end(self).untaken.begin()->first; }
 
@@ -71,6 +72,7 @@ class Connections {
     std::vector<Revocation> revoked;
     bool lost = false;  // it knows of a loss: every call throws
     bool lives() const { return machine->live(); }
+    double arrived_s(WaitFor point) const { return point == WaitFor::entered ? entered_s : finished_s; }
   };
 
   End& end(int rank) { return ends_[static_cast<std::size_t>(rank)]; }
@@ -78,7 +80,7 @@ class Connections {
   bool coin(int self, int other, std::uint64_t about) const;
   double noticed_s(int self, int other) const;
   double revoked_s(int self) const;
-  double all_s(double End::* came_s) const;
+  double all_arrived_s(WaitFor point) const;
   double shrunk_s(int self) const;
   void check(int self);
   [[noreturn]] void lose(int self, int rank);

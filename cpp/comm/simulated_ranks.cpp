@@ -9,8 +9,8 @@ namespace motes::comm {
 namespace {
 
 using simulation::Connections;
-using simulation::Question;
 using simulation::Scheduler;
+using simulation::WaitFor;
 
 class SimulatedTransport final : public Transport {
  public:
@@ -20,7 +20,7 @@ class SimulatedTransport final : public Transport {
 
   int rank() const override { return rank_; }
   int size() const override { return among_->size(); }
-  bool entered() override { return together("enters", Question::entered); }
+  bool entered() override { return come_to(WaitFor::entered, "enters"); }
   void send(int to, Phase phase, std::shared_ptr<const Message> message) override {
     charge_for(message->header());
     scheduler_.point(self_, "sends", number(to), name(phase), Simulation::Death::At::send);
@@ -29,17 +29,17 @@ class SimulatedTransport final : public Transport {
   void await(int, Phase, int) override {}
   std::optional<base::Bytes> receive(int from, Phase phase) override {
     scheduler_.point(self_, "polls", number(from), name(phase));
-    scheduler_.asks(self_, *among_, rank_, Question::message, {from, phase});
+    scheduler_.will_wait(self_, *among_, rank_, WaitFor::message, {from, phase});
     std::optional<base::Bytes> bytes = among_->receive(rank_, {from, phase});
     if (bytes && bytes->size() >= sizeof(Header)) charge_for(base::Reader(bytes->view()).get<Header>());
     return bytes;
   }
   std::optional<int> unsent() override {
     scheduler_.point(self_, "asks what has left", self_, "");
-    scheduler_.asks(self_, *among_, rank_, Question::sent);
+    scheduler_.will_wait(self_, *among_, rank_, WaitFor::sent);
     return among_->unsent(rank_);
   }
-  bool finished() override { return together("finishes", Question::finished); }
+  bool finished() override { return come_to(WaitFor::finished, "finishes"); }
   void pause(int, double until_s) override { scheduler_.pause(self_, until_s); }
   void weigh(Weights weights) override { weights_ = weights; }
 
@@ -52,7 +52,7 @@ class SimulatedTransport final : public Transport {
   std::unique_ptr<Transport> shrink(std::vector<int>& survivors) override {
     if (!survives_) return Transport::shrink(survivors);
     scheduler_.point(self_, "shrinks", self_, "", Simulation::Death::At::shrink);
-    scheduler_.asks(self_, *among_, rank_, Question::shrunk);
+    scheduler_.will_wait(self_, *among_, rank_, WaitFor::shrunk);
     const std::shared_ptr<Connections> left = among_->shrink(rank_, survivors);
     if (!left) return nullptr;
     scheduler_.keep(left);
@@ -66,10 +66,10 @@ class SimulatedTransport final : public Transport {
  private:
   int number(int rank) const { return among_->machine(rank).number; }
 
-  bool together(const char* what, Question which) {
+  bool come_to(WaitFor point, const char* what) {
     scheduler_.point(self_, what, self_, "");
-    scheduler_.asks(self_, *among_, rank_, which);
-    return among_->together(rank_, which);
+    scheduler_.will_wait(self_, *among_, rank_, point);
+    return among_->come_to(rank_, point);
   }
 
   // Spends the time that a message takes at one end.

@@ -109,12 +109,12 @@ void Scheduler::keep(const std::shared_ptr<Connections>& connections) {
   connections_.push_back(connections);
 }
 
-void Scheduler::asks(int self, const Connections& connections, int as, Question question, From from) {
-  Rank& asking = rank(self);
-  asking.among = &connections;
-  asking.as = as;
-  asking.question = question;
-  asking.from = from;
+void Scheduler::will_wait(int self, const Connections& connections, int as, WaitFor what, From from) {
+  Rank& waiting = rank(self);
+  waiting.among = &connections;
+  waiting.as = as;
+  waiting.what = what;
+  waiting.from = from;
 }
 
 // Advances this rank's time to the answer or to `until_s`, whichever comes first. The answer's time may depend only on
@@ -125,17 +125,17 @@ void Scheduler::pause(int self, double until_s) {
   hand_over(self);
   waits.state = Rank::State::ready;
   check_ended();
-  waits.machine.clock_s = std::max(waits.machine.clock_s, std::min(until_s, answer_s(waits)));
+  waits.machine.clock_s = std::max(waits.machine.clock_s, std::min(until_s, over_s(waits)));
 }
 
-double Scheduler::answer_s(const Rank& rank) const {
-  return rank.among == nullptr ? 0 : rank.among->answer_s(rank.as, rank.question, rank.from);
+double Scheduler::over_s(const Rank& rank) const {
+  return rank.among == nullptr ? 0 : rank.among->over_s(rank.as, rank.what, rank.from);
 }
 
 // Returns whether a waiting rank can continue: the answer is known, or the awaited rank is dead and only time passes.
-bool Scheduler::answerable(const Rank& rank) const {
-  if (answer_s(rank) < kNever) return true;
-  return !simulation_.survives && rank.among->waits_for_dead(rank.as, rank.question, rank.from);
+bool Scheduler::can_continue(const Rank& rank) const {
+  if (over_s(rank) < kNever) return true;
+  return !simulation_.survives && rank.among->waits_for_dead(rank.as, rank.what, rank.from);
 }
 
 void Scheduler::point(int self, const char* what, int other, const char* phase, Simulation::Death::At at) {
@@ -180,7 +180,7 @@ int Scheduler::next() {
     const Rank& each = rank(number);
     if (each.over()) continue;
     left = true;
-    if (ended_ || each.state == Rank::State::ready || answerable(each)) candidates_.push_back(number);
+    if (ended_ || each.state == Rank::State::ready || can_continue(each)) candidates_.push_back(number);
   }
   if (candidates_.empty()) return left ? kAllWait : kNoneLeft;
   if (ended_) return candidates_.front();
@@ -226,12 +226,12 @@ std::string Scheduler::waits(int self) const {
     const bool returned = rank(number).state == Rank::State::returned;
     return "rank " + std::to_string(number) + (returned ? ", which has returned" : "");
   };
-  switch (waiting.question) {
-    case Question::message:
+  switch (waiting.what) {
+    case WaitFor::message:
       return who + " waits for " + name(waiting.from.second) + " from " + named(waiting.from.first);
-    case Question::sent: return who + " waits until its message is taken by " + named(waiting.among->taker(waiting.as));
-    case Question::entered: return who + " waits for all to enter";
-    case Question::shrunk: return who + " waits for all living ranks to shrink";
+    case WaitFor::sent: return who + " waits until its message is taken by " + named(waiting.among->taker(waiting.as));
+    case WaitFor::entered: return who + " waits for all to enter";
+    case WaitFor::shrunk: return who + " waits for all living ranks to shrink";
     default: return who + " waits for all to finish";
   }
 }

@@ -50,7 +50,7 @@ class Scheduler {
   void point(int self, const char* what, int other, const char* phase, Simulation::Death::At at = {});
 
   /// Sets what pause() waits for. `as`: this rank's number among the connections.
-  void asks(int self, const Connections& connections, int as, Question question, From from = {});
+  void will_wait(int self, const Connections& connections, int as, WaitFor what, From from = {});
   void pause(int self, double until_s);
 
  private:
@@ -61,7 +61,7 @@ class Scheduler {
     SimulatedMachine machine;
     const Connections* among = nullptr;  // what it waits for
     int as = 0;
-    Question question = Question::none;
+    WaitFor what = WaitFor::none;
     From from{};
     std::uint64_t points = 0;
     std::uint64_t sends = 0;
@@ -77,8 +77,8 @@ class Scheduler {
   void live(int self);
   void hand_over(int self);
   int next();
-  double answer_s(const Rank& rank) const;
-  bool answerable(const Rank& rank) const;
+  double over_s(const Rank& rank) const;
+  bool can_continue(const Rank& rank) const;
   void end(std::exception_ptr failure);
   void check_ended() const;
   void die(int self);

@@ -188,14 +188,15 @@ void pass_on(Rank& rank, Round& round, Judgement judgement, const std::vector<Fl
   const roles::Tree& tree = relay.tree();
   const bool failed = judgement.verdict.failure.failed();
   for (const Flow& flow : staying) {
-    if (!failed) judgement.sources.push_back({flow.to, flow.from});
+    if (!failed) judgement.transfers.push_back({flow.to, flow.from});
   }
-  const auto key = [&](const Source& s) { return std::pair(tree.place_of(static_cast<int>(s.to)), s.from); };
-  std::sort(judgement.sources.begin(), judgement.sources.end(),
-            [&](const Source& a, const Source& b) { return key(a) < key(b); });
-  judgement.sources.erase(std::unique(judgement.sources.begin(), judgement.sources.end()), judgement.sources.end());
+  const auto key = [&](const Transfer& t) { return std::pair(tree.place_of(static_cast<int>(t.to)), t.from); };
+  std::sort(judgement.transfers.begin(), judgement.transfers.end(),
+            [&](const Transfer& a, const Transfer& b) { return key(a) < key(b); });
+  judgement.transfers.erase(std::unique(judgement.transfers.begin(), judgement.transfers.end()),
+                            judgement.transfers.end());
   const auto among = [&](int first, int end) {
-    return Judgement{judgement.verdict, within(judgement.sources, tree, first, end, &Source::to),
+    return Judgement{judgement.verdict, within(judgement.transfers, tree, first, end, &Transfer::to),
                      within(judgement.parents, tree, first, end, &OwnedParent::owner)};
   };
   for (const roles::Tree::Range& child : tree.children()) {
@@ -205,8 +206,8 @@ void pass_on(Rank& rank, Round& round, Judgement judgement, const std::vector<Fl
   }
   const Judgement own = among(tree.own().first, tree.own().first + 1);
   round.orders = {};
-  for (const Source& source : own.sources) {
-    round.orders.sources.push_back(rank.session.rank_of(static_cast<int>(source.from)));
+  for (const Transfer& transfer : own.transfers) {
+    round.orders.senders.push_back(rank.session.rank_of(static_cast<int>(transfer.from)));
   }
   for (const OwnedParent& owned : own.parents) round.orders.parents.push_back(owned.parent);
   round.verdict = std::move(judgement.verdict);

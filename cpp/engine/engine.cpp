@@ -8,16 +8,19 @@
 #include "base/invalid_argument.h"
 #include "engine/replay.h"
 #include "engine/state/walls.h"
+#include "interactions/kinds/tying.h"
 #include "particles/wrap.h"
 
 namespace motes::engine {
 namespace {
 
+bool ties(const actions::Action& action) { return std::holds_alternative<actions::TiedPairs>(action.specifics); }
+
 void check_tie(const actions::Action& tie, const std::vector<recording::Item>& list) {
   interactions::check(tie);
   for (const recording::Item& item : list) {
     const auto* earlier = std::get_if<actions::Action>(&item);
-    if (earlier != nullptr && earlier->kind == actions::Kind::tie) interactions::check_together(*earlier, tie);
+    if (earlier != nullptr && ties(*earlier)) interactions::check_together(*earlier, tie);
   }
 }
 
@@ -64,11 +67,12 @@ void Engine::record(int index, recording::Item item) {
     actions::check(*action);
     actions::check(*action, s.schema);
     s.sweep(*action);
-    if (action->kind == actions::Kind::tie) check_tie(*action, s.list);
-    if (action->other >= system_count() || action->other == index) {
+    if (ties(*action)) check_tie(*action, s.list);
+    const std::int32_t other = action->partner ? action->partner->system : -1;
+    if (other >= system_count() || other == index) {
       throw base::InvalidArgument("an action between particles", "name another system of the world");
     }
-    if (action->other >= 0 && !interactions::law_of(*action).between_systems) {
+    if (action->partner && !interactions::law_of(*action).between_systems) {
       throw std::invalid_argument(actions::call_of(action->kind) + " acts only within one system");
     }
     uses_copies = actions::uses_copies(*action, s.schema);
@@ -95,14 +99,13 @@ void Engine::record(int index, recording::Item item) {
 
 void Engine::record_interaction(int first, int second, actions::Action action, const actions::Action* counterpart) {
   if (first == second) throw base::InvalidArgument("other", "be another system");
-  action.other = second;
+  action.partner = {second};
   actions::Action its = counterpart != nullptr ? *counterpart : action;
   record(first, std::move(action));
-  its.other = first;
+  its.partner = {first, true};
   its.where.clear();
   its.shapes.clear();
-  its.walls.clear();
-  its.second = true;
+  if (auto* grains = std::get_if<actions::Grains>(&its.specifics)) grains->walls.clear();
   record(second, std::move(its));
 }
 
@@ -136,7 +139,6 @@ ParticlesView Engine::local(int index) {
 }
 
 void Engine::keep_preview(int index) {
-  wrote_ = true;
   engine::keep_preview(parts_->rank, parts_->script, parts_->calculator, index);
   parts_->rank.session.rethrow();
 }

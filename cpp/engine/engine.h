@@ -1,6 +1,6 @@
 // The engine: the frame of the paper's Algorithm 1, for all roles. Every rank calls the same functions in the same
 // order, and each does the part of its roles. The phases are functions over the parts that they use; each file holds
-// both ends of its phase's conversation.
+// both ends of its phase's conversation. recovering_engine.h adds what survives the loss of ranks.
 #pragma once
 
 #include <array>
@@ -15,18 +15,17 @@
 #include "engine/act/read.h"
 #include "engine/parts/parts.h"
 #include "engine/parts/snapshot.h"
-#include "engine/recovery/loss.h"
-#include "engine/recovery/replicas.h"
-#include "engine/recovery/standing.h"
 #include "engine/sums/sums.h"
 #include "program/sums.h"
 #include "snapshots/writer.h"
 
 namespace motes::engine {
 
+/// RecoveringEngine overrides the virtual functions.
 class Engine {
  public:
   Engine(std::unique_ptr<comm::Communicator> communicator, roles::Cast cast, Settings settings);
+  virtual ~Engine() = default;
 
   /// Returns this rank's session, with its rank, its roles and the frame being recorded.
   const Session& session() const { return parts_->rank.session; }
@@ -65,38 +64,35 @@ class Engine {
   /// Returns the result of the last local().
   ParticlesView seen(int system) { return engine::seen(population(system)); }
   /// Keeps the script's writes to the result of the last local() if that is a preview: see read.h.
-  void keep_preview(int system);
+  virtual void keep_preview(int system);
   /// Notes that the script may have moved particles of this rank.
   void touched(int system);
   void on_callback(std::function<void(const Call&)> call) { parts_->calculator.callback = std::move(call); }
 
   /// Begins (start) and ends (finish) a run, with the same systems and seed on all ranks. Collective.
   void start();
-  void finish();
+  virtual void finish();
   /// Waits until the log's rows of all frames so far are on disk; without it, they lag up to two frames behind. Throws
   /// on all ranks if one has failed, even if that was after the last verdict. Each rank first calls `first`, which
-  /// flushes its other files to disk. If ranks are lost meanwhile, the remaining ones repeat the call before they
-  /// return. Collective, between two frames.
-  void secure(const std::function<void()>& first = {});
+  /// flushes its other files to disk. Collective, between two frames.
+  virtual void secure(const std::function<void()>& first = {});
 
-  /// Returns the result of `say` on every rank, by rank. If ranks are lost meanwhile, `say` is called again, even on
-  /// ranks that already had the answers, so its result must not depend on how often it was called. `say` is kept until
-  /// the next call. Collective, between two frames.
-  std::vector<std::string> tell(const std::function<std::string()>& say);
+  /// Returns the result of `say` on every rank, by rank. Collective, between two frames.
+  virtual std::vector<std::string> tell(const std::function<std::string()>& say);
 
   /// Runs the recorded list and ends the frame; with a view, draws a picture. `argument` must be the same on all ranks.
   /// Collective.
-  void run_frame(const std::optional<image::View>& view, const std::string& argument = "");
+  virtual void run_frame(const std::optional<image::View>& view, const std::string& argument = "");
   /// Draws another picture of the particles; changes nothing else. Collective, between two frames.
-  void redraw(const image::View& view, const std::string& argument = "");
+  virtual void redraw(const image::View& view, const std::string& argument = "");
 
   /// Image generator: sets the function that returns viewers' orders as text; called once per frame and in
   /// hear_orders().
-  void on_orders(std::function<std::string()> orders);
+  virtual void on_orders(std::function<std::string()> orders) { parts_->rank.settings.orders = std::move(orders); }
   /// Returns viewers' orders from the last frame or hear_orders(); the same on all ranks.
   const std::string& orders() const { return parts_->rank.session.orders; }
   /// Sends orders and signals to all ranks, as a frame does. Collective, between two frames.
-  void hear_orders(const std::string& argument = "");
+  virtual void hear_orders(const std::string& argument = "");
 
   Painter& painter() { return parts_->painter; }
   /// Image generator: sets the checksum of its picture for the log.
@@ -115,22 +111,12 @@ class Engine {
   /// run. Called by all functions that read particles.
   void catch_up();
 
-  /// Survives losses of ranks from now on: makes replicas of all particles before every `every`-th frame. A collective
-  /// call that a loss interrupts is repeated on the remaining ranks, in the world as it was; if that is impossible, it
-  /// throws Unrecoverable on all of them. Call after start(), on all ranks; no effect if the communicator cannot
-  /// survive losses.
-  void survive_losses(std::uint64_t every, Bystander bystander);
-  /// Makes replicas of restored particles. Throws RankLost if a rank is lost before all ranks have theirs. Collective,
-  /// after restore_rows() on all ranks.
-  void copy_restored();
   /// Image generator: sets the first frame whose picture is not yet in a file; UINT64_MAX: none.
   void set_unsaved_from(std::uint64_t frame) { parts_->rank.session.unsaved_from = frame; }
   /// Counts this rank's time outside of frames as work on checkpoints, or as the script's again.
   void set_saving(bool saves) {
     parts_->rank.watch.ledger().turn_to(saves ? comm::Activity::checkpoint : comm::Activity::script);
   }
-  /// Returns how often ranks were lost so far.
-  std::uint32_t losses() const { return replicas_.losses; }
 
   /// Returns the state that all ranks share, as bytes. Call between two frames.
   base::Bytes shared_state() const;
@@ -158,21 +144,21 @@ class Engine {
   }
 
   /// Returns digests of all systems' particles after the items recorded so far. Collective.
-  std::vector<particles::Digest> digest();
+  virtual std::vector<particles::Digest> digest();
 
   /// Returns all particles of a system on rank 0, or on every rank; null elsewhere. Not sorted. Collective.
-  std::unique_ptr<particles::Store> gather(int system, bool to_all);
+  virtual std::unique_ptr<particles::Store> gather(int system, bool to_all);
 
   /// Returns a sum over all particles of a system after the items recorded so far, on every rank. `verb`: total,
   /// histogram or tally. Throws std::invalid_argument if the sum is not valid for the system. Collective.
-  program::Totals sum(int system, recording::Verb verb, const program::Sum& what);
+  virtual program::Totals sum(int system, recording::Verb verb, const program::Sum& what);
 
   /// Returns the notes of all ranks before particles are written to files. `prepare` returns this rank's note and may
   /// fail. `reads`: it reads particles, so what was recorded so far runs first. `what` must be the same on all ranks.
   /// Collective.
-  Notes prepare_write(const std::string& what, bool reads, const std::function<Note()>& prepare);
+  virtual Notes prepare_write(const std::string& what, bool reads, const std::function<Note()>& prepare);
 
- private:
+ protected:
   // Lists kept for a scene file.
   struct Kept {
     bool on = false;
@@ -183,73 +169,20 @@ class Engine {
     void keep(Script& script);
   };
 
-  // The last collective call that ended on this rank; repeated if it did not end on others.
-  struct Ended {
-    std::uint64_t count = 0;  // number of calls so far, this one included
-    bool frame = false;  // the call is a frame, whose list is kept
-    std::function<void()> again;  // repeats a call that is not a frame; empty if it cannot be repeated
-    std::vector<std::size_t> before, after;  // lengths of the lists before and after the call
-    std::vector<Outside> told;  // to each system, before the call
-  };
+  /// Counts time in a collective call, outside of its phases, as such, unless the script is saving a checkpoint.
+  comm::ActivityScope between_phases();
 
-  // State of the call that a loss interrupted.
-  struct Interrupted {
-    std::vector<std::unique_ptr<System>> systems;
-    std::function<void(const Call&)> callback;
-    std::uint64_t unsaved_from = UINT64_MAX;
-    Announced announced;
-    std::string refusal;
-  };
+  std::unique_ptr<Parts> parts_;
+  Kept kept_;
 
-  void start_now();
-  void finish_now();
-  void secure_now(const std::function<void()>& first);
-  std::vector<std::string> tell_now(const std::function<std::string()>& say);
-  void run_frame_now(const std::optional<image::View>& view, const std::string& argument);
-  void redraw_now(const image::View& view, const std::string& argument);
-  void hear_orders_now(const std::string& argument);
-  std::vector<particles::Digest> digest_now();
-  std::unique_ptr<particles::Store> gather_now(int system, bool to_all);
-  program::Totals sum_now(int system, recording::Verb verb, const program::Sum& what);
-  Notes prepare_write_now(const std::string& what, bool reads, const std::function<Note()>& prepare);
-
+ private:
   /// Runs what was recorded so far; returns nothing if this rank has failed, in this or earlier work.
   std::optional<ParticlesView> try_read(int system);
   template <class Compute>
   void look_at(int system, const Compute& compute);
   Population& population(int system) { return *parts_->calculator.populations[static_cast<std::size_t>(system)]; }
 
-  // recover.cpp
-  template <class Now>
-  auto surviving(const Now& now, bool frame, std::function<void()> again = {});
-  std::vector<std::size_t> lengths() const;
-  std::vector<Outside> told() const;
-  void tell_systems(const std::vector<Outside>& told);
-  void recover();
-  void regroup();
-  void bring_lists_back();
-  Standing standing() const;
-  void start_again(const Generation& from);
-  void go_back(const WayBack& way);
-  void run_again(const WayBack& way, bool ahead);
-  void replay_frame(const KeptList& list, const WayBack& way);
-  void record_items(const std::vector<std::size_t>& from, const std::vector<std::size_t>& to);
-
-  std::unique_ptr<Parts> parts_;
-  Kept kept_;
   snapshots::Writer writer_;
-
-  Replicas replicas_;
-  Bystander bystander_;
-  Ended last_;
-  std::vector<std::size_t> before_;  // lengths of the lists when the current call began
-  std::vector<Outside> told_before_;  // what the script had told each system then
-  std::uint64_t frame_before_ = 0;  // frame when the current call began
-  bool wrote_ = false;  // the script wrote to particles in the current frame
-  bool recovering_ = false;
-  std::unique_ptr<Interrupted> interrupted_;
-  std::optional<Announced> announced_;  // from ranks that completed the current call already
-  Loss loss_;
   double zero_ = 0;  // zero of timelines, in wall seconds
 };
 

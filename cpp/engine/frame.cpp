@@ -25,7 +25,7 @@ using recording::Verb;
 
 namespace {
 
-void open(Parts& p, std::size_t index) {
+void act_and_report(Parts& p, std::size_t index) {
   Newborn newborn = receive_births(p.rank, p.script, p.calculator, index);  // may adopt the manager's rounds
   if (newborn.plan) p.painter.plan = *newborn.plan;
   Round& round = p.script.rounds[index];
@@ -33,35 +33,54 @@ void open(Parts& p, std::size_t index) {
   report(p.rank, p.script, p.calculator, round, newborn);  // all -> manager: loads, events, failures
 }
 
-void settle(Parts& p, Round& round) {
+void agree_and_send_migrants(Parts& p, Round& round) {
   if (p.rank.session.manages()) judge(p.rank, p.script, p.manager, round);
   hear_verdict(p.rank, p.script, round);  // manager -> all
   send_migrants(p.rank, p.script, p.calculator, round);  // calculators -> calculators
 }
 
-void close(Parts& p, const Round& round) {
+void receive_migrants(Parts& p, const Round& round) {
   receive_arrivals(p.rank, p.script, p.calculator, round);
   p.rank.watch.note_messages(p.script.name_of(round), round.reported_s);
 }
 
-// Runs all rounds, one after another or overlapped: then messages of one round travel while the next ones compute.
+// Continues one round after another. All ranks have acted in the first.
+void run_in_turn(Parts& p) {
+  std::vector<Round>& rounds = p.script.rounds;
+  for (std::size_t index = 0; index < rounds.size(); ++index) {
+    if (index > 0) {
+      if (p.rank.session.manages()) deal(p.rank, p.script, p.manager, rounds[index]);
+      act_and_report(p, index);
+    }
+    agree_and_send_migrants(p, rounds[index]);
+    receive_migrants(p, rounds[index]);
+  }
+}
+
+// Continues all rounds at once, so messages of one travel while the next ones compute: a rank acts in round n + 2,
+// agrees on round n + 1, then receives the migrants of round n. All ranks have acted in the first.
+void run_overlapped(Parts& p) {
+  std::vector<Round>& rounds = p.script.rounds;
+  for (std::size_t step = 1; step < rounds.size() + 2; ++step) {
+    if (step < rounds.size()) act_and_report(p, step);
+    if (step <= rounds.size()) agree_and_send_migrants(p, rounds[step - 1]);
+    if (step >= 2) receive_migrants(p, rounds[step - 2]);
+  }
+}
+
+// Runs all rounds, in turn or overlapped.
 void converse(Parts& p) {
   const bool manages = p.rank.session.manages();
   if (p.script.in_frame()) take_new_cuts(p.rank, p.script, p.calculator);  // cuts from the last verdict
   if (manages) take_all_proposals(p.rank, p.script, p.manager);  // of the last frame; new cuts are sent with the births
   std::vector<Round>& rounds = p.script.rounds;
-  const bool overlaps = p.script.overlaps;
-  for (std::size_t round = 0; manages && overlaps && round < rounds.size(); ++round) {
-    deal(p.rank, p.script, p.manager, rounds[round]);
-  }
-  for (std::size_t step = 0, lag = 0; step < rounds.size() + 2 * lag; ++step) {
-    if (step < rounds.size()) {
-      if (manages && !overlaps) deal(p.rank, p.script, p.manager, rounds[step]);
-      open(p, step);
-      lag = p.script.overlaps ? 1 : 0;  // open() may have adopted the manager's setting
-    }
-    if (step >= lag && step - lag < rounds.size()) settle(p, rounds[step - lag]);
-    if (step >= 2 * lag) close(p, rounds[step - 2 * lag]);
+  const std::size_t dealt = p.script.overlaps ? rounds.size() : 1;
+  for (std::size_t index = 0; manages && index < dealt; ++index) deal(p.rank, p.script, p.manager, rounds[index]);
+  act_and_report(p, 0);  // from here on `overlaps` is the manager's
+  if (p.script.overlaps) {
+    run_overlapped(p);
+  } else {
+    run_in_turn(p);
   }
 }
 
@@ -168,24 +187,20 @@ bool answers_before_drawing(const Rank& rank) {
   return apart && rank.session.draws() && !rank.session.manages();
 }
 
-// Returns whether this list can only run with the script.
-bool needs_script(const Script& script) {
-  return std::any_of(script.systems.begin(), script.systems.end(), [](const auto& system) {
-    return std::any_of(system->list.begin(), system->list.end(),
-                       [](const recording::Item& item) { return std::holds_alternative<recording::Callback>(item); });
-  });
-}
-
 }  // namespace
 
+comm::ActivityScope Engine::between_phases() {
+  comm::Ledger& ledger = parts_->rank.watch.ledger();
+  const bool saves = ledger.now() == comm::Activity::checkpoint;
+  return {ledger, saves ? comm::Activity::checkpoint : comm::Activity::other};
+}
+
 // Runs the frame of the paper's Algorithm 1 and section 3.2, given the recorded list.
-void Engine::run_frame_now(const std::optional<image::View>& view, const std::string& argument) {
+void Engine::run_frame(const std::optional<image::View>& view, const std::string& argument) {
+  const comm::ActivityScope turn = between_phases();
   Parts& p = *parts_;
   begin(p, view ? Verb::render : Verb::step, view, argument);
-  if (!recovering_) kept_.keep(p.script);
-  if (replicas_.on() && !recovering_) {
-    replicas_.note_list(p.rank.session.frame, p.script.bytes, wrote_ || needs_script(p.script));
-  }
+  kept_.keep(p.script);
   if (!kept_.only) {
     converse(p);  // create, act, agree, exchange
     if (p.rank.session.manages()) plan(p.rank, p.script, p.manager);  // while the others continue
@@ -201,11 +216,10 @@ void Engine::run_frame_now(const std::optional<image::View>& view, const std::st
     p.rank.session.stop = p.rank.settings.stop_signal();
   }
   end(p);
-  wrote_ = false;
-  if (replicas_.on()) replicas_.at_border(p, p.rank.session.all_unsaved_from);
 }
 
-void Engine::redraw_now(const image::View& view, const std::string& argument) {
+void Engine::redraw(const image::View& view, const std::string& argument) {
+  const comm::ActivityScope turn = between_phases();
   catch_up();
   for (const auto& system : parts_->script.systems) {
     const auto run = system->list.begin() + static_cast<std::ptrdiff_t>(system->run_items);
@@ -221,13 +235,14 @@ void Engine::redraw_now(const image::View& view, const std::string& argument) {
   parts_->rank.session.rethrow();
 }
 
-void Engine::hear_orders_now(const std::string& argument) {
+void Engine::hear_orders(const std::string& argument) {
+  const comm::ActivityScope turn = between_phases();
   ask_all(*parts_, Verb::orders, argument);
   parts_->rank.watch.ledger().restart();  // do not count a pause in the next frame's time
   parts_->manager.account.restart_clock();
 }
 
-void Engine::start_now() {
+void Engine::start() {
   Rank& rank = parts_->rank;
   const Logging& log = rank.settings.log;
   if (log.lost.empty()) rank.watch.ledger().restart();
@@ -247,7 +262,8 @@ void Engine::start_now() {
   rank.session.work("spans", [&] { rank.watch.keep_spans(log.directory, rank.session.rank(), zero_, first); });
 }
 
-void Engine::secure_now(const std::function<void()>& first) {
+void Engine::secure(const std::function<void()>& first) {
+  const comm::ActivityScope turn = between_phases();
   if (first) parts_->rank.session.work("movie", first);
   ask_all(*parts_, Verb::start, "log's rows");  // sends the last frame's tails, so its row is complete
   if (parts_->rank.settings.log.directory.empty()) return;
@@ -257,7 +273,8 @@ void Engine::secure_now(const std::function<void()>& first) {
   ask_all(*parts_, Verb::start, "log on the disk");  // fails on all ranks if the manager could not write the rows
 }
 
-std::vector<std::string> Engine::tell_now(const std::function<std::string()>& say) {
+std::vector<std::string> Engine::tell(const std::function<std::string()>& say) {
+  const comm::ActivityScope turn = between_phases();
   RankText own;
   parts_->rank.session.work("checkpoint", [&] { own.text = say(); });
   ask_all(*parts_, Verb::start, "what each rank says");  // fails on all ranks if `say` failed on one
@@ -267,11 +284,11 @@ std::vector<std::string> Engine::tell_now(const std::function<std::string()>& sa
   return texts;
 }
 
-void Engine::finish_now() {
+void Engine::finish() {
+  const comm::ActivityScope turn = between_phases();
   ask_all(*parts_, Verb::finish, "");  // sends the last frame's tails, so its row is complete
   parts_->manager.account.write_rows();
   if (Log* log = parts_->manager.account.log()) log->event("end", frame(), "");
-  replicas_.take_rest(parts_->rank);
   parts_->rank.session.comm().finish();
 }
 
@@ -283,7 +300,8 @@ void Engine::look_at(int index, const Compute& compute) {
   if (seen) parts_->rank.session.work("act", [&] { compute(*seen); });
 }
 
-std::vector<particles::Digest> Engine::digest_now() {
+std::vector<particles::Digest> Engine::digest() {
+  const comm::ActivityScope turn = between_phases();
   catch_up();
   for (const auto& system : parts_->script.systems) check_readable(*system);
   for (int i = 0; i < system_count(); ++i) {
@@ -295,7 +313,8 @@ std::vector<particles::Digest> Engine::digest_now() {
   return found;
 }
 
-std::unique_ptr<particles::Store> Engine::gather_now(int index, bool to_all) {
+std::unique_ptr<particles::Store> Engine::gather(int index, bool to_all) {
+  const comm::ActivityScope turn = between_phases();
   catch_up();
   check_readable(system(index));
   look_at(index, [](const ParticlesView&) {});
@@ -303,7 +322,8 @@ std::unique_ptr<particles::Store> Engine::gather_now(int index, bool to_all) {
   return engine::gather(parts_->rank, system(index), seen(index), to_all);
 }
 
-program::Totals Engine::sum_now(int index, Verb verb, const program::Sum& what) {
+program::Totals Engine::sum(int index, Verb verb, const program::Sum& what) {
+  const comm::ActivityScope turn = between_phases();
   catch_up();
   check_readable(system(index));
   program::check(what, system(index).schema);
@@ -315,7 +335,8 @@ program::Totals Engine::sum_now(int index, Verb verb, const program::Sum& what) 
   return total_of_all(parts_->rank, std::move(own));
 }
 
-Notes Engine::prepare_write_now(const std::string& what, bool reads, const std::function<Note()>& prepare) {
+Notes Engine::prepare_write(const std::string& what, bool reads, const std::function<Note()>& prepare) {
+  const comm::ActivityScope turn = between_phases();
   if (reads) {
     catch_up();
     for (const auto& system : parts_->script.systems) check_readable(*system);

@@ -1,6 +1,7 @@
-// Projection from metres to pixels, and checks of views and sprites.
+// Projection from metres to pixels.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "image/scene.h"
@@ -26,12 +27,14 @@ Lens lens_at_opening(const View& view);
 /// Returns the path with that name; "auto" is automatic. Throws std::invalid_argument if there is none.
 View::Path path_named(const std::string& name);
 
-/// Checks a view or a sprite; throws std::invalid_argument naming the argument, its value and what is allowed.
-void check(const View& view);
-void check(const Sprite& sprite);
+/// Why a camera has no direction: the argument, what is allowed, and its value.
+struct CameraFault {
+  const char* argument;
+  const char* allowed;
+  Vector got;
+};
 
-/// Returns whether columns and rows are within their limits and hold `count` tiles. A picture that is not divided must
-/// have one column and one row.
-bool valid(const Tiles& tiles);
+/// Returns why a camera's directions right and up are undefined, or nothing if they are defined.
+std::optional<CameraFault> no_direction(const Camera& camera);
 
 }  // namespace motes::image

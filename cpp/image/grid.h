@@ -15,9 +15,6 @@ inline constexpr int kMaxSize = 16384;
 /// Largest footprint of a particle of fixed size, px; it touches at most 2x2 tiles.
 inline constexpr int kMaxFootprint = 15;
 
-/// Largest diameter of any particle, px.
-inline constexpr int kMaxDiameter = 512;
-
 /// A tile's number and its pixels; tiles at the right and lower edge of the image may be smaller than kTile.
 struct Area {
   int tile = 0;

@@ -1,6 +1,7 @@
 #include "image/layout.h"
 
 #include <algorithm>
+#include <variant>
 
 #include "image/grid.h"
 
@@ -9,17 +10,17 @@ namespace {
 
 bool has_fixed_footprint(const Sprite& sprite, int height) {
   const float diameter = diameter_of(sprite, height);
-  const bool flat = sprite.kind != Sprite::Kind::image && !is_posed(sprite);
+  const bool flat = sprite.kind() != Sprite::Kind::image && !is_posed(sprite);
   return flat && diameter >= 2 && diameter <= static_cast<float>(kMaxFootprint);
 }
 
 }  // namespace
 
-bool is_posed(const Sprite& sprite) { return sprite.kind >= Sprite::Kind::card; }
+bool is_posed(const Sprite& sprite) { return sprite.kind() >= Sprite::Kind::card; }
 
 bool drawn_as_point(const Sprite& sprite) {
-  if (sprite.kind == Sprite::Kind::point) return true;
-  if (sprite.kind == Sprite::Kind::image || is_posed(sprite)) return false;
+  if (sprite.kind() == Sprite::Kind::point) return true;
+  if (sprite.kind() == Sprite::Kind::image || is_posed(sprite)) return false;
   return sprite.pixels == 1 && !(sprite.of_height > 0);
 }
 
@@ -31,13 +32,13 @@ float diameter_of(const Sprite& sprite, int height) {
 
 bool has_gain(const Sprite& sprite, const View& view) {
   if (!sprite.lit || view.lights.empty() || drawn_as_point(sprite)) return false;
-  return sprite.kind >= Sprite::Kind::sphere && sprite.kind != Sprite::Kind::ribbon;
+  return sprite.kind() >= Sprite::Kind::sphere && sprite.kind() != Sprite::Kind::ribbon;
 }
 
 Sprite as_seen(Sprite sprite, const View& view) {
   if (!(view.camera.aperture > 0) || sprite.blend != Sprite::Blend::opaque) return sprite;
   sprite.blend = Sprite::Blend::alpha;
-  sprite.unfaded = sprite.kind == Sprite::Kind::ribbon;
+  if (auto* ribbon = std::get_if<RibbonSprite>(&sprite.look)) ribbon->unfaded = true;
   return sprite;
 }
 
@@ -57,15 +58,15 @@ bool anything_hides(const View& view, std::span<const Sprite> sprites) {
 
 Layout layout(const Sprite& sprite, const View& view, bool any_depth) {
   const bool deep = any_depth || !view.objects.empty() || sprite.blend != Sprite::Blend::add ||
-                    (sprite.kind == Sprite::Kind::sphere && !drawn_as_point(sprite));
-  if (sprite.kind == Sprite::Kind::ribbon) return Layout::ribbon;
-  if (is_posed(sprite)) return sprite.tiles.cut() ? Layout::posed_tiled : Layout::posed;
-  if (sprite.tiles.cut()) return Layout::tiled;
+                    (sprite.kind() == Sprite::Kind::sphere && !drawn_as_point(sprite));
+  if (sprite.kind() == Sprite::Kind::ribbon) return Layout::ribbon;
+  if (is_posed(sprite)) return sprite.tiled() ? Layout::posed_tiled : Layout::posed;
+  if (sprite.tiled()) return Layout::tiled;
   if (has_gain(sprite, view)) return Layout::wide;
   const bool still = !(view.shutter > 0);
   const bool sharp = !(view.camera.aperture > 0);
   if (still && sharp && has_fixed_footprint(sprite, view.height)) return deep ? Layout::deep : Layout::plain;
-  if (sprite.kind == Sprite::Kind::image || Grid{view.width, view.height}.far_bits() == 0) return Layout::wide;
+  if (sprite.kind() == Sprite::Kind::image || Grid{view.width, view.height}.far_bits() == 0) return Layout::wide;
   if (still) return deep ? Layout::deep_sized : Layout::sized;
   return deep ? Layout::deep_moving : Layout::moving;
 }

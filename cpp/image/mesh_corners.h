@@ -1,15 +1,11 @@
 // The triangles of a mesh that is drawn as a sprite.
 #pragma once
 
-#include <cstddef>
 #include <vector>
 
 #include "meshes/assets.h"
 
 namespace motes::image {
-
-/// Greatest number of triangles of a mesh that is drawn as a sprite: each instance visits all of them in each tile.
-inline constexpr std::size_t kMostSpriteTriangles = 10000;
 
 struct MeshCorners {
   /// Twelve planes of `room` floats: x, y, z of each triangle's first, second and third corner, m, and of its unit

@@ -14,15 +14,16 @@ inline constexpr int kFewestMoments = 16, kMostMoments = 64;
 struct Moment {
   float time;            // -0.5: the shutter opens; 0.5: it closes
   float lens_x, lens_y;  // on a lens whose radius is 1
-  float round;  // dither, 0..1: added to a weight before it is truncated, so that errors of all moments cancel
+  float dither;  // 0..1: added to a weight before it is truncated, so that errors of all moments cancel
   int pixel_x, pixel_y;  // position in a pixel, 1/256 px from its middle
 };
 
-/// Returns how many moments, at least `fewest`, show a motion of `way` px and a lens blur of diameter `spread` px
+/// Returns how many moments, at least `fewest`, show a motion of `motion_px` and a lens blur of diameter `spread` px
 /// without visible gaps.
-MOTES_ALWAYS int moments_for(float way, float spread, int fewest) {
+MOTES_ALWAYS int moments_for(float motion_px, float spread, int fewest) {
   int count = fewest;
-  while (count < kMostMoments && (static_cast<float>(count) < way || 4 * static_cast<float>(count) < spread * spread))
+  while (count < kMostMoments &&
+         (static_cast<float>(count) < motion_px || 4 * static_cast<float>(count) < spread * spread))
     count *= 2;
   return count;
 }
@@ -47,7 +48,7 @@ MOTES_ALWAYS void for_each_moment(int count, const Use& use) {
     m.time = (static_cast<float>(reversed) + 0.5f) * per - 0.5f;
     m.lens_x = x * radius;
     m.lens_y = y * radius;
-    m.round = (static_cast<float>((i * 37) & (count - 1)) + 0.5f) * per;
+    m.dither = (static_cast<float>((i * 37) & (count - 1)) + 0.5f) * per;
     m.pixel_x = ((i * 193 + 96) & 255) - 128;
     m.pixel_y = ((i * 145 + 32) & 255) - 128;
     use(i, m);

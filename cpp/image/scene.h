@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/vectors.h"
-#include "expressions/expression.h"
+#include "image/sprites/sprite.h"
 #include "meshes/assets.h"
 #include "particles/ids.h"
 #include "shapes/shape.h"
@@ -142,71 +142,6 @@ constexpr void fields(Visitor& visit, View& view) {
   visit(view.width, view.height, view.camera, view.background, view.sky, view.fog, view.exposure, view.objects,
         view.sun, view.sun_size, view.lights, view.path, view.shutter, view.bloom, view.smooth, view.linear,
         view.layers, view.before);
-}
-
-/// How a sprite's picture is divided into tiles of equal size, numbered row by row from the top; only the first `count`
-/// are used.
-struct Tiles {
-  std::uint16_t columns = 1, rows = 1;
-  std::uint32_t count = 1;
-
-  bool cut() const { return count > 1; }
-  auto operator<=>(const Tiles&) const = default;
-};
-
-template <class Visitor>
-constexpr void fields(Visitor& visit, Tiles& tiles) {
-  visit(tiles.columns, tiles.rows, tiles.count);
-}
-
-/// Greatest Tiles::columns and Tiles::rows.
-inline constexpr int kMostTiles = 256;
-
-/// Which tile each particle shows: a number from 0 on, which wraps around after the last tile. A fraction blends a tile
-/// with the next one.
-struct Pick {
-  expressions::Expression number;  // empty: a random whole number
-  std::vector<shapes::Shape> shapes;  // shapes that `number` tests
-
-  bool operator==(const Pick&) const = default;
-};
-
-template <class Visitor>
-constexpr void fields(Visitor& visit, Pick& pick) {
-  visit(pick.number, pick.shapes);
-}
-
-/// How the particles of one system are drawn.
-struct Sprite {
-  /// card: a picture on a plane in space. mesh: an instance of a mesh. ribbon: a band along a particle's past
-  /// positions.
-  enum class Kind : std::uint8_t { point, disc, sphere, image, card, mesh, ribbon };
-  enum class Blend : std::uint8_t { add, alpha, opaque };
-  /// What orients a card or a mesh: the particle's velocity, or its orientation.
-  enum class Facing : std::uint8_t { velocity, orientation };
-
-  Kind kind = Kind::disc;
-  int pixels = 5;  // diameter, 1..512; 0: the particle's size[0], m. Points have no diameter
-  Blend blend = Blend::add;
-  float of_height = 0;  // above 0: the diameter as a fraction of the picture's height, instead of `pixels`
-  float softness = 0;  // distance, m, over which a particle fades where it touches an object
-  meshes::AssetKey picture = 0;  // kinds image and card: the picture; kind mesh: the mesh
-  bool lit = false;  // by the sun, lights and sky
-  float shadow = 0;  // fraction of the light that one particle blocks, 0..1
-  Facing facing = Facing::orientation;  // kinds card, mesh
-  float width = 0;  // of a ribbon at its head, m
-  float length = 0;  // of a ribbon, in seconds of its particle's past
-  bool unfaded = false;  // a ribbon is as opaque at its end as at its head
-  Tiles tiles{};  // of `picture`; kinds image, card
-  Pick pick{};
-
-  bool operator==(const Sprite&) const = default;
-};
-
-template <class Visitor>
-constexpr void fields(Visitor& visit, Sprite& sprite) {
-  visit(sprite.kind, sprite.pixels, sprite.blend, sprite.of_height, sprite.softness, sprite.picture, sprite.lit,
-        sprite.shadow, sprite.facing, sprite.width, sprite.length, sprite.unfaded, sprite.tiles, sprite.pick);
 }
 
 /// Greatest number of past positions that a ribbon passes through.

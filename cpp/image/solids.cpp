@@ -11,31 +11,47 @@ namespace {
 
 using shapes::Kind;
 using shapes::Shape;
+namespace numbers = shapes::numbers;
+
+// Slightly too large: a ball that is too small would leave a hole in the picture.
+constexpr double kMore = 1 + 1e-9;
+
+Ball bounds(const numbers::sphere& sphere) { return {vector_of(sphere.center), sphere.radius * kMore}; }
+
+Ball bounds(const numbers::disc& disc) { return {vector_of(disc.center), disc.radius * kMore}; }
+
+Ball bounds(const numbers::box& box) {
+  const Vector low = vector_of(box.low), high = vector_of(box.high);
+  return {(low + high) * 0.5, length(high - low) * (0.5 * kMore)};
+}
+
+Ball bounds(const numbers::rectangle& rectangle) {
+  const Vector u = vector_of(rectangle.u), v = vector_of(rectangle.v);
+  return {vector_of(rectangle.origin) + (u + v) * 0.5, std::max(length(u + v), length(u - v)) * (0.5 * kMore)};
+}
+
+Ball bounds(const numbers::triangle& triangle) {
+  const Vector p0 = vector_of(triangle.p0), p1 = vector_of(triangle.p1), p2 = vector_of(triangle.p2);
+  const Vector center = (p0 + p1 + p2) * (1.0 / 3);
+  return {center, std::max({length(p0 - center), length(p1 - center), length(p2 - center)}) * kMore};
+}
+
+Ball bounds(const numbers::axial& axial) {
+  const Vector start = vector_of(axial.start), half = (vector_of(axial.end) - start) * 0.5;
+  return {start + half, std::hypot(length(half), axial.radius) * kMore};
+}
 
 }  // namespace
 
 Ball bounds(const Shape& s) {
-  // Slightly too large: a ball that is too small would leave a hole in the picture.
-  constexpr double kMore = 1 + 1e-9;
-  const Vector first = vector_at(s, 0);
   switch (s.kind) {
-    case Kind::sphere: return {first, s.number[3] * kMore};
-    case Kind::disc: return {first, s.number[6] * kMore};
-    case Kind::box: return {(first + vector_at(s, 3)) * 0.5, length(vector_at(s, 3) - first) * (0.5 * kMore)};
-    case Kind::rectangle: {
-      const Vector u = vector_at(s, 3), v = vector_at(s, 6);
-      return {first + (u + v) * 0.5, std::max(length(u + v), length(u - v)) * (0.5 * kMore)};
-    }
-    case Kind::triangle: {
-      const Vector second = vector_at(s, 3), third = vector_at(s, 6);
-      const Vector center = (first + second + third) * (1.0 / 3);
-      return {center, std::max({length(first - center), length(second - center), length(third - center)}) * kMore};
-    }
+    case Kind::sphere: return bounds(s.as<numbers::sphere>());
+    case Kind::disc: return bounds(s.as<numbers::disc>());
+    case Kind::box: return bounds(s.as<numbers::box>());
+    case Kind::rectangle: return bounds(s.as<numbers::rectangle>());
+    case Kind::triangle: return bounds(s.as<numbers::triangle>());
     case Kind::cylinder:
-    case Kind::cone: {
-      const Vector half = (vector_at(s, 3) - first) * 0.5;
-      return {first + half, std::hypot(length(half), s.number[6]) * kMore};
-    }
+    case Kind::cone: return bounds(s.as<numbers::axial>());
     // Infinite, or refused by check_solid().
     case Kind::plane:
     case Kind::point:
@@ -44,7 +60,7 @@ Ball bounds(const Shape& s) {
     case Kind::united:
     case Kind::mesh: break;  // bounded by its BVH
   }
-  return {first, kInfinity};
+  return {vector_of(s.as<numbers::point>().position), kInfinity};
 }
 
 void check_solid(const std::string& argument, const Solid& solid) {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 
-#include "interactions/extent.h"
 
 namespace motes::interactions {
 

@@ -12,6 +12,9 @@
 
 namespace motes::interactions {
 
+/// Particles that a thread takes at once.
+inline constexpr std::size_t kRange = std::size_t{1} << 15;
+
 /// A column of values: of this rank's own particles, then of ghosts. If `own` is null, all own particles have `value`.
 struct Column {
   const float* own = nullptr;

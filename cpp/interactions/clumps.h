@@ -1,9 +1,15 @@
-// Clumps: particles that are rigid groups of spheres. In each sub-step a clump's spheres are expanded into particles
-// that touch others and walls by the law of contact; the pushes on them are summed onto the clump. The touches of the
-// spheres travel with the clump: a Touch's part is the number of its sphere.
+// Clumps: particles that are rigid groups of spheres. Each has a template, scaled by its size and turned by its
+// orientation.
 #pragma once
 
-#include "interactions/act.h"
+#include <cstddef>
+#include <vector>
+
+#include "actions/tables.h"
+#include "interactions/kernels.h"
+#include "interactions/sides.h"
+#include "particles/store.h"
+#include "threads/pool.h"
 
 namespace motes::interactions {
 
@@ -15,16 +21,26 @@ void place_spheres(const particles::Store& store, const std::vector<ClumpSphere>
 /// Returns the radius, m, of the ball around its centre that encloses a clump of size 1.
 float bounding_radius(const std::vector<ClumpSphere>& spheres);
 
-/// Acts on the clumps of one system. Does not communicate.
-InteractionCounts act_on_clumps(const actions::Action& action, const Extent& extent, float dt, const Side& side,
-                                Scratch& scratch, threads::Pool& pool);
-/// Lets the particles of two systems touch each other, spheres or clumps; the walls are those of each action. Does not
-/// communicate.
-InteractionCounts contact_between(const actions::Action* const (&actions)[2], const Extent& extent, float dt,
-                                  const Side (&sides)[2], Scratch& scratch, threads::Pool& pool);
+/// Runs a kernel over ranges of `count` clumps.
+void over_clumps(const ClumpTask& task, std::size_t count, void (*kernel)(const ClumpTask&), threads::Pool& pool);
 
-/// Like list_holds(), for clumps. Leaves the expanded spheres in the scratch; act_on_clumps() reuses them if all lists
-/// hold.
-bool clumps_hold(const actions::Action& action, const Side& side, Scratch& scratch, threads::Pool& pool);
+/// Columns of clumps, readable to the end of the last vector.
+class ClumpColumns {
+ public:
+  /// Copies the columns of a side's own clumps or of its ghosts.
+  ClumpColumns(const Side& side, bool ghosts);
+  ClumpColumns(const ClumpColumns&) = delete;
+  ClumpColumns& operator=(const ClumpColumns&) = delete;
+
+  std::size_t count() const { return count_; }
+  ClumpTask task(const std::vector<ClumpSphere>& spheres) const;
+  /// Writes the SphereAt columns of the spheres.
+  void place(const std::vector<ClumpSphere>& spheres, float* const* placed, threads::Pool& pool) const;
+
+ private:
+  std::size_t count_;
+  std::vector<float> values_[clump_columns];
+  const float* columns_[clump_columns] = {};
+};
 
 }  // namespace motes::interactions

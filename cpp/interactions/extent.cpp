@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "interactions/clumps.h"
 #include "simd/float_mode.h"
 
 namespace motes::interactions {
@@ -11,7 +10,6 @@ namespace motes::interactions {
 namespace {
 
 using actions::Action;
-using actions::Kind;
 using particles::Store;
 
 template <class Work>
@@ -79,7 +77,16 @@ float lightness_of(const Store& store, threads::Pool& pool) {
   return largest(most);
 }
 
-// Lists the components of attributes. Only the first component of size, a sphere's diameter, counts.
+}  // namespace
+
+const Law& law_of(const Action& action) { return kernels().law[static_cast<std::size_t>(action.kind)]; }
+
+bool remembers(const Action& action) { return law_of(action).remembers; }
+
+bool has_radius(const Action& action) { return law_of(action).radius != nullptr; }
+
+float given_radius(const Action& action, bool second) { return law_of(action).radius(action.numbers.data(), second); }
+
 std::vector<Component> components_of(std::uint32_t attributes) {
   std::vector<Component> all;
   for (int attribute = 0; attribute < particles::builtin_count; ++attribute) {
@@ -91,31 +98,16 @@ std::vector<Component> components_of(std::uint32_t attributes) {
   return all;
 }
 
-}  // namespace
-
-const Law& law_of(const Action& action) { return kernels().law[static_cast<std::size_t>(action.kind)]; }
-
-bool remembers(const Action& action) { return law_of(action).remembers || action.kind == Kind::interact; }
-
-bool has_radius(const Action& action) { return law_of(action).radius != nullptr; }
-
-float given_radius(const Action& action, bool second) { return law_of(action).radius(action.numbers.data(), second); }
-
-std::vector<Component> read_by(const Action& action, bool second) {
-  if (action.kind != Kind::interact) return components_of(actions::facts(action.kind).reads);
-  std::vector<Component> read;
-  if (action.other >= 0 && !second) return read;  // only the other system's particles are sources
-  read = components_of(actions::facts(action.kind).reads);
-  for (const actions::Leaf& leaf : action.leaves) {
-    const Component one{leaf.attribute, leaf.component};
-    if (leaf.of == actions::Leaf::Of::other && std::find(read.begin(), read.end(), one) == read.end()) {
-      read.push_back(one);
-    }
-  }
-  return read;
-}
+std::vector<Component> read_by(const Action& action) { return components_of(actions::facts(action.kind).reads); }
 
 std::vector<Component> changed_by(const Action& action) { return components_of(actions::facts(action.kind).writes); }
+
+void Extent::widen(const Extent& other) {
+  radius = std::max(radius, other.radius);
+  other_radius = std::max(other_radius, other.other_radius);
+  displacement = std::max(displacement, other.displacement);
+  masses = std::max(masses, other.masses);
+}
 
 Extent extent_of(const Action& action, const Store& store, float dt, bool second, threads::Pool& pool) {
   Extent extent;
@@ -124,8 +116,6 @@ Extent extent_of(const Action& action, const Store& store, float dt, bool second
     const float given = given_radius(action, second);
     float& radius = second ? extent.other_radius : extent.radius;
     radius = given > 0 ? given : radius_of(store, pool);
-    if (action.kind == Kind::contact_clumps)
-      radius *= 2 * bounding_radius(spheres_of(action.table));  // so far, half of the size
   }
   if (law_of(action).looks_ahead) extent.displacement = displacement_of(store, dt, pool);
   if (law_of(action).inverse_masses) extent.masses = lightness_of(store, pool);
@@ -134,24 +124,12 @@ Extent extent_of(const Action& action, const Store& store, float dt, bool second
 
 float reach_of(const Action& action, const Extent& extent) {
   const Law& law = law_of(action);
-  if (action.kind == Kind::tie) return extent.radius + 2 * extent.displacement;
   if (law.reach != nullptr) return law.reach(action.numbers.data());
-  return extent.radius + (action.other >= 0 ? extent.other_radius : extent.radius);
-}
-
-float substeps(const Action& action, const Extent& extent, double frame_s) {
-  if (!actions::is_contact(action)) return 0;
-  double lightness = extent.masses > 0 ? static_cast<double>(extent.masses) : 1;
-  if (action.kind == Kind::contact_clumps)
-    lightness *= actions::numbers_of<actions::numbers::contact_clumps>(action).lightness;
-  double stiffest = 2 * actions::contact_of(action).stiffness;  // for half of the mass
-  for (const actions::WallNumbers& wall : action.walls) stiffest = std::max(stiffest, wall.stiffness);
-  return static_cast<float>(std::ceil(frame_s * std::sqrt(lightness * (stiffest / double{kMostStiff}))));
+  return extent.radius + (action.partner ? extent.other_radius : extent.radius);
 }
 
 double range_of(const Action& action, const Extent& extent) {
   const double reach = static_cast<double>(reach_of(action, extent));
-  if (action.kind == Kind::tie) return reach * (1 + 1e-5) + 4 * static_cast<double>(extent.rounding);
   const Law& law = law_of(action);
   // If a law prepares, sources need all of their own neighbours, too.
   const double seen = law.prepare != nullptr ? 2 * reach : reach;

@@ -11,9 +11,6 @@
 
 namespace motes::interactions {
 
-/// Particles that a thread takes at once.
-inline constexpr std::size_t kRange = std::size_t{1} << 15;
-
 /// A component of an attribute.
 struct Component {
   int attribute = 0;
@@ -25,23 +22,30 @@ struct Component {
 /// Returns the law of an action between particles.
 const Law& law_of(const actions::Action& action);
 
-/// Returns the components that an action reads of its sources, position first. `second`: of the second of two systems.
-/// Empty for a system whose particles are not sources.
-std::vector<Component> read_by(const actions::Action& action, bool second = false);
+/// Lists the components of attributes, one bit each. Only the first component of size, a sphere's diameter, counts.
+std::vector<Component> components_of(std::uint32_t attributes);
+/// Returns the components of its sources that every action of this kind reads, position first.
+std::vector<Component> read_by(const actions::Action& action);
 /// Returns the components of its targets that an action changes, in the order of its results.
 std::vector<Component> changed_by(const actions::Action& action);
 
 /// Maxima over all ranks, agreed on before an interaction.
 struct Extent {
-  float radius = 0;  // largest radius, m; of ties: longest tie at their last interaction
+  float radius = 0;        // largest radius, m
   float other_radius = 0;  // largest radius of the second system, m
-  float displacement =
-      0;  // largest displacement along an axis in the step, m; of tied particles: since their last interaction
-  float rounding = 0;  // rounding of positions at the cuts, m: see rounding_at
-  float masses = 0;  // largest 1 / mass, 1/kg; 0 if all masses are 1 kg
+  float displacement = 0;  // largest displacement along an axis in the step, m
+  float masses = 0;        // largest 1 / mass, 1/kg; 0 if all masses are 1 kg
+  float rounding = 0;  // rounding of positions at the cuts, m: see rounding_at; not measured, but known to all ranks
 
+  /// Takes the larger of each measured number.
+  void widen(const Extent& other);
   bool operator==(const Extent&) const = default;
 };
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Extent& extent) {
+  visit(extent.radius, extent.other_radius, extent.displacement, extent.masses);
+}
 
 /// Returns the rounding of predicted positions near a cut this far from the origin, m.
 constexpr float rounding_at(float cut) { return cut * 0x1p-22f; }
@@ -50,14 +54,11 @@ constexpr float rounding_at(float cut) { return cut * 0x1p-22f; }
 Extent extent_of(const actions::Action& action, const particles::Store& store, float dt, bool second,
                  threads::Pool& pool);
 
-/// Returns the largest distance, m, at which two particles interact, at the (predicted) positions the action uses.
+/// Returns the largest distance, m, at which two particles interact by the action's law, at the (predicted) positions
+/// that it uses.
 float reach_of(const actions::Action& action, const Extent& extent);
-/// Returns the largest current distance, m, at which two particles may interact.
+/// Returns the largest current distance, m, at which two particles may interact by the action's law.
 double range_of(const actions::Action& action, const Extent& extent);
-
-/// Returns the fewest sub-steps per frame of `frame_s` seconds with which contact's springs are not softened, even
-/// between the two lightest particles. 0 for other actions.
-float substeps(const actions::Action& action, const Extent& extent, double frame_s);
 
 /// Returns whether the action has a neighbour list, whose pairs may have states. The list and its ghosts are kept for
 /// several sub-steps.

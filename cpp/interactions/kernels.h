@@ -49,9 +49,9 @@ struct KernelStats {
   std::uint64_t pairs = 0;  // pairs within reach, counted once per end
 };
 
-/// Contact: largest stiffness of a spring, in units of m / step^2, where m is the reduced mass of two spheres. A touch
-/// lasts pi sqrt(m / stiffness), at least five steps, so even a particle with twelve touches is stable. Stiffer springs
-/// would throw particles apart and are softened.
+/// Largest stiffness of a spring between grains, in units of m / step^2, where m is the reduced mass of two spheres. A
+/// touch lasts pi sqrt(m / stiffness), at least five steps, so even a particle with twelve touches is stable. Stiffer
+/// springs would throw particles apart and are softened.
 inline constexpr float kMostStiff = 0.39f;
 
 /// The state of a touching pair, as its first particle remembers it.
@@ -86,9 +86,9 @@ struct Task {
   int side = 0;  // 0: targets are among the sources; 1, 2: targets are of the first or second of two systems
   std::uint32_t now = 0;  // number of the sub-step, from 1
   bool radii = false, masses = false;  // whether particles have individual radii and masses: Law::uniform
-  bool sums_alone = false;  // contact: leave the particles' own velocity and spin out of the results
-  bool fast = false;  // collide: whether predicted displacements may have been cut off: see step_limit
-  double gravity = 0;  // collide: see Side::gravity
+  bool sums_alone = false;  // leave the particles' own velocity and spin out of the results
+  bool fast = false;  // whether predicted displacements may have been cut off: see step_limit
+  double gravity = 0;  // see Collisions
   float* const* out = nullptr;  // the law's results, planes by place
   PairsView pairs = {};  // pairs of this rank's own particles, if Law::remembers
   const std::uint8_t* chosen = nullptr;  // which particles may change, by index; null: all

@@ -12,7 +12,7 @@ struct Task;
 inline constexpr std::size_t kMostResults = 7;
 
 struct Law {
-  /// Computes sums over each target's sources. Null: the action does not sum over pairs.
+  /// Computes sums over each target's sources. Null: the family (kinds/) computes them.
   void (*act)(const Task&) = nullptr;
   /// Runs before `act`, for own particles and ghosts; its result becomes the column `pressure`.
   void (*prepare)(const Task&) = nullptr;
@@ -30,7 +30,7 @@ struct Law {
   bool inverse_masses = false;  // reads 1 / mass, in the column `inverse_mass`
   bool uniform = false;         // has a faster kernel for equal radii or equal masses
   bool skips_massless = false;  // spheres without a positive mass have no contacts
-  bool remembers = false;       // keeps particles::Touches
+  bool remembers = false;       // keeps a neighbour list, whose pairs may have particles::Touches
   bool adds = false;            // results are added to the attribute; else they replace it
   bool between_systems = false;  // may act between the particles of two systems
 };

@@ -52,6 +52,11 @@ struct Wear {
   float age = 0;    // steps since the list was built
 };
 
+template <class Visitor>
+constexpr void fields(Visitor& visit, Wear& wear) {
+  visit(wear.step, wear.age);
+}
+
 /// Returns the skin, m, of the next list: the one with the lowest expected cost per step.
 float skin_of(const Wear& wear, float reach);
 
@@ -150,7 +155,7 @@ class NeighbourList {
   std::vector<PairState> state_;
 };
 
-/// Kept lists, by system and law: see Side::law.
+/// Kept lists, by system and law: see SideList::law.
 using NeighbourLists = std::map<std::pair<std::size_t, std::uint32_t>, NeighbourList>;
 
 /// Writes to the store the touches of migrants that only lists hold so far. `migrants`: new owners, by index.

@@ -21,7 +21,7 @@ struct WallPart {
 
 std::vector<WallPart> parts_of(const actions::Action& action) {
   std::vector<WallPart> parts;
-  for (std::uint32_t wall = 0; wall < action.walls.size(); ++wall) {
+  for (std::uint32_t wall = 0; wall < actions::grains_of(action)->walls.size(); ++wall) {
     const shapes::Shape& shape = action.shapes[wall];
     if (shape.parts == 0) parts.push_back({&shape, &shape, wall});
     for (int i = 0; i < shape.parts; ++i) parts.push_back({shape.part + i, shape.part, wall});
@@ -49,8 +49,8 @@ struct Touched {
 
 class Holding {
  public:
-  Holding(const Side& side, const PlacedParticles& placed, WallTask task)
-      : side_(side), placed_(placed), task_(task), law_(side.law | particles::kWall),
+  Holding(const Side& side, std::uint32_t now, const PlacedParticles& placed, WallTask task)
+      : side_(side), now_(now), placed_(placed), task_(task), law_(side.kept.law | particles::kWall),
         found_(std::make_unique<WallTouches>()) {}
 
   void hold(std::uint32_t first, std::uint32_t last) {
@@ -87,7 +87,7 @@ class Holding {
   void recall(std::uint32_t n) {
     const std::span<const Touch> known = side_.store->touches(index_of(n));
     const auto touch = std::find_if(known.begin(), known.end(), [&](const Touch& one) {
-      return one.law == law_ && one.id == found_->number[n] && one.step + 1 == side_.now;
+      return one.law == law_ && one.id == found_->number[n] && one.step + 1 == now_;
     });
     for (std::size_t c = 0; c < 3; ++c) {
       found_->slid[c][n] = touch == known.end() ? 0 : touch->slid[c];
@@ -106,7 +106,7 @@ class Holding {
 
   void apply(std::uint32_t n) {
     for (std::size_t c = 0; c < 6; ++c) placed_.out[c][found_->place[n]] += found_->change[c][n];
-    Touch touch{found_->number[n], law_, side_.now, {}, {}};
+    Touch touch{found_->number[n], law_, now_, {}, {}};
     for (std::size_t c = 0; c < 3; ++c) {
       touch.slid[c] = found_->slid[c][n];
       touch.rolled[c] = found_->rolled[c][n];
@@ -115,6 +115,7 @@ class Holding {
   }
 
   const Side& side_;
+  const std::uint32_t now_;  // sub-step
   const PlacedParticles& placed_;
   WallTask task_;
   std::uint32_t law_;
@@ -141,27 +142,27 @@ void write_down(const std::vector<Touched>& touched, particles::Store& store) {
 
 }  // namespace
 
-WallSums touch_walls(const actions::Action& action, const Side& side, float dt, const PlacedParticles& placed,
-                     threads::Pool& pool) {
+WallSums touch_walls(const Side& side, const SubStep& step, const PlacedParticles& placed, threads::Pool& pool) {
+  const actions::Action& action = *side.action;
   const std::vector<WallPart> parts = parts_of(action);
   if (parts.empty()) return {};
   std::vector<Numbers> numbers;
-  for (const actions::WallNumbers& wall : action.walls)
+  for (const actions::WallNumbers& wall : actions::grains_of(action)->walls)
     numbers.push_back(numbers_for(actions::numbers_of<actions::numbers::contact>(action), wall));
   const std::vector<std::uint32_t>& order = placed.cells->order();
   WallTask task;
-  task.start = side.start;
-  task.end = side.end;
+  task.start = step.start;
+  task.end = step.end;
   task.column = placed.column;
   task.order = order.data();
   task.own = static_cast<std::uint32_t>(side.store->size());
   task.chosen = side.chosen != nullptr ? side.chosen->data() : nullptr;
-  task.dt = dt;
+  task.dt = step.dt;
   std::vector<std::vector<Touched>> touched(order.size() / pool.items(kRange) + 1);
   std::vector<WallSums> sums(touched.size());
   threads::over_ranges(pool, order.size(), kRange, [&](std::size_t first, std::size_t last) {
     const simd::FloatMode mode;
-    Holding range(side, placed, task);
+    Holding range(side, step.number, placed, task);
     for (std::uint32_t p = 0; p < parts.size(); ++p) {
       range.set_wall(parts[p], p, numbers[parts[p].wall]);
       range.hold(static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(last));

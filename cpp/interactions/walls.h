@@ -1,7 +1,8 @@
 // Walls of contact push the particles that touch them. This needs no messages, since all ranks know all walls.
 #pragma once
 
-#include "interactions/act.h"
+#include "interactions/sides.h"
+#include "interactions/wall_sums.h"
 
 namespace motes::interactions {
 
@@ -14,7 +15,6 @@ struct PlacedParticles {
 
 /// Adds the pushes of the action's walls to `out`, and writes the particles' touches with walls to the store. Walls act
 /// in the order in which the script gives them. Returns the forces of particles on the walls that they touch.
-WallSums touch_walls(const actions::Action& action, const Side& side, float dt, const PlacedParticles& placed,
-                     threads::Pool& pool);
+WallSums touch_walls(const Side& side, const SubStep& step, const PlacedParticles& placed, threads::Pool& pool);
 
 }  // namespace motes::interactions

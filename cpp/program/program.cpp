@@ -34,7 +34,7 @@ bool turns(const Turning& turning, const Store& store, const std::vector<actions
   const particles::Value rate = store.uniform_value(turning.rate);
   if (!store.uniform(turning.rate) || rate[0] != 0 || rate[1] != 0 || rate[2] != 0) return true;
   return std::any_of(list.begin(), list.end(), [&](const actions::Action& action) {
-    return (actions::writes(action, store.schema()) >> turning.rate & 1u) != 0;
+    return (actions::writes(action) >> turning.rate & 1u) != 0;
   });
 }
 
@@ -67,7 +67,9 @@ std::uint64_t untouched(const actions::Action& action, std::uint64_t at_rest) {
   return rotational(action) ? at_rest : kUps.both() | kOrientations.both();
 }
 
-bool is_law(const actions::Action& action) { return action.kind == actions::Kind::law; }
+const actions::ParticleLaw* law_of(const actions::Action& action) {
+  return std::get_if<actions::ParticleLaw>(&action.specifics);
+}
 
 void append(std::vector<std::uint32_t>& to, const std::vector<std::uint32_t>& more) {
   to.insert(to.end(), more.begin(), more.end());
@@ -113,10 +115,18 @@ void share(threads::Pool& pool, std::size_t begin, std::size_t end, ListResult& 
   }
 }
 
-// Binds a table, which the process keeps until it ends.
-void bind_table(const actions::LookupTable& table, actions::Parameters& parameters) {
-  parameters.table = table.values.data();
-  std::copy(table.size.begin(), table.size.end(), parameters.table_size);
+// Returns a view of a table, which the process keeps until it ends.
+actions::TableView view_of(const actions::LookupTable& table) {
+  return {table.values.data(), {table.size[0], table.size[1], table.size[2]}};
+}
+
+actions::AssignmentCode code_of(const actions::Assignment& set, const particles::Schema& schema) {
+  actions::AssignmentCode code{schema[set.attribute].first_component, schema[set.attribute].width};
+  for (std::size_t v = 0; v < set.values.size(); ++v) {
+    code.code[v] = set.values[v].data();
+    code.length[v] = set.values[v].size();
+  }
+  return code;
 }
 
 std::vector<int> components_of(std::uint64_t attributes, const particles::Schema& schema) {
@@ -137,19 +147,19 @@ double time_of(const Span& span, int substep) {
 
 Program::Program(std::vector<actions::Action> list, std::uint32_t place, const particles::Schema& schema)
     : list_(std::move(list)), place_(place) {
-  const bool any = std::any_of(list_.begin(), list_.end(), is_law);
+  const bool any = std::any_of(list_.begin(), list_.end(), law_of);
   if (any) compile_laws(schema);
 }
 
 void Program::compile_laws(const particles::Schema& schema) {
   laws_.resize(list_.size());
   for (std::size_t i = 0; i < list_.size(); ++i) {
-    if (!is_law(list_[i])) continue;
+    const actions::ParticleLaw* const given = law_of(list_[i]);
+    if (given == nullptr) continue;
     Law& law = laws_[i];
-    law.formula =
-        expressions::compile(list_[i].values, schema.components(), schema[particles::position].first_component);
-    for (std::size_t k = 0; k < list_[i].results.size(); ++k) {
-      const actions::Result& result = list_[i].results[k];
+    law.formula = expressions::compile(given->values, schema.components(), schema[particles::position].first_component);
+    for (std::size_t k = 0; k < given->results.size(); ++k) {
+      const actions::Result& result = given->results[k];
       law.outcomes.push_back({schema[result.attribute].first_component + result.component, law.formula.results[k],
                               result.how == actions::Result::How::rate, result.how != actions::Result::How::value});
     }
@@ -157,22 +167,28 @@ void Program::compile_laws(const particles::Schema& schema) {
   }
 }
 
-void Program::bind_law(std::size_t number, float* work, Operation& operation) const {
+// Binds what the kernel needs beside numbers and shapes.
+void Program::bind_part(std::size_t number, const particles::Schema& schema, float* work, Operation& operation) const {
+  const actions::Action& action = list_[number];
+  actions::Bound& bound = operation.parameters.bound;
+  if (actions::facts(action.kind).ramp > 0) bound.ramp = static_cast<int>(action.numbers.size());
+  if (const auto* set = std::get_if<actions::Assignment>(&action.specifics))
+    bound.assignment = &operation.bound.emplace<actions::AssignmentCode>(code_of(*set, schema));
+  if (const auto* lookup = std::get_if<actions::Lookup>(&action.specifics))
+    bound.table = &operation.bound.emplace<actions::TableView>(view_of(*actions::table(lookup->table)));
+  if (law_of(action) != nullptr) bound.law = bind_law(number, work, operation);
+}
+
+const actions::LawCode* Program::bind_law(std::size_t number, float* work, Operation& operation) const {
   const Law& law = laws_[number];
   operation.planes.assign(static_cast<std::size_t>(law.formula.planes), nullptr);
   const auto columns = static_cast<std::size_t>(law.formula.columns);
   for (std::size_t p = columns; p < operation.planes.size(); ++p) {
     operation.planes[p] = work + (p - columns) * actions::kPlane;
   }
-  operation.law = {law.formula.constants.data(),
-                   law.formula.constants.size(),
-                   law.formula.steps.data(),
-                   law.formula.steps.size(),
-                   law.outcomes.data(),
-                   law.outcomes.size(),
-                   columns,
-                   operation.planes.data()};
-  operation.parameters.law = &operation.law;
+  return &operation.bound.emplace<actions::LawCode>(actions::LawCode{
+      law.formula.constants.data(), law.formula.constants.size(), law.formula.steps.data(), law.formula.steps.size(),
+      law.outcomes.data(), law.outcomes.size(), columns, operation.planes.data()});
 }
 
 std::vector<Program::Operation> Program::bind(const Store& store, std::uint64_t at_rest, float* scratch,
@@ -186,24 +202,13 @@ std::vector<Program::Operation> Program::bind(const Store& store, std::uint64_t 
     const bool few = action.numbers.size() <= operation.numbers.size();
     if (few) std::copy(action.numbers.begin(), action.numbers.end(), operation.numbers.begin());
     p.number = few ? operation.numbers.data() : action.numbers.data();
-    p.numbers = static_cast<int>(action.numbers.size());
     p.shape = action.shapes.data();
-    p.flag = rotational(action) && (at_rest & kUps.both()) == 0;
-    p.spins = rotational(action) && (at_rest & kOrientations.both()) == 0;
+    if (rotational(action)) p.bound.turns = {(at_rest & kUps.both()) == 0, (at_rest & kOrientations.both()) == 0};
+    bind_part(i, store.schema(), work, operation);
     p.periods = &store.schema().periods();
     p.scratch = scratch;
-    if (action.table != 0) bind_table(*actions::table(action.table), p);
-    if (action.target >= 0) {
-      p.target = store.schema()[action.target].first_component;
-      p.width = store.schema()[action.target].width;
-    }
-    for (std::size_t v = 0; action.target >= 0 && v < action.values.size(); ++v) {
-      p.code[v] = action.values[v].data();
-      p.length[v] = action.values[v].size();
-    }
-    const std::uint64_t writes = actions::writes(action, store.schema()) & ~untouched(action, at_rest);
+    const std::uint64_t writes = actions::writes(action) & ~untouched(action, at_rest);
     operation.moves = store.schema().periods().any() && (writes >> particles::position & 1u) != 0;
-    if (is_law(action)) bind_law(i, work, operation);
     if (!action.where.empty()) {
       operation.where = &action.where;
       operation.written = components_of(writes, store.schema());
@@ -231,7 +236,7 @@ Program::Pass Program::prepare(Store& store, std::size_t entry, const Span& span
     conditional |= !action.where.empty();
     reads |= actions::reads(action, store.schema()) & ~untouched(action, still);
     reads |= actions::named(action, store.schema());  // by an expression, whatever the kernel reads
-    writes |= actions::writes(action, store.schema()) & ~untouched(action, still);
+    writes |= actions::writes(action) & ~untouched(action, still);
   }
   const bool wraps = store.schema().periods().any() && (writes >> particles::position & 1u) != 0;
   if (wraps) writes |= std::uint64_t{1} << store.schema().crossings();

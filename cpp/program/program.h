@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 #include <span>
+#include <variant>
 #include <vector>
 
 #include "actions/action.h"
@@ -102,7 +103,7 @@ class Program {
     actions::Kernel kernel = nullptr;
     actions::Parameters parameters{};
     const actions::Expression* where = nullptr;  // null: everywhere
-    actions::LawCode law{};
+    std::variant<std::monostate, actions::AssignmentCode, actions::LawCode, actions::TableView> bound;
     std::vector<float*> planes;  // of a law's formula
     std::vector<int> written;  // components, if there is a condition
     bool moves = false;  // whether it writes positions in periodic space
@@ -138,7 +139,8 @@ class Program {
   static void wrap_block(const particles::Schema& schema, const actions::Block& block);
   static void run_where(const Operation& operation, const actions::Block& block, const actions::Step& step);
 
-  void bind_law(std::size_t number, float* work, Operation& operation) const;
+  void bind_part(std::size_t number, const particles::Schema& schema, float* work, Operation& operation) const;
+  const actions::LawCode* bind_law(std::size_t number, float* work, Operation& operation) const;
 
   // A compiled law of the list.
   struct Law {

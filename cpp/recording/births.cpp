@@ -59,36 +59,55 @@ void check_distribution(const Given& given, const particles::Schema& schema) {
 }
 
 // Only births on the surface of a mesh have a normal and a colour there.
-void check_surface(const Given& given, const Birth& birth, const particles::Schema& schema) {
+void check_surface(const Given& given, const particles::Schema& schema, const shapes::Shape* shape) {
   const particles::Attribute& attribute = schema[given.attribute];
   if (attribute.width != 3)
     throw base::InvalidArgument(attribute.name, "have three numbers to be taken from a surface");
-  const bool on_mesh = birth.kind != Birth::Kind::emit && birth.shape.kind == shapes::Kind::mesh &&
-                       !shapes::drawn_inside(birth.shape) && birth.shape.form != nullptr &&
-                       birth.shape.form->triangles > 0;
+  const bool on_mesh = shape != nullptr && shape->kind == shapes::Kind::mesh && !shapes::drawn_inside(*shape) &&
+                       shape->form != nullptr && shape->form->triangles > 0;
   if (!on_mesh) {
     throw base::InvalidArgument(attribute.name, "be taken from a surface only for births on a mesh without solid=True");
   }
-  if (given.distribution.kind == Distribution::Kind::surface_color && birth.shape.form->colors == nullptr) {
+  if (given.distribution.kind == Distribution::Kind::surface_color && shape->form->colors == nullptr) {
     throw base::InvalidArgument(attribute.name,
                                 "be taken from a surface's colors only for births on a mesh with colors=");
   }
 }
 
-void check_way(const Birth& birth) {
-  for (const shapes::Shape& before : birth.before) {
+void check_way(const Source& source) {
+  for (const shapes::Shape& before : source.before) {
     shapes::check(before);
-    if (before.kind == shapes::Kind::mesh && birth.shape.kind == shapes::Kind::mesh &&
-        before.mesh != birth.shape.mesh) {
+    if (before.kind == shapes::Kind::mesh && source.shape.kind == shapes::Kind::mesh &&
+        before.mesh != source.shape.mesh) {
       throw base::InvalidArgument("moving_from",
                                   "be the same mesh at another place: births have no path between different vertices");
     }
-    if (before.kind != birth.shape.kind || before.kind == shapes::Kind::united) {
+    if (before.kind != source.shape.kind || before.kind == shapes::Kind::united) {
       throw base::InvalidArgument("moving_from",
-                                  "be a " + shapes::name(birth.shape.kind) + ", as shape is, and not a union");
+                                  "be a " + shapes::name(source.shape.kind) + ", as shape is, and not a union");
     }
   }
-  if (birth.before.size() > 1) throw base::InvalidArgument("moving_from", "be a single shape");
+  if (source.before.size() > 1) throw base::InvalidArgument("moving_from", "be a single shape");
+}
+
+void check_rate(const Source& source) {
+  if (!(source.rate >= 0 && source.rate <= 1e12)) {
+    throw base::InvalidArgument("rate", "be 0..1e12 particles per second", std::to_string(source.rate));
+  }
+  const auto refuse = [](const std::string& what) { throw base::InvalidArgument("rate", "be " + what); };
+  const auto wrong = [](double value) { return !(value >= 0 && value <= kMostAtAll); };
+  if (wrong(source.scale) || std::any_of(source.integral.begin(), source.integral.end(), wrong)) {
+    refuse("such that its integral is 0..1e300");
+  }
+  const auto too_many = [](double before, double after) { return after - before > kMostAtOnce; };
+  if (std::adjacent_find(source.integral.begin(), source.integral.end(), too_many) != source.integral.end()) {
+    refuse("at most 4000000000 particles per step");
+  }
+}
+
+void check_count(std::uint64_t count) {
+  if (static_cast<double>(count) <= kMostAtOnce) return;
+  throw base::InvalidArgument("count", "be 0..4000000000", std::to_string(count));
 }
 
 void draw_attribute(const Given& given, particles::Key key, Store& into) {
@@ -165,76 +184,184 @@ void restore_length(int attribute, float length, Store& into) {
   }
 }
 
-// Draws the normals or colours of the surface on which particles are born.
-void draw_surface(Given given, const Birth& birth, particles::Key key, const BirthStep& moment, Store& into) {
-  given.distribution.shape = birth.shape;
-  const bool turns = given.distribution.kind == Distribution::Kind::along_normal && given.distribution.first[0] != 0;
-  if (birth.before.empty() || !turns) return draw_attribute(given, key, into);
-  draw_moving(given, birth.before[0], key, moment, into);
-  restore_length(given.attribute, given.distribution.first[0], into);
+bool is_drawn(const Given& given) { return given.distribution.kind != Distribution::Kind::value; }
+
+// Returns whether a list gives an attribute.
+template <class T>
+bool gives(const std::vector<T>& list, int attribute) {
+  return std::any_of(list.begin(), list.end(), [&](const T& values) { return values.attribute == attribute; });
 }
 
-// Checks the integral of a rate that changes within the frame.
-void check_until(const Birth& birth) {
-  const auto refuse = [](const std::string& what) { throw base::InvalidArgument("rate", "be " + what); };
-  const auto wrong = [](double value) { return !(value >= 0 && value <= kMostAtAll); };
-  if (wrong(birth.scale) || std::any_of(birth.until.begin(), birth.until.end(), wrong)) {
-    refuse("such that its integral is 0..1e300");
+// Creates the particles of a birth that have these ids.
+class Maker {
+ public:
+  Maker(const particles::Schema& schema, particles::Key key, std::span<const std::uint64_t> ids,
+        const BirthStep& moment, bool keeps_copies, std::optional<std::uint64_t> first_of_call)
+      : schema_(schema), key_(key), ids_(ids), moment_(moment), keeps_copies_(keeps_copies),
+        first_of_call_(first_of_call) {}
+
+  Store operator()(const Source& source) const {
+    Store newborn = unplaced(source.state);
+    draw_in(source.shape, source.before.empty() ? nullptr : source.before.data(), source.state, newborn);
+    complete(newborn, source.state);
+    if (source.jitter) {
+      jitter(key_, moment_.dt, newborn);
+      particles::wrap(newborn);
+    }
+    return newborn;
   }
-  const auto too_many = [](double before, double after) { return after - before > kMostAtOnce; };
-  if (std::adjacent_find(birth.until.begin(), birth.until.end(), too_many) != birth.until.end()) {
-    refuse("at most 4000000000 particles per step");
+
+  Store operator()(const Burst& burst) const {
+    Store newborn = unplaced(burst.state);
+    draw_in(burst.shape, nullptr, burst.state, newborn);
+    complete(newborn, burst.state);
+    return newborn;
   }
-}
+
+  Store operator()(const Emit& emit) const {
+    std::vector<Given> others = emit.state;
+    std::erase_if(others, [&](const Given& given) { return gives(emit.columns, given.attribute); });
+    Store newborn = unplaced(others);
+    for (const Given& given : others) {
+      if (is_drawn(given)) draw_attribute(given, key_, newborn);
+    }
+    for (const Emitted& column : emit.columns) copy_column(column, first_of_call_, newborn);
+    complete(newborn, emit.state, emit.columns);
+    return newborn;
+  }
+
+ private:
+  // Creates the particles with the values that are equal for all of them, which need no memory.
+  Store unplaced(const std::vector<Given>& state) const {
+    Store newborn(schema_);
+    for (const Given& given : state) {
+      const float* v = given.distribution.first;
+      if (!is_drawn(given)) newborn.set_uniform(given.attribute, {v[0], v[1], v[2], v[3]});
+    }
+    newborn.reserve(ids_.size());
+    newborn.grow(ids_.size());
+    newborn.set_ids(0, ids_);
+    return newborn;
+  }
+
+  // Draws positions in a shape, and the values that differ between particles. `before`: the shape when the frame began;
+  // null: it does not move.
+  void draw_in(const shapes::Shape& shape, const shapes::Shape* before, const std::vector<Given>& state,
+               Store& newborn) const {
+    Given place{particles::position, {}};
+    place.distribution.kind = Distribution::Kind::shape;
+    place.distribution.shape = shape;
+    if (before == nullptr) {
+      draw_attribute(place, key_, newborn);
+    } else {
+      draw_moving(place, *before, key_, moment_, newborn);
+    }
+    for (const Given& given : state) {
+      if (given.distribution.of_surface()) {
+        draw_surface(given, shape, before, newborn);
+      } else if (is_drawn(given)) {
+        draw_attribute(given, key_, newborn);
+      }
+    }
+  }
+
+  // Draws the normals or colours of the surface on which particles are born.
+  void draw_surface(Given given, const shapes::Shape& shape, const shapes::Shape* before, Store& newborn) const {
+    given.distribution.shape = shape;
+    const bool turns = given.distribution.kind == Distribution::Kind::along_normal && given.distribution.first[0] != 0;
+    if (before == nullptr || !turns) return draw_attribute(given, key_, newborn);
+    draw_moving(given, *before, key_, moment_, newborn);
+    restore_length(given.attribute, given.distribution.first[0], newborn);
+  }
+
+  // Wraps positions; copies the attributes whose copies are kept, unless one of the lists gives the copy.
+  template <class... T>
+  void complete(Store& newborn, const std::vector<T>&... lists) const {
+    particles::wrap(newborn);
+    for (const auto& [copy, original] : particles::kCopies) {
+      if (keeps_copies_ && !(gives(lists, copy) || ...)) newborn.copy_attribute(original, copy);
+    }
+  }
+
+  const particles::Schema& schema_;
+  particles::Key key_;
+  std::span<const std::uint64_t> ids_;
+  const BirthStep& moment_;
+  bool keeps_copies_;
+  std::optional<std::uint64_t> first_of_call_;
+};
 
 }  // namespace
 
 BirthStep moment_of(const Birth& birth, float dt, int substep, int substeps) {
-  return birth.before.empty() ? BirthStep(dt) : BirthStep(dt, substep, substeps);
+  const auto* source = std::get_if<Source>(&birth);
+  return source == nullptr || source->before.empty() ? BirthStep(dt) : BirthStep(dt, substep, substeps);
 }
 
-void check(const Birth& birth, const particles::Schema& schema) {
-  if (birth.kind != Birth::Kind::emit) shapes::check(birth.shape);
-  if (birth.kind == Birth::Kind::source && !(birth.rate >= 0 && birth.rate <= 1e12)) {
-    throw base::InvalidArgument("rate", "be 0..1e12 particles per second", std::to_string(birth.rate));
-  }
-  check_until(birth);
-  check_way(birth);
-  if (static_cast<double>(birth.amount) > kMostAtOnce) {
-    throw base::InvalidArgument("count", "be 0..4000000000", std::to_string(birth.amount));
-  }
-  for (const Given& given : birth.state) {
+void check(const std::vector<Given>& state, const particles::Schema& schema, const shapes::Shape* shape) {
+  for (const Given& given : state) {
     check_distribution(given, schema);
-    if (given.distribution.of_surface()) check_surface(given, birth, schema);
+    if (given.distribution.of_surface()) check_surface(given, schema, shape);
   }
-  const auto is_position = [](const Emitted& column) { return column.attribute == particles::position; };
-  if (birth.kind == Birth::Kind::emit && std::none_of(birth.columns.begin(), birth.columns.end(), is_position)) {
+}
+
+void check(const Source& source, const particles::Schema& schema) {
+  shapes::check(source.shape);
+  check_rate(source);
+  check_way(source);
+  check(source.state, schema, &source.shape);
+}
+
+void check(const Burst& burst, const particles::Schema& schema) {
+  shapes::check(burst.shape);
+  check_count(burst.count);
+  check(burst.state, schema, &burst.shape);
+}
+
+void check(const Emit& emit, const particles::Schema& schema) {
+  check_count(emit.count);
+  check(emit.state, schema, nullptr);
+  if (!gives(emit.columns, particles::position)) {
     throw base::InvalidArgument("position", "be given, one row per particle");
   }
-  for (const Emitted& column : birth.columns) {
+  for (const Emitted& column : emit.columns) {
     check_attribute(column.attribute, schema);
     const auto width = static_cast<std::size_t>(schema[column.attribute].width);
-    if (column.values.size() != birth.amount * width) {
+    if (column.values.size() != emit.count * width) {
       throw base::InvalidArgument(schema[column.attribute].name, "have one row per particle");
     }
   }
 }
 
+void check(const Birth& birth, const particles::Schema& schema) {
+  std::visit([&](const auto& kind) { check(kind, schema); }, birth);
+}
+
+std::string name(const Birth& birth) {
+  constexpr const char* kNames[] = {"source", "burst", "emit"};
+  static_assert(std::size(kNames) == std::variant_size_v<Birth>);
+  return kNames[birth.index()];
+}
+
 bool gives_copies(const Birth& birth) {
-  const auto is_copy = [](int attribute) { return attribute >= particles::position_b && attribute <= particles::up_b; };
-  return std::any_of(birth.state.begin(), birth.state.end(), [&](const Given& g) { return is_copy(g.attribute); }) ||
-         std::any_of(birth.columns.begin(), birth.columns.end(),
-                     [&](const Emitted& e) { return is_copy(e.attribute); });
+  const auto* emit = std::get_if<Emit>(&birth);
+  return std::any_of(particles::kCopies.begin(), particles::kCopies.end(), [&](const auto& copied) {
+    return gives(state_of(birth), copied.first) || (emit != nullptr && gives(emit->columns, copied.first));
+  });
 }
 
 std::vector<std::uint64_t> meshes_of(const Birth& birth) {
-  std::vector<std::uint64_t> keys = shapes::meshes_of(birth.shape);
+  std::vector<std::uint64_t> keys;
   const auto add = [&](const shapes::Shape& shape) {
-    const std::vector<std::uint64_t> its = shapes::meshes_of(shape);
-    keys.insert(keys.end(), its.begin(), its.end());
+    const std::vector<std::uint64_t> more = shapes::meshes_of(shape);
+    keys.insert(keys.end(), more.begin(), more.end());
   };
-  for (const shapes::Shape& shape : birth.before) add(shape);
-  for (const Given& given : birth.state) add(given.distribution.shape);
+  if (const auto* source = std::get_if<Source>(&birth)) {
+    add(source->shape);
+    for (const shapes::Shape& shape : source->before) add(shape);
+  }
+  if (const auto* burst = std::get_if<Burst>(&birth)) add(burst->shape);
+  for (const Given& given : state_of(birth)) add(given.distribution.shape);
   return keys;
 }
 
@@ -247,52 +374,8 @@ Store make(const Birth& birth, const particles::Schema& schema, particles::Key k
 
 Store make(const Birth& birth, const particles::Schema& schema, particles::Key key, std::span<const std::uint64_t> ids,
            const BirthStep& moment, bool keeps_copies, std::optional<std::uint64_t> first_of_call) {
-  Store newborn(schema);
-  if (ids.empty()) return newborn;
-  std::vector<bool> emitted(static_cast<std::size_t>(schema.size()), false);
-  std::vector<bool> given_at_all(static_cast<std::size_t>(schema.size()), false);
-  for (const Emitted& column : birth.columns) emitted[static_cast<std::size_t>(column.attribute)] = true;
-  for (const Given& given : birth.state) given_at_all[static_cast<std::size_t>(given.attribute)] = true;
-  std::vector<const Given*> drawn;
-  for (const Given& given : birth.state) {
-    if (emitted[static_cast<std::size_t>(given.attribute)]) continue;
-    const float* v = given.distribution.first;
-    if (given.distribution.kind == Distribution::Kind::value) {
-      newborn.set_uniform(given.attribute, {v[0], v[1], v[2], v[3]});  // one value for all: no memory is needed
-    } else {
-      drawn.push_back(&given);
-    }
-  }
-  newborn.reserve(ids.size());
-  newborn.grow(ids.size());
-  newborn.set_ids(0, ids);
-  if (birth.kind != Birth::Kind::emit) {
-    Given place{particles::position, {}};
-    place.distribution.kind = Distribution::Kind::shape;
-    place.distribution.shape = birth.shape;
-    if (birth.before.empty()) {
-      draw_attribute(place, key, newborn);
-    } else {
-      draw_moving(place, birth.before[0], key, moment, newborn);
-    }
-  }
-  for (const Given* given : drawn) {
-    if (given->distribution.of_surface()) {
-      draw_surface(*given, birth, key, moment, newborn);
-    } else {
-      draw_attribute(*given, key, newborn);
-    }
-  }
-  for (const Emitted& column : birth.columns) copy_column(column, first_of_call, newborn);
-  particles::wrap(newborn);
-  for (const auto& [copy, original] : particles::kCopies) {
-    if (keeps_copies && !emitted[copy] && !given_at_all[copy]) newborn.copy_attribute(original, copy);
-  }
-  if (birth.jitter) {
-    jitter(key, moment.dt, newborn);
-    particles::wrap(newborn);
-  }
-  return newborn;
+  if (ids.empty()) return Store(schema);
+  return std::visit(Maker(schema, key, ids, moment, keeps_copies, first_of_call), birth);
 }
 
 }  // namespace motes::recording

@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "actions/kernels.h"
@@ -40,30 +41,73 @@ constexpr void fields(Visitor& visit, Emitted& emitted) {
   visit(emitted.attribute, emitted.values);
 }
 
-struct Birth {
-  enum class Kind : std::uint8_t { source, burst, emit };
-  Kind kind = Kind::burst;
-  shapes::Shape shape;  // source, burst: where
-  std::vector<shapes::Shape> before;  // source: the shape when the frame began; empty: it does not move
-  double rate = 0;  // source: particles per second
-  // source whose rate changes within the frame: the rate's integral since some fixed time, in particles, at the start
-  // of the frame and at the end of each sub-step; `rate` is then 0
-  std::vector<double> until;
-  double scale = 0;  // source: particles; rounding errors of `until` are relative to this, if it is larger
-  std::uint64_t source = 0;  // source: tells a system's sources apart (recording/source_total.h)
-  std::uint64_t amount = 0;  // burst, emit: particles
-  bool jitter = false;  // source: spread over the step
+/// A source: particles that appear in a shape throughout the frame.
+struct Source {
+  shapes::Shape shape;  // where
+  std::vector<shapes::Shape> before;  // the shape when the frame began; empty: it does not move
+  double rate = 0;  // particles per second; 0 if it changes within the frame
+  // Of a rate that changes: its integral since some fixed time, in particles, at the start of the frame and at the end
+  // of each sub-step.
+  std::vector<double> integral;
+  double scale = 0;  // particles; rounding errors of the integral are relative to this, if it is larger
+  std::uint64_t number = 0;  // tells a system's sources apart (recording/source_total.h)
+  bool jitter = false;  // births are spread over the step
   std::vector<Given> state;  // the source state (API: System.configure) when the call was recorded
-  std::vector<Emitted> columns;  // emit: the arrays, each of `amount` particles
 
-  bool operator==(const Birth&) const = default;
+  bool operator==(const Source&) const = default;
 };
 
 template <class Visitor>
-constexpr void fields(Visitor& visit, Birth& birth) {
-  visit(birth.kind, birth.shape, birth.before, birth.rate, birth.until, birth.scale, birth.source, birth.amount,
-        birth.jitter, birth.state, birth.columns);
+constexpr void fields(Visitor& visit, Source& source) {
+  visit(source.shape, source.before, source.rate, source.integral, source.scale, source.number, source.jitter,
+        source.state);
 }
+
+/// A burst: particles that appear in a shape at once.
+struct Burst {
+  shapes::Shape shape;  // where
+  std::uint64_t count = 0;
+  std::vector<Given> state;  // as a source's
+
+  bool operator==(const Burst&) const = default;
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Burst& burst) {
+  visit(burst.shape, burst.count, burst.state);
+}
+
+/// An emit() call: particles given as arrays.
+struct Emit {
+  std::uint64_t count = 0;
+  std::vector<Emitted> columns;  // the arrays, each of `count` particles
+  std::vector<Given> state;  // as a source's; columns take precedence
+
+  bool operator==(const Emit&) const = default;
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Emit& emit) {
+  visit(emit.count, emit.columns, emit.state);
+}
+
+using Birth = std::variant<Source, Burst, Emit>;
+
+/// Checks a birth. Throws std::invalid_argument naming argument, value and what is allowed.
+void check(const Source& source, const particles::Schema& schema);
+void check(const Burst& burst, const particles::Schema& schema);
+void check(const Emit& emit, const particles::Schema& schema);
+void check(const Birth& birth, const particles::Schema& schema);
+/// Checks values of newborn particles. `shape`: where they are born; null: given as positions.
+void check(const std::vector<Given>& state, const particles::Schema& schema, const shapes::Shape* shape);
+
+/// Returns the values of its newborn particles that are not given as arrays.
+inline const std::vector<Given>& state_of(const Birth& birth) {
+  return std::visit([](const auto& kind) -> const std::vector<Given>& { return kind.state; }, birth);
+}
+
+/// Returns what a script calls it: "source", "burst" or "emit".
+std::string name(const Birth& birth);
 
 /// The (sub)step in which particles are born.
 struct BirthStep {
@@ -85,9 +129,6 @@ constexpr void fields(Visitor& visit, BirthStep& moment) {
 
 /// Returns the moment of a call's births: the same in all sub-steps if its shape does not move.
 BirthStep moment_of(const Birth& birth, float dt, int substep, int substeps);
-
-/// Checks a birth. Throws std::invalid_argument naming argument, value and what is allowed.
-void check(const Birth& birth, const particles::Schema& schema);
 
 /// Returns the meshes that its shapes are made of.
 std::vector<std::uint64_t> meshes_of(const Birth& birth);

@@ -9,7 +9,6 @@
 #include "actions/action.h"
 #include "base/fields.h"
 #include "base/invalid_argument.h"
-#include "image/camera.h"
 
 namespace motes::recording {
 namespace {
@@ -55,17 +54,23 @@ class NumberDifference {
   bool others_ = false;  // sizes differ
 };
 
+const Emit* emit_of(const Item& item) {
+  const auto* birth = std::get_if<Birth>(&item);
+  return birth == nullptr ? nullptr : std::get_if<Emit>(birth);
+}
+
+// Compares two items of the same kind.
 std::string number_difference(const Item& ours, const Item& theirs) {
-  NumberDifference found;
+  NumberDifference difference;
   if (const auto* a = std::get_if<actions::Action>(&ours)) {
-    found.see(a->numbers, std::get<actions::Action>(theirs).numbers);
-    if (!found.last_bits()) return {};
-  } else if (const auto* birth = std::get_if<Birth>(&ours)) {
-    const auto& other = std::get<Birth>(theirs);
-    for (std::size_t i = 0; i < birth->columns.size() && i < other.columns.size(); ++i)
-      found.see(birth->columns[i].values, other.columns[i].values);
+    difference.see(a->numbers, std::get<actions::Action>(theirs).numbers);
+    if (!difference.last_bits()) return {};
+  } else if (const Emit* emit = emit_of(ours)) {
+    const Emit& other = *emit_of(theirs);
+    for (std::size_t i = 0; i < emit->columns.size() && i < other.columns.size(); ++i)
+      difference.see(emit->columns[i].values, other.columns[i].values);
   }
-  return found.text();
+  return difference.text();
 }
 
 std::string list_difference(const std::string& system, const std::vector<Item>& ours, const std::vector<Item>& theirs) {
@@ -93,12 +98,14 @@ particles::Schema schema_of(const SystemDefinition& system) {
   return schema;
 }
 
-std::string name(const Item& value) {
-  if (const auto* action = std::get_if<actions::Action>(&value)) return actions::call_of(action->kind);
-  if (const auto* birth = std::get_if<Birth>(&value)) return std::string(base::name_of(birth->kind));
-  if (const auto* callback = std::get_if<Callback>(&value)) return "callback " + callback->name;
-  if (std::holds_alternative<KeepCopies>(value)) return "a sum of birth values";
-  return std::holds_alternative<Spawn>(value) ? "spawn" : "local";
+std::string name(const actions::Action& action) { return actions::call_of(action.kind); }
+std::string name(const Callback& callback) { return "callback " + callback.name; }
+std::string name(const Spawn&) { return "spawn"; }
+std::string name(const Read&) { return "local"; }
+std::string name(const KeepCopies&) { return "a sum of birth values"; }
+
+std::string name(const Item& item) {
+  return std::visit([](const auto& kind) { return name(kind); }, item);
 }
 
 bool is_call(const Item& item) {
@@ -122,13 +129,13 @@ Record read(base::Reader& in) {
 
 void check(const image::Sprite& sprite, const particles::Schema& schema) {
   image::check(sprite);
-  const expressions::Expression& number = sprite.pick.number;
-  if (number.empty()) return;
-  const auto shapes = static_cast<int>(sprite.pick.shapes.size());
-  if (expressions::check(number, schema.components(), shapes) != expressions::Type::number) {
+  if (sprite.sheet() == nullptr || sprite.sheet()->pick.number.empty()) return;
+  const image::Pick& pick = sprite.sheet()->pick;
+  const auto shapes = static_cast<int>(pick.shapes.size());
+  if (expressions::check(pick.number, schema.components(), shapes) != expressions::Type::number) {
     throw base::InvalidArgument("pick", "be a number per particle");
   }
-  if (actions::uses_copies(number, schema)) throw base::InvalidArgument("pick", "not read *_b attributes");
+  if (actions::uses_copies(pick.number, schema)) throw base::InvalidArgument("pick", "not read *_b attributes");
 }
 
 std::string first_difference(const Record& ours, const Record& theirs) {

@@ -7,7 +7,7 @@
 
 #include "base/hash.h"
 #include "domains/divide.h"
-#include "image/camera.h"
+#include "image/checks.h"
 #include "interactions/ties.h"
 #include "meshes/assets.h"
 
@@ -35,17 +35,19 @@ static_assert(sizeof(Head) == 56);
 Record sample() {
   shapes::Shape both = shapes::unite({shapes::Shape{}, shapes::Shape{}});
   const actions::Expression step = {{}};
-  Birth birth;
-  birth.shape = both;
-  birth.state = {{particles::velocity, {}}};
-  birth.columns = {{particles::position, {0, 0, 0}}};
-  birth.before = {{}};
-  birth.until = {0};
-  actions::Action action{actions::Kind::set, {0}, {both}, step, 0, {step}};
-  action.leaves = {{}};
-  action.results = {{}};
+  const std::vector<Given> state = {{particles::velocity, {}}};
+  Source source;
+  source.shape = both;
+  source.before = {{}};
+  source.integral = {0};
+  source.state = state;
+  actions::Action action{actions::Kind::set, {0}, {both}, step, {}, actions::Partner{}};
+  const auto with = [&](actions::Specifics specifics) {
+    action.specifics = std::move(specifics);
+    return Item(action);
+  };
   Spawn spawn;
-  spawn.state = birth.state;
+  spawn.state = state;
   spawn.where = step;
   spawn.shapes = {both};
   Record record;
@@ -53,7 +55,10 @@ Record sample() {
   system.name = "one";
   system.attributes = {{"heat", 1, {}}};
   record.systems = {system};
-  record.lists = {{birth, action, Read{}, spawn, Callback{"f", 0, step, {both}}, KeepCopies{}}};
+  record.lists = {{source, Burst{both, 1, state}, Emit{1, {{particles::position, {0, 0, 0}}}, state},
+                   with(actions::Assignment{0, {step}}), with(actions::ParticleLaw{{step}, {{}}}),
+                   with(actions::PairLaw{{{}}, {step}, {{}}}), with(actions::TiedPairs{}), with(actions::Lookup{}),
+                   with(actions::Grains{{{}}, 0}), Read{}, spawn, Callback{"f", 0, step, {both}}, KeepCopies{}}};
   record.sprites = {{}};
   record.clumps = {{}};
   record.view.emplace();
@@ -203,8 +208,8 @@ std::set<meshes::AssetKey> assets_of(const std::vector<std::span<const std::byte
     Reader in(frame);
     const Record record = read(in);
     for (const image::Sprite& sprite : record.sprites) {
-      keys.insert(sprite.picture);
-      add_meshes(sprite.pick.shapes, keys);
+      keys.insert(sprite.asset());
+      if (sprite.sheet() != nullptr) add_meshes(sprite.sheet()->pick.shapes, keys);
     }
     for (const std::vector<Item>& list : record.lists) {
       for (const Item& item : list) add_meshes(item, keys);
@@ -217,16 +222,17 @@ std::set<meshes::AssetKey> assets_of(const std::vector<std::span<const std::byte
   return keys;
 }
 
-// Returns the ties, or tables, that the actions of frames name.
-std::set<std::uint64_t> named_by(const std::vector<std::span<const std::byte>>& frames,
-                                 std::uint64_t actions::Action::* name) {
+// Returns the keys, of ties or tables, that actions of frames name in a struct of their specifics.
+template <class Part>
+std::set<std::uint64_t> named_by(const std::vector<std::span<const std::byte>>& frames, std::uint64_t Part::* name) {
   std::set<std::uint64_t> keys;
   for (const std::span<const std::byte> frame : frames) {
     Reader in(frame);
     for (const std::vector<Item>& list : read(in).lists) {
       for (const Item& item : list) {
         const auto* action = std::get_if<actions::Action>(&item);
-        if (action != nullptr && action->*name != 0) keys.insert(action->*name);
+        const auto* part = action != nullptr ? std::get_if<Part>(&action->specifics) : nullptr;
+        if (part != nullptr && part->*name != 0) keys.insert(part->*name);
       }
     }
   }
@@ -268,8 +274,9 @@ void write(const Scene& scene, Bytes& out) {
     out.put_raw(frame.data(), frame.size());
   }
   meshes::write_assets(assets_of(scene.frames), out);
-  interactions::write_ties(named_by(scene.frames, &actions::Action::ties), out);
-  std::set<std::uint64_t> tables = named_by(scene.frames, &actions::Action::table);
+  interactions::write_ties(named_by(scene.frames, &actions::TiedPairs::ties), out);
+  std::set<std::uint64_t> tables = named_by(scene.frames, &actions::Lookup::table);
+  tables.merge(named_by(scene.frames, &actions::Grains::clump));
   tables.merge(clumps_of(scene.frames));
   actions::write_tables(tables, out);
   Head head;

@@ -50,11 +50,11 @@ Twofold operator/(Twofold a, int by) {
 }
 
 // Returns how many particles a (sub)step adds to the total: not necessarily a whole number.
-Twofold asked_for(const Birth& source, double dt, int substep, int substeps) {
-  if (source.until.empty()) return product_of(source.rate, dt) / substeps;
+Twofold emitted_in_step(const Source& source, double dt, int substep, int substeps) {
+  if (source.integral.empty()) return product_of(source.rate, dt) / substeps;
   const auto step = static_cast<std::size_t>(substep);
-  if (step + 1 >= source.until.size()) return {};
-  return sum_of(source.until[step + 1], -source.until[step]);
+  if (step + 1 >= source.integral.size()) return {};
+  return sum_of(source.integral[step + 1], -source.integral[step]);
 }
 
 // Returns the whole particles of a total.
@@ -70,11 +70,13 @@ std::uint64_t whole(const SourceTotal& total) {
 }  // namespace
 
 std::uint64_t births_in_step(const Birth& birth, double dt, int substep, int substeps, SourceTotal* total) {
-  if (birth.kind != Birth::Kind::source) return birth.amount;
-  const Twofold sum = Twofold{total->high, total->low} + asked_for(birth, dt, substep, substeps);
+  if (const auto* burst = std::get_if<Burst>(&birth)) return substep == 0 ? burst->count : 0;
+  if (const auto* emit = std::get_if<Emit>(&birth)) return substep == 0 ? emit->count : 0;
+  const auto& source = std::get<Source>(birth);
+  const Twofold sum = Twofold{total->high, total->low} + emitted_in_step(source, dt, substep, substeps);
   total->high = sum.high;
   total->low = sum.low;
-  total->scale = std::max(total->scale, birth.scale);
+  total->scale = std::max(total->scale, source.scale);
   const std::uint64_t until_now = std::max(total->emitted, whole(*total));
   return until_now - std::exchange(total->emitted, until_now);
 }
@@ -87,8 +89,9 @@ std::vector<SourceTotal*> totals_of(std::span<const Item> list, std::vector<Sour
   std::vector<std::pair<std::size_t, SourceTotal>> wanted;
   for (std::size_t i = 0; i < list.size(); ++i) {
     const auto* birth = std::get_if<Birth>(&list[i]);
-    if (birth == nullptr || birth->kind != Birth::Kind::source) continue;
-    const SourceTotal fresh{.source = birth->source, .call = calls[birth->source]++};
+    const auto* source = birth == nullptr ? nullptr : std::get_if<Source>(birth);
+    if (source == nullptr) continue;
+    const SourceTotal fresh{.source = source->number, .call = calls[source->number]++};
     const auto at = std::lower_bound(totals.begin(), totals.end(), fresh, before);
     if (at == totals.end() || before(fresh, *at)) totals.insert(at, fresh);
     wanted.emplace_back(i, fresh);

@@ -21,26 +21,23 @@ void check(const Spawn& spawn, const particles::Schema& parents, const particles
   if (!(std::fabs(spawn.inherit_velocity) <= 1e6)) {
     throw base::InvalidArgument("inherit_velocity", "be within 1e6", std::to_string(spawn.inherit_velocity));
   }
-  Birth birth;
-  birth.state = spawn.state;
-  check(birth, children);
+  check(spawn.state, children, nullptr);
   actions::check_condition(spawn.where, spawn.shapes, parents);
 }
 
 Store make(const Spawn& rule, const std::vector<Child>& children, const particles::Schema& schema, particles::Key key,
            bool keeps_copies) {
   const simd::FloatMode mode;
-  Birth birth;
-  birth.kind = Birth::Kind::emit;
-  birth.amount = children.size();
-  birth.state = rule.state;
-  birth.columns.push_back({particles::position, {}});
+  Emit emit;
+  emit.count = children.size();
+  emit.state = rule.state;
+  std::vector<float>& positions = emit.columns.emplace_back(Emitted{particles::position, {}}).values;
   std::vector<std::uint64_t> ids;
   for (const Child& child : children) {
     ids.push_back(child.id);
-    birth.columns[0].values.insert(birth.columns[0].values.end(), child.event->position, child.event->position + 3);
+    positions.insert(positions.end(), child.event->position, child.event->position + 3);
   }
-  Store made = make(birth, schema, key, ids, 0, keeps_copies);
+  Store made = make(emit, schema, key, ids, 0, keeps_copies);
   const auto part = static_cast<float>(rule.inherit_velocity);
   for (int c = 0; part != 0 && c < 3 && made.size() > 0; ++c) {
     float* v = made.writable_plane(particles::velocity, c);

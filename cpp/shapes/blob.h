@@ -9,7 +9,10 @@ struct BlobLanes {
   Float3 center;
   float sigma;
 
-  static MOTES_INLINE BlobLanes from(const shapes::Shape& s) { return {of(s.number), s.number[3]}; }
+  static MOTES_INLINE BlobLanes from(const shapes::Shape& s) {
+    const auto blob = s.as<shapes::numbers::blob>();
+    return {of(blob.center), blob.sigma};
+  }
   MOTES_INLINE Mask contains(Floats3 p) const {
     const Floats3 d = p - all3(center);
     return dot(d, d) <= sigma * sigma;

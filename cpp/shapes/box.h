@@ -12,7 +12,10 @@ struct BoxLanes {
   using Exact = ExactBox;
   Float3 low, high;
 
-  static MOTES_INLINE BoxLanes from(const shapes::Shape& s) { return {of(s.number), of(s.number + 3)}; }
+  static MOTES_INLINE BoxLanes from(const shapes::Shape& s) {
+    const auto box = s.as<shapes::numbers::box>();
+    return {of(box.low), of(box.high)};
+  }
   MOTES_INLINE Mask contains(Floats3 p) const {
     return (p.x >= low.x) & (p.x <= high.x) & (p.y >= low.y) & (p.y <= high.y) & (p.z >= low.z) & (p.z <= high.z);
   }

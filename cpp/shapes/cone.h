@@ -14,10 +14,10 @@ struct ConeLanes {
   float radius, inner;
 
   static MOTES_INLINE ConeLanes from(const shapes::Shape& s) {
-    const Float3 apex = of(s.number), base = of(s.number + 3);
-    const Float3 axis = minus(base, apex);
+    const auto cone = s.as<shapes::numbers::cone>();
+    const Float3 axis = minus(of(cone.base), of(cone.apex));
     const float height = __builtin_sqrtf(dot(axis, axis));
-    const float radius = s.number[6], inner = s.number[7];
+    const float radius = cone.radius, inner = cone.inner_radius;
     return {Shell::from(s, {0.0f, radius / height}, {0.0f, inner / height}), radius, inner};
   }
   MOTES_INLINE Mask contains(Floats3 p) const { return shell.contains(p); }

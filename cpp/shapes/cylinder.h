@@ -14,7 +14,8 @@ struct CylinderLanes {
   float radius, inner;
 
   static MOTES_INLINE CylinderLanes from(const shapes::Shape& s) {
-    const float radius = s.number[6], inner = s.number[7];
+    const auto cylinder = s.as<shapes::numbers::cylinder>();
+    const float radius = cylinder.radius, inner = cylinder.inner_radius;
     return {Shell::from(s, {radius, 0.0f}, {inner, 0.0f}), radius, inner};
   }
   MOTES_INLINE Mask contains(Floats3 p) const { return shell.contains(p); }

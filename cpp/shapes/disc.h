@@ -14,9 +14,10 @@ struct DiscLanes {
   float radius, inner;
 
   static MOTES_INLINE DiscLanes from(const shapes::Shape& s) {
-    const Float3 n = unit(of(s.number + 3));
+    const auto disc = s.as<shapes::numbers::disc>();
+    const Float3 n = unit(of(disc.normal));
     const Basis basis = basis_of(n);
-    return {of(s.number), n, basis.u, basis.v, s.number[6], s.number[7]};
+    return {of(disc.center), n, basis.u, basis.v, disc.radius, disc.inner_radius};
   }
   MOTES_INLINE Mask contains(Floats3) const { return Mask{}; }
   MOTES_INLINE Floats3 sample(Draws& draws) const {

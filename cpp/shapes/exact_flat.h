@@ -9,7 +9,8 @@ struct ExactPlane {
   Double3 point, normal;
 
   static MOTES_INLINE ExactPlane of(const shapes::Shape& s) {
-    return {doubles_of(s.number), unit(doubles_of(s.number + 3))};
+    const auto plane = s.as<shapes::numbers::plane>();
+    return {doubles_of(plane.point), unit(doubles_of(plane.normal))};
   }
   MOTES_INLINE Doubles height(Doubles3 p) const { return dot(p - all3(point), all3(normal)); }
 
@@ -68,7 +69,8 @@ struct ExactRectangle {
   ExactEdges edges;
 
   static MOTES_INLINE ExactRectangle of(const shapes::Shape& s) {
-    return {ExactEdges::of(doubles_of(s.number), doubles_of(s.number + 3), doubles_of(s.number + 6), false)};
+    const auto rectangle = s.as<shapes::numbers::rectangle>();
+    return {ExactEdges::of(doubles_of(rectangle.origin), doubles_of(rectangle.u), doubles_of(rectangle.v), false)};
   }
   MOTES_INLINE Met meet(Doubles3 from, Doubles3 to) const { return edges.meet(from, to); }
 };
@@ -77,8 +79,9 @@ struct ExactTriangle {
   ExactEdges edges;
 
   static MOTES_INLINE ExactTriangle of(const shapes::Shape& s) {
-    const Double3 origin = doubles_of(s.number);
-    return {ExactEdges::of(origin, doubles_of(s.number + 3) - origin, doubles_of(s.number + 6) - origin, true)};
+    const auto triangle = s.as<shapes::numbers::triangle>();
+    const Double3 origin = doubles_of(triangle.p0);
+    return {ExactEdges::of(origin, doubles_of(triangle.p1) - origin, doubles_of(triangle.p2) - origin, true)};
   }
   MOTES_INLINE Met meet(Doubles3 from, Doubles3 to) const { return edges.meet(from, to); }
 };
@@ -87,7 +90,10 @@ struct ExactDisc {
   ExactPlane plane;
   double radius, inner;
 
-  static MOTES_INLINE ExactDisc of(const shapes::Shape& s) { return {ExactPlane::of(s), s.number[6], s.number[7]}; }
+  static MOTES_INLINE ExactDisc of(const shapes::Shape& s) {
+    const auto disc = s.as<shapes::numbers::disc>();
+    return {{doubles_of(disc.center), unit(doubles_of(disc.normal))}, disc.radius, disc.inner_radius};
+  }
   MOTES_INLINE Met meet(Doubles3 from, Doubles3 to) const {
     return plane.meet_piece(from, to, [&](Doubles3 at) __attribute__((always_inline)) {
       const Doubles3 d = at - all3(plane.point);

@@ -17,8 +17,9 @@ struct ExactShell {
   bool bored, thin;
 
   static MOTES_INLINE ExactShell of(const shapes::Shape& s) {
-    const Double3 start = doubles_of(s.number), whole = doubles_of(s.number + 3) - start;
-    const double height = motes::MOTES_ISA::length(whole), radius = s.number[6], inner = s.number[7];
+    const auto axial = s.as<shapes::numbers::axial>();
+    const Double3 start = doubles_of(axial.start), whole = doubles_of(axial.end) - start;
+    const double height = motes::MOTES_ISA::length(whole), radius = axial.radius, inner = axial.inner_radius;
     const bool thin = radius == inner, bored = inner > 0.0;
     const Double3 axis = whole * (1.0 / height);
     if (s.kind == shapes::Kind::cylinder) return {start, axis, height, {radius, 0.0}, {inner, 0.0}, bored, thin};

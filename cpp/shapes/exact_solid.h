@@ -8,7 +8,10 @@ namespace motes::MOTES_ISA {
 struct ExactBox {
   Double3 low, high;
 
-  static MOTES_INLINE ExactBox of(const shapes::Shape& s) { return {doubles_of(s.number), doubles_of(s.number + 3)}; }
+  static MOTES_INLINE ExactBox of(const shapes::Shape& s) {
+    const auto box = s.as<shapes::numbers::box>();
+    return {doubles_of(box.low), doubles_of(box.high)};
+  }
   MOTES_INLINE Longs contains(Doubles3 p) const {
     return (Longs)(p.x >= low.x) & (Longs)(p.x <= high.x) & (Longs)(p.y >= low.y) & (Longs)(p.y <= high.y) &
            (Longs)(p.z >= low.z) & (Longs)(p.z <= high.z);
@@ -62,7 +65,10 @@ struct ExactBall {
   Double3 center;
   double radius, inner;
 
-  static MOTES_INLINE ExactBall of(const shapes::Shape& s) { return {doubles_of(s.number), s.number[3], s.number[4]}; }
+  static MOTES_INLINE ExactBall of(const shapes::Shape& s) {
+    const auto sphere = s.as<shapes::numbers::sphere>();
+    return {doubles_of(sphere.center), sphere.radius, sphere.inner_radius};
+  }
   MOTES_INLINE Longs contains(Doubles3 p) const {
     const Doubles3 d = p - all3(center);
     const Doubles distance2 = dot(d, d);

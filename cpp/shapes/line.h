@@ -10,7 +10,8 @@ struct LineLanes {
   Float3 start, along;
 
   static MOTES_INLINE LineLanes from(const shapes::Shape& s) {
-    return {of(s.number), minus(of(s.number + 3), of(s.number))};
+    const auto line = s.as<shapes::numbers::line>();
+    return {of(line.p0), minus(of(line.p1), of(line.p0))};
   }
   MOTES_INLINE Mask contains(Floats3) const { return Mask{}; }
   MOTES_INLINE Floats3 sample(Draws& draws) const { return all3(start) + all3(along) * unit(draws.bits().a); }

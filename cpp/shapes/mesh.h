@@ -1,8 +1,5 @@
 // A mesh: its surface, or the inside of a closed one, with a pose that may change.
 //
-// Its numbers: position and rotation (a quaternion w x y z) of the mesh at the end of the frame, the same at its start,
-// whether samples are from the inside, and the cells of its grid along the longest side.
-//
 // Inside is where the distance, interpolated between the nodes of the mesh's grid, is not positive. Paths are followed
 // in steps of that distance, at least half a cell, until the side changes.
 #pragma once
@@ -24,11 +21,13 @@ struct Pose {
   }
 };
 
-/// Returns the pose at a fraction of the frame, from fourteen numbers: at 0 the last seven, at 1 the first seven,
-/// interpolated in between.
+/// Returns the pose at a fraction of the frame, from a mesh's numbers: at 0 its place at the start, at 1 that at the
+/// end, interpolated in between.
 MOTES_INLINE Pose pose_at(const float* number, float part) {
-  float at[7];
-  for (int i = 0; i < 7; ++i) at[i] = part == 1.0f ? number[i] : number[7 + i] + (number[i] - number[7 + i]) * part;
+  constexpr int kPlace = shapes::kCountOf<shapes::MeshPlace>;
+  const float *end = number, *start = number + kPlace;
+  float at[kPlace];
+  for (int i = 0; i < kPlace; ++i) at[i] = part == 1.0f ? end[i] : start[i] + (end[i] - start[i]) * part;
   const float scale = 1.0f / __builtin_sqrtf(at[3] * at[3] + at[4] * at[4] + at[5] * at[5] + at[6] * at[6]);
   const float w = at[3] * scale, i = at[4] * scale, j = at[5] * scale, k = at[6] * scale;
   return {{at[0], at[1], at[2]},
@@ -49,7 +48,7 @@ struct MeshLanes {
   bool solid;
 
   static MOTES_INLINE MeshLanes from(const shapes::Shape& s) {
-    return {s.form, pose_at(s.number, 1.0f), s.number[14] != 0.0f};
+    return {s.form, pose_at(s.number, 1.0f), s.as<shapes::numbers::mesh>().solid != 0.0f};
   }
   MOTES_INLINE bool has_inside() const { return form != nullptr && form->distance != nullptr; }
   MOTES_INLINE Mask contains(Floats3 p) const { return has_inside() ? distance(pose.to_body(p)) <= 0.0f : Mask{}; }

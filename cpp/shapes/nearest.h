@@ -32,7 +32,10 @@ inline constexpr std::uint32_t kMostFaces = 8;
 struct PlaneFeet {
   Float3 point, normal;
 
-  static MOTES_INLINE PlaneFeet from(const shapes::Shape& s) { return {of(s.number), unit(of(s.number + 3))}; }
+  static MOTES_INLINE PlaneFeet from(const shapes::Shape& s) {
+    const auto plane = s.as<shapes::numbers::plane>();
+    return {of(plane.point), unit(of(plane.normal))};
+  }
   template <class Use>
   MOTES_INLINE void each(Floats3 p, const Use& use) const {
     const Floats height = dot(p - all3(point), all3(normal));
@@ -46,13 +49,15 @@ struct FlatFeet {
   int corners;
 
   static MOTES_INLINE FlatFeet from(const shapes::Shape& s) {
-    const auto at = [&](int first) { return of(s.number + first); };
     const auto plus = [](Float3 a, Float3 b) { return Float3{a.x + b.x, a.y + b.y, a.z + b.z}; };
     if (s.kind == shapes::Kind::triangle) {
-      return {{at(0), at(3), at(6), {}}, unit(cross(minus(at(3), at(0)), minus(at(6), at(0)))), 3};
+      const auto triangle = s.as<shapes::numbers::triangle>();
+      const Float3 p0 = of(triangle.p0), p1 = of(triangle.p1), p2 = of(triangle.p2);
+      return {{p0, p1, p2, {}}, unit(cross(minus(p1, p0), minus(p2, p0))), 3};
     }
-    const Float3 far = plus(plus(at(0), at(3)), at(6));
-    return {{at(0), plus(at(0), at(3)), far, plus(at(0), at(6))}, unit(cross(at(3), at(6))), 4};
+    const auto rectangle = s.as<shapes::numbers::rectangle>();
+    const Float3 origin = of(rectangle.origin), u = of(rectangle.u), v = of(rectangle.v);
+    return {{origin, plus(origin, u), plus(plus(origin, u), v), plus(origin, v)}, unit(cross(u, v)), 4};
   }
   template <class Use>
   MOTES_INLINE void each(Floats3 p, const Use& use) const {
@@ -80,8 +85,9 @@ struct DiscFeet {
   float radius, inner;
 
   static MOTES_INLINE DiscFeet from(const shapes::Shape& s) {
-    const Float3 normal = unit(of(s.number + 3));
-    return {of(s.number), normal, basis_of(normal).u, s.number[6], s.number[7]};
+    const auto disc = s.as<shapes::numbers::disc>();
+    const Float3 normal = unit(of(disc.normal));
+    return {of(disc.center), normal, basis_of(normal).u, disc.radius, disc.inner_radius};
   }
   template <class Use>
   MOTES_INLINE void each(Floats3 p, const Use& use) const {
@@ -98,7 +104,10 @@ struct BallFeet {
   Float3 center;
   float radius, inner;
 
-  static MOTES_INLINE BallFeet from(const shapes::Shape& s) { return {of(s.number), s.number[3], s.number[4]}; }
+  static MOTES_INLINE BallFeet from(const shapes::Shape& s) {
+    const auto sphere = s.as<shapes::numbers::sphere>();
+    return {of(sphere.center), sphere.radius, sphere.inner_radius};
+  }
   template <class Use>
   MOTES_INLINE void each(Floats3 p, const Use& use) const {
     const Foot out = foot_at(~Mask{}, p - all3(center), all3(Float3{1, 0, 0}));
@@ -115,7 +124,10 @@ struct BallFeet {
 struct BoxFeet {
   Float3 low, high;
 
-  static MOTES_INLINE BoxFeet from(const shapes::Shape& s) { return {of(s.number), of(s.number + 3)}; }
+  static MOTES_INLINE BoxFeet from(const shapes::Shape& s) {
+    const auto box = s.as<shapes::numbers::box>();
+    return {of(box.low), of(box.high)};
+  }
   template <class Use>
   MOTES_INLINE void each(Floats3 p, const Use& use) const {
     const Floats3 way = Floats3{min(max(p.x, all(low.x)), all(high.x)), min(max(p.y, all(low.y)), all(high.y)),
@@ -146,8 +158,9 @@ struct TurnedFeet {
   bool solid;  // the last edge is the axis
 
   static MOTES_INLINE TurnedFeet from(const shapes::Shape& s) {
-    const Float3 start = of(s.number), whole = minus(of(s.number + 3), start);
-    const float length = __builtin_sqrtf(dot(whole, whole)), outer = s.number[6], inner = s.number[7];
+    const auto axial = s.as<shapes::numbers::axial>();
+    const Float3 start = of(axial.start), whole = minus(of(axial.end), start);
+    const float length = __builtin_sqrtf(dot(whole, whole)), outer = axial.radius, inner = axial.inner_radius;
     const Float3 axis = unit(whole), aside = basis_of(axis).u;
     const bool cylinder = s.kind == shapes::Kind::cylinder, thin = inner == outer, solid = inner == 0.0f;
     if (thin) return {start, axis, aside, {{cylinder ? outer : 0.0f, 0}, {outer, length}, {}, {}}, 2, false};

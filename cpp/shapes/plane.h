@@ -18,7 +18,10 @@ struct PlaneLanes {
   const shapes::Shape* shape;
   Float3 point, normal;
 
-  static MOTES_INLINE PlaneLanes from(const shapes::Shape& s) { return {&s, of(s.number), unit(of(s.number + 3))}; }
+  static MOTES_INLINE PlaneLanes from(const shapes::Shape& s) {
+    const auto plane = s.as<shapes::numbers::plane>();
+    return {&s, of(plane.point), unit(of(plane.normal))};
+  }
   MOTES_INLINE Floats height(Floats3 p) const { return dot(p - all3(point), all3(normal)); }
   MOTES_INLINE Mask contains(Floats3 p) const {
     const Sides at = sides(p);

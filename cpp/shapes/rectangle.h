@@ -13,9 +13,9 @@ struct RectangleLanes {
   Float3 origin, u, v, normal;
 
   static MOTES_INLINE RectangleLanes from(const shapes::Shape& s) {
-    const Float3 u = of(s.number + 3);
-    const Float3 v = of(s.number + 6);
-    return {of(s.number), u, v, unit(cross(u, v))};
+    const auto rectangle = s.as<shapes::numbers::rectangle>();
+    const Float3 u = of(rectangle.u), v = of(rectangle.v);
+    return {of(rectangle.origin), u, v, unit(cross(u, v))};
   }
   MOTES_INLINE Mask contains(Floats3) const { return Mask{}; }
   MOTES_INLINE Floats3 sample(Draws& draws) const {

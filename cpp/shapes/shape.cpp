@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <numeric>
 #include <stdexcept>
@@ -17,8 +16,6 @@
 
 namespace motes::shapes {
 
-Vector vector_at(const Shape& s, int first) { return {s.number[first], s.number[first + 1], s.number[first + 2]}; }
-
 namespace {
 
 struct Facts {
@@ -27,7 +24,7 @@ struct Facts {
   bool surface;
 };
 constexpr std::array<Facts, kKinds> kFacts = {{
-#define MOTES_SHAPE(kind, Name, numbers, surface) {#Name, numbers, surface},
+#define MOTES_SHAPE(kind, Name, surface) {#Name, kCountOf<numbers::kind>, surface},
 #include "shapes/list.inc"
 }};
 
@@ -52,24 +49,10 @@ void check_radii(const Shape& s, float radius, float inner) {
   }
 }
 
-// Returns the measure of a cylinder or cone. A cone has a third of the cylinder's volume; its side is half the product
-// of slant and circumference.
-double shell_measure(const Shape& s) {
-  const double height = length(vector_at(s, 3) - vector_at(s, 0));
-  const double radius = s.number[6], inner = s.number[7];
-  if (radius != inner) {
-    const double volume = std::numbers::pi * (radius * radius - inner * inner) * height;
-    return s.kind == Kind::cone ? volume / 3 : volume;
-  }
-  if (s.kind == Kind::cylinder) return 2 * std::numbers::pi * radius * height;
-  return std::numbers::pi * radius * std::sqrt(height * height + radius * radius);
-}
-
-constexpr int kRotation = 3, kBefore = 7, kSolid = 14, kResolution = 15;  // indices of a mesh's numbers
-
-bool is_rotation(const float* q) {
+// Returns whether it is a quaternion of length 1.
+bool is_rotation(const float (&q)[4]) {
   double square = 0;
-  for (int i = 0; i < 4; ++i) square += double{q[i]} * q[i];
+  for (const float component : q) square += double{component} * component;
   return std::fabs(square - 1) < 1e-3;
 }
 
@@ -82,43 +65,144 @@ void check_numbers(const Shape& s) {
 }
 
 void check_placed_mesh(const Shape& s) {
-  const float resolution = s.number[kResolution];
-  if (!(resolution >= meshes::kLeastResolution && resolution <= meshes::kMostResolution) ||
-      std::trunc(resolution) != resolution) {
+  const auto mesh = s.as<numbers::mesh>();
+  if (!(mesh.resolution >= meshes::kLeastResolution && mesh.resolution <= meshes::kMostResolution) ||
+      std::trunc(mesh.resolution) != mesh.resolution) {
     refuse(s, "resolution",
            "be a whole number in " + std::to_string(meshes::kLeastResolution) + ".." +
                std::to_string(meshes::kMostResolution),
-           std::to_string(resolution));
+           std::to_string(mesh.resolution));
   }
-  if (!is_rotation(s.number + kRotation) || !is_rotation(s.number + kBefore + kRotation)) {
+  if (!is_rotation(mesh.end.rotation) || !is_rotation(mesh.start.rotation)) {
     refuse(s, "a rotation", "be a quaternion of length 1");
   }
-  if (s.number[kSolid] != 0 && s.number[kSolid] != 1) refuse(s, "solid", "be 0 or 1");
+  if (mesh.solid != 0 && mesh.solid != 1) refuse(s, "solid", "be 0 or 1");
   if (s.form == nullptr) refuse(s, "mesh", "be one that this process keeps");
 }
 
-void check_mesh(const Shape& s) {
-  check_placed_mesh(s);
-  if (s.form->triangles == 0) refuse(s, "triangles", "have an area, and a density above 0 if one is given");
-  if (s.number[kSolid] != 0) meshes::need_inside(*s.form);
-}
-
-bool moves(const Shape& s) {
-  return s.kind == Kind::mesh && (s.before != 0 || !std::equal(s.number, s.number + kBefore, s.number + kBefore));
-}
+bool moves(const Shape& s) { return s.kind == Kind::mesh && (s.before != 0 || changes_place(s)); }
 
 // Sets what a mesh points to, which is not part of a shape's bytes.
 void find_form(Shape& s) {
   if (s.kind != Kind::mesh) return;
   const auto form_of = [&](std::uint64_t key) {
-    return meshes::form_of(key, static_cast<int>(s.number[kResolution]), s.number[kSolid] != 0);
+    return meshes::form_of(key, static_cast<int>(s.as<numbers::mesh>().resolution), drawn_inside(s));
   };
   s.form = form_of(s.mesh);
   const meshes::MeshForm* before = s.before == 0 ? nullptr : form_of(s.before);
   s.deformation = before == nullptr || s.form == nullptr ? nullptr : meshes::deformation_of(*before, *s.form);
 }
 
+// --- checks per kind, by its numbers
+
+void check(const Shape&, const numbers::point&) {}
+void check(const Shape&, const numbers::line&) {}
+
+void check(const Shape& s, const numbers::rectangle& rectangle) {
+  if (!direction(cross(vector_of(rectangle.u), vector_of(rectangle.v)))) refuse(s, "u and v", "span an area");
+}
+
+void check(const Shape& s, const numbers::disc& disc) {
+  if (!direction(vector_of(disc.normal))) refuse(s, "normal", "not be zero");
+  check_radii(s, disc.radius, disc.inner_radius);
+}
+
+void check(const Shape& s, const numbers::plane& plane) {
+  if (!direction(vector_of(plane.normal))) refuse(s, "normal", "not be zero");
+}
+
+void check(const Shape& s, const numbers::box& box) {
+  for (int i = 0; i < 3; ++i) {
+    if (box.low[i] <= box.high[i]) continue;
+    refuse(s, "low", "not be above high", std::to_string(box.low[i]) + " > " + std::to_string(box.high[i]));
+  }
+}
+
+void check(const Shape& s, const numbers::sphere& sphere) { check_radii(s, sphere.radius, sphere.inner_radius); }
+
+// Returns the cross product of two sides, which is as long as twice the area.
+Vector span_of(const numbers::triangle& triangle) {
+  const Vector p0 = vector_of(triangle.p0);
+  return cross(vector_of(triangle.p1) - p0, vector_of(triangle.p2) - p0);
+}
+
+void check(const Shape& s, const numbers::triangle& triangle) {
+  if (!direction(span_of(triangle))) refuse(s, "p0, p1 and p2", "span an area");
+}
+
+void check(const Shape& s, const numbers::cylinder& cylinder) {
+  if (!direction(vector_of(cylinder.p1) - vector_of(cylinder.p0))) refuse(s, "p0 and p1", "differ");
+  check_radii(s, cylinder.radius, cylinder.inner_radius);
+}
+
+void check(const Shape& s, const numbers::cone& cone) {
+  if (!direction(vector_of(cone.base) - vector_of(cone.apex))) refuse(s, "apex and base", "differ");
+  check_radii(s, cone.radius, cone.inner_radius);
+}
+
+void check(const Shape& s, const numbers::blob& blob) {
+  if (!(blob.sigma > 0)) refuse(s, "sigma", "be > 0", std::to_string(blob.sigma));
+}
+
+void check(const Shape& s, const numbers::united&) {
+  if (s.parts == 0) refuse(s, "shapes", "not be empty");
+  for (int i = 0; i < s.parts; ++i) {
+    shapes::check(s.part[i]);
+    if (moves(s.part[i])) refuse(s, "shapes", "not include a mesh that moves: it cannot be part of a union");
+  }
+}
+
+void check(const Shape& s, const numbers::mesh& mesh) {
+  check_placed_mesh(s);
+  if (s.form->triangles == 0) refuse(s, "triangles", "have an area, and a density above 0 if one is given");
+  if (mesh.solid != 0) meshes::need_inside(*s.form);
+}
+
+// --- measures per kind
+
 double add_measure(double sum, const Shape& s) { return sum + measure(s); }
+
+double measure(const Shape&, const numbers::point&) { return 0; }
+double measure(const Shape&, const numbers::line& line) { return length(vector_of(line.p1) - vector_of(line.p0)); }
+double measure(const Shape&, const numbers::rectangle& rectangle) {
+  return length(cross(vector_of(rectangle.u), vector_of(rectangle.v)));
+}
+double measure(const Shape&, const numbers::disc& disc) {
+  const double radius = disc.radius, inner = disc.inner_radius;
+  return radius == inner ? 2 * std::numbers::pi * radius : std::numbers::pi * (radius * radius - inner * inner);
+}
+double measure(const Shape&, const numbers::plane&) { return kInfinity; }
+double measure(const Shape&, const numbers::box& box) {
+  const Vector size = vector_of(box.high) - vector_of(box.low);
+  return size[0] * size[1] * size[2];
+}
+double measure(const Shape&, const numbers::sphere& sphere) {
+  const double radius = sphere.radius, inner = sphere.inner_radius;
+  if (radius == inner) return 4 * std::numbers::pi * radius * radius;
+  return 4.0 / 3.0 * std::numbers::pi * (radius * radius * radius - inner * inner * inner);
+}
+double measure(const Shape&, const numbers::triangle& triangle) { return length(span_of(triangle)) / 2; }
+double measure(const Shape&, const numbers::cylinder& cylinder) {
+  const double height = length(vector_of(cylinder.p1) - vector_of(cylinder.p0));
+  const double radius = cylinder.radius, inner = cylinder.inner_radius;
+  if (radius == inner) return 2 * std::numbers::pi * radius * height;
+  return std::numbers::pi * (radius * radius - inner * inner) * height;
+}
+// A cone has a third of the cylinder's volume; its side is half the product of slant and circumference.
+double measure(const Shape&, const numbers::cone& cone) {
+  const double height = length(vector_of(cone.base) - vector_of(cone.apex));
+  const double radius = cone.radius, inner = cone.inner_radius;
+  if (radius == inner) return std::numbers::pi * radius * std::sqrt(height * height + radius * radius);
+  return std::numbers::pi * (radius * radius - inner * inner) * height / 3;
+}
+double measure(const Shape&, const numbers::blob&) { return kInfinity; }
+double measure(const Shape& s, const numbers::united&) {
+  return std::accumulate(s.part, s.part + s.parts, 0.0, add_measure);
+}
+double measure(const Shape& s, const numbers::mesh& mesh) {
+  if (s.form == nullptr) return 0;
+  return mesh.solid != 0 ? s.form->volume : s.form->area;
+}
 
 void share_out(std::vector<Shape>& parts) {
   const double total = std::accumulate(parts.begin(), parts.end(), 0.0, add_measure);
@@ -135,56 +219,16 @@ void share_out(std::vector<Shape>& parts) {
 
 std::string name(Kind kind) { return facts(kind).name; }
 int count(Kind kind) { return facts(kind).numbers; }
-bool drawn_inside(const Shape& mesh) { return mesh.number[kSolid] != 0; }
+bool drawn_inside(const Shape& mesh) { return mesh.as<numbers::mesh>().solid != 0; }
 
 bool has_surface(Kind kind) { return facts(kind).surface; }
 
 void check(const Shape& s) {
   check_numbers(s);
   switch (s.kind) {
-    case Kind::rectangle:
-      if (!direction(cross(vector_at(s, 3), vector_at(s, 6)))) refuse(s, "u and v", "span an area");
-      break;
-    case Kind::disc:
-      if (!direction(vector_at(s, 3))) refuse(s, "normal", "not be zero");
-      check_radii(s, s.number[6], s.number[7]);
-      break;
-    case Kind::plane:
-      if (!direction(vector_at(s, 3))) refuse(s, "normal", "not be zero");
-      break;
-    case Kind::box:
-      for (int i = 0; i < 3; ++i) {
-        if (s.number[i] > s.number[i + 3]) {
-          refuse(s, "low", "not be above high", std::to_string(s.number[i]) + " > " + std::to_string(s.number[i + 3]));
-        }
-      }
-      break;
-    case Kind::sphere: check_radii(s, s.number[3], s.number[4]); break;
-    case Kind::triangle:
-      if (!direction(cross(vector_at(s, 3) - vector_at(s, 0), vector_at(s, 6) - vector_at(s, 0))))
-        refuse(s, "p0, p1 and p2", "span an area");
-      break;
-    case Kind::cylinder:
-      if (!direction(vector_at(s, 3) - vector_at(s, 0))) refuse(s, "p0 and p1", "differ");
-      check_radii(s, s.number[6], s.number[7]);
-      break;
-    case Kind::cone:
-      if (!direction(vector_at(s, 3) - vector_at(s, 0))) refuse(s, "apex and base", "differ");
-      check_radii(s, s.number[6], s.number[7]);
-      break;
-    case Kind::blob:
-      if (!(s.number[3] > 0)) refuse(s, "sigma", "be > 0", std::to_string(s.number[3]));
-      break;
-    case Kind::united:
-      if (s.parts == 0) refuse(s, "shapes", "not be empty");
-      for (int i = 0; i < s.parts; ++i) {
-        check(s.part[i]);
-        if (moves(s.part[i])) refuse(s, "shapes", "not include a mesh that moves: it cannot be part of a union");
-      }
-      break;
-    case Kind::mesh: check_mesh(s); break;
-    case Kind::point:
-    case Kind::line: break;
+#define MOTES_SHAPE(kind, ...) \
+  case Kind::kind: return check(s, s.as<numbers::kind>());
+#include "shapes/list.inc"
   }
 }
 
@@ -213,12 +257,14 @@ Shape mesh_shape(std::uint64_t key, const float (&number)[kNumbers], std::uint64
 
 void deform_from(Shape& mesh, const Shape& before) {
   mesh.before = before.mesh;
-  std::copy_n(before.number, kBefore, mesh.number + kBefore);
+  auto placed = mesh.as<numbers::mesh>();
+  placed.start = before.as<numbers::mesh>().end;
   double same_way = 0;
-  for (int i = kRotation; i < kBefore; ++i) same_way += double{mesh.number[i]} * mesh.number[kBefore + i];
+  for (int i = 0; i < 4; ++i) same_way += double{placed.end.rotation[i]} * placed.start.rotation[i];
   if (same_way < 0) {  // interpolate the shorter way
-    for (int i = kRotation; i < kBefore; ++i) mesh.number[kBefore + i] = -mesh.number[kBefore + i];
+    for (float& component : placed.start.rotation) component = -component;
   }
+  mesh.set(placed);
   find_form(mesh);
 }
 
@@ -233,25 +279,10 @@ std::vector<std::uint64_t> meshes_of(const Shape& shape) {
 }
 
 double measure(const Shape& s) {
-  const auto n = [&](int i) { return static_cast<double>(s.number[i]); };
   switch (s.kind) {
-    case Kind::point: return 0;
-    case Kind::line: return length({n(3) - n(0), n(4) - n(1), n(5) - n(2)});
-    case Kind::rectangle: return length(cross(vector_at(s, 3), vector_at(s, 6)));
-    case Kind::disc: return n(6) == n(7) ? 2 * std::numbers::pi * n(6) : std::numbers::pi * (n(6) * n(6) - n(7) * n(7));
-    case Kind::plane: return std::numeric_limits<double>::infinity();
-    case Kind::box: return (n(3) - n(0)) * (n(4) - n(1)) * (n(5) - n(2));
-    case Kind::sphere:
-      if (n(3) == n(4)) return 4 * std::numbers::pi * n(3) * n(3);
-      return 4.0 / 3.0 * std::numbers::pi * (n(3) * n(3) * n(3) - n(4) * n(4) * n(4));
-    case Kind::triangle: return length(cross(vector_at(s, 3) - vector_at(s, 0), vector_at(s, 6) - vector_at(s, 0))) / 2;
-    case Kind::cylinder:
-    case Kind::cone: return shell_measure(s);
-    case Kind::blob: return std::numeric_limits<double>::infinity();
-    case Kind::mesh:
-      if (s.form == nullptr) return 0;
-      return n(kSolid) != 0 ? s.form->volume : s.form->area;
-    case Kind::united: return std::accumulate(s.part, s.part + s.parts, 0.0, add_measure);
+#define MOTES_SHAPE(kind, ...) \
+  case Kind::kind: return measure(s, s.as<numbers::kind>());
+#include "shapes/list.inc"
   }
   return 0;
 }

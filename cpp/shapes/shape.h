@@ -22,19 +22,84 @@ inline constexpr int kKinds = 0
 #include "shapes/list.inc"
     ;
 
+/// Where a mesh is: its rotation is a unit quaternion w, i, j, k.
+struct MeshPlace {
+  float position[3], rotation[4];
+};
+
+/// One struct per kind of shape, whose fields are its numbers, in metres, in the order of the constructor's arguments:
+/// shape.as<numbers::disc>().radius.
+namespace numbers {
+struct point {
+  float position[3];
+};
+struct line {
+  float p0[3], p1[3];
+};
+struct rectangle {
+  float origin[3], u[3], v[3];
+};
+struct disc {
+  float center[3], normal[3], radius, inner_radius;
+};
+struct plane {
+  float point[3], normal[3];
+};
+struct box {
+  float low[3], high[3];
+};
+struct sphere {
+  float center[3], radius, inner_radius;
+};
+struct triangle {
+  float p0[3], p1[3], p2[3];
+};
+struct cylinder {
+  float p0[3], p1[3], radius, inner_radius;
+};
+struct cone {
+  float apex[3], base[3], radius, inner_radius;
+};
+struct axial {  // a cylinder or a cone, whose apex is the start
+  float start[3], end[3], radius, inner_radius;
+};
+struct blob {
+  float center[3], sigma;
+};
+struct united {};  // its parts: see unite()
+struct mesh {
+  MeshPlace end, start;  // of the frame
+  float solid;  // samples are from the inside
+  float resolution;  // cells of its grid along the longest side
+};
+}  // namespace numbers
+
+template <class Numbers>
+inline constexpr int kCountOf = static_cast<int>(sizeof(Numbers) / sizeof(float));
+
 /// The largest count of numbers that a shape has.
 inline constexpr int kNumbers = std::max({
-#define MOTES_SHAPE(kind, Name, numbers, surface) numbers,
+#define MOTES_SHAPE(kind, ...) kCountOf<numbers::kind>,
 #include "shapes/list.inc"
 });
 
-/// How many numbers a mesh has for its place at the frame's end, which come first, and again at its start.
-inline constexpr int kPlaceNumbers = 7;
-
-/// A shape: its kind and its numbers, in metres, in the order of the constructor's arguments: see list.inc.
+/// A shape: its kind and its numbers.
 struct Shape {
   Kind kind = Kind::point;
   float number[kNumbers] = {};
+
+  /// Returns the numbers by name. Always inline, so that a kernel never links a copy that was compiled for another
+  /// instruction set.
+  template <class Numbers>
+  [[gnu::always_inline]] Numbers as() const {
+    Numbers numbers;
+    __builtin_memcpy(&numbers, number, sizeof numbers);
+    return numbers;
+  }
+  template <class Numbers>
+  void set(const Numbers& numbers) {
+    __builtin_memcpy(number, &numbers, sizeof numbers);
+  }
 
   // A union's parts, none of them a union, as plain pointers: kernels call nothing from the standard library.
   const Shape* part = nullptr;
@@ -54,8 +119,12 @@ struct Shape {
   bool operator==(const Shape& other) const;
 };
 
-/// Returns three of the shape's numbers, from number `first` on.
-Vector vector_at(const Shape& shape, int first);
+/// Returns whether a mesh has different places at the start and at the end of the frame. Always inline: as() says why.
+[[gnu::always_inline]] inline bool changes_place(const Shape& mesh) {
+  bool changes = false;
+  for (int i = 0; i < kCountOf<MeshPlace>; ++i) changes |= mesh.number[i] != mesh.number[kCountOf<MeshPlace> + i];
+  return changes;
+}
 
 /// Returns the union of the shapes, in order; a union among them is replaced by its parts. Its measure is the sum of
 /// the parts' measures, where m, m^2 and m^3 count alike. To sample it, a part is picked with a probability

@@ -33,8 +33,8 @@ struct Shell {
   bool bored, thin;  // thin: both walls coincide
 
   static MOTES_INLINE Shell from(const shapes::Shape& s, Wall outer, Wall inner) {
-    const Float3 start = of(s.number), end = of(s.number + 3);
-    const Float3 whole = minus(end, start);
+    const auto axial = s.as<shapes::numbers::axial>();
+    const Float3 start = of(axial.start), whole = minus(of(axial.end), start);
     const Float3 axis = unit(whole);
     const Basis basis = basis_of(axis);
     const bool bored = inner.start > 0.0f || inner.slope > 0.0f;

@@ -14,7 +14,10 @@ struct SphereLanes {
   Float3 center;
   float radius, inner;
 
-  static MOTES_INLINE SphereLanes from(const shapes::Shape& s) { return {&s, of(s.number), s.number[3], s.number[4]}; }
+  static MOTES_INLINE SphereLanes from(const shapes::Shape& s) {
+    const auto sphere = s.as<shapes::numbers::sphere>();
+    return {&s, of(sphere.center), sphere.radius, sphere.inner_radius};
+  }
   MOTES_INLINE Mask contains(Floats3 p) const {
     const Floats3 d = p - all3(center);
     const Floats distance2 = dot(d, d);

@@ -13,9 +13,10 @@ struct TriangleLanes {
   Float3 to_a, to_b;  // reciprocal vectors of the edges: a point is origin + a u + b v
 
   static MOTES_INLINE TriangleLanes from(const shapes::Shape& s) {
-    const Float3 origin = of(s.number);
-    const Float3 u = minus(of(s.number + 3), origin);
-    const Float3 v = minus(of(s.number + 6), origin);
+    const auto triangle = s.as<shapes::numbers::triangle>();
+    const Float3 origin = of(triangle.p0);
+    const Float3 u = minus(of(triangle.p1), origin);
+    const Float3 v = minus(of(triangle.p2), origin);
     const Float3 uxv = cross(u, v);
     const float scale = 1.0f / dot(uxv, uxv);
     return {origin, u, v, unit(uxv), times(cross(v, uxv), scale), times(cross(uxv, u), scale)};

@@ -19,14 +19,14 @@ using particles::Touch;
 // Bytes that a thread copies at once.
 constexpr std::size_t kRange = std::size_t{1} << 18;
 
-struct Source {
+struct PlaneBytes {
   const void* from;  // null: no plane in memory has these bytes
   std::uint64_t offset;
   std::size_t bytes;
 };
 
 // Appends a system's planes to the description, and where they are now to `sources`.
-void describe(const Store& store, std::int32_t system, Description& description, std::vector<Source>& sources,
+void describe(const Store& store, std::int32_t system, Description& description, std::vector<PlaneBytes>& sources,
               std::uint64_t& end) {
   const auto add = [&](SavedPlane plane, const void* from, std::size_t bytes) {
     plane.system = system;
@@ -259,7 +259,7 @@ static_assert(sizeof(Mark) == 24);
 
 void copy(const std::vector<const Store*>& stores, Description& description, Bytes& out, threads::Pool& pool) {
   description.planes.clear();
-  std::vector<Source> sources;
+  std::vector<PlaneBytes> sources;
   std::uint64_t end = 0;
   for (std::size_t i = 0; i < stores.size(); ++i) {
     description.systems[i].rows = stores[i]->size();

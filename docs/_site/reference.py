@@ -68,7 +68,8 @@ def entry(full: str, thing: Any) -> str:
 
 def said(module: str, name: str, thing: Any) -> str:
     """Return the docstring below a constant, in whichever module of the package defines it."""
-    for full in sorted(full for full in sys.modules if full.startswith(module)):
+    own = sys.modules[module].__name__  # of a room of the laboratory, its name there
+    for full in sorted(full for full in sys.modules if full.startswith(own)):
         if getattr(sys.modules[full], name, None) is thing:
             analyzer = ModuleAnalyzer.for_module(full)
             analyzer.analyze()

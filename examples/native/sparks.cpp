@@ -17,8 +17,7 @@ shapes::Shape ground() { return {shapes::Kind::plane, {0, 0, 0, 0, 1, 0}}; }
 
 // Records the calls that a script would record in each frame.
 void record_frame(engine::Engine& engine, int sparks) {
-  recording::Birth source;
-  source.kind = recording::Birth::Kind::source;
+  recording::Source source;
   source.shape = disc();
   source.rate = 24 * 500;
   actions::Distribution upwards;

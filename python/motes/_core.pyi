@@ -14,13 +14,15 @@ __all__: list[str] = [
     "Action",
     "BalancePlan",
     "BalanceTable",
-    "Birth",
+    "Burst",
     "Callback",
     "Distribution",
+    "Emit",
     "Engine",
     "PartFile",
     "Policy",
     "Shape",
+    "Source",
     "Spawn",
     "Speeds",
     "Sprite",
@@ -135,28 +137,33 @@ class Distribution:
     def value(arg0: collections.abc.Sequence[float]) -> Distribution: ...
     def to_bytes(self) -> bytes: ...
 
-class Birth:
-    @staticmethod
-    def burst(
-        shape: Shape, count: int, state: collections.abc.Sequence[tuple[int, Distribution]]
-    ) -> Birth: ...
-    @staticmethod
-    def emit(
+class Source:
+    def __init__(
+        self,
+        shape: Shape,
+        *,
+        rate: float,
+        integral: collections.abc.Sequence[float],
+        scale: float,
+        before: Shape | None,
+        jitter: bool,
+        state: collections.abc.Sequence[tuple[int, Distribution]],
+        number: int,
+    ) -> None: ...
+
+class Burst:
+    def __init__(
+        self, shape: Shape, *, count: int, state: collections.abc.Sequence[tuple[int, Distribution]]
+    ) -> None: ...
+
+class Emit:
+    def __init__(
+        self,
+        *,
         count: int,
         columns: collections.abc.Sequence[tuple[int, numpy.typing.ArrayLike]],
         state: collections.abc.Sequence[tuple[int, Distribution]],
-    ) -> Birth: ...
-    @staticmethod
-    def source(
-        shape: Shape,
-        rate: float,
-        jitter: bool,
-        state: collections.abc.Sequence[tuple[int, Distribution]],
-        before: Shape | None = None,
-        until: collections.abc.Sequence[float] = [],
-        scale: float = 0.0,
-        source: int = 0,
-    ) -> Birth: ...
+    ) -> None: ...
 
 class Spawn:
     def __init__(
@@ -192,21 +199,7 @@ class Sum:
     ) -> None: ...
 
 class Sprite:
-    def __init__(
-        self,
-        kind: str,
-        pixels: int,
-        blend: str,
-        of_height: float,
-        softness: float,
-        picture: int,
-        lit: bool,
-        shadow: float,
-        facing: str = "orientation",
-        width: float = 0,
-        length: float = 0,
-        tiles: collections.abc.Sequence[int] = [1, 1, 1],
-    ) -> None: ...
+    def __init__(self, kind: str, **kwargs) -> None: ...
     def picked(
         self,
         number: collections.abc.Sequence[tuple[str, int, float]],
@@ -403,7 +396,7 @@ class Engine:
         self, what: str, reads: bool, prepare: collections.abc.Callable[..., typing.Any]
     ) -> tuple[list[int], list[bytes]]: ...
     def record_action(self, system: int, action: Action) -> None: ...
-    def record_birth(self, arg0: int, arg1: Birth) -> None: ...
+    def record_birth(self, arg0: int, arg1: Source | Burst | Emit) -> None: ...
     def record_callback(self, system: int, callback: Callback) -> None: ...
     def record_interaction(
         self, first: int, second: int, action: Action, counterpart: Action | None = None

@@ -45,6 +45,20 @@ def test_a_law_is_named_where_the_page_says():
     assert named == {"cpp/interactions/laws/law_fluid.h", "cpp/actions/list.inc"}
 
 
+def test_a_family_is_named_where_the_page_says():
+    """A class in a file of its own and an entry are all that the core has of a family of actions."""
+    core = [path for path in (ROOT / "cpp").rglob("*") if path.suffix in (".h", ".cpp", ".inc", ".cmake")]
+    named = {str(path.relative_to(ROOT)) for path in core if re.search(r"\bgravitating\b", code_of(path))}
+    assert named == {"cpp/interactions/kinds/gravitating.cpp", "cpp/actions/list.inc"}
+
+
+def test_the_engine_asks_for_few_kinds():
+    """What differs between kinds is told by their classes and facts, not by tests in the engine."""
+    engine = [path for path in (ROOT / "cpp" / "engine").rglob("*") if path.suffix in (".h", ".cpp")]
+    lines = [line for path in engine for line in path.read_text().splitlines() if "actions::Kind::" in line]
+    assert len(lines) <= 4, lines
+
+
 def code_of(path: Path) -> str:
     return re.sub(r"//.*", "", path.read_text())
 

@@ -62,7 +62,7 @@ ENGINE = {
     "set_image_sha256": "told again with each picture",
     "set_unsaved_from": "told again before each frame",
     "set_saving": "told again around each checkpoint",
-    "on_callback": "kept by recover.cpp; lists with callbacks end the run",
+    "on_callback": "kept by recovering_engine.cpp; lists with callbacks end the run",
     "on_orders": "kept in the settings; steered runs end",
 }
 

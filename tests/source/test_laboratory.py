@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
+import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -75,6 +76,14 @@ def test_the_engine_does_not_import_the_laboratory():
     for path in ENGINE.rglob("*.py"):
         assert not [name for name in imported(path, ENGINE.parent) if name.startswith("motes_lab")], path
         assert path == WAY or "motes_lab" not in path.read_text(), path
+
+
+def test_both_packages_are_installed_and_checked():
+    about = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]
+    packages = sorted(f"python/{path.parent.name}" for path in (ROOT / "python").glob("*/__init__.py"))
+    assert len(packages) == 2
+    assert about["scikit-build"]["wheel"]["packages"] == about["mypy"]["files"] == packages
+    assert all((ROOT / package / "py.typed").is_file() for package in packages)
 
 
 def test_only_tests_of_the_laboratory_import_it():

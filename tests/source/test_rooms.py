@@ -11,7 +11,7 @@ from typing import TypeVar
 
 import imports
 import pytest
-from imports import PACKAGE
+from imports import LABORATORY, PACKAGE
 
 CPP = Path(__file__).resolve().parents[2] / "cpp"
 MOST_FILES = 40
@@ -68,11 +68,30 @@ def knowing_the_laboratory(files: dict[Path, set[str]]) -> list[Path]:
     return [path for path, names in engine.items() if any(name.startswith("lab/") for name in names)]
 
 
+def test_files_of_interactions_do_not_include_each_other_in_circles():
+    below: dict[Path, set[Path]] = {}
+    for path, names in includes().items():
+        if path.parts[0] == "interactions":
+            units = {Path(name).with_suffix("") for name in names if name.startswith("interactions/")}
+            below.setdefault(path.with_suffix(""), set()).update(units - {path.with_suffix("")})
+    assert len(below) > 25
+    assert circle(below) == []
+
+
 def test_rooms_of_the_package_do_not_import_each_other_in_circles():
     below = imports.rooms(imports.modules(imports.START, imports.LATER))
     assert len(below) > 20
     assert circle(below) == []
     assert circle({**below, "_values": {"_world"}}) != []
+
+
+def test_rooms_of_the_laboratory_do_not_import_each_other_in_circles():
+    graph = imports.modules(imports.START, imports.LATER, imports.TYPES, package=LABORATORY)
+    below = {room.split(".")[0]: set[str]() for room in graph}
+    for name, others in graph.items():
+        below[name.split(".")[0]] |= {one.split(".")[0] for one in others} - {name.split(".")[0]}
+    assert len(below) > 5
+    assert circle(below) == []
 
 
 def test_rooms_of_the_package_name_few_types_of_those_above():
@@ -109,7 +128,7 @@ def test_rooms_know_their_place():
         room = name.split(".")[0]
         found = imports.reached(graph, name)
         if room == "analysis":
-            assert not found & {"_core", "replay", "_world", "cli", "cluster"}, name
+            assert not found & {"_core", "replay", "_world", "cli"}, name
         if room == "replay":
             assert not found & {"analysis", "_world", "cli"}, name
         if room == "_io":
@@ -141,6 +160,7 @@ def private_names(path: Path) -> set[str]:
 
 def test_modules_do_not_use_private_names_of_each_other(tmp_path: Path):
     found = {path: private_names(path) for path in PACKAGE.rglob("*.py")}
+    assert [path for path in LABORATORY.rglob("*.py") if private_names(path)] == []
     assert {path.relative_to(PACKAGE): names for path, names in found.items() if names} == ARGPARSE
     (tmp_path / "a.py").write_text("def f(world): world._run(); return world._replace()")
     assert private_names(tmp_path / "a.py") == {"_run"}
@@ -148,7 +168,7 @@ def test_modules_do_not_use_private_names_of_each_other(tmp_path: Path):
 
 def test_only_the_command_line_prints_usage():
     others = ("options.py", "script.py", "overhead.py", "paths.py")
-    for path in PACKAGE.rglob("*.py"):
+    for path in (*PACKAGE.rglob("*.py"), *LABORATORY.rglob("*.py")):
         if "cli" not in path.parts and path.name not in others:
             assert "argparse" not in path.read_text(), path
 
@@ -181,9 +201,9 @@ def test_libraries_of_one_room_stay_in_it(header: str, allowed: set[str]):
 
 def test_what_a_folder_is_for_stands_in_architecture():
     text = (CPP.parent / "ARCHITECTURE.md").read_text()
-    folders = {path.parent.name for path in PACKAGE.glob("*/__init__.py")}
+    folders = {path.parent for package in (PACKAGE, LABORATORY) for path in package.glob("*/__init__.py")}
     missing = [room for room in rooms(includes()) if f"| `cpp/{room}` |" not in text]
-    missing += [room for room in sorted(folders) if f"| `python/motes/{room}` |" not in text]
+    missing += [room for room in folders if f"| `python/{room.relative_to(PACKAGE.parent)}` |" not in text]
     assert missing == []
 
 

@@ -1,4 +1,4 @@
-"""Imports between the package's modules: at the start, later in functions, or only for type checkers."""
+"""Imports between a package's modules: at the start, later in functions, or only for type checkers."""
 
 from __future__ import annotations
 
@@ -8,21 +8,22 @@ from pathlib import Path
 
 import motes
 
-__all__ = ["PACKAGE", "modules", "reached", "room_of", "rooms"]
+__all__ = ["LABORATORY", "PACKAGE", "modules", "reached", "room_of", "rooms"]
 
 PACKAGE = Path(motes.__file__).parent
+LABORATORY = PACKAGE.with_name("motes_lab")
 START, LATER, TYPES = "start", "later", "types"
 
 
-def modules(*kinds: str) -> dict[str, set[str]]:
-    """Map each module to those that it imports in one of these ways; `motes` itself is excluded."""
+def modules(*kinds: str, package: Path = PACKAGE) -> dict[str, set[str]]:
+    """Map each module to those that it imports in one of these ways; the package itself is excluded."""
     graph = {}
-    for path in PACKAGE.rglob("*.py"):
-        name = ".".join(
-            part for part in path.relative_to(PACKAGE).with_suffix("").parts if part != "__init__"
-        )
+    for path in package.rglob("*.py"):
+        parts = path.relative_to(package).with_suffix("").parts
+        name = ".".join(part for part in parts if part != "__init__")
         if name:
-            graph[name] = {other for other, kind in _imports(path) if kind in (kinds or (START,))} - {""}
+            found = _imports(path, package)
+            graph[name] = {other for other, kind in found if kind in (kinds or (START,))} - {""}
     return graph
 
 
@@ -54,15 +55,15 @@ def reached(graph: dict[str, set[str]], start: str) -> set[str]:
     return seen
 
 
-def _imports(path: Path) -> Iterator[tuple[str, str]]:
-    package = path.relative_to(PACKAGE).parts[:-1]
+def _imports(path: Path, root: Path) -> Iterator[tuple[str, str]]:
+    package = path.relative_to(root).parts[:-1]
     for node, kind in _nodes(ast.parse(path.read_text()), START):
         if not isinstance(node, ast.ImportFrom) or node.level == 0:
             continue
         base = (*package[: len(package) - node.level + 1], *(node.module or "").split("."))
         base = tuple(part for part in base if part)
         for alias in node.names:
-            whole = PACKAGE.joinpath(*base, alias.name)
+            whole = root.joinpath(*base, alias.name)
             is_module = whole.is_dir() or whole.with_suffix(".py").is_file() or alias.name == "_core"
             yield ".".join((*base, alias.name) if is_module else base), kind
 

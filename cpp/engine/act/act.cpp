@@ -41,8 +41,8 @@ std::uint64_t lowest_id(const Store& store) {
 
 // Completes a run of the list: keeps traces, finds migrants and events, and charges the cost.
 void end_list(const Rank& rank, const System& system, Population& here) {
-  if (system.told.sprite.kind == image::Sprite::Kind::ribbon) {
-    const auto times = particles::TraceTimes::over(system.told.sprite.length, rank.settings.dt, rank.session.frame);
+  if (const auto* ribbon = system.told.sprite.as<image::RibbonSprite>()) {
+    const auto times = particles::TraceTimes::over(ribbon->length, rank.settings.dt, rank.session.frame);
     particles::keep_trace(here.store, times, *rank.pool);
   }
   if (here.moved && here.outcome.left.empty())
@@ -156,6 +156,7 @@ void act_on_all(Rank& rank, const Script& script, const Calculator& calculator, 
   if (received != newborn.count) throw std::runtime_error("births were lost on the way");
 }
 
+// Ends the lists with interactions. They ended together, but each system's particles are charged and packed alone.
 void end_interactions(const Rank& rank, const Script& script, const Calculator& calculator, Round& round) {
   for (std::size_t i = round.first; i < round.last; ++i) {
     const System& system = *script.systems[i];
@@ -166,6 +167,9 @@ void end_interactions(const Rank& rank, const Script& script, const Calculator& 
   }
 }
 
+// A rank that failed before its lists ran must still answer at the first interaction, or the others wait for it:
+// whether there is one is known from the message that dealt the births, not from the rank's own list, which may be the
+// error.
 void run_lists(Rank& rank, const Script& script, Calculator& calculator, Round& round, Newborn& newborn) {
   InteractionSchedule course(rank, script, calculator, round);
   rank.session.work("act", [&] {

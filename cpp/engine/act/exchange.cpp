@@ -8,7 +8,7 @@ using comm::Phase;
 void send_migrants(Rank& rank, const Script& script, const Calculator& calculator, Round& round) {
   Session& session = rank.session;
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::exchange, "send migrants", script.name_of(round));
-  for (const std::int32_t source : round.orders.sources) session.comm().await(source, Phase::exchange);
+  for (const std::int32_t sender : round.orders.senders) session.comm().await(sender, Phase::exchange);
   std::map<int, std::uint64_t> counts;
   for (std::size_t i = round.first; i < round.last; ++i) {
     for (const Sent& s : calculator.populations[i]->sent) counts[s.domain] += s.count;
@@ -21,8 +21,8 @@ void send_migrants(Rank& rank, const Script& script, const Calculator& calculato
 
 void receive_arrivals(Rank& rank, const Script& script, Calculator& calculator, const Round& round) {
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::exchange, "receive", script.name_of(round));
-  for (const std::int32_t source : round.orders.sources) {
-    const Message message = rank.session.comm().expect(source, Phase::exchange, rank.session.stamp(round));
+  for (const std::int32_t sender : round.orders.senders) {
+    const Message message = rank.session.comm().expect(sender, Phase::exchange, rank.session.stamp(round));
     rank.session.work("exchange", [&] {
       base::Reader in = message.reader();
       std::uint64_t count = 0;

@@ -31,13 +31,15 @@ struct Known {
   std::uint32_t entry;  // index in that calculator's message
 };
 
+// The next id may be on any rank, so ghosts of what is near would not do. Keepers sort what they are told by id; the
+// last particle of a keeper follows the first of the next keeper that knows one, hence the second all-reduce.
 class Following {
  public:
   Following(Rank& rank, const Script& script, Calculator& calculator, const Round& round,
             const Interaction& interaction)
-      : rank_(rank), round_(round), interaction_(interaction), system_(*script.systems[interaction.systems[0]]),
-        here_(*calculator.populations[interaction.systems[0]]), count_(static_cast<int>(rank.session.calculators())),
-        self_(rank.session.calculator()) {}
+      : rank_(rank), round_(round), interaction_(interaction), side_(interaction.meeting.sides[0]),
+        system_(*script.systems[side_.system]), here_(*calculator.populations[side_.system]),
+        count_(static_cast<int>(rank.session.calculators())), self_(rank.session.calculator()) {}
 
   bool run() {
     compute([&] { clear_dead(rank_, system_, here_); });
@@ -60,7 +62,7 @@ class Following {
   void compute(const Work& work) {
     rank_.session.work("follow", [&] {
       here_.tally.compute_s +=
-          rank_.machine.timed([&] { of_item(system_.list, interaction_.systems[0], interaction_.item, work); });
+          rank_.machine.timed([&] { of_item(system_.list, side_.system, interaction_.item, work); });
     });
   }
 
@@ -76,6 +78,7 @@ class Following {
     return at;
   }
 
+  // Packs this rank's particles for their keepers.
   void tell(std::vector<Message>& told) {
     keepers_.assign(here_.store.size(), 0);
     for (std::size_t i = 0; i < here_.store.size(); ++i) {
@@ -113,6 +116,7 @@ class Following {
     messages = std::move(heard);
   }
 
+  // Sorts what calculators have told this keeper. Ids are unique, so the order does not depend on who told it.
   void note(const std::vector<Message>& told) {
     for (std::size_t from = 0; from < told.size(); ++from) {
       base::Reader in = told[from].reader();
@@ -135,6 +139,8 @@ class Following {
     return numbers;
   }
 
+  // Packs, for each calculator, the positions of the next particles, in the order in which it told its own: ids need
+  // not travel back.
   void answer(const Maxima& firsts, std::vector<Message>& answers) {
     Position last{};
     bool more = false;  // a later keeper knows a particle; `last` is its position
@@ -159,13 +165,13 @@ class Following {
   // Applies v += d magnitude dt / (r (r^2 + epsilon)), where d points to the next particle (McAllister's Follow).
   void act(const std::vector<Message>& answers) {
     if (silent_) return;  // all ranks give up at the next all-reduce, or at the report
-    const actions::Action& action = *interaction_.action;
-    const float dt = static_cast<float>(rank_.settings.dt / rank_.settings.substeps);
+    const actions::Action& action = *side_.action;
     const auto given = actions::numbers_of<actions::numbers::follow, float>(action);
-    const float strength = given.magnitude * dt, reach = given.max_radius;
+    const float strength = given.magnitude * interaction_.meeting.step.dt, reach = given.max_radius;
     std::vector<std::uint8_t> chosen(here_.store.size(), action.where.empty() ? 1 : 0);
     if (!action.where.empty()) {
-      for (const std::uint32_t p : program::select(action.where, action.shapes, interaction_.time, here_.store))
+      for (const std::uint32_t p :
+           program::select(action.where, action.shapes, interaction_.meeting.step.time, here_.store))
         chosen[p] = 1;
     }
     const particles::Periods& periods = system_.definition.periods;
@@ -189,6 +195,7 @@ class Following {
   Rank& rank_;
   const Round& round_;
   const Interaction& interaction_;
+  const interactions::Side& side_;
   const System& system_;
   Population& here_;
   int count_, self_;

@@ -79,26 +79,21 @@ void take_noted(base::Reader& in, Ids& noted) {
 
 bool GhostExchange::holds() {
   bool all = true;
-  for (std::size_t side = 0; side < in_.interaction.count; ++side) {
-    const interactions::Side here{.store = &in_.population(side).store,
-                                  .list = &list_of(side),
-                                  .now = in_.interaction.substep,
-                                  .place = in_.place(side)};
-    const bool second = side == 1 && in_.interaction.counterpart == nullptr;
-    const bool holds =
-        interactions::list_holds(in_.action(side), here, second, in_.calculator.scratch.of(side), *in_.rank.pool);
+  for (std::size_t side = 0; side < in_.count(); ++side) {
+    const interactions::NeighbourList& list = in_.calculator.neighbours[in_.key(side)];
+    const bool holds = action_.holds(side);
     all = all && holds && kept(side).domains == in_.system(side).domains;
-    wear_.step = std::max(wear_.step, list_of(side).wear().step);
-    wear_.age = std::max(wear_.age, list_of(side).wear().age);
+    wear_.step = std::max(wear_.step, list.wear().step);
+    wear_.age = std::max(wear_.age, list.wear().age);
     // While lists are kept, particles do not migrate; the skin bounds how far outside their domain they are.
-    migrants_[side].farthest = static_cast<double>(list_of(side).skin());
+    migrants_[side].farthest = static_cast<double>(list.skin());
   }
   return all;
 }
 
 void GhostExchange::find_migrants() {
   if (in_.rank.session.calculators() == 1) return;
-  for (std::size_t side = 0; side < in_.interaction.count; ++side)
+  for (std::size_t side = 0; side < in_.count(); ++side)
     migrants_[side] = migrants_of(in_.rank, in_.system(side), images_, in_.population(side));
 }
 
@@ -109,9 +104,10 @@ const domains::BoxCover& GhostExchange::cover(std::size_t side, int calculator) 
   return found->second;
 }
 
-// Returns whether `from` may have migrants or ghosts for `to`.
+// Returns whether `from` may have migrants or ghosts for `to`. Both ends compute this from the same cuts and the agreed
+// distances, so a rank knows whom to wait for without asking; a message may turn out to be empty.
 bool GhostExchange::concerns(int from, int to) const {
-  for (std::size_t a = 0; a < in_.interaction.count; ++a) {
+  for (std::size_t a = 0; a < in_.count(); ++a) {
     const domains::BoxCover& own = cover(a, from);
     if (images_.within(own, cover(a, to), farthest_)) return true;
     if (images_.within(own, cover(in_.seer(a), to), farthest_ + range_)) return true;
@@ -123,7 +119,7 @@ void GhostExchange::await(const std::vector<int>& from) const {
   for (const int source : from) in_.rank.session.comm().await(in_.rank.session.rank_of(source), Phase::interaction);
 }
 
-// Sends the messages; those of a rank whose compute failed are empty.
+// Sends the messages; those of a rank whose compute failed are empty, but sent, since others wait for them.
 void GhostExchange::send(std::map<int, Message>& messages) {
   const bool failed = in_.rank.session.failed();
   for (auto& [target, message] : messages) {
@@ -135,6 +131,8 @@ void GhostExchange::send(std::map<int, Message>& messages) {
   }
 }
 
+// Messages are read in the order of the ranks, not of their arrival, so that a run repeats itself down to the order of
+// particles in memory.
 template <class Unpack>
 void GhostExchange::hear(const std::vector<int>& from, const Unpack& unpack) {
   for (const int source : from) {
@@ -144,11 +142,13 @@ void GhostExchange::hear(const std::vector<int>& from, const Unpack& unpack) {
   }
 }
 
+// Migrants and ghosts share a message: a particle that has just left is on its new owner before that acts, and no
+// second round of messages is needed.
 void GhostExchange::exchange(double farthest, double range) {
   farthest_ = farthest;
   range_ = range;
   forget_ghosts();
-  const bool sees_images = images_.any() && bonds_ == nullptr;
+  const bool sees_images = images_.any() && !nearest_;
   if (in_.rank.session.calculators() == 1 && !sees_images) return;
   const int self = in_.rank.session.calculator();
   const int count = static_cast<int>(in_.rank.session.calculators());
@@ -164,29 +164,29 @@ void GhostExchange::exchange(double farthest, double range) {
   std::map<int, Message> messages;
   for (const int target : to) messages[target];
   in_.compute([&] {
-    for (std::size_t side = 0; side < in_.interaction.count; ++side) pack(side, messages);
+    for (std::size_t side = 0; side < in_.count(); ++side) pack(side, messages);
   });
   send(messages);
   in_.compute([&] {
-    for (std::size_t side = 0; side < in_.interaction.count; ++side) remove_migrants(side);
+    for (std::size_t side = 0; side < in_.count(); ++side) remove_migrants(side);
   });
   hear(from, [&](int, const Message& message) { unpack(message); });
   if (lists_) in_.compute([&] { keep_ghosts(to); });
   if (!images_.any()) return;
   in_.compute([&] {
-    for (std::size_t side = 0; side < in_.interaction.count; ++side) place_ghosts(images_, ghosts(side));
+    for (std::size_t side = 0; side < in_.count(); ++side) place_ghosts(images_, ghosts(side));
   });
 }
 
 void GhostExchange::forget_ghosts() {
-  for (std::size_t side = 0; side < in_.interaction.count; ++side) {
+  for (std::size_t side = 0; side < in_.count(); ++side) {
     if (lists_) kept(side) = {{}, in_.system(side).domains, {}, {}, {}};
   }
 }
 
 // Keeps the ghosts just exchanged, on both ends, so that refresh() can send only what changes.
 void GhostExchange::keep_ghosts(const std::vector<int>& others) {
-  for (std::size_t side = 0; side < in_.interaction.count; ++side) {
+  for (std::size_t side = 0; side < in_.count(); ++side) {
     KeptGhosts& ghosts_here = kept(side);
     find_owners(ghosts_here.domains, ghosts_here);
     const std::vector<std::uint32_t> near = near_the_border(side);
@@ -209,7 +209,7 @@ void GhostExchange::refresh() {
   if (images_.any()) in_.compute([&] { refresh_own_images(); });
   std::map<int, Message> messages;
   std::set<int> sources;
-  for (std::size_t side = 0; side < in_.interaction.count; ++side) {
+  for (std::size_t side = 0; side < in_.count(); ++side) {
     for (const auto& [source, places] : kept(side).received) sources.insert(source);
     for (const auto& [target, particles] : kept(side).sent) messages[target];
   }
@@ -224,13 +224,14 @@ void GhostExchange::refresh() {
   hear(from, [&](int source, const Message& message) { unpack_changes(source, message); });
 }
 
+// Sends this calculator's images to itself, as it sends them to others: one way to read them, one result.
 void GhostExchange::refresh_own_images() {
   const int self = in_.rank.session.calculator();
-  for (std::size_t side = 0; side < in_.interaction.count; ++side) {
+  for (std::size_t side = 0; side < in_.count(); ++side) {
     KeptGhosts& ghosts_here = kept(side);
     if (!ghosts_here.sent.contains(self)) continue;
     base::Bytes bytes;
-    put_changes(in_.action(side), side == 1, in_.population(side).store, self, ghosts_here, bytes);
+    put_changes(action_.reads(side), in_.population(side).store, self, ghosts_here, bytes);
     base::Reader in(bytes.view());
     take_changes(in, self, images_, ghosts_here);
   }
@@ -238,11 +239,10 @@ void GhostExchange::refresh_own_images() {
 
 std::uint64_t GhostExchange::pack_changes(int target, base::Bytes& bytes) {
   std::uint64_t count = 0;
-  for (std::size_t side = 0; side < in_.interaction.count; ++side) {
+  for (std::size_t side = 0; side < in_.count(); ++side) {
     KeptGhosts& ghosts_here = kept(side);
     if (!ghosts_here.sent.contains(target)) continue;
-    const std::uint64_t told =
-        put_changes(in_.action(side), side == 1, in_.population(side).store, target, ghosts_here, bytes);
+    const std::uint64_t told = put_changes(action_.reads(side), in_.population(side).store, target, ghosts_here, bytes);
     in_.population(side).interaction.ghosts += told;
     in_.rank.machine.charge(in_.rank.machine.costs().copy * static_cast<double>(told));
     count += told;
@@ -253,7 +253,7 @@ std::uint64_t GhostExchange::pack_changes(int target, base::Bytes& bytes) {
 void GhostExchange::unpack_changes(int source, const Message& message) {
   base::Reader in = message.reader();
   std::uint64_t count = 0;
-  for (std::size_t side = 0; side < in_.interaction.count; ++side) {
+  for (std::size_t side = 0; side < in_.count(); ++side) {
     KeptGhosts& ghosts_here = kept(side);
     if (ghosts_here.received.contains(source)) count += take_changes(in, source, images_, ghosts_here);
   }
@@ -262,21 +262,20 @@ void GhostExchange::unpack_changes(int source, const Message& message) {
     throw std::runtime_error("kept ghosts differ from what their owner sends");
 }
 
-// Adds the places, from number `first` on, at which particles of the domain `seer` may see particle `p`. Ties find the
-// nearest image themselves, so they get each particle once, at its own position.
+// Adds the places, from number `first` on, at which particles of the domain `seer` may see particle `p`. Where the
+// action finds nearest images, each particle is a ghost once, at its own position.
 void GhostExchange::choose(std::size_t side, const domains::BoxCover& seer, std::uint32_t p, std::uint8_t first,
                            Chosen& chosen) const {
   const Store& store = in_.population(side).store;
   float x[3];
   position_of(store, p, x);
-  const bool tied = bonds_ == nullptr || bonds_->row_of(store.ids()[p]) != interactions::Bonds::kNone;
-  if (!tied || std::isnan(x[0] + x[1] + x[2]) || (bonds_ != nullptr && first > 0)) return;
+  if (std::isnan(x[0] + x[1] + x[2]) || (nearest_ && first > 0)) return;
   for (std::uint8_t number = first; number < images_.count(); ++number) {
     const float at[3] = {images_.at(number, 0, x[0]), images_.at(number, 1, x[1]), images_.at(number, 2, x[2])};
     if (!within(seer, at, range_)) continue;
     chosen.particles.push_back(p);
-    if (images_.any()) chosen.images.push_back(bonds_ == nullptr ? number : 0);
-    if (bonds_ != nullptr) return;
+    if (images_.any()) chosen.images.push_back(nearest_ ? 0 : number);
+    if (nearest_) return;
   }
 }
 
@@ -288,16 +287,16 @@ std::vector<std::uint32_t> GhostExchange::near_the_border(std::size_t side) cons
   const Store& store = in_.population(side).store;
   const domains::BoxCover& own = cover(side, in_.rank.session.calculator());
   const bool nothing_deep = sees.domains != in_.system(side).domains || own.whole == 0 || own.around == domains::Box{};
-  if (nothing_deep) return first_indices(store.size());
+  if (nothing_deep) return action_.sources(side, first_indices(store.size()));
   std::vector<std::uint8_t> deep(store.size(), 0);
   for (std::size_t i = 0; i < own.whole; ++i) {
-    if (!mark_deep(store, own.boxes[i], range_, deep)) return first_indices(store.size());
+    if (!mark_deep(store, own.boxes[i], range_, deep)) return action_.sources(side, first_indices(store.size()));
   }
   std::vector<std::uint32_t> found;
   for (std::size_t i = 0; i < deep.size(); ++i) {
     if (deep[i] == 0) found.push_back(static_cast<std::uint32_t>(i));
   }
-  return found;
+  return action_.sources(side, std::move(found));
 }
 
 // Packs, for each calculator, its new particles and ghosts of the particles within reach of its domain.
@@ -308,7 +307,7 @@ void GhostExchange::pack(std::size_t side, std::map<int, Message>& messages) {
   for (const auto& [owner, migrants] : migrants_[side].to) {
     for (const std::uint32_t p : migrants) owners[p] = owner;
   }
-  interactions::write_down_touches(in_.calculator.neighbours, in_.interaction.systems[side], owners, here.store);
+  interactions::write_down_touches(in_.calculator.neighbours, in_.number(side), owners, here.store);
   const std::vector<std::uint32_t> near = near_the_border(side);
   const auto owner_of = [&](std::uint32_t p) {
     const auto migrant = owners.find(p);
@@ -326,7 +325,7 @@ void GhostExchange::pack(std::size_t side, std::map<int, Message>& messages) {
     const domains::BoxCover& seer = cover(in_.seer(side), target);
     Chosen copied;
     for (const std::uint32_t p : near) choose(side, seer, p, owner_of(p) == target ? 1 : 0, copied);
-    put_ghosts(in_.action(side), side == 1, here.store, copied, bytes);
+    put_ghosts(action_.reads(side), here.store, copied, bytes);
     sent_[target] += gone.size() + copied.size();
     here.interaction.ghosts += copied.size();
     in_.rank.machine.charge(in_.rank.machine.costs().copy * static_cast<double>(copied.size()));
@@ -334,17 +333,19 @@ void GhostExchange::pack(std::size_t side, std::map<int, Message>& messages) {
   base::Bytes kept;  // ghosts of leaving migrants and images that this calculator sees
   const domains::BoxCover& own = cover(in_.seer(side), self);
   Chosen copied;
-  for (const auto& [p, owner] : owners) {
-    if (seen(side)) choose(side, own, p, 0, copied);
-  }
+  std::vector<std::uint32_t> leaving;
+  for (const auto& [p, owner] : owners) leaving.push_back(p);
+  if (!seen(side)) leaving.clear();
+  for (const std::uint32_t p : action_.sources(side, std::move(leaving))) choose(side, own, p, 0, copied);
   for (const std::uint32_t p : near) {
     if (images_.any() && owner_of(p) == self) choose(side, own, p, 1, copied);
   }
-  put_ghosts(in_.action(side), side == 1, here.store, copied, kept);
+  put_ghosts(action_.reads(side), here.store, copied, kept);
   base::Reader in(kept.view());
-  take_ghosts(in, in_.action(side), side == 1, images_.any(), ghosts(side));
+  take_ghosts(in, action_.reads(side).size(), images_.any(), ghosts(side));
 }
 
+// Removes the migrants after all messages are packed, since their ghosts were read from the store.
 void GhostExchange::remove_migrants(std::size_t side) {
   Population& here = in_.population(side);
   std::vector<std::uint32_t> gone;
@@ -359,7 +360,7 @@ void GhostExchange::remove_migrants(std::size_t side) {
 void GhostExchange::unpack(const Message& message) {
   base::Reader in = message.reader();
   std::uint64_t count = 0;
-  for (std::size_t side = 0; side < in_.interaction.count; ++side) {
+  for (std::size_t side = 0; side < in_.count(); ++side) {
     Population& here = in_.population(side);
     const std::size_t before = here.store.size();
     here.store.unpack(in, *in_.rank.pool);
@@ -367,7 +368,7 @@ void GhostExchange::unpack(const Message& message) {
     here.interaction.moved_in += arrived;
     take_noted(in, here.bounced);
     take_noted(in, here.collided);
-    const std::uint64_t seen = take_ghosts(in, in_.action(side), side == 1, images_.any(), ghosts(side));
+    const std::uint64_t seen = take_ghosts(in, action_.reads(side).size(), images_.any(), ghosts(side));
     count += arrived + seen;
     const Costs& costs = in_.rank.machine.costs();
     in_.rank.machine.charge(costs.arrive * static_cast<double>(arrived) + costs.copy * static_cast<double>(seen));

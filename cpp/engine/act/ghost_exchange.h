@@ -11,7 +11,7 @@
 #include "comm/message.h"
 #include "engine/act/ghosts.h"
 #include "engine/act/parties.h"
-#include "interactions/ties.h"
+#include "interactions/pair_action.h"
 
 namespace motes::engine {
 
@@ -24,15 +24,13 @@ class GhostExchange {
     double farthest = 0;                           // maximum distance outside the domain, m
   };
 
-  /// `bonds`: of a tie; null for other actions.
-  GhostExchange(const Parties& parties, const interactions::Bonds* bonds, const Images& images)
-      : in_(parties), bonds_(bonds), images_(images) {}
+  GhostExchange(const Parties& parties, interactions::PairAction& action, const Images& images)
+      : in_(parties), action_(action), images_(images) {}
 
   bool has_lists() const { return lists_; }
   /// Returns whether this calculator's neighbour lists are still valid, and measures their wear.
   bool holds();
   const interactions::Wear& wear() const { return wear_; }
-  interactions::NeighbourList& list_of(std::size_t side) const { return in_.calculator.neighbours[key(side)]; }
 
   /// Finds the particles that have left this domain since the last exchange.
   void find_migrants();
@@ -48,13 +46,9 @@ class GhostExchange {
   interactions::Ghosts& ghosts(std::size_t side) { return lists_ ? kept(side).ghosts : ghosts_[side]; }
 
  private:
-  // Returns the key of a side's neighbour list and ghosts.
-  std::pair<std::size_t, std::uint32_t> key(std::size_t side) const {
-    return {in_.interaction.systems[side], in_.interaction.law[side]};
-  }
+  KeptGhosts& kept(std::size_t side) const { return in_.calculator.ghosts[in_.key(side)]; }
   // Returns whether the action reads the particles of a side.
-  bool seen(std::size_t side) const { return !interactions::read_by(in_.action(side), side == 1).empty(); }
-  KeptGhosts& kept(std::size_t side) const { return in_.calculator.ghosts[key(side)]; }
+  bool seen(std::size_t side) const { return !action_.reads(side).empty(); }
   bool concerns(int from, int to) const;
   void await(const std::vector<int>& from) const;
   void send(std::map<int, comm::Message>& messages);
@@ -74,9 +68,11 @@ class GhostExchange {
   void unpack(const comm::Message& message);
 
   const Parties& in_;
-  const interactions::Bonds* bonds_;
+  interactions::PairAction& action_;
   const Images& images_;
-  const bool lists_ = interactions::remembers(*in_.interaction.action);
+  const bool lists_ = interactions::remembers(*in_.interaction.meeting.sides[0].action);
+  // Images are ghosts, too, unless the action finds the nearest image of a particle itself.
+  const bool nearest_ = action_.across_ends() == interactions::PairAction::AcrossEnds::nearest;
   interactions::Wear wear_;
   Migrants migrants_[2];
   double farthest_ = 0;

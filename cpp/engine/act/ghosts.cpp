@@ -42,11 +42,11 @@ bool within(const domains::BoxCover& cover, const float (&x)[3], double range) {
   return std::any_of(cover.boxes.begin(), cover.boxes.end(), near);
 }
 
-void put_ghosts(const actions::Action& action, bool second, const Store& store, const Chosen& chosen,
+void put_ghosts(const std::vector<interactions::Component>& read, const Store& store, const Chosen& chosen,
                 base::Bytes& out) {
   out.put(static_cast<std::uint64_t>(chosen.size()));
   for (const std::uint32_t i : chosen.particles) out.put(store.ids()[i]);
-  for (const interactions::Component c : interactions::read_by(action, second)) {
+  for (const interactions::Component c : read) {
     const float* plane = store.plane(c.attribute, c.component);
     const float value = store.uniform_value(c.attribute)[static_cast<std::size_t>(c.component)];
     for (const std::uint32_t i : chosen.particles) out.put(plane != nullptr ? plane[i] : value);
@@ -54,10 +54,9 @@ void put_ghosts(const actions::Action& action, bool second, const Store& store, 
   out.put_raw(chosen.images.data(), chosen.images.size());
 }
 
-std::uint64_t take_ghosts(base::Reader& in, const actions::Action& action, bool second, bool images,
-                          interactions::Ghosts& ghosts) {
+std::uint64_t take_ghosts(base::Reader& in, std::size_t columns, bool images, interactions::Ghosts& ghosts) {
   const auto count = in.get<std::uint64_t>();
-  ghosts.columns.resize(interactions::read_by(action, second).size());
+  ghosts.columns.resize(columns);
   for (std::uint64_t i = 0; i < count; ++i) ghosts.ids.push_back(in.get<std::uint64_t>());
   for (std::vector<float>& column : ghosts.columns) {
     for (std::uint64_t i = 0; i < count; ++i) column.push_back(in.get<float>());
@@ -75,10 +74,11 @@ void place_ghosts(const Images& images, interactions::Ghosts& ghosts) {
   }
 }
 
-std::uint64_t put_changes(const actions::Action& action, bool second, const Store& store, int target, KeptGhosts& kept,
-                          base::Bytes& out) {
+// Compares bits, so that a NaN which stays the same is not sent again, and -0 that becomes +0 is. Columns such as sizes
+// and masses rarely change, which makes most refreshes shorter.
+std::uint64_t put_changes(const std::vector<interactions::Component>& read, const Store& store, int target,
+                          KeptGhosts& kept, base::Bytes& out) {
   const std::vector<std::uint32_t>& sent = kept.sent.at(target);
-  const std::vector<interactions::Component> read = interactions::read_by(action, second);
   std::vector<float>& told = kept.told[target];
   const bool first = told.size() != sent.size() * read.size();
   told.resize(sent.size() * read.size());
@@ -116,6 +116,8 @@ std::uint64_t take_changes(base::Reader& in, int source, const Images& images, K
   return places.size();
 }
 
+// The sender chose and sorted the particles before they were ghosts here, so the receiver can only find the order anew:
+// by owner, id and image, as the sender did.
 void find_owners(const domains::Domains& domains, KeptGhosts& kept) {
   const interactions::Ghosts& ghosts = kept.ghosts;
   kept.received.clear();

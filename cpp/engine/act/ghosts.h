@@ -4,12 +4,11 @@
 #include <cstdint>
 #include <vector>
 
-#include "actions/action.h"
 #include "base/bytes.h"
 #include "domains/domains.h"
 #include "engine/act/images.h"
 #include "engine/state/kept_ghosts.h"
-#include "interactions/act.h"
+#include "interactions/sides.h"
 #include "particles/store.h"
 
 namespace motes::engine {
@@ -31,12 +30,12 @@ struct Chosen {
 };
 
 /// Appends ghosts of these particles: ids, then the columns that the action reads, then the numbers of their places.
-/// The columns hold the particles' own positions. `second`: the particles are of the second of two systems.
-void put_ghosts(const actions::Action& action, bool second, const particles::Store& store, const Chosen& chosen,
+/// The columns hold the particles' own positions.
+void put_ghosts(const std::vector<interactions::Component>& read, const particles::Store& store, const Chosen& chosen,
                 base::Bytes& out);
-/// Reads the ghosts of a message and appends them to `ghosts`; returns how many. `images`: whether space is periodic.
-std::uint64_t take_ghosts(base::Reader& in, const actions::Action& action, bool second, bool images,
-                          interactions::Ghosts& ghosts);
+/// Reads the ghosts of a message and appends them to `ghosts`; returns how many. `columns`: how many the action reads;
+/// `images`: whether space is periodic.
+std::uint64_t take_ghosts(base::Reader& in, std::size_t columns, bool images, interactions::Ghosts& ghosts);
 /// Moves ghosts from their particles' positions to their places.
 void place_ghosts(const Images& images, interactions::Ghosts& ghosts);
 
@@ -46,7 +45,7 @@ void place_ghosts(const Images& images, interactions::Ghosts& ghosts);
 ///
 /// Bit c of the mask: column c of those that the action reads follows, one float per ghost; bit 31: all columns from 31
 /// on. Returns the number of ghosts.
-std::uint64_t put_changes(const actions::Action& action, bool second, const particles::Store& store, int target,
+std::uint64_t put_changes(const std::vector<interactions::Component>& read, const particles::Store& store, int target,
                           KeptGhosts& kept, base::Bytes& out);
 /// Reads the message of put_changes from calculator `source`; returns the number of ghosts.
 std::uint64_t take_changes(base::Reader& in, int source, const Images& images, KeptGhosts& kept);

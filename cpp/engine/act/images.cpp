@@ -6,7 +6,6 @@
 #include <string>
 
 #include "engine/act/ghosts.h"
-#include "interactions/pyramid.h"
 
 namespace motes::engine {
 
@@ -85,10 +84,11 @@ float Images::most_skin(float reach) const {
   return std::max(most, 0.0f);
 }
 
-void Images::check(const actions::Action& action, float reach) const {
-  if (!any() || action.kind == actions::Kind::tie) return;  // ties go to the nearest image at any distance
-  const std::string name = actions::call_of(action.kind);
-  if (interactions::uses_cells(action)) {
+void Images::check(const interactions::PairAction& action, float reach) const {
+  using AcrossEnds = interactions::PairAction::AcrossEnds;
+  if (!any() || action.across_ends() == AcrossEnds::nearest) return;
+  const std::string name = action.name();
+  if (action.across_ends() == AcrossEnds::refused) {
     throw std::invalid_argument(name + " does not work across the boundaries of periodic space");
   }
   for (int axis = 0; axis < 3; ++axis) {

@@ -8,8 +8,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "actions/action.h"
 #include "domains/domains.h"
+#include "interactions/pair_action.h"
 #include "particles/periods.h"
 
 namespace motes::engine {
@@ -45,7 +45,7 @@ class Images {
 
   /// Throws std::invalid_argument if the action does not support images, or if its reach is over half a period, so a
   /// particle could see both another particle and its image. `reach`: metres.
-  void check(const actions::Action& action, float reach) const;
+  void check(const interactions::PairAction& action, float reach) const;
 
  private:
   particles::Periods periods_;

@@ -15,10 +15,13 @@ using particles::Store;
 
 namespace {
 
+bool counts_contacts(const actions::Action& action) {
+  return (actions::facts(action.kind).writes >> particles::contacts & 1u) != 0;
+}
+
 // Returns whether the segment ends with an interaction that counts contacts.
 bool collides(const ListSegment& segment) {
-  return segment.interaction != nullptr &&
-         (segment.interaction->kind == actions::Kind::collide || actions::is_contact(*segment.interaction));
+  return segment.interaction != nullptr && counts_contacts(*segment.interaction);
 }
 
 }  // namespace
@@ -53,100 +56,118 @@ void InteractionSchedule::run() {
   }
 }
 
-// Runs the lists in turn. A list that reaches an interaction with another system waits until the other system's list
-// gets there too.
-bool InteractionSchedule::run_substep(int substep) {
+void InteractionSchedule::start_substep() {
   for (Runner& runner : runners_) {
     runner.next_segment = 0;
     runner.collided = Collided::none;
     runner.laws = 0;
     calculator_.populations[runner.system]->collided.clear();
   }
-  std::vector<const ListSegment*> waits(runners_.size(), nullptr);
-  for (std::size_t done = 0; done < runners_.size();) {
-    done = 0;
+}
+
+// Runs the lists in turn, each until it has to wait for another. All ranks have the same lists, so they take the
+// interactions in the same order, without a message about it.
+bool InteractionSchedule::run_substep(int substep) {
+  start_substep();
+  for (bool done = false; !done;) {
+    done = true;
     bool moved = false;
-    for (std::size_t r = 0; r < runners_.size(); ++r) {
-      Runner& runner = runners_[r];
-      while (true) {
-        if (waits[r] == nullptr) waits[r] = run_to_interaction(runner, substep);
-        if (waits[r] == nullptr) break;
-        std::size_t first = r;
-        std::size_t second = r;
-        if (waits[r]->interaction->other >= 0) {
-          const std::size_t other = partner_of(runner, *waits[r]);
-          if (waits[other] == nullptr || waits[other]->interaction->other != static_cast<std::int32_t>(runner.system))
-            break;
-          (waits[r]->interaction->second ? first : second) = other;
-        }
-        Interaction interaction = interaction_of(*waits[first], runners_[first], runners_[second], substep);
-        if (first != second && actions::is_contact(*interaction.action))
-          interaction.counterpart = waits[second]->interaction;
-        waits[first] = nullptr;
-        waits[second] = nullptr;
+    for (Runner& runner : runners_) {
+      while (const std::optional<Interaction> next = next_interaction(runner, substep)) {
         moved = true;
-        if (!interact(rank_, script_, calculator_, round_, interaction)) return false;
+        if (!interact(rank_, script_, calculator_, round_, *next)) return false;
       }
-      if (waits[r] == nullptr && runner.next_segment == runner.segments.size()) ++done;
+      done = done && runner.reached == nullptr;
     }
-    if (!moved && done < runners_.size()) throw std::logic_error("deadlock: systems wait for each other to interact");
+    if (!moved && !done) throw std::logic_error("deadlock: systems wait for each other to interact");
   }
   return true;
 }
 
-Interaction InteractionSchedule::interaction_of(const ListSegment& segment, Runner& first, Runner& second,
-                                                int substep) const {
-  Interaction interaction{.action = segment.interaction,
-                          .item = segment.end,
-                          .systems = {first.system, second.system},
-                          .count = &first == &second ? 1u : 2u};
-  const auto substeps = static_cast<std::uint64_t>(rank_.settings.substeps);
-  interaction.substep =
-      static_cast<std::uint32_t>(rank_.session.frame * substeps) + static_cast<std::uint32_t>(substep) + 1;
-  interaction.time = program::time_of({rank_.session.frame, rank_.settings.substeps, rank_.settings.dt}, substep);
-  interaction.start = static_cast<float>(substep) / static_cast<float>(rank_.settings.substeps);
-  interaction.end = static_cast<float>(substep + 1) / static_cast<float>(rank_.settings.substeps);
-  interaction.last = substep + 1 == rank_.settings.substeps;
+// Runs a list to its next interaction and returns it; nothing at the end, or while the list of the other system has not
+// come to the same interaction.
+std::optional<Interaction> InteractionSchedule::next_interaction(Runner& runner, int substep) {
+  if (runner.reached == nullptr) run_to_interaction(runner, substep);
+  if (runner.reached == nullptr) return std::nullopt;
+  Runner* first = &runner;
+  Runner* second = &runner;
+  if (runner.reached->partner) {
+    second = &partner_of(runner);
+    const actions::Action* const its = second->reached;
+    if (its == nullptr || !its->partner || static_cast<std::size_t>(its->partner->system) != runner.system)
+      return std::nullopt;
+    if (runner.reached->second()) std::swap(first, second);
+  }
+  Interaction next = interaction_of(*first, *second, substep);
+  first->reached = nullptr;
+  second->reached = nullptr;
+  return next;
+}
+
+interactions::SubStep InteractionSchedule::step_of(int substep) const {
+  const Settings& settings = rank_.settings;
+  const auto substeps = static_cast<std::uint64_t>(settings.substeps);
+  return {
+      .number = static_cast<std::uint32_t>(rank_.session.frame * substeps) + static_cast<std::uint32_t>(substep) + 1,
+      .dt = static_cast<float>(settings.dt / settings.substeps),
+      .time = program::time_of({rank_.session.frame, settings.substeps, settings.dt}, substep),
+      .start = static_cast<float>(substep) / static_cast<float>(settings.substeps),
+      .end = static_cast<float>(substep + 1) / static_cast<float>(settings.substeps),
+      .last = substep + 1 == settings.substeps};
+}
+
+Interaction InteractionSchedule::interaction_of(Runner& first, Runner& second, int substep) const {
+  Interaction interaction;
+  interaction.item = first.segments[first.next_segment - 1].end;
+  interactions::Meeting& meeting = interaction.meeting;
+  meeting.count = &first == &second ? 1 : 2;
+  meeting.step = step_of(substep);
   Runner* const runners[2] = {&first, &second};
-  for (std::size_t side = 0; interactions::remembers(*segment.interaction) && side < interaction.count; ++side)
-    interaction.law[side] = runners[side]->laws++;
-  if (!collides(segment)) return interaction;
-  for (std::size_t side = 0; side < interaction.count; ++side) {
-    Runner& runner = *runners[side];
-    const System& system = *script_.systems[runner.system];
-    interaction.gravity[side] = system.gravity(runner.segments[runner.next_segment - 1].end);
-    interaction.newborn_from[side] = runner.newborn_from;
-    interaction.collided[side] = runner.collided;
-    const auto rest = runner.segments.begin() + static_cast<std::ptrdiff_t>(runner.next_segment);
-    interaction.collides_again[side] = std::any_of(rest, runner.segments.end(), collides);
-    const bool some = side == 0 && !segment.interaction->where.empty() && runner.collided != Collided::all;
-    runner.collided = some ? Collided::some : Collided::all;
-    if (segment.interaction->kind != actions::Kind::collide) continue;
-    runner.newborn_from =
-        runner.next_group < system.groups.size() ? system.groups[runner.next_group].first_id : system.counts.born;
+  for (std::size_t s = 0; s < meeting.count; ++s) {
+    Runner& runner = *runners[s];
+    meeting.sides[s].system = runner.system;
+    meeting.sides[s].action = runner.reached;
+    if (interactions::remembers(*runner.reached)) meeting.sides[s].kept.law = runner.laws++;
+    if (counts_contacts(*runner.reached)) describe_collision(runner, s, interaction);
   }
   return interaction;
 }
 
-std::size_t InteractionSchedule::partner_of(const Runner& runner, const ListSegment& segment) const {
+// Notes what the action must know of the contacts that the sub-step has counted before, and what later ones must know.
+void InteractionSchedule::describe_collision(Runner& runner, std::size_t side, Interaction& interaction) const {
+  const System& system = *script_.systems[runner.system];
+  interactions::Collisions& collisions = interaction.meeting.sides[side].collisions;
+  collisions.gravity = system.gravity(runner.segments[runner.next_segment - 1].end);
+  collisions.newborn_from = runner.newborn_from;
+  interaction.collided[side] = runner.collided;
+  const auto rest = runner.segments.begin() + static_cast<std::ptrdiff_t>(runner.next_segment);
+  interaction.collides_again[side] = std::any_of(rest, runner.segments.end(), collides);
+  const bool some = side == 0 && !runner.reached->where.empty() && runner.collided != Collided::all;
+  runner.collided = some ? Collided::some : Collided::all;
+  if (interactions::law_of(*runner.reached).clear == nullptr) return;  // the newborn stay newborn
+  runner.newborn_from =
+      runner.next_group < system.groups.size() ? system.groups[runner.next_group].first_id : system.counts.born;
+}
+
+InteractionSchedule::Runner& InteractionSchedule::partner_of(const Runner& runner) {
   const auto found = std::find_if(runners_.begin(), runners_.end(), [&](const Runner& other) {
-    return other.system == static_cast<std::size_t>(segment.interaction->other);
+    return other.system == static_cast<std::size_t>(runner.reached->partner->system);
   });
   if (found == runners_.end() || &*found == &runner)
     throw std::logic_error("two systems interact, but one has no list");
-  return static_cast<std::size_t>(found - runners_.begin());
+  return *found;
 }
 
-const ListSegment* InteractionSchedule::run_to_interaction(Runner& runner, int substep) {
-  while (runner.next_segment < runner.segments.size()) {
+// Runs a list to its next interaction, or to the end.
+void InteractionSchedule::run_to_interaction(Runner& runner, int substep) {
+  while (runner.reached == nullptr && runner.next_segment < runner.segments.size()) {
     const ListSegment& segment = runner.segments[runner.next_segment++];
     rank_.session.work("act", [&] {
       calculator_.populations[runner.system]->tally.compute_s +=
           rank_.machine.timed([&] { run_segment(runner, segment, substep); });
     });
-    if (segment.interaction != nullptr) return &segment;
+    runner.reached = segment.interaction;
   }
-  return nullptr;
 }
 
 // Runs a segment on existing particles, and on particles born in it the part after their birth.

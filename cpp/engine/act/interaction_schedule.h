@@ -1,6 +1,11 @@
 // Lists with interactions: all particles run them in lockstep, since they see each other at the interactions.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
 #include "engine/act/interact.h"
 #include "engine/births/create.h"
 #include "engine/session/rank.h"
@@ -29,17 +34,21 @@ class InteractionSchedule {
     std::vector<particles::Store> births;  // one per group
     std::size_t next_group = 0;
     std::size_t next_segment = 0;
-    std::uint64_t newborn_from = 0;  // ids from here on have not collided yet
+    const actions::Action* reached = nullptr;  // the interaction that the list has come to, until it runs
+    std::uint64_t newborn_from = 0;      // ids from here on have not collided yet
     Collided collided = Collided::none;  // collisions of this sub-step
     std::uint32_t laws = 0;              // number of laws with kept lists that have acted in this sub-step
   };
 
+  void start_substep();
   bool run_substep(int substep);
-  /// Runs the list to the next pair interaction and returns it, or to the end and returns null.
-  const ListSegment* run_to_interaction(Runner& runner, int substep);
+  std::optional<Interaction> next_interaction(Runner& runner, int substep);
+  void run_to_interaction(Runner& runner, int substep);
   void run_segment(Runner& runner, const ListSegment& segment, int substep);
-  Interaction interaction_of(const ListSegment& segment, Runner& first, Runner& second, int substep) const;
-  std::size_t partner_of(const Runner& runner, const ListSegment& segment) const;
+  interactions::SubStep step_of(int substep) const;
+  Interaction interaction_of(Runner& first, Runner& second, int substep) const;
+  void describe_collision(Runner& runner, std::size_t side, Interaction& interaction) const;
+  Runner& partner_of(const Runner& runner);
 
   Rank& rank_;
   const Script& script_;

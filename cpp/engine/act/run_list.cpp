@@ -26,6 +26,7 @@ void find_others(const Rank& rank, const System& system, Population& here) {
   }
 }
 
+// Callbacks need particles that have run exactly as far as the script's calls say, so such a list cannot be fused.
 bool calls_back(const std::vector<ListSegment>& segments) {
   return segments.size() > 1 || segments[0].callback != nullptr;
 }

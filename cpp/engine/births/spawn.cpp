@@ -86,10 +86,13 @@ std::vector<int> owners_of_children(const System& system, const Event& event, st
   return owners;
 }
 
+bool same_rule(const Parent& a, const Parent& b) { return a.system == b.system && a.rule == b.rule; }
+
 // Returns the index in a list of its spawn rule number `rule`.
 std::size_t item_of_rule(const std::vector<recording::Item>& list, std::int32_t rule) {
   std::size_t item = 0;
-  for (; !std::holds_alternative<Spawn>(list[item]) || rule-- > 0; ++item) {
+  for (std::int32_t rules = 0; item < list.size(); ++item) {
+    if (std::holds_alternative<Spawn>(list[item]) && rules++ == rule) break;
   }
   return item;
 }
@@ -197,10 +200,7 @@ void spawn(Rank& rank, Script& script, Calculator& calculator) {
     for (const Round& round : script.rounds) {
       const std::vector<Parent>& parents = round.orders.parents;
       for (std::size_t begin = 0, end = 0; begin < parents.size(); begin = end) {
-        for (end = begin; end < parents.size() && parents[end].system == parents[begin].system &&
-                          parents[end].rule == parents[begin].rule;) {
-          ++end;
-        }
+        while (end < parents.size() && same_rule(parents[end], parents[begin])) ++end;
         const auto from = static_cast<std::size_t>(parents[begin].system);
         const std::vector<recording::Item>& list = script.systems[from]->list;
         of_item(list, from, item_of_rule(list, parents[begin].rule),

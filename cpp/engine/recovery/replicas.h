@@ -3,7 +3,8 @@
 //
 //   calculator 0: own 0, replica of n-1    calculator 1: own 1, replica of 0    ...
 //
-// recover.cpp restores the world from these, unless a calculator is lost together with the holder of its replica.
+// recovering_engine.cpp restores the world from these, unless a calculator is lost together with the holder of its
+// replica.
 #pragma once
 
 #include <cstdint>

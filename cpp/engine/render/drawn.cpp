@@ -46,14 +46,14 @@ std::uint64_t drawn_frame(const Script& script) {
 // Returns a system's columns, with past positions if its sprite is a ribbon.
 image::Drawn traced(const Script& script, std::size_t system, const particles::Store& store) {
   image::Drawn d = drawn(store);
-  const image::Sprite& sprite = script.record.sprites[system];
+  const auto* ribbon = script.record.sprites[system].as<image::RibbonSprite>();
   const int count = store.schema().find(particles::kTraceCount);
-  if (sprite.kind != image::Sprite::Kind::ribbon) return d;
+  if (ribbon == nullptr) return d;
   d.size = nullptr;
-  d.size_of_all = sprite.width;
+  d.size_of_all = ribbon->width;
   if (count < 0) return d;
   d.past_count = store.plane(count, 0);
-  const auto times = particles::TraceTimes::over(sprite.length, script.record.dt, drawn_frame(script));
+  const auto times = particles::TraceTimes::over(ribbon->length, script.record.dt, drawn_frame(script));
   static_assert(image::kMostPast == particles::kTraced);
   for (int back = 0; back < particles::kTraced; ++back) {
     image::Past& past = d.past[static_cast<std::size_t>(back)];
@@ -86,16 +86,16 @@ void number_tiles(const image::Pick& pick, particles::Store& store, double time,
 
 DrawnSystem::DrawnSystem(const Script& script, std::size_t system, particles::Store& store, threads::Pool& pool)
     : number_(system), drawn_(traced(script, system, store)) {
-  using Kind = image::Sprite::Kind;
   const image::Sprite& sprite = script.record.sprites[system];
-  if (!sprite.pick.number.empty() && drawn_.count > 0) {
+  const image::Sheet* sheet = sprite.sheet();
+  if (sheet != nullptr && !sheet->pick.number.empty() && drawn_.count > 0) {
     const double time = static_cast<double>(drawn_frame(script) + 1) * script.record.dt;
     std::vector<float>& numbers = planes_.emplace_back(drawn_.count + 2 * particles::kPadding);
-    number_tiles(sprite.pick, store, time, numbers.data(), pool);
+    number_tiles(sheet->pick, store, time, numbers.data(), pool);
     drawn_.tile = numbers.data();
   }
   const actions::TableKey clumps = script.record.clumps[system];
-  const bool whole = sprite.kind == Kind::mesh || sprite.kind == Kind::ribbon;
+  const bool whole = sprite.is(image::Sprite::Kind::mesh) || sprite.is(image::Sprite::Kind::ribbon);
   if (clumps != 0 && !whole && drawn_.count > 0) expand(store, clumps, pool);
 }
 

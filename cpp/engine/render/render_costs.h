@@ -23,12 +23,12 @@ inline constexpr double kShownBytes = 3;  // finished tile
 inline constexpr double kGlowBytes = 3.5;  // averages to the image generator, and glow back
 
 /// Returns the cost of drawing a record, ns.
-constexpr double record(const image::Sprite& sprite, const image::View& view) {
-  const bool fixed = sprite.kind != image::Sprite::Kind::point && sprite.pixels >= 1;
-  const double pixels = sprite.kind == image::Sprite::Kind::point ? 2
-                        : sprite.of_height > 0                    ? static_cast<double>(sprite.of_height) * view.height
-                        : fixed                                   ? sprite.pixels
-                                                                  : 8;  // sizes in metres: unknown
+inline double record(const image::Sprite& sprite, const image::View& view) {
+  const bool fixed = !sprite.is(image::Sprite::Kind::point) && sprite.pixels >= 1;
+  const double pixels = sprite.is(image::Sprite::Kind::point) ? 2
+                        : sprite.of_height > 0                ? static_cast<double>(sprite.of_height) * view.height
+                        : fixed                               ? sprite.pixels
+                                                              : 8;  // sizes in metres: unknown
   double cost = 2.6 + 0.12 * pixels * pixels;
   if (!view.objects.empty()) cost *= 1.2;
   if (sprite.blend == image::Sprite::Blend::alpha) cost *= 2.5;

@@ -1,6 +1,28 @@
-// Relays messages from the manager to all ranks, and back, along a tree. A message down has a part for all ranks and a
-// part for each rank; answers are forwarded unread. For reductions, the ranks in between combine the messages from
-// below and split those from above, with one call per step: from_below(), pass_up(), from_above(), pass_down().
+// Relays messages from the manager to all ranks, and back, along a tree (roles/tree.h), so that no rank talks to more
+// than a few others. Seven ranks by their places in a tree of fan-out 2:
+//
+//       .---- 0 ----.        the manager
+//     .-1-.       .-4-.      ranks in between
+//     2   3       5   6      leaves
+//
+// A message down has a part for all ranks (c) and a part for each rank. tell() sends it; hear() returns this rank's
+// parts and forwards those of the places below:
+//
+//   0 -- c 1 2 3 --> 1 -- c 2 --> 2        0 -- c 4 5 6 --> 4 -- c 5 --> 5
+//                    1 -- c 3 --> 3                         4 -- c 6 --> 6
+//
+// Answers come up unread. Leaves send theirs in say(), ranks in between add theirs in hand_up(), and listen() returns
+// all of them to the manager:
+//
+//   2 -- 2 --> 1 -- 1 2 3 --> 0            5 -- 5 --> 4 -- 4 5 6 --> 0
+//   3 -- 3 --> 1                           6 -- 6 --> 4
+//
+// In a reduction the ranks in between read messages: they combine what comes up and split what comes down, with one
+// call per step. The agreement of a round (agree.h) is one:
+//
+//   report     each rank: from_below(), merge with its own (reports.h), pass_up()
+//   judgement  the manager: from the merged report of all ranks to the verdict, who gets migrants, who gets children
+//   verdict    each rank: from_above(), keep its part, pass_down() to each child what concerns the places below
 #pragma once
 
 #include <cstdint>

@@ -371,15 +371,15 @@ constexpr void fields(Visitor& visit, Verdict& verdict) {
 }
 
 /// Says that one calculator will send particles to another.
-struct Source {
+struct Transfer {
   std::uint32_t to = 0, from = 0;
 
-  bool operator==(const Source&) const = default;
+  bool operator==(const Transfer&) const = default;
 };
 
 template <class Visitor>
-constexpr void fields(Visitor& visit, Source& source) {
-  visit(source.to, source.from);
+constexpr void fields(Visitor& visit, Transfer& transfer) {
+  visit(transfer.to, transfer.from);
 }
 
 /// A parent, and the calculator that owns its children.
@@ -396,18 +396,18 @@ constexpr void fields(Visitor& visit, OwnedParent& owned) {
 /// The verdict for a subtree: the part for all ranks, and the parts for single ranks.
 struct Judgement {
   Verdict verdict;
-  std::vector<Source> sources;
+  std::vector<Transfer> transfers;
   std::vector<OwnedParent> parents;  // those of one owner are ordered by system, rule and id
 };
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, Judgement& judgement) {
-  visit(judgement.verdict, judgement.sources, judgement.parents);
+  visit(judgement.verdict, judgement.transfers, judgement.parents);
 }
 
 /// The part of the verdict for one rank.
 struct Orders {
-  std::vector<std::int32_t> sources;  // ranks that will send it particles
+  std::vector<std::int32_t> senders;  // ranks that will send it particles
   std::vector<Parent> parents;  // parents whose children this calculator owns
 };
 

@@ -41,8 +41,8 @@ class BirthHistory {
 
   /// Returns its size in bytes.
   std::size_t bytes() const;
-  /// Returns the number of stretches: ranges of ids, each from one call.
-  std::size_t size() const { return stretches_.size(); }
+  /// Returns the number of ranges of ids, each from one call.
+  std::size_t size() const { return ranges_.size(); }
 
  private:
   struct Call {
@@ -61,18 +61,18 @@ class BirthHistory {
     visit(call.birth, call.moment, call.bytes);
   }
   template <class Visitor>
-  friend constexpr void fields(Visitor& visit, IdRange& stretch) {
-    visit(stretch.first_id, stretch.count, stretch.call);
+  friend constexpr void fields(Visitor& visit, IdRange& range) {
+    visit(range.first_id, range.count, range.call);
   }
   template <class Visitor>
   friend constexpr void fields(Visitor& visit, BirthHistory& history) {
-    visit(history.calls_, history.stretches_, history.forgotten_calls_, history.call_bytes_, history.pruned_bytes_);
+    visit(history.calls_, history.ranges_, history.forgotten_calls_, history.call_bytes_, history.pruned_bytes_);
   }
 
-  std::uint64_t number_of(const recording::Birth& birth, const recording::BirthStep& moment);
+  std::uint64_t number_of(recording::Birth birth, const recording::BirthStep& moment);
 
   std::vector<Call> calls_;
-  std::vector<IdRange> stretches_;  // ascending ids
+  std::vector<IdRange> ranges_;  // ascending ids
   std::uint64_t forgotten_calls_ = 0;
   std::size_t call_bytes_ = 0;
   std::size_t pruned_bytes_ = 0;  // bytes() after the last pruning

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "domains/domains.h"
-#include "interactions/act.h"
+#include "interactions/sides.h"
 
 namespace motes::engine {
 

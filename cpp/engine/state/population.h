@@ -15,8 +15,8 @@
 #include "engine/session/report.h"
 #include "engine/state/kept_ghosts.h"
 #include "engine/state/system.h"
-#include "interactions/act.h"
-#include "interactions/tie.h"
+#include "interactions/pairs.h"
+#include "interactions/scratch.h"
 #include "particles/store.h"
 #include "program/program.h"
 #include "recording/spawn.h"
@@ -77,10 +77,9 @@ struct Calculator {
   std::vector<std::unique_ptr<Population>> populations;
   std::function<void(const Call&)> callback;
   interactions::Scratch scratch;  // working memory of interactions
-  // Kept neighbour lists, by system and contact: see Interaction::law.
+  // Kept neighbour lists, by system and action: see interactions::SideList.
   interactions::NeighbourLists neighbours;
   AllKeptGhosts ghosts;
-  std::map<std::pair<std::size_t, interactions::TiesKey>, interactions::Knots> knots;  // by system
   Tail tail;  // results of the last frame for the next report
   std::vector<CalculatorTail> tails;  // one per system: results of the last frame for the log
 };

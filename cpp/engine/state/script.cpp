@@ -86,7 +86,8 @@ std::size_t last_to_meet(const Script& script, std::size_t first) {
   for (std::size_t i = first; i <= last; ++i) {
     for (const recording::Item& item : script.systems[i]->list) {
       const auto* action = std::get_if<actions::Action>(&item);
-      if (action != nullptr && action->other >= 0) last = std::max(last, static_cast<std::size_t>(action->other));
+      if (action != nullptr && action->partner)
+        last = std::max(last, static_cast<std::size_t>(action->partner->system));
     }
   }
   return last;

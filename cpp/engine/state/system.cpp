@@ -32,7 +32,7 @@ void System::count_births(double dt, int substeps) {
     for (std::size_t i = run_items; i < list.size(); ++i) {
       if (std::holds_alternative<actions::Action>(list[i])) ++entry;
       const auto* birth = std::get_if<Birth>(&list[i]);
-      if (birth == nullptr || (substep > 0 && birth->kind != Birth::Kind::source)) continue;
+      if (birth == nullptr) continue;
       const std::uint64_t wanted = recording::births_in_step(*birth, dt, substep, substeps, totals[i]);
       const std::uint64_t taken = counts.alive_at_start + counts.born - counts.born_at_start;
       const std::uint64_t room = room_of(taken);

@@ -28,10 +28,12 @@ std::string key_of(const Shape& shape) {
   return {reinterpret_cast<const char*>(bytes.view().data()), bytes.size()};
 }
 
+constexpr int kPlace = shapes::kCountOf<shapes::MeshPlace>;  // first that at the frame's end, then that at its start
+
 // Returns the key of a mesh without its place at the frame's start, or without any place.
 template <int kFirst>
 std::string key_without_places(Shape mesh) {
-  std::fill(mesh.number + kFirst, mesh.number + 2 * shapes::kPlaceNumbers, 0.0f);
+  std::fill(mesh.number + kFirst, mesh.number + 2 * kPlace, 0.0f);
   return key_of(mesh);
 }
 
@@ -47,7 +49,8 @@ void note_walls(Script& script, const Round& round) {
     const std::vector<recording::Item>& list = script.systems[i]->list;
     for (std::size_t item = 0; item < list.size(); ++item) {
       const auto* action = std::get_if<actions::Action>(&list[item]);
-      for (std::size_t wall = 0; action != nullptr && wall < action->walls.size(); ++wall) {
+      const auto* grains = action != nullptr ? actions::grains_of(*action) : nullptr;
+      for (std::size_t wall = 0; grains != nullptr && wall < grains->walls.size(); ++wall) {
         const auto [found, is_new] = known.emplace(key_of(action->shapes[wall]), script.walls.size());
         if (is_new) script.walls.push_back({action->shapes[wall], {}});
         const bool pressed =
@@ -69,7 +72,7 @@ std::optional<std::array<double, 6>> force_on(const Script& script, const Shape&
   };
   const PressedWall* found = only(key_of);
   if (wall.kind == shapes::Kind::mesh) {
-    if (found == nullptr) found = only(key_without_places<shapes::kPlaceNumbers>);
+    if (found == nullptr) found = only(key_without_places<kPlace>);
     if (found == nullptr) found = only(key_without_places<0>);
     if (found == nullptr) found = only([](const Shape& mesh) { return mesh.origin; });  // with other vertices
   }

@@ -25,8 +25,8 @@ MOTES_INLINE Floats of_sphere(Floats cosine) {
 }
 
 // Returns how many layers towards the light a particle's own optical depth reaches; a particle must not shade itself.
-MOTES_INLINE Floats own_layers(const image::LightTask& t, const image::ShadowMap& map, Floats3 place, Floats diameter) {
-  if (!(t.shadow > 0)) return Floats{};
+MOTES_INLINE Floats own_layers(const image::Lighting& t, const image::ShadowMap& map, Floats3 place, Floats diameter) {
+  if (!(t.own_shadow > 0)) return Floats{};
   const Floats width = in_grid(map.space, place).width, wide = diameter * 0.6f;
   Floats layers = all(1.0f);
   for (int level = 1; level < image::kShadowLevels; ++level) {
@@ -36,8 +36,9 @@ MOTES_INLINE Floats own_layers(const image::LightTask& t, const image::ShadowMap
   return layers;
 }
 
-MOTES_INLINE Floats light_left(const image::LightTask& t, const image::ShadowMap* map, Floats3 place, Floats diameter) {
-  return map == nullptr ? all(1.0f) : light_through(*map, place, own_layers(t, *map, place, diameter));
+MOTES_INLINE Floats light_left(const image::Lighting& t, const image::Obstacles& o, Floats3 place, Floats diameter) {
+  if (o.shadow == nullptr) return all(1.0f);
+  return light_through(*o.shadow, place, own_layers(t, *o.shadow, place, diameter));
 }
 
 MOTES_INLINE Floats3 ambient_at(const image::Ambient& a, Floats up) {
@@ -54,11 +55,11 @@ struct LitSide {
   MOTES_INLINE Floats up() const { return 0.5f + normal.y * (flat ? 0.5f : 0.33333333f); }
 };
 
-MOTES_INLINE LitSide lit_side(const image::LightTask& t, std::size_t i, Floats3 to_eye) {
-  if (!t.flat) return {false, to_eye};
-  const image::CardPlanes& c = t.cards;
+MOTES_INLINE LitSide lit_side(const image::LitShape& c, std::size_t i, Floats3 to_eye) {
+  using Kind = image::LitShape::Kind;
+  if (c.kind == Kind::ball) return {false, to_eye};
   Floats3 normal;
-  if (c.along_velocity) {
+  if (c.kind == Kind::card_along_velocity) {
     const Floats3 way{value_or(c.velocity[0], i, c.velocity_of_all[0]),
                       value_or(c.velocity[1], i, c.velocity_of_all[1]),
                       value_or(c.velocity[2], i, c.velocity_of_all[2])};
@@ -74,15 +75,16 @@ MOTES_INLINE LitSide lit_side(const image::LightTask& t, std::size_t i, Floats3 
   return {true, normal * select(dot(normal, to_eye) < 0.0f, all(-1.0f), all(1.0f))};
 }
 
-// Returns the light that a white particle sends to the eye; if t.shaded, its ratio to that of sun and sky without
+// Returns the light that a white particle sends to the eye; if t.relative, its ratio to that of sun and sky without
 // shadows. `at`: the particle's index in the in_sight planes.
-MOTES_INLINE Floats3 light_arriving(const image::LightTask& t, Floats3 place, const LitSide& side, Floats diameter,
+MOTES_INLINE Floats3 light_arriving(const image::Lighting& t, Floats3 place, const LitSide& side, Floats diameter,
                                     std::size_t at) {
   Floats3 light = ambient_at(t.ambient, side.up());
   Floats sunlight{};
-  if (t.sunny) {
+  if (t.sun != nullptr) {
     sunlight = side.from(dot(side.normal, all3(t.sun))) * kSunOnParticles;
-    const Floats sun = sunlight * light_left(t, t.sun_shadow, place, diameter) * value_or(t.sun_in_sight, at, 1);
+    const Floats sun =
+        sunlight * light_left(t, t.sun_obstacles, place, diameter) * value_or(t.sun_obstacles.in_sight, at, 1);
     light = light + Floats3{sun, sun, sun};
   }
   const Floats3 plain = ambient_at(t.ambient, side.up()) + Floats3{sunlight, sunlight, sunlight};
@@ -91,10 +93,10 @@ MOTES_INLINE Floats3 light_arriving(const image::LightTask& t, Floats3 place, co
     const Floats3 along = all3(lamp.position) - place;
     const Floats square = max(dot(along, along), all(1e-6f));
     const Floats facing = side.from(dot(along, side.normal) / sqrt(square));
-    const Floats part = light_left(t, lamp.shadow, place, diameter) * value_or(lamp.in_sight, at, 1);
+    const Floats part = light_left(t, lamp.obstacles, place, diameter) * value_or(lamp.obstacles.in_sight, at, 1);
     light = light + all3(lamp.color) * (facing * part / square);
   }
-  if (!t.shaded) return light;
+  if (!t.relative) return light;
   const auto part = [](Floats a, Floats b) { return a / max(b, all(1e-6f)); };
   return {part(light.x, plain.x), part(light.y, plain.y), part(light.z, plain.z)};
 }
@@ -109,6 +111,7 @@ MOTES_INLINE Floats3 within_white(Floats3 color, Floats opacity) { return color 
 
 void light_particles(const image::LightTask& t, std::size_t first, std::size_t last, float* const* to) {
   const image::ParticlePlanes& p = t.particles;
+  const bool gains = t.lighting != nullptr && t.lighting->gains;
   for (std::size_t i = first; i < last; i += kLanes) {
     const Floats3 place = particle_place(p, i);
     Floats3 color{value_or(p.color[0], i, p.color_of_all[0]), value_or(p.color[1], i, p.color_of_all[1]),
@@ -118,18 +121,18 @@ void light_particles(const image::LightTask& t, std::size_t first, std::size_t l
     const auto seen = [&] {
       return t.adds ? min(max(value_or(p.alpha, i, p.alpha_of_all), Floats{}), all(1.0f)) : all(1.0f);
     };
-    if (t.lit) {
-      const LitSide side = lit_side(t, i, offset * (1.0f / distance));
-      const Floats3 light = light_arriving(t, place, side, diameter_at(t.width, p, place, i), i - first);
+    if (t.lighting != nullptr) {
+      const LitSide side = lit_side(t.lighting->shape, i, offset * (1.0f / distance));
+      const Floats3 light = light_arriving(*t.lighting, place, side, diameter_at(t.width, p, place, i), i - first);
       color = {color.x * light.x, color.y * light.y, color.z * light.z};
-      if (!t.bright) color = within_white(color, seen());
+      if (!gains) color = within_white(color, seen());
     }
     if (t.fog_density > 0) {
       const Floats clear = exp(-min(distance * t.fog_density, all(80.0f)));
       const Floats fog = t.adds ? Floats{} : 1.0f - clear;
       color = color * clear + all3(t.fog) * fog;
     }
-    if (t.bright) {
+    if (gains) {
       store(to[3] + (i - first), excess(color, seen()));
       color = within_white(color, seen());
     }

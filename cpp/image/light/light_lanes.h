@@ -29,41 +29,50 @@ struct ParticleWidth {
   float eye[3];
 };
 
-/// The direction that cards face: along their velocity, or from their orientation. Planes as in ParticlePlanes.
-struct CardPlanes {
-  bool along_velocity;
+/// What the light falls on: a ball, or the visible side of a card, which faces along its velocity or as its orientation
+/// says. Planes as in ParticlePlanes.
+struct LitShape {
+  enum class Kind : std::uint8_t { ball, card_along_velocity, card };
+
+  Kind kind;
   const float* velocity[3];  // m/s
   float velocity_of_all[3];
   const float* orientation[4];
   float orientation_of_all[4];
 };
 
+/// What keeps a light from particles.
+struct Obstacles {
+  const ShadowMap* shadow = nullptr;  // of particles; null: they cast none
+  const float* in_sight = nullptr;  // the fraction that solids let through, from the first particle on; null: all
+};
+
 struct LightOnParticles {
   float position[3];
   float color[3];  // light on a surface that faces it at 1 m
-  const ShadowMap* shadow;  // null: particles cast none
-  const float* in_sight = nullptr;  // the fraction that solids let through, from the first particle on; null: all
+  Obstacles obstacles;
+};
+
+/// The light on lit particles.
+struct Lighting {
+  LitShape shape{};
+  const float* sun = nullptr;  // direction to it, a unit vector; null: there is none
+  Obstacles sun_obstacles;
+  const LightOnParticles* lights = nullptr;
+  std::size_t light_count = 0;
+  Ambient ambient;
+  float own_shadow = 0;   // see Sprite::shadow
+  bool relative = false;  // drawing applies the light of sun and sky, so colours get only the ratio to that light
+  bool gains = false;     // see has_gain()
 };
 
 /// Light and fog that change the colours of a system's particles before they are drawn.
 struct LightTask {
   ParticlePlanes particles;
   ParticleWidth width;
-  bool lit = false;
-  bool bright = false;  // see has_gain()
-  bool shaded = false;  // drawing applies the light of sun and sky, so colours get only the ratio to that light
-  bool flat = false;    // cards
-  CardPlanes cards{};
-  bool sunny = false;
-  float sun[3];
-  const ShadowMap* sun_shadow = nullptr;
-  const float* sun_in_sight = nullptr;  // as LightOnParticles::in_sight
-  const LightOnParticles* lights = nullptr;
-  std::size_t light_count = 0;
-  Ambient ambient;
-  float shadow = 0;  // of the particles, see Sprite::shadow
+  const Lighting* lighting = nullptr;  // null: the particles are not lit
   float fog[3]{}, fog_density = 0;  // 1/m; 0: no fog
-  bool adds = false;                // additive: the background already includes the fog in front of them
+  bool adds = false;  // whether light adds up: then the background already includes the fog in front of them
 };
 
 struct ShadowTask {
@@ -75,7 +84,7 @@ struct ShadowTask {
 
 struct LightLanes {
   /// Writes the colours of particles first .. last - 1 to the first three planes of `to`, which begin with particle
-  /// `first`, and their gains to the fourth one if they are bright. Writes whole vectors.
+  /// `first`, and their gains, if wanted, to the fourth one. Writes whole vectors.
   void (*light)(const LightTask& task, std::size_t first, std::size_t last, float* const* to);
 
   /// Extends the extent in a grid's space by particles first .. last - 1.

@@ -24,11 +24,16 @@ ParticlePlanes particle_planes(const Drawn& d) {
   return p;
 }
 
-void put_facing(const Drawn& d, CardPlanes& cards) {
-  std::copy(d.velocity.begin(), d.velocity.end(), cards.velocity);
-  std::copy(d.velocity_of_all.begin(), d.velocity_of_all.end(), cards.velocity_of_all);
-  std::copy(d.orientation.begin(), d.orientation.end(), cards.orientation);
-  std::copy(d.orientation_of_all.begin(), d.orientation_of_all.end(), cards.orientation_of_all);
+void put_facing(const Drawn& d, LitShape& shape) {
+  std::copy(d.velocity.begin(), d.velocity.end(), shape.velocity);
+  std::copy(d.velocity_of_all.begin(), d.velocity_of_all.end(), shape.velocity_of_all);
+  std::copy(d.orientation.begin(), d.orientation.end(), shape.orientation);
+  std::copy(d.orientation_of_all.begin(), d.orientation_of_all.end(), shape.orientation_of_all);
+}
+
+LitShape::Kind lit_shape(const Sprite& sprite) {
+  if (!sprite.is(Sprite::Kind::card)) return LitShape::Kind::ball;
+  return along_velocity(sprite) ? LitShape::Kind::card_along_velocity : LitShape::Kind::card;
 }
 
 void put_floats(const Vector& v, float* to) {
@@ -53,47 +58,55 @@ std::unique_ptr<const ParticleLight> ParticleLight::of(const Sprite& sprite, con
   auto made = std::make_unique<ParticleLight>();
   LightTask& t = made->task_;
   t.width = particle_width(sprite, view);
-  t.lit = sprite.lit;
-  if (t.lit) made->in_sight_ = std::move(in_sight);
-  t.shaded = sprite.kind == Sprite::Kind::mesh || (sprite.kind == Sprite::Kind::sphere && !drawn_as_point(sprite));
-  t.bright = image::has_gain(sprite, view);
-  t.flat = sprite.kind == Sprite::Kind::card;
-  t.cards.along_velocity = sprite.facing == Sprite::Facing::velocity;
-  t.sunny = length(view.sun) > 0;
-  put_floats(t.sunny ? unit(view.sun) : Vector{0, 1, 0}, t.sun);
-  t.sun_shadow = shadows == nullptr ? nullptr : shadows->of_sun();
+  std::copy(view.fog.color.begin(), view.fog.color.end(), t.fog);
+  t.fog_density = view.fog.metres > 0 ? 1 / view.fog.metres : 0;
+  t.adds = sprite.blend == Sprite::Blend::add;
+  if (sprite.lit) made->set_lighting(sprite, view, shadows, std::move(in_sight));
+  return made;
+}
+
+void ParticleLight::set_lighting(const Sprite& sprite, const View& view, const ShadowGrids* shadows, InSight in_sight) {
+  lit_ = true;
+  in_sight_ = std::move(in_sight);
+  Lighting& t = lighting_;
+  t.shape.kind = lit_shape(sprite);
+  t.relative = sprite.is(Sprite::Kind::mesh) || (sprite.is(Sprite::Kind::sphere) && !drawn_as_point(sprite));
+  t.gains = image::has_gain(sprite, view);
+  t.own_shadow = sprite.shadow;
+  t.ambient = ambient(view);
+  if (length(view.sun) > 0) {
+    put_floats(unit(view.sun), sun_);
+    t.sun = sun_;
+  }
+  t.sun_obstacles.shadow = shadows == nullptr ? nullptr : shadows->of_sun();
   for (std::size_t i = 0; i < view.lights.size(); ++i) {
     LightOnParticles light{};
     put_floats(view.lights[i].position, light.position);
     for (std::size_t c = 0; c < 3; ++c) light.color[c] = view.lights[i].color[c] * view.lights[i].power;
-    light.shadow = shadows == nullptr ? nullptr : shadows->of_light(i);
-    made->lights_.push_back(light);
+    light.obstacles.shadow = shadows == nullptr ? nullptr : shadows->of_light(i);
+    lights_.push_back(light);
   }
-  t.lights = made->lights_.data();
-  t.light_count = made->lights_.size();
-  t.ambient = ambient(view);
-  t.shadow = sprite.shadow;
-  std::copy(view.fog.color.begin(), view.fog.color.end(), t.fog);
-  t.fog_density = view.fog.metres > 0 ? 1 / view.fog.metres : 0;
-  t.adds = sprite.blend == Sprite::Blend::add;
-  return made;
+  t.lights = lights_.data();
+  t.light_count = lights_.size();
 }
 
 void ParticleLight::light(const Drawn& particles, std::size_t first, std::size_t last, float* to,
                           std::size_t stride) const {
   LightTask task = task_;
   task.particles = particle_planes(particles);
-  put_facing(particles, task.cards);
+  Lighting lighting = lighting_;
+  put_facing(particles, lighting.shape);
   std::vector<float> parts;
   std::vector<LightOnParticles> lights;
   if (in_sight_) {
     parts.resize((1 + lights_.size()) * stride);
     in_sight_(task.particles, task.width, first, last, parts.data(), stride);
-    task.sun_in_sight = parts.data();
+    lighting.sun_obstacles.in_sight = parts.data();
     lights = lights_;
-    for (std::size_t k = 0; k < lights.size(); ++k) lights[k].in_sight = parts.data() + (k + 1) * stride;
-    task.lights = lights.data();
+    for (std::size_t k = 0; k < lights.size(); ++k) lights[k].obstacles.in_sight = parts.data() + (k + 1) * stride;
+    lighting.lights = lights.data();
   }
+  if (lit_) task.lighting = &lighting;
   float* const planes[4] = {to, to + stride, to + 2 * stride, to + 3 * stride};
   light_lanes().light(task, first, last, planes);
 }

@@ -24,14 +24,19 @@ class ParticleLight {
                                                  InSight in_sight = {});
 
   /// Returns whether light() also writes gains: see image::has_gain().
-  bool has_gain() const { return task_.bright; }
+  bool has_gain() const { return lighting_.gains; }
 
   /// Writes the colours of particles first .. last - 1 to three planes `stride` floats apart, and their gains, if any,
   /// to a fourth one.
   void light(const Drawn& particles, std::size_t first, std::size_t last, float* to, std::size_t stride) const;
 
  private:
+  void set_lighting(const Sprite& sprite, const View& view, const ShadowGrids* shadows, InSight in_sight);
+
   LightTask task_;
+  bool lit_ = false;
+  Lighting lighting_;
+  float sun_[3];
   std::vector<LightOnParticles> lights_;
   InSight in_sight_;
 };

@@ -8,7 +8,7 @@ namespace motes::image {
 
 struct SkyLanes {
   Sky::Kind kind = Sky::Kind::none;
-  float color[3]{};  // kind none: the background
+  float color[3]{};  // the background, where there is no sky
   float horizon[3]{}, zenith[3]{}, ground[3]{};
   TextureLevel picture{};
 };

@@ -40,14 +40,14 @@ class RibbonMaker {
  public:
   RibbonMaker(const Drawn& particles, const Sprite& sprite, const View& view, double open, const RibbonLight& light,
               std::size_t first)
-      : d_(particles), sprite_(sprite), view_(view), light_(light), first_(first), grid_{view.width, view.height},
-        now_(lens(view)), then_(lens_at_opening(view)), open_(static_cast<float>(open)),
-        blur_(static_cast<float>(0.5 * blur_of(view))) {}
+      : d_(particles), ribbon_(*sprite.as<RibbonSprite>()), adds_(sprite.blend == Sprite::Blend::add), view_(view),
+        light_(light), first_(first), grid_{view.width, view.height}, now_(lens(view)), then_(lens_at_opening(view)),
+        open_(static_cast<float>(open)), blur_(static_cast<float>(0.5 * blur_of(view))) {}
 
   // Returns false if the ribbon is invisible.
   bool make(std::size_t i, RibbonRecord& r) {
     r = {};
-    r.width = sprite_.width;
+    r.width = ribbon_.width;
     r.size = kMaxDiameter << kSizeBits;
     r.light = kAllLight;
     add_points(i, r);
@@ -83,8 +83,8 @@ class RibbonMaker {
   // Projects the positions from the particle backwards, until one is behind the camera.
   void add_points(std::size_t i, RibbonRecord& r) {
     const std::size_t kept = kept_of(i);
-    const float oldest = kept > 0 ? d_.past[kept - 1].age : 0, reach = std::min(sprite_.length, oldest);
-    r.up_x = sprite_.unfaded ? 1 : 0;
+    const float oldest = kept > 0 ? d_.past[kept - 1].age : 0, reach = std::min(ribbon_.length, oldest);
+    r.up_x = ribbon_.unfaded ? 1 : 0;
     const float run = reach > 0 ? std::min(open_ / reach, kMostRun) : 0;
     r.up_y = static_cast<std::int16_t>(run * (1 / kRunUnit) + 0.5f);
     if (!add_point(i, 0, d_.position, 0, r)) return finish(r);
@@ -156,11 +156,10 @@ class RibbonMaker {
       }
     }
     float alpha = d_.alpha != nullptr ? d_.alpha[i] : d_.alpha_of_all;
-    const bool adds = sprite_.blend == Sprite::Blend::add;
-    if (adds) share_light(most, alpha);
+    if (adds_) share_light(most, alpha);
     for (std::size_t c = 0; c < 3; ++c) r.color[c] = static_cast<std::uint8_t>(byte_of(most[c]));
     r.alpha = static_cast<std::uint8_t>(byte_of(alpha));
-    return r.alpha != 0 && (!adds || r.color[0] != 0 || r.color[1] != 0 || r.color[2] != 0);
+    return r.alpha != 0 && (!adds_ || r.color[0] != 0 || r.color[1] != 0 || r.color[2] != 0);
   }
 
   // Splits light into colour and alpha as for other sprites: a colour above 1 is scaled into alpha; where all are
@@ -216,7 +215,8 @@ class RibbonMaker {
   }
 
   const Drawn& d_;
-  const Sprite& sprite_;
+  const RibbonSprite& ribbon_;
+  bool adds_;
   const View& view_;
   const RibbonLight& light_;
   std::size_t first_;

@@ -5,9 +5,11 @@
 #include <cstring>
 #include <utility>
 
+#include "base/fields.h"
 #include "base/invalid_argument.h"
 #include "base/memory.h"
 #include "image/camera.h"
+#include "image/checks.h"
 #include "image/footprint.h"
 #include "image/mesh_corners.h"
 
@@ -126,7 +128,7 @@ void set_pose(const Drawn& particles, const Sprite& sprite, const View& view, Wi
   t.posed = is_posed(sprite);
   t.breadth = 1;
   if (!t.posed) return;
-  t.along_velocity = sprite.facing == Sprite::Facing::velocity;
+  t.along_velocity = along_velocity(sprite);
   std::copy_n(particles.orientation.begin(), 4, t.orientation);
   std::copy_n(particles.orientation_of_all.begin(), 4, t.orientation_of_all);
   std::copy_n(particles.spin.begin(), 3, t.spin);
@@ -134,8 +136,8 @@ void set_pose(const Drawn& particles, const Sprite& sprite, const View& view, Wi
   t.lens_focus = static_cast<float>(view.camera.focus);
   t.lens_blur = static_cast<float>(0.5 * blur_of(view)) * static_cast<float>(1 << kWideBits);
   set_turn(lens(view), t.camera_turn);
-  const bool mesh = sprite.kind == Sprite::Kind::mesh;
-  t.breadth = mesh ? 2 * reach_of_mesh(sprite.picture) : 1;
+  const bool mesh = sprite.is(Sprite::Kind::mesh);
+  t.breadth = mesh ? 2 * reach_of_mesh(sprite.asset()) : 1;
   t.diagonal = mesh ? 1.0f : 1.4143f;
 }
 
@@ -155,8 +157,8 @@ WideTask wide_task(const Drawn& particles, const Sprite& sprite, const View& vie
     t.focus = static_cast<float>(view.camera.focus);
     t.blur = static_cast<float>(blur_of(view)) * static_cast<float>(1 << kSizeBits);
   }
-  t.oriented = sprite.kind == Sprite::Kind::image;
-  t.tiles = static_cast<int>(sprite.tiles.count);
+  t.oriented = sprite.is(Sprite::Kind::image);
+  t.tiles = sprite.tiled() ? static_cast<int>(sprite.sheet()->tiles.count) : 1;
   t.tile = particles.tile;
   t.ids = particles.ids;
   set_pose(particles, sprite, view, t);
@@ -170,36 +172,48 @@ WideTask wide_task(const Drawn& particles, const Sprite& sprite, const View& vie
 // Returns an upper bound on the alpha of records. It is 255 if each particle has its own alpha, because searching for
 // the greatest one costs more than it saves, and for additive particles, because records of bright colours have a
 // greater alpha than their particles (see share_light()).
-std::uint32_t most_alpha(const Drawn& particles, const Sprite& sprite) {
+std::uint8_t most_alpha(const Drawn& particles, const Sprite& sprite) {
   const bool own = particles.alpha != nullptr || sprite.blend == Sprite::Blend::add;
   if (own || !(particles.alpha_of_all < 1)) return 255;
-  return static_cast<std::uint32_t>(std::ceil(255 * std::max(particles.alpha_of_all, 0.0f)));
+  return static_cast<std::uint8_t>(std::ceil(255 * std::max(particles.alpha_of_all, 0.0f)));
 }
 
 // Sets the colour that all records of a message have.
 void say_color(std::uint32_t color, RecordsHead& head) {
   head.color = color;
-  head.most_alpha = color >> 24;
+  head.most_alpha = static_cast<std::uint8_t>(color >> 24);
+}
+
+// Returns the sprite as painters see it: points are discs where they may be out of focus, and through a lens each
+// record has its size.
+Sprite sprite_of_records(const Sprite& sprite, const View& view) {
+  Sprite sent = painted(sprite);
+  const bool blurred = view.camera.aperture > 0;
+  if (drawn_as_point(sprite)) sent.look = blurred ? Sprite::Kind::disc : Sprite::Kind::point;
+  if (drawn_as_point(sent)) sent.pixels = 1;
+  if (blurred) sent.pixels = 0, sent.of_height = 0;
+  return sent;
+}
+
+// Appends the fields of a sprite, and zeros, so that records are as aligned as the head.
+void put_sprite(const Sprite& sprite, Buffer& buffer, RecordsHead& head) {
+  base::Bytes bytes;
+  base::write_fields(sprite, bytes);
+  constexpr std::size_t kAligned = RecordsHead::kAligned;
+  head.sprite_bytes = static_cast<std::uint32_t>((bytes.size() + kAligned - 1) / kAligned * kAligned);
+  buffer.resize(sizeof head + head.sprite_bytes);
+  std::fill_n(buffer.data() + sizeof head, head.sprite_bytes, std::byte{0});
+  std::memcpy(buffer.data() + sizeof head, bytes.data(), bytes.size());
 }
 
 RecordsHead head_of(const Sprite& sprite, const View& view, const Projection& projection) {
   const Grid grid{view.width, view.height};
   RecordsHead head;
   head.system = static_cast<std::uint32_t>(projection.system);
-  const bool point = drawn_as_point(sprite) && !(view.camera.aperture > 0);
-  const bool disc = drawn_as_point(sprite) && !point;  // points that may be out of focus
-  head.kind = static_cast<std::uint8_t>(point ? Sprite::Kind::point : disc ? Sprite::Kind::disc : sprite.kind);
-  head.blend = static_cast<std::uint8_t>(sprite.blend);
   head.layout = static_cast<std::uint8_t>(layout(sprite, view, projection.any_depth));
   head.with_velocity = with_velocity(sprite, view);
   const bool in_order = projection.in_order || in_order_of_depth({&sprite, 1});
   head.colored = in_order || !may_lack_color(static_cast<Layout>(head.layout)) ? 1 : 0;
-  const bool blurred = view.camera.aperture > 0;  // then each record has its size
-  head.pixels = blurred ? 0 : point ? 1 : sprite.pixels;
-  head.of_height = blurred ? 0 : sprite.of_height;
-  head.softness = sprite.softness;
-  head.picture = sprite.picture;
-  head.tiles = sprite.tiles;
   head.width = view.width;
   head.height = view.height;
   head.slots = static_cast<std::uint32_t>(grid.tiles());
@@ -221,7 +235,7 @@ void Projector::project(const Drawn& particles, const Sprite& sprite, const View
   for (const float* plane : particles.position) {
     if (plane == nullptr && particles.count != 0) throw base::InvalidArgument("position", "have three planes");
   }
-  if (sprite.tiles.cut() && particles.count != 0 && particles.tile == nullptr && particles.ids.lower == nullptr) {
+  if (sprite.tiled() && particles.count != 0 && particles.tile == nullptr && particles.ids.lower == nullptr) {
     throw base::InvalidArgument("ids", "be given where tiles are chosen at random");
   }
   slots_ = projection.slots;
@@ -231,8 +245,8 @@ void Projector::project(const Drawn& particles, const Sprite& sprite, const View
   sprite_ = sprite;
   records.head_ = head_of(sprite, view, projection);
   records.head_.most_alpha = most_alpha(particles, sprite);
-  records.buffer_.resize(sizeof records.head_);
-  if (sprite.kind == Sprite::Kind::ribbon) {
+  put_sprite(sprite_of_records(sprite, view), records.buffer_, records.head_);
+  if (sprite.is(Sprite::Kind::ribbon)) {
     project_ribbons(particles, projection, view, records);
   } else if (!of_fixed_size(static_cast<Layout>(records.head_.layout))) {
     project_wide(particles, projection, view, records);

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "base/enumerators.h"
-#include "image/camera.h"
+#include "base/fields.h"
 
 namespace motes::image {
 namespace {
@@ -27,17 +27,11 @@ RecordsView::RecordsView(std::span<const std::byte> bytes) {
   if (bytes.size() < sizeof head_) refuse("message is too short");
   std::memcpy(&head_, bytes.data(), sizeof head_);
   check_head();
-  sprite_.kind = static_cast<Sprite::Kind>(head_.kind);
-  sprite_.blend = static_cast<Sprite::Blend>(head_.blend);
-  sprite_.pixels = head_.pixels;
-  sprite_.of_height = head_.of_height;
-  sprite_.softness = head_.softness;
-  sprite_.picture = head_.picture;
-  sprite_.tiles = head_.tiles;
+  std::span<const std::byte> rest = bytes.subspan(sizeof head_);
+  take_sprite(rest);
   grid_ = {head_.width, head_.height};
   const auto tiles = static_cast<std::uint32_t>(grid_.tiles());
   if (head_.first_slot > tiles || head_.slots > tiles - head_.first_slot) refuse("impossible range of slots");
-  std::span<const std::byte> rest = bytes.subspan(sizeof head_);
   if (head_.batches > rest.size() / 4) refuse("message ends too early");
   batches_.reserve(head_.batches);
   for (std::uint32_t i = 0; i < head_.batches; ++i) batches_.push_back(take_batch(rest));
@@ -49,24 +43,28 @@ void RecordsView::check_head() const {
   if (head_.width < 1 || head_.width > kMaxSize || head_.height < 1 || head_.height > kMaxSize) {
     refuse("impossible image size " + std::to_string(head_.width) + "x" + std::to_string(head_.height));
   }
-  if (head_.kind >= base::enumerators<Sprite::Kind>() || head_.blend >= base::enumerators<Sprite::Blend>() ||
-      head_.pixels < 0 || head_.pixels > kMaxDiameter || !(head_.of_height >= 0 && head_.of_height <= 1) ||
-      !(head_.softness >= 0 && head_.softness <= 1e15f)) {
-    refuse("unknown sprite");
-  }
-  if (head_.layout >= base::enumerators<Layout>() || head_.with_velocity > 1 || head_.most_alpha > 255) {
+  if (head_.layout >= base::enumerators<Layout>() || head_.with_velocity > 1 || head_.colored > 1) {
     refuse("unknown layout");
   }
-  if (!valid(head_.tiles) || (form(layout()).tile != 0) != head_.tiles.cut()) refuse("impossible tiles");
-  const bool blends_alpha = head_.blend == static_cast<std::uint8_t>(Sprite::Blend::alpha);
-  if (head_.colored > 1 || (head_.colored == 0 && (blends_alpha || !may_lack_color(layout())))) {
-    refuse("colours are missing");
+}
+
+void RecordsView::take_sprite(std::span<const std::byte>& rest) {
+  if (head_.sprite_bytes > rest.size()) refuse("message ends too early");
+  sprite_bytes_ = rest.first(head_.sprite_bytes);
+  rest = rest.subspan(head_.sprite_bytes);
+  base::Reader in(sprite_bytes_);
+  try {
+    base::read_fields(in, sprite_);
+    check_common(sprite_);
+  } catch (const std::exception& error) {
+    refuse(std::string("unknown sprite: ") + error.what());
   }
-  Sprite sprite;
-  sprite.kind = static_cast<Sprite::Kind>(head_.kind);
-  sprite.pixels = head_.pixels;
-  sprite.of_height = head_.of_height;
-  const float diameter = diameter_of(sprite, head_.height);
+  if (in.left() >= RecordsHead::kAligned) refuse("a sprite of the wrong length");
+  if (sprite_.sheet() != nullptr && !valid(sprite_.sheet()->tiles)) refuse("impossible tiles");
+  if ((form(layout()).tile != 0) != sprite_.tiled()) refuse("impossible tiles");
+  const bool blends_alpha = sprite_.blend == Sprite::Blend::alpha;
+  if (!colored() && (blends_alpha || !may_lack_color(layout()))) refuse("colours are missing");
+  const float diameter = diameter_of(sprite_, head_.height);
   if (of_fixed_size(layout()) && !(diameter >= 2 && diameter <= static_cast<float>(kMaxFootprint)))
     refuse("a sprite that does not fit its layout");
 }
@@ -126,8 +124,9 @@ void RecordsView::append_part(int first, int end, base::Bytes& out) const {
   const auto from = static_cast<std::size_t>(first - here), to = static_cast<std::size_t>(end - here);
   const std::size_t offset_bytes = 4 * (to - from + 1);
   const std::size_t at = out.size();
-  out.reserve(at + sizeof head + batches_.size() * offset_bytes + head.records * record_bytes());
+  out.reserve(at + sizeof head + sprite_bytes_.size() + batches_.size() * offset_bytes + head.records * record_bytes());
   out.put_raw(&head, sizeof head);
+  out.put_raw(sprite_bytes_.data(), sprite_bytes_.size());
   for (const Batch& batch : batches_) {
     const std::uint32_t before = word_at(batch.offsets, from);
     const std::size_t records = word_at(batch.offsets, to) - before;

@@ -16,36 +16,32 @@ namespace motes::image {
 
 /// The head of a message of records. Little-endian, without pointers: a message can be sent, kept or written to a file
 /// as it is. After the head:
+///   sprite  the fields of painted(), and zeros: `sprite_bytes` in all
 ///   batch   offsets u32[slots + 1], then offsets[slots] records: those of slot first_slot + s are offsets[s] ..
 ///           offsets[s + 1] - 1
 ///   record  see Layout; followed by three floats if with_velocity
 /// A record appears in every tile that its footprint touches. Batches keep the sorting inside the second-level cache.
 /// The order of batches, and of records within a slot, does not matter.
 struct RecordsHead {
-  static constexpr std::uint32_t kMagic = 0x3553544d;  // "MTS5"
+  static constexpr std::size_t kAligned = 8;           // sprite_bytes are a multiple of this
+  static constexpr std::uint32_t kMagic = 0x3653544d;  // "MTS6"
 
   std::uint32_t magic = kMagic;
   std::uint32_t system = 0;
-  std::uint8_t kind = 0;
-  std::uint8_t blend = 0;
+  std::uint32_t sprite_bytes = 0;
   std::uint8_t layout = 0;
   std::uint8_t with_velocity = 0;
-  std::int32_t pixels = 0;
-  float of_height = 0;
-  float softness = 0;
-  meshes::AssetKey picture = 0;
+  std::uint8_t colored = 1;       // 0: records carry no colour; all have `color`
+  std::uint8_t most_alpha = 255;  // upper bound on the alpha of records
   std::int32_t width = 0;
   std::int32_t height = 0;
   std::uint32_t first_slot = 0;
   std::uint32_t slots = 0;
   std::uint32_t batches = 0;
-  std::uint32_t most_alpha = 255;  // upper bound on the alpha of records, 0..255
-  std::uint32_t colored = 1;       // 0: records carry no colour; all have `color`
-  std::uint32_t color = 0;         // r | g << 8 | b << 16 | alpha << 24
+  std::uint32_t color = 0;  // r | g << 8 | b << 16 | alpha << 24
   std::uint64_t records = 0;
-  Tiles tiles;
 };
-static_assert(sizeof(RecordsHead) == 80);
+static_assert(sizeof(RecordsHead) == 48);
 
 /// A message that a Projector fills. Slots are tiles in the order given to the projector.
 class Records {
@@ -85,7 +81,7 @@ class RecordsView {
   std::uint32_t color() const { return head_.color; }
   bool with_velocity() const { return head_.with_velocity != 0; }
   /// Returns an upper bound on the alpha of records, 0..255.
-  std::uint8_t most_alpha() const { return static_cast<std::uint8_t>(head_.most_alpha); }
+  std::uint8_t most_alpha() const { return head_.most_alpha; }
   /// Returns the bytes from one record to the next.
   std::size_t record_bytes() const {
     return image::record_bytes(layout(), colored()) + (with_velocity() ? kVelocityBytes : 0);
@@ -110,9 +106,11 @@ class RecordsView {
 
  private:
   void check_head() const;
+  void take_sprite(std::span<const std::byte>& rest);
   Batch take_batch(std::span<const std::byte>& rest);
 
   RecordsHead head_;
+  std::span<const std::byte> sprite_bytes_;
   Sprite sprite_;
   Grid grid_;
   std::size_t count_ = 0;

@@ -5,9 +5,11 @@
 #include <cmath>
 #include <numbers>
 #include <span>
+#include <string>
 #include <tuple>
+#include <type_traits>
 
-#include "base/enumerators.h"
+#include "base/fields.h"
 #include "image/camera.h"
 #include "image/daylight.h"
 #include "image/footprint.h"
@@ -15,19 +17,6 @@
 
 namespace motes::image {
 namespace {
-
-// kinds.inc must list kinds in the order of the enumeration.
-constexpr Sprite::Kind kKinds[] = {
-#define MOTES_SPRITE_KIND(kind, Name) Sprite::Kind::kind,
-#include "image/raster/kinds.inc"
-};
-constexpr bool in_order() {
-  for (int i = 0; i < kSpriteKinds; ++i) {
-    if (static_cast<int>(kKinds[i]) != i) return false;
-  }
-  return true;
-}
-static_assert(in_order() && kSpriteKinds == base::enumerators<Sprite::Kind>());
 
 constexpr double kWholeByte = 255;
 
@@ -132,9 +121,62 @@ float gain_at(Sprite::Kind kind, int pixels) {
   return static_cast<float>(sum / 3 / (kWholeByte * (std::numbers::pi / 12) * f.size * f.size));
 }
 
+// What kernels of each kind need.
+
+SurfaceSplat surface_splat(const View& view) {
+  const Daylight daylight(view);
+  SurfaceSplat s{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    s.toward_sun[i] = static_cast<float>(daylight.toward_sun()[i]);
+    s.upward[i] = static_cast<float>(daylight.upward()[i]);
+  }
+  s.sun = static_cast<float>(kSun);
+  s.low = static_cast<float>(daylight.low());
+  s.high = static_cast<float>(daylight.high());
+  s.mean_shade = static_cast<float>(daylight.mean_shade());
+  return s;
+}
+
+SpaceSplat space_splat(const View& view) {
+  return {static_cast<float>(lens(view).focal_px), static_cast<float>(view.camera.near),
+          static_cast<float>(view.camera.focus), static_cast<float>(0.5 * blur_of(view))};
+}
+
+PictureSplat picture_splat(const Sheet& sheet) {
+  const ImageLevels& picture = image_levels(sheet.picture, sheet.tiles);
+  return {picture.levels().data(), picture.number(), static_cast<int>(sheet.tiles.count), picture.cover().data()};
+}
+
+DiscSplat splat_of(const DiscSprite&, const View&) {
+  DiscSplat s{};
+  for (int pixels = 2; pixels <= kMaxFootprint; ++pixels) s.gain[pixels] = gain_at(Sprite::Kind::disc, pixels);
+  return s;
+}
+DiscSplat splat_of(const PointSprite&, const View& view) { return splat_of(DiscSprite{}, view); }
+SurfaceSplat splat_of(const SphereSprite&, const View& view) { return surface_splat(view); }
+PictureSplat splat_of(const ImageSprite& image, const View&) { return picture_splat(image.sheet); }
+CardSplat splat_of(const CardSprite& card, const View& view) { return {space_splat(view), picture_splat(card.sheet)}; }
+MeshSplat splat_of(const MeshSprite& sprite, const View& view) {
+  const MeshCorners& mesh = mesh_corners(sprite.mesh);
+  const float* colors = mesh.colors.empty() ? nullptr : mesh.colors.data();
+  return {space_splat(view), surface_splat(view), mesh.planes.data(), colors,
+          mesh.triangles,    mesh.room,           mesh.closed,        reach_of_mesh(sprite.mesh)};
+}
+SpaceSplat splat_of(const RibbonSprite&, const View& view) { return space_splat(view); }
+
+// Each is of the type that the kernels of its kind read.
+#define MOTES_SPRITE_KIND(kind, Name) \
+  static_assert(std::is_same_v<decltype(splat_of(Name##Sprite{}, View{})), Name##Splat>);
+#include "image/sprites/list.inc"
+
+// Returns what orders brushes. The bytes at its end also tell apart sprites that differ in nothing before them.
 auto key(const Sprite& s, Layout layout, bool colored) {
-  return std::tuple(s.kind, s.blend, layout, colored, s.pixels, std::bit_cast<std::uint32_t>(s.of_height),
-                    std::bit_cast<std::uint32_t>(s.softness), s.picture, s.tiles);
+  base::Bytes bytes;
+  base::write_fields(s, bytes);
+  const auto* text = reinterpret_cast<const char*>(bytes.data());
+  return std::tuple(s.kind(), s.blend, layout, colored, s.pixels, std::bit_cast<std::uint32_t>(s.of_height),
+                    std::bit_cast<std::uint32_t>(s.softness), s.asset(), s.sheet() ? s.sheet()->tiles : Tiles{},
+                    std::string(text, bytes.size()));
 }
 
 }  // namespace
@@ -142,23 +184,27 @@ auto key(const Sprite& s, Layout layout, bool colored) {
 Brush::Brush(const Sprite& sprite, Layout layout, const View& view, bool colored)
     : sprite_(sprite), layout_(layout), colored_(colored),
       record_bytes_(image::record_bytes(layout, colored) + (with_velocity(sprite, view) ? kVelocityBytes : 0)),
-      width_(view.width), height_(view.height) {
+      width_(view.width), height_(view.height), blurs_(space_splat(view).blur > 0) {
   of_fixed_size(layout) ? set_splat(view) : set_wide(view);
+}
+
+void Brush::set_records(RecordSplat& to) const {
+  to.record_bytes = static_cast<int>(record_bytes_);
+  to.form = form();
+  to.fade = sprite_.softness > 0 ? 1 / sprite_.softness : 0;
 }
 
 void Brush::set_splat(const View& view) {
   const float diameter = diameter_of(sprite_, height_);
   const bool point = drawn_as_point(sprite_);
-  const bool sphere = sprite_.kind == Sprite::Kind::sphere && !point;
+  const bool sphere = sprite_.is(Sprite::Kind::sphere) && !point;
   if (!point && sprite_.of_height > 0) own_ = footprint_of(diameter);
   const Footprint& f = footprint_in_use();
   splat_.size = f.size;
   splat_.phase_bits = f.phase_bits;
   splat_.row_bytes = f.row_bytes;
   splat_.sub_bits = Grid{width_, height_}.sub_bits();
-  splat_.record_bytes = static_cast<int>(record_bytes_);
-  splat_.form = form();
-  splat_.fade = sprite_.softness > 0 ? 1 / sprite_.softness : 0;
+  set_records(splat_);
   splat_.radius = static_cast<float>(0.5 * (point ? 2 : diameter) / lens(view).focal_px);
   if (sphere) {
     tables_ = sphere_tables(diameter, f, view);
@@ -170,11 +216,11 @@ void Brush::set_splat(const View& view) {
 const Footprint& Brush::footprint_in_use() const {
   if (own_.size != 0) return own_;
   Sprite outline = sprite_;
-  if (outline.kind != Sprite::Kind::point) outline.kind = Sprite::Kind::disc;
+  if (!outline.is(Sprite::Kind::point)) outline.look = Sprite::Kind::disc;
   return footprint(outline);
 }
 
-// Sets the pointers to tables on each call, because a brush may have been moved.
+// Sets pointers to its own tables on each call, as wide_at() does, because a brush may have been moved.
 Splat Brush::splat_at(int x, int y) const {
   Splat s = splat_;
   const bool own = !tables_.weights.empty();
@@ -190,54 +236,22 @@ Splat Brush::splat_at(int x, int y) const {
 }
 
 void Brush::set_wide(const View& view) {
-  wide_.record_bytes = static_cast<int>(record_bytes_);
-  wide_.form = form();
+  set_records(wide_);
   wide_.bits = Grid{width_, height_}.far_bits();
-  wide_.one_size = wide_.form.way != 0 && wide_.form.color != 8 && diameter_of(sprite_, height_) > 0;
-  wide_.fade = sprite_.softness > 0 ? 1 / sprite_.softness : 0;
   wide_.radius = static_cast<float>(1 / lens(view).focal_px);
-  for (int pixels = 2; pixels <= kMaxFootprint; ++pixels) wide_.gain[pixels] = gain_at(Sprite::Kind::disc, pixels);
-  if (drawn_as_point(sprite_)) {
-    wide_.gain[2] = gain_at(Sprite::Kind::point, 1);
-    wide_.key_shift = 1;
-  }
-  if (sprite_.kind == Sprite::Kind::sphere || sprite_.kind == Sprite::Kind::mesh) {
-    const Daylight daylight(view);
-    for (std::size_t i = 0; i < 3; ++i) {
-      wide_.toward_sun[i] = static_cast<float>(daylight.toward_sun()[i]);
-      wide_.upward[i] = static_cast<float>(daylight.upward()[i]);
+  kind_ = std::visit([&](const auto& own) { return KindSplat(splat_of(own, view)); }, sprite_.look);
+  if (auto* discs = std::get_if<DiscSplat>(&kind_)) {
+    discs->one_size = wide_.form.way != 0 && wide_.form.color != 8 && diameter_of(sprite_, height_) > 0;
+    if (drawn_as_point(sprite_)) {
+      discs->gain[2] = gain_at(Sprite::Kind::point, 1);
+      discs->key_shift = 1;
     }
-    wide_.sun = static_cast<float>(kSun);
-    wide_.low = static_cast<float>(daylight.low());
-    wide_.high = static_cast<float>(daylight.high());
-    wide_.mean_shade = static_cast<float>(daylight.mean_shade());
   }
-  wide_.focal = static_cast<float>(lens(view).focal_px);
-  wide_.near = static_cast<float>(view.camera.near);
-  wide_.focus = static_cast<float>(view.camera.focus);
-  wide_.blur = static_cast<float>(0.5 * blur_of(view));
-  if (sprite_.kind == Sprite::Kind::mesh) set_mesh();
-  if (sprite_.kind == Sprite::Kind::image || sprite_.kind == Sprite::Kind::card) {
-    const ImageLevels& picture = image_levels(sprite_.picture, sprite_.tiles);
-    wide_.levels = picture.levels().data();
-    wide_.level_count = picture.number();
-    wide_.image_cover = picture.cover().data();
-    wide_.tiles = static_cast<int>(sprite_.tiles.count);
-  }
-}
-
-void Brush::set_mesh() {
-  const MeshCorners& mesh = mesh_corners(sprite_.picture);
-  wide_.corners = mesh.planes.data();
-  wide_.colors = mesh.colors.empty() ? nullptr : mesh.colors.data();
-  wide_.triangles = mesh.triangles;
-  wide_.room = mesh.room;
-  wide_.closed = mesh.closed;
-  wide_.mesh_reach = reach_of_mesh(sprite_.picture);
 }
 
 WideSplat Brush::wide_at(const Area& area) const {
   WideSplat t = wide_;
+  t.kind = std::visit([](const auto& kind) -> const void* { return &kind; }, kind_);
   constexpr int kUnitsPerPixel = 1 << kWideBits, kHalf = kUnitsPerPixel / 2;
   t.origin_x = kUnitsPerPixel * area.x + kHalf - kHalf * width_;
   t.origin_y = kUnitsPerPixel * area.y + kHalf - kHalf * height_;

@@ -1,15 +1,38 @@
-// A brush draws the records of one sprite; it is prepared once per frame.
+// A brush draws the records of one sprite; it is prepared once per frame. The tile painter sends each piece of records
+// one of six ways, by the layout of the records, the sprite's kind and blend, and whether something may hide them:
+//
+//   records of one fixed size, up to kMaxFootprint px (layouts plain, deep): Splat, tables of weights
+//     add      points without depth    1 point_lanes.h    a vector of points at a time, 2x2 px each
+//              without depth           2 splat_lanes.cpp  each row of its footprint, times its colour (add_records)
+//              with depth, in a tile   3 tested_lanes.h   the same for those in front of everything near them; the
+//                that has surfaces                        others pixel by pixel; hidden ones are skipped
+//     alpha                            2 splat_lanes.cpp  from far to near, always tested (over_records)
+//     opaque                           4 opaque_lanes.h   the nearest surface per pixel, in TilePlanes::surfaces
+//
+//   all other records (layouts from sized on): WideSplat and the splat of their kind
+//     add,     points, discs           5 disc_lanes.h     groups of kWidth discs: weights first, then light
+//     alpha    the same, of one size       stamp_lanes.h  streaks from Stamps; those of one colour are added up in a
+//                and with streaks                         Cover first; long ones alone, by 6
+//              spheres, images, cards, 6 wide_lanes.cpp   one by one: a Patch of weights from kind_*.h, then light
+//                meshes, ribbons           (draw_one)     row by row; small still images from ImageStamps
+//     opaque   meshes, ribbons           kind_*.h         draw(): they know their depth at each pixel
+//              all other kinds           wide_lanes.cpp   front() of each kind, kept where it is nearest (opaque_wide)
+//
+// Before, records just behind a surface are made deeper (behind.h), and those of a tile in which any blends by alpha
+// are sorted by depth (ordered.h). Visibility is tested only where TilePlanes::hides, by blocks of pixels
+// (depth_blocks.h) where that decides.
 #pragma once
 
 #include <compare>
 #include <cstddef>
 #include <cstdint>
+#include <variant>
 #include <vector>
 
 #include "image/footprint.h"
 #include "image/layout.h"
 #include "image/raster/splat_lanes.h"
-#include "image/raster/wide_lanes.h"
+#include "image/raster/splats.h"
 #include "image/scene.h"
 
 namespace motes::image {
@@ -21,6 +44,8 @@ struct SurfaceTables {
   std::vector<std::uint32_t> shade;          // as Splat::shade; empty: fully lit
   std::vector<float> bulge;                  // as Splat::bulge; empty: flat
 };
+
+using KindSplat = std::variant<std::monostate, DiscSplat, SurfaceSplat, PictureSplat, SpaceSplat, CardSplat, MeshSplat>;
 
 class Brush {
  public:
@@ -42,10 +67,13 @@ class Brush {
   int footprint_pixels() const { return of_fixed_size(layout_) ? splat_.size : 0; }
 
   /// Returns whether its sprites test visibility at each pixel: ribbons, and cards and meshes seen through a lens.
-  bool tests_pixels() const { return layout_ == Layout::ribbon || (is_posed(sprite_) && wide_.blur > 0); }
+  bool tests_pixels() const { return layout_ == Layout::ribbon || (is_posed(sprite_) && blurs_); }
 
   /// Returns whether streaks are drawn from stamps.
-  bool has_stamps() const { return wide_.one_size; }
+  bool has_stamps() const {
+    const auto* discs = std::get_if<DiscSplat>(&kind_);
+    return discs != nullptr && discs->one_size;
+  }
 
   /// Returns whether records of this sprite and layout are drawn by this brush.
   bool same(const Sprite& sprite, Layout layout, bool colored = true) const {
@@ -57,9 +85,9 @@ class Brush {
   bool operator==(const Brush& other) const { return same(other.sprite_, other.layout_, other.colored_); }
 
  private:
+  void set_records(RecordSplat& to) const;
   void set_splat(const View& view);
   void set_wide(const View& view);
-  void set_mesh();
   const Footprint& footprint_in_use() const;
 
   Sprite sprite_;
@@ -67,10 +95,12 @@ class Brush {
   bool colored_;
   std::size_t record_bytes_;
   int width_, height_;
+  bool blurs_;
   Footprint own_; // of a sprite whose size is a fraction of the picture's height
   SurfaceTables tables_;
   Splat splat_{};
   WideSplat wide_{};
+  KindSplat kind_;  // of wide_
 };
 
 }  // namespace motes::image

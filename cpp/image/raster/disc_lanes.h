@@ -1,5 +1,21 @@
-// Draws discs and their streaks in groups of kWidth records, in three steps over the whole group: prepare, weigh, draw.
-// A record's steps are far apart, so none waits for the one before.
+// Draws discs and their streaks in groups of kWidth records, in three steps over the whole group. A record's steps are
+// far apart, so none waits for the one before.
+//
+//   records -> read_record() -> prepare() -> weigh() -> draw_discs()
+//              one per lane     all lanes    one after another: 16-bit weights, 8 px of a row at a time
+//
+//   prepare    where each disc is, which rows and strips it may light, its state:
+//                hidden   beside the tile, or behind all of its surfaces: skipped
+//                still    weights from the distance to its middle
+//                moving   weights from the distance across the streak and beyond its ends
+//                large    more than kRows x kStrips: returned to the caller, which draws it alone (kind_disc.h)
+//   weigh      weights of each pixel of its rows, cut into strips of 8 px as in a Patch:
+//
+//                first  +--------+--------+       a still disc is a box; rows of a streak start where it runs
+//                       | strip 0| strip 1|           +--------+
+//                 last  +--------+--------+             +--------+
+//                                                         +--------+
+//   draw       adds weight times tint to the tile's light, if need be only where nothing nearer hides the disc
 #pragma once
 
 #include "image/raster/wide_sprite.h"
@@ -50,25 +66,39 @@ struct DiscGroup {
   static constexpr int kSmallRows = 8;
   static constexpr bool kHasSmall = kWidth >= 8;  // narrower vectors lose more by extra rows than they gain
 
-  alignas(64) std::int32_t at_x[kWidth], at_y[kWidth], size[kWidth], light[kWidth], dx[kWidth], dy[kWidth];
+  // Read: as in WideRecord.
+  alignas(64) std::int32_t record_x[kWidth], record_y[kWidth], size[kWidth], light[kWidth], dx[kWidth], dy[kWidth];
   alignas(64) std::uint32_t color[kWidth], depth[kWidth];
 
-  alignas(64) float x[kWidth], y[kWidth], radius[kWidth], half[kWidth], along_x[kWidth], along_y[kWidth];
-  alignas(64) float left[kWidth], slope[kWidth], total[kWidth];
-  alignas(64) float narrow[kWidth], end[kWidth], level[kWidth], unit[kWidth];
-  alignas(64) std::int32_t first[kWidth], last[kWidth], strips[kWidth], column[kWidth], state[kWidth];
+  // Prepared: where the sprite is, px from the centre of the tile's first pixel, and the pixels that it may light. The
+  // row through its middle begins at `left`, each row `slope` px to the right of the one above.
+  alignas(64) float x[kWidth], y[kWidth], left[kWidth], slope[kWidth];
+  alignas(64) float along_x[kWidth], along_y[kWidth];  // direction of the streak, a unit vector
+  alignas(64) float total[kWidth];                     // its light, px^2
+  alignas(64) std::int32_t first[kWidth], last[kWidth];       // rows
+  alignas(64) std::int32_t column[kWidth], strips[kWidth];  // first column, and strips of kStrip columns from there
+  alignas(64) std::int32_t state[kWidth];  // kHidden ...
   alignas(64) std::int32_t small[kWidth];  // mask: a still disc of one strip
-  alignas(64) std::int32_t row_base[kWidth], column_base[kWidth], step[kWidth], step_side[kWidth], step_end[kWidth];
-  alignas(64) std::uint32_t sum[kWidth], number[kWidth], shift[kWidth];
 
-  alignas(64) std::int32_t start[kWidth][kRows + kMoreRows];
+  // Prepared: the profile in fixed point (DiscShape::kUnit per radius). Of a still disc, the first pixel's place below
+  // and to the right of the middle, and the way from pixel to pixel. Of a streak, ways from column to column, and
+  // factors from px: across its line, and beyond its `plateau` (half its length, px) in lengths of the ramp.
+  alignas(64) std::int32_t first_down[kWidth], first_right[kWidth], step[kWidth];
+  alignas(64) std::int32_t step_across[kWidth], step_along[kWidth];
+  alignas(64) float across_per_px[kWidth], ramp_per_px[kWidth], plateau[kWidth];
+
+  // Weighed: weights in the layout of a Patch, their sum, the light of a weight of 1, and the same as a Tint takes it.
   std::uint16_t* weights[kWidth];
-  alignas(64) std::uint16_t room[kWidth * kPixels + 64];
+  alignas(64) std::uint32_t sum[kWidth];
+  alignas(64) float unit_light[kWidth];
+  alignas(64) std::uint32_t tint_number[kWidth], tint_shift[kWidth];
+  alignas(64) std::int32_t start[kWidth][kRows + kMoreRows];  // of a streak: first column of each row
+  alignas(64) std::uint16_t memory[kWidth * kPixels + 64];  // of all weights
 };
-inline constexpr int kHidden = 0, kStill = 1, kMoving = 2,
-                     kLarge = 3;  // DiscGroup::state
+/// DiscGroup::state. Large ones do not fit into a group's patch: they are drawn alone.
+inline constexpr int kHidden = 0, kStill = 1, kMoving = 2, kLarge = 3;
 
-MOTES_INLINE Floats gain_of(const image::WideSplat& task, Floats diameter) {
+MOTES_INLINE Floats gain_of(const image::DiscSplat& task, Floats diameter) {
   const Floats most = all(static_cast<float>(image::kMaxFootprint));
   const Floats within = min(diameter, most);
   // Lanes without a record may hold anything, so the index is clamped.
@@ -89,8 +119,8 @@ MOTES_INLINE Floats gain_of(const image::WideSplat& task, Floats diameter) {
 /// Computes everything that follows from the records: position, direction, outline, state.
 MOTES_OUTLINE void prepare(DiscGroup& g, const image::TilePlanes& tile, const image::WideSplat& task, int count) {
   constexpr float kUnit = 1.0f / (1 << image::kWideBits);
-  const Floats x = to_floats(load_mask(g.at_x) - task.origin_x) * kUnit;
-  const Floats y = to_floats(load_mask(g.at_y) - task.origin_y) * kUnit;
+  const Floats x = to_floats(load_mask(g.record_x) - task.origin_x) * kUnit;
+  const Floats y = to_floats(load_mask(g.record_y) - task.origin_y) * kUnit;
   const Floats radius = to_floats(load_mask(g.size)) * (0.5f / (1 << image::kSizeBits));
   const Floats dx = to_floats(load_mask(g.dx)) * kUnit, dy = to_floats(load_mask(g.dy)) * kUnit;
   const Floats length = sqrt(dx * dx + dy * dy);
@@ -120,7 +150,8 @@ MOTES_OUTLINE void prepare(DiscGroup& g, const image::TilePlanes& tile, const im
   store_mask(g.state, seen & select(small, select(moving, all_ints(kMoving), all_ints(kStill)), all_ints(kLarge)));
 
   const Floats light = to_floats(load_mask(g.light)) * (1.0f / image::kAllLight);
-  store(g.total, radius * radius * (DiscShape::kFullTurn / 3) * light * gain_of(task, 2 * radius));
+  store(g.total,
+        radius * radius * (DiscShape::kFullTurn / 3) * light * gain_of(task.own<image::DiscSplat>(), 2 * radius));
   store(g.x, x);
   store(g.y, y);
   store(g.along_x, along_x);
@@ -137,14 +168,14 @@ MOTES_OUTLINE void prepare(DiscGroup& g, const image::TilePlanes& tile, const im
 
   const Floats level = max(half_radii - 1.0f, Floats{}), ramp = select(half_radii > 1.0f, all(2.0f), half_radii + 1.0f);
   const Floats narrow = per_radius * DiscShape::kSlim, end = per_radius / ramp;
-  store(g.narrow, narrow);
-  store(g.end, end);
-  store(g.level, level * radius);
-  store_mask(g.step_side, DiscShape::fixed(-along_y * narrow));
-  store_mask(g.step_end, DiscShape::fixed(along_x * end));
+  store(g.across_per_px, narrow);
+  store(g.ramp_per_px, end);
+  store(g.plateau, level * radius);
+  store_mask(g.step_across, DiscShape::fixed(-along_y * narrow));
+  store_mask(g.step_along, DiscShape::fixed(along_x * end));
   store_mask(g.step, DiscShape::fixed(per_radius));
-  store_mask(g.row_base, DiscShape::fixed((to_floats(first) - y) * per_radius));
-  store_mask(g.column_base, DiscShape::fixed((to_floats(column) - x) * per_radius));
+  store_mask(g.first_down, DiscShape::fixed((to_floats(first) - y) * per_radius));
+  store_mask(g.first_right, DiscShape::fixed((to_floats(column) - x) * per_radius));
 }
 
 MOTES_INLINE void weigh_still(DiscGroup& g, int i, int rows, int strips, std::uint16_t* to) {
@@ -154,8 +185,8 @@ MOTES_INLINE void weigh_still(DiscGroup& g, int i, int rows, int strips, std::ui
   Uints sum{};
   for (int strip = 0; strip < strips; ++strip) {
     const Shorts side =
-        DiscShape::square_of(add_saturating(all_shorts(g.column_base[i] + strip * kStrip * step), across));
-    Shorts down = rows_of_lanes() * all_shorts(step) + all_shorts(g.row_base[i]);
+        DiscShape::square_of(add_saturating(all_shorts(g.first_right[i] + strip * kStrip * step), across));
+    Shorts down = rows_of_lanes() * all_shorts(step) + all_shorts(g.first_down[i]);
     for (int row = 0; row < rows; row += kRowsAtOnce, to += kShorts) {
       const Shorts weights = DiscShape::still(down, side);
       store_shorts(to, weights);
@@ -170,8 +201,8 @@ MOTES_INLINE void weigh_streak(DiscGroup& g, int i, std::uint16_t* to) {
   const int rows = g.last[i] - g.first[i] + 1;
   std::int16_t across[DiscGroup::kRows + kMoreRows], after[DiscGroup::kRows + kMoreRows],
       before[DiscGroup::kRows + kMoreRows];
-  const Shorts to_side = columns_of_lanes() * all_shorts(g.step_side[i]);
-  const Shorts to_end = columns_of_lanes() * all_shorts(g.step_end[i]);
+  const Shorts to_side = columns_of_lanes() * all_shorts(g.step_across[i]);
+  const Shorts to_end = columns_of_lanes() * all_shorts(g.step_along[i]);
   Uints sum{};
   for (int strip = 0; strip < g.strips[i]; ++strip) {
     for (int row = 0; row < rows; row += kWidth) {
@@ -180,9 +211,9 @@ MOTES_INLINE void weigh_streak(DiscGroup& g, int i, std::uint16_t* to) {
       if (strip == 0) store_mask(g.start[i] + row, start);
       const Floats x = to_floats(start + strip * kStrip) - g.x[i];
       const Floats along = x * g.along_x[i] + y * g.along_y[i];
-      store_narrow(across + row, DiscShape::fixed((y * g.along_x[i] - x * g.along_y[i]) * g.narrow[i]));
-      store_narrow(after + row, DiscShape::fixed((along - g.level[i]) * g.end[i]));
-      store_narrow(before + row, DiscShape::fixed((-along - g.level[i]) * g.end[i]));
+      store_narrow(across + row, DiscShape::fixed((y * g.along_x[i] - x * g.along_y[i]) * g.across_per_px[i]));
+      store_narrow(after + row, DiscShape::fixed((along - g.plateau[i]) * g.ramp_per_px[i]));
+      store_narrow(before + row, DiscShape::fixed((-along - g.plateau[i]) * g.ramp_per_px[i]));
     }
     for (int row = 0; row < rows; row += kRowsAtOnce, to += kShorts) {
       const Shorts weights = DiscShape::streak(add_saturating(by_eights(across + row), to_side),
@@ -197,7 +228,7 @@ MOTES_INLINE void weigh_streak(DiscGroup& g, int i, std::uint16_t* to) {
 
 /// Computes the weights of the group's sprites, and their `number` and `shift` for tint_of().
 MOTES_OUTLINE void weigh(DiscGroup& g, int count) {
-  std::uint16_t* to = g.room;
+  std::uint16_t* to = g.memory;
   for (int i = 0; i < count; ++i) {
     g.weights[i] = to;
     g.sum[i] = 1;
@@ -218,10 +249,10 @@ MOTES_OUTLINE void weigh(DiscGroup& g, int count) {
   const Floats most = select(still, all(image::kMostLight / DiscShape::kStillWeight),
                              all(image::kMostLight / DiscShape::kStreakWeight));
   const Floats unit = min(load(g.total) / max(sum, all(1.0f)), most);
-  store(g.unit, unit);
+  store(g.unit_light, unit);
   const Uints bits = (Uints)(unit * (65536.0f * image::kUnit / (255.0f * 255.0f)));
-  store_uints(g.number, (bits >> 9 & 0x3fffu) | 0x4000u);
-  store_uints(g.shift, (14 + 127) - (bits >> 23));
+  store_uints(g.tint_number, (bits >> 9 & 0x3fffu) | 0x4000u);
+  store_uints(g.tint_shift, (14 + 127) - (bits >> 23));
 }
 
 template <bool kOver, bool kSaturating, bool kTest>
@@ -265,8 +296,8 @@ MOTES_INLINE void draw_small(const image::TilePlanes& tile, const DiscGroup& g, 
 template <bool kOver, bool kSaturating>
 MOTES_INLINE void draw(const image::TilePlanes& tile, const image::WideSplat& task, const DiscGroup& g, int i,
                        const Channels& channel) {
-  if ((g.state[i] != kStill && g.state[i] != kMoving) || g.shift[i] > 30) return;
-  const Tint tint = tint_of(channel, g.color[i], g.number[i], static_cast<int>(g.shift[i]));
+  if ((g.state[i] != kStill && g.state[i] != kMoving) || g.tint_shift[i] > 30) return;
+  const Tint tint = tint_of(channel, g.color[i], g.tint_number[i], static_cast<int>(g.tint_shift[i]));
   if (tile.hides && (task.fade > 0 || g.depth[i] > tile.nearest)) {
     draw_in_group<kOver, kSaturating, true>(tile, task, g, i, tint);
   } else if (g.small[i] != 0) {

@@ -11,7 +11,7 @@ namespace motes::MOTES_ISA {
 /// Returns whether the record of an image is drawn from a stamp.
 MOTES_INLINE bool has_stamp(const image::WideSplat& task, const image::WideRecord& r) {
   constexpr int kWidest = static_cast<int>(image::kStampedImage) << image::kSizeBits, kMoves = 1 << image::kWideBits;
-  if (task.image_stamps == nullptr || r.size > kWidest || (r.gain_low | r.gain_high) != 0) return false;
+  if (task.memory.image_stamps == nullptr || r.size > kWidest || (r.gain_low | r.gain_high) != 0) return false;
   return std::int64_t{r.dx} * r.dx + std::int64_t{r.dy} * r.dy < kMoves * kMoves;
 }
 
@@ -59,14 +59,15 @@ struct SmallImage {
   }
   MOTES_INLINE int part() const { return static_cast<int>(tile & ((1u << image::kTileNumberBits) - 1)); }
   MOTES_INLINE const image::ImageLevel* levels(const image::WideSplat& task) const {
+    const auto& picture = task.own<image::ImageSplat>();
     const std::uint32_t number = tile >> image::kTileNumberBits;
-    return task.levels + (number < static_cast<std::uint32_t>(task.tiles) ? number : 0) *
-                             static_cast<std::uint32_t>(task.level_count);
+    return picture.levels + (number < static_cast<std::uint32_t>(picture.tiles) ? number : 0) *
+                                static_cast<std::uint32_t>(picture.level_count);
   }
   /// Returns the slot of the stamp, and in `there` whether the slot holds it already. If not, labels the slot with this
   /// stamp, which the caller must then fill.
   MOTES_INLINE image::ImageStamp& stamp(const image::WideSplat& task, bool& there) const {
-    image::ImageStamp& kept = task.image_stamps[place()];
+    image::ImageStamp& kept = task.memory.image_stamps[place()];
     const image::ImageLevel* own = levels(task);
     there = kept.levels == own && kept.key == key() && kept.part == part();
     kept.levels = own;

@@ -79,6 +79,7 @@ struct Stand {
 };
 
 struct Card : Picture<Card> {
+  using Splat = image::CardSplat;
   static constexpr float kNarrow = 12;
 
   CameraPose pose;
@@ -90,7 +91,7 @@ struct Card : Picture<Card> {
   float half_x = 0, half_y = 0, farthest = 0;  // bounds on the corners, px on the screen
 
   MOTES_INLINE Card(const image::WideSplat& task, const WideSprite& sprite)
-      : Card(task, sprite, CameraPose(task, sprite)) {}
+      : Card(task.own<Splat>(), sprite, CameraPose(task, sprite)) {}
 
   MOTES_INLINE bool tests_itself() const { return moments.count != 0; }
   MOTES_INLINE float reach() const { return farthest; }
@@ -113,11 +114,11 @@ struct Card : Picture<Card> {
   float focal, focus, blur;
   float near_x = 0, near_y = 0;  // half of its bounding box at any one moment, px
 
-  MOTES_INLINE Card(const image::WideSplat& task, const WideSprite& sprite, const CameraPose& p)
-      : Picture(task, facing(task, sprite, p)), pose(p), middle(p, task.focal),
+  MOTES_INLINE Card(const Splat& task, const WideSprite& sprite, const CameraPose& p)
+      : Picture(task.picture, facing(task, sprite, p)), pose(p), middle(p, task.focal),
         moments(task, p, 0.7072f * p.scale, 2 * s.radius, s.half), side(s.radius), shrink(middle.shrink),
         focal(task.focal), focus(task.focus), blur(task.blur) {
-    const float opaque = choose_level(task, side, middle.shrink > 0 ? __builtin_sqrtf(middle.area) : 1);
+    const float opaque = choose_level(task.picture, side, middle.shrink > 0 ? __builtin_sqrtf(middle.area) : 1);
     const float wide = width * middle.finer_x, high = height * middle.finer_y;
     least = 0.5f * kPixelWeight * opaque * (wide < 1 ? wide : 1) * (high < 1 ? high : 1);
     moments.count == 0 ? measure(p, 1) : measure_moments();
@@ -133,7 +134,7 @@ struct Card : Picture<Card> {
     }
   }
 
-  static MOTES_INLINE WideSprite facing(const image::WideSplat& task, const WideSprite& sprite, const CameraPose& p) {
+  static MOTES_INLINE WideSprite facing(const Splat& task, const WideSprite& sprite, const CameraPose& p) {
     WideSprite s = sprite;
     s.radius = 0.5f * p.scale * task.focal / p.depth;
     return s;

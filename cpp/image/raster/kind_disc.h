@@ -7,6 +7,7 @@
 namespace motes::MOTES_ISA {
 
 struct Disc : DiscShape {
+  using Splat = image::DiscSplat;
   static constexpr int kPlanes = 1;
   static constexpr float kNarrow = 2.25f;  // radius below which its light is normalised, px
 
@@ -19,7 +20,8 @@ struct Disc : DiscShape {
     const float diameter = 2 * s.radius;
     const int below = diameter < image::kMaxFootprint ? static_cast<int>(diameter) : image::kMaxFootprint - 1;
     const float part = diameter < image::kMaxFootprint ? diameter - static_cast<float>(below) : 1;
-    gain = s.light * (task.gain[below] + (task.gain[below + 1] - task.gain[below]) * part);
+    const float (&gains)[image::kMaxFootprint + 1] = task.own<Splat>().gain;
+    gain = s.light * (gains[below] + (gains[below + 1] - gains[below]) * part);
   }
   MOTES_INLINE float reach() const { return half > 0 ? s.radius * (1 / kSlim) : s.radius; }
   MOTES_INLINE float box_x() const { return s.radius; }

@@ -51,7 +51,7 @@ struct Picture {
 
   /// Chooses the largest level with at most about one texel per pixel and returns its greatest alpha relative to the
   /// picture's. `half`: of the longer side, px; `squeezed`: px on the sprite per px on the screen.
-  MOTES_INLINE float choose_level(const image::WideSplat& task, float half, float squeezed) {
+  MOTES_INLINE float choose_level(const image::PictureSplat& task, float half, float squeezed) {
     const image::ImageLevel& first = tile_levels[0];
     const int longer = first.width > first.height ? first.width : first.height;
     float scale = static_cast<float>(longer) / (2 * half);
@@ -176,13 +176,13 @@ struct Picture {
 
   const image::ImageLevel *tile_levels, *next_levels = nullptr;
 
-  MOTES_INLINE Picture(const image::WideSplat& task, const WideSprite& sprite)
+  MOTES_INLINE Picture(const image::PictureSplat& task, const WideSprite& sprite)
       : s(sprite), moves(s.half >= 0.5f), tile_levels(task.levels) {
-    cover = task.image_cover[0];
+    cover = task.cover[0];
     if (task.tiles > 1) choose_tile(task);
   }
 
-  MOTES_INLINE void choose_tile(const image::WideSplat& task) {
+  MOTES_INLINE void choose_tile(const image::PictureSplat& task) {
     const std::uint32_t number = s.tile;
     const auto count = static_cast<std::uint32_t>(task.tiles);
     std::uint32_t tile = number >> image::kTileNumberBits;
@@ -191,8 +191,8 @@ struct Picture {
     part = static_cast<int>(number & ((1u << image::kTileNumberBits) - 1));
     tile_levels = task.levels + tile * static_cast<std::uint32_t>(task.level_count);
     next_levels = task.levels + after * static_cast<std::uint32_t>(task.level_count);
-    cover = task.image_cover[tile];
-    if (part != 0) cover += (task.image_cover[after] - cover) * (static_cast<float>(part) * kPart);
+    cover = task.cover[tile];
+    if (part != 0) cover += (task.cover[after] - cover) * (static_cast<float>(part) * kPart);
   }
 
   /// Interpolates bilinearly between four texels; weights have the scale of Patch.
@@ -223,12 +223,13 @@ struct Picture {
 };
 
 struct Image : Picture<Image> {
+  using Splat = image::ImageSplat;
   static constexpr float kNarrow = 8;
 
-  MOTES_INLINE Image(const image::WideSplat& task, const WideSprite& sprite) : Picture(task, sprite) {
+  MOTES_INLINE Image(const image::WideSplat& task, const WideSprite& sprite) : Picture(task.own<Splat>(), sprite) {
     // Smaller levels, and sides below a pixel, are less opaque than the picture: lower the threshold so that they do
     // not vanish.
-    const float opaque = choose_level(task, s.radius, 1);
+    const float opaque = choose_level(task.own<Splat>(), s.radius, 1);
     least = 0.5f * kPixelWeight * opaque * (width < 1 ? width : 1) * (height < 1 ? height : 1);
     choose_steps();
   }

@@ -74,11 +74,13 @@ MOTES_INLINE void for_each_sample(const Facet& f, std::int64_t dx, std::int64_t 
 
 template <bool kColored>
 struct MeshOf {
+  using Splat = image::MeshSplat;
   static constexpr int kPlanes = kColored ? 4 : 2;
   static constexpr float kNarrow = 0;
 
   WideSprite s;
   const image::WideSplat& task;
+  const Splat& mesh;
   CameraPose pose;
   float extent;  // radius of its bounding ball, m
   float box;     // half the side of its bounding square on the screen, px
@@ -87,11 +89,11 @@ struct MeshOf {
   Walls walls{};  // tested if there are moments
 
   MOTES_INLINE MeshOf(const image::WideSplat& t, const WideSprite& sprite)
-      : s(sprite), task(t), pose(t, sprite), extent(pose.scale * task.mesh_reach),
-        moments(t, pose, extent, 1.2f * extent * t.focal / pose.depth, s.half) {
+      : s(sprite), task(t), mesh(t.own<Splat>()), pose(t, sprite), extent(pose.scale * mesh.reach),
+        moments(mesh, pose, extent, 1.2f * extent * mesh.focal / pose.depth, s.half) {
     const float left = pose.depth - extent;
     box =
-        extent * (task.focal + size_of(pose.middle_x) + size_of(pose.middle_y)) / (left > task.near ? left : task.near);
+        extent * (mesh.focal + size_of(pose.middle_x) + size_of(pose.middle_y)) / (left > mesh.near ? left : mesh.near);
     if (moments.count != 0) box = box * moments.larger + moments.blur;
     box = (box < image::kMostPosedReach ? box : image::kMostPosedReach) + 1;
     while (steps < kMostSteps && static_cast<float>(steps) < s.half) steps *= 2;
@@ -213,7 +215,7 @@ struct MeshOf {
       const Shift way = way_at(m);
       const std::int64_t dx = way.x + m.pixel_x, dy = way.y + m.pixel_y;
       const auto marked = static_cast<std::uint8_t>(number + 1);
-      for_each_facet(then, {m.lens_x * task.blur, m.lens_y * task.blur}, [&](const Shown& f) {
+      for_each_facet(then, {m.lens_x * mesh.blur, m.lens_y * mesh.blur}, [&](const Shown& f) {
         const float x = static_cast<float>(f.x[0] + dx) * kPixel, y = static_cast<float>(f.y[0] + dy) * kPixel;
         for_each_sample<1>(f, dx, dy, task.columns, task.rows, [&](int column, int row) {
           const int at = place_in(p, column, row);
@@ -223,11 +225,11 @@ struct MeshOf {
           const bool again = cells.moment[at] == marked;
           if (again && here <= cells.inverse[at]) return;
           const float seen = walls.depth == nullptr ? share : share * visible(m, column, row, here);
-          const auto cover = static_cast<std::uint16_t>(seen + m.round);
+          const auto cover = static_cast<std::uint16_t>(seen + m.dither);
           p.cover[at] = static_cast<std::uint16_t>(p.cover[at] + cover - (again ? cells.cover[at] : 0));
           for (int c = 0; c < kChannels; ++c) {
             const int number = kChannels * at + c;
-            const auto light = static_cast<std::uint16_t>(seen * light_at(f, c, right, down) + m.round);
+            const auto light = static_cast<std::uint16_t>(seen * light_at(f, c, right, down) + m.dither);
             p.light[number] = static_cast<std::uint16_t>(p.light[number] + light - (again ? cells.light[number] : 0));
             cells.light[number] = light;
           }
@@ -240,7 +242,7 @@ struct MeshOf {
   }
 
   MOTES_INLINE float visible(const image::Moment& m, int column, int row, float inverse) const {
-    const float moved = image::spread_at(task.blur, task.focus, inverse);
+    const float moved = image::spread_at(mesh.blur, mesh.focus, inverse);
     return walls.visible(static_cast<float>(column) - m.lens_x * moved, static_cast<float>(row) - m.lens_y * moved,
                          1 / inverse);
   }
@@ -299,8 +301,8 @@ struct MeshOf {
     Mask in_front;
   };
   MOTES_INLINE Floats3 turned(const CameraPose& p, int row, std::size_t i) const {
-    const float* const from = task.corners + static_cast<std::size_t>(3 * row * task.room) + i;
-    const Floats x = load(from), y = load(from + task.room), z = load(from + 2 * task.room);
+    const float* const from = mesh.corners + static_cast<std::size_t>(3 * row * mesh.room) + i;
+    const Floats x = load(from), y = load(from + mesh.room), z = load(from + 2 * mesh.room);
     return all3(p.right) * x + all3(p.up) * y + all3(p.front) * z;
   }
   /// A point on the lens, as the shift of infinitely distant points, px.
@@ -310,15 +312,15 @@ struct MeshOf {
   MOTES_INLINE Corner corner(const CameraPose& p, OnLens lens, int row, std::size_t i) const {
     const Floats3 at = turned(p, row, i) * p.scale;
     const Floats depth = p.depth - at.z;
-    const float per = p.depth / task.focal;
+    const float per = p.depth / mesh.focal;
     Corner c;
-    c.in_front = depth >= task.near;
+    c.in_front = depth >= mesh.near;
     c.inverse = 1.0f / select(c.in_front, depth, all(1.0f));
-    const Floats scale = c.inverse * task.focal;
+    const Floats scale = c.inverse * mesh.focal;
     c.x = (at.x + p.middle_x * per) * scale - (p.middle_x - s.x);
     c.y = (p.middle_y * per - at.y) * scale - (p.middle_y - s.y);
-    if (task.blur > 0) {
-      const Floats part = 1.0f - c.inverse * task.focus;
+    if (mesh.blur > 0) {
+      const Floats part = 1.0f - c.inverse * mesh.focus;
       c.x += part * lens.x;
       c.y += part * lens.y;
     }
@@ -327,9 +329,9 @@ struct MeshOf {
 
   /// Returns the shade of surfaces with these unit normals, as for spheres.
   MOTES_INLINE Floats shade(Floats3 normal) const {
-    const Floats facing = dot(normal, all3(task.toward_sun)), up = dot(normal, all3(task.upward));
-    const Floats sky = task.low + (task.high - task.low) * (0.5f + 0.5f * up);
-    return min((sky + task.sun * max(facing, Floats{})) * s.gain, all(1.0f));
+    const Floats facing = dot(normal, all3(mesh.surface.toward_sun)), up = dot(normal, all3(mesh.surface.upward));
+    const Floats sky = mesh.surface.low + (mesh.surface.high - mesh.surface.low) * (0.5f + 0.5f * up);
+    return min((sky + mesh.surface.sun * max(facing, Floats{})) * s.gain, all(1.0f));
   }
 
   /// Calls use(facet) for the triangles that may be visible in the tile.
@@ -337,7 +339,7 @@ struct MeshOf {
   MOTES_INLINE void for_each_facet(const CameraPose& p, OnLens lens, const Use& use) const {
     const float more_x = s.half * size_of(s.along_x) + 1, more_y = s.half * size_of(s.along_y) + 1;
     const float end_x = static_cast<float>(task.columns) + more_x, end_y = static_cast<float>(task.rows) + more_y;
-    for (int i = 0; i < task.triangles; i += kLanes) {
+    for (int i = 0; i < mesh.triangles; i += kLanes) {
       const auto at = static_cast<std::size_t>(i);
       const Corner c[3] = {corner(p, lens, 0, at), corner(p, lens, 1, at), corner(p, lens, 2, at)};
       const Floats right = max(max(c[0].x, c[1].x), c[2].x), left = min(min(c[0].x, c[1].x), c[2].x);
@@ -346,8 +348,8 @@ struct MeshOf {
       seen &= (right >= -more_x) & (left <= end_x) & (below >= -more_y) & (above <= end_y);
       seen &= (left > -kFarthest) & (right < kFarthest) & (above > -kFarthest) & (below < kFarthest);
       const Floats area = (c[1].x - c[0].x) * (c[2].y - c[0].y) - (c[2].x - c[0].x) * (c[1].y - c[0].y);
-      if (task.closed) seen &= area < 0.0f;  // y points down, so front faces have negative areas
-      unsigned lanes = bits_of(seen & first_lanes(static_cast<std::size_t>(task.triangles - i)));
+      if (mesh.closed) seen &= area < 0.0f;  // y points down, so front faces have negative areas
+      unsigned lanes = bits_of(seen & first_lanes(static_cast<std::size_t>(mesh.triangles - i)));
       if (lanes == 0) continue;
       const Floats3 normal = turned(p, 3, at);
       const Floats side = select(area > 0.0f, all(-1.0f), all(1.0f));
@@ -407,7 +409,7 @@ struct MeshOf {
     for (int channel = 0; channel < 3; ++channel) {
       float own[3], of[3];
       for (int k = 0; k < 3; ++k) {
-        own[k] = task.colors[static_cast<std::size_t>((3 * order[k] + channel) * task.room) + triangle];
+        own[k] = mesh.colors[static_cast<std::size_t>((3 * order[k] + channel) * mesh.room) + triangle];
         of[k] = own[k] * c[order[k]].inverse[lane];
       }
       const float one = of[1] - of[0], two = of[2] - of[0];

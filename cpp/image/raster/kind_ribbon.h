@@ -10,21 +10,24 @@ namespace motes::MOTES_ISA {
 /// that in which the pixel lies deepest, so that pieces join without cracks or overlap; where the ribbon crosses
 /// itself, the most opaque point, or the nearest one if the ribbon is opaque.
 struct Ribbon {
+  using Splat = image::RibbonSplat;
   static constexpr int kPlanes = 4;
   static constexpr float kNarrow = 0;
 
   WideSprite s;
   const image::WideSplat& task;
+  const Splat& camera;
   Walls walls{};
 
-  MOTES_INLINE Ribbon(const image::WideSplat& t, const WideSprite& sprite) : s(sprite), task(t) {
+  MOTES_INLINE Ribbon(const image::WideSplat& t, const WideSprite& sprite)
+      : s(sprite), task(t), camera(t.own<Splat>()) {
     image::RibbonRecord r;
     __builtin_memcpy(&r, s.record, sizeof r);
     const int points = static_cast<int>(r.count) < kMostPoints ? static_cast<int>(r.count) : kMostPoints;
     r.count = static_cast<std::uint32_t>(points);
     fades = r.up_x == 0;
     run = points > 1 ? static_cast<float>(r.up_y) * image::kRunUnit : 0;
-    const float scale = r.width * task.focal;
+    const float scale = r.width * camera.focal;
     add(r.point[0], scale, r.point[0], 0, {r.point[0].x, r.point[0].y});
     for (int k = 0; k + 1 < points; ++k) {
       const image::RibbonSpan span = image::ribbon_span(r, k);
@@ -61,7 +64,7 @@ struct Ribbon {
     for_each_time([&](const Time& time) {
       fill<false>(time, first, last < task.rows - 1 ? last : task.rows - 1, cells);
       for_each_shown(cells,
-                     [&](int row, int column, int j, float part) { put(p, row, column, cells, j, part, time.round); });
+                     [&](int row, int column, int j, float part) { put(p, row, column, cells, j, part, time.dither); });
     });
   }
 
@@ -112,7 +115,7 @@ struct Ribbon {
   struct Time {
     float part;            // 0: the shutter closes; 1: it opens
     float lens_x, lens_y;  // on a lens of radius 1
-    float round;           // see image::Moment
+    float dither;          // see image::Moment
   };
 
   template <class Use>
@@ -122,8 +125,8 @@ struct Ribbon {
         use(Time{(static_cast<float>(step) + 0.5f) / static_cast<float>(steps), 0, 0, 0.5f});
       return;
     }
-    image::for_each_moment(steps,
-                           [&](int, const image::Moment& m) { use(Time{0.5f - m.time, m.lens_x, m.lens_y, m.round}); });
+    image::for_each_moment(
+        steps, [&](int, const image::Moment& m) { use(Time{0.5f - m.time, m.lens_x, m.lens_y, m.dither}); });
   }
 
   // The point of the ribbon that each pixel of the tile shows.
@@ -164,7 +167,7 @@ struct Ribbon {
     const float along = between(a.along, b.along, part);
     half[j] = image::ribbon_half(scale, inverse[j], along);
     left[j] = 1 - along;
-    spread[j] = image::spread_at(task.blur, task.focus, inverse[j]);
+    spread[j] = image::spread_at(camera.blur, camera.focus, inverse[j]);
     spread[j] = spread[j] > -image::kMostPosedReach ? spread[j] : -image::kMostPosedReach;
     spread[j] = spread[j] < image::kMostPosedReach ? spread[j] : image::kMostPosedReach;
     const int before = j > 0 ? j - 1 : 0;
@@ -216,7 +219,7 @@ struct Ribbon {
       moved = way > moved ? way : moved;
       blur = blur > size_of(spread[j]) ? blur : size_of(spread[j]);
     }
-    simple = !(task.blur > 0);
+    simple = !(camera.blur > 0);
     while (steps < kMostSteps && static_cast<float>(steps) < moved) steps *= 2;
     if (simple) return;
     steps = image::moments_for(moved, 2 * blur, image::kFewestMoments);
@@ -247,8 +250,8 @@ struct Ribbon {
     p.inverse_more = inverse[k + 1] - inverse[k];
     p.path = path[k];
     p.path_more = path[k + 1] - path[k];
-    p.lens_x = time.lens_x * task.blur;
-    p.lens_y = time.lens_y * task.blur;
+    p.lens_x = time.lens_x * camera.blur;
+    p.lens_y = time.lens_y * camera.blur;
     return p;
   }
 
@@ -355,10 +358,10 @@ struct Ribbon {
   /// Returns the part of the ribbon, 0..1, that is visible in front of the nearest surfaces at a vector of pixels.
   MOTES_INLINE Floats visible(const Segment& piece, int row, int column, Floats along) const {
     const Floats inverse_depth = piece.inverse + piece.inverse_more * along;
-    if (task.blur > 0) {
+    if (camera.blur > 0) {
       Floats part;
       for (int lane = 0; lane < kWidth; ++lane) {
-        const float moved = image::spread_at(1, task.focus, inverse_depth[lane]);
+        const float moved = image::spread_at(1, camera.focus, inverse_depth[lane]);
         part[lane] = walls.visible(static_cast<float>(column + lane) - piece.lens_x * moved,
                                    static_cast<float>(row) - piece.lens_y * moved, 1 / inverse_depth[lane]);
       }

@@ -6,19 +6,20 @@
 namespace motes::MOTES_ISA {
 
 struct Sphere {
+  using Splat = image::SphereSplat;
   static constexpr int kPlanes = 2;
   static constexpr float kNarrow = 8;
 
   WideSprite s;
-  const image::WideSplat& task;
+  const Splat& surface;
   float half;  // half length of the streak, in radii
   float mean_shade;  // over its disc
   float finer;  // scales weights up on long streaks, which would otherwise be rounded away
 
-  MOTES_INLINE Sphere(const image::WideSplat& t, const WideSprite& sprite) : s(sprite), task(t) {
+  MOTES_INLINE Sphere(const image::WideSplat& t, const WideSprite& sprite) : s(sprite), surface(t.own<Splat>()) {
     half = shown_half(s);
     finer = half > 1 ? half : 1;
-    mean_shade = s.gain > 1 ? bright_mean() : t.mean_shade;
+    mean_shade = s.gain > 1 ? bright_mean() : surface.mean_shade;
   }
   MOTES_INLINE float reach() const { return s.radius + 0.5f; }
   MOTES_INLINE float box_x() const { return reach(); }
@@ -42,10 +43,10 @@ struct Sphere {
     const Floats x = (along * s.along_x - across * s.along_y) * shrink;
     const Floats y = (along * s.along_y + across * s.along_x) * shrink;
     const Floats z = sqrt(max(1.0f - square, Floats{}));
-    const Floats facing = x * task.toward_sun[0] - y * task.toward_sun[1] + z * task.toward_sun[2];
-    const Floats up = x * task.upward[0] - y * task.upward[1] + z * task.upward[2];
-    const Floats sky = task.low + (task.high - task.low) * (0.5f + 0.5f * up);
-    return min((sky + task.sun * max(facing, Floats{})) * s.gain, all(1.0f));
+    const Floats facing = x * surface.toward_sun[0] - y * surface.toward_sun[1] + z * surface.toward_sun[2];
+    const Floats up = x * surface.upward[0] - y * surface.upward[1] + z * surface.upward[2];
+    const Floats sky = surface.low + (surface.high - surface.low) * (0.5f + 0.5f * up);
+    return min((sky + surface.sun * max(facing, Floats{})) * s.gain, all(1.0f));
   }
 
   MOTES_INLINE Glow glow(Floats x, Floats y) const {

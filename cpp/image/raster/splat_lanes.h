@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "image/layout.h"
+#include "image/raster/splats.h"
 #include "image/tile_planes.h"
 #include "image/tone.h"
 #include "simd/declare_builds.h"
@@ -34,22 +35,18 @@ constexpr int surface_row(int size) { return size <= 8 ? 8 : 16; }
 /// Bit position of the shade, 0..255, in a surface (see Nearest).
 inline constexpr int kShadeShift = 24;
 
-/// Parameters for drawing the records of one sprite in one tile. Rows of tables are ordered as in Footprint.
-struct Splat {
+/// Parameters for drawing the records of one sprite of fixed size. Rows of tables are ordered as in Footprint. The
+/// origin is the position of the particle whose footprint starts at the tile's first pixel.
+struct Splat : RecordSplat {
   const std::uint8_t* weights;  // weights of light, three per pixel
   const std::uint8_t* cover;  // weights of coverage for alpha, three per pixel; may be the same table
-  const std::uint16_t* covered;  // opaque: bit c of a row is set if it covers column c
-  const std::uint32_t* shade;  // opaque: surface_row(size) per row, shifted by kShadeShift; null: fully lit
-  const float* bulge;  // opaque, as `shade`: how much nearer than its centre the particle is, in radii; null: flat
+  // Of opaque sprites.
+  const std::uint16_t* covered;  // bit c of a row is set if it covers column c
+  const std::uint32_t* shade;  // surface_row(size) per row, shifted by kShadeShift; null: fully lit
+  const float* bulge;  // as `shade`: how much nearer than its centre the particle is, in radii; null: flat
   float radius;  // radius of a particle at a depth of 1 m, m
   int size, phase_bits, row_bytes;
   int sub_bits;
-  int record_bytes;
-  RecordForm form;      // of the records
-  std::uint32_t color;  // of all records, if they carry none
-  int origin_x, origin_y;  // fixed-point position of the particle whose footprint starts at the tile's first pixel
-  bool saturating;  // sums may overflow and must saturate
-  float fade;  // 1 / softness, 1/m; 0: no softness
 };
 
 /// Draws `count` records.

@@ -20,7 +20,7 @@ inline constexpr int kWays = 2 * kFarthestWay + 1;
 /// error is carried to the next pixel; otherwise long narrow streaks would lose a hundredth of their light.
 template <class Use>
 MOTES_INLINE void round_weights(const DiscGroup& g, const Use& use) {
-  const float scale = g.unit[0] * 255;
+  const float scale = g.unit_light[0] * 255;
   const int rows = g.last[0] - g.first[0] + 1;
   const int stride = (rows + kRowsAtOnce - 1) / kRowsAtOnce * kRowsAtOnce;
   float rest = 0;
@@ -91,9 +91,9 @@ inline __attribute__((noinline)) void fill(const image::WideSplat& task, std::ui
   alone.columns = alone.rows = image::kTile;
   const image::TilePlanes nothing{};
   const int phase = static_cast<int>(key & 15), way = static_cast<int>(key >> 4 & 0xfff);
-  g.at_x[0] = ((phase & 3) << kPlaceBits) + (1 << (kPlaceBits - 1));
-  g.at_y[0] = ((phase >> 2) << kPlaceBits) + (1 << (kPlaceBits - 1));
-  g.size[0] = static_cast<std::int32_t>(key >> 16 << task.key_shift);
+  g.record_x[0] = ((phase & 3) << kPlaceBits) + (1 << (kPlaceBits - 1));
+  g.record_y[0] = ((phase >> 2) << kPlaceBits) + (1 << (kPlaceBits - 1));
+  g.size[0] = static_cast<std::int32_t>(key >> 16 << task.own<image::DiscSplat>().key_shift);
   g.light[0] = image::kAllLight;
   g.dx[0] = (way % kWays - kFarthestWay) << image::kWideBits;
   g.dy[0] = (way / kWays) << image::kWideBits;
@@ -180,7 +180,7 @@ MOTES_INLINE void find_stamps(const image::WideSplat& task, const Streaks& strea
   const Ints y = (Ints)((Uints)(position >> 16) << places) - task.origin_y;
   const Ints phase = (x >> kPlaceBits & 3) | (Ints)((Uints)(y >> kPlaceBits & 3) << 2);
   const Ints number = (Ints)((Uints)(down * kWays + across + kFarthestWay) << 4) | phase;
-  const Ints size = (Ints)((streaks.size & 0xffffu) >> task.key_shift << 16);
+  const Ints size = (Ints)((streaks.size & 0xffffu) >> task.own<image::DiscSplat>().key_shift << 16);
   const Ints key = (number | size) & known, place = (number + (size >> 16) * 0x610) & (image::kStamps - 1);
   const Ints column = x >> image::kWideBits, row = y >> image::kWideBits;
   store_mask(uses.middle_column, column);
@@ -190,7 +190,7 @@ MOTES_INLINE void find_stamps(const image::WideSplat& task, const Streaks& strea
 
   const Ints stamp = place * static_cast<int>(sizeof(image::Stamp));
   store_mask(uses.stamp, stamp);
-  const auto* stamps = reinterpret_cast<const unsigned char*>(task.stamps);
+  const auto* stamps = reinterpret_cast<const unsigned char*>(task.memory.stamps);
   const FourWords head = load_fours([&](std::size_t lane) { return stamps + uses.stamp[lane]; });
   const Mask has_stamp = ((Ints)head.word[0] == key) & (key != 0);
   const auto signed_byte = [&](int number) { return (Ints)(head.word[1] << (24 - 8 * number)) >> 24; };
@@ -276,8 +276,8 @@ MOTES_INLINE void queue_part(BlockQueue& queue, const unsigned char* stamps, con
 }
 
 MOTES_INLINE void cover_blocks(const image::WideSplat& task, BlockQueue& queue) {
-  const auto* stamps = reinterpret_cast<const unsigned char*>(task.stamps);
-  image::Cover& cover = *task.cover;
+  const auto* stamps = reinterpret_cast<const unsigned char*>(task.memory.stamps);
+  image::Cover& cover = *task.memory.cover;
   if (cover.most + queue.most > UINT16_MAX) add_up(cover, task.rows);
   cover.most += queue.most;
   queue.most = 0;
@@ -287,7 +287,7 @@ MOTES_INLINE void cover_blocks(const image::WideSplat& task, BlockQueue& queue) 
 template <bool kOver, bool kSaturating, bool kTest, bool kOneTint, int kUsed = kParts>
 MOTES_INLINE void draw_blocks(const image::TilePlanes& tile, const image::WideSplat& task, const BlockQueue& queue,
                               const StampUses& uses) {
-  const auto* stamps = reinterpret_cast<const unsigned char*>(task.stamps);
+  const auto* stamps = reinterpret_cast<const unsigned char*>(task.memory.stamps);
   Tint tint = queue.tints[0];
   tint.shift = image::kStampShift;  // a constant for the compiler
   for (int i = 0; i < queue.count; ++i) {
@@ -343,8 +343,8 @@ MOTES_INLINE void empty(BlockQueue& queue, const image::TilePlanes& tile, const 
 /// Queues the stamp of record k, clipped to the tile. Blocks outside are skipped: they would wrap around to the other
 /// side, one row lower.
 MOTES_INLINE void queue_stamp(const image::WideSplat& task, const StampUses& uses, int k, BlockQueue& queue) {
-  const auto* stamps = reinterpret_cast<const unsigned char*>(task.stamps);
-  const image::Stamp& stamp = task.stamps[uses.place[k]];
+  const auto* stamps = reinterpret_cast<const unsigned char*>(task.memory.stamps);
+  const image::Stamp& stamp = task.memory.stamps[uses.place[k]];
   const int top = uses.middle_row[k] + stamp.first, left = uses.middle_column[k] + stamp.left;
   const int begin = top > 0 ? 0 : -top >> 1, below = (task.rows + 1 - top) >> 1;
   const int end = stamp.pairs < below ? stamp.pairs : below;
@@ -382,7 +382,7 @@ __attribute__((noinline)) void draw_one_by_one(const image::TilePlanes& tile, co
                                                const StampUses& uses, int count, BlockQueue& queue, DiscGroup& g,
                                                const StreakKernels& draw, const DrawAlone& draw_alone) {
   for (int k = 0; k < count; ++k) {
-    image::Stamp& stamp = task.stamps[uses.place[k]];
+    image::Stamp& stamp = task.memory.stamps[uses.place[k]];
     if (uses.key[k] != kNoStamp && stamp.key != uses.key[k]) {
       empty(queue, tile, task, uses, draw);  // queued blocks may refer to the stamp that fill() replaces
       fill(task, uses.key[k], g, stamp);
@@ -399,12 +399,12 @@ __attribute__((noinline)) void draw_one_by_one(const image::TilePlanes& tile, co
 
 /// Returns whether weights of this colour are accumulated in the Cover first.
 MOTES_INLINE bool covers_tile(const image::WideSplat& task, std::uint32_t color, std::uint32_t light) {
-  return task.cover != nullptr && task.cover->color == color && task.cover->light == light;
+  return task.memory.cover != nullptr && task.memory.cover->color == color && task.memory.cover->light == light;
 }
 
 template <bool kCovers>
 MOTES_INLINE void queue_all(BlockQueue& queue, const image::WideSplat& task, const StampUses& uses, int count) {
-  const auto* stamps = reinterpret_cast<const unsigned char*>(task.stamps);
+  const auto* stamps = reinterpret_cast<const unsigned char*>(task.memory.stamps);
   int blocks = 0;
   for (int k = 0; k < count; ++k) blocks = queue_part<kCovers>(queue, blocks, stamps, uses.part(k), k);
   queue.count = blocks;

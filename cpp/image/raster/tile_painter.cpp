@@ -269,16 +269,16 @@ void TilePainter::set_brush(const Brush& brush) {
     return;
   }
   wide_splat_ = brush.wide_at(area_);
-  if (wide_splat_.one_size && stamps_.size() == 0) {
+  if (brush.has_stamps() && stamps_.size() == 0) {
     stamps_.resize(kStamps);
     std::uninitialized_fill_n(stamps_.data(), kStamps, Stamp{});
   }
-  wide_splat_.stamps = stamps_.data();
-  if (brush.sprite().kind == Sprite::Kind::image && image_stamps_.size() == 0) {
+  wide_splat_.memory.stamps = stamps_.data();
+  if (brush.sprite().is(Sprite::Kind::image) && image_stamps_.size() == 0) {
     image_stamps_.resize(kImageStamps);
     for (std::size_t i = 0; i < image_stamps_.size(); ++i) image_stamps_.data()[i].levels = nullptr;
   }
-  wide_splat_.image_stamps = image_stamps_.data();
+  wide_splat_.memory.image_stamps = image_stamps_.data();
 }
 
 void TilePainter::draw_opaque(const Piece& given, const TilePlanes& planes) {
@@ -299,7 +299,7 @@ void TilePainter::blend(const Piece& given) {
   const bool over = brush.blends(Sprite::Blend::alpha);
   if (!of_fixed_size(brush.layout())) {
     WideKernel* kernel = over ? kernels(brush).over : kernels(brush).add;
-    wide_splat_.cover = covering_ == nullptr ? nullptr : &cover_;
+    wide_splat_.memory.cover = covering_ == nullptr ? nullptr : &cover_;
     in_parts(piece, [&](const unsigned char* records, std::size_t count) {
       wide_splat_.saturating = saturating_;
       kernel(planes_, wide_splat_, records, count);
@@ -340,7 +340,7 @@ void TilePainter::in_parts(const Piece& piece, const Draw& draw) {
 }
 
 const WideKernels& TilePainter::kernels(const Brush& brush) const {
-  return wide_lanes_->kinds[static_cast<std::size_t>(brush.sprite().kind)];
+  return wide_lanes_->kinds[static_cast<std::size_t>(brush.sprite().kind())];
 }
 
 void TilePainter::save_partial(Buffer& to) const { append_partial(area_, planes_, surfaces_, to); }

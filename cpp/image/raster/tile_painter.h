@@ -12,6 +12,7 @@
 #include "image/raster/ordered.h"
 #include "image/raster/pieces.h"
 #include "image/raster/splat_lanes.h"
+#include "image/raster/wide_lanes.h"
 #include "image/raycast/prepared_scene.h"
 #include "image/tile_light.h"
 

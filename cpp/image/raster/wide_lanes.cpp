@@ -58,8 +58,8 @@ MOTES_OUTLINE WideSprite sprite_from(const WideSplat& task, const unsigned char*
 
 MOTES_INLINE void read_record(const WideSplat& task, const unsigned char* bytes, DiscGroup& g, int k) {
   const image::WideRecord r = record_of(task, bytes);
-  g.at_x[k] = r.x;
-  g.at_y[k] = r.y;
+  g.record_x[k] = r.x;
+  g.record_y[k] = r.y;
   __builtin_memcpy(g.color + k, r.color, sizeof g.color[k]);
   g.depth[k] = r.depth;
   g.size[k] = r.size;
@@ -240,7 +240,8 @@ template <class Kind>
 __attribute__((noinline)) void draw_one(const TilePlanes& tile, const WideSplat& task, const WideSprite& sprite,
                                         const Channels& channel, const Blend& blend, Patch<Kind::kPlanes>& patch) {
   // Parts of a sprite in space that a lens blurs may be visible even if its middle is hidden.
-  const bool deep = kHasWalls<Kind> && task.blur > 0;
+  bool deep = false;
+  if constexpr (kHasWalls<Kind>) deep = task.own<typename Kind::Splat>().blur > 0;
   if (!deep && tile.hides && sprite.depth > tile.farthest) return;
   Kind kind(task, sprite);
   if constexpr (kHasWalls<Kind>) kind.walls = {tile.hides ? tile.depth : nullptr, task.fade, task.columns, task.rows};
@@ -341,7 +342,8 @@ template <class Kind>
 void draw_all(const TilePlanes& tile, const WideSplat& task, const unsigned char* records, std::size_t count,
               const Blend& blend) {
   if constexpr (Kind::kPlanes == 1) {
-    task.one_size ? draw_stamped(tile, task, records, count, blend) : draw_groups(tile, task, records, count, blend);
+    task.own<typename Kind::Splat>().one_size ? draw_stamped(tile, task, records, count, blend)
+                                              : draw_groups(tile, task, records, count, blend);
   } else if constexpr (std::is_same_v<Kind, Image>) {
     const Channels channel = channels();
     Patch<Kind::kPlanes> patch;
@@ -362,7 +364,7 @@ void draw_all(const TilePlanes& tile, const WideSplat& task, const unsigned char
 template <class Kind>
 void add_wide(const TilePlanes& tile, const WideSplat& task, const unsigned char* records, std::size_t count) {
   if constexpr (std::is_same_v<Kind, Mesh>) {
-    if (task.colors != nullptr) return add_wide<ColoredMesh>(tile, task, records, count);
+    if (task.own<image::MeshSplat>().colors != nullptr) return add_wide<ColoredMesh>(tile, task, records, count);
   }
   draw_all<Kind>(tile, task, records, count, task.saturating ? kBlend<false, true> : kBlend<false, false>);
 }
@@ -370,7 +372,7 @@ void add_wide(const TilePlanes& tile, const WideSplat& task, const unsigned char
 template <class Kind>
 void over_wide(const TilePlanes& tile, const WideSplat& task, const unsigned char* records, std::size_t count) {
   if constexpr (std::is_same_v<Kind, Mesh>) {
-    if (task.colors != nullptr) return over_wide<ColoredMesh>(tile, task, records, count);
+    if (task.own<image::MeshSplat>().colors != nullptr) return over_wide<ColoredMesh>(tile, task, records, count);
   }
   draw_all<Kind>(tile, task, records, count, task.saturating ? kBlend<true, true> : kBlend<true, false>);
 }
@@ -391,7 +393,7 @@ MOTES_INLINE void keep_vector(const TilePlanes& tile, const PatchPart& part, con
 template <class Kind>
 void opaque_in_depth(const TilePlanes& tile, const WideSplat& task, const unsigned char* records, std::size_t count) {
   if constexpr (std::is_same_v<Kind, Mesh>) {
-    if (task.colors != nullptr) return opaque_in_depth<ColoredMesh>(tile, task, records, count);
+    if (task.own<image::MeshSplat>().colors != nullptr) return opaque_in_depth<ColoredMesh>(tile, task, records, count);
   }
   for (std::size_t i = 0; i < count; ++i, records += task.record_bytes) {
     const Kind kind(task, sprite_from(task, records));
@@ -456,9 +458,12 @@ constexpr image::WideKernel* kOpaque<Ribbon> = opaque_in_depth<Ribbon>;
 
 }  // namespace
 
+#define MOTES_SPRITE_KIND(kind, Name) static_assert(std::is_same_v<Name::Splat, image::Name##Splat>);
+#include "image/sprites/list.inc"
+
 extern const image::WideLanes wide_lanes = {{
 #define MOTES_SPRITE_KIND(kind, Name) {add_wide<Name>, over_wide<Name>, kOpaque<Name>},
-#include "image/raster/kinds.inc"
+#include "image/sprites/list.inc"
                                             },
                                             show_cover};
 

@@ -250,11 +250,12 @@ struct PosedMoments {
   float larger = 1;  // factor by which it is drawn larger, and fainter, to fill gaps between points on the lens
 
   /// `reach`: greatest distance of a part from its middle, m; `size`: approximate width, px; `half`: of the streak, px.
-  MOTES_INLINE PosedMoments(const image::WideSplat& task, const CameraPose& pose, float reach, float size, float half) {
-    if (!(task.blur > 0) && !pose.turns()) return;
-    const float middle = image::spread_at(task.blur, task.focus, 1 / pose.depth), left = pose.depth - reach;
-    for (const float depth : {left > task.near ? left : task.near, pose.depth + reach}) {
-      const float here = image::spread_at(task.blur, task.focus, 1 / depth);
+  MOTES_INLINE PosedMoments(const image::SpaceSplat& camera, const CameraPose& pose, float reach, float size,
+                            float half) {
+    if (!(camera.blur > 0) && !pose.turns()) return;
+    const float middle = image::spread_at(camera.blur, camera.focus, 1 / pose.depth), left = pose.depth - reach;
+    for (const float depth : {left > camera.near ? left : camera.near, pose.depth + reach}) {
+      const float here = image::spread_at(camera.blur, camera.focus, 1 / depth);
       const float wide = size_of(here), apart = size_of(here - middle);
       blur = blur > wide ? blur : wide;
       uneven = uneven > apart ? uneven : apart;

@@ -26,10 +26,10 @@ namespace motes::image {
 struct CastSolid {
   shapes::Kind kind;
   std::uint32_t number;  // of the object in the view
-  const meshes::BvhNode* nodes;  // of a mesh; null: a shape
+  const meshes::BvhNode* nodes;  // null: a shape, not a mesh
   const meshes::BvhTriangle* triangles;
   float value[14];
-  bool turned;  // of a mesh: its axes are not the world's
+  bool turned;  // its axes are not the world's, as those of a placed mesh
 };
 
 struct CastView {

@@ -12,6 +12,7 @@ namespace motes::image {
 namespace {
 
 using shapes::Kind;
+namespace numbers = shapes::numbers;
 
 constexpr double kFogReach = 5;  // distance at which half of the light is fog, in distances from camera to look_at
 
@@ -32,7 +33,22 @@ void put_side(const Vector& origin, const Vector& side, float* to) {
   to[3] = static_cast<float>(dot(origin, side));
 }
 
-void prepare_rectangle(const Vector& origin, const Vector& u, const Vector& v, float* to) {
+// Write the numbers of a shape: see CastSolid.
+
+void prepare(const numbers::plane& plane, const Vector& eye, float* to) {
+  put_plane(vector_of(plane.point) - eye, unit(vector_of(plane.normal)), to);
+}
+
+void prepare(const numbers::disc& disc, const Vector& eye, float* to) {
+  const Vector center = vector_of(disc.center) - eye;
+  put_plane(center, unit(vector_of(disc.normal)), to);
+  put(center, to + 4);
+  to[7] = square(disc.radius);
+  to[8] = square(disc.inner_radius);
+}
+
+void prepare(const numbers::rectangle& rectangle, const Vector& eye, float* to) {
+  const Vector origin = vector_of(rectangle.origin) - eye, u = vector_of(rectangle.u), v = vector_of(rectangle.v);
   const Vector normal = cross(u, v);
   const double area = dot(normal, normal);
   put_plane(origin, unit(normal), to);
@@ -40,43 +56,46 @@ void prepare_rectangle(const Vector& origin, const Vector& u, const Vector& v, f
   put_side(origin, cross(normal, u) * (1 / area), to + 8);
 }
 
-void prepare_shell(const shapes::Shape& s, const Vector& eye, float* to) {
-  const Vector start = vector_at(s, 0) - eye, whole = vector_at(s, 3) - vector_at(s, 0);
+void prepare(const numbers::triangle& triangle, const Vector& eye, float* to) {
+  const Vector p0 = vector_of(triangle.p0) - eye, p1 = vector_of(triangle.p1) - eye, p2 = vector_of(triangle.p2) - eye;
+  put(p0, to);
+  put(p1, to + 3);
+  put(p2, to + 6);
+  put(unit(cross(p1 - p0, p2 - p0)), to + 9);
+}
+
+void prepare(const numbers::box& box, const Vector& eye, float* to) {
+  put(vector_of(box.low) - eye, to);
+  put(vector_of(box.high) - eye, to + 3);
+}
+
+void prepare(const numbers::sphere& sphere, const Vector& eye, float* to) {
+  const Vector center = vector_of(sphere.center) - eye;
+  put(center, to);
+  to[3] = square(sphere.radius);
+  to[4] = static_cast<float>(dot(center, center) - double{sphere.radius} * sphere.radius);
+}
+
+void prepare(const numbers::axial& axial, const Vector& eye, float* to) {
+  const Vector start = vector_of(axial.start) - eye, whole = vector_of(axial.end) - vector_of(axial.start);
   put(start, to);
   put(unit(whole), to + 3);
   to[6] = static_cast<float>(length(whole));
-  to[7] = s.number[6];
-  to[8] = s.number[7];
+  to[7] = axial.radius;
+  to[8] = axial.inner_radius;
   put(start + whole * 0.5, to + 9);
 }
 
-// Writes the numbers of a shape: see CastSolid.
 void prepare_shape(const shapes::Shape& s, const Vector& eye, float* to) {
-  const Vector first = vector_at(s, 0) - eye;
   switch (s.kind) {
-    case Kind::plane: return put_plane(first, unit(vector_at(s, 3)), to);
-    case Kind::disc:
-      put_plane(first, unit(vector_at(s, 3)), to);
-      put(first, to + 4);
-      to[7] = square(s.number[6]);
-      to[8] = square(s.number[7]);
-      return;
-    case Kind::rectangle: return prepare_rectangle(first, vector_at(s, 3), vector_at(s, 6), to);
-    case Kind::triangle: {
-      const Vector second = vector_at(s, 3) - eye, third = vector_at(s, 6) - eye;
-      put(first, to);
-      put(second, to + 3);
-      put(third, to + 6);
-      return put(unit(cross(second - first, third - first)), to + 9);
-    }
-    case Kind::box: return put(first, to), put(vector_at(s, 3) - eye, to + 3);
-    case Kind::sphere:
-      put(first, to);
-      to[3] = square(s.number[3]);
-      to[4] = static_cast<float>(dot(first, first) - double{s.number[3]} * s.number[3]);
-      return;
+    case Kind::plane: return prepare(s.as<numbers::plane>(), eye, to);
+    case Kind::disc: return prepare(s.as<numbers::disc>(), eye, to);
+    case Kind::rectangle: return prepare(s.as<numbers::rectangle>(), eye, to);
+    case Kind::triangle: return prepare(s.as<numbers::triangle>(), eye, to);
+    case Kind::box: return prepare(s.as<numbers::box>(), eye, to);
+    case Kind::sphere: return prepare(s.as<numbers::sphere>(), eye, to);
     case Kind::cylinder:
-    case Kind::cone: return prepare_shell(s, eye, to);
+    case Kind::cone: return prepare(s.as<numbers::axial>(), eye, to);
     // Refused by check_solid().
     case Kind::point:
     case Kind::line:
@@ -97,9 +116,10 @@ struct Placement {
 
 Placement placement_of(const shapes::Shape& s) {
   if (s.kind != Kind::mesh) return {};
-  const double w = s.number[3], i = s.number[4], j = s.number[5], k = s.number[6];
+  const auto [position, rotation] = s.as<numbers::mesh>().end;
+  const double w = rotation[0], i = rotation[1], j = rotation[2], k = rotation[3];
   const double scale = 2 / (w * w + i * i + j * j + k * k);
-  return {vector_at(s, 0),
+  return {vector_of(position),
           {{{1 - scale * (j * j + k * k), scale * (i * j + k * w), scale * (i * k - j * w)},
             {scale * (i * j - k * w), 1 - scale * (i * i + k * k), scale * (j * k + i * w)},
             {scale * (i * k + j * w), scale * (j * k - i * w), 1 - scale * (i * i + j * j)}}}};

@@ -1,6 +1,6 @@
 #include "image/raycast/prepared_scene.h"
 
-#include "image/camera.h"
+#include "image/checks.h"
 #include "image/tone.h"
 
 namespace motes::image {

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "image/camera.h"
+#include "image/checks.h"
 #include "image/tile_planes.h"
 
 namespace motes::image {

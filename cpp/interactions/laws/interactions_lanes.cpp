@@ -7,13 +7,16 @@
 
 namespace motes::MOTES_ISA {
 
+// A law of laws/ hides the empty one of the same name, which is for families that need none.
+namespace no_laws {
+#define MOTES_ACTION(...)
+#define MOTES_INTERACTION(name, ...) inline constexpr interactions::Law name = {};
+#include "actions/list.inc"
+#undef MOTES_INTERACTION
+#undef MOTES_ACTION
+}  // namespace no_laws
 namespace laws {
-// Laws that do not sum over particles within reach: see engine/act/follow.h, interactions/pairs.h, interactions/tie.h.
-inline constexpr interactions::Law follow = {};
-inline constexpr interactions::Law pairs = {
-    .reach = [](const double* recorded) { return actions::read_numbers<numbers::pairs>(recorded).radius; },
-};
-inline constexpr interactions::Law tie = {};
+using namespace no_laws;
 }  // namespace laws
 
 extern const interactions::Kernels interaction_kernels;

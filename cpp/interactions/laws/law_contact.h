@@ -266,8 +266,8 @@ inline constexpr interactions::Law contact = {
     .remembers = true,
     .between_systems = true,
 };
-/// Acts on the spheres of clumps: see clumps.h. Radii are half of the size, which extent_of() scales to the ball that
-/// encloses a clump.
+/// Acts on the spheres of clumps: see kinds/touching.cpp. Radii are half of the size, which Touching scales to the
+/// ball that encloses a clump.
 inline constexpr interactions::Law contact_clumps = {
     .radius = [](const double*, bool) { return 0.0f; },
     .inverse_masses = true,

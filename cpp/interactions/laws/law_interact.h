@@ -147,6 +147,7 @@ inline void scripted(const interactions::ScriptedTask& task) {
 namespace laws {
 inline constexpr interactions::Law interact = {
     .reach = [](const double* recorded) { return actions::read_numbers<numbers::interact>(recorded).radius; },
+    .remembers = true,
     .between_systems = true,
 };
 }  // namespace laws

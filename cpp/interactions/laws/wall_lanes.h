@@ -54,7 +54,7 @@ struct WallMotion {
     WallMotion motion{};
     const shapes::Shape& wall = *task.wall;
     if (wall.kind != shapes::Kind::mesh) return motion;
-    for (int i = 0; i < 7; ++i) motion.moves |= wall.number[i] != wall.number[7 + i];
+    motion.moves = shapes::changes_place(wall);
     motion.deformation = wall.deformation;
     if (!motion.moves && motion.deformation == nullptr) return motion;
     motion.start = pose_at(wall.number, task.start);

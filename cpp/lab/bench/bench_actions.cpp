@@ -58,7 +58,7 @@ const std::map<std::string, Action>& usual() {
 Action in_field() {
   actions::LookupTable table{{32, 32, 32}, 3, std::vector<float>(3 * 32 * 32 * 32, 0.5f)};
   Action action = make(numbers::field<>{.low = {-50, 0, -50}, .high = {50, 50, 50}, .strength = 1, .drag = -1});
-  action.table = actions::keep(std::move(table));
+  action.specifics = actions::Lookup{actions::keep(std::move(table))};
   return action;
 }
 Action along_path() {
@@ -70,15 +70,15 @@ Action along_path() {
     table.values.insert(table.values.end(), row, row + 8);
   }
   Action action = make(numbers::follow_path<>{.speed = 1, .strength = 1, .look_ahead = 1, .radius = kInf});
-  action.table = actions::keep(std::move(table));
+  action.specifics = actions::Lookup{actions::keep(std::move(table))};
   return action;
 }
 
 // Returns a law: velocity.y changes by -9.81 m/s per second.
 Action pull_down() {
   Action action = make(numbers::law<>{});
-  action.values = {{{actions::Op::constant, 0, -9.81f}}};
-  action.results = {{actions::Result::How::rate, particles::velocity, 1}};
+  action.specifics = actions::ParticleLaw{{{{actions::Op::constant, 0, -9.81f}}},
+                                          {{actions::Result::How::rate, particles::velocity, 1}}};
   return action;
 }
 
@@ -86,12 +86,12 @@ Action pull_down() {
 Action set_mass() {
   using actions::Op;
   Action action = make(numbers::set<>{});
-  action.target = particles::mass;
-  action.values = {{{Op::column, particles::Schema()[particles::age].first_component, 0},
-                    {Op::constant, 0, 2},
-                    {Op::multiply},
-                    {Op::constant, 0, 1},
-                    {Op::add}}};
+  const actions::Expression twice_and_one = {{Op::column, particles::Schema()[particles::age].first_component, 0},
+                                             {Op::constant, 0, 2},
+                                             {Op::multiply},
+                                             {Op::constant, 0, 1},
+                                             {Op::add}};
+  action.specifics = actions::Assignment{particles::mass, {twice_and_one}};
   return action;
 }
 
@@ -136,8 +136,8 @@ struct Range {
       : store(make(birth(particles), schema, {1, 2}, 0, particles, 0, copies)) {}
 
   // The lifetime has a column, but no particle reaches it.
-  static Birth birth(std::size_t particles) {
-    Birth air = full_air(particles);
+  static Burst birth(std::size_t particles) {
+    Burst air = full_air(particles);
     Given lifetime{particles::lifetime, {}};
     lifetime.distribution.kind = actions::Distribution::Kind::uniform;
     lifetime.distribution.first[0] = 1e3f;
@@ -156,7 +156,7 @@ struct Range {
   }
   double limit(const Action& action) {
     const double start = cpu_now();
-    touch(store, actions::reads(action, schema), actions::writes(action, schema));
+    touch(store, actions::reads(action, schema), actions::writes(action));
     return 1e9 * (cpu_now() - start) / static_cast<double>(store.size());
   }
 };
@@ -235,7 +235,7 @@ std::vector<ActionCost> action_bench(std::size_t particles, int repeats) {
     }
     cost.memory_limit = kInf;
     for (int i = 0; i < repeats; ++i) cost.memory_limit = std::min(cost.memory_limit, large.limit(action));
-    const std::uint64_t reads = actions::reads(action, large.schema), writes = actions::writes(action, large.schema);
+    const std::uint64_t reads = actions::reads(action, large.schema), writes = actions::writes(action);
     cost.bytes_loaded = bytes_of(reads | writes, large.schema);
     cost.bytes_stored = bytes_of(writes, large.schema);
     costs.push_back(cost);

@@ -28,16 +28,15 @@ constexpr float kMetres = 4;  // width of a domain
 constexpr std::size_t kOld = 200000;  // room for particles besides the newborn
 constexpr float kStep = 1.0f / 24;  // seconds
 
-recording::Birth snow(float width) {
+recording::Source snow(float width) {
   using actions::Distribution;
-  recording::Birth birth;
-  birth.kind = recording::Birth::Kind::source;
-  birth.shape = {shapes::Kind::rectangle, {-width / 2, 12, -4, width, 0, 0, 0, 0, 8}};
+  recording::Source source;
+  source.shape = {shapes::Kind::rectangle, {-width / 2, 12, -4, width, 0, 0, 0, 0, 8}};
   Distribution velocity;
   velocity.kind = Distribution::Kind::shape;
   velocity.shape = {shapes::Kind::box, {-0.4, -1.4, -0.3, 0.4, -1.2, 0.3}};
-  birth.state = {{particles::velocity, velocity}, {particles::age, {}}};
-  return birth;
+  source.state = {{particles::velocity, velocity}, {particles::age, {}}};
+  return source;
 }
 
 // Appends the number and the owner of each newborn particle.

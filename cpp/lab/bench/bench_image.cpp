@@ -115,9 +115,9 @@ class Drawing {
   RenderRow row() const {
     RenderRow row;
     row.name = name_;
-    row.kind = base::name_of(sprite_.kind);
+    row.kind = base::name_of(sprite_.kind());
     row.blend = base::name_of(sprite_.blend);
-    row.pixels = sprite_.kind == Sprite::Kind::point ? 1 : sprite_.pixels;
+    row.pixels = sprite_.is(Sprite::Kind::point) ? 1 : sprite_.pixels;
     row.ms_per_frame = median(whole);
     row.ms_project = median(project);
     row.ratio = median(ratio);
@@ -179,9 +179,8 @@ Sprite leaf(int pixels) {
       picture.rgba.push_back(v);
   }
   Sprite sprite;
-  sprite.kind = Sprite::Kind::image;
+  sprite.look = ImageSprite{{keep(picture)}};
   sprite.pixels = pixels;
-  sprite.picture = keep(picture);
   return sprite;
 }
 
@@ -197,8 +196,8 @@ std::vector<Form> all_forms(const View& view, int pixels) {
   Sprite disc;
   disc.pixels = pixels;
   Sprite sphere = disc, point = disc;
-  sphere.kind = Sprite::Kind::sphere;
-  point.kind = Sprite::Kind::point;
+  sphere.look = Sprite::Kind::sphere;
+  point.look = Sprite::Kind::point;
   View open = view;
   open.shutter = 1;
   const View open_solids = with_solids(view);

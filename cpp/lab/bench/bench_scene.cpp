@@ -42,16 +42,15 @@ std::vector<Action> paper_list(const std::string& scene) {
   return list;
 }
 
-Birth full_air(std::size_t particles) {
-  Birth birth;
-  birth.kind = Birth::Kind::burst;
-  birth.amount = particles;
-  birth.shape = {shapes::Kind::box, {-50, 0, -50, 50, 50, 50}};
+Burst full_air(std::size_t particles) {
+  Burst burst;
+  burst.count = particles;
+  burst.shape = {shapes::Kind::box, {-50, 0, -50, 50, 50, 50}};
   Given velocity{particles::velocity, {}};
   velocity.distribution.kind = actions::Distribution::Kind::shape;
   velocity.distribution.shape = {shapes::Kind::box, {-1, -2, -1, 1, -1, 1}};
-  birth.state.push_back(velocity);
-  return birth;
+  burst.state.push_back(velocity);
+  return burst;
 }
 
 void touch(Store& store, std::uint64_t reads, std::uint64_t writes) {

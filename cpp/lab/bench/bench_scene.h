@@ -29,7 +29,7 @@ double median(std::vector<double> values);
 std::vector<actions::Action> paper_list(const std::string& scene);
 
 /// Returns a burst of this many slowly falling particles, evenly spread in a box 100 x 50 x 100 m above the ground.
-recording::Birth full_air(std::size_t particles);
+recording::Burst full_air(std::size_t particles);
 
 /// Does the minimum work of a pass that reads and writes these attributes (one bit each): loads all of their planes and
 /// stores those that are written. Changes the values so that the compiler cannot remove the work.

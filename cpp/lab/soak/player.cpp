@@ -7,6 +7,7 @@
 
 #include "base/fields.h"
 #include "base/sha256.h"
+#include "engine/recovering_engine.h"
 #include "snapshots/part.h"
 
 namespace motes::soak {
@@ -216,7 +217,7 @@ class Player {
   Disk* disk_;
   const Saved* from_;
   Played& played_;
-  engine::Engine engine_;
+  engine::RecoveringEngine engine_;
   std::uint64_t saved_ = 0;  // frame of the last checkpoint
   std::uint64_t whole_ = UINT64_MAX;  // frame of the last one known to be whole
   std::map<std::uint64_t, std::string> orders_;  // what this rank received in each frame

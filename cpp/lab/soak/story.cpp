@@ -20,27 +20,27 @@ Action law() {
   using actions::Op;
   using actions::Result;
   Action action = make(numbers::interact<>{.radius = 0.3, .state = 3});
+  auto& law = std::get<actions::PairLaw>(action.specifics);
   for (std::int32_t c = 0; c < 3; ++c) {
-    action.leaves.push_back({Leaf::Of::state, 0, c});
-    action.leaves.push_back({Leaf::Of::normal, 0, c});
+    law.leaves.push_back({Leaf::Of::state, 0, c});
+    law.leaves.push_back({Leaf::Of::normal, 0, c});
     const actions::Expression next = {{Op::column, 2 * c}, {Op::column, 2 * c + 1}, {Op::subtract}};
-    action.values.insert(action.values.end(), 2, next);
-    action.results.push_back({Result::How::state, 0, c});
-    action.results.push_back({Result::How::rate, particles::velocity, c});
+    law.values.insert(law.values.end(), 2, next);
+    law.results.push_back({Result::How::state, 0, c});
+    law.results.push_back({Result::How::rate, particles::velocity, c});
   }
   return action;
 }
 
-recording::Birth falling(double per_frame) {
-  recording::Birth birth;
-  birth.kind = recording::Birth::Kind::source;
-  birth.shape = {shapes::Kind::box, {-3, 0.2f, -1, 0.5f, 2, 1}};
-  birth.rate = 24 * per_frame;
+recording::Source falling(double per_frame) {
+  recording::Source source;
+  source.shape = {shapes::Kind::box, {-3, 0.2f, -1, 0.5f, 2, 1}};
+  source.rate = 24 * per_frame;
   actions::Distribution velocity;
   velocity.kind = actions::Distribution::Kind::shape;
   velocity.shape = {shapes::Kind::sphere, {1, -4, 0, 6}};
-  birth.state = {{particles::velocity, velocity}};
-  return birth;
+  source.state = {{particles::velocity, velocity}};
+  return source;
 }
 
 roles::Cast random_cast(Random& random, int ranks) {
@@ -117,9 +117,7 @@ void define(engine::Engine& engine, const Way& way) {
   engine.system(0).told.clumps = actions::keep({{2, 1, 1}, 4, {-0.1f, 0, 0, 0.1f, 0.1f, 0, 0, 0.1f}});
   definition.name = "children";
   definition.capacity = 90;
-  definition.sprite.kind = image::Sprite::Kind::ribbon;  // which keep where the children have been
-  definition.sprite.width = 0.1f;
-  definition.sprite.length = 0.3f;
+  definition.sprite.look = image::RibbonSprite{0.1f, 0.3f};  // which keep where the children have been
   for (const auto& [name, width] : particles::trace_attributes(false))
     definition.attributes.push_back({name, width, {}});
   engine.add_system(definition);

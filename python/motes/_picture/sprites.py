@@ -144,13 +144,9 @@ class Sprite(Value):
             blend=self.blend,
             of_height=self.height or 0,
             softness=self.softness,
-            picture=state["_picture"],
             lit=self.lit,
             shadow=self.shadow,
-            facing="velocity" if self.facing == "velocity" else "orientation",
-            width=self.width or 0,
-            length=self.length or 0,
-            tiles=state["_tiles"],
+            **_of_kind(self),
         )
 
     def _key(self) -> tuple[Any, ...]:
@@ -167,6 +163,18 @@ class Sprite(Value):
         defaults["facing"] = "'camera'"
         given = [f"{n}={one}" for n, one in shown_by_name.items() if one != defaults.get(n, "None")]
         return f"Sprite({', '.join(given)})"
+
+
+def _of_kind(sprite: Sprite) -> dict[str, Any]:
+    """Return the members that only sprites of this kind have, as in cpp/image/sprites."""
+    content = sprite.__dict__["_picture"]
+    facing = {"facing": "velocity" if sprite.facing == "velocity" else "orientation"}
+    if sprite.kind == "image":
+        shown = {"picture": content, "tiles": sprite.__dict__["_tiles"]}
+        return shown if sprite.facing == "camera" else shown | facing
+    if sprite.kind == "mesh":
+        return {"mesh": content, **facing}
+    return {"width": sprite.width, "length": sprite.length} if sprite.kind == "ribbon" else {}
 
 
 def native_of(sprite: Sprite, columns: Columns) -> _core.Sprite:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from ..errors import MotesError
@@ -40,14 +41,23 @@ def wait_for(request: MPI.Request, comm: MPI.Intracomm, stall_s: float | None, w
     poll(done, Wait(stall_s, what))
 
 
-def broadcast(comm: MPI.Intracomm, data: bytes, root: int, stall_s: float | None, what: str) -> bytes:
-    """Return the data of `root` on all ranks; the other ranks pass b"". Collective."""
+def broadcast(
+    comm: MPI.Intracomm,
+    data: bytes,
+    root: int,
+    stall_s: float | None,
+    what: str,
+    *,
+    wait: Callable[[MPI.Request, MPI.Intracomm, float | None, str], None] = wait_for,
+) -> bytes:
+    """Return the data of `root` on all ranks; the other ranks' data does not matter. Collective."""
     from mpi4py import MPI
 
     head = bytearray(len(data).to_bytes(8, "little"))
-    wait_for(comm.Ibcast([head, MPI.BYTE], root), comm, stall_s, what)
+    wait(comm.Ibcast([head, MPI.BYTE], root), comm, stall_s, what)
     buffer = bytearray(data if comm.rank == root else int.from_bytes(head, "little"))
-    wait_for(comm.Ibcast([buffer, MPI.BYTE], root), comm, stall_s, what)
+    if buffer:
+        wait(comm.Ibcast([buffer, MPI.BYTE], root), comm, stall_s, what)
     return bytes(buffer)
 
 

@@ -42,25 +42,31 @@ class Births:
         before = None if moving_from is None else as_shape("moving_from", moving_from)
         if before is not None and (type(before) is not type(where) or isinstance(where, Union)):
             raise ArgumentError("moving_from", before, "of the same kind as shape, and not a Union")
-        session, given, until, scale = self._recorded.session, 0.0, list[float](), 0.0
+        session, constant, integral, scale = self._recorded.session, 0.0, list[float](), 0.0
         if isinstance(rate, Curve):
             settings = session.settings
-            until, scale = integrals(rate, session.frame, settings.dt, settings.substeps)
+            integral, scale = integrals(rate, session.frame, settings.dt, settings.substeps)
         else:
-            given = arguments.number("rate", rate, low=0, high=1e12)
+            constant = arguments.number("rate", rate, low=0, high=1e12)
         flag = arguments.flag("jitter", jitter)
-        start = None if before is None else native_of(before)
-        said = script_lines.running_line(2) if key is None else arguments.key("key", key)
-        number = script_lines.number_of(said)
-        state = self._recorded.state_now()
-        birth = _core.Birth.source(native_of(where), given, flag, state, start, until, scale, number)
-        self._record("source", birth)
+        identity = script_lines.running_line(2) if key is None else arguments.key("key", key)
+        source = _core.Source(
+            native_of(where),
+            rate=constant,
+            integral=integral,
+            scale=scale,
+            before=None if before is None else native_of(before),
+            jitter=flag,
+            state=self._recorded.state_now(),
+            number=script_lines.number_of(identity),
+        )
+        self._record("source", source)
 
     def burst(self, shape: Shape | ArrayLike, count: int) -> None:
         """Record a burst: `System.burst`."""
         where = native_of(as_shape("shape", shape))
         count = arguments.integer("count", count, high=4_000_000_000)
-        self._record("burst", _core.Birth.burst(where, count, self._recorded.state_now()))
+        self._record("burst", _core.Burst(where, count=count, state=self._recorded.state_now()))
 
     def emit(
         self, particles: Particles | None, position: ArrayLike | None, columns: dict[str, ArrayLike]
@@ -85,7 +91,7 @@ class Births:
             array = arguments.rows(attribute, values, width, count)
             count = len(array)
             arrays.append((index, array))
-        self._record("emit", _core.Birth.emit(count or 0, arrays, system.state_now()))
+        self._record("emit", _core.Emit(count=count or 0, columns=arrays, state=system.state_now()))
         if system.first is not None:
             system.first.emitted(zip(given, (array for _, array in arrays), strict=True))
 
@@ -103,7 +109,7 @@ class Births:
             )
         return int(first)
 
-    def _record(self, call: str, birth: _core.Birth) -> None:
+    def _record(self, call: str, birth: _core.Source | _core.Burst | _core.Emit) -> None:
         system = self._recorded
         engine = system.session.begin(call)
         try:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from .._io.output import tell
 from .._mpi import launchers
-from .._run import attendance, ending, open_worlds
+from .._run import attendance, collectives, ending, open_worlds
 from .._run.losses import lost_ranks, unless_lost
 from .._run.peers import Peer, PeerWatch
 from .._run.process import OpenRun, process
@@ -34,8 +34,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Met", "begin", "close", "meet"]
 
-_CARD = struct.Struct(f"<i64s64siqQ96sI16sii{MASK_BYTES}s48s")  # what each rank reports about itself
-_VERDICT_BYTES = 4096
+_CARD = struct.Struct(f"<i64s64siqQ96s16sii{MASK_BYTES}s48s")  # what each rank reports about itself
+_ALL = "other ranks to enter the world"
 
 
 def begin(comm: MPI.Intracomm, *, without_lost: bool = False) -> OpenRun:
@@ -127,7 +127,7 @@ def _duplicate(comm: MPI.Intracomm, settings: RunSettings) -> MPI.Intracomm:
 
     if not process.survives or comm.size == 1:
         made, request = comm.Idup()
-        _wait_for(request, comm, settings)
+        _wait_for(request, comm, settings.stall_s, _ALL)
         return made
     # Open MPI 5.0 crashes if a rank is lost while a communicator is being duplicated.
     made = MPI.Intracomm(comm.Shrink())
@@ -146,13 +146,12 @@ def _find_repeated(run: OpenRun, settings: RunSettings) -> Repeated | None:
     comm, home = run.comm, settings.roles[1]
     assert comm is not None
 
-    def broadcast(text: bytes) -> bytes:
-        length = _broadcast(comm, len(text).to_bytes(8, "little"), home, 8, settings)
-        return _broadcast(comm, text, home, int.from_bytes(length, "little"), settings)
-
     try:
         return repeating.agree(
-            settings.steering, reads=comm.rank == home, seed=settings.seed, broadcast=broadcast
+            settings.steering,
+            reads=comm.rank == home,
+            seed=settings.seed,
+            broadcast=lambda text: _broadcast(comm, text, home, settings),
         )
     except ArgumentError as error:
         error.speaker = home
@@ -227,7 +226,6 @@ class _Card:
             started,
             self.wish,
             space,
-            self.length,
             self.digest,
             threads,
             most,
@@ -254,7 +252,6 @@ def _exchange_cards(
         me.started,
         wish,
         me.space.encode()[:96],
-        len(text),
         hashlib.sha256(text).digest()[:16],
         settings.threads or 0,
         most_threads(),
@@ -262,7 +259,7 @@ def _exchange_cards(
         _machine().encode()[:48],
     )
     cards = bytearray(_CARD.size * comm.size)
-    _wait_for(comm.Iallgather([card, MPI.BYTE], [cards, MPI.BYTE]), comm, settings)
+    _wait_for(comm.Iallgather([card, MPI.BYTE], [cards, MPI.BYTE]), comm, settings.stall_s, _ALL)
     return [_Card(content) for content in _CARD.iter_unpack(bytes(cards))]
 
 
@@ -282,8 +279,8 @@ def _compare(comm: MPI.Intracomm, cards: Sequence[_Card], text: bytes, settings:
     if not different:
         return
     first = different[0]
-    theirs = json.loads(_broadcast(comm, text, model, cards[model].length, settings))
-    its = json.loads(_broadcast(comm, text, first, cards[first].length, settings))
+    theirs = json.loads(_broadcast(comm, text, model, settings))
+    its = json.loads(_broadcast(comm, text, first, settings))
     names = [name for name in theirs if its.get(name) != theirs[name]]
     listed = "; ".join(
         f"World({name}=...) is {its.get(name)!r} on rank {first} and {theirs[name]!r} on rank {model}"
@@ -310,10 +307,10 @@ def _claim_log(run: OpenRun, settings: RunSettings) -> None:
             run.log = LogDirectory.claim(settings.log, continued=settings.continued_from > 0)
         except (ArgumentError, LogError) as error:
             verdict = _as_bytes(error, process.describe(run))
-    told = _broadcast(run.comm, verdict.ljust(_VERDICT_BYTES), manager, _VERDICT_BYTES, settings).strip()
-    if not told:
+    verdict = _broadcast(run.comm, verdict, manager, settings)
+    if not verdict:
         return
-    agreed = _from_bytes(told)
+    agreed = _from_bytes(verdict)
     agreed.speaker = manager
     raise agreed
 
@@ -323,31 +320,26 @@ def _as_bytes(error: MotesError, where: str) -> bytes:
         content = ["ArgumentError", error.argument, os.fspath(error.value), error.allowed]  # type: ignore[call-overload]
     else:
         content = ["LogError", f"{where}: {error}"]
-    limit = (_VERDICT_BYTES - 100) // (6 * len(content))  # JSON takes at most six bytes per character
-    return json.dumps([text[-limit:] if len(text) > limit else text for text in content]).encode()
+    return json.dumps(content).encode()
 
 
-def _from_bytes(told: bytes) -> MotesError:
-    kind, *arguments = json.loads(told)
+def _from_bytes(verdict: bytes) -> MotesError:
+    kind, *arguments = json.loads(verdict)
     return ArgumentError(*arguments) if kind == "ArgumentError" else LogError(*arguments)
 
 
-def _broadcast(comm: MPI.Intracomm, text: bytes, root: int, length: int, settings: RunSettings) -> bytes:
-    from mpi4py import MPI
-
-    buffer = bytearray(text if comm.rank == root else length)
-    _wait_for(comm.Ibcast([buffer, MPI.BYTE], root), comm, settings)
-    return bytes(buffer)
+def _broadcast(comm: MPI.Intracomm, data: bytes, root: int, settings: RunSettings) -> bytes:
+    return collectives.broadcast(comm, data, root, settings.stall_s, _ALL, wait=_wait_for)
 
 
-def _wait_for(request: MPI.Request, comm: MPI.Comm, settings: RunSettings) -> None:
+def _wait_for(request: MPI.Request, comm: MPI.Comm, stall_s: float | None, what: str) -> None:
     def done() -> bool:
         if process.survives:  # a loss can be survived only during a run: before it, there are no replicas
             attendance.check_lost(comm)
         return request.Test()
 
     with _left_ends():
-        poll(done, Wait(settings.stall_s, "other ranks to enter the world"))
+        poll(done, Wait(stall_s, what))
 
 
 @contextlib.contextmanager

@@ -1,7 +1,7 @@
 """The Python side of a rank that continues when others are lost: `World(on_loss="recover")`.
 
-The core restores the world (cpp/engine/recover.cpp) and calls Python for what only Python knows: the
-surviving ranks, films and pictures whose writer was lost, the log's directory.
+The core restores the world (cpp/engine/recovering_engine.cpp). It calls Python for what only Python knows:
+the surviving ranks, films and pictures whose writer was lost, the log's directory.
 """
 
 from __future__ import annotations

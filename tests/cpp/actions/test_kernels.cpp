@@ -112,13 +112,13 @@ std::vector<double> numbers_for(const actions::Facts& facts, test::Dice& dice) {
 // The table of an action's kernel: a small grid, or a path of three segments.
 struct SmallTable {
   std::vector<float> values;
-  int size[3] = {1, 1, 1};
+  actions::TableView view;
 
   SmallTable(const actions::Facts& facts, test::Dice& dice) {
     const bool path = facts.name == std::string("follow_path");
     const int sizes[3] = {path ? 3 : 2, path ? 1 : 3, path ? 1 : 1 + static_cast<int>(dice.below(2))};
-    std::copy(sizes, sizes + 3, size);
-    values.resize(static_cast<std::size_t>(size[0] * size[1] * size[2] * facts.table));
+    values.resize(static_cast<std::size_t>(sizes[0] * sizes[1] * sizes[2] * facts.table));
+    view = {values.data(), {sizes[0], sizes[1], sizes[2]}};
     for (float& v : values) v = dice.between(-2, 2);
     for (std::size_t row = 0; path && row < 3; ++row) {  // one behind the other, each a metre long
       const float fixed[] = {0.6f, 0, 0.8f, static_cast<float>(row), 1};
@@ -175,14 +175,17 @@ TEST(actions_give_the_same_bits_in_every_build) {
         const std::vector<Shape> shapes(static_cast<std::size_t>(facts.shapes) + 1, s);
         actions::Parameters parameters{};
         parameters.number = numbers.data();
-        parameters.numbers = static_cast<int>(numbers.size());
         parameters.shape = shapes.data();
-        parameters.flag = dice.coin();
+        const bool turns = dice.coin();
         const SmallTable table(facts, dice);
-        parameters.table = table.values.data();
         const SmallLaw law;
-        parameters.law = &law.code;
-        std::copy(table.size, table.size + 3, parameters.table_size);
+        const actions::AssignmentCode nothing;
+        actions::Bound& bound = parameters.bound;
+        bound.turns = {turns, false};
+        if (facts.ramp > 0) bound.ramp = static_cast<int>(numbers.size());
+        if (facts.table > 0) bound.table = &table.view;
+        if (std::holds_alternative<actions::ParticleLaw>(facts.specifics)) bound.law = &law.code;
+        if (std::holds_alternative<actions::Assignment>(facts.specifics)) bound.assignment = &nothing;
         particles::DrawKeys draws;
         const actions::Step step{0.04f,
                                  static_cast<std::uint32_t>(dice.word()),

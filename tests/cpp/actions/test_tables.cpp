@@ -78,16 +78,16 @@ TEST(files_carry_tables) {
 TEST(actions_must_have_the_table_that_they_read) {
   const actions::TableKey three = actions::keep(small(7));
   actions::Action field = actions::make(actions::numbers::field<>{.high = {1, 1, 1}, .strength = 1, .drag = -1});
-  field.table = three;
+  field.specifics = actions::Lookup{three};
   CHECK(!refused<std::invalid_argument>([&] { actions::check(field); }));
-  field.table = 0;
+  field.specifics = actions::Lookup{};
   CHECK(refused<std::invalid_argument>([&] { actions::check(field); }));
   actions::Action path =
       actions::make(actions::numbers::follow_path<>{.speed = 1, .strength = 1, .look_ahead = 1, .radius = 1});
-  path.table = three;
+  path.specifics = actions::Lookup{three};
   CHECK(refused<std::invalid_argument>([&] { actions::check(path); }));
   actions::Action move = actions::make(actions::numbers::move<>{.rotational = 1});
-  move.table = three;
+  move.specifics = actions::Lookup{three};
   CHECK(refused<std::invalid_argument>([&] { actions::check(move); }));
 }
 

@@ -10,26 +10,21 @@
 namespace motes::test_birth_history {
 using engine::BirthHistory;
 using recording::Birth;
+using recording::Emit;
+using recording::Source;
 
 namespace {
 
 constexpr float kDt = 1.0f / 24;
 
-Birth source(float x) {
-  Birth birth;
-  birth.kind = Birth::Kind::source;
-  birth.shape = {shapes::Kind::box, {x, 0, 0, x + 1, 1, 1}};
-  birth.rate = 240;
-  return birth;
+Source source(float x) {
+  Source source;
+  source.shape = {shapes::Kind::box, {x, 0, 0, x + 1, 1, 1}};
+  source.rate = 240;
+  return source;
 }
 
-Birth emitted(std::size_t rows, float x) {
-  Birth birth;
-  birth.kind = Birth::Kind::emit;
-  birth.amount = rows;
-  birth.columns.push_back({particles::position, std::vector<float>(3 * rows, x)});
-  return birth;
-}
+Emit emitted(std::size_t rows, float x) { return {rows, {{particles::position, std::vector<float>(3 * rows, x)}}, {}}; }
 
 // Creates the particles of one call, with copies kept from birth on.
 particles::Store with_copies(const Birth& birth, const particles::Schema& schema, particles::Key key,
@@ -39,7 +34,7 @@ particles::Store with_copies(const Birth& birth, const particles::Schema& schema
 
 }  // namespace
 
-TEST(a_source_that_says_the_same_in_each_frame_is_one_stretch) {
+TEST(a_source_that_says_the_same_in_each_frame_is_one_range) {
   BirthHistory history;
   history.add(source(0), 0, 10, kDt);
   const std::size_t bytes = history.bytes();

@@ -6,6 +6,8 @@
 
 #include "engine/act/ghosts.h"
 #include "engine/act/images.h"
+#include "interactions/kinds/families.h"
+#include "interactions/scratch.h"
 #include "support/check.h"
 
 namespace motes::test_images {
@@ -70,17 +72,30 @@ TEST(domains_of_several_boxes_are_as_near_as_the_nearest) {
 }
 
 TEST(images_refuse_what_reaches_too_far) {
+  const auto check = [](std::uint8_t periods, const actions::Action& action, float reach) {
+    const Periods space = periods_of(periods);
+    interactions::Scratch scratch;
+    interactions::Meeting meeting;
+    meeting.sides[0].action = &action;
+    meeting.periods = &space;
+    meeting.scratch = &scratch;
+    Images(space).check(*interactions::begin(meeting), reach);
+  };
   const auto match = actions::make(actions::numbers::match_velocity<>{});
-  Images(periods_of(1)).check(match, 5);
-  CHECK_THROWS(Images(periods_of(1)).check(match, 5.1f), std::invalid_argument);
-  CHECK_THROWS(Images(periods_of(3)).check(match, 1.1f), std::invalid_argument);
-  CHECK_THROWS(Images(periods_of(3)).check(match, kInf), std::invalid_argument);
-  Images(periods_of(0)).check(match, kInf);
-  actions::Action tie;
-  tie.kind = actions::Kind::tie;
-  Images(periods_of(1)).check(tie, kInf);  // goes to the nearest image
+  check(1, match, 5);
+  CHECK_THROWS(check(1, match, 5.1f), std::invalid_argument);
+  CHECK_THROWS(check(3, match, 1.1f), std::invalid_argument);
+  CHECK_THROWS(check(3, match, kInf), std::invalid_argument);
+  check(0, match, kInf);
+  actions::Action tie = actions::make(actions::numbers::tie<>{});
+  interactions::Ties pair;
+  pair.ends = {1, 2};
+  pair.lengths = {1};
+  pair.kinds = {0};
+  tie.specifics = actions::TiedPairs{interactions::keep(pair)};
+  check(1, tie, kInf);  // goes to the nearest image
   const auto far = actions::make(actions::numbers::gravitate<>{.max_radius = 1, .cells = 1});
-  CHECK_THROWS(Images(periods_of(1)).check(far, 1), std::invalid_argument);
+  CHECK_THROWS(check(1, far, 1), std::invalid_argument);
 }
 
 }  // namespace

@@ -42,17 +42,16 @@ std::uint64_t orders() {
   return text == nullptr ? 120 : std::strtoull(text, nullptr, 10);
 }
 
-recording::Birth source(double rate, float half, float speed) {
-  recording::Birth birth;
-  birth.kind = recording::Birth::Kind::source;
-  birth.shape = {shapes::Kind::box, {-3, 0.1f, -half, 2, 1, half}};
-  birth.rate = 24 * rate;
-  birth.jitter = true;
+recording::Source source(double rate, float half, float speed) {
+  recording::Source source;
+  source.shape = {shapes::Kind::box, {-3, 0.1f, -half, 2, 1, half}};
+  source.rate = 24 * rate;
+  source.jitter = true;
   actions::Distribution velocity;
   velocity.kind = actions::Distribution::Kind::shape;
   velocity.shape = {shapes::Kind::sphere, {0, -3, 0, speed}};
-  birth.state = {{particles::velocity, velocity}};
-  return birth;
+  source.state = {{particles::velocity, velocity}};
+  return source;
 }
 
 recording::Spawn spawn(recording::Spawn::On on) {
@@ -75,9 +74,10 @@ Action move() { return actions::make(actions::numbers::move<>{.rotational = 1});
 // Returns an action that throws particles over several domains in one step.
 Action far_away(int frame) {
   Action set = actions::make(actions::numbers::set<>{});
-  set.target = particles::position;
+  auto& opposite = set.specifics.emplace<actions::Assignment>();
+  opposite.attribute = particles::position;
   for (int c = 0; c < 3; ++c) {
-    set.values.push_back({{actions::Op::column, c, 0}, {actions::Op::constant, 0, -1}, {actions::Op::multiply}});
+    opposite.values.push_back({{actions::Op::column, c, 0}, {actions::Op::constant, 0, -1}, {actions::Op::multiply}});
   }
   set.where = {{actions::Op::constant, 0, 1.5f + 0.1f * static_cast<float>(frame)},
                {actions::Op::column, 0, 0},

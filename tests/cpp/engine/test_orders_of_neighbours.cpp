@@ -256,10 +256,9 @@ TEST(cuts_of_neighbours_without_a_manager_settle_where_times_are_equal) {
     engine.add_system(definition);
     engine.start();
     for (int i = 0; i < 150; ++i) {
-      recording::Birth burst;
-      burst.kind = recording::Birth::Kind::burst;
+      recording::Burst burst;
       burst.shape = {shapes::Kind::box, {-4, 0, 0, 4, 1, 1}};
-      burst.amount = 20000;
+      burst.count = 20000;
       if (i == 0) engine.record(0, burst);
       engine.record(0, actions::make(actions::numbers::gravity<>{.acceleration = {0, -9.81, 0}}));
       engine.run_frame(std::nullopt);

@@ -157,7 +157,7 @@ TEST(judgement_survives_its_bytes) {
   verdict.alive = {5, 6};
   verdict.digests.resize(2);
   verdict.digests[1].second = 4;
-  judgement.sources = {{1, 7}};
+  judgement.transfers = {{1, 7}};
   judgement.parents.resize(1);
   judgement.parents[0].owner = 3;
   judgement.parents[0].parent.first = 12;
@@ -169,7 +169,7 @@ TEST(judgement_survives_its_bytes) {
   CHECK(other.verdict.failed_rank == 2 && other.verdict.ranks == verdict.ranks);
   CHECK(other.verdict.alive == verdict.alive && other.verdict.digests == verdict.digests &&
         other.verdict.failure.text == "text");
-  CHECK(other.sources == judgement.sources);
+  CHECK(other.transfers == judgement.transfers);
   CHECK(other.parents.size() == 1 && other.parents[0].owner == 3 && other.parents[0].parent.first == 12);
   for (std::size_t length = 0; length < bytes.size(); ++length) {
     base::Reader part(bytes.view().first(length));

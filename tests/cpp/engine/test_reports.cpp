@@ -52,15 +52,14 @@ engine::Settings settings(int fan_out, engine::Combine combine = engine::Combine
 
 // Records particles that fly apart: some leave for both neighbours in each frame.
 void record(engine::Engine& engine, int system) {
-  recording::Birth birth;
-  birth.kind = recording::Birth::Kind::source;
-  birth.shape = {shapes::Kind::box, {-30, -3, -1, 30, 3, 1}};
-  birth.rate = 24 * 400;
+  recording::Source source;
+  source.shape = {shapes::Kind::box, {-30, -3, -1, 30, 3, 1}};
+  source.rate = 24 * 400;
   actions::Distribution velocity;
   velocity.kind = actions::Distribution::Kind::shape;
   velocity.shape = {shapes::Kind::box, {-20, 0, 0, 20, 1, 1}};
-  birth.state = {{particles::velocity, velocity}};
-  engine.record(system, birth);
+  source.state = {{particles::velocity, velocity}};
+  engine.record(system, source);
   engine.record(system, actions::make(actions::numbers::move<>{.rotational = 1}));
 }
 

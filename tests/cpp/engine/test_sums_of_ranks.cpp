@@ -82,15 +82,15 @@ void play(SimulatedRank& self, const Run& run, End& end) {
   try {
     engine.start();
     for (; frame < 3; ++frame) {
-      recording::Birth birth;
-      birth.shape = {shapes::Kind::box, {-10, -3, -1, 10, 3, 1}};
-      birth.amount = 500;
+      recording::Burst burst;
+      burst.shape = {shapes::Kind::box, {-10, -3, -1, 10, 3, 1}};
+      burst.count = 500;
       actions::Distribution velocity;
       velocity.kind = actions::Distribution::Kind::shape;
       velocity.shape = {shapes::Kind::box, {-90, 0, 0, 90, 1, 1}};
-      birth.state = {{particles::velocity, velocity}};
-      engine.record(0, birth);
-      engine.record(1, birth);
+      burst.state = {{particles::velocity, velocity}};
+      engine.record(0, burst);
+      engine.record(1, burst);
       if (run.failing >= 0) engine.record(0, recording::Callback{"look", 0, {}, {}});
       engine.record(0, actions::make(actions::numbers::move<>{.rotational = 1}));
       const bool writes = frame == 2 && run.asks == Run::Asks::write;

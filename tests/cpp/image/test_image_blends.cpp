@@ -18,8 +18,7 @@ using Kind = Sprite::Kind;
 namespace {
 
 Sprite sprite_of(Kind kind, Blend blend, int pixels, float softness = 0) {
-  Sprite s;
-  s.kind = kind;
+  Sprite s{kind};
   s.blend = blend;
   s.pixels = pixels;
   s.softness = softness;

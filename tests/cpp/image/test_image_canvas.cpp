@@ -4,6 +4,7 @@
 #include <random>
 #include <stdexcept>
 
+#include "image/checks.h"
 #include "image/curves.h"
 #include "image/footprint.h"
 #include "image/test_image_scene.h"

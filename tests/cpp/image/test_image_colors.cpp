@@ -141,7 +141,7 @@ TEST(image_records_that_are_put_in_order_keep_their_colors) {
   const Sprite spark{Kind::disc, 5};
   Sprite smoke = spark, leaf{Kind::image, 0};
   smoke.blend = Blend::alpha;
-  leaf.picture = two_colors();
+  leaf.sheet()->picture = two_colors();
   CHECK(!RecordsView(projected(drawn, spark, view, {})).colored());
   CHECK(RecordsView(projected(drawn, smoke, view, {})).colored());
   CHECK(RecordsView(projected(drawn, leaf, view, {})).colored());

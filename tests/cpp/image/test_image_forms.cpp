@@ -22,9 +22,9 @@ meshes::AssetKey wedge() {
 
 Sprite form(Kind kind, Blend blend) {
   Sprite s = wide_sprite(kind, blend);
-  if (kind == Kind::mesh) s.picture = wedge();
-  if (kind == Kind::card) s.picture = two_colors();
-  if (kind == Kind::ribbon) s.width = 0.5F, s.length = 1;
+  if (kind == Kind::mesh) s.look = MeshSprite{wedge()};
+  if (kind == Kind::card) s.look = CardSprite{{two_colors()}};
+  if (kind == Kind::ribbon) s.look = RibbonSprite{0.5F, 1};
   return s;
 }
 

@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "image/camera.h"
+#include "image/checks.h"
 #include "image/raster/splat_lanes.h"
 #include "image/raycast/scenery.h"
 #include "image/test_image_scene.h"

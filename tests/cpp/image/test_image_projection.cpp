@@ -15,8 +15,7 @@ using namespace image_test;
 TEST(image_messages_say_whose_records_they_have) {
   Projection projection;
   projection.system = 7;
-  Sprite sprite{Sprite::Kind::image, 0};
-  sprite.picture = 0x123456789abcdef;
+  Sprite sprite{ImageSprite{{0x123456789abcdef}}, 0};
   sprite.blend = Sprite::Blend::alpha;
   sprite.softness = 0.25f;
   const auto bytes = projected(random_cloud(1000, 3).drawn(), sprite, small_view(), projection);

@@ -6,6 +6,7 @@
 
 #include "base/vectors.h"
 #include "image/camera.h"
+#include "image/checks.h"
 #include "image/curves.h"
 #include "image/footprint.h"
 #include "image/layout.h"
@@ -192,7 +193,7 @@ TEST(image_particles_that_cannot_be_seen_are_culled) {
 
 TEST(image_empty_systems_give_empty_messages) {
   const auto bytes = message(Cloud(0), {}, small_view());
-  CHECK(bytes.size() == sizeof(RecordsHead));
+  CHECK(bytes.size() == sizeof(RecordsHead) + 24);  // and the sprite
   CHECK(RecordsView(bytes).count() == 0);
   Drawn nowhere;
   nowhere.count = 5;
@@ -304,14 +305,38 @@ TEST(image_malformed_records_are_refused) {
   auto longer = good;
   longer.push_back(std::byte{0});
   CHECK_THROWS(RecordsView(longer), std::runtime_error);
-  for (const std::size_t at : {0u,  8u,  9u,  10u, 11u, 12u, 19u, 23u, 35u, 39u, 43u, 47u,
-                               48u, 55u, 56u, 64u, 72u, 75u, 76u, 80u, 83u, 88u, 99u, 128u}) {
+  constexpr std::size_t kSprite = sizeof(RecordsHead), kOffsets = kSprite + 24;
+  for (const std::size_t at : {offsetof(RecordsHead, magic),
+                               offsetof(RecordsHead, sprite_bytes),
+                               offsetof(RecordsHead, layout),
+                               offsetof(RecordsHead, with_velocity),
+                               offsetof(RecordsHead, colored),
+                               offsetof(RecordsHead, width) + 3,
+                               offsetof(RecordsHead, height) + 3,
+                               offsetof(RecordsHead, first_slot),
+                               offsetof(RecordsHead, slots),
+                               offsetof(RecordsHead, batches),
+                               offsetof(RecordsHead, records),
+                               offsetof(RecordsHead, records) + 7,
+                               kSprite,
+                               kSprite + 1,
+                               kSprite + 4,
+                               kSprite + 5,
+                               kSprite + 9,
+                               kSprite + 13,
+                               kSprite + 14,
+                               kSprite + 18,
+                               kOffsets,
+                               kOffsets + 3,
+                               kOffsets + 8,
+                               kOffsets + 19,
+                               kOffsets + 48}) {
     auto bad = good;
     bad[at] = std::byte{0xee};
     CHECK_THROWS(RecordsView(bad), std::runtime_error);
   }
   auto blended = good;
-  blended[offsetof(RecordsHead, blend)] = static_cast<std::byte>(Sprite::Blend::alpha);
+  blended[kSprite + 5] = static_cast<std::byte>(Sprite::Blend::alpha);
   CHECK_THROWS(RecordsView(blended), std::runtime_error);  // without colours
   Canvas canvas;
   canvas.begin(small_view(64, 64));
@@ -323,7 +348,7 @@ TEST(image_malformed_records_are_refused) {
 TEST(image_nonsense_positions_stay_inside_memory) {
   const View view = small_view();
   auto bytes = message(random_cloud(2000, 5), {Sprite::Kind::disc, 15}, view);
-  const std::size_t header = sizeof(RecordsHead) + 4 * 13;
+  const std::size_t header = sizeof(RecordsHead) + 24 + 4 * 13;
   std::uint32_t state = 1;
   for (std::size_t i = header; i < bytes.size(); ++i) {
     state = state * 1664525u + 1013904223u;
@@ -378,14 +403,15 @@ TEST(image_sprites_are_checked) {
   image::check(Sprite{Sprite::Kind::disc, 512});
   refused([](Sprite& s) { s.pixels = -1; });
   refused([](Sprite& s) { s.pixels = 513; });
-  refused([](Sprite& s) { s.kind = static_cast<Sprite::Kind>(9); });
   refused([](Sprite& s) { s.blend = static_cast<Sprite::Blend>(3); });
   refused([](Sprite& s) { s.of_height = -0.1f; });
   refused([](Sprite& s) { s.of_height = NAN; });
   refused([](Sprite& s) { s.softness = -1; });
   refused([](Sprite& s) { s.softness = INFINITY; });
-  refused([](Sprite& s) { s.kind = Sprite::Kind::image; });  // without a picture
-  refused([](Sprite& s) { s.picture = 7; });                 // which a disc has no use for
+  for (const auto kind : {Sprite::Kind::image, Sprite::Kind::card, Sprite::Kind::mesh, Sprite::Kind::ribbon}) {
+    refused([&](Sprite& s) { s.look = kind; });  // without a picture, mesh or width
+  }
+  refused([](Sprite& s) { s.look = ImageSprite{{1, {3, 1, 4}}}; });
 }
 
 TEST(image_layout_follows_from_sprite_and_view) {
@@ -399,7 +425,7 @@ TEST(image_layout_follows_from_sprite_and_view) {
   part.of_height = 4.5f / static_cast<float>(view.height);
   narrow.of_height = 1.5f / static_cast<float>(view.height);
   broad.of_height = 16.5f / static_cast<float>(view.height);
-  leaf.kind = Sprite::Kind::image;
+  leaf.look = Sprite::Kind::image;
   for (const Sprite& sprite : {disc, point}) {
     CHECK(layout(sprite, view, false) == Layout::plain);
     CHECK(layout(sprite, view, true) == Layout::deep);

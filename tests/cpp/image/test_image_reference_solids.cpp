@@ -23,21 +23,22 @@ double plane_distance(const Ray& ray, const Vector& point, const Vector& normal)
 }
 
 bool intersect_plane(const Shape& s, const Ray& ray, double nearest, double farthest, Hit& hit) {
-  const Vector normal = vector_at(s, 3);
-  const double distance = plane_distance(ray, vector_at(s, 0), normal);
+  const auto plane = s.as<shapes::numbers::plane>();
+  const Vector normal = vector_of(plane.normal);
+  const double distance = plane_distance(ray, vector_of(plane.point), normal);
   if (!(distance > nearest && distance < farthest)) return false;
   hit = {distance, towards(unit(normal), ray), 0};
   return true;
 }
 
 bool intersect_disc(const Shape& s, const Ray& ray, double nearest, double farthest, Hit& hit) {
-  const Vector center = vector_at(s, 0);
-  const Vector normal = vector_at(s, 3);
+  const auto disc = s.as<shapes::numbers::disc>();
+  const Vector center = vector_of(disc.center), normal = vector_of(disc.normal);
   const double distance = plane_distance(ray, center, normal);
   if (!(distance > nearest && distance < farthest)) return false;
   const Vector offset = ray.from + ray.along * distance - center;
   const double square = dot(offset, offset);
-  const double outer = s.number[6], inner = s.number[7];
+  const double outer = disc.radius, inner = disc.inner_radius;
   if (!(square <= outer * outer && square >= inner * inner)) return false;
   hit = {distance, towards(unit(normal), ray), 0};
   return true;
@@ -53,7 +54,8 @@ Parts parts_of(const Vector& offset, const Vector& u, const Vector& v, const Vec
 }
 
 bool intersect_rectangle(const Shape& s, const Ray& ray, double nearest, double farthest, Hit& hit) {
-  const Vector origin = vector_at(s, 0), u = vector_at(s, 3), v = vector_at(s, 6);
+  const auto rectangle = s.as<shapes::numbers::rectangle>();
+  const Vector origin = vector_of(rectangle.origin), u = vector_of(rectangle.u), v = vector_of(rectangle.v);
   const Vector normal = cross(u, v);
   const double distance = plane_distance(ray, origin, normal);
   if (!(distance > nearest && distance < farthest)) return false;
@@ -64,7 +66,9 @@ bool intersect_rectangle(const Shape& s, const Ray& ray, double nearest, double 
 }
 
 bool intersect_triangle(const Shape& s, const Ray& ray, double nearest, double farthest, Hit& hit) {
-  const Vector origin = vector_at(s, 0), u = vector_at(s, 3) - origin, v = vector_at(s, 6) - origin;
+  const auto triangle = s.as<shapes::numbers::triangle>();
+  const Vector origin = vector_of(triangle.p0), u = vector_of(triangle.p1) - origin,
+               v = vector_of(triangle.p2) - origin;
   const Vector normal = cross(u, v);
   const double distance = plane_distance(ray, origin, normal);
   if (!(distance > nearest && distance < farthest)) return false;
@@ -76,8 +80,9 @@ bool intersect_triangle(const Shape& s, const Ray& ray, double nearest, double f
 }
 
 bool intersect_sphere(const Shape& s, const Ray& ray, double nearest, double farthest, Hit& hit) {
-  const Vector offset = ray.from - vector_at(s, 0);
-  const double radius = s.number[3];
+  const auto sphere = s.as<shapes::numbers::sphere>();
+  const Vector offset = ray.from - vector_of(sphere.center);
+  const double radius = sphere.radius;
   const double a = dot(ray.along, ray.along);
   const double b = dot(offset, ray.along);
   const double discriminant = b * b - a * (dot(offset, offset) - radius * radius);
@@ -92,11 +97,12 @@ bool intersect_sphere(const Shape& s, const Ray& ray, double nearest, double far
 
 // Intersects the parts of the ray that are inside each of the three pairs of faces.
 bool intersect_box(const Shape& s, const Ray& ray, double nearest, double farthest, Hit& hit) {
+  const auto box = s.as<shapes::numbers::box>();
   double enter = -kInfinity, leave = kInfinity;
   int enter_axis = 0, leave_axis = 0;
   for (int axis = 0; axis < 3; ++axis) {
     const auto i = static_cast<std::size_t>(axis);
-    const double low = s.number[i] - ray.from[i], high = s.number[i + 3] - ray.from[i];
+    const double low = box.low[i] - ray.from[i], high = box.high[i] - ray.from[i];
     if (ray.along[i] == 0) {
       if (low > 0 || high < 0) return false;
       continue;
@@ -126,7 +132,8 @@ struct AlongAxis {
   Vector across, aside;
 
   AlongAxis(const Shape& s, const Ray& ray) {
-    const Vector start = vector_at(s, 0), whole = vector_at(s, 3) - start, from = ray.from - start;
+    const auto axial = s.as<shapes::numbers::axial>();
+    const Vector start = vector_of(axial.start), whole = vector_of(axial.end) - start, from = ray.from - start;
     length = motes::length(whole);
     axis = whole * (1 / length);
     height = dot(from, axis), rise = dot(ray.along, axis);
@@ -174,7 +181,8 @@ bool intersect_end(const AlongAxis& at, const Ray& ray, double height, double in
 bool intersect_shell(const Shape& s, const Ray& ray, double nearest, double farthest, Hit& hit) {
   const AlongAxis at(s, ray);
   const bool cone = s.kind == Kind::cone;
-  const double outer = s.number[6], inner = s.number[7];
+  const auto axial = s.as<shapes::numbers::axial>();
+  const double outer = axial.radius, inner = axial.inner_radius;
   const auto side = [&](double radius, int face) {
     const double reach = hit.distance;
     const bool met = cone ? intersect_side(at, ray, 0, radius / at.length, nearest, reach, hit)

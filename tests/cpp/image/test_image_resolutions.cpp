@@ -132,19 +132,19 @@ TEST(image_light_does_not_depend_on_the_place_in_a_pixel) {
   white.width = white.height = 128;
   white.rgba.assign(std::size_t{4} * 128 * 128, 255);
   sprites.push_back({Sprite::Kind::image, 5});
-  sprites.back().picture = meshes::keep(std::move(white));
+  sprites.back().sheet()->picture = meshes::keep(std::move(white));
   const double metre = 45 / std::tan(20 * 3.14159265358979323846 / 180) / 10;  // in pixels
   for (const Sprite& sprite : sprites) {
     double first = 0;
     for (int step = 0; step < 100; ++step) {  // over the edge between two tiles, with the picture's corner first
-      const double x = -21 + 0.1 * step, y = -24.5 + (sprite.kind == Sprite::Kind::image ? 0 : 0.11 * step);
+      const double x = -21 + 0.1 * step, y = -24.5 + (sprite.is(Sprite::Kind::image) ? 0 : 0.11 * step);
       Cloud one(1);
       one.place(0, static_cast<float>(x / metre), static_cast<float>(y / metre), 0);
       Drawn drawn = one.drawn();
       drawn.up_of_all = {1, 1, 0};
       const double light = sum(light_of(drawn, sprite, view));
       if (step == 0) first = light;
-      CHECK_NEAR(light / first, 1, sprite.kind == Sprite::Kind::sphere ? 0.005 : 5e-4);
+      CHECK_NEAR(light / first, 1, sprite.is(Sprite::Kind::sphere) ? 0.005 : 5e-4);
     }
   }
 }

@@ -139,8 +139,7 @@ float depth_of(const WideRecord& r) {
 const Sprite kInMetres{Sprite::Kind::disc, 0};
 
 Sprite leaf() {
-  Sprite sprite{Sprite::Kind::image, 0};
-  sprite.picture = 1;
+  Sprite sprite{ImageSprite{{1}}, 0};
   return sprite;
 }
 

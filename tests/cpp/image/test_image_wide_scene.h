@@ -14,11 +14,10 @@ using Blend = Sprite::Blend;
 using Kind = Sprite::Kind;
 
 inline Sprite wide_sprite(Kind kind, Blend blend, meshes::AssetKey picture = 0) {
-  Sprite s;
-  s.kind = kind;
+  Sprite s{kind};
   s.blend = blend;
   s.pixels = kind == Kind::point ? 1 : 0;
-  s.picture = picture;
+  if (Sheet* sheet = s.sheet()) sheet->picture = picture;
   return s;
 }
 

@@ -8,6 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "interactions/kinds/families.h"
+#include "interactions/scratch.h"
 #include "particles/digest.h"
 #include "particles/store.h"
 #include "support/check.h"
@@ -248,14 +250,23 @@ TEST(a_step_is_too_long_for_the_lightest_two_that_touch) {
   store.grow(3);
   const float masses[3] = {2, 0.25f, 0};  // the last one touches no other
   for (std::size_t i = 0; i < 3; ++i) store.writable_plane(particles::mass, 0)[i] = masses[i];
+  interactions::Scratch scratch;
+  interactions::Meeting meeting;
+  meeting.scratch = &scratch;
+  meeting.pool = &threads::alone();
+  meeting.sides[0].store = &store;
+  const auto substeps = [&](const Law& law, double frame_s, bool measured = true) {
+    meeting.sides[0].action = &law.action;
+    const auto act = interactions::begin(meeting);
+    return act->substeps(measured ? act->own() : interactions::Agreement{}, frame_s);
+  };
   const Law law = slow_law(1000);
-  const interactions::Extent extent = interactions::extent_of(law.action, store, 1, false, threads::alone());
   const double longest = std::sqrt(0.39 * 0.125 / 1000);
-  CHECK(interactions::substeps(law.action, extent, 3.001 * longest) == 4);
-  CHECK(interactions::substeps(law.action, extent, 2.999 * longest) == 3);
+  CHECK(substeps(law, 3.001 * longest) == 4);
+  CHECK(substeps(law, 2.999 * longest) == 3);
   const double of_a_kilogram = std::sqrt(0.39 * 0.5 / 1000);
-  CHECK(interactions::substeps(law.action, interactions::Extent{}, 0.99 * of_a_kilogram) == 1);
-  CHECK(interactions::substeps(test::fluid_law(1).action, extent, 1) == 0);
+  CHECK(substeps(law, 0.99 * of_a_kilogram, false) == 1);
+  CHECK(substeps(test::fluid_law(1), 1) == 0);
 }
 
 }  // namespace motes::test_contact

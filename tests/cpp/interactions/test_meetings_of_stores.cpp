@@ -6,7 +6,8 @@
 #include <limits>
 #include <vector>
 
-#include "interactions/act.h"
+#include "interactions/kinds/families.h"
+#include "interactions/scratch.h"
 #include "particles/digest.h"
 #include "program/program.h"
 #include "support/check.h"
@@ -15,7 +16,7 @@
 namespace motes::test_meetings_of_stores {
 using actions::Action;
 using actions::Kind;
-using interactions::Extent;
+using interactions::Agreement;
 using interactions::Ghosts;
 using particles::Store;
 using test::Dice;
@@ -35,7 +36,7 @@ struct Collision {
                                                             .friction = friction,
                                                             .sleep = sleep,
                                                             .other_radius = other_radius});
-    made.other = two ? 1 : -1;
+    if (two) made.partner = {1};
     return made;
   }
 };
@@ -60,10 +61,22 @@ Action fluid() {
   return actions::make(actions::numbers::fluid<>{.rest_density = 100, .viscosity = 0.01, .radius = 0.2, .cohesion = 1});
 }
 
-Extent widest(const Extent& a, const Extent& b) {
-  return {std::max(a.radius, b.radius), std::max(a.other_radius, b.other_radius),
-          std::max(a.displacement, b.displacement), std::max(a.rounding, b.rounding), std::max(a.masses, b.masses)};
-}
+// A meeting of stores on one rank.
+struct Met {
+  interactions::Scratch scratch;
+  interactions::Meeting meeting;
+
+  Met(const Action& action, std::uint32_t now, Store& first, Store* second = nullptr) {
+    meeting.count = second == nullptr ? 1 : 2;
+    for (interactions::Side& side : meeting.sides) side.action = &action;
+    meeting.sides[0].store = &first;
+    meeting.sides[1].store = second;
+    meeting.step.number = now;
+    meeting.step.dt = kDt;
+    meeting.scratch = &scratch;
+    meeting.pool = &threads::alone();
+  }
+};
 
 void set(Store& store, int attribute, std::size_t i, std::initializer_list<float> values) {
   int c = 0;
@@ -78,12 +91,10 @@ float value(const Store& store, int attribute, std::size_t i, int c = 0) {
 // Runs a meeting on one rank with all particles.
 interactions::InteractionCounts meet(const Action& action, Store& first, Store* second = nullptr,
                                      const std::vector<std::uint8_t>* chosen = nullptr) {
-  Extent extent = interactions::extent_of(action, first, kDt, false, threads::alone());
-  if (second != nullptr) extent = widest(extent, interactions::extent_of(action, *second, kDt, true, threads::alone()));
-  interactions::Side sides[2] = {{&first, nullptr, chosen}, {second, nullptr, nullptr}};
-  sides[0].now = sides[1].now = 1;
-  interactions::Scratch scratch;
-  return interactions::act(action, extent, kDt, sides, scratch, threads::alone());
+  Met met(action, 1, first, second);
+  met.meeting.sides[0].chosen = chosen;
+  const auto act = interactions::begin(met.meeting);
+  return act->act(act->own());
 }
 
 void move(Store& store) {
@@ -168,9 +179,14 @@ Ghosts ghosts_of(const Action& action, const Store& store, const std::vector<std
 particles::Digest met_on_slabs(const Action& action, const Store& all, const std::vector<float>& cuts) {
   particles::Digest sum;
   constexpr double kInf = std::numeric_limits<double>::infinity();
-  Extent extent = interactions::extent_of(action, all, kDt, false, threads::alone());
-  for (const float cut : cuts) extent.rounding = std::max(extent.rounding, interactions::rounding_at(std::abs(cut)));
-  const double range = interactions::range_of(action, extent);
+  Store whole(kSchema);
+  whole.append(all, indices_where(all, std::vector<std::uint8_t>(all.size(), 1)));
+  Met everything(action, 2, whole);
+  const auto known = interactions::begin(everything.meeting);
+  Agreement agreed = known->own();
+  for (const float cut : cuts)
+    agreed.extent.rounding = std::max(agreed.extent.rounding, interactions::rounding_at(std::abs(cut)));
+  const double range = known->range(agreed);
   for (std::size_t d = 0; d <= cuts.size(); ++d) {
     const double low = d == 0 ? -kInf : double{cuts[d - 1]};
     const double high = d == cuts.size() ? kInf : double{cuts[d]};
@@ -184,10 +200,9 @@ particles::Digest met_on_slabs(const Action& action, const Store& all, const std
     Store here(kSchema);
     here.append(all, indices_where(all, own));
     const Ghosts ghosts = ghosts_of(action, all, indices_where(all, copied));
-    interactions::Side sides[2] = {{&here, &ghosts, nullptr}, {}};
-    sides[0].now = 2;  // particles remember earlier contacts
-    interactions::Scratch scratch;
-    interactions::act(action, extent, kDt, sides, scratch, threads::alone());
+    Met met(action, 2, here);  // particles remember earlier contacts
+    met.meeting.sides[0].ghosts = &ghosts;
+    interactions::begin(met.meeting)->act(agreed);
     sum += particles::digest(here);
   }
   return sum;

@@ -251,30 +251,29 @@ TEST(program_of_nothing_does_nothing) {
 }
 
 TEST(births_depend_on_their_numbers_alone) {
-  Birth birth;
-  birth.shape = ball(2);
+  Source source;
+  source.shape = ball(2);
   Given velocity{particles::velocity, {}};
   velocity.distribution.kind = actions::Distribution::Kind::normal;
   for (float& sigma : velocity.distribution.second) sigma = 1;
   Given color{particles::color, {}};
   color.distribution.first[0] = 0.5f;
-  birth.state = {velocity, color};
-  birth.jitter = true;
-  const Store whole = make(birth, kSchema, kKey, 100, 1000, 0.1f);
+  source.state = {velocity, color};
+  source.jitter = true;
+  const Store whole = make(source, kSchema, kKey, 100, 1000, 0.1f);
   particles::Digest sum;
   for (const auto& [first, count] : {std::pair{100, 1}, {101, 511}, {612, 30}, {642, 458}}) {
     sum += particles::digest(
-        make(birth, kSchema, kKey, static_cast<std::uint64_t>(first), static_cast<std::uint64_t>(count), 0.1f));
+        make(source, kSchema, kKey, static_cast<std::uint64_t>(first), static_cast<std::uint64_t>(count), 0.1f));
   }
   CHECK(sum == particles::digest(whole));
   CHECK(whole.uniform(particles::color) && whole.uniform_value(particles::color)[0] == 0.5f);
-  CHECK(make(birth, kSchema, kKey, 0, 0, 0.1f).size() == 0);
+  CHECK(make(source, kSchema, kKey, 0, 0, 0.1f).size() == 0);
 }
 
 TEST(births_are_made_by_any_numbers_in_any_order) {
-  Birth emit;
-  emit.kind = Birth::Kind::emit;
-  emit.amount = 100;
+  Emit emit;
+  emit.count = 100;
   emit.columns = {{particles::position, std::vector<float>(300)}, {particles::mass, std::vector<float>(100)}};
   std::iota(emit.columns[0].values.begin(), emit.columns[0].values.end(), 0.0f);
   std::iota(emit.columns[1].values.begin(), emit.columns[1].values.end(), 1000.0f);
@@ -294,18 +293,16 @@ TEST(births_are_made_by_any_numbers_in_any_order) {
 }
 
 TEST(births_are_checked) {
-  Birth birth;
-  birth.kind = Birth::Kind::source;
-  birth.rate = -1;
-  CHECK_THROWS(recording::check(birth, kSchema), std::invalid_argument);
-  birth.rate = std::numeric_limits<double>::quiet_NaN();
-  CHECK_THROWS(recording::check(birth, kSchema), std::invalid_argument);
-  Birth emit;
-  emit.kind = Birth::Kind::emit;
-  emit.amount = 2;
+  Source source;
+  source.rate = -1;
+  CHECK_THROWS(recording::check(source, kSchema), std::invalid_argument);
+  source.rate = std::numeric_limits<double>::quiet_NaN();
+  CHECK_THROWS(recording::check(source, kSchema), std::invalid_argument);
+  Emit emit;
+  emit.count = 2;
   emit.columns = {{particles::position, {1, 2, 3}}};
   CHECK_THROWS(recording::check(emit, kSchema), std::invalid_argument);
-  Birth given;
+  Burst given;
   given.state = {{particles::mass, {}}};
   given.state[0].distribution.kind = actions::Distribution::Kind::shape;
   CHECK_THROWS(recording::check(given, kSchema), std::invalid_argument);
@@ -316,10 +313,9 @@ TEST(system_counts_births_and_drops_those_above_the_capacity) {
   definition.name = "snow";
   definition.capacity = 25;
   engine::System system(definition, 1, 0, 3);
-  Birth burst;
-  burst.amount = 10;
-  Birth source;
-  source.kind = Birth::Kind::source;
+  Burst burst;
+  burst.count = 10;
+  Source source;
   source.rate = 100;
   system.list = {gravity(), burst, move(), source};
   system.count_births(0.1, 2);

@@ -37,8 +37,7 @@ Record rich_record() {
   SystemDefinition rain;
   rain.name = "rain \"x\"\n";
   r.systems = {snow, rain};
-  Birth source;
-  source.kind = Birth::Kind::source;
+  Source source;
   source.shape = a_shape(shapes::Kind::box);
   source.rate = 123.5;
   source.jitter = true;
@@ -46,9 +45,8 @@ Record rich_record() {
   velocity.distribution.kind = actions::Distribution::Kind::shape;
   velocity.distribution.shape = a_shape(shapes::Kind::sphere);
   source.state = {velocity};
-  Birth emit;
-  emit.kind = Birth::Kind::emit;
-  emit.amount = 2;
+  Emit emit;
+  emit.count = 2;
   emit.columns = {{particles::position, {1, 2, 3, 4, 5, 6}}};
   const actions::Action gravity = actions::make(actions::numbers::gravity<>{.acceleration = {0, -9.8, 0}});
   const actions::Action bounce{actions::Kind::bounce, {0.5, 0.1, 0}, {a_shape(shapes::Kind::plane)}};
@@ -73,7 +71,8 @@ base::Bytes bytes_of(const Record& record) {
 
 // Returns every way to change one thing in the record.
 std::vector<std::function<void(Record&)>> changes() {
-  const auto source = [](Record& r) -> Birth& { return std::get<Birth>(r.lists[0][0]); };
+  const auto source = [](Record& r) -> Source& { return std::get<Source>(std::get<Birth>(r.lists[0][0])); };
+  const auto emit = [](Record& r) -> Emit& { return std::get<Emit>(std::get<Birth>(r.lists[1][0])); };
   const auto action = [](Record& r, std::size_t at) -> actions::Action& {
     return std::get<actions::Action>(r.lists[0][at]);
   };
@@ -90,20 +89,20 @@ std::vector<std::function<void(Record&)>> changes() {
       [](Record& r) { r.systems[0].space.kind = domains::Space::Kind::fit; },
       [](Record& r) { r.systems[0].attributes[1].initial[2] = 4; },
       [](Record& r) { r.systems[0].attributes.pop_back(); },
-      [](Record& r) { r.systems[1].sprite.kind = image::Sprite::Kind::point; },
+      [](Record& r) { r.systems[1].sprite.look = image::Sprite::Kind::point; },
       [](Record& r) { r.lists[0].pop_back(); },
       [](Record& r) { r.lists[1].emplace_back(Read{}); },
       [](Record& r) { std::swap(r.lists[0][1], r.lists[0][3]); },
       [=](Record& r) { source(r).rate += 1; },
       [=](Record& r) { source(r).jitter = false; },
-      [=](Record& r) { source(r).kind = Birth::Kind::burst; },
+      [=](Record& r) { r.lists[0][0] = Burst{source(r).shape, 0, source(r).state}; },
       [=](Record& r) { source(r).shape.number[5] += 1; },
       [=](Record& r) { source(r).shape.kind = shapes::Kind::line; },
       [=](Record& r) { source(r).state[0].attribute = particles::color; },
       [=](Record& r) { source(r).state[0].distribution.kind = actions::Distribution::Kind::normal; },
       [=](Record& r) { source(r).state[0].distribution.second[1] = 2; },
-      [=](Record& r) { std::get<Birth>(r.lists[1][0]).columns[0].values[4] = 0; },
-      [=](Record& r) { std::get<Birth>(r.lists[1][0]).amount = 3; },
+      [=](Record& r) { emit(r).columns[0].values[4] = 0; },
+      [=](Record& r) { emit(r).count = 3; },
       [=](Record& r) { action(r, 1).numbers[1] = -9.81; },
       [=](Record& r) { action(r, 3).shapes[0].number[0] = 9; },
       [=](Record& r) { action(r, 4).kind = actions::Kind::kill_expired; },
@@ -128,7 +127,7 @@ std::vector<std::function<void(Record&)>> changes() {
       [](Record& r) { r.sprites[0].blend = image::Sprite::Blend::alpha; },
       [](Record& r) { r.sprites[0].of_height = 0.5f; },
       [](Record& r) { r.sprites[0].softness = 1; },
-      [](Record& r) { r.sprites[0].picture = 1; },
+      [](Record& r) { r.sprites[0].look = image::ImageSprite{{1}}; },
       [](Record& r) { r.argument += '!'; },
   };
 }

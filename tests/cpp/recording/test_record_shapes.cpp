@@ -18,11 +18,11 @@ Record record_with(const Shape& shape) {
   sink.kind = actions::Kind::sink;
   sink.numbers = {1};
   sink.shapes = {shape};
-  recording::Birth birth;
-  birth.shape = shape;
+  recording::Burst burst;
+  burst.shape = shape;
   Record record;
   record.systems.resize(1);
-  record.lists = {{birth, sink}};
+  record.lists = {{burst, sink}};
   record.sprites.resize(1);
   return record;
 }

@@ -31,9 +31,8 @@ Record frame(std::uint64_t number) {
   snow.name = "snow";
   snow.attributes = {{"heat", 1, {0.5f, 0, 0}}};
   r.systems = {snow};
-  Birth emit;
-  emit.kind = Birth::Kind::emit;
-  emit.amount = 2;
+  Emit emit;
+  emit.count = 2;
   emit.columns = {{particles::position, {1, 2, 3, 4, 5, 6}}};
   const actions::Action gravity = actions::make(actions::numbers::gravity<>{.acceleration = {0, -9.8, 0}});
   Spawn spawn;
@@ -254,7 +253,7 @@ TEST(scene_frame_holds_what_scripts_may_say) {
   CHECK(refused([](Record& r) { r.clumps.clear(); }));
   CHECK(refused([](Record& r) { r.sprites[0].pixels = 513; }));
   CHECK(refused([](Record& r) { r.view->width = 0; }));
-  const auto emit = [](Record& r) -> Birth& { return std::get<Birth>(r.lists[0][0]); };
+  const auto emit = [](Record& r) -> Emit& { return std::get<Emit>(std::get<Birth>(r.lists[0][0])); };
   const auto spawn = [](Record& r) -> Spawn& { return std::get<Spawn>(r.lists[0][3]); };
   for (const int attribute : {-1, int{particles::builtin_count} + 1, 64, INT_MAX, INT_MIN}) {
     CHECK(refused([&](Record& r) { emit(r).state = {{attribute, {}}}; }));

@@ -17,12 +17,11 @@ namespace {
 
 constexpr double kFilm = 1.0 / 24;
 
-Birth source_of(double rate, std::uint64_t number = 0) {
-  Birth birth;
-  birth.kind = Birth::Kind::source;
-  birth.rate = rate;
-  birth.source = number;
-  return birth;
+Source source_of(double rate, std::uint64_t number = 0) {
+  Source source;
+  source.rate = rate;
+  source.number = number;
+  return source;
 }
 
 engine::System system_of(std::uint64_t capacity = UINT64_MAX) {
@@ -33,10 +32,10 @@ engine::System system_of(std::uint64_t capacity = UINT64_MAX) {
 }
 
 // Returns how many particles the system creates in a frame of these calls.
-std::uint64_t born_in_frame(engine::System& system, const std::vector<Birth>& calls, int substeps = 1) {
+std::uint64_t born_in_frame(engine::System& system, const std::vector<Source>& calls, int substeps = 1) {
   const std::uint64_t before = system.counts.born;
   system.start_frame();
-  for (const Birth& call : calls) system.list.emplace_back(call);
+  for (const Source& call : calls) system.list.emplace_back(call);
   system.count_births(kFilm, substeps);
   return system.counts.born - before;
 }
@@ -46,7 +45,7 @@ std::uint64_t born_in_frame(engine::System& system, const std::vector<Birth>& ca
 TEST(source_totals_do_not_drift_in_a_million_frames) {
   for (const auto& [rate, whole, parts] :
        {std::tuple{30.0, 30u, 24u}, {0.3, 3u, 240u}, {1.0, 1u, 24u}, {1e9, 1000000000u, 24u}}) {
-    const Birth source = source_of(rate);
+    const Source source = source_of(rate);
     SourceTotal total;
     std::uint64_t wrong = 0;
     for (std::uint64_t frame = 1; frame <= 1000000; ++frame) {
@@ -64,7 +63,7 @@ TEST(source_totals_are_sums_of_rates_that_change) {
     std::uint64_t sum = 0, wrong = 0;  // of thousandths per second
     for (int frame = 0; frame < 20000; ++frame) {
       const std::uint64_t rate = random() % 3 == 0 ? 0 : random() % 100000;
-      const Birth source = source_of(static_cast<double>(rate) / 1000);
+      const Source source = source_of(static_cast<double>(rate) / 1000);
       for (int substep = 0; substep < substeps; ++substep) {
         births_in_step(source, kFilm, substep, substeps, &total);
         sum += rate;
@@ -89,7 +88,7 @@ TEST(sources_keep_their_fractions_while_others_are_called) {
   // Halves of a particle: one source in frames 0, 2, 4, ..., the other in frames 0, 1, 2, ...
   std::vector<std::uint64_t> born;
   for (int frame = 0; frame < 8; ++frame) {
-    std::vector<Birth> calls{source_of(12, 2)};
+    std::vector<Source> calls{source_of(12, 2)};
     if (frame % 2 == 0) calls.insert(calls.begin(), source_of(12, 1));
     born.push_back(born_in_frame(system, calls));
   }
@@ -125,19 +124,19 @@ TEST(sources_lose_what_the_capacity_drops) {
 }
 
 TEST(source_totals_add_up_integrals) {
-  Birth source = source_of(0);
+  Source source = source_of(0);
   engine::System system = system_of();
-  source.until = {0.25, 0.75, 1.5};  // of a rate that began before the source
+  source.integral = {0.25, 0.75, 1.5};  // of a rate that began before the source
   CHECK(born_in_frame(system, {source}, 2) == 1);
   CHECK(born_in_frame(system, {source_of(24 * 0.75)}, 2) == 1);  // a constant rate continues from there
-  source.until = {1e15, 1e15 + 0.5, 1e15 + 1};
+  source.integral = {1e15, 1e15 + 0.5, 1e15 + 1};
   CHECK(born_in_frame(system, {source}, 2) == 1);
-  source.until = {3 - 1e-9, 3 - 1e-9, 3 - 1e-9};
+  source.integral = {3 - 1e-9, 3 - 1e-9, 3 - 1e-9};
   CHECK(born_in_frame(system, {source}, 2) == 0);
-  source.until = {0, 1 - 1e-13, 1 - 1e-13};
+  source.integral = {0, 1 - 1e-13, 1 - 1e-13};
   CHECK(born_in_frame(system, {source}, 2) == 0);
   source.scale = 1000;  // now rounding errors are those of 1000
-  source.until = {0, 0, 0};
+  source.integral = {0, 0, 0};
   CHECK(born_in_frame(system, {source}, 2) == 1);
 }
 
@@ -156,17 +155,17 @@ TEST(source_totals_come_back) {
 
 TEST(integrals_of_rates_are_checked) {
   const particles::Schema schema;
-  Birth source = source_of(0);
-  source.until = {0, 4e9, 8e9};
+  Source source = source_of(0);
+  source.integral = {0, 4e9, 8e9};
   check(source, schema);
   for (const std::vector<double>& wrong : {std::vector<double>{0, 4.1e9},
                                            {-1, 0},
                                            {0, std::numeric_limits<double>::quiet_NaN()},
                                            {0, std::numeric_limits<double>::infinity()}}) {
-    source.until = wrong;
+    source.integral = wrong;
     CHECK_THROWS(check(source, schema), std::invalid_argument);
   }
-  source.until.clear();
+  source.integral.clear();
   source.scale = -1;
   CHECK_THROWS(check(source, schema), std::invalid_argument);
 }

@@ -117,7 +117,7 @@ Bounced bounced(const actions::Kernels& kernels, const Shape& shape, float dt) {
   const particles::IdList ids(std::vector<std::uint64_t>(kCount + particles::kPadding));
   std::vector<std::uint32_t> dead(kCount / 32 + 2);
   const double numbers[] = {0.6, 0.1, 0, 1};
-  const actions::Parameters p{numbers, &shape, 4};
+  const actions::Parameters p{numbers, &shape};
   kernels.action[static_cast<std::size_t>(actions::Kind::bounce)](p, {kCount, planes.data(), ids, dead.data()},
                                                                   {dt, 0, 1, {1, 2}, 0, nullptr, 0.25f, 0.75f});
   return made;

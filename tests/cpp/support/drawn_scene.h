@@ -24,12 +24,11 @@ inline motes::image::View drawn_view(int width, int height, motes::image::View::
 }
 
 /// Returns a source all over the box that emits this many particles per frame of 1/24 s.
-inline motes::recording::Birth drawn_source(double per_frame) {
-  motes::recording::Birth birth;
-  birth.kind = motes::recording::Birth::Kind::source;
-  birth.shape = {motes::shapes::Kind::box, {-4, -3, -1, 4, 3, 1}};
-  birth.rate = 24 * per_frame;
-  return birth;
+inline motes::recording::Source drawn_source(double per_frame) {
+  motes::recording::Source source;
+  source.shape = {motes::shapes::Kind::box, {-4, -3, -1, 4, 3, 1}};
+  source.rate = 24 * per_frame;
+  return source;
 }
 
 /// Runs `play` on this many simulated ranks, in an order of events that the seed determines.

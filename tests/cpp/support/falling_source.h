@@ -6,16 +6,15 @@
 namespace test {
 
 /// Returns a source of particles that fall on the ground at y = 0 and spread along x: this many per frame of 1/24 s.
-inline motes::recording::Birth falling_source(double per_frame) {
-  motes::recording::Birth birth;
-  birth.kind = motes::recording::Birth::Kind::source;
-  birth.shape = {motes::shapes::Kind::box, {-3, 0.2f, -1, 0.5f, 2, 1}};
-  birth.rate = 24 * per_frame;
+inline motes::recording::Source falling_source(double per_frame) {
+  motes::recording::Source source;
+  source.shape = {motes::shapes::Kind::box, {-3, 0.2f, -1, 0.5f, 2, 1}};
+  source.rate = 24 * per_frame;
   motes::actions::Distribution velocity;
   velocity.kind = motes::actions::Distribution::Kind::shape;
   velocity.shape = {motes::shapes::Kind::sphere, {1, -4, 0, 6}};
-  birth.state = {{motes::particles::velocity, velocity}};
-  return birth;
+  source.state = {{motes::particles::velocity, velocity}};
+  return source;
 }
 
 }  // namespace test

@@ -1,4 +1,4 @@
-#include "interactions/tie.h"
+#include "interactions/kinds/tying.h"
 
 #include <algorithm>
 #include <array>
@@ -7,6 +7,8 @@
 #include <string>
 
 #include "base/invalid_argument.h"
+#include "interactions/kinds/families.h"
+#include "interactions/scratch.h"
 #include "simd/float_mode.h"
 
 namespace motes::interactions {
@@ -31,6 +33,8 @@ struct Terms {
   float break_at;
   bool tethers;
 };
+
+TiesKey key_of(const actions::Action& action) { return std::get<actions::TiedPairs>(action.specifics).ties; }
 
 double break_at_of(const actions::Action& action) {
   return actions::numbers_of<actions::numbers::tie>(action).break_at;
@@ -86,27 +90,79 @@ float distance2(const float (&a)[3], const float (&b)[3], const particles::Perio
   return sum;
 }
 
-class Tying {
- public:
-  Tying(const actions::Action& action, const Bonds& bonds, float dt, const particles::Periods& periods,
-        const Side& side, const std::vector<float>& pins, Knots& knots, threads::Pool& pool)
-      : bonds_(bonds), terms_(terms_of(action, dt)), periods_(periods), side_(side), pins_(pins), knots_(knots),
-        pool_(pool), columns_(columns_of(action, side)), own_(side.store->size()),
-        count_(own_ + (side.ghosts == nullptr ? 0 : side.ghosts->ids.size())) {}
+// Returns positions (x, y, z) of all pinned particles; -infinity for those of other ranks.
+std::vector<float> pins_of(const Bonds& bonds, const Store& store) {
+  std::vector<float> pins(3 * bonds.pins(), -kInf);
+  for (std::size_t i = 0; bonds.pins() > 0 && i < store.size(); ++i) {
+    const std::uint32_t row = bonds.row_of(store.ids()[i]);
+    if (row == Bonds::kNone || bonds.pin(row) == Bonds::kNone) continue;
+    for (int c = 0; c < 3; ++c) {
+      pins[3 * bonds.pin(row) + static_cast<std::size_t>(c)] = store.value(particles::position, c, i);
+    }
+  }
+  return pins;
+}
 
-  std::uint64_t run() {
+class Tying : public PairAction {
+ public:
+  explicit Tying(const Meeting& meeting) : PairAction(meeting) {}
+
+  // Distant ends must find each other, so ranks agree on the longest tie at the last interaction and on how far its
+  // ends may have moved since. Where the pinned particles are, all ranks must know.
+  Agreement own() override {
+    Agreement own;
+    own.more = pins_of(bonds_, *side(0).store);
+    if (!meeting_.all_here) stretch(own.extent.radius, own.extent.displacement);
+    return own;
+  }
+  float reach(const Agreement& agreed) const override { return agreed.extent.radius + 2 * agreed.extent.displacement; }
+  double range(const Agreement& agreed) const override {
+    return static_cast<double>(reach(agreed)) * (1 + 1e-5) + 4 * static_cast<double>(agreed.extent.rounding);
+  }
+  AcrossEnds across_ends() const override { return AcrossEnds::nearest; }
+  std::vector<std::uint32_t> sources(std::size_t s, std::vector<std::uint32_t> particles) const override {
+    const particles::Ids ids = side(s).store->ids();
+    std::erase_if(particles, [&](std::uint32_t p) { return bonds_.row_of(ids[p]) == Bonds::kNone; });
+    return particles;
+  }
+
+  InteractionCounts act(const Agreement& agreed) override {
+    pins_ = &agreed.more;
+    columns_ = columns_of(reads(0), side(0));
+    own_ = side(0).store->size();
+    count_ = own_ + (side(0).ghosts == nullptr ? 0 : side(0).ghosts->ids.size());
     note_knots();
-    return act();
+    return {pull_all(), 0};
   }
 
  private:
-  std::uint64_t id(std::size_t i) const { return i < own_ ? side_.store->ids()[i] : side_.ghosts->ids[i - own_]; }
+  // Sets the longest tie at the last interaction, and the largest distance travelled since, m; infinite if unknown.
+  void stretch(float& longest, float& way) const {
+    const Store& store = *side(0).store;
+    longest = knots_.longest;
+    float farthest2 = 0;
+    for (std::size_t i = 0; i < store.size(); ++i) {
+      const std::uint32_t row = bonds_.row_of(store.ids()[i]);
+      if (row == Bonds::kNone) continue;
+      float now[3];
+      for (int c = 0; c < 3; ++c) now[c] = store.value(particles::position, c, i);
+      if (std::isnan(now[0] + now[1] + now[2])) continue;  // a particle at NaN has no effect
+      const bool met = row < knots_.knots.size() && knots_.meeting > 0 && knots_.knots[row].seen == knots_.meeting;
+      const float way2 = met ? distance2(now, knots_.knots[row].place, periods_) : kInf;
+      farthest2 = way2 <= farthest2 ? farthest2
+                  : way2 < kInf     ? way2
+                                    : kInf;  // NaN: its last position was NaN, so the displacement is infinite
+    }
+    way = std::sqrt(farthest2);
+  }
+
+  std::uint64_t id(std::size_t i) const { return i < own_ ? side(0).store->ids()[i] : side(0).ghosts->ids[i - own_]; }
 
   void note_knots() {
     if (knots_.knots.size() != bonds_.rows()) knots_ = {std::vector<Knots::Knot>(bonds_.rows()), 0};
     if (++knots_.meeting == 0) knots_ = {std::vector<Knots::Knot>(bonds_.rows()), 1};
     rows_.resize(own_);
-    threads::over_ranges(pool_, count_, kRange, [&](std::size_t first, std::size_t last) {
+    threads::over_ranges(*meeting_.pool, count_, kRange, [&](std::size_t first, std::size_t last) {
       const simd::FloatMode mode;
       for (std::size_t i = first; i < last; ++i) {
         const std::uint32_t row = bonds_.row_of(id(i));
@@ -130,20 +186,21 @@ class Tying {
     knot.seen = knots_.meeting;
   }
 
-  std::uint64_t act() {
-    Store& store = *side_.store;
+  std::uint64_t pull_all() {
+    Store& store = *side(0).store;
     float* const v[3] = {store.writable_plane(particles::velocity, 0), store.writable_plane(particles::velocity, 1),
                          store.writable_plane(particles::velocity, 2)};
     float* const torn = terms_.break_at < kInf ? store.writable_plane(particles::torn, 0) : nullptr;
-    std::vector<Held> held((own_ + pool_.items(kRange) - 1) / pool_.items(kRange));
-    threads::over_ranges(pool_, own_, kRange, [&](std::size_t first, std::size_t last) {
+    const std::vector<std::uint8_t>* const chosen = side(0).chosen;
+    std::vector<Held> held((own_ + meeting_.pool->items(kRange) - 1) / meeting_.pool->items(kRange));
+    threads::over_ranges(*meeting_.pool, own_, kRange, [&](std::size_t first, std::size_t last) {
       const simd::FloatMode mode;
       for (std::size_t i = first; i < last; ++i) {
         if (rows_[i] == Bonds::kNone) continue;
         std::uint32_t tears = 0;
-        const std::array<float, 3> now = pull(rows_[i], i, held[first / pool_.items(kRange)], tears);
+        const std::array<float, 3> now = pull(rows_[i], i, held[first / meeting_.pool->items(kRange)], tears);
         if (tears != 0) torn[i] = static_cast<float>(knots_.knots[rows_[i]].torn | tears);
-        if (side_.chosen != nullptr && (*side_.chosen)[i] == 0) continue;
+        if (chosen != nullptr && (*chosen)[i] == 0) continue;
         for (std::size_t c = 0; c < 3; ++c) v[c][i] = now[c];
       }
     });
@@ -241,7 +298,7 @@ class Tying {
 
   // Returns the position of a pinned particle, or of its image that is nearest to `own`.
   std::array<float, 3> pin_near(const Knots::Knot& own, std::uint32_t number) const {
-    const float* const pin = &pins_[3 * static_cast<std::size_t>(number)];
+    const float* const pin = &(*pins_)[3 * static_cast<std::size_t>(number)];
     std::array<float, 3> at = {pin[0], pin[1], pin[2]};
     for (int axis = 0; periods_.any() && axis < 3; ++axis) {
       const auto c = static_cast<std::size_t>(axis);
@@ -266,23 +323,22 @@ class Tying {
 
   static constexpr std::size_t kRange = std::size_t{1} << 12;
 
-  const Bonds& bonds_;
-  Terms terms_;
-  const particles::Periods& periods_;
+  const std::shared_ptr<const Bonds> kept_ = bonds(key_of(action()));
+  const Bonds& bonds_ = *kept_;
+  const Terms terms_ = terms_of(action(), meeting_.step.dt);
+  const particles::Periods& periods_ = *meeting_.periods;
   const float longest_tether_ = periods_.half();  // m
-  const Side& side_;
-  const std::vector<float>& pins_;
-  Knots& knots_;
-  threads::Pool& pool_;
+  Knots& knots_ = meeting_.scratch->knots[{side(0).system, key_of(action())}];
+  const std::vector<float>* pins_ = nullptr;  // x, y, z of all pinned particles
   std::vector<Column> columns_;
-  std::size_t own_, count_;
+  std::size_t own_ = 0, count_ = 0;
   std::vector<std::uint32_t> rows_;
 };
 
 }  // namespace
 
 void check(const actions::Action& action) {
-  const std::shared_ptr<const Bonds> known = bonds(action.ties);
+  const std::shared_ptr<const Bonds> known = bonds(key_of(action));
   if (break_at_of(action) >= static_cast<double>(kInf) || known->most() <= kTearing) return;
   throw base::InvalidArgument("break_at", "be infinite if a particle has more than " + std::to_string(kTearing) +
                                               " ties, and one has " + std::to_string(known->most()));
@@ -290,8 +346,8 @@ void check(const actions::Action& action) {
 
 void check_together(const actions::Action& one, const actions::Action& other) {
   const double break_at = std::min(break_at_of(one), break_at_of(other));
-  if (one.ties == other.ties || break_at >= static_cast<double>(kInf)) return;
-  const std::optional<std::uint64_t> both = shared_particle(one.ties, other.ties);
+  if (key_of(one) == key_of(other) || break_at >= static_cast<double>(kInf)) return;
+  const std::optional<std::uint64_t> both = shared_particle(key_of(one), key_of(other));
   if (!both) return;
   throw base::InvalidArgument("break_at",
                               "be infinite if two Ties of a list share a particle, and both tie " +
@@ -299,40 +355,6 @@ void check_together(const actions::Action& one, const actions::Action& other) {
                               std::to_string(break_at));
 }
 
-std::vector<float> pins_of(const Bonds& bonds, const Store& store) {
-  std::vector<float> pins(3 * bonds.pins(), -kInf);
-  for (std::size_t i = 0; bonds.pins() > 0 && i < store.size(); ++i) {
-    const std::uint32_t row = bonds.row_of(store.ids()[i]);
-    if (row == Bonds::kNone || bonds.pin(row) == Bonds::kNone) continue;
-    for (int c = 0; c < 3; ++c) {
-      pins[3 * bonds.pin(row) + static_cast<std::size_t>(c)] = store.value(particles::position, c, i);
-    }
-  }
-  return pins;
-}
-
-TieBounds stretch_of(const Bonds& bonds, const Knots& knots, const Store& store, const particles::Periods& periods) {
-  TieBounds stretch{knots.longest, 0};
-  float farthest2 = 0;
-  for (std::size_t i = 0; i < store.size(); ++i) {
-    const std::uint32_t row = bonds.row_of(store.ids()[i]);
-    if (row == Bonds::kNone) continue;
-    float now[3];
-    for (int c = 0; c < 3; ++c) now[c] = store.value(particles::position, c, i);
-    if (std::isnan(now[0] + now[1] + now[2])) continue;  // a particle at NaN has no effect
-    const bool met = row < knots.knots.size() && knots.meeting > 0 && knots.knots[row].seen == knots.meeting;
-    const float way2 = met ? distance2(now, knots.knots[row].place, periods) : kInf;
-    farthest2 = way2 <= farthest2 ? farthest2
-                : way2 < kInf     ? way2
-                                  : kInf;  // NaN: its last position was NaN, so the displacement is infinite
-  }
-  stretch.way = std::sqrt(farthest2);
-  return stretch;
-}
-
-std::uint64_t tie(const actions::Action& action, const Bonds& bonds, float dt, const particles::Periods& periods,
-                  const Side& side, const std::vector<float>& pins, Knots& knots, threads::Pool& pool) {
-  return Tying(action, bonds, dt, periods, side, pins, knots, pool).run();
-}
+std::unique_ptr<PairAction> families::tying(const Meeting& meeting) { return std::make_unique<Tying>(meeting); }
 
 }  // namespace motes::interactions

@@ -1,66 +1,89 @@
-#include "interactions/scripted.h"
-
+// interact: laws that scripts write as expressions. Sources are within reach, in the same system or in the second one,
+// whose particles do not change.
 #include <algorithm>
 #include <utility>
 
+#include "interactions/kinds/families.h"
+#include "interactions/scratch.h"
 #include "simd/float_mode.h"
 
 namespace motes::interactions {
 
 namespace {
 
-using actions::Action;
 using actions::Leaf;
+using actions::PairLaw;
 using actions::Result;
 using expressions::Formula;
 using particles::Store;
 
 // Returns the compiled values of a law; those of the last few laws are cached.
-const Formula& compiled(const Action& action, std::vector<Scratch::Compiled>& known) {
+const Formula& compiled(const PairLaw& law, std::vector<ScriptedMemory::Compiled>& known) {
   constexpr std::size_t kKept = 8;
-  for (const Scratch::Compiled& one : known) {
-    if (one.values == action.values) return one.formula;
+  for (const ScriptedMemory::Compiled& one : known) {
+    if (one.values == law.values) return one.formula;
   }
   if (known.size() == kKept) known.erase(known.begin());
-  known.push_back({action.values, expressions::compile(action.values, static_cast<int>(action.leaves.size()))});
+  known.push_back({law.values, expressions::compile(law.values, static_cast<int>(law.leaves.size()))});
   return known.back().formula;
 }
 
-class Scripted {
+class Scripted : public PairAction {
  public:
-  Scripted(const Action& action, double time, float dt, const Side (&sides)[2], Scratch& scratch, threads::Pool& pool)
-      : action_(action), formula_(compiled(action, scratch.formulas)), time_(static_cast<float>(time)), dt_(dt),
-        own_(sides[0]), other_(sides[1]), scratch_(scratch.scripted), pool_(pool), reach_(reach_of(action, {})),
-        list_(sides[0].list != nullptr ? *sides[0].list : scratch.party[0].list), read_(read_by(action, between())) {}
+  explicit Scripted(const Meeting& meeting) : PairAction(meeting) {}
 
-  InteractionCounts act() {
+  std::vector<Component> reads(std::size_t s) const override {
+    if (between() && s == 0) return {};  // only the other system's particles are sources
+    std::vector<Component> read = read_by(action());
+    for (const Leaf& leaf : law_.leaves) {
+      const Component one{leaf.attribute, leaf.component};
+      if (leaf.of == Leaf::Of::other && std::find(read.begin(), read.end(), one) == read.end()) read.push_back(one);
+    }
+    return read;
+  }
+
+  bool holds(std::size_t s) override {
+    return list_holds(side(s), s == 0 ? kind() : kNoted, {0.5f * reach({}), {}, {}}, meeting_.step, *meeting_.pool);
+  }
+
+  InteractionCounts act(const Agreement& agreed) override {
+    reach_ = reach(agreed);
+    if (!(reach_ > 0)) return {};
+    const simd::FloatMode mode;
+    formula_ = &compiled(law_, scratch_.formulas);
     gather();
     list();
     InteractionCounts seen;
     if (crowd_.own == 0) {
-      list_.view(own_.now);  // no targets, but the list counts as used in this sub-step
+      list_.view(now_);  // no targets, but the list counts as used in this sub-step
       return seen;
     }
     for (std::size_t c = 3; c < read_.size(); ++c) arrange(c, sources_[c]);
-    for (const Leaf& leaf : action_.leaves) leaves_.push_back(source_of(leaf));
+    for (const Leaf& leaf : law_.leaves) leaves_.push_back(source_of(leaf));
     find_results();
     run(seen);
     apply();
-    if (own_.last && states() > 0) list_.write_down(*own_.store, own_.law, own_.now);
+    if (meeting_.step.last && states() > 0) list_.write_down(*own_.store, own_.kept.law, now_);
     seen.most_in_a_cell = list_.cells().most_in_a_cell();
     return seen;
   }
 
  private:
-  bool between() const { return other_.store != nullptr; }
-  int states() const { return actions::states_of(action_); }
+  bool between() const { return meeting_.count == 2; }
+  int states() const { return actions::states_of(action()); }
+
+  NeighbourList::Kind kind() const {
+    return {static_cast<std::uint32_t>((states() + kStateNumbers - 1) / kStateNumbers), 1, between()};
+  }
+  // The second system's list only records positions.
+  static constexpr NeighbourList::Kind kNoted = {.parts = 0};
 
   // Gathers targets and sources. Particles of another system count as ghosts: they are sources, never targets.
   void gather() {
     crowd_.own = own_.store->size();
     crowd_.own_ids = own_.store->ids();
-    const Side& seen = between() ? other_ : own_;
-    sources_ = columns_of(action_, seen, between());
+    const Side& seen = between() ? side(1) : own_;
+    sources_ = columns_of(read_, seen);
     const Ghosts* ghosts = seen.ghosts;
     if (!between()) {
       crowd_.ghosts = ghosts != nullptr ? ghosts->ids.size() : 0;
@@ -92,23 +115,24 @@ class Scripted {
 
   // Lists pairs. Two particles are within reach if spheres with half of it as radius touch.
   void list() {
-    list_.set_kind(list_kind(action_, {}));
+    list_.set_kind(kind());
     scratch_.radius.assign(padded(crowd_.size()), 0.5f * reach_);
     scratch_.column.resize(std::max(scratch_.column.size(), read_.size()));
-    if (!own_.kept) list_.sort(crowd_, reach_, own_.skin, pool_);
+    if (!own_.kept.holds) list_.sort(crowd_, reach_, own_.kept.skin, pool_);
     for (std::size_t c = 0; c < 3; ++c) arrange(c, crowd_.at[c]);
-    if (!own_.kept) list_.build(crowd_, placed(), *own_.store, own_.law, own_.now, pool_);
-    if (between() && other_.list != nullptr) note_others();
+    if (!own_.kept.holds) list_.build(crowd_, placed(), *own_.store, own_.kept.law, now_, pool_);
+    if (between() && side(1).kept.list != nullptr) note_others();
   }
 
   void note_others() {
-    other_.list->set_kind(list_kind(action_, other_, true));
+    NeighbourList& noted = *side(1).kept.list;
+    noted.set_kind(kNoted);
     Crowd others;
-    others.own = other_.store->size();
-    others.own_ids = other_.store->ids();
+    others.own = side(1).store->size();
+    others.own_ids = side(1).store->ids();
     for (std::size_t c = 0; c < 3; ++c) others.at[c] = {sources_[c].ghosts, nullptr, 0};
-    if (!own_.kept) other_.list->note(others, 0.5f * reach_, own_.skin);
-    other_.list->view(own_.now);
+    if (!own_.kept.holds) noted.note(others, 0.5f * reach_, own_.kept.skin);
+    noted.view(now_);
   }
 
   PlacedSpheres placed() const { return {{column(0), column(1), column(2)}, scratch_.radius.data()}; }
@@ -150,12 +174,12 @@ class Scripted {
 
   void find_results() {
     next_.assign(static_cast<std::size_t>(states()), -1);
-    for (std::size_t k = 0; k < action_.results.size(); ++k) {
-      const Result& result = action_.results[k];
+    for (std::size_t k = 0; k < law_.results.size(); ++k) {
+      const Result& result = law_.results[k];
       if (result.how == Result::How::state) {
-        next_[static_cast<std::size_t>(result.component)] = formula_.results[k];
+        next_[static_cast<std::size_t>(result.component)] = formula_->results[k];
       } else {
-        sums_.push_back(formula_.results[k]);
+        sums_.push_back(formula_->results[k]);
         summed_.push_back(result);
       }
     }
@@ -167,16 +191,16 @@ class Scripted {
     std::vector<float*> out;
     for (std::size_t s = 0; s < sums_.size(); ++s) out.push_back(scratch_.out[s].data());
     ScriptedTask task{.targets = list_.cells().view(crowd_.own),
-                      .pairs = list_.view(own_.now),
+                      .pairs = list_.view(now_),
                       .at = {column(0), column(1), column(2)},
                       .reach2 = reach_ * reach_,
-                      .time = time_,
-                      .now = own_.now,
+                      .time = static_cast<float>(meeting_.step.time),
+                      .now = now_,
                       .chosen = own_.chosen != nullptr ? own_.chosen->data() : nullptr,
                       .shares = shares_};
     task.leaves = leaves_.data(), task.leaf_count = leaves_.size();
-    task.constants = formula_.constants.data(), task.constant_count = formula_.constants.size();
-    task.steps = formula_.steps.data(), task.step_count = formula_.steps.size();
+    task.constants = formula_->constants.data(), task.constant_count = formula_->constants.size();
+    task.steps = formula_->steps.data(), task.step_count = formula_->steps.size();
     task.sums = sums_.data(), task.sum_count = sums_.size();
     task.states = next_.data(), task.state_count = states();
     task.out = out.data();
@@ -184,7 +208,7 @@ class Scripted {
     std::vector<KernelStats> sights(cuts.size() - 1);
     pool_.run(sights.size(), [&](std::size_t part, std::size_t) {
       const simd::FloatMode mode;
-      const auto planes = static_cast<std::size_t>(formula_.planes);
+      const auto planes = static_cast<std::size_t>(formula_->planes);
       std::vector<float> memory((planes + kShared) * kFormulaPlane);
       std::vector<float*> plane(planes);
       for (std::size_t p = 0; p < planes; ++p) plane[p] = memory.data() + (kShared + p) * kFormulaPlane;
@@ -207,6 +231,7 @@ class Scripted {
     std::vector<float*> to;
     for (const Result& result : summed_) to.push_back(own_.store->writable_plane(result.attribute, result.component));
     const std::vector<std::uint32_t>& order = list_.cells().order();
+    const float dt = meeting_.step.dt;
     threads::over_ranges(pool_, order.size(), kRange, [&](std::size_t first, std::size_t last) {
       const simd::FloatMode mode;
       for (std::size_t k = first; k < last; ++k) {
@@ -215,7 +240,7 @@ class Scripted {
         for (std::size_t s = 0; s < summed_.size(); ++s) {
           const float sum = scratch_.out[s][k];
           switch (summed_[s].how) {
-            case Result::How::rate: to[s][i] += sum * dt_; break;
+            case Result::How::rate: to[s][i] += sum * dt; break;
             case Result::How::change: to[s][i] += sum; break;
             default: to[s][i] = sum;
           }
@@ -224,16 +249,15 @@ class Scripted {
     });
   }
 
-  const Action& action_;
-  const Formula& formula_;
-  float time_, dt_;  // seconds
-  const Side& own_;
-  const Side& other_;
-  Scratch::ScriptedMemory& scratch_;
-  threads::Pool& pool_;
-  float reach_;
-  NeighbourList& list_;
-  std::vector<Component> read_;  // components of the columns by place, as read of sources
+  const PairLaw& law_ = std::get<PairLaw>(action().specifics);
+  ScriptedMemory& scratch_ = meeting_.scratch->scripted;
+  const Formula* formula_ = nullptr;
+  const Side& own_ = side(0);
+  const std::uint32_t now_ = meeting_.step.number;
+  threads::Pool& pool_ = *meeting_.pool;
+  float reach_ = 0;
+  NeighbourList& list_ = own_.kept.list != nullptr ? *own_.kept.list : meeting_.scratch->party[0].list;
+  const std::vector<Component> read_ = reads(seen_by(0));  // components of the columns by place, as read of sources
   std::vector<Column> sources_;  // the columns they are arranged from
   Crowd crowd_;
   std::vector<LeafSource> leaves_;
@@ -245,11 +269,6 @@ class Scripted {
 
 }  // namespace
 
-InteractionCounts act_by_script(const Action& action, double time, float dt, const Side (&sides)[2], Scratch& scratch,
-                                threads::Pool& pool) {
-  if (!(reach_of(action, {}) > 0)) return {};
-  const simd::FloatMode mode;
-  return Scripted(action, time, dt, sides, scratch, pool).act();
-}
+std::unique_ptr<PairAction> families::scripted(const Meeting& meeting) { return std::make_unique<Scripted>(meeting); }
 
 }  // namespace motes::interactions

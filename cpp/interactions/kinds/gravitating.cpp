@@ -1,9 +1,12 @@
-#include "interactions/pyramid.h"
-
+// gravitate. With far="cells", groups distant particles into cells (Barnes-Hut) of a pyramid of levels over a cube that
+// holds all particles. Moments of cells are integers, so their sums over all ranks have the same bits in any order.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
+#include "interactions/kinds/families.h"
+#include "interactions/kinds/sweeping.h"
 #include "particles/blocks.h"
 #include "simd/float_mode.h"
 
@@ -12,6 +15,27 @@ namespace motes::interactions {
 namespace {
 
 using particles::Store;
+
+// Bounds of finite particles: maxima of x, y, z and of -x, -y, -z; -infinity if there are none.
+using Bounds = std::vector<float>;
+
+// The cube: 2^bits leaves along each axis. Leaves are anchored at the origin; their edge is a power of two.
+struct Cube {
+  int bits = 2;
+  double leaf = 1;  // m
+  std::array<std::int32_t, 3> low{};  // index of its first leaf along each axis
+
+  // Returns a cube around `bounds`, with about twelve particles per leaf if they are spread evenly. All ranks must
+  // agree on the arguments.
+  static Cube around(const Bounds& bounds, std::uint64_t particles);
+
+  std::size_t leaves() const { return std::size_t{1} << 3 * bits; }
+};
+
+// Four integers per leaf; coordinates are in units of the cube's edge / 2^20:
+//
+//   [count, sum of x, sum of y, sum of z] [count, ...] ...
+using Moments = std::vector<std::int64_t>;
 
 constexpr double kPerLeaf = 12;
 constexpr int kMostBits = 7;
@@ -145,15 +169,8 @@ class Seeing {
   float strength_;
 };
 
-}  // namespace
-
-bool uses_cells(const actions::Action& action) {
-  return action.kind == actions::Kind::gravitate && actions::numbers_of<actions::numbers::gravitate>(action).cells != 0;
-}
-
 Bounds bounds_of(const Store& store) {
-  Bounds bounds;
-  bounds.fill(-std::numeric_limits<float>::infinity());
+  Bounds bounds(6, -std::numeric_limits<float>::infinity());
   for (int c = 0; c < 3 && store.size() > 0; ++c) {
     const float* plane = store.plane(particles::position, c);
     const auto k = static_cast<std::size_t>(c);
@@ -223,41 +240,51 @@ Moments moments_of(const Cube& cube, const Store& store) {
   return moments;
 }
 
-InteractionCounts act_by_cells(const actions::Action& action, const Cube& cube, const Moments& moments, float dt,
-                               const Side& side, Scratch& scratch, threads::Pool& pool) {
+// Sums the sources in the 27 leaves around a particle one by one, and the others as cells.
+class ByCells : public PairAction {
+ public:
+  explicit ByCells(const Meeting& meeting) : PairAction(meeting) {}
+
+  Agreement own() override {
+    Agreement own;
+    own.more = bounds_of(*side(0).store);
+    return own;
+  }
+  double range(const Agreement& agreed) const override { return 2 * cube(agreed).leaf; }
+  AcrossEnds across_ends() const override { return AcrossEnds::refused; }
+  std::size_t to_add(const Agreement& agreed) const override { return 4 * cube(agreed).leaves(); }
+  Moments own_to_add(const Agreement& agreed) const override { return moments_of(cube(agreed), *side(0).store); }
+  InteractionCounts act(const Agreement& agreed) override;
+
+ private:
+  Cube cube(const Agreement& agreed) const { return Cube::around(agreed.more, side(0).everywhere); }
+};
+
+InteractionCounts ByCells::act(const Agreement& agreed) {
   const simd::FloatMode mode;
-  Store& store = *side.store;
+  Store& store = *side(0).store;
   if (store.size() == 0) return {};
-  const auto given = actions::numbers_of<actions::numbers::gravitate, float>(action);
-  const float strength = given.magnitude * dt, epsilon = given.epsilon;
-  Scratch::Party& party = scratch.party[0];
-  Crowd crowd;
-  crowd.own = store.size();
-  crowd.own_ids = store.ids();
-  if (side.ghosts != nullptr) {
-    crowd.ghosts = side.ghosts->ids.size();
-    crowd.copied_ids = side.ghosts->ids.data();
-  }
-  for (std::size_t c = 0; c < 3; ++c) {
-    crowd.at[c] = {store.plane(particles::position, static_cast<int>(c)),
-                   crowd.ghosts == 0 ? nullptr : side.ghosts->columns[c].data(),
-                   store.uniform_value(particles::position)[c]};
-  }
-  party.cells.sort(crowd, cube.leaf, pool);
+  const Cube cube = this->cube(agreed);
+  const auto given = actions::numbers_of<actions::numbers::gravitate, float>(action());
+  const float strength = given.magnitude * meeting_.step.dt, epsilon = given.epsilon;
+  Scratch::Party& party = meeting_.scratch->party[0];
+  const Crowd crowd = crowd_of(side(0), columns_of(reads(0), side(0)));
+  party.cells.sort(crowd, cube.leaf, *meeting_.pool);
   const float* column[3];
   for (std::size_t c = 0; c < 3; ++c) {
     party.column[c].resize(padded(crowd.size()));
-    party.cells.arrange(crowd, crowd.at[c], party.column[c].data(), pool);
+    party.cells.arrange(crowd, crowd.at[c], party.column[c].data(), *meeting_.pool);
     column[c] = party.column[c].data();
   }
-  const std::vector<Level> levels = levels_of(cube, moments, strength);
+  const std::vector<Level> levels = levels_of(cube, agreed.sums, strength);
   const Seeing seeing(cube, levels, party.cells, column, strength);
   const std::vector<Row>& rows = party.cells.rows();
   const CellsView view = party.cells.view(crowd.own);
   float* const v[3] = {store.writable_plane(particles::velocity, 0), store.writable_plane(particles::velocity, 1),
                        store.writable_plane(particles::velocity, 2)};
   std::vector<std::uint64_t> seen(rows.size(), 0);
-  pool.run(rows.size() - 1, [&](std::size_t r, std::size_t) {
+  const std::vector<std::uint8_t>* const chosen = side(0).chosen;
+  meeting_.pool->run(rows.size() - 1, [&](std::size_t r, std::size_t) {
     const simd::FloatMode in_thread;
     const Row& row = rows[r];
     if (!inside(row.x - cube.low[0], cube.bits) || !inside(row.y - cube.low[1], cube.bits)) return;
@@ -276,7 +303,7 @@ InteractionCounts act_by_cells(const actions::Action& action, const Cube& cube, 
       seen[r] += sources.size() * (end - begin);
       for (std::uint32_t k = begin; k < end; ++k) {
         const std::uint32_t i = view.order[k];
-        if (i >= crowd.own || (side.chosen != nullptr && (*side.chosen)[i] == 0)) continue;
+        if (i >= crowd.own || (chosen != nullptr && (*chosen)[i] == 0)) continue;
         for (std::size_t c = 0; c < 3; ++c) v[c][i] += sums[3 * (k - begin) + c];
       }
     }
@@ -284,6 +311,13 @@ InteractionCounts act_by_cells(const actions::Action& action, const Cube& cube, 
   InteractionCounts all{0, party.cells.most_in_a_cell()};
   for (const std::uint64_t some : seen) all.pairs += some;
   return all;
+}
+
+}  // namespace
+
+std::unique_ptr<PairAction> families::gravitating(const Meeting& meeting) {
+  if (actions::numbers_of<actions::numbers::gravitate>(*meeting.sides[0].action).cells == 0) return sweeping(meeting);
+  return std::make_unique<ByCells>(meeting);
 }
 
 }  // namespace motes::interactions

@@ -3,6 +3,8 @@
 // and make the call again. Some ranks may be one call ahead of others, but never two, since a call ends on a rank only
 // after all ranks have taken part in it. Ranks that were ahead then repeat their last call as well, and discard its
 // result.
+#include "engine/recovering_engine.h"
+
 #include <algorithm>
 #include <type_traits>
 #include <utility>
@@ -10,7 +12,6 @@
 #include "base/fields.h"
 #include "comm/clock.h"
 #include "comm/last_words.h"
-#include "engine/engine.h"
 #include "engine/replay.h"
 #include "engine/session/tell_all.h"
 
@@ -97,6 +98,14 @@ std::vector<const Replica*> brought(const Generation& from, const std::vector<in
   return replicas;
 }
 
+// Returns whether this list can only run with the script.
+bool needs_script(const Script& script) {
+  return std::any_of(script.systems.begin(), script.systems.end(), [](const auto& system) {
+    return std::any_of(system->list.begin(), system->list.end(),
+                       [](const recording::Item& item) { return std::holds_alternative<recording::Callback>(item); });
+  });
+}
+
 void restore(Parts& p, const Generation& from, const std::vector<int>& holders) {
   SharedState state;
   base::Reader in(from.state.view());
@@ -129,11 +138,9 @@ void restore(Parts& p, const Generation& from, const std::vector<int>& holders) 
 // Makes a call that survives losses. `now` makes the call; `again` repeats it if it has ended on this rank but not on
 // others.
 template <class Now>
-auto Engine::surviving(const Now& now, bool frame, std::function<void()> again) {
+auto RecoveringEngine::surviving(const Now& now, bool frame, std::function<void()> again) {
   const auto inside = [&] {
-    comm::Ledger& ledger = parts_->rank.watch.ledger();
-    const bool saves = ledger.now() == comm::Activity::checkpoint;
-    const comm::ActivityScope turn(ledger, saves ? comm::Activity::checkpoint : comm::Activity::other);
+    const comm::ActivityScope turn = between_phases();
     return now();
   };
   if (!replicas_.on() || recovering_) return inside();
@@ -167,82 +174,100 @@ auto Engine::surviving(const Now& now, bool frame, std::function<void()> again) 
   }
 }
 
-void Engine::start() { start_now(); }
-
-void Engine::finish() {
-  surviving([&] { finish_now(); }, false);
+// Makes a call that survives losses, and that ranks on which it has ended can make again.
+template <class Call>
+auto RecoveringEngine::repeatable(const Call& call) {
+  return surviving(call, false, call);
 }
 
-void Engine::secure(const std::function<void()>& first) {
-  surviving([&] { secure_now(first); }, false, [this, first] { secure_now(first); });
+void RecoveringEngine::finish() {
+  const auto now = [&] {
+    replicas_.take_rest(parts_->rank);
+    Engine::finish();
+  };
+  surviving(now, false);
 }
 
-std::vector<std::string> Engine::tell(const std::function<std::string()>& say) {
-  return surviving([&] { return tell_now(say); }, false, [this, say] { tell_now(say); });
+void RecoveringEngine::secure(const std::function<void()>& first) {
+  repeatable([=, this] { Engine::secure(first); });
 }
 
-void Engine::run_frame(const std::optional<image::View>& view, const std::string& argument) {
-  surviving([&] { run_frame_now(view, argument); }, true);
+std::vector<std::string> RecoveringEngine::tell(const std::function<std::string()>& say) {
+  return repeatable([=, this] { return Engine::tell(say); });
 }
 
-void Engine::redraw(const image::View& view, const std::string& argument) {
-  surviving([&] { redraw_now(view, argument); }, false, [this, view, argument] { redraw_now(view, argument); });
+void RecoveringEngine::run_frame(const std::optional<image::View>& view, const std::string& argument) {
+  const auto now = [&] {
+    const std::uint64_t number = this->frame();
+    const bool needs = wrote_ || needs_script(parts_->script);
+    Engine::run_frame(view, argument);
+    wrote_ = false;
+    if (!replicas_.on()) return;
+    replicas_.note_list(number, parts_->script.bytes, needs);
+    replicas_.at_border(*parts_, parts_->rank.session.all_unsaved_from);
+  };
+  surviving(now, true);
+}
+
+void RecoveringEngine::redraw(const image::View& view, const std::string& argument) {
+  repeatable([=, this] { Engine::redraw(view, argument); });
+}
+
+void RecoveringEngine::hear_orders(const std::string& argument) {
+  repeatable([=, this] { Engine::hear_orders(argument); });
+}
+
+std::vector<particles::Digest> RecoveringEngine::digest() {
+  return repeatable([this] { return Engine::digest(); });
+}
+
+std::unique_ptr<particles::Store> RecoveringEngine::gather(int system, bool to_all) {
+  return repeatable([=, this] { return Engine::gather(system, to_all); });
+}
+
+program::Totals RecoveringEngine::sum(int system, Verb verb, const program::Sum& what) {
+  return repeatable([=, this] { return Engine::sum(system, verb, what); });
+}
+
+Notes RecoveringEngine::prepare_write(const std::string& what, bool reads, const std::function<Note()>& prepare) {
+  return surviving([&] { return Engine::prepare_write(what, reads, prepare); }, false);
+}
+
+void RecoveringEngine::keep_preview(int system) {
+  wrote_ = true;
+  Engine::keep_preview(system);
 }
 
 // During recovery viewers are not asked for orders; new orders apply to the next frame after it.
-void Engine::on_orders(std::function<std::string()> orders) {
-  parts_->rank.settings.orders = [this, asked = std::move(orders)] {
-    return recovering_ || announced_ ? std::string() : asked();
-  };
+void RecoveringEngine::on_orders(std::function<std::string()> orders) {
+  Engine::on_orders([this, asked = std::move(orders)] { return recovering_ || announced_ ? std::string() : asked(); });
 }
 
-void Engine::hear_orders(const std::string& argument) {
-  surviving([&] { hear_orders_now(argument); }, false, [this, argument] { hear_orders_now(argument); });
-}
-
-std::vector<particles::Digest> Engine::digest() {
-  return surviving([&] { return digest_now(); }, false, [this] { digest_now(); });
-}
-
-std::unique_ptr<particles::Store> Engine::gather(int system, bool to_all) {
-  return surviving([&] { return gather_now(system, to_all); }, false,
-                   [this, system, to_all] { gather_now(system, to_all); });
-}
-
-program::Totals Engine::sum(int system, Verb verb, const program::Sum& what) {
-  return surviving([&] { return sum_now(system, verb, what); }, false,
-                   [this, system, verb, what] { sum_now(system, verb, what); });
-}
-
-Notes Engine::prepare_write(const std::string& what, bool reads, const std::function<Note()>& prepare) {
-  return surviving([&] { return prepare_write_now(what, reads, prepare); }, false);
-}
-
-void Engine::survive_losses(std::uint64_t every, Bystander bystander) {
+void RecoveringEngine::survive_losses(std::uint64_t every, Bystander bystander) {
   bystander_ = std::move(bystander);
   if (!parts_->rank.session.comm().survives() || kept_.only) return;
   replicas_.begin(*parts_, every);
 }
 
-void Engine::copy_restored() {
+void RecoveringEngine::copy_restored() {
   if (replicas_.on()) replicas_.make(*parts_, true, true);  // no earlier replicas are valid
 }
 
-std::vector<Outside> Engine::told() const {
+std::vector<Outside> RecoveringEngine::told() const {
   std::vector<Outside> told;
   for (const auto& system : parts_->script.systems) told.push_back(system->told);
   return told;
 }
 
 // Adds the script's systems up to number told.size() that are missing, and tells all of them what the script told.
-void Engine::tell_systems(const std::vector<Outside>& told) {
+void RecoveringEngine::tell_systems(const std::vector<Outside>& told) {
   for (std::size_t i = 0; i < told.size(); ++i) {
     if (i == parts_->script.systems.size()) add_system(interrupted_->systems.at(i)->definition);
     parts_->script.systems[i]->told = told[i];
   }
 }
 
-std::vector<std::size_t> Engine::lengths() const {
+std::vector<std::size_t> RecoveringEngine::lengths() const {
   std::vector<std::size_t> lengths;
   for (const auto& system : parts_->script.systems) lengths.push_back(system->list.size());
   return lengths;
@@ -250,12 +275,19 @@ std::vector<std::size_t> Engine::lengths() const {
 
 // --- recovery
 
-void Engine::recover() {
+void RecoveringEngine::recover() {
   const struct Recovering {
-    explicit Recovering(bool& on) : on_(on) { on_ = true; }
-    ~Recovering() { on_ = false; }
-    bool& on_;
-  } recovering(recovering_);
+    explicit Recovering(RecoveringEngine& of) : on(of.recovering_), keeps(of.kept_.on), kept(of.kept_.on) {
+      on = true;
+      keeps = false;  // the lists of replayed frames are kept already
+    }
+    ~Recovering() {
+      on = false;
+      keeps = kept;
+    }
+    bool &on, &keeps;
+    bool kept;
+  } recovering(*this);
   // Open MPI 5.0 itself may crash if another rank dies while the others create their communicator. The launcher
   // recognises the error message (supervisor.py).
   const comm::WhileLost lost;
@@ -269,7 +301,7 @@ void Engine::recover() {
 }
 
 // Creates new parts for the remaining ranks in their new roles, still without systems.
-void Engine::regroup() {
+void RecoveringEngine::regroup() {
   Rank& then = parts_->rank;
   std::vector<int> survivors;
   std::unique_ptr<comm::Communicator> among = then.session.comm().shrink(survivors);
@@ -302,13 +334,13 @@ void Engine::regroup() {
 }
 
 // Restores the lists of a frame that had ended on this rank except for its replicas.
-void Engine::bring_lists_back() {
+void RecoveringEngine::bring_lists_back() {
   base::Reader in(replicas_.lists().back().record.view());
   recording::Record record = recording::read(in);
   for (std::size_t i = 0; i < record.lists.size(); ++i) interrupted_->systems[i]->list = std::move(record.lists[i]);
 }
 
-Standing Engine::standing() const {
+Standing RecoveringEngine::standing() const {
   Standing own;
   own.call = last_.count;
   own.frame = frame_before_;
@@ -331,15 +363,15 @@ Standing Engine::standing() const {
 }
 
 // Starts a new world with the same systems on the remaining ranks, and continues the log.
-void Engine::start_again(const Generation& from) {
+void RecoveringEngine::start_again(const Generation& from) {
   Rank& rank = parts_->rank;
   rank.session.frame = from.of.frame;
   rank.settings.log.continued_from = from.of.frame;
   for (std::size_t i = 0; i < from.systems; ++i) add_system(interrupted_->systems.at(i)->definition);
-  start_now();
+  start();
 }
 
-void Engine::go_back(const WayBack& way) {
+void RecoveringEngine::go_back(const WayBack& way) {
   replicas_.forget_behind(way.from);
   const Generation& from = *replicas_.find(way.from);
   comm::Ledger& ledger = parts_->rank.watch.ledger();
@@ -355,7 +387,7 @@ void Engine::go_back(const WayBack& way) {
 }
 
 // Replays the kept lists, up to the script's current place on this rank.
-void Engine::run_again(const WayBack& way, bool ahead) {
+void RecoveringEngine::run_again(const WayBack& way, bool ahead) {
   const std::uint64_t end = ahead && last_.frame ? way.frame + 1 : way.frame;
   for (std::uint64_t number = way.from.frame; number < end; ++number) {
     const std::deque<KeptList>& lists = replicas_.lists();
@@ -381,7 +413,7 @@ void Engine::run_again(const WayBack& way, bool ahead) {
 }
 
 // Replays a frame, with its picture if the other ranks draw it too or if it is needed again.
-void Engine::replay_frame(const KeptList& list, const WayBack& way) {
+void RecoveringEngine::replay_frame(const KeptList& list, const WayBack& way) {
   base::Reader in(list.record.view());
   const recording::Record record = recording::read(in);
   record_again(*this, record);
@@ -391,13 +423,14 @@ void Engine::replay_frame(const KeptList& list, const WayBack& way) {
     parts_->script.camera_frame = record.frame;
     parts_->script.camera_before = record.view->before;
   }
-  run_frame_now(wanted ? record.view : std::nullopt, record.argument);
+  Engine::run_frame(wanted ? record.view : std::nullopt, record.argument);
+  replicas_.at_border(*parts_, parts_->rank.session.all_unsaved_from);
   if (!record.view || !wanted || !parts_->rank.session.draws() || !bystander_.redrawn) return;
   parts_->rank.session.work("movie", [&] { bystander_.redrawn(list.frame, *record.view); });
 }
 
 // Records items from[i] .. to[i] - 1 of each system's interrupted list again.
-void Engine::record_items(const std::vector<std::size_t>& from, const std::vector<std::size_t>& to) {
+void RecoveringEngine::record_items(const std::vector<std::size_t>& from, const std::vector<std::size_t>& to) {
   for (std::size_t i = 0; i < to.size() && i < interrupted_->systems.size(); ++i) {
     const std::vector<recording::Item>& list = interrupted_->systems[i]->list;
     for (std::size_t item = i < from.size() ? from[i] : 0; item < to[i]; ++item) {

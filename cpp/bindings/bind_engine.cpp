@@ -399,7 +399,7 @@ void bind_engine(py::module_& m) {
       .def("record_birth", [](Engine& e, int system, recording::Birth birth) { e.record(system, std::move(birth)); })
       .def("set_sprite", &Engine::set_sprite, py::arg("system"), py::arg("sprite"))
       .def("set_clumps",
-           [](Engine& e, int system, actions::TableKey spheres) { e.system(system).told.clumps = spheres; })
+           [](Engine& e, int system, actions::TableKey spheres) { e.system(system).outside.clumps = spheres; })
       .def("start", &Engine::start, Release())
       .def("finish", &Engine::finish, Release())
       .def("secure", &secure, py::arg("first") = py::none())

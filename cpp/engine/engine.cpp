@@ -36,7 +36,7 @@ int Engine::add_system(recording::SystemDefinition definition) {
   const auto index = static_cast<std::uint32_t>(parts_->script.systems.size());
   const int calculators = static_cast<int>(parts_->rank.session.calculators());
   auto system = std::make_unique<System>(std::move(definition), parts_->rank.settings.seed, index, calculators);
-  recording::check(system->told.sprite, system->schema);
+  recording::check(system->outside.sprite, system->schema);
   if (const std::int32_t leader = system->definition.domains_of; leader >= 0) {
     const System& followed = *parts_->script.systems.at(static_cast<std::size_t>(leader));
     system->domains = followed.domains;
@@ -56,7 +56,7 @@ int Engine::add_system(recording::SystemDefinition definition) {
 
 void Engine::set_sprite(int index, const image::Sprite& sprite) {
   recording::check(sprite, system(index).schema);
-  system(index).told.sprite = sprite;
+  system(index).outside.sprite = sprite;
 }
 
 void Engine::record(int index, recording::Item item) {
@@ -100,13 +100,13 @@ void Engine::record(int index, recording::Item item) {
 void Engine::record_interaction(int first, int second, actions::Action action, const actions::Action* counterpart) {
   if (first == second) throw base::InvalidArgument("other", "be another system");
   action.partner = {second};
-  actions::Action its = counterpart != nullptr ? *counterpart : action;
+  actions::Action mirrored = counterpart != nullptr ? *counterpart : action;
   record(first, std::move(action));
-  its.partner = {first, true};
-  its.where.clear();
-  its.shapes.clear();
-  if (auto* grains = std::get_if<actions::Grains>(&its.specifics)) grains->walls.clear();
-  record(second, std::move(its));
+  mirrored.partner = {first, true};
+  mirrored.where.clear();
+  mirrored.shapes.clear();
+  if (auto* grains = std::get_if<actions::Grains>(&mirrored.specifics)) grains->walls.clear();
+  record(second, std::move(mirrored));
 }
 
 std::optional<std::array<double, 6>> Engine::wall_force(const shapes::Shape& wall) {
@@ -196,7 +196,7 @@ void Engine::catch_up() {
   }
   kept_.on = true;
   for (std::size_t i = 0; i < as_they_are.size(); ++i) {
-    parts_->script.systems[i]->told = as_they_are[i]->told;
+    parts_->script.systems[i]->outside = as_they_are[i]->outside;
     for (recording::Item& item : as_they_are[i]->list) record(static_cast<int>(i), std::move(item));
   }
 }

@@ -164,8 +164,8 @@ struct RankText {
 };
 
 template <class Visitor>
-constexpr void fields(Visitor& visit, RankText& said) {
-  visit(said.text);
+constexpr void fields(Visitor& visit, RankText& text) {
+  visit(text.text);
 }
 
 // Returns the settings that rounds and conversations depend on. Ranks compare them at the start, because ranks that
@@ -279,8 +279,8 @@ std::vector<std::string> Engine::tell(const std::function<std::string()>& say) {
   parts_->rank.session.work("checkpoint", [&] { own.text = say(); });
   ask_all(*parts_, Verb::start, "what each rank says");  // fails on all ranks if `say` failed on one
   std::vector<std::string> texts;
-  for (RankText& said : tell_all(parts_->rank, parts_->rank.session.stamp(), own))
-    texts.push_back(std::move(said.text));
+  for (RankText& each : tell_all(parts_->rank, parts_->rank.session.stamp(), own))
+    texts.push_back(std::move(each.text));
   return texts;
 }
 
@@ -308,9 +308,9 @@ std::vector<particles::Digest> Engine::digest() {
     look_at(i, [&](const ParticlesView& seen) { note_digest(parts_->rank, seen, population(i)); });
   }
   ask_all(*parts_, Verb::digest, "");
-  std::vector<particles::Digest> found;
-  for (const auto& system : parts_->script.systems) found.push_back(system->digest);
-  return found;
+  std::vector<particles::Digest> digests;
+  for (const auto& system : parts_->script.systems) digests.push_back(system->digest);
+  return digests;
 }
 
 std::unique_ptr<particles::Store> Engine::gather(int index, bool to_all) {

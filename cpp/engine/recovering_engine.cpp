@@ -36,10 +36,10 @@ constexpr void fields(Visitor& visit, Samples& samples) {
 Samples exchange_samples(Rank& rank, const Samples& own) {
   Samples all;
   all.systems.resize(own.systems.size());
-  for (const Samples& its : tell_all(rank, rank.session.stamp(), own)) {
+  for (const Samples& samples : tell_all(rank, rank.session.stamp(), own)) {
     for (std::size_t system = 0; system < all.systems.size(); ++system) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        const std::vector<float>& from = its.systems.at(system)[axis];
+        const std::vector<float>& from = samples.systems.at(system)[axis];
         all.systems[system][axis].insert(all.systems[system][axis].end(), from.begin(), from.end());
       }
     }
@@ -145,11 +145,11 @@ auto RecoveringEngine::surviving(const Now& now, bool frame, std::function<void(
   };
   if (!replicas_.on() || recovering_) return inside();
   before_ = lengths();
-  told_before_ = told();
+  outside_before_ = outside();
   frame_before_ = this->frame();
-  const auto kept = static_cast<std::ptrdiff_t>(kept_.lists.size());
+  const auto lists = static_cast<std::ptrdiff_t>(kept_.lists.size());
   const auto ended = [&] {
-    last_ = {last_.count + 1, frame, std::move(again), before_, lengths(), told_before_};
+    last_ = {last_.count + 1, frame, std::move(again), before_, lengths(), outside_before_};
     if (announced_) {
       parts_->rank.session.stop = announced_->stop;
       parts_->rank.session.orders = announced_->orders;
@@ -169,7 +169,7 @@ auto RecoveringEngine::surviving(const Now& now, bool frame, std::function<void(
       }
     } catch (const comm::RankLost&) {
       lost = true;
-      kept_.lists.erase(kept_.lists.begin() + kept, kept_.lists.end());
+      kept_.lists.erase(kept_.lists.begin() + lists, kept_.lists.end());
     }
   }
 }
@@ -240,7 +240,7 @@ void RecoveringEngine::keep_preview(int system) {
 
 // During recovery viewers are not asked for orders; new orders apply to the next frame after it.
 void RecoveringEngine::on_orders(std::function<std::string()> orders) {
-  Engine::on_orders([this, asked = std::move(orders)] { return recovering_ || announced_ ? std::string() : asked(); });
+  Engine::on_orders([this, ask = std::move(orders)] { return recovering_ || announced_ ? std::string() : ask(); });
 }
 
 void RecoveringEngine::survive_losses(std::uint64_t every, Bystander bystander) {
@@ -253,17 +253,17 @@ void RecoveringEngine::copy_restored() {
   if (replicas_.on()) replicas_.make(*parts_, true, true);  // no earlier replicas are valid
 }
 
-std::vector<Outside> RecoveringEngine::told() const {
-  std::vector<Outside> told;
-  for (const auto& system : parts_->script.systems) told.push_back(system->told);
-  return told;
+std::vector<Outside> RecoveringEngine::outside() const {
+  std::vector<Outside> all;
+  for (const auto& system : parts_->script.systems) all.push_back(system->outside);
+  return all;
 }
 
-// Adds the script's systems up to number told.size() that are missing, and tells all of them what the script told.
-void RecoveringEngine::tell_systems(const std::vector<Outside>& told) {
-  for (std::size_t i = 0; i < told.size(); ++i) {
+// Adds the script's systems up to number outside.size() that are missing, and tells all of them what the script told.
+void RecoveringEngine::tell_systems(const std::vector<Outside>& outside) {
+  for (std::size_t i = 0; i < outside.size(); ++i) {
     if (i == parts_->script.systems.size()) add_system(interrupted_->systems.at(i)->definition);
-    parts_->script.systems[i]->told = told[i];
+    parts_->script.systems[i]->outside = outside[i];
   }
 }
 
@@ -277,16 +277,16 @@ std::vector<std::size_t> RecoveringEngine::lengths() const {
 
 void RecoveringEngine::recover() {
   const struct Recovering {
-    explicit Recovering(RecoveringEngine& of) : on(of.recovering_), keeps(of.kept_.on), kept(of.kept_.on) {
+    explicit Recovering(RecoveringEngine& of) : on(of.recovering_), keeps(of.kept_.on), before(of.kept_.on) {
       on = true;
       keeps = false;  // the lists of replayed frames are kept already
     }
     ~Recovering() {
       on = false;
-      keeps = kept;
+      keeps = before;
     }
     bool &on, &keeps;
-    bool kept;
+    bool before;
   } recovering(*this);
   // Open MPI 5.0 itself may crash if another rank dies while the others create their communicator. The launcher
   // recognises the error message (supervisor.py).
@@ -396,12 +396,12 @@ void RecoveringEngine::run_again(const WayBack& way, bool ahead) {
   if (!ahead || !last_.frame) replicas_.forget_lists_from(way.frame);
   std::vector<std::size_t> done;
   if (ahead && !last_.frame) {  // as things were then: the other ranks have not come further
-    tell_systems(last_.told);
+    tell_systems(last_.outside);
     record_items({}, last_.before);
     last_.again();
     done = last_.after;
   }
-  tell_systems(told_before_);
+  tell_systems(outside_before_);
   record_items(done, before_);
   announced_.reset();
   if (ahead) {

@@ -53,7 +53,7 @@ class RecoveringEngine : public Engine {
     bool frame = false;  // the call is a frame, whose list is kept
     std::function<void()> again;  // repeats a call that is not a frame; empty if it cannot be repeated
     std::vector<std::size_t> before, after;  // lengths of the lists before and after the call
-    std::vector<Outside> told;  // to each system, before the call
+    std::vector<Outside> outside;  // what the script had told each system before the call
   };
 
   // State of the call that a loss interrupted.
@@ -70,8 +70,8 @@ class RecoveringEngine : public Engine {
   template <class Call>
   auto repeatable(const Call& call);
   std::vector<std::size_t> lengths() const;
-  std::vector<Outside> told() const;
-  void tell_systems(const std::vector<Outside>& told);
+  std::vector<Outside> outside() const;
+  void tell_systems(const std::vector<Outside>& outside);
   void recover();
   void regroup();
   void bring_lists_back();
@@ -86,7 +86,7 @@ class RecoveringEngine : public Engine {
   Bystander bystander_;
   Ended last_;
   std::vector<std::size_t> before_;  // lengths of the lists when the current call began
-  std::vector<Outside> told_before_;  // what the script had told each system then
+  std::vector<Outside> outside_before_;  // what the script had told each system then
   std::uint64_t frame_before_ = 0;  // frame when the current call began
   bool wrote_ = false;  // the script wrote to particles in the current frame
   bool recovering_ = false;

@@ -11,8 +11,8 @@ void define(Engine& engine, const recording::Record& list) {
     if (system.definition != list.systems[i]) {
       throw std::runtime_error("system '" + list.systems[i].name + "' differs from that of earlier frames");
     }
-    system.told.sprite = list.sprites[i];
-    system.told.clumps = list.clumps[i];
+    system.outside.sprite = list.sprites[i];
+    system.outside.clumps = list.clumps[i];
   }
 }
 

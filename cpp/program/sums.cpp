@@ -236,10 +236,10 @@ bool uses_copies(const Sum& sum, const particles::Schema& schema) {
 std::string fingerprint(const Sum& sum) {
   base::Bytes bytes;
   base::write_fields(sum, bytes);
-  const base::Hash found = base::hash(bytes.view());
+  const base::Hash hash = base::hash(bytes.view());
   std::array<char, 33> digits{};
-  std::snprintf(digits.data(), digits.size(), "%016llx%016llx", static_cast<unsigned long long>(found.low),
-                static_cast<unsigned long long>(found.high));
+  std::snprintf(digits.data(), digits.size(), "%016llx%016llx", static_cast<unsigned long long>(hash.low),
+                static_cast<unsigned long long>(hash.high));
   return digits.data();
 }
 

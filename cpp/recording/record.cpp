@@ -154,8 +154,8 @@ std::string first_difference(const Record& ours, const Record& theirs) {
     }
   }
   for (std::size_t i = 0; i < ours.lists.size() && i < theirs.lists.size(); ++i) {
-    const std::string found = list_difference(ours.systems[i].name, ours.lists[i], theirs.lists[i]);
-    if (!found.empty()) return found;
+    const std::string difference = list_difference(ours.systems[i].name, ours.lists[i], theirs.lists[i]);
+    if (!difference.empty()) return difference;
   }
   if (ours.sprites != theirs.sprites) return "a different sprite";
   if (ours.clumps != theirs.clumps) return "a different template of clumps";

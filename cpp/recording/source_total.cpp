@@ -96,9 +96,9 @@ std::vector<SourceTotal*> totals_of(std::span<const Item> list, std::vector<Sour
     if (at == totals.end() || before(fresh, *at)) totals.insert(at, fresh);
     wanted.emplace_back(i, fresh);
   }
-  std::vector<SourceTotal*> found(list.size(), nullptr);
-  for (const auto& [item, key] : wanted) found[item] = &*std::lower_bound(totals.begin(), totals.end(), key, before);
-  return found;
+  std::vector<SourceTotal*> by_item(list.size(), nullptr);
+  for (const auto& [item, key] : wanted) by_item[item] = &*std::lower_bound(totals.begin(), totals.end(), key, before);
+  return by_item;
 }
 
 }  // namespace motes::recording

@@ -37,16 +37,16 @@ Store make(const Spawn& rule, const std::vector<Child>& children, const particle
     ids.push_back(child.id);
     positions.insert(positions.end(), child.event->position, child.event->position + 3);
   }
-  Store made = make(emit, schema, key, ids, 0, keeps_copies);
+  Store newborn = make(emit, schema, key, ids, 0, keeps_copies);
   const auto part = static_cast<float>(rule.inherit_velocity);
-  for (int c = 0; part != 0 && c < 3 && made.size() > 0; ++c) {
-    float* v = made.writable_plane(particles::velocity, c);
-    for (std::size_t i = 0; i < made.size(); ++i) v[i] += part * children[i].event->velocity[c];
+  for (int c = 0; part != 0 && c < 3 && newborn.size() > 0; ++c) {
+    float* v = newborn.writable_plane(particles::velocity, c);
+    for (std::size_t i = 0; i < newborn.size(); ++i) v[i] += part * children[i].event->velocity[c];
   }
   const bool given = std::any_of(rule.state.begin(), rule.state.end(),
                                  [](const Given& g) { return g.attribute == particles::velocity_b; });
-  if (keeps_copies && part != 0 && !given) made.copy_attribute(particles::velocity, particles::velocity_b);
-  return made;
+  if (keeps_copies && part != 0 && !given) newborn.copy_attribute(particles::velocity, particles::velocity_b);
+  return newborn;
 }
 
 }  // namespace motes::recording

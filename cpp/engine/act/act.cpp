@@ -41,7 +41,7 @@ std::uint64_t lowest_id(const Store& store) {
 
 // Completes a run of the list: keeps traces, finds migrants and events, and charges the cost.
 void end_list(const Rank& rank, const System& system, Population& here) {
-  if (const auto* ribbon = system.told.sprite.as<image::RibbonSprite>()) {
+  if (const auto* ribbon = system.outside.sprite.as<image::RibbonSprite>()) {
     const auto times = particles::TraceTimes::over(ribbon->length, rank.settings.dt, rank.session.frame);
     particles::keep_trace(here.store, times, *rank.pool);
   }
@@ -185,7 +185,7 @@ void run_lists(Rank& rank, const Script& script, Calculator& calculator, Round& 
 
 void act(Rank& rank, Script& script, Calculator& calculator, Round& round, Newborn& newborn) {
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::act, "act", script.name_of(round));
-  if (!newborn.heard.failed && rank.session.calculates()) run_lists(rank, script, calculator, round, newborn);
+  if (!newborn.from_manager.failed && rank.session.calculates()) run_lists(rank, script, calculator, round, newborn);
   for (std::size_t i = round.first; script.in_frame() && i < round.last; ++i) script.systems[i]->mark_run();
 }
 

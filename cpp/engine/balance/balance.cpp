@@ -139,20 +139,20 @@ void move_cuts(const Rank& rank, const Script& script, Manager& manager, const s
   }
 }
 
-void take_proposals(Rank& rank, const Script& script, Manager& manager, const Asked& asked) {
+void take_proposals(Rank& rank, const Script& script, Manager& manager, const PendingAnswers& pending) {
   bool whole = true;
-  const AllSaid said = rank.session.relay().listen(Phase::proposals, asked.stamp);
-  for (std::size_t from = 0; from < said.ranks.size(); ++from) {
-    whole = whole && !said.ranks[from].failed;
+  const Answers answers = rank.session.relay().listen(Phase::proposals, pending.stamp);
+  for (std::size_t from = 0; from < answers.ranks.size(); ++from) {
+    whole = whole && !answers.ranks[from].failed;
     rank.session.work("balance", [&] {
-      for (base::Reader in(said.ranks[from].bytes); !in.done();) {
+      for (base::Reader in(answers.ranks[from].bytes); !in.done();) {
         const int calculator = rank.session.cast().calculator_of(static_cast<int>(from));
         take_proposal(rank, script, manager, calculator, read_proposal(in));
       }
     });
   }
   // A failed calculator reports its failure in the next frame; until then cuts stay.
-  if (whole) rank.session.work("balance", [&] { move_cuts(rank, script, manager, asked.systems); });
+  if (whole) rank.session.work("balance", [&] { move_cuts(rank, script, manager, pending.systems); });
 }
 
 // Lets the policy plan from the round's loads, and turns the plans into requests to calculators.
@@ -225,7 +225,7 @@ void propose_all(Rank& rank, const Script& script, Calculator& calculator, const
   if (rank.session.failed()) proposals.clear();
 }
 
-Heard hear_plan(Rank& rank, const Script& script, const Round& round) {
+ManagerMessage hear_plan(Rank& rank, const Script& script, const Round& round) {
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::balance, "wait for plan", script.name_of(round));
   return rank.session.relay().hear(Phase::plan, rank.session.stamp(round));
 }
@@ -233,9 +233,9 @@ Heard hear_plan(Rank& rank, const Script& script, const Round& round) {
 // Receives the plan of a round and answers it. The manager reads the answers later, so no rank waits for them.
 void answer(Rank& rank, const Script& script, Calculator& calculator, Manager& manager, const Round& round) {
   Session& session = rank.session;
-  const Heard heard = hear_plan(rank, script, round);
+  const ManagerMessage message = hear_plan(rank, script, round);
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::balance, "balance", script.name_of(round));
-  base::Reader common(heard.common);
+  base::Reader common(message.common);
   const Planned planned = read_planned(common);
   if (planned.failure.failed()) {
     Verdict verdict;
@@ -246,12 +246,12 @@ void answer(Rank& rank, const Script& script, Calculator& calculator, Manager& m
   if (!planned.asks) return;
   base::Bytes proposals;
   if (session.calculates()) {
-    base::Reader own(heard.own);
+    base::Reader own(message.own);
     propose_all(rank, script, calculator, round, read_inquiry(own), proposals);
   }
   session.relay().say(Phase::proposals, session.stamp(round), proposals.view(), session.failed());
   session.relay().hand_up(Phase::proposals, session.stamp(round));
-  if (session.manages()) manager.asked.push_back({session.stamp(round), systems_to_balance(rank, script, round)});
+  if (session.manages()) manager.pending.push_back({session.stamp(round), systems_to_balance(rank, script, round)});
 }
 
 void write_rows(Rank& rank, Manager& manager) {
@@ -286,14 +286,14 @@ bool balances(const Rank& rank, const Script& script) {
 }
 
 std::vector<std::size_t> systems_to_balance(const Rank& rank, const Script& script, const Round& round) {
-  std::vector<std::size_t> found;
+  std::vector<std::size_t> systems;
   const bool all = rank.settings.policy->over_all || rank.settings.policy->unmanaged();
-  if (all && round.last < script.systems.size()) return found;
+  if (all && round.last < script.systems.size()) return systems;
   for (std::size_t i = all ? 0 : round.first; i < round.last; ++i) {
     const System& system = *script.systems[i];
-    if (!system.waits_for_fit && system.definition.domains_of < 0) found.push_back(i);
+    if (!system.waits_for_fit && system.definition.domains_of < 0) systems.push_back(i);
   }
-  return found;
+  return systems;
 }
 
 bool plans(const Rank& rank, const Script& script, const Round& round) {
@@ -368,13 +368,14 @@ void balance(Rank& rank, const Script& script, Calculator& calculator, Manager& 
 }
 
 void take_all_proposals(Rank& rank, const Script& script, Manager& manager) {
-  if (manager.asked.empty() && manager.rows.empty()) return;
+  if (manager.pending.empty() && manager.rows.empty()) return;
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::balance, "new cuts");
   for (Balancing& system : manager.systems) {
     system.histograms.clear();
     system.cells.clear();
   }
-  for (const Asked& asked : std::exchange(manager.asked, {})) take_proposals(rank, script, manager, asked);
+  for (const PendingAnswers& pending : std::exchange(manager.pending, {}))
+    take_proposals(rank, script, manager, pending);
   write_rows(rank, manager);
 }
 

@@ -86,7 +86,7 @@ Proposal propose(const Rank& rank, const Script& script, const Calculator& calcu
 }
 
 std::vector<Density> densities(const Script& script, const Calculator& calculator) {
-  std::vector<Density> found;
+  std::vector<Density> densities;
   std::vector<float> room;
   for (std::size_t i = 0; i < script.systems.size(); ++i) {
     const Population& here = *calculator.populations[i];
@@ -100,9 +100,9 @@ std::vector<Density> densities(const Script& script, const Calculator& calculato
       if (q.empty()) density.particles = 0;
       to = std::copy(q.begin(), q.end(), to);
     }
-    found.push_back(density);
+    densities.push_back(density);
   }
-  return found;
+  return densities;
 }
 
 }  // namespace motes::engine

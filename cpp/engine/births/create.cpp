@@ -150,10 +150,10 @@ Newborn receive_births(Rank& rank, Script& script, Calculator& calculator, std::
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::create, "wait for births",
                                script.name_of(script.rounds[index]));
   Newborn newborn;
-  newborn.heard = rank.session.relay().hear(Phase::begin, rank.session.stamp(script.rounds[index]));
-  newborn.count = newborn.heard.count;
-  newborn.dealt = base::Reader(newborn.heard.own);
-  base::Reader in(newborn.heard.common);
+  newborn.from_manager = rank.session.relay().hear(Phase::begin, rank.session.stamp(script.rounds[index]));
+  newborn.count = newborn.from_manager.count;
+  newborn.dealt = base::Reader(newborn.from_manager.own);
+  base::Reader in(newborn.from_manager.common);
   const auto hash = in.get<base::Hash>();
   const auto rounds = in.get<std::uint32_t>();
   script.overlaps = in.get<bool>();
@@ -168,7 +168,7 @@ Newborn receive_births(Rank& rank, Script& script, Calculator& calculator, std::
     follow(script, rounds);
   }
   const Round& round = script.rounds[index];
-  if (!newborn.heard.failed) {
+  if (!newborn.from_manager.failed) {
     rank.session.work("create", [&] {
       newborn.plan = take_plan(in);
       for (std::size_t i = round.first; i < round.last; ++i) {

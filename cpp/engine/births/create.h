@@ -17,7 +17,7 @@ namespace motes::engine {
 
 /// A calculator's part of a round's births.
 struct Newborn {
-  Heard heard;  // the manager's message
+  ManagerMessage from_manager;  // the manager's message
   std::optional<RenderPlan> plan;  // plan of the frame's picture, only in the first round
   base::Reader dealt{{}};  // births that the manager created
   bool interact = false;  // the round has pair interactions

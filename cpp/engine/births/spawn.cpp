@@ -18,12 +18,12 @@ using recording::Spawn;
 // Returns the particles that are new in this frame: the last frame's children and this frame's births, which have the
 // highest ids. This takes a pass over all ids, so the result is empty if no rule needs them.
 std::vector<std::uint32_t> newborn_of(const System& system, const particles::Store& store) {
-  std::vector<std::uint32_t> found;
-  if (!asks_for(system, Spawn::On::birth)) return found;
+  std::vector<std::uint32_t> newborn;
+  if (!asks_for(system, Spawn::On::birth)) return newborn;
   for (std::size_t i = 0; i < store.size(); ++i) {
-    if (store.ids()[i] >= system.counts.newborn_from) found.push_back(static_cast<std::uint32_t>(i));
+    if (store.ids()[i] >= system.counts.newborn_from) newborn.push_back(static_cast<std::uint32_t>(i));
   }
-  return found;
+  return newborn;
 }
 
 // Notes the ids of particles that bounced, since interactions change indices.
@@ -33,22 +33,22 @@ void note_bounced(Population& here) {
 }
 
 std::vector<std::uint32_t> bounced_of(const Population& here) {
-  std::vector<std::uint32_t> found;
+  std::vector<std::uint32_t> bounced;
   for (std::size_t i = 0; !here.bounced.empty() && i < here.store.size(); ++i) {
-    if (here.bounced.contains(here.store.ids()[i])) found.push_back(static_cast<std::uint32_t>(i));
+    if (here.bounced.contains(here.store.ids()[i])) bounced.push_back(static_cast<std::uint32_t>(i));
   }
-  return found;
+  return bounced;
 }
 
 // Returns the live particles; empty if no rule needs them.
 std::vector<std::uint32_t> living_of(const System& system, const Population& here) {
-  std::vector<std::uint32_t> found;
-  if (!asks_for(system, Spawn::On::frame)) return found;
+  std::vector<std::uint32_t> living;
+  if (!asks_for(system, Spawn::On::frame)) return living;
   std::vector<std::uint32_t> all(here.store.size());
   std::iota(all.begin(), all.end(), 0u);
   std::set_difference(all.begin(), all.end(), here.outcome.dead.begin(), here.outcome.dead.end(),
-                      std::back_inserter(found));
-  return found;
+                      std::back_inserter(living));
+  return living;
 }
 
 // Adds the events of each rule for the particles it applies to, sorted by id.
@@ -113,11 +113,11 @@ void make_children(const Script& script, Calculator& calculator, int self, const
       if (ours) wanted.push_back({id, &parents[p].event});
     }
   }
-  const particles::Store made = recording::make(rule, wanted, system.schema, system.key, system.keeps_copies);
+  const particles::Store newborn = recording::make(rule, wanted, system.schema, system.key, system.keeps_copies);
   Population& here = *calculator.populations[into];
-  here.store.append(made);
-  here.tally.created += made.size();
-  if (!calculator.tail.children.empty()) calculator.tail.children[into] += particles::digest(made);
+  here.store.append(newborn);
+  here.tally.created += newborn.size();
+  if (!calculator.tail.children.empty()) calculator.tail.children[into] += particles::digest(newborn);
 }
 
 }  // namespace
@@ -138,9 +138,9 @@ void clear_dead(const Rank& rank, const System& system, Population& here) {
   tidy(outcome);
   note_bounced(here);
   if (outcome.dead.empty()) return;
-  const auto dead_ones = [&](const std::vector<std::uint32_t>& found) {
+  const auto dead_ones = [&](const std::vector<std::uint32_t>& particles) {
     std::vector<std::uint32_t> dead;
-    std::set_intersection(found.begin(), found.end(), outcome.dead.begin(), outcome.dead.end(),
+    std::set_intersection(particles.begin(), particles.end(), outcome.dead.begin(), outcome.dead.end(),
                           std::back_inserter(dead));
     return dead;
   };

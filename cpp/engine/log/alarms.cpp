@@ -60,8 +60,8 @@ std::vector<Alarm> Alarms::look(std::size_t system, const std::string& name, con
                                 double frame_s) {
   Watched& watched = this->watched(system);
   std::vector<Alarm> alarms;
-  const auto say = [&](bool& said, const char* kind, const std::string& text) {
-    if (!std::exchange(said, true)) alarms.push_back({kind, "system '" + name + "': " + text});
+  const auto say = [&](bool& warned, const char* kind, const std::string& text) {
+    if (!std::exchange(warned, true)) alarms.push_back({kind, "system '" + name + "': " + text});
   };
   if (strain.most_in_a_cell >= kCrowded) {
     say(watched.crowded, "crowded",

@@ -34,7 +34,7 @@ struct Balancing {
 };
 
 /// Requests to calculators in a round whose answers the manager has not read yet.
-struct Asked {
+struct PendingAnswers {
   comm::Stamp stamp;
   std::vector<std::size_t> systems;
 };
@@ -61,7 +61,7 @@ struct Manager {
   Alarms alarms;
   std::vector<std::string> remarks;  // warnings that the script has not received yet
   std::map<std::pair<std::size_t, std::int32_t>, BalanceRow> rows;  // by system and cut, until the cuts are known
-  std::vector<Asked> asked;  // requests whose answers are pending
+  std::vector<PendingAnswers> pending;  // requests whose answers are pending
   std::vector<PlacedParent> parents;  // parents with events in this frame
   RenderLoad picture;  // times of the last pictures
   std::vector<Judged> judged;  // rounds of this conversation that are not in the account yet

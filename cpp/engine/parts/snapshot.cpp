@@ -76,7 +76,7 @@ SharedState shared_state(const Parts& parts) {
   for (const auto& system : script.systems) {
     const recording::SystemDefinition& definition = system->definition;
     std::optional<image::Sprite> changed;
-    if (system->told.sprite != definition.sprite) changed = system->told.sprite;
+    if (system->outside.sprite != definition.sprite) changed = system->outside.sprite;
     state.systems.push_back({definition.name, definition.capacity, definition.attributes, system->counts,
                              system->sources, system->keeps_copies, system->history, system->walls_before,
                              definition.axes, system->domains.tree(), std::move(changed)});
@@ -164,7 +164,7 @@ void restore_state(Parts& parts, const SharedState& state, const std::vector<Sam
     system.sources = then.sources;
     system.keeps_copies = then.keeps_copies;
     system.history = then.history;
-    if (then.sprite) system.told.sprite = *then.sprite;
+    if (then.sprite) system.outside.sprite = *then.sprite;
     if (system.definition.domains_of < 0 && then.counts.born > 0) {
       script.divide(i, domains_for(system, then, samples[i], calculators));
     }

@@ -57,9 +57,9 @@ void Replicas::begin(const Parts& parts, std::uint64_t every) {
 }
 
 const Generation* Replicas::find(GenerationId of) const {
-  const auto found =
+  const auto generation =
       std::find_if(generations_.begin(), generations_.end(), [&](const Generation& g) { return g.of == of; });
-  return found == generations_.end() ? nullptr : &*found;
+  return generation == generations_.end() ? nullptr : &*generation;
 }
 
 void Replicas::note_list(std::uint64_t frame, const base::Bytes& record, bool needs_script) {
@@ -97,12 +97,12 @@ void Replicas::make(Parts& parts, bool alone, bool wait) {
   }
   Rank& rank = parts.rank;
   Session& session = rank.session;
-  Generation made;
-  made.of = {session.frame, losses};
-  made.parts = static_cast<std::uint32_t>(session.calculators());
-  made.systems = parts.script.systems.size();
-  made.border = rank.watch.ledger().border();
-  base::write_fields(shared_state(parts), made.state);
+  Generation generation;
+  generation.of = {session.frame, losses};
+  generation.parts = static_cast<std::uint32_t>(session.calculators());
+  generation.systems = parts.script.systems.size();
+  generation.border = rank.watch.ledger().border();
+  base::write_fields(shared_state(parts), generation.state);
   if (session.calculates()) {
     comm::Message message;
     message.bytes() = spare();
@@ -114,16 +114,16 @@ void Replicas::make(Parts& parts, bool alone, bool wait) {
     bytes.put(static_cast<std::uint64_t>(bytes.size() - before));
     std::uint64_t count = 0;
     for (const snapshots::SavedSystem& system : description.systems) count += system.rows;
-    made.own = {session.calculator(),
-                session.comm().sealed(Phase::replicas, stamp(made.of), std::move(message), count)};
+    generation.own = {session.calculator(),
+                      session.comm().sealed(Phase::replicas, stamp(generation.of), std::move(message), count)};
     const int holder = holder_of(session, session.calculator());
-    if (holder != session.rank()) session.comm().post(holder, made.own.message);
+    if (holder != session.rank()) session.comm().post(holder, generation.own.message);
   }
-  made.other.calculator = held_by(session);
-  made.arrived = made.other.calculator < 0;
-  if (wait && !made.arrived) take(rank, made);
-  made.counts = wait;  // valid at once: the log ends here
-  generations_.push_back(std::move(made));
+  generation.other.calculator = held_by(session);
+  generation.arrived = generation.other.calculator < 0;
+  if (wait && !generation.arrived) take(rank, generation);
+  generation.counts = wait;  // valid at once: the log ends here
+  generations_.push_back(std::move(generation));
 }
 
 void Replicas::take_rest(Rank& rank) {
@@ -150,12 +150,12 @@ void Replicas::forget(Rank& rank, std::uint64_t unsaved_from, std::uint64_t now)
     if (generations_[i].of.frame <= unsaved_from) wanted = i;
   }
   if (!whole) return;
-  std::deque<Generation> kept;
+  std::deque<Generation> remaining;
   used_.clear();
   for (std::size_t i = 0; i < generations_.size(); ++i) {
     Generation& generation = generations_[i];
     if (i >= *whole || i == wanted || (!wanted && i == 0)) {
-      kept.push_back(std::move(generation));
+      remaining.push_back(std::move(generation));
     } else {
       used_.push_back(std::move(generation.own.message));
       if (const auto other = std::move(generation.other.message); other && other.use_count() == 1) {
@@ -163,7 +163,7 @@ void Replicas::forget(Rank& rank, std::uint64_t unsaved_from, std::uint64_t now)
       }
     }
   }
-  generations_ = std::move(kept);
+  generations_ = std::move(remaining);
   while (!lists_.empty() && lists_.front().frame < generations_.front().of.frame) lists_.pop_front();
 }
 

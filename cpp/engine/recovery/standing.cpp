@@ -12,12 +12,12 @@ namespace {
 std::optional<std::vector<int>> holders_of(const std::vector<Standing>& standings, GenerationId of) {
   std::vector<int> holders, owners;
   for (std::size_t rank = 0; rank < standings.size(); ++rank) {
-    const std::vector<Holding>& its = standings[rank].holdings;
-    const auto found = std::find_if(its.begin(), its.end(), [&](const Holding& h) { return h.of == of; });
-    if (found == its.end()) return {};
-    if (rank == 0) holders.assign(found->parts, -1);
-    if (found->own >= 0) holders.at(static_cast<std::size_t>(found->own)) = static_cast<int>(rank);
-    owners.push_back(found->other);
+    const std::vector<Holding>& holdings = standings[rank].holdings;
+    const auto holding = std::find_if(holdings.begin(), holdings.end(), [&](const Holding& h) { return h.of == of; });
+    if (holding == holdings.end()) return {};
+    if (rank == 0) holders.assign(holding->parts, -1);
+    if (holding->own >= 0) holders.at(static_cast<std::size_t>(holding->own)) = static_cast<int>(rank);
+    owners.push_back(holding->other);
   }
   for (std::size_t rank = 0; rank < owners.size(); ++rank) {
     if (owners[rank] < 0) continue;

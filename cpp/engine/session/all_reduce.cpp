@@ -19,8 +19,8 @@ Maxima all_reduce_max(Rank& rank, const Round& round, Maxima numbers) {
     Message message;
     message.bytes().put_raw(numbers.data(), numbers.size() * sizeof(float));
     session.comm().post(to, Phase::all_reduce, session.stamp(round), std::move(message));
-    const Message heard = session.comm().expect(from, Phase::all_reduce, session.stamp(round));
-    base::Reader in = heard.reader();
+    const Message other = session.comm().expect(from, Phase::all_reduce, session.stamp(round));
+    base::Reader in = other.reader();
     for (std::size_t i = 0; i < numbers.size() && !in.done(); ++i) numbers[i] = std::max(numbers[i], in.get<float>());
   }
   return numbers;

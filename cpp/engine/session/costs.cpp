@@ -25,7 +25,7 @@ struct Entry {
 }
 
 std::map<std::string, Entry> entries(const std::string& text) {
-  std::map<std::string, Entry> found;
+  std::map<std::string, Entry> by_name;
   std::istringstream in(text);
   std::string line;
   for (int number = 1; std::getline(in, line); ++number) {
@@ -41,9 +41,9 @@ std::map<std::string, Entry> entries(const std::string& text) {
     if (!whole || !std::isfinite(entry.value) || entry.value < 0) {
       refuse(number, name + " must be a number of nanoseconds >= 0, got '" + value + "'");
     }
-    if (!found.emplace(name, entry).second) refuse(number, name + " is given twice");
+    if (!by_name.emplace(name, entry).second) refuse(number, name + " is given twice");
   }
-  return found;
+  return by_name;
 }
 
 }  // namespace
@@ -76,9 +76,9 @@ Costs read_costs(const std::string& text) {
                                                  {"report_byte", &costs.report_byte},
                                                  {"message", &costs.messages.message},
                                                  {"byte", &costs.messages.byte}};
-  const std::map<std::string, Entry> found = entries(text);
-  if (const auto all = found.find("action"); all != found.end()) costs.act.fill(all->second.value);
-  for (const auto& [name, entry] : found) {
+  const std::map<std::string, Entry> by_name = entries(text);
+  if (const auto all = by_name.find("action"); all != by_name.end()) costs.act.fill(all->second.value);
+  for (const auto& [name, entry] : by_name) {
     if (name == "action") continue;
     if (const auto field = fields.find(name); field != fields.end()) {
       *field->second = entry.value;

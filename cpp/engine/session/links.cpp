@@ -63,9 +63,9 @@ void measure(Session& session, Link& link) {
     link.byte_s = std::max(longer_s, 0.0) / static_cast<double>(kBytes);
   } else if (session.rank() == link.other) {
     for (int i = 0; i < 2 * kTimes; ++i) {
-      const Message asked = expect(session, link.rank);
+      const Message question = expect(session, link.rank);
       Message answer;
-      answer.bytes().put_raw(asked.payload().data(), asked.payload().size());
+      answer.bytes().put_raw(question.payload().data(), question.payload().size());
       post(session, link.rank, std::move(answer));
     }
   }
@@ -81,8 +81,8 @@ std::vector<Link> measure_links(Rank& rank) {
     const bool managers = link.rank == manager;
     if (!managers && session.manages()) {  // the pair begins at the manager's word, so that no two use the network
       post(session, link.rank, Message());
-      const Message told = expect(session, link.rank);
-      base::Reader in = told.reader();
+      const Message costs = expect(session, link.rank);
+      base::Reader in = costs.reader();
       link.message_s = in.get<double>();
       link.byte_s = in.get<double>();
       continue;
@@ -90,10 +90,10 @@ std::vector<Link> measure_links(Rank& rank) {
     if (!managers && session.rank() == link.rank) expect(session, manager);
     measure(session, link);
     if (!managers && session.rank() == link.rank) {
-      Message told;
-      told.bytes().put(link.message_s);
-      told.bytes().put(link.byte_s);
-      post(session, manager, std::move(told));
+      Message costs;
+      costs.bytes().put(link.message_s);
+      costs.bytes().put(link.byte_s);
+      post(session, manager, std::move(costs));
     }
   }
   return session.manages() ? links : std::vector<Link>();

@@ -24,15 +24,15 @@ void put_part(std::span<const std::byte> bytes, std::uint64_t count, Bytes& out)
   out.put_raw(bytes.data(), bytes.size());
 }
 
-Heard open(Message message) {
-  Heard heard;
-  heard.message = std::move(message);
-  heard.failed = heard.message.header().failed != 0;
-  Reader in = heard.message.reader();
-  heard.common = in.take(in.get<std::uint64_t>());
-  heard.count = in.get<std::uint64_t>();
-  heard.own = in.take(in.get<std::uint64_t>());
-  return heard;
+ManagerMessage open(Message message) {
+  ManagerMessage down;
+  down.message = std::move(message);
+  down.failed = down.message.header().failed != 0;
+  Reader in = down.message.reader();
+  down.common = in.take(in.get<std::uint64_t>());
+  down.count = in.get<std::uint64_t>();
+  down.own = in.take(in.get<std::uint64_t>());
+  return down;
 }
 
 }  // namespace
@@ -60,10 +60,10 @@ void Relay::tell(Phase phase, Stamp stamp, const Bytes& common, const std::vecto
   post({0, 1, 0}, comm_.rank());
 }
 
-Heard Relay::hear(Phase phase, Stamp stamp) {
-  Heard heard = open(from_above(phase, stamp));
-  if (tree_.root()) return heard;
-  Reader in = heard.message.reader();
+ManagerMessage Relay::hear(Phase phase, Stamp stamp) {
+  ManagerMessage down = open(from_above(phase, stamp));
+  if (tree_.root()) return down;
+  Reader in = down.message.reader();
   in.take(in.get<std::uint64_t>());
   const auto skip = [&] {
     const auto count = in.get<std::uint64_t>();
@@ -72,18 +72,18 @@ Heard Relay::hear(Phase phase, Stamp stamp) {
   };
   skip();
   for (const Range& child : tree_.children()) {
-    const std::span<const std::byte> all = heard.message.payload();
+    const std::span<const std::byte> all = down.message.payload();
     const std::size_t begin = all.size() - in.left();
     std::uint64_t count = 0;
     for (int place = child.first; place < child.end; ++place) count += skip();
     Message message;
-    put_common(heard.common, message.bytes());
+    put_common(down.common, message.bytes());
     const std::span<const std::byte> parts = all.subspan(begin, all.size() - in.left() - begin);
     message.bytes().put_raw(parts.data(), parts.size());
-    comm_.post(tree_.rank_at(child.first), phase, stamp, std::move(message), count, heard.failed);
+    comm_.post(tree_.rank_at(child.first), phase, stamp, std::move(message), count, down.failed);
   }
   if (!in.done()) throw std::runtime_error("the manager's message has parts for unknown ranks");
-  return heard;
+  return down;
 }
 
 // Layout of a message up: for each place of the range, the size, whether the rank failed, and the bytes.
@@ -106,17 +106,17 @@ void Relay::hand_up(Phase phase, Stamp stamp) {
   pass_up(phase, stamp, std::move(message), failed);
 }
 
-AllSaid Relay::listen(Phase phase, Stamp stamp) {
-  AllSaid all;
+Answers Relay::listen(Phase phase, Stamp stamp) {
+  Answers all;
   all.ranks.resize(static_cast<std::size_t>(tree_.size()));
   const auto take = [&](Message message, const Range& places) {
     all.messages.push_back(std::move(message));
     Reader in = all.messages.back().reader();
     for (int place = places.first; place < places.end; ++place) {
       const auto size = in.get<std::uint64_t>();
-      Said& said = all.ranks[static_cast<std::size_t>(tree_.rank_at(place))];
-      said.failed = in.get<bool>();
-      said.bytes = in.take(size);
+      Answer& answer_of_rank = all.ranks[static_cast<std::size_t>(tree_.rank_at(place))];
+      answer_of_rank.failed = in.get<bool>();
+      answer_of_rank.bytes = in.take(size);
     }
     if (!in.done()) throw std::runtime_error("a message to the manager has answers of unknown ranks");
   };

@@ -41,7 +41,7 @@ struct RankMessage {
 };
 
 /// A message received from the manager; `message` owns the bytes.
-struct Heard {
+struct ManagerMessage {
   comm::Message message;
   std::span<const std::byte> common;
   std::span<const std::byte> own;
@@ -50,15 +50,15 @@ struct Heard {
 };
 
 /// A rank's message to the manager.
-struct Said {
+struct Answer {
   std::span<const std::byte> bytes;
   bool failed = false;
 };
 
 /// Messages that came up the tree, one entry per rank; `messages` own the bytes.
-struct AllSaid {
+struct Answers {
   std::vector<comm::Message> messages;
-  std::vector<Said> ranks;
+  std::vector<Answer> ranks;
 };
 
 class Relay {
@@ -73,7 +73,7 @@ class Relay {
   void tell(comm::Phase phase, comm::Stamp stamp, const base::Bytes& common, const std::vector<RankMessage>& parts,
             bool failed);
   /// Waits for the message of tell(), forwards the parts of the ranks below and returns this rank's.
-  Heard hear(comm::Phase phase, comm::Stamp stamp);
+  ManagerMessage hear(comm::Phase phase, comm::Stamp stamp);
 
   /// Answers the manager; every rank calls it, including the manager. Leaves of the tree send at once; other ranks send
   /// with hand_up(), together with the answers from below.
@@ -81,7 +81,7 @@ class Relay {
   /// Waits for the answers from below, and sends them up with this rank's. No effect on the manager and on leaves.
   void hand_up(comm::Phase phase, comm::Stamp stamp);
   /// Manager: waits for the answers of all ranks.
-  AllSaid listen(comm::Phase phase, comm::Stamp stamp);
+  Answers listen(comm::Phase phase, comm::Stamp stamp);
 
   /// Prepares to receive messages of this phase from the children.
   void await_below(comm::Phase phase);

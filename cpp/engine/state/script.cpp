@@ -62,8 +62,8 @@ void write_record(Script& script, const Settings& settings, std::uint64_t frame,
   for (const auto& system : script.systems) {  // borrows definitions and lists, which are moved back below
     record.systems.push_back(std::move(system->definition));
     record.lists.push_back(std::move(system->list));
-    const image::Sprite& sprite = system->told.sprite;
-    record.clumps.push_back(system->told.clumps);
+    const image::Sprite& sprite = system->outside.sprite;
+    record.clumps.push_back(system->outside.clumps);
     record.sprites.push_back(record.view ? image::as_seen(sprite, *record.view) : sprite);
   }
   script.bytes.clear();

@@ -15,7 +15,7 @@ using recording::Item;
 
 System::System(recording::SystemDefinition given, std::uint64_t seed, std::uint32_t index, int calculators)
     : definition(std::move(given)), schema(recording::schema_of(definition)), key(particles::system_key(seed, index)),
-      told{definition.sprite, 0} {
+      outside{definition.sprite, 0} {
   const domains::Space& space = definition.space;
   if (definition.axes.curve() && !domains::has_ends(space, definition.periods)) {
     throw base::InvalidArgument("space", "be bounded on all sides if its domains follow a curve", "", definition.name);

@@ -110,7 +110,7 @@ class System {
   recording::SystemDefinition definition;
   particles::Schema schema;
   particles::Key key;
-  Outside told;
+  Outside outside;
   domains::Domains domains;
   bool waits_for_fit = false;  // space is "fit", and there was no birth yet
   bool keeps_copies = false;  // the *_b attributes are in use: newborns store their values at birth

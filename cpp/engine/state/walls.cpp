@@ -66,18 +66,18 @@ std::optional<std::array<double, 6>> force_on(const Script& script, const Shape&
     const auto same = [&, wanted = key(wall)](const PressedWall& one) {
       return one.shape.kind == wall.kind && key(one.shape) == wanted;
     };
-    const auto found = std::find_if(script.walls.begin(), script.walls.end(), same);
-    if (found == script.walls.end() || std::any_of(found + 1, script.walls.end(), same)) return nullptr;
-    return &*found;
+    const auto pressed = std::find_if(script.walls.begin(), script.walls.end(), same);
+    if (pressed == script.walls.end() || std::any_of(pressed + 1, script.walls.end(), same)) return nullptr;
+    return &*pressed;
   };
-  const PressedWall* found = only(key_of);
+  const PressedWall* pressed = only(key_of);
   if (wall.kind == shapes::Kind::mesh) {
-    if (found == nullptr) found = only(key_without_places<kPlace>);
-    if (found == nullptr) found = only(key_without_places<0>);
-    if (found == nullptr) found = only([](const Shape& mesh) { return mesh.origin; });  // with other vertices
+    if (pressed == nullptr) pressed = only(key_without_places<kPlace>);
+    if (pressed == nullptr) pressed = only(key_without_places<0>);
+    if (pressed == nullptr) pressed = only([](const Shape& mesh) { return mesh.origin; });  // with other vertices
   }
-  if (found == nullptr) return std::nullopt;
-  return mean_of(found->sum, substeps);
+  if (pressed == nullptr) return std::nullopt;
+  return mean_of(pressed->sum, substeps);
 }
 
 std::array<double, 6> mean_of(const interactions::WallSum& sum, int substeps) {

@@ -71,8 +71,8 @@ Notes exchange_notes(Rank& rank, Note own) {
   session.relay().say(comm::Phase::notes, session.stamp(), std::as_bytes(std::span(own.text)), false);
   session.relay().hand_up(comm::Phase::notes, session.stamp());
   if (!session.manages()) return notes;
-  for (const Said& said : session.relay().listen(comm::Phase::notes, session.stamp()).ranks) {
-    notes.texts.emplace_back(reinterpret_cast<const char*>(said.bytes.data()), said.bytes.size());
+  for (const Answer& answer : session.relay().listen(comm::Phase::notes, session.stamp()).ranks) {
+    notes.texts.emplace_back(reinterpret_cast<const char*>(answer.bytes.data()), answer.bytes.size());
   }
   return notes;
 }

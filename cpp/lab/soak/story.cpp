@@ -114,7 +114,7 @@ void define(engine::Engine& engine, const Way& way) {
   definition.axes.bits = way.axes;
   definition.name = "parents";
   engine.add_system(definition);
-  engine.system(0).told.clumps = actions::keep({{2, 1, 1}, 4, {-0.1f, 0, 0, 0.1f, 0.1f, 0, 0, 0.1f}});
+  engine.system(0).outside.clumps = actions::keep({{2, 1, 1}, 4, {-0.1f, 0, 0, 0.1f, 0.1f, 0, 0, 0.1f}});
   definition.name = "children";
   definition.capacity = 90;
   definition.sprite.look = image::RibbonSprite{0.1f, 0.3f};  // which keep where the children have been

@@ -40,17 +40,17 @@ void tell(engine::Relay& relay, int size, Stamp stamp) {
 }
 
 void hear(engine::Relay& relay, int rank, Stamp stamp) {
-  const engine::Heard heard = relay.hear(Phase::begin, stamp);
-  CHECK(text_of(heard.common) == "for all " + std::to_string(stamp.turn));
-  CHECK(text_of(heard.own) == own_words(rank, stamp.turn));
-  CHECK(heard.count == static_cast<std::uint64_t>(rank) && heard.failed == (stamp.turn % 4 == 3));
+  const engine::ManagerMessage message = relay.hear(Phase::begin, stamp);
+  CHECK(text_of(message.common) == "for all " + std::to_string(stamp.turn));
+  CHECK(text_of(message.own) == own_words(rank, stamp.turn));
+  CHECK(message.count == static_cast<std::uint64_t>(rank) && message.failed == (stamp.turn % 4 == 3));
 }
 
 void listen(engine::Relay& relay, int size, Stamp stamp) {
-  const engine::AllSaid said = relay.listen(Phase::report, stamp);
-  CHECK(static_cast<int>(said.ranks.size()) == size);
+  const engine::Answers answers = relay.listen(Phase::report, stamp);
+  CHECK(static_cast<int>(answers.ranks.size()) == size);
   for (int rank = 0; rank < size; ++rank) {
-    const engine::Said& one = said.ranks[static_cast<std::size_t>(rank)];
+    const engine::Answer& one = answers.ranks[static_cast<std::size_t>(rank)];
     CHECK(text_of(one.bytes) == words(rank, stamp.turn) && one.failed == (rank % 7 == 5));
   }
 }

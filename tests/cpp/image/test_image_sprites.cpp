@@ -2,7 +2,7 @@
 #include <cstddef>
 #include <cstring>
 #include <stdexcept>
-#include <string>
+#include <tuple>
 #include <type_traits>
 #include <variant>
 #include <vector>
@@ -68,6 +68,16 @@ std::vector<Sprite> variations(const Sprite& sprite) {
   }
   return all;
 }
+
+// A struct whose description leaves out a member: it has no fields().
+struct Forgets {
+  int told = 1;
+  bool forgotten = false;
+
+  static constexpr std::tuple kMembers{base::Member{"told", &Forgets::told}};
+};
+static_assert(base::members<Forgets>() == 2 && std::tuple_size_v<decltype(Forgets::kMembers)> == 1);
+static_assert(base::members<PointSprite>() == 0 && base::members<CardSprite>() == 2 && base::members<Sheet>() == 3);
 
 base::Bytes bytes_of(const Sprite& sprite) {
   base::Bytes bytes;

@@ -5,7 +5,7 @@ import colorsys
 import numpy as np
 
 import motes
-from motes import column
+from motes.expressions import column
 from motes.shapes import Sphere
 
 args = motes.script.options(__doc__, space="-3,3", systems=6, particles=3, frames=144, size="960x540")

@@ -5,7 +5,7 @@ import colorsys
 import numpy as np
 
 import motes
-from motes import column
+from motes.expressions import column
 from motes.shapes import Box, Cone, Cylinder, Plane, Sphere
 
 args = motes.script.options(__doc__, space="-20,20", systems=6, particles=70, frames=168, size="960x540")

@@ -3,8 +3,7 @@
 import numpy as np
 
 import motes
-from motes import column
-from motes.expressions import clamp, mix
+from motes.expressions import clamp, column, mix
 from motes.shapes import Box, Plane
 
 args = motes.script.options(__doc__, space="0,2.4", systems=1, particles=20000, frames=96, size="960x540")

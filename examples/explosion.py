@@ -3,7 +3,7 @@
 import numpy as np
 
 import motes
-from motes import column
+from motes.expressions import column
 from motes.shapes import Box, Cylinder, Plane, Sphere
 
 args = motes.script.options(__doc__, space="-12,12", systems=3, particles=16000, frames=144, size="960x540")

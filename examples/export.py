@@ -4,6 +4,7 @@
 """
 
 import motes
+from motes.expressions import column, maximum
 from motes.shapes import Cone, Disc, Plane
 
 args = motes.script.options(__doc__, space="fit", systems=1, particles=20_000, frames=96, kind="", every=1)
@@ -26,7 +27,7 @@ with world, motes.Export(path, every=args.every) as export:
         embers.gravity((0, -9.8, 0))
         embers.curl_noise(6, scale=0.8, octaves=2, speed=0.5)
         embers.bounce(ground, restitution=0.45, friction=0.2)
-        embers.set(heat=motes.maximum(0, 1 - motes.column("age") / motes.column("lifetime")))
+        embers.set(heat=maximum(0, 1 - column("age") / column("lifetime")))
         embers.move()
         embers.kill_expired()
         picture = world.step()

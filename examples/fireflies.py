@@ -3,8 +3,7 @@
 import numpy as np
 
 import motes
-from motes import column, maximum
-from motes.expressions import sin
+from motes.expressions import column, maximum, sin
 from motes.shapes import Box, Cone, Cylinder, Plane, Sphere
 
 args = motes.script.options(__doc__, space="-7,7", systems=1, particles=420, frames=144, size="960x540")

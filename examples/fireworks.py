@@ -3,7 +3,7 @@
 import numpy as np
 
 import motes
-from motes import column
+from motes.expressions import column
 from motes.shapes import Box, Disc, Plane, Sphere
 
 args = motes.script.options(__doc__, space="-90,90", particles=160_000, frames=264, size="960x540")

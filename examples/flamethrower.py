@@ -3,7 +3,7 @@
 import numpy as np
 
 import motes
-from motes import column
+from motes.expressions import column
 from motes.shapes import Box, Cone, Cylinder, Plane, Sphere
 
 args = motes.script.options(__doc__, space="-9,9", systems=3, particles=24_000, frames=144, size="960x540")

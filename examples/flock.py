@@ -3,7 +3,7 @@
 import numpy as np
 
 import motes
-from motes import column
+from motes.expressions import column
 from motes.shapes import Cone, Cylinder, Plane, Sphere
 
 args = motes.script.options(__doc__, space="-25,25", systems=1, particles=3500, frames=320, size="960x540")

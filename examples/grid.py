@@ -3,8 +3,7 @@
 import numpy as np
 
 import motes
-from motes import column
-from motes.expressions import exp, mix, noise, sin, smoothstep, sqrt, time
+from motes.expressions import column, exp, mix, noise, sin, smoothstep, sqrt, time
 from motes.shapes import Plane
 
 args = motes.script.options(__doc__, space="-6,6", systems=1, particles=9216, frames=144, size="960x540")

@@ -1,7 +1,7 @@
 """Hail on a parked car: python -m motes run -n 4 examples/hail.py."""
 
 import motes
-from motes import column
+from motes.expressions import column
 from motes.shapes import Box, Cylinder, Plane, Rectangle, Sphere, Union
 
 args = motes.script.options(__doc__, space="-5,5", systems=1, particles=16000, frames=144, size="960x540")

@@ -3,7 +3,7 @@
 import numpy as np
 
 import motes
-from motes import column
+from motes.expressions import column
 from motes.shapes import Box, Cylinder, Plane, Union
 
 args = motes.script.options(__doc__, space="-1.6,1.2", systems=1, particles=8000, frames=192, size="960x540")

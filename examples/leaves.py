@@ -3,7 +3,7 @@
 import numpy as np
 
 import motes
-from motes import column
+from motes.expressions import column
 from motes.shapes import Box, Cylinder, Plane, Sphere, Triangle, Union
 
 args = motes.script.options(__doc__, space="-6,6", systems=2, particles=4000, frames=240, size="960x540")

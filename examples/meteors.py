@@ -3,7 +3,7 @@
 import numpy as np
 
 import motes
-from motes import column
+from motes.expressions import column
 from motes.shapes import Box, Cone, Plane, Sphere
 
 args = motes.script.options(__doc__, space="-60,60", systems=1, particles=6000, frames=144, size="960x540")

@@ -3,7 +3,7 @@
 import numpy as np
 
 import motes
-from motes import column
+from motes.expressions import column
 from motes.shapes import Sphere
 
 args = motes.script.options(

@@ -3,8 +3,7 @@
 import numpy as np
 
 import motes
-from motes import column
-from motes.expressions import clamp, mix, noise, sqrt, time
+from motes.expressions import clamp, column, mix, noise, sqrt, time
 from motes.shapes import Box, Disc, Plane, Sphere, Union
 
 args = motes.script.options(__doc__, space="-3,3", systems=2, particles=9_000, frames=144, size="960x540")

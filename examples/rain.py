@@ -1,6 +1,7 @@
 """Rain under a street lamp: python -m motes run -n 4 examples/rain.py."""
 
 import motes
+from motes.expressions import column
 from motes.shapes import Box, Cylinder, Plane, Rectangle, Sphere
 
 args = motes.script.options(__doc__, space="-7,7", systems=4, particles=40_000, frames=96, size="960x540")
@@ -60,7 +61,7 @@ with world, motes.Movie(f"{args.out}/rain.mp4") as movie:
             for solid in (ground, seat, hood):
                 rain.sink(solid)
         # A drop dies at the end of its path in this frame, up to 37 cm below the surface: move its splash up.
-        splashes.set(position=motes.column("position") * (1, 0, 1), where=motes.column("age") == 0)
+        splashes.set(position=column("position") * (1, 0, 1), where=column("age") == 0)
         splashes.gravity((0, -9.8, 0))
         splashes.kill_expired()
         for system in (*(rain for rain, _ in falling), splashes):

@@ -3,7 +3,7 @@
 import numpy as np
 
 import motes
-from motes import column
+from motes.expressions import column
 from motes.shapes import Cylinder, Disc, Plane, Sphere
 
 args = motes.script.options(__doc__, space="-1.5,1.5", systems=3, particles=16000, frames=192, size="960x540")

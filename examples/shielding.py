@@ -8,7 +8,7 @@ import hashlib
 import math
 
 import motes
-from motes import column
+from motes.expressions import column, minimum
 from motes.shapes import Blob, Box, Cylinder, Disc, Plane
 
 args = motes.script.options(__doc__, systems=2, particles=60_000, frames=144, size="960x540")
@@ -62,7 +62,7 @@ with world, motes.Movie(f"{args.out}/shielding.mp4") as movie:
             now = state == 1
             photons.random_velocity(Blob((0, 0, 0), 1), where=now)
             way = path / 2 * (velocity.x * velocity.x + velocity.y * velocity.y)
-            photons.set(left=way - motes.minimum(position.x, 0), hits=hits + 1, where=now)  # in the slab
+            photons.set(left=way - minimum(position.x, 0), hits=hits + 1, where=now)  # in the slab
             photons.set(state=-1, where=now & (hits > 0) & (abs(velocity.z) > half))
             photons.random_velocity(Blob((0, 0, 0), 1), where=now)
             photons.set(velocity=velocity * (speed / velocity.length()), where=now)

@@ -1,8 +1,7 @@
 """A curtain of light falls and parts before a ball: python -m motes run -n 4 examples/shower.py."""
 
 import motes
-from motes import column
-from motes.expressions import mix, noise, sin, smoothstep, time
+from motes.expressions import column, mix, noise, sin, smoothstep, time
 from motes.shapes import Plane, Rectangle, Sphere
 
 args = motes.script.options(__doc__, space="-5,5", systems=4, particles=50_000, frames=144, size="960x540")

@@ -5,7 +5,7 @@ import colorsys
 import numpy as np
 
 import motes
-from motes import column
+from motes.expressions import column
 from motes.shapes import Cylinder, Plane
 
 args = motes.script.options(__doc__, space="-5,5", systems=4, particles=44, frames=168, size="960x540")

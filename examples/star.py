@@ -3,8 +3,7 @@
 import numpy as np
 
 import motes
-from motes import column
-from motes.expressions import clamp, mix, noise, normalize, time
+from motes.expressions import clamp, column, mix, noise, normalize, time
 from motes.shapes import Sphere
 
 args = motes.script.options(__doc__, space="-2,2", systems=3, particles=60_000, frames=144, size="960x540")

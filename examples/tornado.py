@@ -3,7 +3,7 @@
 import numpy as np
 
 import motes
-from motes import column, maximum, minimum
+from motes.expressions import column, maximum, minimum
 from motes.shapes import Box, Cylinder, Plane, Rectangle, Sphere, Triangle, Union
 
 args = motes.script.options(__doc__, space="-8,8", particles=150_000, frames=192, size="960x540")

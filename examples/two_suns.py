@@ -3,8 +3,7 @@
 import numpy as np
 
 import motes
-from motes import column
-from motes.expressions import clamp, mix
+from motes.expressions import clamp, column, mix
 from motes.shapes import Sphere
 
 args = motes.script.options(__doc__, space="-4,4", systems=2, particles=90_000, frames=192, size="960x540")

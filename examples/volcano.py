@@ -3,8 +3,7 @@
 import numpy as np
 
 import motes
-from motes import column
-from motes.expressions import clamp
+from motes.expressions import clamp, column
 from motes.shapes import Cone, Disc, Plane
 
 args = motes.script.options(__doc__, space="-60,60", systems=3, particles=12_000, frames=168, size="960x540")

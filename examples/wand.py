@@ -5,8 +5,7 @@ import colorsys
 import numpy as np
 
 import motes
-from motes import column
-from motes.expressions import sin
+from motes.expressions import column, sin
 from motes.shapes import Cylinder, Plane, Sphere
 
 args = motes.script.options(__doc__, space="-4,4", systems=2, particles=24_000, frames=144, size="960x540")

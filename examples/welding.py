@@ -3,7 +3,7 @@
 import numpy as np
 
 import motes
-from motes import column
+from motes.expressions import column
 from motes.shapes import Box, Cone, Cylinder, Plane, Sphere, Union
 
 args = motes.script.options(__doc__, space="-2,2", systems=2, particles=6000, frames=120, size="960x540")

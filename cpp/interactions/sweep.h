@@ -42,7 +42,7 @@ inline std::size_t row_from(const CellsView& cells, std::size_t hint, std::int32
 /// Returns the first particle of the row with a cell number of at least z.
 MOTES_INLINE std::uint32_t first_at(const CellsView& cells, const Row& row, std::int32_t z) {
   if (z <= row.z_low) return row.first;
-  const std::uint32_t end = (&row)[1].first;
+  const std::uint32_t end = row.end();
   if (z > row.z_high) return end;
   if (row.table >= 0) return cells.table[row.table + (z - row.z_low)];
   std::uint32_t low = row.first;
@@ -143,7 +143,7 @@ MOTES_INLINE void sweep(const Task& task, const Law& law) {
   Cursor cursor;
   for (std::size_t r = task.first_row; r < task.last_row; ++r) {
     const Row& row = targets.rows[r];
-    const std::uint32_t end = targets.rows[r + 1].first;
+    const std::uint32_t end = row.end();
     bool found = false;
     Around around;
     for (std::uint32_t i = row.first; i < end; i += kLanes) {

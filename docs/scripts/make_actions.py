@@ -14,7 +14,7 @@ from pathlib import Path
 from types import ModuleType
 
 from motes import actions
-from motes._system import recorder
+from motes._system.action_methods import ActionMethods
 from motes.actions import between, forces, guides, laws, motion, targets
 
 DOCS = Path(__file__).resolve().parents[1]
@@ -100,7 +100,7 @@ def wrapped(text: str, indent: str = "") -> str:
 
 def signature(name: str) -> str:
     """Return the method's signature, without self and where."""
-    parameters = list(inspect.signature(getattr(recorder.Recorder, name)).parameters.values())[1:]
+    parameters = list(inspect.signature(getattr(ActionMethods, name)).parameters.values())[1:]
     shown = []
     for p in parameters:
         if p.name == "where":

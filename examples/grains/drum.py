@@ -3,7 +3,7 @@
 import numpy as np
 
 import motes
-from motes import column
+from motes.expressions import column
 from motes.shapes import Box, Cylinder, Mesh
 
 args = motes.script.options(__doc__, space="-0.3,0.3", systems=1, particles=3000, frames=240, size="960x540")

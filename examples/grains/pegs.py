@@ -3,7 +3,7 @@
 import numpy as np
 
 import motes
-from motes import column
+from motes.expressions import column
 from motes.shapes import Cylinder, Disc, Plane
 
 args = motes.script.options(__doc__, space="-0.4,0.4", systems=1, particles=900, frames=200, size="960x540")

@@ -3,7 +3,7 @@
 import numpy as np
 
 import motes
-from motes import column
+from motes.expressions import column
 from motes.shapes import Box, Cylinder, Plane, Sphere, Triangle
 
 args = motes.script.options(__doc__, space="-3,3", systems=2, particles=2600, frames=144, size="960x540")

@@ -3,8 +3,7 @@
 import numpy as np
 
 import motes
-from motes import column
-from motes.expressions import clamp, mix
+from motes.expressions import clamp, column, mix
 from motes.shapes import Plane
 
 args = motes.script.options(

@@ -3,8 +3,7 @@
 import numpy as np
 
 import motes
-from motes import column
-from motes.expressions import cross
+from motes.expressions import column, cross
 from motes.shapes import Plane, Sphere
 
 args = motes.script.options(__doc__, space="-3,3", systems=1, particles=120, frames=144, size="960x540")

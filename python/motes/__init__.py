@@ -10,223 +10,80 @@ fails on its first line then ends the job instead of leaving the other ranks wai
 from __future__ import annotations
 
 import importlib
-from typing import TYPE_CHECKING, Any
+import warnings
+from typing import Any
 
+from . import _extras
 from ._mpi import mpi_settings as _mpi_settings  # noqa: F401  (before MPI or NumPy starts)
 from ._mpi import rank_process as _rank_process
 
-if TYPE_CHECKING:
-    from . import (
-        actions,
-        analysis,
-        balance,
-        cluster,
-        course,
-        errors,
-        expressions,
-        replay,
-        script,
-        shapes,
-        workloads,
-    )
-    from ._film.movie import Movie
-    from ._interchange.export import Export
-    from ._interchange.reading import open_particles
-    from ._live.controls import Control
-    from ._particles.particles import Particles
-    from ._picture.frame import Frame
-    from ._picture.rendering import Camera, Renderer
-    from ._picture.skies import Gradient
-    from ._picture.solids import Light, Solid
-    from ._picture.sprites import Sprite
-    from ._player.notebook import launch, show
-    from ._player.player import Player
-    from ._system.distributions import Normal, Uniform, along_normal, surface_color
-    from ._system.system import System
-    from ._values.checkpoint import Checkpoint
-    from ._values.curves import Curve
-    from ._values.live import Live
-    from ._values.roles import Roles
-    from ._values.ties import Ties
-    from ._values.wall import Wall, WallForce
-    from ._world.world import World
-    from .analysis import Run, Runs, open_run, open_runs
-    from .errors import (
-        ArgumentError,
-        CheckpointError,
-        LogError,
-        MissingExtraError,
-        MotesError,
-        MotesWarning,
-        NotAssignableError,
-        NotHereError,
-        RankError,
-        ScriptMismatchError,
-        Stopped,
-    )
-    from .expressions import (
-        a,
-        b,
-        column,
-        cross,
-        dot,
-        length,
-        maximum,
-        minimum,
-        normal,
-        normalize,
-        r,
-        relative_velocity,
-        time,
-        where,
-    )
-    from .shapes._mesh import Mesh
-
-    __version__: str
-
 _MODULES = {
-    "analysis": ("Run", "Runs", "open_run", "open_runs"),
-    "_values.checkpoint": ("Checkpoint",),
-    "_live.controls": ("Control",),
-    "_values.curves": ("Curve",),
-    "_system.distributions": ("Normal", "Uniform", "along_normal", "surface_color"),
-    "errors": (
-        *(
-            "ArgumentError",
-            "CheckpointError",
-            "LogError",
-            "MissingExtraError",
-            "MotesError",
-            "MotesWarning",
-            "NotAssignableError",
-        ),
-        *("NotHereError", "RankError", "ScriptMismatchError", "Stopped"),
-    ),
-    "_interchange.export": ("Export",),
-    "expressions": (
-        *("a", "b", "column", "cross", "dot", "length", "maximum", "minimum", "normal", "normalize", "r"),
-        *("relative_velocity", "time", "where"),
-    ),
-    "_picture.frame": ("Frame",),
-    "_interchange.reading": ("open_particles",),
-    "_values.live": ("Live",),
-    "shapes._mesh": ("Mesh",),
-    "_film.movie": ("Movie",),
-    "_player.notebook": ("launch", "show"),
-    "_player.player": ("Player",),
-    "_particles.particles": ("Particles",),
-    "_picture.rendering": ("Camera", "Renderer"),
-    "_values.roles": ("Roles",),
-    "_picture.skies": ("Gradient",),
-    "_picture.solids": ("Light", "Solid"),
-    "_picture.sprites": ("Sprite",),
-    "_system.system": ("System",),
-    "_values.ties": ("Ties",),
-    "_values.wall": ("Wall", "WallForce"),
-    "_world.world": ("World",),
+    "analysis": "Run Runs open_run open_runs",
+    "errors": "ArgumentError CheckpointError LogError MissingExtraError MotesError MotesWarning "
+    "NotAssignableError NotHereError RankError ScriptMismatchError Stopped",
+    "shapes._mesh": "Mesh",
+    "_film.movie": "Movie",
+    "_interchange.export": "Export",
+    "_interchange.reading": "open_particles",
+    "_live.controls": "Control",
+    "_particles.particles": "Particles",
+    "_picture.frame": "Frame",
+    "_picture.rendering": "Camera Renderer",
+    "_picture.skies": "Gradient",
+    "_picture.solids": "Light Solid",
+    "_picture.sprites": "Sprite",
+    "_player.notebook": "launch show",
+    "_player.player": "Player",
+    "_system.distributions": "Normal Uniform along_normal surface_color",
+    "_system.system": "System",
+    "_values.checkpoint": "Checkpoint",
+    "_values.curves": "Curve",
+    "_values.live": "Live",
+    "_values.roles": "Roles",
+    "_values.ties": "Ties",
+    "_values.wall": "Wall WallForce",
+    "_world.world": "World",
 }
-_MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
+"""The public names of each module; `__init__.pyi` lists them for type checkers and editors."""
+_MODULE_OF = {name: module for module, names in _MODULES.items() for name in names.split()}
 _PUBLIC_MODULES = (
     *("actions", "analysis", "balance", "cluster", "course", "errors", "expressions", "replay"),
     *("script", "shapes", "workloads"),
+)  # three of them are rooms of the laboratory
+_MOVED = (
+    *("a", "b", "column", "cross", "dot", "length", "maximum", "minimum", "normal", "normalize", "r"),
+    *("relative_velocity", "time", "where"),
 )
+"""Names of `motes.expressions` that stood here until release 0.1; the first use of each warns."""
 
-__all__ = [
-    "ArgumentError",
-    "Camera",
-    "Checkpoint",
-    "CheckpointError",
-    "Control",
-    "Curve",
-    "Export",
-    "Frame",
-    "Gradient",
-    "Light",
-    "Live",
-    "LogError",
-    "Mesh",
-    "MissingExtraError",
-    "MotesError",
-    "MotesWarning",
-    "Movie",
-    "Normal",
-    "NotAssignableError",
-    "NotHereError",
-    "Particles",
-    "Player",
-    "RankError",
-    "Renderer",
-    "Roles",
-    "Run",
-    "Runs",
-    "ScriptMismatchError",
-    "Solid",
-    "Sprite",
-    "Stopped",
-    "System",
-    "Ties",
-    "Uniform",
-    "Wall",
-    "WallForce",
-    "World",
-    "a",
-    "actions",
-    "along_normal",
-    "analysis",
-    "b",
-    "balance",
-    "cluster",
-    "column",
-    "course",
-    "cross",
-    "dot",
-    "errors",
-    "expressions",
-    "launch",
-    "length",
-    "maximum",
-    "minimum",
-    "normal",
-    "normalize",
-    "open_particles",
-    "open_run",
-    "open_runs",
-    "r",
-    "relative_velocity",
-    "replay",
-    "script",
-    "shapes",
-    "show",
-    "surface_color",
-    "time",
-    "where",
-    "workloads",
-]
+__all__ = sorted([*_MODULE_OF, *_PUBLIC_MODULES])
 
 
-if not TYPE_CHECKING:  # type checkers use the imports above, which give each name its type
+def __getattr__(name: str) -> Any:
+    """Load a public name when it is first used."""
+    if name == "_core":
+        # `from . import _core` calls this function. The core binds to the MPI library that mpi4py loads.
+        _start_mpi()
+        return importlib.import_module("._core", __name__)  # loaded by now
+    if name == "__version__":
+        from importlib.metadata import version
 
-    def __getattr__(name: str) -> Any:
-        """Load a public name when it is first used."""
-        if name == "_core":
-            # `from . import _core` calls this function. The core binds to the MPI library that mpi4py loads.
-            _start_mpi()
-            return importlib.import_module("._core", __name__)  # loaded by now
-        if name == "__version__":
-            from importlib.metadata import version
-
-            value: Any = version("motes")
-        elif name in _MODULE_OF:
-            value = getattr(importlib.import_module(f".{_MODULE_OF[name]}", __name__), name)
-        elif name in _PUBLIC_MODULES:
-            value = importlib.import_module(f".{name}", __name__)
-        else:
-            # Without its name, or a traceback would add a suggestion of Python's own.
-            raise AttributeError(
-                f"module 'motes' has no attribute {name!r}{_near(name)}", name=None, obj=None
-            )
-        globals()[name] = value
-        return value
+        value: Any = version("motes")
+    elif name in _MODULE_OF:
+        value = getattr(importlib.import_module(f".{_MODULE_OF[name]}", __name__), name)
+    elif name in _PUBLIC_MODULES:
+        value = importlib.import_module(f".{name}", __name__)
+    elif name in _MOVED:
+        new = f"motes.expressions.{name}"
+        warnings.warn(
+            f"motes.{name} is now {new}; the next release knows only that name", DeprecationWarning, 2
+        )
+        value = getattr(importlib.import_module(".expressions", __name__), name)
+    else:
+        # Without its name, or a traceback would add a suggestion of Python's own.
+        raise AttributeError(f"module 'motes' has no attribute {name!r}{_near(name)}", name=None, obj=None)
+    globals()[name] = value
+    return value
 
 
 def __dir__() -> list[str]:
@@ -254,5 +111,6 @@ def _start_mpi() -> None:
     presence.has_mpi()
 
 
+_extras.find_laboratory()
 if _rank_process.settle():
     _start_mpi()

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from standing import alike
 
 import motes
+from motes import expressions as ex
 from motes import shapes
 from motes.errors import RankError
 
@@ -26,7 +27,7 @@ LAWS: dict[str, Acts] = {
     "match_velocity": lambda s: s.match_velocity(0.1, 0.1, max_radius=1),
     "match_rotational_velocity": lambda s: s.match_rotational_velocity(0.1, 0.1, max_radius=1),
     "pairs": lambda s: s.pairs(lambda p: p.position - p.other_position, 1),
-    "interact": lambda s: s.interact(1, acceleration=motes.normal * (1 - motes.r) * 40),
+    "interact": lambda s: s.interact(1, acceleration=ex.normal * (1 - ex.r) * 40),
     "follow": lambda s: s.follow(2, 0.1),
     "tie": lambda s: s.tie(motes.Ties([(0, 1)], 0.3)),
     "tie to what is pinned": lambda s: s.tie(motes.Ties([(0, 1)], 0.3, pinned=[0]), stretch=0.1),
@@ -90,7 +91,7 @@ def test_grains_remember_their_touches_across_an_end():
     """Two grains press on each other and slide: friction holds them as in the middle."""
 
     def act(s: motes.System) -> None:
-        s.set(velocity=motes.column("velocity") * (0, 1, 0))
+        s.set(velocity=ex.column("velocity") * (0, 1, 0))
         s.contact(2000, friction=0.9, rolling_friction=0.3, radius=0.5)
 
     here, speed = np.array([[-0.45, 0, 0], [0.45, 0, 0]]), [(0, 1, 0), (0, -1, 0)]

@@ -13,6 +13,7 @@ from docs_scripts import script_of_docs
 
 import motes
 from motes import actions, shapes
+from motes import expressions as ex
 from motes.errors import ArgumentError
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
@@ -376,7 +377,7 @@ def test_the_pages_of_actions_are_current():
 @pytest.mark.parametrize("name", ["up", "rotational_velocity"])
 def test_move_may_ask_for_the_columns_that_it_leaves_alone(name, rotational):
     state = {"position": np.zeros((3, 3)), "velocity": np.ones((3, 3))}
-    moved = after(state, actions.Move(rotational=rotational, where=motes.column(name).y > 0.5), dt=1.0)
+    moved = after(state, actions.Move(rotational=rotational, where=ex.column(name).y > 0.5), dt=1.0)
     assert moved.position.tolist() == ([[1, 1, 1]] if name == "up" else [[0, 0, 0]]) * 3
 
 
@@ -391,15 +392,13 @@ def test_a_particle_beyond_the_range_of_float32_dies():
     assert p.id.tolist() == [0] and np.isfinite(p.position).all()
 
 
-@pytest.mark.parametrize(
-    "value", [motes.column("zero") / 0, 1 / motes.column("zero"), motes.column("minus").sqrt()]
-)
+@pytest.mark.parametrize("value", [ex.column("zero") / 0, 1 / ex.column("zero"), ex.column("minus").sqrt()])
 def test_values_that_are_not_finite_are_not_set(value):
     world = motes.World(seed=1, progress="off")
     s = world.system("a", attributes={"zero": 0.0, "minus": -1.0, "heat": 5.0, "wind": (1, 2, 3)})
     with world:
         s.burst(BALL, count=3)
-        s.set(heat=value, wind=value + motes.column("velocity") * 0, mass=motes.column("minus") * -2)
+        s.set(heat=value, wind=value + ex.column("velocity") * 0, mass=ex.column("minus") * -2)
         world.step()
         p = s.gather()
     assert p.heat.tolist() == [5] * 3 and p.mass.tolist() == [2] * 3
@@ -413,7 +412,7 @@ def test_spawn_may_ask_for_the_place_of_birth():
         for frame in world.frames(2):
             if frame == 0:
                 s.emit(position=[(2, 0, 0), (-2, 0, 0)], velocity=[(0, 1, 0), (0, 1, 0)])
-                s.spawn(into=children, on="birth", count=3, where=motes.column("position_b").x > 1)
+                s.spawn(into=children, on="birth", count=3, where=ex.column("position_b").x > 1)
             s.move()
             world.step()
         assert (s.count, children.count) == (2, 3)

@@ -7,7 +7,8 @@ import pytest
 from numpy.typing import NDArray
 
 import motes
-from motes import column
+from motes import expressions as ex
+from motes.expressions import column
 
 
 def world(dt: float, substeps: int = 1) -> motes.World:
@@ -127,8 +128,8 @@ def test_an_age_that_an_action_sets_counts_from_there():
             if frame == 0:
                 s.emit(position=np.zeros((2, 3)))
             if frame == 7:
-                s.set(age=0, where=motes.column("age") > 0.5)
-            s.move(where=motes.time() < 2.05)
+                s.set(age=0, where=ex.column("age") > 0.5)
+            s.move(where=ex.time() < 2.05)
             w.step()
             passed = min(frame + 1, 21) - (7 if frame >= 7 else 0)
             assert (s.gather().age == np.float32(passed * dt)).all()

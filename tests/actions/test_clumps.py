@@ -20,6 +20,7 @@ BRICK = [(x, y, z, 0.3) for x in (-0.6, 0, 0.6) for y in (-0.25, 0.25) for z in 
 BED = """
 import numpy as np
 import motes
+from motes.expressions import column
 from motes.shapes import Box, Plane
 
 axes, periodic = {0!r}, {1!r}
@@ -50,7 +51,7 @@ with world:
         digest = world.digest()
         if "manager" in world.role:
             print(digest, flush=True)
-    touching = grains.total(motes.column("contacts"))
+    touching = grains.total(column("contacts"))
     if "manager" in world.role:
         print(touching > 10, grains.count < 64)
 """

@@ -11,10 +11,12 @@ from standing import alike
 
 import motes
 from motes.errors import ArgumentError
+from motes.expressions import column
 
 BED = """
 import numpy as np
 import motes
+from motes.expressions import column
 from motes.shapes import Plane, Sphere
 
 axes, periodic, shared = {0!r}, {1!r}, {2!r}
@@ -48,7 +50,7 @@ with world:
             system.contact(2000, friction=0.6, rolling_friction=0.05, walls=[(slope, slippery), bowl])
         first.contact(2200, friction=0.3, other=second)
         third.contact(1800, restitution=0.2, rolling_friction=0.1, other=first)
-        second.contact(2500, other=third, where=motes.column("position").x > -0.3)
+        second.contact(2500, other=third, where=column("position").x > -0.3)
         for system in world.systems:
             if frame == 4:
                 system.sink(Sphere((0.3, -0.3, 0), 0.15))
@@ -58,7 +60,7 @@ with world:
         pressed = [*world.force(slope), *world.force(bowl)]
         if "manager" in world.role:
             print(digest, *(numbers.tolist() for numbers in pressed), flush=True)
-    touching = [system.total(motes.column("contacts")) for system in world.systems]
+    touching = [system.total(column("contacts")) for system in world.systems]
     if "manager" in world.role:
         print(min(touching) > 0 and sum(touching) > 15, all(numbers.any() for numbers in pressed))
 """
@@ -273,7 +275,7 @@ def test_where_selects_which_grains_of_the_caller_change():
     with world:
         a.emit(position=[(0, 0, 0), (9, 0, 0)])
         b.emit(position=[(0.9, 0, 0), (9.9, 0, 0)])
-        a.contact(10, other=b, where=motes.column("position").x < 5)
+        a.contact(10, other=b, where=column("position").x < 5)
         world.step()
         assert (a.gather().velocity[:, 0] < 0).tolist() == [True, False]
         assert (b.gather().velocity[:, 0] > 0).all()

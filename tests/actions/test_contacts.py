@@ -7,12 +7,12 @@ import pytest
 from standing import alike
 
 import motes
-from motes import column
+from motes.expressions import column
 
 BED = """
 import numpy as np
 import motes
-from motes import column
+from motes.expressions import column
 
 axes, other = {0!r}, {1!r}
 rng = np.random.default_rng(5)

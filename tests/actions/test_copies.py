@@ -10,6 +10,7 @@ import sys
 import numpy as np
 import motes
 from motes import shapes
+from motes.expressions import column
 
 first, frames = int(sys.argv[1]), 12
 world = motes.World(seed=5, space=(-2, 2), substeps=2, progress="off")
@@ -31,10 +32,10 @@ with world:
         s.spawn(into=children, on="death", count=1)
         s.move()
         if frame >= first:
-            s.set(color=motes.column("position_b"), alpha=motes.column("velocity_b").x)
+            s.set(color=column("position_b"), alpha=column("velocity_b").x)
         children.move()
         if frame >= 10:
-            children.set(color=motes.column("position_b"))
+            children.set(color=column("position_b"))
         world.step()
     p = s.gather()
     if p:
@@ -101,6 +102,7 @@ LATE = """
 import sys
 import numpy as np
 import motes
+from motes.expressions import column
 
 roles, calls = sys.argv[1], int(sys.argv[2])
 world = motes.World(seed=1, dt=1.0, roles=roles, progress="off")
@@ -119,8 +121,8 @@ with world:
             s.configure(velocity=(7, 0, 0))
             s.emit(position=rows, velocity=np.full((60_000, 3), (7, 0, 0), "f4"))
         if frame == 6:
-            s.restore(time_left=10.0, where=motes.column("position_b").x > 100)
-        s.kill_old(5, where=motes.column("position").y > -18.5)
+            s.restore(time_left=10.0, where=column("position_b").x > 100)
+        s.kill_old(5, where=column("position").y > -18.5)
         s.move()
         world.step()
     p = s.gather()
@@ -140,6 +142,7 @@ DEAD = """
 import sys
 import numpy as np
 import motes
+from motes.expressions import column
 from motes.shapes import Box
 
 world = motes.World(dt=0.1, seed=1, progress="off")
@@ -153,7 +156,7 @@ with world:
     s.burst(Box((5, 0, 0), (6, 1, 1)), count=100)
     if sys.argv[1] == "read":
         s.total(1)
-    s.set(velocity=motes.column("velocity_b"))
+    s.set(velocity=column("velocity_b"))
     world.step()
     p = s.gather()
     if p:

@@ -14,6 +14,7 @@ from standing import COMMAND_LINE, alike, on_ranks
 
 import motes
 from motes import actions
+from motes.expressions import column
 
 LOW, HIGH = (-2.0, -1.0, 0.0), (2.0, 1.0, 3.0)
 
@@ -88,7 +89,7 @@ def test_particles_without_a_place_are_left_alone():
     grid = np.ones((2, 2, 2, 3))
     found = after(
         {"position": [(0, 0, 1)]},
-        actions.Set(attribute="position", value=motes.column("velocity") + 1e30),
+        actions.Set(attribute="position", value=column("velocity") + 1e30),
         actions.Field(grid=grid, low=LOW, high=HIGH),
     )
     assert (found.velocity == 0).all()
@@ -260,7 +261,7 @@ def test_both_are_values():
     grid = np.random.default_rng(1).normal(0, 1, (2, 3, 4, 3))
     for make in (
         lambda: actions.Field(grid=grid, low=LOW, high=HIGH),
-        lambda: actions.FollowPath(points=POINTS, speed=2, where=motes.column("age") > 1),
+        lambda: actions.FollowPath(points=POINTS, speed=2, where=column("age") > 1),
     ):
         one, same = make(), make()
         assert one == same and hash(one) == hash(same)
@@ -283,10 +284,11 @@ SCRIPT = """
 import sys
 import numpy as np
 import motes
+from motes.expressions import column
 from motes.shapes import Sphere
 
 grid = np.sin(np.arange(7 * 6 * 5 * 3.0)).reshape(7, 6, 5, 3) * 9
-stir = motes.actions.Field(grid=grid, low=(-2, -2, -2), high=(2, 2, 2), where=motes.column("age") > 0.1)
+stir = motes.actions.Field(grid=grid, low=(-2, -2, -2), high=(2, 2, 2), where=column("age") > 0.1)
 world = motes.World(seed=3, progress="off", digest=True)
 s = world.system("s")
 with world:

@@ -19,7 +19,7 @@ import motes
 from motes import ArgumentError, actions, shapes
 from motes import expressions as ex
 
-A, B = motes.a, motes.b
+A, B = ex.a, ex.b
 DT = 0.01
 Array = NDArray[Any]
 
@@ -71,8 +71,8 @@ def test_a_spring_and_dashpot_is_what_numpy_says():
     got = played(
         lambda s: s.interact(
             radius,
-            acceleration=motes.normal
-            * (-50 * (radius - motes.r) + 2 * motes.dot(motes.relative_velocity, motes.normal))
+            acceleration=ex.normal
+            * (-50 * (radius - ex.r) + 2 * ex.dot(ex.relative_velocity, ex.normal))
             / A.mass,
         ),
         p,
@@ -90,7 +90,7 @@ def test_all_results_come_from_what_was_before():
     got = played(
         lambda s: s.interact(
             0.3,
-            velocity=motes.where(B.heat > 0.5, B.velocity * 0.01, motes.cross(motes.normal, (0, 0, 0.1))),
+            velocity=ex.where(B.heat > 0.5, B.velocity * 0.01, ex.cross(ex.normal, (0, 0, 0.1))),
             spin=(0, 0, 1),
             set={"heat": B.heat * B.mass, "wind": ex.length(B.position) * A.velocity},
         ),
@@ -116,14 +116,14 @@ def test_where_says_who_changes_and_all_are_seen():
 
 def test_particles_at_the_same_place_have_no_normal():
     place = {"position": np.zeros((3, 3), np.float32)}
-    got = played(lambda s: s.interact(0.5, velocity=motes.normal + (1, 0, 0), set={"heat": motes.r}), place)
+    got = played(lambda s: s.interact(0.5, velocity=ex.normal + (1, 0, 0), set={"heat": ex.r}), place)
     np.testing.assert_array_equal(got.velocity, [[2, 0, 0]] * 3)
     np.testing.assert_array_equal(got.heat, 0)
 
 
 def test_what_is_not_finite_adds_nothing():
     p = {"position": np.array([[0, 0, 0], [0, 0, 0], [0.1, 0, 0]], np.float32)}
-    got = played(lambda s: s.interact(0.5, velocity=(1 / motes.r, 0, motes.r / 0.1)), p)
+    got = played(lambda s: s.interact(0.5, velocity=(1 / ex.r, 0, ex.r / 0.1)), p)
     np.testing.assert_allclose(got.velocity, [[10, 0, 1], [10, 0, 1], [20, 0, 2]], rtol=1e-5)
     got = played(lambda s: s.law(velocity=A.velocity / A.heat, set={"wind": A.position / A.heat}), p)
     np.testing.assert_array_equal(got.velocity, 0)
@@ -175,9 +175,7 @@ def test_other_systems_are_seen_and_do_not_change():
         prey.emit(**p)
         foxes.emit(**fox, teeth=np.arange(40))
         world.step()
-        prey.interact(
-            0.4, acceleration=-1 * motes.normal, set={"heat": B.teeth + A.mass * B.mass}, other=foxes
-        )
+        prey.interact(0.4, acceleration=-1 * ex.normal, set={"heat": B.teeth + A.mass * B.mass}, other=foxes)
         world.step()
         got, others = prey.gather(), foxes.gather()
     d = fox["position"][None].astype(float) - p["position"][:, None].astype(float)
@@ -193,6 +191,7 @@ BETWEEN = """
 import hashlib
 import numpy as np
 import motes
+from motes import expressions as ex
 from motes import shapes
 
 fast = {0!r}
@@ -202,7 +201,7 @@ world = motes.World(
     balancer=motes.balance.PrefixCuts(threshold=0.01, min_particles=1),
 )
 prey, foxes = world.system("prey", axis="x"), world.system("foxes", axis="yz")
-law = 20 * (0.25 - motes.r) * motes.normal + motes.b.velocity - motes.a.state.seen
+law = 20 * (0.25 - ex.r) * ex.normal + ex.b.velocity - ex.a.state.seen
 with world:
     for frame in world.frames(6):
         if frame == 0:
@@ -213,10 +212,10 @@ with world:
         if frame == 4:
             foxes.sink(shapes.Box((-1, -1, -1), (-0.5, 1, 1)))
             prey.sink(shapes.Box((0, -1, -1), (1, 0, 1)))
-        seen = {{"seen": motes.normal + 0.5 * motes.a.state.seen}}
+        seen = {{"seen": ex.normal + 0.5 * ex.a.state.seen}}
         prey.interact(0.25, acceleration=law, set=seen, state={{"seen": 3}}, other=foxes)
-        foxes.interact(0.2, acceleration=motes.normal, other=prey)
-        foxes.interact(0.1, acceleration=-9 * motes.normal)
+        foxes.interact(0.2, acceleration=ex.normal, other=prey)
+        foxes.interact(0.1, acceleration=-9 * ex.normal)
         prey.move()
         foxes.move()
         world.step()
@@ -239,14 +238,14 @@ def test_a_law_of_one_particle():
     swapped = {
         "position": A.velocity,
         "velocity": A.position,
-        "heat": motes.where(shapes.Sphere((0, 0, 0), 1), 1, 0),
+        "heat": ex.where(shapes.Sphere((0, 0, 0), 1), 1, 0),
     }
     got = played(lambda s: s.law(set=swapped), p)
     np.testing.assert_array_equal(got.position, p["velocity"])
     np.testing.assert_array_equal(got.velocity, p["position"])
     np.testing.assert_array_equal(got.heat, np.linalg.norm(p["position"].astype(float), axis=-1) <= 1)
     got = played(
-        lambda s: s.law(acceleration=-A.position, velocity=(0, 1, 0), where=motes.column("mass") > 1), p
+        lambda s: s.law(acceleration=-A.position, velocity=(0, 1, 0), where=ex.column("mass") > 1), p
     )
     change = np.where((p["mass"] > 1)[:, None], -p["position"] * DT + (0, 1, 0), 0)
     np.testing.assert_allclose(got.velocity, p["velocity"] + change, rtol=1e-5, atol=1e-6)
@@ -257,8 +256,8 @@ def test_the_bits_do_not_depend_on_the_order_in_memory():
     order = np.random.default_rng(2).permutation(500)
 
     def record(s: motes.System) -> None:
-        slip = A.state.slip + motes.relative_velocity * DT
-        s.interact(0.25, acceleration=A.state.slip * 20 - motes.normal, set={"slip": slip}, state={"slip": 3})
+        slip = A.state.slip + ex.relative_velocity * DT
+        s.interact(0.25, acceleration=A.state.slip * 20 - ex.normal, set={"slip": slip}, state={"slip": 3})
         s.move()
 
     one = played(record, p, steps=3, substeps=4)
@@ -313,27 +312,27 @@ def test_laws_compute_what_set_does(texts: list[str]):
 
 WRONG: list[tuple[dict[str, Any], str]] = [
     ({}, "acceleration"),
-    ({"acceleration": motes.r}, "acceleration"),
+    ({"acceleration": ex.r}, "acceleration"),
     ({"acceleration": B.wings}, "wings"),
-    ({"acceleration": A.wings * motes.r}, "wings"),
-    ({"acceleration": motes.normal * A.state.slip}, "state"),
-    ({"acceleration": motes.normal / 0}, "division by 0"),
-    ({"acceleration": motes.normal * (motes.r % 0)}, "division by 0"),
-    ({"acceleration": motes.where(shapes.Sphere((0, 0, 0), 1), (1, 0, 0), (0, 0, 0))}, "shape"),
+    ({"acceleration": A.wings * ex.r}, "wings"),
+    ({"acceleration": ex.normal * A.state.slip}, "state"),
+    ({"acceleration": ex.normal / 0}, "division by 0"),
+    ({"acceleration": ex.normal * (ex.r % 0)}, "division by 0"),
+    ({"acceleration": ex.where(shapes.Sphere((0, 0, 0), 1), (1, 0, 0), (0, 0, 0))}, "shape"),
     ({"velocity": "fast"}, "velocity"),
     ({"velocity": (1, 2, 3, 4)}, "velocity"),
-    ({"set": {"heat": motes.normal}}, "heat"),
+    ({"set": {"heat": ex.normal}}, "heat"),
     ({"set": {"b.heat": 1}}, "only a can change"),
     ({"set": {"slip": 1}}, "slip"),
-    ({"set": {"position": motes.normal}}, "position"),
+    ({"set": {"position": ex.normal}}, "position"),
     ({"set": 3}, "set"),
-    ({"set": {"velocity": motes.normal}, "acceleration": motes.normal}, "velocity"),
+    ({"set": {"velocity": ex.normal}, "acceleration": ex.normal}, "velocity"),
     ({"set": {"slip": 1}, "state": {"slip": 2}}, "slip"),
     ({"set": {"slip": 1}, "state": ["slip"]}, "state"),
     ({"set": {"heat": 1}, "state": {"heat": 1}}, "heat"),
     ({"set": {"s0": 1}, "state": {f"s{i}": 3 for i in range(33)}}, "96"),
     ({"set": {"heat": 1}, "other": 3}, "other"),
-    ({"set": {"heat": 1}, "where": B.heat > 0}, "motes.b.heat"),
+    ({"set": {"heat": 1}, "where": B.heat > 0}, "b.heat"),
 ]
 
 
@@ -350,17 +349,17 @@ def test_wrong_laws_are_refused_at_the_call(wrong: dict[str, Any], said: str):
 @pytest.mark.parametrize("radius", [0, -1, np.nan, np.inf, "wide"])
 def test_wrong_radii_are_refused(radius: Any):
     with motes.World(seed=1, progress="off") as world, pytest.raises(ArgumentError, match="radius"):
-        world.system("one").interact(radius, velocity=motes.normal)
+        world.system("one").interact(radius, velocity=ex.normal)
 
 
 @pytest.mark.parametrize(
     ("value", "shown"),
     [
-        (B.position, "motes.b.position"),
-        (motes.r, "motes.r"),
-        (motes.normal, "motes.normal"),
-        (motes.relative_velocity, "motes.b.velocity"),
-        (A.state.slip, "motes.a.state.slip"),
+        (B.position, "b.position"),
+        (ex.r, "r"),
+        (ex.normal, "normal"),
+        (ex.relative_velocity, "b.velocity"),
+        (A.state.slip, "a.state.slip"),
     ],
 )
 def test_one_particle_has_no_pair(value: Any, shown: str):
@@ -376,13 +375,13 @@ def test_one_particle_has_no_pair(value: Any, shown: str):
 
 def test_laws_are_values():
     law = actions.Interact(
-        radius=1, acceleration=motes.normal * -A.mass, set={"mass": A.state.n}, state={"n": 1}
+        radius=1, acceleration=ex.normal * -A.mass, set={"mass": A.state.n}, state={"n": 1}
     )
     assert law == copy.deepcopy(law) == pickle.loads(pickle.dumps(law))
-    assert law != actions.Interact(radius=1, acceleration=motes.normal)
+    assert law != actions.Interact(radius=1, acceleration=ex.normal)
     assert hash(law) == hash(pickle.loads(pickle.dumps(law)))
-    assert "motes.normal" in repr(law)
-    assert "motes.a.state.n" in repr(law)
+    assert "normal" in repr(law)
+    assert "a.state.n" in repr(law)
     assert actions.Law(velocity=(1, 0, 0)) == actions.Law(velocity=(1, 0, 0))
     assert pickle.loads(pickle.dumps(A)).mass is not None
     with pytest.raises(AttributeError, match="cannot be assigned"):

@@ -104,7 +104,8 @@ def test_any_vector_width(width: str):
 
 EMPTY = """
 import sys, motes
-from motes import shapes, column
+from motes import shapes
+from motes.expressions import column
 world = motes.World(seed=1, roles="shared", substeps=3, space=(-2, 2), progress="off")
 s, sparks = world.system("s"), world.system("sparks")
 
@@ -415,7 +416,7 @@ def test_a_refused_read_does_not_end_the_run():
 SHARED_OUT = """
 import sys
 import motes
-from motes import column
+from motes.expressions import column
 from motes.shapes import Box
 
 world = motes.World(seed=3, dt=0.02, substeps=2, space=(-2, 2), roles="shared", progress="off")

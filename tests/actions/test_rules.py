@@ -10,7 +10,7 @@ import pytest
 from standing import alike, on_ranks
 
 import motes
-from motes import column
+from motes.expressions import column, maximum
 from motes.shapes import Box, Plane, Sphere
 
 RULES = Path(__file__).parents[1] / "scenes" / "rules.py"
@@ -68,7 +68,7 @@ def test_set_computes_from_the_particle_before_it():
     before, after = run(
         lambda s, _: s.set(
             heat=column("velocity").length() / 2 + abs(column("position")[0]),
-            velocity=motes.maximum(-column("velocity"), 0.25),
+            velocity=maximum(-column("velocity"), 0.25),
             color=(column("age") * 0.1 + (0, 0.5, 1)),
         ),
         heat=0.0,

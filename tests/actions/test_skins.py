@@ -11,6 +11,7 @@ from skins import SCENE
 from standing import on_ranks
 
 import motes
+from motes import expressions as ex
 
 FAR = 1.5  # three radii of the largest grain
 
@@ -55,7 +56,7 @@ def test_a_pair_goes_on_from_one_image_to_another(skin: str, monkeypatch: pytest
     with world:
         s.emit(position=[(0.1, 0, 0), (0.58, 0, 0)], velocity=[(0, 0, 0), (0.7, 0, 0)])
         for _ in range(8):
-            s.interact(0.5, set={"k": motes.a.state.k + 1, "seen": motes.a.state.k}, state={"k": 1})
+            s.interact(0.5, set={"k": ex.a.state.k + 1, "seen": ex.a.state.k}, state={"k": 1})
             s.move()
             world.step()
         np.testing.assert_array_equal(s.gather().seen, 7)

@@ -9,8 +9,9 @@ import pytest
 from standing import on_ranks
 
 import motes
-from motes import actions, column
+from motes import actions
 from motes.errors import ArgumentError
+from motes.expressions import column
 from motes.shapes import Box
 
 EYE, LOOK = (0, 1, 9), (0.5, -0.25, -3)
@@ -19,6 +20,7 @@ SCENE = """
 import sys
 import numpy as np
 import motes
+from motes.expressions import column
 from motes.shapes import Box, Plane, Sphere
 
 SORTS = "sorts" in sys.argv
@@ -39,7 +41,7 @@ with world:
         dust.source(Box((-2, 0, -2), (2, 2, 2)), rate=4000)
         dust.burst((0, 1, 1))  # two at one place: the id decides
         dust.burst((0, 1, 1))
-        dust.set(heat=motes.column("age") * 2)
+        dust.set(heat=column("age") * 2)
         dust.spawn(into=chips, on="death", count=2)
         dust.spawn(into=chips, on="collision", count=1, inherit_velocity=0.5)
         if SORTS:

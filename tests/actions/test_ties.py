@@ -217,6 +217,7 @@ def test_pairs_are_all_those_within_reach():
 FLYING = """
 import sys
 import motes
+from motes.expressions import column
 log = sys.argv[1]
 world = motes.World(seed=1, roles="shared", substeps=2, dt=0.01, space=(0, 1), progress="off", log=log)
 sheet = world.system("sheet")
@@ -226,7 +227,7 @@ with world:
             sheet.configure(velocity=(0.5, 0, 0))
             cloth = sheet.cloth(20, 60, (0, 0, 0), (1, 0, 0), (0, 0.3, 0))
         if frame == 8:  # far away, and back
-            here = motes.column("position")
+            here = column("position")
             sheet.set(position=here + (5, 0, 0), where=here.y < 0.1)
         sheet.tie(cloth)
         sheet.move()
@@ -358,7 +359,7 @@ def stretch(substeps: int, falls: bool) -> tuple[float, float]:
 def test_a_cloth_that_hangs_is_as_stiff_as_its_sub_steps():
     mean, longest = stretch(20, falls=False)
     assert mean == pytest.approx(0.068, rel=0.1)
-    assert longest == pytest.approx(0.49, rel=0.1)
+    assert longest == pytest.approx(0.37, rel=0.1)
 
 
 @pytest.mark.slow

@@ -11,7 +11,7 @@ import pytest
 from standing import alike
 
 import motes
-from motes import column
+from motes.expressions import column
 
 
 def run(

@@ -13,6 +13,7 @@ from standing import alike, on_ranks
 
 import motes
 from motes.errors import ArgumentError, MotesError
+from motes.expressions import column
 from motes.shapes import Blob, Box, Cylinder, Mesh, Plane, Sphere
 
 G = 9.81
@@ -46,7 +47,7 @@ def test_the_floor_carries_the_weight_of_a_bed_and_the_sides_balance():
         Plane((0, 0, 1), (0, 0, -1)),
     ]
     world, bed = settled([FLOOR, *((side, motes.Wall(friction=0, rolling_friction=0)) for side in sides)])
-    weight = G * float(bed.total(motes.column("mass")))
+    weight = G * float(bed.total(column("mass")))
     floor = world.force(FLOOR)
     assert floor.force[1] == pytest.approx(-weight, rel=1e-3)
     pressed = np.array([world.force(side).force for side in sides])
@@ -70,7 +71,7 @@ def test_rough_sides_carry_a_part_of_the_bed_as_janssen_says():
     rough = [(side, motes.Wall(friction=1)) for side in vessel]
     ends = [(Plane((0, 0, z), (0, 0, 1)), motes.Wall(friction=0, rolling_friction=0)) for z in (0, 1)]
     world, bed = settled([(FLOOR, motes.Wall(friction=0.1)), *rough, *ends], grains=96)
-    weight = G * float(bed.total(motes.column("mass")))
+    weight = G * float(bed.total(column("mass")))
     carried = -sum(world.force(side).force[1] for side in vessel)
     assert carried > 0.02 * weight
     assert carried - world.force(FLOOR).force[1] == pytest.approx(weight, rel=5e-3)
@@ -271,9 +272,9 @@ def test_each_wall_has_its_own_coefficients():
                 x = np.array([0, 3, 6, 8.5, 12, 32])
                 drops = np.where(x < 8, 0.6, 0.4999)
                 balls.emit(position=np.stack([x, drops, 0 * x], axis=1))
-                balls.set(velocity=(0, -2, 0), where=motes.column("position").x < 8)
-                balls.set(velocity=(3, 0, 0), where=motes.column("position").x > 8)
-            balls.gravity((0, -G, 0), where=motes.column("position").x > 8)
+                balls.set(velocity=(0, -2, 0), where=column("position").x < 8)
+                balls.set(velocity=(3, 0, 0), where=column("position").x > 8)
+            balls.gravity((0, -G, 0), where=column("position").x > 8)
             balls.contact(1e4, restitution=0.5, friction=0.4, walls=walls)
             balls.move()
             world.step()

@@ -14,6 +14,7 @@ from standing import alike, assert_goes_on
 
 import motes
 from motes.errors import ArgumentError
+from motes.expressions import column
 from motes.shapes import (
     Blob,
     Box,
@@ -242,7 +243,7 @@ def test_a_wall_that_comes_pushes_at_its_speed():
 
 HEAP = """
 import numpy as np, motes
-from motes import column
+from motes.expressions import column
 from motes.shapes import Box, Cone, Cylinder, Mesh, Plane, Sphere
 rng = np.random.default_rng(2)
 paddle = Mesh({corners}, {sides}, resolution=32)
@@ -303,7 +304,7 @@ def test_a_run_goes_on_with_what_grains_remember_of_walls(tmp_path: Path):
 
 def test_walls_hold_those_that_are_chosen():
     start = {"position": [(0, 0.2, 0), (1, 0.2, 0)]}
-    last = rolling([GROUND], start, frames=20, where=motes.column("position").x > 0.5)
+    last = rolling([GROUND], start, frames=20, where=column("position").x > 0.5)
     assert last.position[0, 1] < -1
     assert last.position[1, 1] == pytest.approx(RADIUS, abs=2e-3)
 
@@ -313,7 +314,7 @@ def test_who_is_not_chosen_remembers_no_wall():
     start = {"position": [(0, 0.099, 0), (0, 0.2, -1)], "velocity": [(0.1, 0, 0), (0, 0, 0)]}
     free = {"gravity": (0, 0, 0), "frames": 2}
     # The first ball is chosen from its second frame on, the second ball always.
-    chosen = motes.column("age") - motes.column("position").z > 1 / 24 - 1e-4
+    chosen = column("age") - column("position").z > 1 / 24 - 1e-4
     later = rolling([GROUND], start, where=chosen, **free)
     comes = rolling(lambda frame: [GROUND if frame > 0 else Plane((0, -9, 0), (0, 1, 0))], start, **free)
     assert later.velocity[0, 0] < 0.09  # friction has slowed it

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -14,8 +15,10 @@ from handmade import moving_spot
 
 import motes
 from motes._mpi import rank_process
+from motes.cli import LAB
 
 PACKAGE = Path(motes.__file__).parent
+ROOT = Path(__file__).resolve().parents[2]
 LAUNCHERS = rank_process.LAUNCHED
 SHOW = "; import sys, json; print(json.dumps(sorted(sys.modules)))"
 COSTLY = {"mpi4py.MPI", "motes._core", "numpy", "pandas", "matplotlib", "argparse"}
@@ -117,6 +120,41 @@ def test_help_starts_nothing(command):
     assert loaded(code + "import motes") & {"mpi4py.MPI", "motes._core"} == set()
 
 
+def test_a_script_loads_nothing_of_the_laboratory():
+    assert not [name for name in loaded(WORLD) if name.startswith("motes_lab")]
+    assert "motes_lab.workloads" in loaded("import motes; motes.workloads")
+
+
+WITHOUT = """
+import sys
+class Nowhere:
+    def find_spec(self, name, *_):
+        if name == "motes_lab":
+            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+sys.meta_path.insert(0, Nowhere())
+import motes
+from motes.cli import main
+"""
+
+
+@pytest.mark.parametrize("name", ["cluster", "course", "workloads"])
+def test_without_the_laboratory_its_names_say_so(name):
+    for code in (f"motes.{name}", f"import motes.{name}", f"from motes.{name} import anything"):
+        made = alone(f"{WITHOUT}try: {code}\nexcept ImportError as error: print(error)")
+        assert made.stdout.startswith(f"motes.{name} needs motes's laboratory"), made.stderr
+        assert made.stdout.count("\n") == 1
+
+
+@pytest.mark.parametrize("command", LAB)
+def test_without_the_laboratory_its_commands_say_so(command):
+    for argv in ([command], [command, "--help"]):
+        made = alone(f"{WITHOUT}sys.exit(main({argv!r}))")
+        assert (made.returncode, made.stdout) == (2, "")
+        assert made.stderr.startswith(f"motes: `motes {command}` needs motes's laboratory")
+        assert made.stderr.count("\n") == 1
+    assert alone(f"{WITHOUT}main(['--help'])").returncode == 0
+
+
 @pytest.mark.parametrize(
     "code",
     [
@@ -162,14 +200,74 @@ def test_all_names_are_listed_and_loaded():
 
 
 def test_checkers_read_the_same_names_as_the_loader():
-    tree = ast.parse((PACKAGE / "__init__.py").read_text())
-    block = next(node for node in tree.body if isinstance(node, ast.If))
     imported = {}
-    for node in block.body:
+    for node in ast.parse((PACKAGE / "__init__.pyi").read_text()).body:
         if isinstance(node, ast.ImportFrom):
+            assert all(alias.asname == alias.name for alias in node.names), "else checkers hide the name"
             imported |= {alias.name: node.module for alias in node.names}
-    assert imported == {**motes._MODULE_OF, **dict.fromkeys(motes._PUBLIC_MODULES)}
-    assert sorted(imported) == motes.__all__
+    moved = dict.fromkeys(motes._MOVED, "expressions")
+    assert imported == {**motes._MODULE_OF, **dict.fromkeys(motes._PUBLIC_MODULES), **moved}
+    assert sorted(imported.keys() - moved) == motes.__all__
+
+
+MOVED = """
+import warnings
+warnings.simplefilter("always")
+import motes
+import {modules}
+with warnings.catch_warnings(record=True) as told:
+    motes.a
+    from motes import a, b, time  # line 8
+    from motes.expressions import column as new
+    assert motes.column is new and motes.b is b
+    a, b, time, motes.a, motes.column
+print([(str(w.message), w.category.__name__, w.filename, w.lineno) for w in told])
+"""
+
+
+def test_names_of_expressions_warn_once_at_the_top_level():
+    everything = sorted(
+        ".".join(["motes", *path.relative_to(PACKAGE).with_suffix("").parts])
+        for path in PACKAGE.rglob("*.py")
+        if "__" not in path.name and "peers" not in path.parts
+    )
+    made = alone(MOVED.format(modules=", ".join(everything)))
+    assert made.returncode == 0, made.stderr
+    told = ast.literal_eval(made.stdout.splitlines()[-1])
+    lines = {"a": 7, "b": 8, "time": 8, "column": 10}
+    assert [(name, row[3]) for name, row in zip(lines, told, strict=True)] == [*lines.items()]
+    for name, (message, kind, file, _) in zip(lines, told, strict=True):
+        assert message.startswith(f"motes.{name} is now motes.expressions.{name}; ")
+        assert (kind, file) == ("DeprecationWarning", "<string>")
+    assert "DeprecationWarning: motes" not in made.stderr, "the package uses the new names"
+
+
+def test_names_that_have_moved_are_still_found_but_not_listed():
+    for name in motes._MOVED:
+        with pytest.warns(DeprecationWarning, match=rf"motes\.{name} is now motes\.expressions\.{name};"):
+            vars(motes).pop(name, None)
+            found = getattr(motes, name)
+        assert found is getattr(motes.expressions, name)
+        assert getattr(motes, name) is found, "the second time without a warning"
+        del vars(motes)[name]
+        assert name not in motes.__all__ and name not in dir(motes)
+    found = {}
+    exec("from motes import *", found)
+    assert "column" not in found and "World" in found
+
+
+OLD_NAMES = rf"\bmotes\.({'|'.join(motes._MOVED)})\b|from motes import .*\b({'|'.join(motes._MOVED)})\b"
+
+
+@pytest.mark.parametrize("folder", ["cpp", "docs", "examples", "python", "tests"])
+def test_nothing_here_uses_names_that_have_moved(folder: str):
+    texts = [
+        path for path in (ROOT / folder).rglob("*") if path.suffix in (".py", ".md", ".ipynb", ".h", ".cpp")
+    ]
+    if not texts:
+        pytest.skip("the folder stands in the source tree")
+    own = {Path(__file__), ROOT / "docs" / "files" / "CHANGELOG.md"}
+    assert [str(path) for path in texts if path not in own and re.search(OLD_NAMES, path.read_text())] == []
 
 
 def test_a_mistyped_name_is_answered_with_the_nearest():

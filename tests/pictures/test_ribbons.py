@@ -175,6 +175,7 @@ EVERYWHERE = """
 import hashlib, json, sys
 import numpy as np, motes
 from motes import shapes
+from motes.expressions import column
 
 path, roles, frames, *where = sys.argv[1:]
 renderer = motes.Renderer(320, 180, camera=motes.Camera((0, 0, 9), (0, 0, 0)), path=path, shutter=1.5,
@@ -191,7 +192,7 @@ with world:
             system.configure(color=(0.2, 0.5, 1), alpha=0.5, velocity=shapes.Sphere((0, 0, 0), 9))
             system.configure(lifetime=motes.Uniform(0.2, 1))
             system.burst(shapes.Box((-4, -3, -1), (4, 3, 3)), count=20)
-            system.set(velocity=motes.column("velocity") - motes.column("position") * 0.4)
+            system.set(velocity=column("velocity") - column("position") * 0.4)
             system.move()
             system.kill_expired()
         picture = world.render()

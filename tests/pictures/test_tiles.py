@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from standing import on_ranks
 
 import motes
-from motes import column
+from motes import expressions as ex
 from motes.errors import ArgumentError
+from motes.expressions import column
 
 COLORS = np.array([(255, 0, 0), (0, 255, 0), (0, 0, 255), (255, 255, 255), (255, 255, 0), (0, 255, 255)])
 PICTURES = [np.full((8, 6, 3), color, np.uint8) for color in COLORS]
@@ -79,7 +80,7 @@ def test_tiles_follow_age_and_expressions_of_each_particle() -> None:
         np.testing.assert_allclose(light, wanted, atol=0.006)
     np.testing.assert_allclose(middle(pick="age"), COLORS[0] / 255, atol=0.002), "without an end"
     places = [(-1, 0, 0), (1, 0, 0)]
-    light = seen(places, pick=column("position")[0] + 1 + motes.time() * 4)
+    light = seen(places, pick=column("position")[0] + 1 + ex.time() * 4)
     np.testing.assert_allclose(light[32, [31, 64]], COLORS[[1, 3]] / 255, atol=0.002)
 
 
@@ -126,7 +127,9 @@ EVERYWHERE = """
 import sys
 import numpy as np
 import motes
-from motes import column, shapes
+from motes import expressions as ex
+from motes import shapes
+from motes.expressions import column
 
 path, roles = sys.argv[1:]
 camera = motes.Camera((0, 0, 9), (0, 0, 0))
@@ -134,8 +137,8 @@ facts = {"path": path, "shutter": 0.5, "objects": [shapes.Sphere((1, 0, 0), 1)]}
 renderer = motes.Renderer(160, 90, camera=camera, **facts)
 world = motes.World(seed=3, space=(-8, 8), roles=roles, renderer=renderer, progress="off")
 sheet = np.random.default_rng(1).integers(0, 255, (18, 14, 4), dtype=np.uint8)
-inside = motes.where(shapes.Sphere((0, 0, 0), 3), 1, 2.5)
-picks = ("random", "age", column("position")[0] * 2 + motes.time(), inside)
+inside = ex.where(shapes.Sphere((0, 0, 0), 3), 1, 2.5)
+picks = ("random", "age", column("position")[0] * 2 + ex.time(), inside)
 systems = []
 for i, blend in enumerate(("add", "alpha", "opaque", "alpha")):
     facing = "orientation" if i % 2 else "camera"

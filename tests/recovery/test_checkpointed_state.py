@@ -20,7 +20,8 @@ from motes._checkpoint.manifest import Manifest
 
 BORN_OF_MESHES = """
 import os, sys, motes
-from motes import column, shapes
+from motes import shapes
+from motes.expressions import column
 world = motes.World(seed=1, progress="off", checkpoint=motes.Checkpoint(sys.argv[1], every=2))
 s = world.system("s")
 with world:

@@ -190,6 +190,7 @@ import os, signal, sys
 import numpy as np
 import motes
 from mpi4py import MPI
+from motes import expressions as ex
 from motes.shapes import Box, Plane
 
 deaths = [tuple(map(int, pair.split("@"))) for pair in sys.argv[1:]]
@@ -203,7 +204,7 @@ clumps.clumps([(0, 0, 0, 0.06), (0.08, 0, 0, 0.05)], density=1000)
 slope = Plane((0, 0, 0), (0.2, 1, 0.1))
 ids = np.arange(20)
 ring = motes.Ties(np.stack([ids, np.roll(ids, -1)], -1), 0.08)
-turned = motes.a.state.turned
+turned = ex.a.state.turned
 with world:
     for frame in world.frames(10):
         if (me, frame) in deaths:
@@ -219,14 +220,14 @@ with world:
         clumps.contact(2000, friction=0.6, rolling_friction=0.05, walls=[slope])
         grains.contact(500, radius=0.06, walls=[slope])
         clumps.contact(800, friction=0.3, other=grains, other_radius=0.06)
-        law = 30 * motes.normal * (0.1 - motes.r) + (motes.normal - turned)
-        grains.interact(0.2, acceleration=law, state={"turned": 3}, set={"turned": motes.normal})
+        law = 30 * ex.normal * (0.1 - ex.r) + (ex.normal - turned)
+        grains.interact(0.2, acceleration=law, state={"turned": 3}, set={"turned": ex.normal})
         net.tie(ring, damping=1)
         for system in world.systems:
             system.move()
         world.step()
     counts = [system.count for system in world.systems]
-    touching = clumps.total(motes.column("contacts")) > 0 and grains.total(motes.column("contacts")) > 0
+    touching = clumps.total(ex.column("contacts")) > 0 and grains.total(ex.column("contacts")) > 0
     digest = world.digest()
     pressed = world.force(slope).force.tolist()
     print(digest, pressed, counts, touching) if "manager" in world.role else None

@@ -6,6 +6,7 @@ import resource
 import sys
 
 import motes
+from motes import expressions as ex
 from motes import shapes
 from motes._checkpoint.saving import Saver
 
@@ -71,10 +72,8 @@ with motes.Movie(f"{folder}/film.mp4") as movie, world:
         bits.move()
         grains.gravity((0, -9.8, 0))
         grains.contact(stiffness=200, restitution=0.4, friction=0.5)
-        slip = motes.a.state.slip + motes.relative_velocity * 0.01
-        grains.interact(
-            0.4, acceleration=slip, set={"slip": slip, "n": 1 + motes.a.state.n}, state=REMEMBERED
-        )
+        slip = ex.a.state.slip + ex.relative_velocity * 0.01
+        grains.interact(0.4, acceleration=slip, set={"slip": slip, "n": 1 + ex.a.state.n}, state=REMEMBERED)
         grains.bounce(shapes.Plane((0, 0, 0), (0, 1, 0)))
         grains.move()
         if frame > 10:

@@ -8,6 +8,7 @@ import argparse
 import numpy as np
 
 import motes
+from motes import expressions as ex
 from motes.shapes import Box, Plane, Sphere
 
 parser = argparse.ArgumentParser()
@@ -65,7 +66,7 @@ with world:
             write(frame)
         snow.move()
         if frame == 5:
-            snow.set(size=motes.column("age"))
+            snow.set(size=ex.column("age"))
         snow.sink(Plane((0, -0.9, 0), (0, 1, 0)))
         rain.source(Box((-1, 0.8, 0.9), (-0.9, 1, 1)), rate=1200)  # only few calculators have particles of it
         rain.move()

@@ -13,7 +13,9 @@ from typing import Any
 from mpi4py import MPI
 
 import motes
-from motes import column, shapes
+from motes import expressions as ex
+from motes import shapes
+from motes.expressions import column
 
 FRAMES = 8
 HERE = (0.25, 0.5, 0.0)
@@ -34,15 +36,15 @@ def grains(s: motes.System, pebbles: motes.System, sparks: motes.System, frame: 
     s.set(position=far, where=column("position").x > 1.9 + 0.01 * frame)
     if frame == 3:
         s.set(position=column("position") / 0 * 0, where=column("age") == 0)
-    older = {"crowd": motes.b.mass * motes.a.state.n, "n": motes.a.state.n + 1}
-    s.interact(0.3, spin=motes.normal, set=older, state={"n": 1})
+    older = {"crowd": ex.b.mass * ex.a.state.n, "n": ex.a.state.n + 1}
+    s.interact(0.3, spin=ex.normal, set=older, state={"n": 1})
     s.interact(
         0.25,
-        acceleration=motes.normal * (motes.r - 0.3) * 20 + motes.a.state.slip,
-        set={"slip": motes.a.state.slip - motes.relative_velocity * motes.b.heat, "crowd": motes.b.heat},
+        acceleration=ex.normal * (ex.r - 0.3) * 20 + ex.a.state.slip,
+        set={"slip": ex.a.state.slip - ex.relative_velocity * ex.b.heat, "crowd": ex.b.heat},
         state={"more": 3, "still": 3, "slip": 3},
         other=pebbles,
-        where=motes.a.age > 0.02,
+        where=ex.a.age > 0.02,
     )
     s.collide(radius=0.08, other=pebbles, other_radius=0.3, where=column("velocity").y < 0)
     s.kill_old(0.2)
@@ -59,11 +61,11 @@ def stones(s: motes.System, sparks: motes.System) -> None:
     s.collide(radius=0.3, friction=0.1, sleep=0.5)
     s.interact(
         0.4,
-        velocity=motes.normal * motes.a.state.n * -0.01,
-        set={"n": motes.a.state.n + motes.where(motes.r > 0.1, 1, 2)},
+        velocity=ex.normal * ex.a.state.n * -0.01,
+        set={"n": ex.a.state.n + ex.where(ex.r > 0.1, 1, 2)},
         state={"n": 1},
     )
-    s.law(acceleration=motes.a.velocity * -0.2, set={"heat": motes.a.heat + motes.a.age})
+    s.law(acceleration=ex.a.velocity * -0.2, set={"heat": ex.a.heat + ex.a.age})
     s.contact(
         stiffness=200, friction=0.7, rolling_friction=0.2, radius=0.2, where=column("position").z > -0.8
     )

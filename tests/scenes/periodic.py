@@ -14,7 +14,9 @@ from typing import Any
 import numpy as np
 
 import motes
-from motes import column, shapes
+from motes import expressions as ex
+from motes import shapes
+from motes.expressions import column
 
 FRAMES = 10
 PERIODIC = {"x": (-1, 3), "z": (0, 2)}
@@ -43,8 +45,8 @@ def gas(s: motes.System, stones: motes.System, frame: int) -> None:
     s.collide(radius=0.09, restitution=0.8)
     s.collide(radius=0.1, other=stones, other_radius=0.2, where=column("position").y < 0.8)
     s.pairs(repel, 0.25)
-    touched = {"times": motes.a.state.times + 1}
-    s.interact(0.3, velocity=motes.normal * (motes.a.state.times - 2) / 50, state={"times": 1}, set=touched)
+    touched = {"times": ex.a.state.times + 1}
+    s.interact(0.3, velocity=ex.normal * (ex.a.state.times - 2) / 50, state={"times": 1}, set=touched)
     s.follow(0.1, 0.1)
     s.curl_noise(30, scale=0.7, octaves=2, speed=3)
     s.move()

@@ -10,6 +10,7 @@ import sys
 import numpy as np
 
 import motes
+from motes.expressions import column
 from motes.shapes import Box, Disc, Sphere
 
 folder = sys.argv[1]
@@ -36,7 +37,7 @@ with world:
         grains.configure(heat=motes.Uniform(0, 1), wind=Sphere((0, 0, 0), 1))
         grains.burst(Box((-1, -1, -1), (1, 1, 1)), count=20)
         if frame >= LATE:
-            grains.set(color=(0.9, 0.2, 0.1), alpha=motes.column("heat"), mass=2 * motes.column("heat"))
+            grains.set(color=(0.9, 0.2, 0.1), alpha=column("heat"), mass=2 * column("heat"))
         grains.move()
         drops.configure(velocity=(0, -9, 0), size=motes.Uniform((0.01, 0.01, 0.01), (0.03, 0.02, 0.02)))
         drops.source(Disc((0, 1, 0), (0, 1, 0), 1), rate=1800)  # 30 per frame, each for 4 frames

@@ -3,6 +3,7 @@
 import argparse
 
 import motes
+from motes.expressions import column
 from motes.shapes import Box, Plane, Sphere
 
 parser = argparse.ArgumentParser()
@@ -42,7 +43,7 @@ def read(place):
                 with system.local() as particles:
                     assert len(particles.position) == len(particles.id)
             elif group[0] == "s":
-                system.tally((-3, -3, -3), (3, 3, 3), (4, 4, 4), where=motes.column("age") > 0)
+                system.tally((-3, -3, -3), (3, 3, 3), (4, 4, 4), where=column("age") > 0)
             elif group[0] in "ga":
                 system.gather(to="all" if group[0] == "a" else 0)
         if group[0] == "d":
@@ -53,7 +54,7 @@ with world:
     for frame in world.frames(7):
         if frame == 0:
             drops.burst(room, count=1500)
-        chips.spawn(into=drops, on="death", count=1, where=motes.column("position").y > 0.9)
+        chips.spawn(into=drops, on="death", count=1, where=column("position").y > 0.9)
         drops.source(room, rate=500)
         read("0")
         drops.gravity((0, -10, 0))

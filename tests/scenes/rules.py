@@ -3,7 +3,7 @@
 import numpy as np
 
 import motes
-from motes import column
+from motes.expressions import column
 from motes.shapes import Box, Plane, Sphere
 
 world = motes.World(seed=3, space=(-5, 5), progress="off", roles="shared", substeps=2)

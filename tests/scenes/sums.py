@@ -11,7 +11,7 @@ import numpy as np
 from mpi4py import MPI
 
 import motes
-from motes import column
+from motes.expressions import column
 from motes.shapes import Box, Sphere
 
 world = motes.World(seed=5, progress="off", **json.loads(sys.argv[1]))

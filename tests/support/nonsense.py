@@ -18,6 +18,7 @@ import numpy as np
 
 import motes
 from motes import actions, shapes
+from motes import expressions as ex
 
 __all__ = ["NONSENSE", "constructors", "drawn", "methods", "shown"]
 
@@ -153,11 +154,11 @@ NONSENSE: list[Any] = [
         motes.Normal(0, 3e38),
     ),
     *(motes.Normal((0, 0, 0), (3e38, 1e20, 0)), motes.Sprite(), CAMERA, actions.Move(), [actions.Move(), 5]),
-    *(motes.column("age"), motes.column("velocity"), motes.column("nothing"), motes.column("age") > 1),
+    *(ex.column("age"), ex.column("velocity"), ex.column("nothing"), ex.column("age") > 1),
     *(
-        motes.column("velocity") > 1,
-        motes.column("heat") / 0,
-        motes.column("velocity") / motes.column("velocity"),
+        ex.column("velocity") > 1,
+        ex.column("heat") / 0,
+        ex.column("velocity") / ex.column("velocity"),
     ),
     *(
         motes.Curve([(0, 1)]),
@@ -165,9 +166,9 @@ NONSENSE: list[Any] = [
         motes.Curve([(0, -1), (0, 1e30)]),
     ),
     *(
-        motes.time(),
-        motes.expressions.noise(motes.column("position")),
-        np.sin(motes.column("age")) ** motes.time(),
+        ex.time(),
+        ex.noise(ex.column("position")),
+        np.sin(ex.column("age")) ** ex.time(),
     ),
     *([(0, 1)], [(0, (1, 1, 1))], [(1, 1), (0, 1)], [(NAN, 1)], [(0, 1), (0, 2)], {"heat": 0}, {"x y": 1}),
 ]
@@ -194,7 +195,7 @@ SENSE: dict[str, list[Any]] = {
     "Renderer": [motes.Renderer(16, 12, camera=CAMERA)],
     "path": [Path("x.mp4"), "auto"],
     "ramp": [[(0, 1), (1, 2)], [(0, (1, 1, 1))]],
-    "where": [None, BALL, motes.column("age") > 0.1],
+    "where": [None, BALL, ex.column("age") > 0.1],
 }
 
 
@@ -244,7 +245,7 @@ def constructors() -> list[Callable[..., Any]]:
             is_other = inspect.isclass(value) and (issubclass(value, not_made) or value in BASES)
             if (inspect.isclass(value) or inspect.isfunction(value)) and not is_other:
                 made.append(value)
-    for one in (motes.column("age"), motes.column("velocity"), motes.column("age") > 1, BALL, BALL | BALL):
+    for one in (ex.column("age"), ex.column("velocity"), ex.column("age") > 1, BALL, BALL | BALL):
         names = [name for name in OPERATORS if hasattr(one, name)]
         made += [getattr(one, name) for name in names] + methods(one)
     nowhere = motes.Frame(0, 0.0, None)  # a frame held by another rank: checks arguments and writes nothing

@@ -18,7 +18,7 @@ STATE = '{"slip": 3, "n": 1, "way": 3}'
 
 def places(of: str, names: Sequence[str]) -> list[str]:
     """Return expressions for the attributes of one end of a pair."""
-    return [f"motes.{of}.{name}" for name in names]
+    return [f"ex.{of}.{name}" for name in names]
 
 
 @st.composite
@@ -36,13 +36,13 @@ def law(
     remembers = pairs and draw(st.booleans())
     arguments = [f"where={draw(where)}"]
     if pairs:
-        numbers += [*places("b", scalars), "motes.r"]
-        vectors += [*places("b", triples), "motes.normal", "motes.relative_velocity"]
+        numbers += [*places("b", scalars), "ex.r"]
+        vectors += [*places("b", triples), "ex.normal", "ex.relative_velocity"]
         arguments.append(f"radius={draw(st.sampled_from([0.01, 0.125, 0.3]))}")
         arguments += draw(st.sampled_from([[], [], ["other=$"]]))
     if remembers:
-        numbers += ["motes.a.state.n"] * 4
-        vectors += ["motes.a.state.slip", "motes.a.state.way"] * 3
+        numbers += ["ex.a.state.n"] * 4
+        vectors += ["ex.a.state.slip", "ex.a.state.way"] * 3
         arguments.append(f"state={STATE}")
     number = expressions(st.sampled_from(numbers))
     vector = st.tuples(st.sampled_from(vectors), number).map(lambda p: f"({p[0]} * {p[1]})")

@@ -30,7 +30,8 @@ TRIPLES = ("position", "velocity", "up", "rotational_velocity", "color", "size",
 HEADER = """\
 import numpy as np
 import motes
-from motes import Normal, Uniform, column, maximum, minimum
+from motes import Normal, Uniform
+from motes.expressions import column, maximum, minimum
 from motes import expressions as ex
 from motes.actions import *
 from motes.shapes import *
@@ -134,7 +135,7 @@ ONE = (
         "np.exp({})",
         "np.log({})",
     ),
-    *("ex.sign({})", "({} * motes.time())", "({} + ex.noise(column('position'), motes.time(), octaves=2))"),
+    *("ex.sign({})", "({} * ex.time())", "({} + ex.noise(column('position'), ex.time(), octaves=2))"),
     *("({} * ex.dot(column('velocity'), ex.cross(column('up'), ex.normalize(column('position')))))",),
 )
 THREE = ("mix", "smoothstep", "clamp")

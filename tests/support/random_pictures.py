@@ -27,13 +27,14 @@ IMAGES = (
     "LEAF, tiles=(1, 3)",
     "[LEAF, LEAF[::-1]], tiles=(7, 1)",
 )
-PICKS = ("'random'", "'age'", "motes.column('position')[0] * 3 + motes.time()", "1.625")
+PICKS = ("'random'", "'age'", "ex.column('position')[0] * 3 + ex.time()", "1.625")
 COLORS = ("Uniform((0, 0, 0), (1, 1, 1))", "Uniform((0, 0, 0), (9, 2, 1))", "(1, 0.5, 0.25)", "(9, 1.6, 0.2)")
 HEADER = """\
 import hashlib
 import numpy as np
 import motes
 from motes import Normal, Uniform
+from motes import expressions as ex
 from motes.shapes import *
 
 LEAF = (np.arange(9 * 7 * 4).reshape(9, 7, 4) * 37 % 256).astype(np.uint8)

@@ -10,6 +10,7 @@ SCENE = """
 import os, sys
 import numpy as np
 import motes
+from motes import expressions as ex
 from motes.shapes import Plane
 
 clumps, count, folder = int(sys.argv[1]), int(sys.argv[2]), sys.argv[3]
@@ -22,7 +23,7 @@ world = motes.World(
 grains, stones = world.system("grains", axis="x"), world.system("stones", axis="yz")
 seen = world.system("seen", axis="xz")
 (grains if clumps else stones).clumps([(0, 0, 0, 0.03), (0.03, 0, 0, 0.03)], density=1000)
-law = 30 * (0.12 - motes.r) * motes.normal - motes.a.state.way
+law = 30 * (0.12 - ex.r) * ex.normal - ex.a.state.way
 with world:
     for frame in world.frames(6):
         if frame == int(os.environ.get("KILL", -1)):
@@ -39,7 +40,7 @@ with world:
         grains.contact(300, friction=0.6, rolling_friction=0.05, walls=[floor])
         grains.contact(200, friction=0.4, rolling_friction=0.1, other=stones)
         stones.contact(300, friction=0.6, walls=[(floor, motes.Wall(friction=0.2))])
-        remembered = {"way": motes.normal + 0.5 * motes.a.state.way}
+        remembered = {"way": ex.normal + 0.5 * ex.a.state.way}
         seen.interact(0.12, acceleration=law, set=remembered, state={"way": 3})
         seen.interact(0.1, acceleration=law, set=remembered, state={"way": 3}, other=grains)
         for system in world.systems:
@@ -48,7 +49,7 @@ with world:
         digest = world.digest()
         if "manager" in world.role:
             print("digest", frame, digest, *(one.tolist() for one in world.force(floor)), flush=True)
-    touching = [s.total(motes.column("contacts")) > count / 2 for s in (grains, stones)]
+    touching = [s.total(ex.column("contacts")) > count / 2 for s in (grains, stones)]
     if "manager" in world.role:
         print("digest touching", all(touching))
 """

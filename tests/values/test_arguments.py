@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import motes
+from motes import expressions as ex
 from motes import shapes
 from motes.errors import ArgumentError
 
@@ -184,24 +185,24 @@ CALLS: list[tuple[Callable[[motes.System], Any], str]] = [
     (lambda s: s.gather(to=1), "to must be 0 or 'all', got 1"),
     (lambda s: s.gather(to=True), "to must be 0 or 'all'"),
     (lambda s: s.total("age"), "expression must be 3 numbers, got 'age'"),
-    (lambda s: s.total(motes.column("age") > 1), "expression must be a number, 3 numbers or an expression"),
-    (lambda s: s.total(motes.column("heta")), "column must be one of .* got 'heta'; did you mean 'heat'"),
-    (lambda s: s.total(motes.column("heat"), where=1), "where must be a shape or a comparison"),
+    (lambda s: s.total(ex.column("age") > 1), "expression must be a number, 3 numbers or an expression"),
+    (lambda s: s.total(ex.column("heta")), "column must be one of .* got 'heta'; did you mean 'heat'"),
+    (lambda s: s.total(ex.column("heat"), where=1), "where must be a shape or a comparison"),
     (lambda s: s.total(NAN), "expression must be a finite number, got nan"),
-    (lambda s: s.histogram(motes.column("heat"), [1]), "edges must be ascending numbers, at least 2"),
-    (lambda s: s.histogram(motes.column("heat"), 10), "edges must be ascending numbers"),
-    (lambda s: s.histogram(motes.column("heat"), [0, 2, 1]), "edges must be ascending numbers"),
-    (lambda s: s.histogram(motes.column("heat"), [0, 1, 1]), "edges must be ascending numbers"),
-    (lambda s: s.histogram(motes.column("heat"), [0, NAN]), "edges must be ascending numbers"),
-    (lambda s: s.histogram(motes.column("heat"), [0, INF, INF]), "edges must be ascending numbers"),
-    (lambda s: s.histogram(motes.column("heat"), "abc"), "edges must be ascending numbers"),
-    (lambda s: s.histogram(motes.column("heat"), range(2**24 + 2)), "edges must be of at most 16777216"),
-    (lambda s: s.histogram(motes.column("wind"), [0, 1]), "expression must be .* one number per particle"),
+    (lambda s: s.histogram(ex.column("heat"), [1]), "edges must be ascending numbers, at least 2"),
+    (lambda s: s.histogram(ex.column("heat"), 10), "edges must be ascending numbers"),
+    (lambda s: s.histogram(ex.column("heat"), [0, 2, 1]), "edges must be ascending numbers"),
+    (lambda s: s.histogram(ex.column("heat"), [0, 1, 1]), "edges must be ascending numbers"),
+    (lambda s: s.histogram(ex.column("heat"), [0, NAN]), "edges must be ascending numbers"),
+    (lambda s: s.histogram(ex.column("heat"), [0, INF, INF]), "edges must be ascending numbers"),
+    (lambda s: s.histogram(ex.column("heat"), "abc"), "edges must be ascending numbers"),
+    (lambda s: s.histogram(ex.column("heat"), range(2**24 + 2)), "edges must be of at most 16777216"),
+    (lambda s: s.histogram(ex.column("wind"), [0, 1]), "expression must be .* one number per particle"),
     (
-        lambda s: s.histogram(motes.column("heat"), [0, 1], weights=BALL),
+        lambda s: s.histogram(ex.column("heat"), [0, 1], weights=BALL),
         "weights must be a number, 3 numbers",
     ),
-    (lambda s: s.histogram(motes.column("heat"), [0, 1], weights=(1, 2, 3)), "weights must be .* one number"),
+    (lambda s: s.histogram(ex.column("heat"), [0, 1], weights=(1, 2, 3)), "weights must be .* one number"),
     (lambda s: s.tally((0, 0, 0), (1, 1, 1), 9), "shape must be 3 integers, got 9"),
     (lambda s: s.tally((0, 0, 0), (1, 1, 1), (9, 9)), "shape must be 3 integers"),
     (lambda s: s.tally((0, 0, 0), (1, 1, 1), (9, 0, 9)), "shape must be an integer >= 1, got 0"),

@@ -19,6 +19,7 @@ from standing import COMMAND_LINE, alike, on_ranks
 
 import motes
 from motes import Curve, actions
+from motes.expressions import column
 from motes.shapes import Box, Sphere
 
 NAN, INF = float("nan"), float("inf")
@@ -181,7 +182,7 @@ def test_copies_of_births_are_made_again_from_their_history():
                 s.gravity((0, -5, 0))
                 s.move()
                 if early or frame == 3:
-                    s.restore(time_left=10.0, where=motes.column("position_b").x > 1000)
+                    s.restore(time_left=10.0, where=column("position_b").x > 1000)
                 world.step()
             found.append(s.gather().position_b)
     assert len(found[0]) == 27
@@ -364,18 +365,19 @@ def test_ways_between_other_shapes_are_refused(shape: Any, before: Any, message:
 SCRIPT = """
 import numpy as np
 import motes
-from motes import column, expressions as ex
+from motes import expressions as ex
+from motes.expressions import column
 from motes.shapes import Sphere
 
 world = motes.World(seed=3, progress="off", substeps=2)
 comet, dust = world.system("comet"), world.system("dust")
 comet.configure(velocity=motes.Curve([(0, (0, 0, 0)), (1, (0, 3, 0))]))
-around = ex.cross((0, 1, 0), column("position")) * np.sin(9 * motes.time())
+around = ex.cross((0, 1, 0), column("position")) * np.sin(9 * ex.time())
 with world:
     for frame in world.frames(8):
         before, now = (Sphere((0.3 * k, 0, 0), 0.2) for k in (frame, frame + 1))
         comet.source(now, motes.Curve([(0, 0), (0.4, 2000)], "smooth"), True, moving_from=before)
-        comet.set(velocity=column("velocity") + around, where=ex.noise(column("position"), motes.time()) > 0)
+        comet.set(velocity=column("velocity") + around, where=ex.noise(column("position"), ex.time()) > 0)
         comet.move()
         comet.trail(dust, every=0.1)
         dust.restore(1.0)

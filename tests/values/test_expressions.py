@@ -16,8 +16,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import motes
-from motes import column
 from motes import expressions as ex
+from motes.expressions import column
 from motes.expressions._conditions import as_condition
 from motes.expressions._expression import as_expression
 from motes.shapes import Sphere
@@ -398,7 +398,7 @@ def test_expressions_are_values_that_read_back():
             ex.cross(p, (0, 1, 0)),
             ex.normalize(p),
             p.length(),
-            ex.noise(p, motes.time(), octaves=3),
+            ex.noise(p, ex.time(), octaves=3),
         ),
     ):
         again = eval(repr(value), vars(ex) | {"abs": abs})

@@ -70,7 +70,7 @@ def alike(found: np.ndarray, wanted: np.ndarray) -> bool:
 def test_numbers_have_the_bits_of_particles(engine: Callable[..., np.ndarray], name: str):
     function = OF_NUMBERS[name]
     found = function(X, Y, Z)
-    assert alike(found, engine(function(*map(motes.column, "xyz")), 0.0))
+    assert alike(found, engine(function(*map(ex.column, "xyz")), 0.0))
     grid = function(*(a[:24].reshape(2, 3, 4) for a in (X, Y, Z)))
     np.testing.assert_array_equal(grid, found[:24].reshape(2, 3, 4))
     one = function(*(float(a[5]) for a in (X, Y, Z)))
@@ -83,7 +83,7 @@ def test_vectors_are_in_the_last_axis(engine: Callable[..., np.ndarray], name: s
     function = OF_VECTORS[name]
     found = function(V, W)
     wide = found.ndim == 2
-    assert alike(found, engine(function(motes.column("v"), motes.column("w")), (0.0,) * 3 if wide else 0.0))
+    assert alike(found, engine(function(ex.column("v"), ex.column("w")), (0.0,) * 3 if wide else 0.0))
     one = function(V[3], W[3])
     assert np.shape(one) == ((3,) if wide else ())
     np.testing.assert_array_equal(one, found[3])
@@ -101,8 +101,8 @@ def test_they_are_right_and_round_to_float32():
 
 
 def test_arrays_beside_columns_stay_parts_of_expressions():
-    assert isinstance(ex.dot(motes.column("velocity"), np.array([0, 1, 0])), ex.Expression)
-    assert isinstance(ex.power(motes.column("age"), np.float64(1.5)), ex.Expression)
+    assert isinstance(ex.dot(ex.column("velocity"), np.array([0, 1, 0])), ex.Expression)
+    assert isinstance(ex.power(ex.column("age"), np.float64(1.5)), ex.Expression)
     assert isinstance(ex.normalize((1, 2, 3)), ex.Expression)
 
 

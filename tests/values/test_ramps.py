@@ -9,9 +9,8 @@ import pytest
 from standing import on_ranks
 
 import motes
-from motes import column
 from motes.errors import ArgumentError
-from motes.expressions import choose, mix, ramp
+from motes.expressions import choose, column, mix, ramp
 
 FIRE = [
     (0, (1, 0.9, 0.2)),
@@ -74,8 +73,8 @@ def test_wrong_ramps_are_refused() -> None:
 
 RANKS = """
 import motes
-from motes import column, shapes
-from motes.expressions import ramp
+from motes import shapes
+from motes.expressions import column, ramp
 fire = motes.Curve([(0, (1, 0.9, 0.2)), (0.4, (0.9, 0.2, 0)), (1, (0, 0, 0))], "spline")
 world = motes.World(seed=5, progress="off")
 sparks = world.system("sparks", attributes={"shift": 0.0})

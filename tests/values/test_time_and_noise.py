@@ -10,8 +10,8 @@ import pytest
 from test_expressions import STATE, Array, computed, one
 
 import motes
-from motes import column
 from motes import expressions as ex
+from motes.expressions import column
 from motes.shapes import Box
 
 
@@ -23,10 +23,10 @@ def test_time_is_that_of_the_start_of_each_substep():
         for frame in world.frames(3):
             if frame == 0:
                 s.burst((0, 0, 0))
-            assert s.total(motes.time()) == world.time
-            s.set(last=motes.time(), total=column("total") + motes.time())
-            s.set(late=column("late") + 1, where=motes.time() >= 1.2)
-            s.callback(lambda p: seen.append(len(p)), where=motes.time() >= 1.2)
+            assert s.total(ex.time()) == world.time
+            s.set(last=ex.time(), total=column("total") + ex.time())
+            s.set(late=column("late") + 1, where=ex.time() >= 1.2)
+            s.callback(lambda p: seen.append(len(p)), where=ex.time() >= 1.2)
             world.step()
         p = s.gather()
     times = np.arange(12) * 0.125
@@ -41,7 +41,7 @@ def test_time_limits_children():
     with world:
         for _ in world.frames(4):
             s.emit(position=[(0, 0, 0), (1, 0, 0)])
-            s.spawn(into=children, on="birth", count=1, where=motes.time() > 0.9)
+            s.spawn(into=children, on="birth", count=1, where=ex.time() > 0.9)
             world.step()
     assert children.born == 4  # two each in the frames at 1.0 and 1.5 s
 
@@ -59,10 +59,10 @@ def test_time_limits_meetings_by_substep(kind: str):
                 world.step()
             return s.gather().velocity[0, 0]
 
-    each = pushed(motes.time() < 0.1)  # one sub-step of four; nothing moves, so all push equally
+    each = pushed(ex.time() < 0.1)  # one sub-step of four; nothing moves, so all push equally
     assert each > 0
     for since, substeps in ((0.2, 3), (0.3, 2), (0.6, 1), (0.8, 0)):
-        assert pushed(motes.time() > since) == pytest.approx(substeps * each, rel=1e-5)
+        assert pushed(ex.time() > since) == pytest.approx(substeps * each, rel=1e-5)
 
 
 def test_noise_of_columns_is_the_same_in_each_run_and_system():

@@ -15,14 +15,16 @@ import numpy as np
 import pytest
 
 import motes
-from motes import actions, column, shapes
+from motes import actions, shapes
 from motes._values.values import Value
 from motes.actions import Action
 from motes.errors import NotAssignableError
+from motes.expressions import column, maximum
 
 BALL = shapes.Sphere((0, 1, 2), 3, 0.5)
 FLOOR = shapes.Plane((0, 0, 0), (0, 1, 0))
 NAMES: dict[str, Any] = {
+    **vars(motes.expressions),
     **{name: getattr(motes, name) for name in motes.__all__},
     **vars(shapes),
     **vars(actions),
@@ -55,9 +57,7 @@ VALUES: list[Any] = [
     actions.KillExpired(),
     actions.Set(attribute="mass", value=2),
     actions.Set(attribute="velocity", value=-column("velocity") * 0.5 + (0, 1, 0)),
-    actions.Set(
-        attribute="mass", value=motes.maximum(column("velocity").length(), column("up").y), where=BALL
-    ),
+    actions.Set(attribute="mass", value=maximum(column("velocity").length(), column("up").y), where=BALL),
     motes.Sprite("point"),
     motes.Sprite(pixels=9),
     motes.Solid(BALL, (1, 0.5, 0)),
@@ -117,12 +117,13 @@ def test_fields_are_numbers_and_tuples():
 def test_values_are_dataclasses_with_the_signature_of_their_fields():
     bounce, uniform = actions.Bounce, motes.Uniform
     assert str(inspect.signature(bounce)) == (
-        "(*, where: 'Where' = None, shape: 'Shape', restitution: 'Number' = 1, friction: 'Number' = 0, "
-        "min_tangential_speed: 'Number' = 0, exact_hit: 'bool' = True) -> None"
+        "(shape: 'Shape', restitution: 'Number' = 1, friction: 'Number' = 0, "
+        "min_tangential_speed: 'Number' = 0, exact_hit: 'bool' = True, *, where: 'Where' = None) -> None"
     )
     assert str(inspect.signature(uniform)) == "(lo: 'ArrayLike | Curve', hi: 'ArrayLike | Curve') -> None"
     assert list(inspect.signature(shapes.Sphere).parameters) == ["center", "radius", "inner_radius"]
-    assert (bounce.__match_args__, uniform.__match_args__) == ((), ("lo", "hi"))
+    assert uniform.__match_args__ == ("lo", "hi")
+    assert (actions.Jet.__match_args__, actions.Law.__match_args__) == (("shape", "acceleration"), ())
     # Cameras are mutable: excluded here.
     for kind in {type(value) for value in VALUES if not isinstance(value, motes.Camera)}:
         fields = dataclasses.fields(kind)
@@ -141,7 +142,7 @@ def test_values_are_dataclasses_with_the_signature_of_their_fields():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: actions.Bounce(FLOOR), "Bounce.*takes 1 positional argument but 2 were given"),
+        (lambda: motes.Wall(1), "Wall.*takes 1 positional argument but 2 were given"),
         (lambda: motes.Uniform(1, 2, 3), "Uniform.*takes 3 positional arguments but 4 were given"),
         (lambda: motes.Uniform(1, lo=2), "Uniform.*got multiple values for argument 'lo'"),
         (lambda: motes.Uniform(1), "Uniform.*missing 1 required argument: 'hi'"),

@@ -16,6 +16,7 @@ import pytest
 from standing import on_ranks
 
 import motes
+from motes import expressions as ex
 from motes import shapes
 from motes.errors import MotesError, NotAssignableError
 
@@ -112,7 +113,7 @@ def test_unknown_attributes_are_reported_with_near_names():
         with pytest.raises(motes.ArgumentError, match="got 'aeg'; did you mean 'age'"):
             s.set(aeg=1)
         with pytest.raises(motes.ArgumentError, match="got 'aeg'; did you mean 'age'"):
-            s.kill_expired(where=motes.column("aeg") > 1)
+            s.kill_expired(where=ex.column("aeg") > 1)
 
 
 # --- calls from inside a callback, or from another thread

@@ -14,6 +14,7 @@ from same_bits import table
 from standing import alike, on_ranks
 
 import motes
+from motes import expressions as ex
 from motes.errors import ArgumentError
 from motes.shapes import Box
 
@@ -62,7 +63,8 @@ EVERYWHERE = """
 import sys
 import numpy as np
 import motes
-from motes import column, shapes
+from motes import shapes
+from motes.expressions import column
 
 def far(p):
     p.position[:] += np.float32(100.25)
@@ -302,7 +304,7 @@ def test_reaches_above_half_a_period():
         lambda: s.match_velocity(max_radius=2.51),
         lambda: s.match_rotational_velocity(),
         lambda: s.pairs(lambda p: None, 2.51),
-        lambda: s.interact(2.51, velocity=motes.normal),
+        lambda: s.interact(2.51, velocity=ex.normal),
         lambda: s.tie(motes.Ties([(0, 1), (1, 2)], [1, 2.51])),
     ]
     with world:

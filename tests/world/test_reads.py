@@ -10,7 +10,7 @@ import pytest
 from standing import on_ranks
 
 import motes
-from motes import column
+from motes.expressions import column
 from motes.shapes import Plane, Sphere
 
 SCENE = Path(__file__).parents[1] / "scenes" / "reads.py"

@@ -15,7 +15,7 @@ from same_bits import widths
 from standing import COMMAND_LINE, on_ranks
 
 import motes
-from motes import column
+from motes.expressions import column
 from motes.shapes import Box, Sphere
 
 SCENE = Path(__file__).parents[1] / "scenes" / "sums.py"
@@ -193,11 +193,12 @@ def test_sums_in_callbacks_and_outside_the_world_are_refused():
 
 OTHERS = """
 import motes
+from motes.expressions import column
 world = motes.World(seed=1, progress="off")
 s = world.system("s")
 with world:
     s.burst((0, 0, 0), count=9)
-    s.total(motes.column("age"), where=motes.column("age") > WHERE)
+    s.total(column("age"), where=column("age") > WHERE)
 """
 
 
@@ -211,15 +212,16 @@ def test_ranks_that_ask_for_different_sums_are_told():
 
 RECORDED = """
 import motes
+from motes.expressions import column
 world = motes.World(seed=1, progress="off")
 s = world.system("s")
 with world:
     for frame in world.frames(3):
         s.burst((0, frame, 0), count=9)
         s.gravity((0, -1, 0))
-        s.set(velocity=motes.column("velocity") + s.total(motes.column("position").y))
+        s.set(velocity=column("velocity") + s.total(column("position").y))
         s.move()
-        print(world.frame, s.total(motes.column("position")))
+        print(world.frame, s.total(column("position")))
         world.step()
 """
 

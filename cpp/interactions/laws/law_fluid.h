@@ -117,7 +117,9 @@ struct Pressure {
     MOTES_INLINE void finish(const Pressure& law, const Task& task, const Around&, std::uint32_t i,
                              std::uint32_t last) const {
       const float per_density = law.heavy.per_density, per_mass = law.heavy.per_mass;
-      const Floats then = density * per_mass * per_density - 1.0f;
+      // Nothing can relieve what a particle that is denser than the liquid by itself has alone.
+      const Floats alone = law.spread.high * mass * per_mass * per_density;
+      const Floats then = density * per_mass * per_density - max(alone, all(1.0f));
       const Floats now = then + parts * per_mass * (1 / law.spread.unit) * per_density * law.step;
       const Floats above = max(then - (1.0f - kRelieved) * max(now, Floats{}), Floats{});
       const Floats3 s = slope * per_mass;

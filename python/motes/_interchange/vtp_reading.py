@@ -23,12 +23,22 @@ from .._particles.foreign import WIDTHS, leave_out
 
 __all__ = ["read"]
 
-_KINDS = {f"{name}{8 * size}": f"{letter}{size}" for name, letter, sizes in (
-    ("Int", "i", (1, 2, 4, 8)), ("UInt", "u", (1, 2, 4, 8)), ("Float", "f", (4, 8)),
-) for size in sizes}  # fmt: skip
+_TYPES = {
+    "Int8": "i1",
+    "Int16": "i2",
+    "Int32": "i4",
+    "Int64": "i8",
+    "UInt8": "u1",
+    "UInt16": "u2",
+    "UInt32": "u4",
+    "UInt64": "u8",
+    "Float32": "f4",
+    "Float64": "f8",
+}
+"""NumPy's name of each of the format's types."""
 _OPEN = b"<AppendedData"
 _MOST_HEAD = 1 << 20
-_PACKERS = ("vtkZLibDataCompressor", "vtkLZMADataCompressor")
+_COMPRESSORS = ("vtkZLibDataCompressor", "vtkLZMADataCompressor")
 
 
 def read(path: Path, names: Iterable[str] | None, *, frame: int) -> dict[str, NDArray[Any]]:
@@ -45,18 +55,16 @@ def read(path: Path, names: Iterable[str] | None, *, frame: int) -> dict[str, ND
         pieces = data.tree.findall("./PolyData/Piece")
         if not pieces:
             raise ValueError("it has no PolyData with a piece")
-        found = [_arrays(piece) for piece in pieces]
+        arrays = [_arrays(piece) for piece in pieces]
         whole = names is None
         if names is None:
-            odd = {name: said for name, array in found[0].items() if (said := _oddity(name, array))}
-            for name, said in odd.items():
-                leave_out(path, name, said)
-            names = [name for name in found[0] if name not in odd]
+            odd = {name: reason for name, array in arrays[0].items() if (reason := _oddity(name, array))}
+            for name, reason in odd.items():
+                leave_out(path, name, reason)
+            names = [name for name in arrays[0] if name not in odd]
         columns = {}
         for name in names:
-            parts = [
-                data.array(arrays[name], _rows(piece)) for piece, arrays in zip(pieces, found, strict=True)
-            ]
+            parts = [data.array(own[name], _rows(piece)) for piece, own in zip(pieces, arrays, strict=True)]
             columns[name] = parts[0] if len(parts) == 1 else np.concatenate(parts)
         if whole and _is_radius(columns.get("radius"), columns.get("size")):
             del columns["radius"]
@@ -65,9 +73,9 @@ def read(path: Path, names: Iterable[str] | None, *, frame: int) -> dict[str, ND
 
 def _arrays(piece: ElementTree.Element) -> dict[str, ElementTree.Element]:
     """Return the XML element that describes each column, by name."""
-    found = {array.get("Name", ""): array for array in piece.findall("./PointData/*")}
+    arrays = {array.get("Name", ""): array for array in piece.findall("./PointData/*")}
     points = piece.findall("./Points/DataArray")
-    return {"position": points[0], **found} if points else found
+    return {"position": points[0], **arrays} if points else arrays
 
 
 def _oddity(name: str, array: ElementTree.Element) -> str:
@@ -75,7 +83,7 @@ def _oddity(name: str, array: ElementTree.Element) -> str:
     kind, width = array.get("type", ""), _whole(array, "NumberOfComponents", "1")
     if name == "position":
         return ""
-    if array.tag != "DataArray" or kind not in _KINDS:
+    if array.tag != "DataArray" or kind not in _TYPES:
         return f"values of type {kind or array.tag}"
     return "" if width in WIDTHS else f"{width} numbers per particle"
 
@@ -124,68 +132,69 @@ class _Data:
         header = self.tree.get("header_type", "UInt32")
         if header not in ("UInt32", "UInt64"):
             raise ValueError(f"lengths of type {header!r} are not supported")
-        self._length = np.dtype(self._order + _KINDS[header])
-        self._packer = self.tree.get("compressor")
+        self._length = np.dtype(self._order + _TYPES[header])
+        self._compressor = self.tree.get("compressor")
 
-    def array(self, said: ElementTree.Element, rows: int) -> NDArray[Any]:
+    def array(self, element: ElementTree.Element, rows: int) -> NDArray[Any]:
         """Return a column: (rows,), or (rows, width) if it has several components."""
-        name, kind, form = said.get("Name", ""), said.get("type", ""), said.get("format", "ascii")
-        if said.tag != "DataArray" or kind not in _KINDS:
-            raise ValueError(f"column {name!r} is of type {kind or said.tag!r}, which is not supported")
-        width = _whole(said, "NumberOfComponents", "1")
+        name, kind, form = element.get("Name", ""), element.get("type", ""), element.get("format", "ascii")
+        if element.tag != "DataArray" or kind not in _TYPES:
+            raise ValueError(f"column {name!r} is of type {kind or element.tag!r}, which is not supported")
+        width = _whole(element, "NumberOfComponents", "1")
         if width < 1:
             raise ValueError(f"column {name!r} has {width} components")
-        dtype = np.dtype(self._order + _KINDS[kind])
+        dtype = np.dtype(self._order + _TYPES[kind])
         if form == "ascii":
-            numbers = (said.text or "").split()
-            found = np.array(numbers, dtype if dtype.kind == "f" else object).astype(dtype)
+            words = (element.text or "").split()
+            numbers = np.array(words, dtype if dtype.kind == "f" else object).astype(dtype)
         elif form in ("binary", "appended"):
-            found = self._binary(said, form == "appended", dtype, rows * width)
+            numbers = self._binary(element, form == "appended", dtype, rows * width)
         else:
             raise ValueError(f"column {name!r} is in the format {form!r}, which is not supported")
-        if len(found) != rows * width:
-            raise ValueError(f"{name} is cut short: {len(found)} of {rows * width} numbers")
-        native = found.astype(dtype.newbyteorder("="), copy=False)
+        if len(numbers) != rows * width:
+            raise ValueError(f"{name} is cut short: {len(numbers)} of {rows * width} numbers")
+        native = numbers.astype(dtype.newbyteorder("="), copy=False)
         return native.reshape(rows, width) if width > 1 else native
 
     def _binary(
-        self, said: ElementTree.Element, appended: bool, dtype: np.dtype[Any], count: int
+        self, element: ElementTree.Element, appended: bool, dtype: np.dtype[Any], count: int
     ) -> NDArray[Any]:
-        if self._packer is not None and self._packer not in _PACKERS:
-            raise ValueError(f"data packed by {self._packer} is not supported; {' and '.join(_PACKERS)} are")
+        if self._compressor is not None and self._compressor not in _COMPRESSORS:
+            known = " and ".join(_COMPRESSORS)
+            raise ValueError(f"data packed by {self._compressor} is not supported; {known} are")
         source: _Raw | _Base64
         if not appended:
-            text = "".join((said.text or "").split()).encode()
+            text = "".join((element.text or "").split()).encode()
             source = _Base64(lambda at, size: text[at : at + size])
         elif not self._appended:
             raise ValueError("it has no appended data")
         else:
-            source = _Raw(self._file, self._start + _whole(said, "offset", ""))
-            if self._raw and self._packer is None:
+            source = _Raw(self._file, self._start + _whole(element, "offset", ""))
+            if self._raw and self._compressor is None:
                 self._check_length(source, count * dtype.itemsize)
                 return source.numbers(self._length.itemsize, dtype, count)
             source = source if self._raw else _Base64(source.take)
         size = count * dtype.itemsize
         return np.frombuffer(
-            self._plain(source, size) if self._packer is None else self._packed(source, size), dtype
+            self._plain(source, size) if self._compressor is None else self._packed(source, size), dtype
         )
 
     def _numbers(self, source: _Raw | _Base64, count: int) -> list[int]:
         content = source.take(0, count * self._length.itemsize)
         if len(content) < count * self._length.itemsize:
             raise ValueError("it is cut short")
-        found: list[int] = np.frombuffer(content, self._length).tolist()
-        return found
+        numbers: list[int] = np.frombuffer(content, self._length).tolist()
+        return numbers
 
     def _check_length(self, source: _Raw | _Base64, size: int) -> None:
-        (given,) = self._numbers(source, 1)
-        if given != size:
-            raise ValueError(f"an array has {given} bytes, not {size}")
+        (length,) = self._numbers(source, 1)
+        if length != size:
+            raise ValueError(f"an array has {length} bytes, not {size}")
 
     def _plain(self, source: _Raw | _Base64, size: int) -> bytes:
         self._check_length(source, size)
         if source.ends_at(self._length.itemsize):
-            return source.behind(self._length.itemsize).take(0, size)
+            return source.skip(self._length.itemsize).take(0, size)
         return source.take(self._length.itemsize, size)
 
     def _packed(self, source: _Raw | _Base64, size: int) -> bytes:
@@ -197,7 +206,7 @@ class _Data:
         _, whole, last, *lengths = self._numbers(source, 3 + blocks)
         if whole * (blocks - bool(last)) + last != size:
             raise ValueError(f"its blocks do not have {size} bytes")
-        content = source.behind((3 + blocks) * self._length.itemsize).take(0, sum(lengths))
+        content = source.skip((3 + blocks) * self._length.itemsize).take(0, sum(lengths))
         parts = []
         for number, length in enumerate(lengths):
             parts.append(self._unpack(content[:length], last if last and number == blocks - 1 else whole))
@@ -206,14 +215,14 @@ class _Data:
 
     def _unpack(self, packed: bytes, size: int) -> bytes:
         """Decompress a block to exactly `size` bytes."""
-        opened: Any = zlib.decompressobj() if self._packer == _PACKERS[0] else lzma.LZMADecompressor()
+        opened: Any = zlib.decompressobj() if self._compressor == _COMPRESSORS[0] else lzma.LZMADecompressor()
         try:
-            made: bytes = opened.decompress(packed, size)
+            content: bytes = opened.decompress(packed, size)
         except (zlib.error, lzma.LZMAError) as error:
             raise ValueError(f"a block cannot be unpacked: {error}") from None
-        if len(made) != size:
+        if len(content) != size:
             raise ValueError("a block is cut short")
-        return made
+        return content
 
 
 class _Raw:
@@ -225,15 +234,15 @@ class _Raw:
 
     def take(self, at: int, size: int) -> bytes:
         self._file.seek(self._start + at)
-        found: bytes = self._file.read(size)
-        return found
+        content: bytes = self._file.read(size)
+        return content
 
     def numbers(self, at: int, dtype: np.dtype[Any], count: int) -> NDArray[Any]:
         """Read numbers straight into an array."""
         self._file.seek(self._start + at)
         return np.fromfile(self._file, dtype, count)
 
-    def behind(self, size: int) -> _Raw:
+    def skip(self, size: int) -> _Raw:
         return _Raw(self._file, self._start + size)
 
     def ends_at(self, size: int) -> bool:
@@ -253,7 +262,7 @@ class _Base64:
         text = self._characters(self._start + first, end - first)
         return base64.b64decode(text, validate=True)[at % 3 :][:size]
 
-    def behind(self, size: int) -> _Base64:
+    def skip(self, size: int) -> _Base64:
         """Return the separate base64 text that follows one of `size` bytes."""
         return _Base64(self._characters, self._start + -(-size // 3) * 4)
 

@@ -11,9 +11,9 @@ from .._values import arguments
 from .._values.ties import Ties
 from .._values.values import says_near_names
 from ..errors import ArgumentError
+from .action_methods import ActionMethods
 from .births import Births
 from .recorded import Recorded
-from .recorder import Recorder
 
 if TYPE_CHECKING:
     from .._values.clump import Clump
@@ -23,7 +23,7 @@ __all__ = ["Bodies"]
 LEAST_MASS, MOST_MASS = 1e-30, 1e30  # kg
 
 
-class Bodies(Recorder):
+class Bodies(ActionMethods):
     """Methods that create bodies of a system's particles."""
 
     _recorded: Recorded

@@ -24,8 +24,8 @@ class Listing:
         self._recorded = recorded
         self._recorded_of = recorded_of
 
-    def record(self, action: Action, depth: int = 3) -> None:
-        """Record an action; the script's line is `depth` calls up the stack."""
+    def record(self, action: Action) -> None:
+        """Record an action for the script's line that called the system's method."""
         system = self._recorded
         session = system.session
         for name in (action.attribute,) if isinstance(action, Set) else getattr(action, "set", None) or ():
@@ -39,7 +39,7 @@ class Listing:
             check_action(action, session.settings.periodic)
         engine = session.begin(type(action).__name__)
         try:
-            line = script_lines.running_line(depth)
+            line = script_lines.running_line(2)
             given = getattr(action, "other", None)
             if given is None:
                 engine.record_action(system.index, self._compiled(action))

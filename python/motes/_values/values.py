@@ -20,6 +20,7 @@ __all__ = [
     "moves",
     "says_near_names",
     "shown",
+    "text_of",
     "times_of",
     "value",
 ]
@@ -70,7 +71,8 @@ def _fields_of(kind: type) -> dict[str, Field[Any]]:
     from dataclasses import dataclass
 
     made = _decorated(kind)
-    dataclass(init=False, repr=False, eq=False, match_args=False, kw_only=not made.__match_args__)(made)
+    by_name = made.__annotations__.keys().isdisjoint(made.__match_args__)
+    dataclass(init=False, repr=False, eq=False, match_args=False, kw_only=by_name)(made)
     found: dict[str, Field[Any]] = made.__dataclass_fields__
     return found
 
@@ -81,10 +83,12 @@ def _signature_of(kind: Any) -> Signature:
 
     if kind.__init__ is not Value.__init__:
         raise AttributeError("__signature__")
-    how = Parameter.POSITIONAL_OR_KEYWORD if kind.__match_args__ else Parameter.KEYWORD_ONLY
+    by_place = kind.__match_args__
+    kinds = dict.fromkeys(by_place, Parameter.POSITIONAL_OR_KEYWORD)
+    kinds |= {name: Parameter.KEYWORD_ONLY for name in kind._fields if name not in by_place}
     parameters = [
-        Parameter(name, how, default=kind._defaults.get(name, Parameter.empty), annotation=text)
-        for name, text in kind._fields.items()
+        Parameter(name, how, default=kind._defaults.get(name, Parameter.empty), annotation=kind._fields[name])
+        for name, how in kinds.items()
     ]
     return Signature(parameters, return_annotation=None)
 
@@ -93,9 +97,12 @@ class Value:
     """Base of values: they are immutable, compare and hash by their fields, can be copied and pickled.
 
     `repr` shows a call that creates an equal value. Subclasses are decorated with `value` and become
-    dataclasses when `dataclasses` first inspects them: generating dataclass constructors for all 49 classes,
-    of which a run uses ten, would add 34 ms to each start and hardly speed up creating values.
+    dataclasses when `dataclasses` first inspects them.
     """
+
+    # Home-made, because each start of a rank defines all of these classes and uses about ten. Milliseconds of
+    # processor time to define the 75 of them, and for the import, with Python 3.11: dataclasses 23 + 5, attrs
+    # 23 + 16, msgspec 1 + 10, this module 1.
 
     __signature__ = _Late(_signature_of)
     _fields: ClassVar[dict[str, str]]
@@ -103,7 +110,7 @@ class Value:
     _defaults: ClassVar[dict[str, Any]] = {}
     """The fields' default values, by name, for fields that have one."""
     __match_args__: ClassVar[tuple[str, ...]] = ()
-    """The fields that may be passed positionally: all or none."""
+    """The fields that may be passed positionally."""
     _may_move: ClassVar[bool] = False
     """Whether fields may be curves."""
     _moves = False
@@ -260,15 +267,21 @@ class FieldTexts:
 
     def __init__(self, text: str) -> None:
         """Store the docstring without descriptions."""
-        self._text = text
+        self.text = text
 
     def __get__(self, _: object, kind: type) -> str:
         """Return the whole text."""
         if not self.shown:
-            return self._text
+            return self.text
         from .field_texts import with_fields
 
-        return with_fields(kind, self._text)
+        return with_fields(kind, self.text)
+
+
+def text_of(kind: Any) -> str:
+    """Return a value class's docstring as it is written, without reading the source for its fields'."""
+    text: str = vars(kind)["__doc__"].text
+    return text
 
 
 def items_of(value: Value) -> dict[str, Any]:
@@ -319,13 +332,17 @@ class Settings:
 
 @dataclass_transform(frozen_default=True, eq_default=False)
 def value(*, init: bool = True, kw_only: bool = False) -> Callable[[type[T]], type[T]]:
-    """Decorate a subclass of `Value`: set its fields; `init=False` if it defines `__init__`."""
+    """Decorate a subclass of `Value`: set its fields; `init=False` if it defines `__init__`.
+
+    `kw_only`: whether the fields of this class, not those of its bases, are passed by name only.
+    """
 
     def made(kind: Any) -> type[T]:
         own = {name: text for name, text in kind.__annotations__.items() if not text.startswith("ClassVar")}
         kind._fields = getattr(kind, "_fields", {}) | own
         kind._defaults = kind._defaults | {name: vars(kind)[name] for name in own if name in vars(kind)}
-        kind.__match_args__ = () if kw_only else tuple(kind._fields)  # type: ignore[misc]
+        if not kw_only:
+            kind.__match_args__ = tuple(dict.fromkeys((*kind.__match_args__, *own)))  # type: ignore[misc]
         kind.__dataclass_fields__ = _Late(_fields_of)
         if not init:
             kind.__init__ = says_near_names(kind.__init__)

@@ -6,12 +6,13 @@ from typing import Any
 
 from .. import _core
 from .._values import arguments
+from .._values.curves import Number
 from .._values.values import Value, value
 from ..errors import ArgumentError
 from ..expressions._conditions import Columns, Condition, as_condition, condition_of
 from ..shapes import Shape, as_shape, native_of
 
-__all__ = ["Action", "Where", "as_action", "as_where", "at_least_0", "compiled"]
+__all__ = ["Action", "Reaching", "Where", "as_action", "as_where", "at_least_0", "compiled"]
 
 
 Where = Shape | Condition | None
@@ -62,6 +63,13 @@ class Action(Value):
         shapes = list(own)
         where = condition_of(self.where, columns, shapes)
         return _core.Action(name, numbers, shapes, where, **more)
+
+
+@value()
+class Reaching(Action):
+    """Base of actions whose radius may be passed positionally, and all else by name."""
+
+    radius: Number
 
 
 def compiled(action: Action, columns: Columns, others: Columns | None = None) -> _core.Action:

@@ -42,7 +42,7 @@ LEAST_DENSITY = 1e-9  # kg/m^3
 STANDARD = Wall()
 
 
-@value(kw_only=True)
+@value()
 class Gravitate(Action):
     """Pulls particles toward each other, more strongly the nearer they are.
 
@@ -79,7 +79,7 @@ class Gravitate(Action):
         self.__dict__["far"] = far
 
 
-@value(kw_only=True)
+@value()
 class Follow(Action):
     """Pulls each particle toward the next living particle born after it; the last particle is free.
 
@@ -108,7 +108,7 @@ class Follow(Action):
         )
 
 
-@value(kw_only=True)
+@value()
 class MatchVelocity(Action):
     """Pulls each particle's velocity toward the velocities of others within reach, as in a flock.
 
@@ -133,7 +133,7 @@ class MatchVelocity(Action):
         _set_match(self, "match_velocity")
 
 
-@value(kw_only=True)
+@value()
 class MatchRotationalVelocity(Action):
     """Pulls each particle's rotational velocity toward those of others within reach.
 
@@ -156,7 +156,7 @@ class MatchRotationalVelocity(Action):
         _set_match(self, "match_rotational_velocity")
 
 
-@value(kw_only=True)
+@value()
 class Collide(Action):
     """Keeps spheres apart, with friction: they push each other until none would overlap after this step.
 
@@ -218,7 +218,7 @@ class Collide(Action):
         self.__dict__.update(radius=radius, sleep=sleep, other_radius=other_radius)
 
 
-@value(kw_only=True)
+@value()
 class Contact(Action):
     """Lets spheres press, rub and roll on each other like grains (discrete elements).
 
@@ -291,7 +291,7 @@ class Contact(Action):
         return Contact(**own | {"walls": (), "where": None, "other": None})
 
 
-@value(kw_only=True)
+@value()
 class Fluid(Action):
     """Keeps a liquid's density: particles push each other apart until they are no denser than at rest.
 
@@ -333,7 +333,7 @@ class Fluid(Action):
         )
 
 
-@value(kw_only=True)
+@value()
 class Tie(Action):
     """Holds particles at the distances given by their ties, as in cloth and ropes.
 

@@ -26,7 +26,7 @@ __all__ = [
 ]
 
 
-@value(kw_only=True)
+@value()
 class Gravity(Action):
     """Accelerates all particles by the same amount.
 
@@ -45,7 +45,7 @@ class Gravity(Action):
         self._set("gravity", acceleration=arguments.triple("acceleration", self.acceleration))
 
 
-@value(kw_only=True)
+@value()
 class RandomAcceleration(Action):
     """Gives each particle its own random acceleration, redrawn in each step.
 
@@ -64,7 +64,7 @@ class RandomAcceleration(Action):
         self._set("random_acceleration", shape=as_shape("shape", self.shape))
 
 
-@value(kw_only=True)
+@value()
 class Jet(Action):
     """Accelerates the particles inside a shape, as a fan does.
 
@@ -89,7 +89,7 @@ class Jet(Action):
         )
 
 
-@value(kw_only=True)
+@value()
 class Explosion(Action):
     """Pushes particles away from a centre, most strongly at the shock wave: let `radius` grow with time.
 
@@ -124,7 +124,7 @@ class Explosion(Action):
         )
 
 
-@value(kw_only=True)
+@value()
 class OrbitPoint(Action):
     """Pulls particles toward a point, more strongly the nearer they are, which lets them orbit it.
 
@@ -156,7 +156,7 @@ class OrbitPoint(Action):
         )
 
 
-@value(kw_only=True)
+@value()
 class OrbitLine(Action):
     """Pulls particles toward an infinite line, more strongly the nearer they are.
 
@@ -191,7 +191,7 @@ class OrbitLine(Action):
         )
 
 
-@value(kw_only=True)
+@value()
 class Vortex(Action):
     """Whirls particles around an axis like a tornado: pulls them in, then carries them around and up.
 
@@ -234,7 +234,7 @@ class Vortex(Action):
         )
 
 
-@value(kw_only=True)
+@value()
 class Wind(Action):
     """Drags particles along with moving air; the result does not depend on the step's length.
 
@@ -259,7 +259,7 @@ class Wind(Action):
         )
 
 
-@value(kw_only=True)
+@value()
 class CurlNoise(Action):
     """Stirs particles like turbulent air: accelerates them along a random, divergence-free field.
 
@@ -302,7 +302,7 @@ class CurlNoise(Action):
         )
 
 
-@value(kw_only=True)
+@value()
 class Avoid(Action):
     """Turns particles that would hit a shape within `look_ahead`, without changing their speed.
 

@@ -25,7 +25,7 @@ GRID = "finite numbers of shape (nx, ny, nz, 3)"
 POINTS = f"finite numbers of shape (n, 3), 2 <= n <= {MOST_POINTS}"
 
 
-@value(kw_only=True)
+@value()
 class Field(Action):
     """Accelerates particles by the vectors of a grid, or drags them along as moving air.
 
@@ -76,7 +76,7 @@ class Field(Action):
         return _with_table(self, columns)
 
 
-@value(kw_only=True)
+@value()
 class FollowPath(Action):
     """Steers particles along a path, toward a point ahead of the nearest point of the path.
 

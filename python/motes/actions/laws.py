@@ -7,17 +7,16 @@ before the action. Values that are not finite, as after a division by 0, are ign
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 from .. import _core
 from .._values import arguments
-from .._values.curves import Number
 from .._values.values import value
 from ..errors import ArgumentError
 from ..expressions._compiling import compile_values, components_of
 from ..expressions._conditions import Columns, condition_of, zero_divisor_of
 from ..expressions._expression import as_expression, node_of
-from .base import Action, as_where
+from .base import Action, Reaching, as_where
 
 if TYPE_CHECKING:
     from .._system.system import System
@@ -45,8 +44,6 @@ class Law(Action):
     acceleration: Any = None
     velocity: Any = None
     set: Mapping[str, Any] | None = None
-    _by_name: ClassVar[int] = 0
-    """Index of the first field that is keyword-only in the recording method."""
 
     def __post_init__(self) -> None:
         """Check everything that does not depend on the system."""
@@ -66,16 +63,16 @@ class Law(Action):
 
 
 @value(kw_only=True)
-class Interact(Action):
+class Interact(Reaching):
     """Applies a custom law, written as expressions, to pairs of particles.
 
-    `motes.a` is the particle that changes, `motes.b` each other particle within the radius, `motes.r` their
-    distance, `motes.normal` the direction from a to b (0 if their positions are equal),
-    `motes.relative_velocity` the velocity of b relative to a. Sums run in the order of ids and skip values
-    that are not finite.
+    Of the names in `motes.expressions`, `a` is the particle that changes, `b` each other particle within the
+    radius, `r` their distance, `normal` the direction from a to b (0 if their positions are equal),
+    `relative_velocity` the velocity of b relative to a. Sums run in the order of ids and skip values that are
+    not finite.
 
-    Each particle of a pair has its own state: `motes.a.state.slip` is 0 when b comes within the radius, then
-    the value that `set` gave it in the last (sub)step, until b leaves the radius or `where` excludes a.
+    Each particle of a pair has its own state: `a.state.slip` is 0 when b comes within the radius, then the
+    value that `set` gave it in the last (sub)step, until b leaves the radius or `where` excludes a.
 
     Formula: v_a += sum over r < radius of (acceleration dt + velocity), spin_a += sum of spin
 
@@ -91,14 +88,12 @@ class Interact(Action):
     Source: new here; pairs are found as for `contact`.
     """
 
-    radius: Number
     acceleration: Any = None
     velocity: Any = None
     spin: Any = None
     set: Mapping[str, Any] | None = None
     state: Mapping[str, int] | None = None
     other: System | None = None
-    _by_name: ClassVar[int] = 1
 
     def __post_init__(self) -> None:
         """Check everything that does not depend on the systems."""
@@ -180,7 +175,7 @@ class _Leaves(Columns):
         of = name.rpartition(".")[0]
         known = [one.rpartition(".")[2] for one in self._known if one.rpartition(".")[0] == of]
         allowed = f"one of {', '.join(known)}" if known else "declared by state={...}"
-        raise ArgumentError(f"motes.{of}", name.rpartition(".")[2], allowed, known=known)
+        raise ArgumentError(f"expressions.{of}", name.rpartition(".")[2], allowed, known=known)
 
 
 class _Results:
@@ -256,9 +251,7 @@ def _state_of(given: Any) -> dict[str, int] | None:
         raise ArgumentError("state", given, "a dict of names and widths: state={'slip': 3}")
     for name, width in given.items():
         if not isinstance(name, str) or not name.isidentifier() or name.startswith("_"):
-            raise ArgumentError(
-                "state", name, "an identifier that does not begin with _, as in motes.a.state.slip"
-            )
+            raise ArgumentError("state", name, "an identifier that does not begin with _, as in a.state.slip")
         if isinstance(width, bool) or width not in (1, 3):
             raise ArgumentError(f"state[{name!r}]", width, "1 or 3 numbers")
     if sum(given.values()) > MOST_STATES:

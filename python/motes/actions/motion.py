@@ -24,7 +24,7 @@ __all__ = [
 ]
 
 
-@value(kw_only=True)
+@value()
 class Bounce(Action):
     """Makes particles that hit the surface of a shape in this step rebound; record it before `move`.
 
@@ -69,7 +69,7 @@ class Bounce(Action):
         )
 
 
-@value(kw_only=True)
+@value()
 class Sink(Action):
     """Kills particles inside a shape, or outside it with inside=False.
 
@@ -90,7 +90,7 @@ class Sink(Action):
         self._set("sink", shape=as_shape("shape", self.shape), inside=arguments.flag("inside", self.inside))
 
 
-@value(kw_only=True)
+@value()
 class SinkVelocity(Action):
     """Kills particles whose velocity is inside a shape, or outside it: slow or fast ones.
 
@@ -113,7 +113,7 @@ class SinkVelocity(Action):
         )
 
 
-@value(kw_only=True)
+@value()
 class KillOld(Action):
     """Kills particles that have reached an age; with younger=True, kills those that have not.
 
@@ -140,7 +140,7 @@ class KillOld(Action):
         )
 
 
-@value(kw_only=True)
+@value()
 class KillExpired(Action):
     """Kills particles whose age has reached their lifetime.
 
@@ -154,7 +154,7 @@ class KillExpired(Action):
         self._set("kill_expired")
 
 
-@value(kw_only=True)
+@value()
 class Align(Action):
     """Turns each particle by the shortest rotation until its own z axis points along a direction.
 
@@ -186,7 +186,7 @@ class Align(Action):
             self.__dict__.update(to=to)
 
 
-@value(kw_only=True)
+@value()
 class Move(Action):
     """Moves particles by their velocity, turns them by their rotational velocity and spin, and ages them.
 
@@ -210,7 +210,7 @@ class Move(Action):
         self._set("move", rotational=arguments.flag("rotational", self.rotational))
 
 
-@value(kw_only=True)
+@value()
 class Sort(Action):
     """Sorts particles for drawing: far ones first, so nearer ones cover them.
 

@@ -42,7 +42,7 @@ __all__ = [
 T = TypeVar("T")
 
 
-@value(kw_only=True)
+@value()
 class Damping(Action):
     """Slows particles down, axis by axis, while their speed is in a range.
 
@@ -70,7 +70,7 @@ class Damping(Action):
         )
 
 
-@value(kw_only=True)
+@value()
 class RotationalDamping(Action):
     """Slows rotations down, axis by axis, while their rotational speed is in a range.
 
@@ -99,7 +99,7 @@ class RotationalDamping(Action):
         )
 
 
-@value(kw_only=True)
+@value()
 class SpeedClamp(Action):
     """Limits speeds to a range; directions do not change, and particles at rest stay at rest.
 
@@ -124,7 +124,7 @@ class SpeedClamp(Action):
         )
 
 
-@value(kw_only=True)
+@value()
 class RandomVelocity(Action):
     """Gives each particle a new random velocity in each step.
 
@@ -143,7 +143,7 @@ class RandomVelocity(Action):
         self._set("random_velocity", shape=as_shape("shape", self.shape))
 
 
-@value(kw_only=True)
+@value()
 class RandomDisplacement(Action):
     """Shifts each particle by its own random displacement, redrawn in each step; velocities stay.
 
@@ -162,7 +162,7 @@ class RandomDisplacement(Action):
         self._set("random_displacement", shape=as_shape("shape", self.shape))
 
 
-@value(kw_only=True)
+@value()
 class RandomRotationalVelocity(Action):
     """Gives each particle a new random rotational velocity in each step.
 
@@ -181,7 +181,7 @@ class RandomRotationalVelocity(Action):
         self._set("random_rotational_velocity", shape=as_shape("shape", self.shape))
 
 
-@value(kw_only=True)
+@value()
 class TargetColor(Action):
     """Moves color and alpha toward given values, by the same fraction of the difference in each step.
 
@@ -209,7 +209,7 @@ class TargetColor(Action):
         )
 
 
-@value(kw_only=True)
+@value()
 class TargetSize(Action):
     """Moves the size toward a given one, each component by its own fraction of the difference per step.
 
@@ -234,7 +234,7 @@ class TargetSize(Action):
         )
 
 
-@value(kw_only=True)
+@value()
 class TargetVelocity(Action):
     """Moves the velocity toward a given velocity, by the same fraction of the difference in each step.
 
@@ -259,7 +259,7 @@ class TargetVelocity(Action):
         )
 
 
-@value(kw_only=True)
+@value()
 class TargetRotationalVelocity(Action):
     """Moves the rotational velocity toward a given one, by the same fraction of the difference per step.
 
@@ -284,7 +284,7 @@ class TargetRotationalVelocity(Action):
         )
 
 
-@value(kw_only=True)
+@value()
 class Restore(Action):
     """Returns particles to position_b and up_b, where they come to rest after `time_left`.
 
@@ -317,7 +317,7 @@ class Restore(Action):
         )
 
 
-@value(kw_only=True)
+@value()
 class CopyVertexB(Action):
     """Stores the current position, orientation or velocity as the target to which `restore` returns.
 
@@ -342,7 +342,7 @@ class CopyVertexB(Action):
         )
 
 
-@value(kw_only=True)
+@value()
 class ColorOverLife(Action):
     """Sets each particle's color from the fraction of its lifetime that has passed.
 
@@ -364,7 +364,7 @@ class ColorOverLife(Action):
         self._set("color_over_life", ramp=_knots(self.ramp, arguments.color))
 
 
-@value(kw_only=True)
+@value()
 class AlphaOverLife(Action):
     """Sets each particle's alpha from the fraction of its lifetime that has passed.
 
@@ -385,7 +385,7 @@ class AlphaOverLife(Action):
         self._set("alpha_over_life", ramp=_knots(self.ramp, arguments.number))
 
 
-@value(kw_only=True)
+@value()
 class SizeOverLife(Action):
     """Sets each particle's size from the fraction of its lifetime that has passed.
 
@@ -406,7 +406,7 @@ class SizeOverLife(Action):
         self._set("size_over_life", ramp=_knots(self.ramp, _size))
 
 
-@value(kw_only=True)
+@value()
 class Set(Action):
     """Sets an attribute to a value, or to an expression of columns evaluated for each particle.
 

@@ -1,6 +1,6 @@
 """Expressions of columns, evaluated per particle: for `where=`, `set` and sums.
 
-`motes.column("age") > 2`, `motes.column("velocity").length() * 0.5`, `Box(...) & ~Sphere(...)`. An expression
+`column("age") > 2`, `column("velocity").length() * 0.5`, `Box(...) & ~Sphere(...)`. An expression
 is an immutable value, recorded and hashed like any other argument. Operations on vectors work component by
 component; a number and a vector combine as in NumPy.
 

@@ -18,6 +18,7 @@ __all__ = [
     "Condition",
     "Node",
     "Region",
+    "Tree",
     "as_condition",
     "checked",
     "columns_of",
@@ -115,8 +116,8 @@ class Region(Held):
     """The engine's shape; internal to the package."""
 
 
-class Condition(Held):
-    """True or false for each particle; combine conditions with & | ~ and pass them to `where=`."""
+class Tree:
+    """Base of conditions and expressions: an immutable tree of operations, which is pickled and shown."""
 
     __slots__ = ("_node", "_size")
 
@@ -124,7 +125,7 @@ class Condition(Held):
     _size: int
 
     def __init__(self, node: Node, size: int = 1) -> None:
-        """Wrap a tree; scripts get conditions by comparing columns.
+        """Wrap a tree; scripts use `column`, and compare its results to get conditions.
 
         Args:
             node: an operation and its operands.
@@ -132,6 +133,25 @@ class Condition(Held):
         """
         object.__setattr__(self, "_node", node)
         object.__setattr__(self, "_size", checked(size))
+
+    def __setattr__(self, name: str, _: object) -> None:
+        """Raise: trees are immutable."""
+        kind = type(self).__name__.lower()
+        raise AttributeError(f"{kind}s are immutable: {name!r} cannot be assigned")
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle by the tree."""
+        return type(self), (self._node, self._size)
+
+    def __repr__(self) -> str:
+        """Show the tree as a script writes it."""
+        return text_of(self._node)
+
+
+class Condition(Tree, Held):
+    """True or false for each particle; combine conditions with & | ~ and pass them to `where=`."""
+
+    __slots__ = ()
 
     def __and__(self, other: Any) -> Condition:
         """Both."""
@@ -155,18 +175,6 @@ class Condition(Held):
     def __hash__(self) -> int:
         """Hash of the tree."""
         return hash((Condition, self._node))
-
-    def __setattr__(self, name: str, _: object) -> None:
-        """Raise: conditions are immutable."""
-        raise AttributeError(f"conditions are immutable: {name!r} cannot be assigned")
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle by the tree."""
-        return Condition, (self._node, self._size)
-
-    def __repr__(self) -> str:
-        """Show the condition."""
-        return text_of(self._node)
 
 
 def as_condition(argument: str, value: Any) -> Condition:
@@ -202,7 +210,7 @@ def text_of(node: Node) -> str:
     operation, *operands = node
     if operation == "column":
         name = operands[0]
-        return f"motes.{name.removeprefix('pair.')}" if "." in name else f"column({name!r})"
+        return name.removeprefix("pair.") if "." in name else f"column({name!r})"
     if operation == "constant":
         numbers = operands[0]
         return repr(numbers[0] if len(numbers) == 1 else numbers)

@@ -10,27 +10,15 @@ import numpy as np
 from .._values import arguments
 from ..errors import ArgumentError
 from . import _conditions as conditions
-from ._conditions import Condition, Node, Region, as_condition, checked, text_of
+from ._conditions import Condition, Node, Region, Tree, as_condition
 
 __all__ = ["Expression", "as_expression", "choose", "constant_of", "made", "node_of", "noise", "power"]
 
 
-class Expression:
+class Expression(Tree):
     """One number or vector per particle, computed from its columns."""
 
-    __slots__ = ("_node", "_size")
-    _node: Node
-    _size: int
-
-    def __init__(self, node: Node, size: int = 1) -> None:
-        """Wrap a tree; scripts use `column`.
-
-        Args:
-            node: an operation and its operands.
-            size: number of operations in the tree.
-        """
-        object.__setattr__(self, "_node", node)
-        object.__setattr__(self, "_size", checked(size))
+    __slots__ = ()
 
     def __add__(self, other: Any) -> Expression:
         """Sum."""
@@ -150,18 +138,6 @@ class Expression:
     def __bool__(self) -> bool:
         """Raise: an expression has one value per particle."""
         raise ArgumentError("expression", self, "compared and passed to where=, not tested in Python")
-
-    def __setattr__(self, name: str, _: object) -> None:
-        """Raise: expressions are immutable."""
-        raise AttributeError(f"expressions are immutable: {name!r} cannot be assigned")
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle by the tree."""
-        return Expression, (self._node, self._size)
-
-    def __repr__(self) -> str:
-        """Show the expression."""
-        return text_of(self._node)
 
 
 def power(a: Any, b: Any) -> Expression:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -43,6 +44,13 @@ __all__ = [
 ]
 
 
+def by_component(function: Callable[[Any], Expression]) -> Callable[..., Any]:
+    """Decorate a function of one operand: document the operand, and take arrays, too."""
+    operand = "a: a number, a vector or an expression; vectors are handled component by component."
+    function.__doc__ = f"{function.__doc__}\n\nArgs:\n    {operand}\n"
+    return takes_arrays()(function)
+
+
 @takes_arrays()
 def sin(angle: Any) -> Expression:
     """Return the sine.
@@ -74,63 +82,39 @@ def atan2(y: Any, x: Any) -> Expression:
     return made("angle", y, x)
 
 
-@takes_arrays()
+@by_component
 def exp(a: Any) -> Expression:
-    """Return e to the power of a.
-
-    Args:
-        a: a number, a vector or an expression; vectors are handled component by component.
-    """
+    """Return e to the power of a."""
     return made("exponential", a)
 
 
-@takes_arrays()
+@by_component
 def log(a: Any) -> Expression:
-    """Return the natural logarithm: -infinity for 0, NaN for negative numbers.
-
-    Args:
-        a: a number, a vector or an expression; vectors are handled component by component.
-    """
+    """Return the natural logarithm: -infinity for 0, NaN for negative numbers."""
     return made("logarithm", a)
 
 
-@takes_arrays()
+@by_component
 def sqrt(a: Any) -> Expression:
-    """Return the square root: NaN for negative numbers.
-
-    Args:
-        a: a number, a vector or an expression; vectors are handled component by component.
-    """
+    """Return the square root: NaN for negative numbers."""
     return made("square_root", a)
 
 
-@takes_arrays()
+@by_component
 def floor(a: Any) -> Expression:
-    """Return the largest integer <= a.
-
-    Args:
-        a: a number, a vector or an expression; vectors are handled component by component.
-    """
+    """Return the largest integer <= a."""
     return made("floor", a)
 
 
-@takes_arrays()
+@by_component
 def absolute(a: Any) -> Expression:
-    """Return the absolute value, like `abs(a)`.
-
-    Args:
-        a: a number, a vector or an expression; vectors are handled component by component.
-    """
+    """Return the absolute value, like `abs(a)`."""
     return made("absolute", a)
 
 
-@takes_arrays()
+@by_component
 def sign(a: Any) -> Expression:
-    """Return -1, 0 or 1.
-
-    Args:
-        a: a number, a vector or an expression; vectors are handled component by component.
-    """
+    """Return -1, 0 or 1."""
     return made("sign", a)
 
 

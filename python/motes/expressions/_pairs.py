@@ -11,32 +11,35 @@ __all__ = ["Particle", "a", "b", "normal", "r", "relative_velocity"]
 
 
 class Particle:
-    """One of the two particles of a pair: `motes.a.position`, `motes.b.mass`, ... are expressions."""
+    """One of the two particles of a pair: `a.position`, `b.mass`, ... are expressions."""
 
     __slots__ = ("_name",)
     _name: str
 
     def __init__(self, name: str) -> None:
-        """Set its name, a or b; scripts use `motes.a` and `motes.b`."""
+        """Set its name, a or b; scripts use `expressions.a` and `expressions.b`."""
         object.__setattr__(self, "_name", name)
 
     @property
     def state(self) -> PairState:
-        """The pair's state as `a` sees it: `motes.a.state.slip`."""
+        """The pair's state as `a` sees it: `a.state.slip`."""
         if self._name != "a":
-            raise ArgumentError("motes.b.state", "of b", "motes.a.state: a pair remembers what a sees")
+            raise ArgumentError(
+                "expressions.b.state", "of b", "expressions.a.state: a pair remembers what a sees"
+            )
         return PairState()
 
     def __getattr__(self, name: str) -> Expression:
         """Return the expression for an attribute of this particle."""
         if name.startswith("_"):
-            raise AttributeError(f"motes.{self._name} has no attribute {name!r}")
+            raise AttributeError(f"expressions.{self._name} has no attribute {name!r}")
         return Expression(("column", f"{self._name}.{name}"))
 
     def __setattr__(self, name: str, _: object) -> None:
         """Raise: only the arguments of `interact` change particles."""
         raise AttributeError(
-            f"motes.{self._name}.{name} cannot be assigned: interact(acceleration=..., set={{...}}) changes a"
+            f"expressions.{self._name}.{name} cannot be assigned: "
+            "interact(acceleration=..., set={...}) changes a"
         )
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -45,7 +48,7 @@ class Particle:
 
     def __repr__(self) -> str:
         """Show it as a script writes it."""
-        return f"motes.{self._name}"
+        return self._name
 
 
 class PairState:
@@ -56,12 +59,12 @@ class PairState:
     def __getattr__(self, name: str) -> Expression:
         """Return the expression for a state variable."""
         if name.startswith("_"):
-            raise AttributeError(f"motes.a.state has no {name!r}")
+            raise AttributeError(f"expressions.a.state has no {name!r}")
         return Expression(("column", f"a.state.{name}"))
 
     def __repr__(self) -> str:
         """Show it as a script writes it."""
-        return "motes.a.state"
+        return "a.state"
 
 
 a = Particle("a")

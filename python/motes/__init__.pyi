@@ -1,0 +1,75 @@
+"""The public names for type checkers and editors. `__init__.py` has the table by which they are loaded."""
+
+from . import actions as actions
+from . import analysis as analysis
+from . import balance as balance
+from . import cluster as cluster
+from . import course as course
+from . import errors as errors
+from . import expressions as expressions
+from . import replay as replay
+from . import script as script
+from . import shapes as shapes
+from . import workloads as workloads
+from ._film.movie import Movie as Movie
+from ._interchange.export import Export as Export
+from ._interchange.reading import open_particles as open_particles
+from ._live.controls import Control as Control
+from ._particles.particles import Particles as Particles
+from ._picture.frame import Frame as Frame
+from ._picture.rendering import Camera as Camera
+from ._picture.rendering import Renderer as Renderer
+from ._picture.skies import Gradient as Gradient
+from ._picture.solids import Light as Light
+from ._picture.solids import Solid as Solid
+from ._picture.sprites import Sprite as Sprite
+from ._player.notebook import launch as launch
+from ._player.notebook import show as show
+from ._player.player import Player as Player
+from ._system.distributions import Normal as Normal
+from ._system.distributions import Uniform as Uniform
+from ._system.distributions import along_normal as along_normal
+from ._system.distributions import surface_color as surface_color
+from ._system.system import System as System
+from ._values.checkpoint import Checkpoint as Checkpoint
+from ._values.curves import Curve as Curve
+from ._values.live import Live as Live
+from ._values.roles import Roles as Roles
+from ._values.ties import Ties as Ties
+from ._values.wall import Wall as Wall
+from ._values.wall import WallForce as WallForce
+from ._world.world import World as World
+from .analysis import Run as Run
+from .analysis import Runs as Runs
+from .analysis import open_run as open_run
+from .analysis import open_runs as open_runs
+from .errors import ArgumentError as ArgumentError
+from .errors import CheckpointError as CheckpointError
+from .errors import LogError as LogError
+from .errors import MissingExtraError as MissingExtraError
+from .errors import MotesError as MotesError
+from .errors import MotesWarning as MotesWarning
+from .errors import NotAssignableError as NotAssignableError
+from .errors import NotHereError as NotHereError
+from .errors import RankError as RankError
+from .errors import ScriptMismatchError as ScriptMismatchError
+from .errors import Stopped as Stopped
+
+# Moved to `motes.expressions`: here until the next release.
+from .expressions import a as a
+from .expressions import b as b
+from .expressions import column as column
+from .expressions import cross as cross
+from .expressions import dot as dot
+from .expressions import length as length
+from .expressions import maximum as maximum
+from .expressions import minimum as minimum
+from .expressions import normal as normal
+from .expressions import normalize as normalize
+from .expressions import r as r
+from .expressions import relative_velocity as relative_velocity
+from .expressions import time as time
+from .expressions import where as where
+from .shapes._mesh import Mesh as Mesh
+
+__version__: str

@@ -86,8 +86,8 @@ class PairAction {
   /// Returns whether a side's kept list is still valid for this rank's own particles: see NeighbourList::holds.
   virtual bool holds(std::size_t) { return false; }
 
-  /// Measures this rank's particles: what it contributes to the agreement, except distances from domains and lists.
-  /// Before it fails, a rank contributes nothing.
+  /// Measures this rank's particles: what it contributes to the agreement. Distances from domains, and whether lists
+  /// hold, are added by the engine.
   virtual Agreement own();
   /// Returns the largest distance, m, at which two particles interact, at the (predicted) positions the action uses.
   virtual float reach(const Agreement& agreed) const;

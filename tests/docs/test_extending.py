@@ -18,7 +18,7 @@ if not PAGE.is_file():
 def test_every_block_of_code_is_a_piece_of_its_file():
     text = PAGE.read_text()
     quotes = QUOTE.findall(text)
-    assert len(quotes) == text.count("\n```\n") == 16, "each block has its file's name above it"
+    assert len(quotes) == text.count("\n```\n") == 17, "each block has its file's name above it"
     for path, code in quotes:
         assert f"{code}\n" in (ROOT / path).read_text(), f"{path} has changed: quote it anew\n{code}"
 

@@ -91,11 +91,11 @@ def find_mpirun() -> Mpirun:
 
     Raises MotesError when there is none, naming those that belong to another MPI.
     """
-    told = environment.read("MOTES_MPIRUN")
-    if told:
-        path = shutil.which(told)
+    name = environment.read("MOTES_MPIRUN")
+    if name:
+        path = shutil.which(name)
         if path is None:
-            raise MotesError(f"MOTES_MPIRUN={told} is not a program that can be started")
+            raise MotesError(f"MOTES_MPIRUN={name} is not a program that can be started")
         return _asked(path)
     wanted = library()
     found = []

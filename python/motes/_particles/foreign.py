@@ -30,9 +30,11 @@ WIDTHS = (1, 3, 4)
 """How many numbers per particle a column can have."""
 
 
-def leave_out(path: Path, name: str, said: str) -> None:
+def leave_out(path: Path, name: str, reason: str) -> None:
     """Warn, at the caller of `open_particles`, that a column of a file is not read."""
-    text = f"{path}: column {name!r} is left out: it has {said}; columns have 1, 3 or 4 numbers per particle"
+    text = (
+        f"{path}: column {name!r} is left out: it has {reason}; columns have 1, 3 or 4 numbers per particle"
+    )
     warnings.warn(text, MotesWarning, stacklevel=5)
 
 

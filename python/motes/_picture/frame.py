@@ -258,6 +258,6 @@ def keep_all(frame: Frame) -> None:
         frame._layer(name)
 
 
-def tell_saves(frame: Frame, told: Callable[[int, Path, Literal[8, 16]], None]) -> None:
-    """Let a frame drawn on another rank call `told` with index, path and bits when the script saves it."""
-    frame._elsewhere = told
+def tell_saves(frame: Frame, notify: Callable[[int, Path, Literal[8, 16]], None]) -> None:
+    """Let a frame drawn on another rank call `notify` with index, path and bits when the script saves it."""
+    frame._elsewhere = notify

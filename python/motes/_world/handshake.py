@@ -310,10 +310,10 @@ def _claim_log(run: OpenRun, settings: RunSettings) -> None:
             run.log = LogDirectory.claim(settings.log, continued=settings.continued_from > 0)
         except (ArgumentError, LogError) as error:
             verdict = _as_bytes(error, process.describe(run))
-    told = _broadcast(run.comm, verdict.ljust(_VERDICT_BYTES), manager, _VERDICT_BYTES, settings).strip()
-    if not told:
+    failure = _broadcast(run.comm, verdict.ljust(_VERDICT_BYTES), manager, _VERDICT_BYTES, settings).strip()
+    if not failure:
         return
-    agreed = _from_bytes(told)
+    agreed = _from_bytes(failure)
     agreed.speaker = manager
     raise agreed
 
@@ -327,8 +327,8 @@ def _as_bytes(error: MotesError, where: str) -> bytes:
     return json.dumps([text[-limit:] if len(text) > limit else text for text in content]).encode()
 
 
-def _from_bytes(told: bytes) -> MotesError:
-    kind, *arguments = json.loads(told)
+def _from_bytes(failure: bytes) -> MotesError:
+    kind, *arguments = json.loads(failure)
     return ArgumentError(*arguments) if kind == "ArgumentError" else LogError(*arguments)
 
 

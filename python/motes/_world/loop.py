@@ -43,8 +43,8 @@ class Loop:
             raise outside("frames()")
         session.total = arguments.integer("n", n)
         if session.frame >= session.total and self.ran:
-            said = f"frames({n}): all {n} frames are done; frames(n) counts from the world's first frame"
-            warn(session, said, 4)
+            text = f"frames({n}): all {n} frames are done; frames(n) counts from the world's first frame"
+            warn(session, text, 4)
         return self._frames(session.total)
 
     def _frames(self, n: int) -> Iterator[int]:

@@ -47,7 +47,7 @@ class Running:
         pictures: Pictures,
         viewers: Viewers,
         loop: Loop,
-        told: Telling,
+        telling: Telling,
         *,
         given: tuple[MPI.Intracomm | None, str | _roles.Roles],
     ) -> None:
@@ -57,7 +57,7 @@ class Running:
         self.viewers = viewers
         self.loop = loop
         self.given = given
-        self._told = told
+        self._telling = telling
         self._recovery: Recovery | None = None
         self._unseen: list[Recorded] = []  # systems whose first list has not run yet
         self._pictured = False  # whether this process has ended a frame with a picture
@@ -133,7 +133,7 @@ class Running:
             system.define(engine)
         engine.on_callback(Weakly(self._call_back))
         session.recording = scenefile.claim(engine)
-        self.loop.shows_in_cell = self._told.start(hosts)
+        self.loop.shows_in_cell = self._telling.start(hosts)
         engine.start()
         if settings.on_loss == "recover" and session.size > 1:
             from .recovering import Recovery
@@ -222,7 +222,7 @@ class Running:
         finally:
             session.end()
         remarks = engine.take_remarks()
-        self._told.show(session, last=True)
+        self._telling.show(session, last=True)
         if session.recording is not None:
             session.recording.keep(session.engine_for("the end"), session.facts(), session.manages)
         return remarks
@@ -314,5 +314,5 @@ class Running:
         self._unseen = [system for system in self._unseen if system.first is not None]
         for system in session.systems:
             system.forget()
-        self._told.show(session)
+        self._telling.show(session)
         return engine

@@ -146,14 +146,14 @@ class World(Settings):
         if settings.live is not None:
             _extras.require_live()
         self.renderer = renderer
-        told = Telling(check_progress(progress), progress == LINES)
+        telling = Telling(check_progress(progress), progress == LINES)
         self._session = session = Session(settings, joined)
         self._systems: list[System] = []
         self._names: set[str] = set()
         self._pictures = pictures = Pictures(session, lambda: self.renderer)
         self._viewers = viewers = Viewers(session, pictures)
         self._loop = loop = Loop(session, viewers)
-        self._running = Running(session, pictures, viewers, loop, told, given=(comm, roles))
+        self._running = Running(session, pictures, viewers, loop, telling, given=(comm, roles))
 
     # --- systems
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from ..balance import Balancer
     from .run import Run
 
-__all__ = ["Saving", "saving", "told"]
+__all__ = ["Saving", "saving", "sentence_of"]
 
 FRAMES = 100
 """Only the last frames of a longer run are replayed, under each balancer."""
@@ -65,7 +65,7 @@ def saving(run: Run, most: float) -> Saving:
     return found
 
 
-def told(found: Saving) -> str:
+def sentence_of(found: Saving) -> str:
     """Return the estimate as a sentence: "PrefixCuts() would save 12 % (9 to 15)"."""
     if np.isnan(found.part):
         return "the log does not tell what balancing would save"

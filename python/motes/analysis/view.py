@@ -86,8 +86,8 @@ class View:
             chain = end - start if end > start else end
             self.efficiency = dict(zip(COLUMNS, factors(work, max(seconds), chain), strict=True))
         for _, now in waits.ended(self._waits.new_rows()):
-            told = [row for row in now if (row.get("waited_for") or 0) >= 0]
-            self.wait = max(told, key=lambda row: float(row.get("seconds") or 0.0), default=None)
+            waiting = [row for row in now if (row.get("waited_for") or 0) >= 0]
+            self.wait = max(waiting, key=lambda row: float(row.get("seconds") or 0.0), default=None)
 
     @property
     def silent_s(self) -> float:
@@ -126,14 +126,14 @@ class View:
         for (_, rank), row in self.load.items():
             ranks[rank]["t_compute_s"] += float(row.get("t_compute_s") or 0.0)
             ranks[rank]["particles"] += int(row.get("n_end") or 0)
-        told = {
+        last = {
             name: (self.frame or {}).get(name) for name in ("frame", "particles", "imbalance", "exchanged")
         }
         by_rank = [{"rank": rank, **values} for rank, values in ranks.items()]
         return {
             "run": str(self.path),
             "ended": self.ended,
-            **told,
+            **last,
             "frames_per_s": self.fps,
             "efficiency": self.efficiency,
             "ranks": by_rank,
@@ -150,10 +150,10 @@ class View:
         return [line[:width] for line in lines]
 
     def _drawn(self, width: int, plain: bool) -> list[str]:
-        told = self.facts
-        space = told.get("space")
+        facts = self.facts
+        space = facts.get("space")
         where = "infinite space" if space is None else f"space {space}"
-        head = f"{self.path}  {told.get('balancer') or 'Static()'}  {where}"
+        head = f"{self.path}  {facts.get('balancer') or 'Static()'}  {where}"
         if self.frame is None:
             return [head[:width], "no frames yet"]
         made = [head[:width], self.line()[:width]]
@@ -195,8 +195,8 @@ class View:
 
     def _ranks(self) -> list[int]:
         there = {rank for _, rank in self.load}
-        told = [rank for rank in self.facts.get("calculators") or [] if rank in there]
-        return [*told, *sorted(there.difference(told))]
+        known = [rank for rank in self.facts.get("calculators") or [] if rank in there]
+        return [*known, *sorted(there.difference(known))]
 
     def _domains(self, system: str, width: int, plain: bool) -> list[str]:
         axes = dict(zip(self.facts.get("systems") or [], self.facts.get("axes") or [], strict=False))

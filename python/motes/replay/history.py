@@ -165,9 +165,9 @@ class Recorded:
             )
         }
         grid["n"] = self._grid(density, "n")
-        told = [name for name in density.columns if name.startswith("way_q")]
-        if run.axis(system) in ("x", "y", "z") and density[told].notna().any(axis=None):
-            grid["ways"] = _held(np.stack([self._grid(density, name) for name in told], axis=-1))
+        ways = [name for name in density.columns if name.startswith("way_q")]
+        if run.axis(system) in ("x", "y", "z") and density[ways].notna().any(axis=None):
+            grid["ways"] = _held(np.stack([self._grid(density, name) for name in ways], axis=-1))
         names = [name for name in density.columns if name.startswith("x_q")]
         grid["x"] = np.stack([self._grid(density, name) for name in names], axis=-1)
         if are_bricks(axes := run.axis(system)):
@@ -186,8 +186,8 @@ class Recorded:
     ) -> None:
         """Add quantiles along all cut axes, and the ends of all domains."""
         numbers = grid["axes"] = ["xyz".index(axis) for axis in axes]
-        told = [[name for name in density.columns if name.startswith(f"{axis}_q")] for axis in axes[1:]]
-        if any(len(names) != 17 or density[names].isna().all(axis=None) for names in told):
+        columns = [[name for name in density.columns if name.startswith(f"{axis}_q")] for axis in axes[1:]]
+        if any(len(names) != 17 or density[names].isna().all(axis=None) for names in columns):
             raise LogError(f"{run}: a replay of bricks needs density.jsonl to have quantiles along {axes}")
         along = [[self._grid(density, f"{axis}_q{q:02d}") for q in range(17)] for axis in axes[1:]]
         grid["x"] = np.stack([grid["x"], *(np.stack(one, axis=-1) for one in along)], axis=-2)

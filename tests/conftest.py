@@ -101,7 +101,8 @@ def _compiled() -> list[str]:
 def _build(target: str, mpi: str = "mpi") -> Path:
     """Build a C++ target without Python; the build folder is kept for incremental builds.
 
-    The folder is $MOTES_TEST_BUILD, or a folder below build/ per Python environment, whose MPI it uses.
+    The folder is $MOTES_TEST_BUILD, or a folder below build/ per Python environment, whose MPI it uses. One
+    that has the module, too, such as build/dev, is not configured again.
     `mpi="smpi"` builds for SimGrid's simulated clusters, in a separate folder. The engine is the one that pip
     compiled, or is compiled with the same options. Sanitizer builds enable assertions.
     """
@@ -118,9 +119,12 @@ def _build(target: str, mpi: str = "mpi") -> Path:
         *("-DMOTES_PYTHON=OFF", "-DMOTES_TESTS=ON", "-DMOTES_UNITY=ON", f"-DMOTES_MPI={mpi}", *_compiled()),
     ]
     folder.mkdir(parents=True, exist_ok=True)
+    cache = folder / "CMakeCache.txt"
+    configured = cache.is_file() and "\nMOTES_PYTHON:BOOL=ON\n" in cache.read_text()
+    commands = [*([] if configured else [configure]), [cmake, "--build", str(folder), "--target", target]]
     with (folder / "lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)  # if two sessions run at once, one builds and the other waits
-        for argv in (configure, [cmake, "--build", str(folder), "--target", target]):
+        for argv in commands:
             made = subprocess.run(
                 argv, capture_output=True, text=True, env={**os.environ, "PATH": path}, timeout=BUILD_S
             )

@@ -37,11 +37,13 @@ void bind_image(py::module_& m);
 void bind_balance(py::module_& m);
 void bind_engine(py::module_& m);
 void bind_process(py::module_& m);
-void bind_bench(py::module_& m);
 void bind_snapshots(py::module_& m);
-void bind_soak(py::module_& m);
 void bind_saving(py::class_<engine::Engine>& engine);
 void bind_losses(py::class_<engine::Engine>& engine);
+
+// The laboratory (cpp/lab), in builds with MOTES_LAB.
+void bind_bench(py::module_& lab);
+void bind_soak(py::module_& lab);
 
 /// Guards a function of the engine that touches no Python object: other Python threads run meanwhile.
 using Release = py::call_guard<py::gil_scoped_release>;

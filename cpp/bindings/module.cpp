@@ -10,6 +10,9 @@ PYBIND11_MODULE(_core, m) {
   motes::bindings::bind_snapshots(m);
   motes::bindings::bind_engine(m);
   motes::bindings::bind_process(m);
-  motes::bindings::bind_bench(m);
-  motes::bindings::bind_soak(m);
+#ifdef MOTES_LAB
+  auto lab = m.def_submodule("lab", "Benchmarks of the engine, and simulated disasters, for the package motes_lab.");
+  motes::bindings::bind_bench(lab);
+  motes::bindings::bind_soak(lab);
+#endif
 }

@@ -42,9 +42,12 @@ struct Crowd {
 ///   particles  z z z z z       z z ...                          table[row]: first particle of each z
 struct Row {
   std::int32_t x = 0, y = 0;
-  std::uint32_t first = 0;  // its first particle; the next row's `first` is its end
+  std::uint32_t first = 0;  // its first particle
   std::int32_t z_low = 0, z_high = 0;
   std::int64_t table = -1;  // index of its part of the table; -1: binary search for z
+
+  /// Returns the end of its particles, where the next row begins: each row of a cell list has one behind it.
+  std::uint32_t end() const { return (this + 1)->first; }
 };
 
 /// A view of the cell list for kernels.
@@ -114,7 +117,7 @@ std::vector<std::size_t> parts_of(const Cells& cells, const threads::Pool& pool)
 /// Calls work(place) for the particles of a row in the cells z - 1 .. z + 1, in their order.
 template <class Work>
 void each_near(const CellsView& cells, const Row& row, std::int32_t z, const Work& work) {
-  const std::uint32_t end = (&row)[1].first;
+  const std::uint32_t end = row.end();
   std::uint32_t first = row.first;
   for (std::uint32_t last = end; first < last;) {
     const std::uint32_t middle = first + (last - first) / 2;

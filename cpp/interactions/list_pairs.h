@@ -27,20 +27,28 @@ struct Listing {
       }
     }
 
-    MOTES_INLINE void add(const Listing& law, const Task& task, std::uint32_t j) {
-      if (law.list.ghosts_alone && task.sources.cells.order[j] < task.sources.cells.own) return;
+    MOTES_INLINE Mask near(const Listing& law, const Task& task, std::uint32_t j) const {
       const float* const* column = task.sources.column;
       const Floats3 r = seen_from(at, column, j);
       const float other = column[interactions::radius][j];
       const Floats reach = own + other + law.list.skin;
-      const Mask near = (dot(r, r) < reach * reach) & (own > 0.0f) & (all(other) > 0.0f);
+      return (dot(r, r) < reach * reach) & (own > 0.0f) & (all(other) > 0.0f);
+    }
+
+    MOTES_INLINE bool sees(const Listing& law, const Task& task, std::uint32_t j) const {
+      return any(near(law, task, j));
+    }
+
+    MOTES_INLINE void add(const Listing& law, const Task& task, std::uint32_t j) {
+      if (law.list.ghosts_alone && task.sources.cells.order[j] < task.sources.cells.own) return;
+      const Mask seen = near(law, task, j);
       if (!kWrite) {
-        count -= near;
+        count -= seen;
         return;
       }
-      if (!any(near)) return;
-      for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
-        if (near[lane] != 0 && first + lane != j) law.list.second[next[lane]++] = j;
+      for (unsigned left = bits_of(seen); left != 0; left &= left - 1) {
+        const auto lane = static_cast<std::uint32_t>(__builtin_ctz(left));
+        if (first + lane != j) law.list.second[next[lane]++] = j;
       }
     }
 

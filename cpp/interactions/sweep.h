@@ -42,7 +42,7 @@ inline std::size_t row_from(const CellsView& cells, std::size_t hint, std::int32
 /// Returns the first particle of the row with a cell number of at least z.
 MOTES_INLINE std::uint32_t first_at(const CellsView& cells, const Row& row, std::int32_t z) {
   if (z <= row.z_low) return row.first;
-  const std::uint32_t end = (&row)[1].first;
+  const std::uint32_t end = row.end();
   if (z > row.z_high) return end;
   if (row.table >= 0) return cells.table[row.table + (z - row.z_low)];
   std::uint32_t low = row.first;
@@ -113,6 +113,27 @@ MOTES_INLINE Numbers<T> numbers_of(const Task& task) {
   return actions::read_numbers<Numbers, T>(task.numbers);
 }
 
+/// Adds the sources first .. last - 1. Where Sums has sees(source), those that no lane sees are left out before any is
+/// added: whether one is seen cannot be predicted, so a branch for each would cost more than the test.
+template <class Law, class Sums>
+MOTES_INLINE void add_sources(const Task& task, const Law& law, Sums& sums, std::uint32_t first, std::uint32_t last) {
+  if constexpr (requires { sums.sees(law, task, first); }) {
+    constexpr std::uint32_t kMost = 64;
+    std::uint32_t seen[kMost];
+    for (std::uint32_t next = first; next < last;) {
+      const std::uint32_t end = next + kMost < last ? next + kMost : last;
+      std::uint32_t count = 0;
+      for (; next < end; ++next) {
+        seen[count] = next;
+        count += sums.sees(law, task, next);
+      }
+      for (std::uint32_t k = 0; k < count; ++k) sums.add(law, task, seen[k]);
+    }
+  } else {
+    for (std::uint32_t j = first; j < last; ++j) sums.add(law, task, j);
+  }
+}
+
 /// Runs a law over the task's rows. A law has a type Sums: constructed for the targets first .. last - 1 (at most one
 /// vector), with add(source) and finish(around, first, last).
 template <class Law>
@@ -122,7 +143,7 @@ MOTES_INLINE void sweep(const Task& task, const Law& law) {
   Cursor cursor;
   for (std::size_t r = task.first_row; r < task.last_row; ++r) {
     const Row& row = targets.rows[r];
-    const std::uint32_t end = targets.rows[r + 1].first;
+    const std::uint32_t end = row.end();
     bool found = false;
     Around around;
     for (std::uint32_t i = row.first; i < end; i += kLanes) {
@@ -135,7 +156,7 @@ MOTES_INLINE void sweep(const Task& task, const Law& law) {
       const std::int32_t high = targets.z[last - 1] + 1;
       for (int n = 0; n < around.count; ++n) {
         const std::uint32_t to = first_at(sources, *around.rows[n], high + 1);
-        for (std::uint32_t j = first_at(sources, *around.rows[n], low); j < to; ++j) sums.add(law, task, j);
+        add_sources(task, law, sums, first_at(sources, *around.rows[n], low), to);
       }
       sums.finish(law, task, around, i, last);
     }

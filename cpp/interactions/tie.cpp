@@ -20,6 +20,8 @@ constexpr float kRelaxation = 1.8f;  // factor on the mean of a particle's corre
 // 4/3.
 constexpr float kStable = 1.3f;
 constexpr float kLightest = 0x1p-126f;  // kg; what has no mass counts as this: its inverse can still be added
+// Cosine of the angle by which a tie turns so far in a step that its predicted direction says little.
+constexpr float kTurned = 0.9f;
 constexpr float kInf = std::numeric_limits<float>::infinity();
 
 struct Terms {
@@ -68,7 +70,11 @@ struct Spread {
   }
 };
 
-float length(const std::array<float, 3>& v) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
+float dot(const std::array<float, 3>& a, const std::array<float, 3>& b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+float length(const std::array<float, 3>& v) { return std::sqrt(dot(v, v)); }
 
 // Returns the squared distance of two positions, or of one and the nearest image of the other, m2.
 float distance2(const float (&a)[3], const float (&b)[3], const particles::Periods& periods) {
@@ -171,15 +177,17 @@ class Tying {
       if (other.seen != knots_.meeting) continue;  // the partner is dead, or not yet born
       held.longest2 = std::max(held.longest2, distance2(own.place, other.place, periods_));
       if (may_tear && (own.torn >> (b - first) & 1u) != 0) continue;
-      const std::array<float, 3> d = from_partner(own, other);
-      const float r = length(d);
+      std::array<float, 3> d = from_partner(own, other);
+      float r = length(d);
       if (may_tear && r > terms_.break_at * bond.length) {
         tears |= 1u << (b - first);
         continue;
       }
+      float along = r;
+      if (r < bond.length) hold_as_it_was(own, other, d, r, along);
       const float weights = own.inverse + other.inverse + terms_.compliance[static_cast<std::size_t>(bond.kind)];
       if (r > 0 && weights > 0) {
-        const float part = -own.inverse * (r - bond.length) / (weights * r);
+        const float part = -own.inverse * (along - bond.length) / (weights * r);
         for (std::size_t c = 0; c < 3; ++c) sum[c] += d[c] * part;
         const float both = other.inverse == 0 ? 1.0f : 2.0f;  // a moving partner doubles the correction
         spread.add(d, both * own.inverse / (weights * r * r));
@@ -215,6 +223,20 @@ class Tying {
         d[c] = static_cast<float>(static_cast<double>(own.at[c]) - static_cast<double>(other.at[c]) + shift);
     }
     return d;
+  }
+
+  // Two that fly past each other would be pushed on by a tie that is too short along its predicted direction, and gain
+  // energy. Sets `d` and `r` to the vector from the partner before the step, and `along` to the predicted length in its
+  // direction.
+  void hold_as_it_was(const Knots::Knot& own, const Knots::Knot& other, std::array<float, 3>& d, float& r,
+                      float& along) const {
+    std::array<float, 3> was;
+    for (std::size_t c = 0; c < 3; ++c) was[c] = periods_.shortest(static_cast<int>(c), own.place[c] - other.place[c]);
+    const float before = length(was), inner = dot(d, was);
+    if (!(inner < kTurned * r * before)) return;
+    along = inner / before;
+    d = was;
+    r = before;
   }
 
   // Returns the position of a pinned particle, or of its image that is nearest to `own`.

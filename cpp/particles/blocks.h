@@ -11,7 +11,7 @@ inline constexpr std::size_t kBlock = 256;
 
 /// The block size for lists of few actions. With short blocks all columns advance through memory side by side, which
 /// the processor can prefetch; with still shorter ones, the overhead of starting the actions would grow. See
-/// docs/notes/speed.md for figures.
+/// docs/lab/speed.md for figures.
 inline constexpr std::size_t kShortBlock = 128;
 
 /// Number of 32-bit words with one bit per particle of a block, plus a word for the padding behind it.

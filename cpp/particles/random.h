@@ -32,7 +32,7 @@ MOTES_INLINE void normal_pair(Uints a, Uints b, Floats& first, Floats& second) {
 /// Returns four words for each of kLanes ids, from number `at` on: two keyed 32-bit mixes of the id (multiply and
 /// xor-shift, after C. Wellons' search for integer hashes), then each word from both, so no word is a permutation of
 /// the ids. The key hides similarities of steps, places, draws, systems and seeds; the mixes hide those of ids.
-/// docs/notes/speed.md lists the tests that it passes.
+/// docs/lab/speed.md lists the tests that it passes.
 MOTES_INLINE Uints4 random_bits(const particles::DrawKey& key, const particles::Ids& ids, std::size_t at) {
   Uints id_a = load_uints(ids.lower + at);
   Uints id_b = id_a;

@@ -21,7 +21,7 @@ bool offers(Isa isa);
 
 /// Returns whether loops that stream through memory are faster with prefetch instructions: with AVX2 and AVX-512 on
 /// Intel's processors. AMD's prefetch all columns by themselves, and such instructions slow them down
-/// (docs/notes/speed.md).
+/// (docs/lab/speed.md).
 bool fetches_ahead();
 
 /// Returns the build for isa() from those that MOTES_BUILDS(table) (written by isas.cmake) lists.

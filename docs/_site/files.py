@@ -12,10 +12,10 @@ from _site.pages import DOCS, ROOT, Pages
 
 FOLDER = DOCS / "files"
 LINK = re.compile(r"\]\((?![a-z]+:|#)([^)#\s]+)(#[^)\s]*)?\)")
-ALWAYS = ("ARCHITECTURE.md", "CHANGELOG.md")
+ALWAYS = ("ARCHITECTURE.md", "CHANGELOG.md", "CONTRIBUTING.md")
 INSTEAD = {ROOT / "README.md": DOCS / "index.md"}
 LANGUAGES = {".py": "python", ".h": "cpp", ".cpp": "cpp", ".toml": "toml"}
-IN_INDEX = ("ARCHITECTURE", "CHANGELOG")  # docs/index.md lists these itself
+IN_INDEX = ("ARCHITECTURE", "CHANGELOG", "CONTRIBUTING")  # docs/index.md lists these itself
 
 
 def page_of(path: Path) -> Path:

@@ -13,6 +13,7 @@ import importlib
 import warnings
 from typing import Any
 
+from . import _extras
 from ._mpi import mpi_settings as _mpi_settings  # noqa: F401  (before MPI or NumPy starts)
 from ._mpi import rank_process as _rank_process
 
@@ -48,7 +49,7 @@ _MODULE_OF = {name: module for module, names in _MODULES.items() for name in nam
 _PUBLIC_MODULES = (
     *("actions", "analysis", "balance", "cluster", "course", "errors", "expressions", "replay"),
     *("script", "shapes", "workloads"),
-)
+)  # three of them are rooms of the laboratory
 _MOVED = (
     *("a", "b", "column", "cross", "dot", "length", "maximum", "minimum", "normal", "normalize", "r"),
     *("relative_velocity", "time", "where"),
@@ -110,5 +111,6 @@ def _start_mpi() -> None:
     presence.has_mpi()
 
 
+_extras.find_laboratory()
 if _rank_process.settle():
     _start_mpi()

@@ -26,18 +26,13 @@ __all__: list[str] = [
     "Sprite",
     "Sum",
     "View",
-    "act_bench",
-    "action_bench",
     "action_names",
-    "birth_bench",
     "builtin_attributes",
     "cast",
     "cast_left",
     "check_roles",
     "crc32c",
-    "damaged_file",
     "describe_role",
-    "disaster",
     "end_process_after",
     "end_with_code",
     "evaluate",
@@ -51,18 +46,14 @@ __all__: list[str] = [
     "keep_picture",
     "keep_table",
     "keep_ties",
-    "leaver_bench",
     "legal_plan",
-    "list_bench",
     "make_policy",
-    "mesh_bench",
     "most_bins",
     "mpi_can_survive",
     "mpi_version",
     "name_crashes",
     "noise_fields",
     "note_stop_signals",
-    "picture_bench",
     "plan_part",
     "policy_named",
     "policy_names",
@@ -70,8 +61,6 @@ __all__: list[str] = [
     "prefix_cuts",
     "quantiles",
     "release_stop_signals",
-    "render_bench",
-    "scenery_bench",
     "scripted_policy",
     "set_place",
     "simd",
@@ -473,10 +462,7 @@ class Engine:
     @property
     def times(self) -> dict[str, typing.Any]: ...
 
-def act_bench(scene: str, particles: int, steps: int) -> dict[str, typing.Any]: ...
-def action_bench(particles: int, repeats: int) -> dict[str, typing.Any]: ...
 def action_names() -> list[str]: ...
-def birth_bench(calculators: int, births: int, repeats: int) -> dict[str, typing.Any]: ...
 def builtin_attributes() -> list[tuple[str, int]]: ...
 def cast(arg0: str, arg1: int) -> tuple[int, int, list[int]]: ...
 def cast_left(
@@ -484,17 +470,7 @@ def cast_left(
 ) -> tuple[int, int, list[int]]: ...
 def check_roles(arg0: tuple[int, int, collections.abc.Sequence[int]], arg1: int) -> None: ...
 def crc32c(arg0: bytes) -> int: ...
-def damaged_file(seed: int, directory: str) -> dict[str, typing.Any]:
-    """
-    Damage a file and try to read it; `broken`: what went wrong, or an empty text.
-    """
-
 def describe_role(arg0: tuple[int, int, collections.abc.Sequence[int]], arg1: int) -> str: ...
-def disaster(seed: int) -> dict[str, typing.Any]:
-    """
-    Run one disaster on simulated ranks; `broken`: the promise that was broken, or an empty text.
-    """
-
 def end_process_after(seconds: float, code: int) -> None: ...
 def end_with_code(code: int) -> None: ...
 def evaluate(
@@ -534,14 +510,11 @@ def keep_ties(
     pins: numpy.typing.ArrayLike,
     tethers: numpy.typing.ArrayLike,
 ) -> int: ...
-def leaver_bench(particles: int, bins: int, steps: int) -> dict[str, typing.Any]: ...
 def legal_plan(plan: BalancePlan, table: BalanceTable, policy: str) -> BalancePlan: ...
-def list_bench(particles: int, steps: int) -> dict[str, typing.Any]: ...
 def make_policy(
     kind: str,
     options: collections.abc.Mapping[str, bool | int | float | str | collections.abc.Sequence[float]],
 ) -> Policy: ...
-def mesh_bench(particles: int, repeats: int) -> dict[str, typing.Any]: ...
 def mpi_can_survive() -> bool:
     """
     Whether the core was built for an MPI in which the other ranks can continue when one is lost.
@@ -550,7 +523,6 @@ def mpi_can_survive() -> bool:
 def mpi_version() -> str: ...
 def name_crashes(mark: str, lost_line: str) -> None: ...
 def note_stop_signals(signals: collections.abc.Sequence[int], same_s: float, speaks: bool) -> None: ...
-def picture_bench(particles: int, width: int, height: int, repeats: int) -> dict[str, typing.Any]: ...
 def plan_part(plan: BalancePlan, mine: BalanceTable, all: BalanceTable) -> BalancePlan: ...
 def policy_named(call: str) -> Policy: ...
 def policy_names() -> list[str]: ...
@@ -563,10 +535,6 @@ def prefix_cuts(
 ) -> numpy.typing.NDArray[numpy.float32]: ...
 def quantiles(coordinates: numpy.typing.ArrayLike, count: int) -> numpy.typing.NDArray[numpy.float32]: ...
 def release_stop_signals() -> None: ...
-def render_bench(
-    particles: int, width: int, height: int, pixels: int, frames: int, fountain: bool
-) -> dict[str, typing.Any]: ...
-def scenery_bench(width: int, height: int, frames: int) -> dict[str, typing.Any]: ...
 def scripted_policy(
     name: str, decide: collections.abc.Callable[..., typing.Any], smoothing: float, over_all: bool
 ) -> Policy: ...

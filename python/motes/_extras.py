@@ -1,4 +1,7 @@
-"""Import optional packages when they are needed; raise `MissingExtraError` if they are not installed."""
+"""Import optional packages when they are needed; raise `MissingExtraError` if they are not installed.
+
+One of them is the laboratory, the package `motes_lab`. Nothing else in the engine knows it.
+"""
 
 from __future__ import annotations
 
@@ -6,12 +9,16 @@ import contextlib
 import importlib
 import importlib.util
 import os
-from collections.abc import Iterator
+import sys
+from collections.abc import Iterator, Sequence
+from importlib.machinery import ModuleSpec
+from types import ModuleType
 from typing import Any
 
-from .errors import MissingExtraError
+from .errors import MissingExtraError, missing_package
 
 __all__ = [
+    *("find_laboratory", "laboratory"),
     *("av", "draco", "matplotlib", "openexr", "pandas", "pillow", "require_av", "require_live"),
     *(
         "require_anywidget",
@@ -27,6 +34,8 @@ __all__ = [
 
 _EXR = "saving a picture as .exr"
 _LIVE = "a live run"
+_LABORATORY = "motes_lab"
+_ROOMS = ("arena", "bench", "cluster", "course", "workloads")
 
 
 def pandas(need: str = "a table of a run's log") -> Any:
@@ -141,3 +150,42 @@ def _import(module: str, need: str, extra: str, *, package: str | None = None) -
         top = module.partition(".")[0]
         reason = None if isinstance(error, ModuleNotFoundError) and error.name == top else error
         raise MissingExtraError(need, extra=extra, package=package or top, reason=reason) from error
+
+
+def laboratory(name: str, need: str) -> ModuleType:
+    """Import a module of the laboratory, such as "cluster". Raises MissingExtraError if it is absent."""
+    try:
+        return importlib.import_module(f"{_LABORATORY}.{name}")
+    except ModuleNotFoundError as error:
+        if error.name != _LABORATORY:
+            raise
+        raise missing_package(need, _LABORATORY, "motes's laboratory") from None
+
+
+def find_laboratory() -> None:
+    """Let `import motes.cluster` load `motes_lab.cluster`: both names then stand for one module."""
+    sys.meta_path.insert(0, _Rooms())
+
+
+class _Rooms:
+    """Finds modules of the laboratory by their names in `motes`, and loads them."""
+
+    def find_spec(
+        self, name: str, path: Sequence[str] | None = None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        """Return a spec for a room, or for a module in it; None for all others."""
+        package, *parts = name.split(".")
+        if package != __package__ or not parts or parts[0] not in _ROOMS:
+            return None
+        return ModuleSpec(name, self)  # type: ignore[arg-type]  # importlib.abc has the base, but loads slowly
+
+    def create_module(self, spec: ModuleSpec) -> ModuleType:
+        """Import the module by its own name."""
+        module = laboratory(spec.name.partition(".")[2], spec.name)
+        spec.loader_state = module.__spec__
+        return module
+
+    def exec_module(self, module: ModuleType) -> None:
+        """Give the module back its own spec; it has run already."""
+        assert module.__spec__ is not None
+        module.__spec__ = module.__spec__.loader_state

@@ -228,6 +228,21 @@ def missing(owner: str, name: str, known: Iterable[str]) -> AttributeError:
     return AttributeError(f"{owner} has no attribute {name!r}{near(name, known)}", name=name, obj=None)
 
 
+def missing_package(need: str, package: str, what: str) -> MissingExtraError:
+    """Return the error for a package of motes itself that this installation leaves out.
+
+    Args:
+        need: what needs the package.
+        package: the missing package.
+        what: what the package is.
+    """
+    text = (
+        f"{need} needs {what}, the package {package}, which is not installed; in a clone of motes, "
+        f"`{sys.executable} -m pip install .` installs it together with the engine"
+    )
+    return _missing_extra((text,), package, "")
+
+
 def argument_error(text: str, argument: str = "", value: str = "", allowed: str = "") -> ArgumentError:
     """Return an error with the engine's message `text` and its parts; some messages have only a text."""
     error = ArgumentError.__new__(ArgumentError, text)

@@ -107,6 +107,19 @@ def test_collisions_never_add_energy(speed: float, two_systems: bool):
             assert np.abs(error).max() < 1e-5 * np.abs(pairs.mass[..., None] * before).max()
 
 
+@pytest.mark.parametrize("speed", [0.3, 0.8, 1.2, 2.0, 4.0])
+def test_ties_between_those_that_fly_past_each_other_add_no_energy(speed: float):
+    """Ties are as long as their pairs are apart, so they hold no energy at first."""
+    for seed in range(3):
+        pairs = flying(speed, seed, alike=seed == 2)
+        lengths = np.linalg.norm(np.subtract(*pairs.position), axis=1)
+        ties = motes.Ties(np.arange(2 * COUNT).reshape(2, -1).T, lengths)
+        for frames in (1, 4):
+            after = met(pairs, lambda s, _, ties=ties: s.tie(ties), frames)
+            gain = pairs.energy(after) / pairs.energy(pairs.velocity.astype(np.float64))
+            assert gain.max() < 1.05, (seed, frames, gain.max())
+
+
 def test_a_fast_pair_bounces_off_where_it_touched_first():
     """Head-on, at 1.6 reaches per step: the ends have passed each other by 0.3 reaches when the step ends."""
     for restitution in (0, 0.5, 1):

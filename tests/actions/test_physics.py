@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from docs_scripts import script_of_docs
 from numpy.typing import NDArray
 
 import motes
@@ -327,21 +326,10 @@ def flown_down(angle_deg: float, seconds: float) -> tuple[NDArray[np.float64], N
 
 
 def test_a_layer_of_grains_rests_on_a_slope_or_flows_steadily_down():
-    """Speed grows with height (Silbert et al. 2001, as in docs/notes/grains.md)."""
+    """Speed grows with height (Silbert et al. 2001, as in docs/lab/grains.md)."""
     still, _ = flown_down(16, 0.6)
     assert abs(still[-10:]).max() < 0.01
     speeds, profile = flown_down(27, 2)
     before, last = speeds[33:66].mean(), speeds[66:].mean()
     assert last > 0.5 and last == pytest.approx(before, rel=0.3)
     assert (np.diff(profile) > 0).all()
-
-
-@pytest.mark.slow
-def test_the_page_of_heaps_tells_what_is_measured():
-    made = script_of_docs("make_heaps")
-    rows = made.PAGE.read_text().split(made.MARK)[1].splitlines()[2:]
-    assert len(rows) == len(made.CASES)
-    for row, case in list(zip(rows, made.CASES, strict=True))[:2]:
-        assert made.measure(*case).split(" | ")[:-1] == row.split(" | ")[:-1], (
-            "run docs/scripts/make_heaps.py"
-        )

@@ -239,7 +239,6 @@ SCALES = {
 }
 TOO_SMALL = {
     ("Bounce", "nanometres"): "off the surface by 0.4 % of the path, not by a part of the coordinates",
-    ("Collide", "nanometres"): "spheres up to 1e-12 kg count as massless",
 }
 EXTREME = ("nanometres", "thousands of kilometres")  # where a number may be refused at the call
 

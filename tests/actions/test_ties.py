@@ -359,7 +359,7 @@ def stretch(substeps: int, falls: bool) -> tuple[float, float]:
 def test_a_cloth_that_hangs_is_as_stiff_as_its_sub_steps():
     mean, longest = stretch(20, falls=False)
     assert mean == pytest.approx(0.068, rel=0.1)
-    assert longest == pytest.approx(0.49, rel=0.1)
+    assert longest == pytest.approx(0.37, rel=0.1)
 
 
 @pytest.mark.slow

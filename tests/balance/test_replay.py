@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from handmade import moving_spot
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from particle_engine import play
@@ -18,7 +16,6 @@ from standing import on_ranks
 import motes
 from motes import _core
 from motes.balance import Diffusive, Pairwise, PrefixCuts, Proportional, Static
-from motes.cli import main
 from motes.replay.compare import compare
 from motes.replay.density import Density, exchange
 from motes.replay.frames import simulate
@@ -242,27 +239,6 @@ def test_comparing_counts_evaluations_and_particles() -> None:
     assert (static["moved"], static["evaluations_to_goal"]) == (0, None)
     assert pairs["evaluations_to_goal"] is None and pairs["moved"] > 0
     assert cuts["evaluations_to_goal"] == 3 and cuts["last_imbalance"] < 1.01
-
-
-def test_bench_prints_a_table_and_json(capsys: pytest.CaptureFixture[str]) -> None:
-    argv = ["balance", "--frames", "6", "--calculators", "8"]
-    assert main(["bench", *argv, "--json"]) == 0
-    figures = json.loads(capsys.readouterr().out)
-    assert {row["load"] for row in figures["rows"]} == set(LOADS)
-    assert figures["planning_calculators"] == 4096
-    assert all(ms < 10 for ms in figures["planning_ms"].values()), figures["planning_ms"]
-    assert {"PrefixCuts", "Pairwise", "Diffusive"} <= set(figures["planning_ms"])
-    assert main(["bench", *argv]) == 0
-    text = capsys.readouterr().out
-    assert "mean imbalance" in text and "planning for 4096" in text
-
-
-def test_bench_compares_on_a_recorded_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    log = moving_spot(tmp_path / "log")
-    assert main(["bench", "balance", "--run", str(log), "--json"]) == 0
-    rows = json.loads(capsys.readouterr().out)["rows"]
-    worth = {row["balancer"]: row["mean_imbalance"] for row in rows}
-    assert worth["PrefixCuts"] < worth["Static"]
 
 
 # --- replay and reality

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import importlib
 import json
-import re
-import shlex
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from commands import examples_can_be_given, exit_code, explains_itself, parser_of
 from handmade import moving_spot
 
 from motes import script as script_options
-from motes.cli import COMMANDS, main
-from motes.cli.parser import Parser, plain
+from motes.cli import COMMANDS, LAB, command, main
+from motes.cli.parser import plain
 
 HELLO = """
 import argparse, motes
@@ -45,63 +44,18 @@ def motes(*argv: object, **options: object) -> subprocess.CompletedProcess[str]:
     return subprocess.run(job, capture_output=True, text=True, timeout=60, **options)
 
 
-def exit_code(*argv: str) -> int:
-    try:
-        return main(argv)
-    except SystemExit as end:
-        assert isinstance(end.code, int)
-        return end.code
-
-
 # --- all commands
 
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_each_command_is_a_module_that_explains_itself(name, capsys):
-    module = importlib.import_module(f"motes.cli.{name}")
-    parser = Parser()
-    module.configure(parser)
-    assert callable(module.run)
-    assert exit_code(name, "--help") == 0
-    said = capsys.readouterr().out
-    _explains_itself(said, name)
-    assert module.__doc__.split("\n")[0] in said
-
-
-@pytest.mark.parametrize("name", ["bench", "cluster"])
-def test_each_command_of_a_command_explains_itself(name, capsys):
-    parser = Parser()
-    importlib.import_module(f"motes.cli.{name}").configure(parser)
-    inner = [action for action in parser._actions if action.choices and action.required]
-    for command in inner[0].choices:
-        assert exit_code(name, command, "--help") == 0
-        _explains_itself(capsys.readouterr().out, f"{name} {command}")
-
-
-def _explains_itself(said: str, name: str) -> None:
-    """Check that a sentence follows the usage, and that an example has its own line."""
-    about = said.partition("\n\n")[2]
-    assert re.match(r"[A-Z][^\n]*(\n[^\n]+)*[.:]\n", about), said
-    assert re.search(rf"^  (python -m )?motes {name}\b", about, re.MULTILINE), said
+    assert callable(command(name).run)
+    assert command(name).__doc__.split("\n")[0] in explains_itself(name, capsys)
 
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_each_example_of_a_help_can_be_given(name, capsys):
-    parser = Parser()
-    importlib.import_module(f"motes.cli.{name}").configure(parser)
-    inner = next((action for action in parser._actions if action.choices and action.required), None)
-    helps = [[name, command] for command in inner.choices] if name in ("bench", "cluster") else []
-    for help_of in ([name], *helps):
-        assert exit_code(*help_of, "--help") == 0
-        lines = capsys.readouterr().out.splitlines()
-        examples = [line for line in lines if re.match(rf"  (python -m )?motes {name}\b", line)]
-        assert examples
-        for line in examples:
-            words = shlex.split(re.sub(r" \[.*|  .*", "", line.strip()), comments=True)
-            words = words[words.index("motes") + 2 :]
-            args = parser.parse_args(words)
-            if getattr(args, "scene", "").endswith(".motes"):
-                assert not args.arguments, f"a recorded scene takes no arguments: {line}"
+    examples_can_be_given(name, capsys)
 
 
 def test_the_commands_are_listed(capsys):
@@ -109,7 +63,9 @@ def test_the_commands_are_listed(capsys):
     assert exit_code("--help") == 0
     said = capsys.readouterr()
     for text in (said.out, said.err):
-        assert all(f"  {name} " in text for name in COMMANDS)
+        own, _, laboratory = text.partition("\nlaboratory:\n")
+        assert all(f"  {name} " in own for name in COMMANDS)
+        assert all(f"  {name} " in laboratory for name in LAB)
     assert exit_code("--version") == 0
     assert capsys.readouterr().out.strip() == importlib.import_module("motes").__version__
 
@@ -118,27 +74,13 @@ def test_the_commands_are_listed(capsys):
     ("line", "says"),
     [
         ("wtach run", "unknown command 'wtach'; did you mean 'watch'?"),
-        ("bench snwo", "did you mean 'snow'?"),
-        ("cluster papre", "did you mean 'paper'?"),
         ("zzz", "unknown command 'zzz'\n"),
-        ("bench", "required: NAME"),
-        ("bench snow --particles -3", "must be a whole number >= 1, got '-3'"),
-        ("bench render --size 640", "must be WIDTHxHEIGHT such as 1920x1080, got '640'"),
-        ("bench snow --steps x", "must be a whole number >= 1, got 'x'"),
         ("run x.py", "required: -n"),
         ("run -n x y.py", "invalid int value: 'x'"),
         ("doctor --jsn", "unrecognized arguments: --jsn; did you mean '--json'?"),
         ("watch --wiat 3 run", "did you mean '--wait'?"),
-        ("bench snow --partciles=3", "did you mean '--particles'?"),
-        ("cluster growth --qqq", "unrecognized arguments: --qqq\n"),
         ("movei out", "did you mean 'movie'?"),
         ("report", "required: RUN"),
-        ("cluster growth --ranks 2", "must be whole numbers >= 3, got '2'"),
-        ("cluster growth --births nobody", "must be one or more of calculators, manager, got 'nobody'"),
-        ("cluster growth --plot x.gif", "ending in .png, .svg, .pdf in an existing folder, got 'x.gif'"),
-        ("cluster paper --table 1 --plot no/such/x.png", "in an existing folder, got 'no/such/x.png'"),
-        ("cluster paper --table 4", "invalid choice: 4"),
-        ("cluster build", "required: --source"),
     ],
 )
 def test_usage_errors_exit_with_2(capsys, line, says):
@@ -155,19 +97,8 @@ def test_figures_that_are_nan_or_infinite_are_null_in_json():
 
 
 def test_each_command_that_prints_figures_takes_json():
-    for name, argv in {
-        "doctor": [],
-        "watch": ["run"],
-        "report": ["run"],
-        "record": [],
-        "bench": ["snow"],
-        "cluster": ["paper", "--table", "1"],
-        "course": ["folder"],
-        "grade": ["1", "mine.py"],
-    }.items():
-        parser = Parser()
-        importlib.import_module(f"motes.cli.{name}").configure(parser)
-        assert parser.parse_args([*argv, "--json"]).json
+    for name, argv in {"doctor": [], "watch": ["run"], "report": ["run"], "record": []}.items():
+        assert parser_of(name).parse_args([*argv, "--json"]).json
 
 
 def test_a_reader_that_leaves_is_no_error(tmp_path):

@@ -6,13 +6,14 @@
 
 namespace {
 
-// Returns whether to run a test. "2/3": every third test, from the second one on; any other word: tests whose names
-// contain it.
-bool wanted(const char* word, int number, const char* name) {
+// Returns whether to run a test. "2/3": every third test, from the second one on; "tests/cpp/image" or any word with a
+// slash: tests in files whose paths contain it; any other word: tests whose names contain it.
+bool wanted(const char* word, int number, const check::Test& test) {
   char* slash = nullptr;
   const long part = std::strtol(word, &slash, 10);
   const long parts = *slash == '/' ? std::strtol(slash + 1, nullptr, 10) : 0;
-  return parts > 0 ? number % parts == part - 1 : std::strstr(name, word) != nullptr;
+  if (parts > 0) return number % parts == part - 1;
+  return std::strstr(std::strchr(word, '/') != nullptr ? test.file : test.name, word) != nullptr;
 }
 
 }  // namespace
@@ -21,7 +22,7 @@ bool wanted(const char* word, int number, const char* name) {
 int main(int count, char** words) {
   int ran = 0, number = 0;
   for (const check::Test& test : check::tests()) {
-    if (count > 1 && !wanted(words[1], number++, test.name)) continue;
+    if (count > 1 && !wanted(words[1], number++, test)) continue;
     ++ran;
     const int before = check::failures();
     try {

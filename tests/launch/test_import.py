@@ -15,6 +15,7 @@ from handmade import moving_spot
 
 import motes
 from motes._mpi import rank_process
+from motes.cli import LAB
 
 PACKAGE = Path(motes.__file__).parent
 ROOT = Path(__file__).resolve().parents[2]
@@ -117,6 +118,41 @@ def test_a_report_does_without_the_core(tmp_path):
 def test_help_starts_nothing(command):
     code = f"from motes.cli import main\ntry: main([{command!r}, '--help'])\nexcept SystemExit: pass\n"
     assert loaded(code + "import motes") & {"mpi4py.MPI", "motes._core"} == set()
+
+
+def test_a_script_loads_nothing_of_the_laboratory():
+    assert not [name for name in loaded(WORLD) if name.startswith("motes_lab")]
+    assert "motes_lab.workloads" in loaded("import motes; motes.workloads")
+
+
+WITHOUT = """
+import sys
+class Nowhere:
+    def find_spec(self, name, *_):
+        if name == "motes_lab":
+            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+sys.meta_path.insert(0, Nowhere())
+import motes
+from motes.cli import main
+"""
+
+
+@pytest.mark.parametrize("name", ["cluster", "course", "workloads"])
+def test_without_the_laboratory_its_names_say_so(name):
+    for code in (f"motes.{name}", f"import motes.{name}", f"from motes.{name} import anything"):
+        made = alone(f"{WITHOUT}try: {code}\nexcept ImportError as error: print(error)")
+        assert made.stdout.startswith(f"motes.{name} needs motes's laboratory"), made.stderr
+        assert made.stdout.count("\n") == 1
+
+
+@pytest.mark.parametrize("command", LAB)
+def test_without_the_laboratory_its_commands_say_so(command):
+    for argv in ([command], [command, "--help"]):
+        made = alone(f"{WITHOUT}sys.exit(main({argv!r}))")
+        assert (made.returncode, made.stdout) == (2, "")
+        assert made.stderr.startswith(f"motes: `motes {command}` needs motes's laboratory")
+        assert made.stderr.count("\n") == 1
+    assert alone(f"{WITHOUT}main(['--help'])").returncode == 0
 
 
 @pytest.mark.parametrize(

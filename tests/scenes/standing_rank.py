@@ -41,7 +41,7 @@ from motes._run.process import process
 WORLD = MPI.COMM_WORLD
 LAUNCHERS = ("OMPI_", "PMIX_", "PRTE_", "PMI_", "HWLOC_", "MOTES_OPEN_WORLDS")
 COUNTS = ("OMPI_COMM_WORLD_SIZE", "OMPI_COMM_WORLD_LOCAL_SIZE", "OMPI_UNIVERSE_SIZE", "OMPI_MCA_num_procs")
-UNNEEDED = ("motes.__main__", "motes._player.widget", "motes.bench", "motes.cli", "motes.cluster")
+UNNEEDED = ("motes.__main__", "motes._player.widget", "motes.cli")
 INSTALLED = tuple(sysconfig.get_path(name) for name in ("stdlib", "platstdlib", "purelib", "platlib"))
 PACKAGE = os.path.dirname(os.path.abspath(motes.__file__))
 THREADS_S = 1.0  # how long threads that a body leaves behind may take to end

@@ -57,7 +57,7 @@ def test_each_mutation_changes_a_line_that_is_there_once_and_names_a_test_that_i
     found = mutations().mutations()
     assert mutations().faults(found) == []
     folders = {path.name for path in (ROOT / "cpp").iterdir() if path.is_dir()}
-    assert folders - {one.file.split("/")[1] for one in found} == {"bench"}  # benchmarks need no mutations
+    assert folders <= {one.file.split("/")[1] for one in found}
 
 
 def test_what_is_wrong_with_a_mutation_is_named():

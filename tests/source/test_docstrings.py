@@ -33,7 +33,7 @@ def owned(kind: type) -> Iterator[tuple[str, Any]]:
         found = inspect.getattr_static(kind, name)
         home = next(base for base in kind.__mro__ if name in vars(base))
         if (
-            home.__module__.partition(".")[0] == "motes"
+            home.__module__.partition(".")[0] in ("motes", "motes_lab")
             and name[0] != "_"
             and (told(found) or is_read(found))
         ):

@@ -13,6 +13,7 @@ import shlex
 import subprocess
 import sys
 import tomllib
+from datetime import date
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -27,12 +28,26 @@ PACKAGE = importlib.resources.files("motes")
 ROOT = Path(__file__).resolve().parents[2]
 
 
-def test_the_version_is_said_once():
-    assert motes.__version__ == importlib.metadata.version("motes")
-    assert re.fullmatch(r"\d+\.\d+\.\d+", motes.__version__)
-    newest = re.search(r"^## \[(\d+\.\d+\.\d+)\]", (ROOT / "CHANGELOG.md").read_text(), re.MULTILINE)
-    assert newest is not None
-    assert newest[1] == motes.__version__
+def test_the_changelog_has_the_version_and_a_date_of_each_release():
+    version = project()["project"]["version"]
+    assert re.fullmatch(r"\d+\.\d+\.\d+", version)
+    first, *releases = re.findall(r"^## (.*)$", (ROOT / "CHANGELOG.md").read_text(), re.MULTILINE)
+    assert first == "[Unreleased]"
+    named = [re.fullmatch(r"\[(\d+)\.(\d+)\.(\d+)\] - (\d{4}-\d\d-\d\d)", release) for release in releases]
+    numbers = [tuple(map(int, release.groups()[:3])) for release in named if release is not None]
+    dates = [date.fromisoformat(release[4]) for release in named if release is not None]
+    assert len(numbers) == len(releases)
+    assert numbers == sorted(numbers, reverse=True) and dates == sorted(dates, reverse=True)
+    assert ".".join(map(str, numbers[0])) == version
+    assert set(re.findall(r"motes-([\d.]+)-cp", (ROOT / "docs" / "install.md").read_text())) == {version}
+
+
+def test_the_installed_package_has_that_version():
+    try:
+        installed = importlib.metadata.version("motes")
+    except importlib.metadata.PackageNotFoundError:
+        pytest.skip("motes runs from a build tree")
+    assert motes.__version__ == installed
 
 
 def test_every_public_name_exists():
@@ -111,7 +126,14 @@ def differences(built: object, said: dict[str, list[str] | ast.ClassDef | None],
 def test_stubs_say_what_the_core_is():
     stub = PACKAGE.joinpath("_core.pyi").read_text()
     found = differences(_core, stubs(ast.parse(stub)), "_core")
-    assert found == [], "run `python .ci/stubs`"
+    assert found == ["_core.lab"] * hasattr(_core, "lab"), "run `python .ci/stubs`"
+
+
+def test_stubs_say_what_the_compiled_laboratory_is():
+    if not hasattr(_core, "lab"):
+        pytest.skip("this build of motes has no laboratory")
+    stub = PACKAGE.parent.joinpath("motes_lab", "compiled.pyi").read_text()
+    assert differences(_core.lab, stubs(ast.parse(stub)), "lab") == [], "run `python .ci/stubs`"
 
 
 def test_drift_of_the_stubs_is_found():
@@ -120,7 +142,11 @@ def test_drift_of_the_stubs_is_found():
         "def digest(self)", "def digest(self, system: int)"
     )
     found = differences(_core, stubs(ast.parse(changed)), "_core")
-    assert found == ["_core.simd", "_core.simt", "_core.Engine.digest(self), stub: (self, system)"]
+    assert set(found) - {"_core.lab"} == {
+        "_core.simd",
+        "_core.simt",
+        "_core.Engine.digest(self), stub: (self, system)",
+    }
 
 
 # --- requirements

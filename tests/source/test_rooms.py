@@ -55,6 +55,19 @@ def test_rooms_do_not_include_each_other_in_circles():
     assert circle({**below, Path("base"): {Path("engine")}}) != []
 
 
+def test_the_engine_includes_nothing_of_the_laboratory():
+    assert knowing_the_laboratory(includes()) == []
+    assert knowing_the_laboratory({Path("engine/engine.h"): {"lab/soak/story.h"}}) == [
+        Path("engine/engine.h")
+    ]
+
+
+def knowing_the_laboratory(files: dict[Path, set[str]]) -> list[Path]:
+    """Return the files outside `lab` that include one inside."""
+    engine = {path: names for path, names in files.items() if path.parts[0] != "lab"}
+    return [path for path, names in engine.items() if any(name.startswith("lab/") for name in names)]
+
+
 def test_rooms_of_the_package_do_not_import_each_other_in_circles():
     below = imports.rooms(imports.modules(imports.START, imports.LATER))
     assert len(below) > 20

@@ -10,14 +10,14 @@ import pytest
 
 __all__ = ["script_of_docs"]
 
-SCRIPTS = Path(__file__).resolve().parents[2] / "docs" / "scripts"
+DOCS = Path(__file__).resolve().parents[2] / "docs"
 
 
 def script_of_docs(name: str) -> Any:
     """Load a script; skip the test if the source tree has only the tests."""
-    path = SCRIPTS / f"{name}.py"
-    if not path.is_file():
-        pytest.skip(f"docs/scripts/{name}.py stands in the source tree", allow_module_level=True)
+    path = next(DOCS.glob(f"**/scripts/{name}.py"), None)
+    if path is None:
+        pytest.skip(f"scripts/{name}.py stands in the source tree", allow_module_level=True)
     spec = importlib.util.spec_from_file_location(name, path)
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)

@@ -48,12 +48,16 @@ struct Neighbour {
     q2 = r2 * (spread.per_radius * spread.per_radius);
     seen = q2 < 1.0f;
     other = seen & (Mask)(lane_numbers() + first != all_uints(j));
-    if (!any(seen)) return;
     const Floats d = sqrt(r2);
     q = d * spread.per_radius;
     normal = r * (1.0f / d);
     const Mask here = other & (r2 <= 0.0f);
     if (any(here)) part(task, here, first, j);
+  }
+
+  static MOTES_INLINE bool sees(const Task& task, const Floats3& at, const SmoothingKernel& spread, std::uint32_t j) {
+    const Floats3 r = seen_from(at, task.sources.column, j);
+    return any(dot(r, r) * (spread.per_radius * spread.per_radius) < 1.0f);
   }
 
   // Gives sources at the same position a direction from their ids.
@@ -95,9 +99,12 @@ struct Pressure {
           velocity(load_column(task.targets.column, interactions::velocity_x, i)),
           mass(load(task.targets.column[interactions::mass] + i)) {}
 
+    MOTES_INLINE bool sees(const Pressure& law, const Task& task, std::uint32_t j) const {
+      return Neighbour::sees(task, at, law.spread, j);
+    }
+
     MOTES_INLINE void add(const Pressure& law, const Task& task, std::uint32_t j) {
       const Neighbour n(task, at, law.spread, first, j);
-      if (!any(n.seen)) return;
       const float of = task.sources.column[interactions::mass][j];
       density = density + only(n.seen, law.spread.share(n.q2) * of);
       const Floats steep = law.spread.slope(n.q);
@@ -110,7 +117,9 @@ struct Pressure {
     MOTES_INLINE void finish(const Pressure& law, const Task& task, const Around&, std::uint32_t i,
                              std::uint32_t last) const {
       const float per_density = law.heavy.per_density, per_mass = law.heavy.per_mass;
-      const Floats then = density * per_mass * per_density - 1.0f;
+      // Nothing can relieve what a particle that is denser than the liquid by itself has alone.
+      const Floats alone = law.spread.high * mass * per_mass * per_density;
+      const Floats then = density * per_mass * per_density - max(alone, all(1.0f));
       const Floats now = then + parts * per_mass * (1 / law.spread.unit) * per_density * law.step;
       const Floats above = max(then - (1.0f - kRelieved) * max(now, Floats{}), Floats{});
       const Floats3 s = slope * per_mass;
@@ -142,9 +151,12 @@ struct Fluid {
           mass(load(task.targets.column[interactions::mass] + i)),
           pressure(load(task.targets.column[interactions::pressure] + i)) {}
 
+    MOTES_INLINE bool sees(const Fluid& law, const Task& task, std::uint32_t j) const {
+      return Neighbour::sees(task, at, law.spread, j);
+    }
+
     MOTES_INLINE void add(const Fluid& law, const Task& task, std::uint32_t j) {
       const Neighbour n(task, at, law.spread, first, j);
-      if (!any(n.other)) return;
       const float* const* column = task.sources.column;
       const float of = column[interactions::mass][j];
       const Floats steep = law.spread.slope(n.q);

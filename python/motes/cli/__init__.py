@@ -10,48 +10,53 @@ import importlib
 import os
 import sys
 from collections.abc import Sequence
+from types import ModuleType
 
+from .. import _extras
 from .._io.text import printable
 from ..errors import MotesError, near
 from .parser import Parser
 
-__all__ = ["COMMANDS", "main"]
+__all__ = ["COMMANDS", "LAB", "command", "main"]
 
 PROGRAM = "python -m motes"
 COMMANDS = {
     "run": "start a script on N ranks with the right mpirun",
     "live": "the same, shown in a browser, where it can be steered",
     "doctor": "examine this installation; exit code 1 if something is wrong",
-    "bench": "measure this machine",
     "watch": "show a run in progress, from its log",
     "report": "write a run's summary and plots as one HTML file",
     "demo": "run one of the example animations, or list them",
     "movie": "join numbered pictures into a film",
     "record": "write what a script records to a file that replays without Python",
     "pack": "join the particle files that the ranks of a run have exported",
+}
+LAB = {
+    "bench": "measure this machine",
     "soak": "test the engine's promises under thousands of simulated disasters",
+    "cluster": "run on a simulated cluster; reproduce the paper's tables",
     "arena": "compare balancers on loads whose best cuts are known",
     "course": "write a course about load balancing: six evenings as notebooks",
     "grade": "grade a submission for an evening of the course",
-    "cluster": "run on a simulated cluster; reproduce the paper's tables",
 }
-_DESCRIPTION = "Particle animations on clusters.\n\ncommands:\n" + "\n".join(
-    f"  {name:<9} {about}" for name, about in COMMANDS.items()
-)
+"""The commands of the laboratory."""
+_DESCRIPTION = "Particle animations on clusters."
+for _title, _table in (("commands", COMMANDS), ("laboratory", LAB)):
+    _DESCRIPTION += f"\n\n{_title}:\n" + "\n".join(f"  {name:<9} {about}" for name, about in _table.items())
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; return the exit code, 2 for usage errors and for errors of motes."""
     _open_standard_streams()
     given = list(sys.argv[1:] if argv is None else argv)
-    if not given or given[0] not in COMMANDS:
+    if not given or given[0] not in {**COMMANDS, **LAB}:
         return _without_command(given)
-    command = importlib.import_module(f".{given[0]}", __name__)
-    parser = Parser(prog=f"{PROGRAM} {given[0]}", description=command.__doc__)
-    command.configure(parser)
-    args = parser.parse_args(given[1:])
     try:
-        code: int = command.run(args)
+        module = command(given[0])
+        parser = Parser(prog=f"{PROGRAM} {given[0]}", description=module.__doc__)
+        module.configure(parser)
+        args = parser.parse_args(given[1:])
+        code: int = module.run(args)
         return code
     except MotesError as error:
         return _failed(str(error))
@@ -63,6 +68,13 @@ def main(argv: Sequence[str] | None = None) -> int:
         if error.filename is None:
             raise
         return _failed(f"{os.fspath(error.filename)}: {error.strerror}")
+
+
+def command(name: str) -> ModuleType:
+    """Import a command's module. Raises MissingExtraError if that needs the laboratory, which is not here."""
+    if name in LAB:
+        return _extras.laboratory(f"cli.{name}", f"`motes {name}`")
+    return importlib.import_module(f".{name}", __name__)
 
 
 def _open_standard_streams() -> None:
@@ -85,7 +97,7 @@ def _without_command(argv: list[str]) -> int:
         parser.print_help(sys.stderr)
         return 2
     if not argv[0].startswith("-"):
-        parser.error(f"unknown command {argv[0]!r}{near(argv[0], list(COMMANDS))}")
+        parser.error(f"unknown command {argv[0]!r}{near(argv[0], [*COMMANDS, *LAB])}")
     if parser.parse_args(argv).version:
         from .. import __version__
 

@@ -4,7 +4,6 @@
 #include <random>
 #include <stdexcept>
 
-#include "bench/bench_image.h"
 #include "image/curves.h"
 #include "image/footprint.h"
 #include "image/test_image_scene.h"
@@ -358,18 +357,6 @@ TEST(image_background_and_exposure) {
   view.exposure = 1;
   canvas.begin(view);  // a changed exposure must not show the old scenery
   CHECK(canvas.finish() == pixels);
-}
-
-TEST(image_render_bench_runs) {
-  const bench::RenderBench result = bench::render_bench(10000, 160, 90, 5, 2);
-  CHECK(result.records > 5000 && result.ms_per_frame > 0 && result.ms_project > 0);
-  bool with_bloom = false;
-  for (const bench::RenderRow& row : result.rows) {
-    CHECK(row.ms_per_frame > 0 && row.ratio > 0);
-    with_bloom |= row.name.find("bloom") != std::string::npos;
-  }
-  CHECK(with_bloom);
-  CHECK_THROWS(bench::render_bench(0, 160, 90, 5, 2), std::invalid_argument);
 }
 
 }  // namespace motes::test_image_canvas

@@ -1,6 +1,6 @@
 // Statistical tests of the engine's streams of random numbers: words of neighbouring ids, of ids far apart or above
 // 2^32, of neighbouring steps, places in the list, draws and seeds. Everything is a fixed function, so a test that
-// passes once always passes. docs/notes/speed.md reports what larger tests found.
+// passes once always passes. docs/lab/speed.md reports what larger tests found.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

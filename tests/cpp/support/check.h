@@ -10,6 +10,7 @@ namespace check {
 
 struct Test {
   const char* name;
+  const char* file;
   std::function<void()> body;
 };
 
@@ -23,8 +24,8 @@ inline int& failures() {
   return count;
 }
 
-inline bool add(const char* name, std::function<void()> body) {
-  tests().push_back({name, std::move(body)});
+inline bool add(const char* name, const char* file, std::function<void()> body) {
+  tests().push_back({name, file, std::move(body)});
   return true;
 }
 
@@ -41,9 +42,9 @@ inline std::string text(double value) {
 
 }  // namespace check
 
-#define TEST(name)                                                 \
-  static void test_##name();                                       \
-  static const bool added_##name = check::add(#name, test_##name); \
+#define TEST(name)                                                           \
+  static void test_##name();                                                 \
+  static const bool added_##name = check::add(#name, __FILE__, test_##name); \
   static void test_##name()
 
 #define CHECK(condition)                                           \

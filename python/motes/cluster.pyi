@@ -1,0 +1,1 @@
+from motes_lab.cluster import *

@@ -1,0 +1,1 @@
+from motes_lab.course import *

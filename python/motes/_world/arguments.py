@@ -16,8 +16,8 @@ from .._picture.rendering import Renderer
 from .._picture.sprites import Sprite
 from .._run.process import process
 from .._run.settings import RunSettings
-from .._system.recorded import Recorded, kept_attributes
-from .._system.system import recorded_of
+from .._system.system import state_of
+from .._system.system_state import SystemState, kept_attributes
 from .._values import arguments, environment
 from .._values.checkpoint import checked as checkpoint_of
 from .._values.live import checked as live_of
@@ -127,9 +127,9 @@ def check_periods(axes: str, space: Any, periods: Sequence[Period]) -> None:
             raise ArgumentError("space", space, f"{allowed}, or not given")
 
 
-def leader(systems: Sequence[Recorded], domains_of: Any, axes: str | None, space: Any) -> Recorded:
+def leader(systems: Sequence[SystemState], domains_of: Any, axes: str | None, space: Any) -> SystemState:
     """Return the system whose domains a new one shares; check that the new system's axis and space agree."""
-    given = recorded_of(domains_of)
+    given = state_of(domains_of)
     if given is None or not any(system is given for system in systems):
         raise ArgumentError("domains_of", domains_of, "None or an earlier system of this world")
     found = systems[given.leads]

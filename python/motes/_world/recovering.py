@@ -134,8 +134,8 @@ class Recovery:
         if run.watch is not None:
             run.watch.close()
         run.watch = PeerWatch(run.peers, rank=made.rank)
-        if running.loop.course is not None:
-            running.loop.course.go_on_with(made, session.settings)
+        if running.loop.checkpoints is not None:
+            running.loop.checkpoints.go_on_with(made, session.settings)
 
     def _refusal(self, running: Running) -> str:
         session = running.session

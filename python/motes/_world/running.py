@@ -16,8 +16,8 @@ from .._run.process import OpenRun, process
 from .._run.speaking import mark
 from .._run.usage import Weakly
 from .._system.first_frame import remarks_on
-from .._system.recorded import Recorded
 from .._system.session import Session
+from .._system.system_state import SystemState
 from .._values import roles as _roles
 from .._values.wall import WallForce, wall_force
 from ..errors import ArgumentError, MotesError, Stopped
@@ -59,12 +59,12 @@ class Running:
         self.given = given
         self._telling = telling
         self._recovery: Recovery | None = None
-        self._unseen: list[Recorded] = []  # systems whose first list has not run yet
+        self._unseen: list[SystemState] = []  # systems whose first list has not run yet
         self._pictured = False  # whether this process has ended a frame with a picture
         viewers.before_stopping = loop.save_now
         session.given_up = lambda: self._leave(well=False)
 
-    def add(self, system: Recorded) -> None:
+    def add(self, system: SystemState) -> None:
         """Add a new system."""
         self.session.systems.append(system)
         self._unseen.append(system)
@@ -142,11 +142,11 @@ class Running:
             session.survives = True
         self.viewers.open(met.repeats, engine)
         if met.found is not None:
-            from .._checkpoint.course import Course
+            from .._checkpoint.resuming import Checkpoints
 
             steering, secure = self.viewers.steering, Weakly(self._secure)
-            course = Course(run, settings, met.found, engine, steering, secure, session.systems)
-            session.earlier = self.loop.course = course
+            checkpoints = Checkpoints(run, settings, met.found, engine, steering, secure, session.systems)
+            session.earlier = self.loop.checkpoints = checkpoints
         if announce and session.manages:  # whatever `progress` is: without the seed nobody can repeat the run
             tell(f"seed {settings.seed}")
         if settings.log is not None and session.manages:
@@ -190,7 +190,7 @@ class Running:
             remarks = self._finish()
             well = True
             if self.viewers.stop.signal and session.manages:
-                goes_on, number = self.loop.course is not None, self.viewers.stop.signal
+                goes_on, number = self.loop.checkpoints is not None, self.viewers.stop.signal
                 tell(
                     stopping.closing_line(number, frames=session.frame, total=session.total, goes_on=goes_on)
                 )
@@ -199,8 +199,8 @@ class Running:
             raise
         finally:
             session.ended = True
-            if self.loop.course is not None:
-                self.loop.course.end()
+            if self.loop.checkpoints is not None:
+                self.loop.checkpoints.end()
             if self._recovery is not None:
                 self._recovery.end()
             self._leave(well=well)
@@ -277,7 +277,7 @@ class Running:
 
     def _skipped(self) -> Frame:
         """Return the placeholder for a frame that an earlier run has computed."""
-        from .._checkpoint.course import EARLIER
+        from .._checkpoint.resuming import EARLIER
 
         return self.pictures.absent(self.session.frame - 1, EARLIER)
 

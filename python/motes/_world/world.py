@@ -14,9 +14,9 @@ from .._picture.rendering import Renderer
 from .._picture.sprites import Sprite
 from .._run.progress import LINES
 from .._run.progress import check as check_progress
-from .._system.recorded import Recorded
 from .._system.session import Session
 from .._system.system import System
+from .._system.system_state import SystemState
 from .._values import arguments
 from .._values import roles as _roles
 from .._values.checkpoint import Checkpoint
@@ -214,14 +214,14 @@ class World(Settings):
             ),
             "periods": settings.periodic,
         }
-        recorded = Recorded(session, len(self._systems), name, axes, definition)
-        made = System(self, recorded)
+        state = SystemState(session, len(self._systems), name, axes, definition)
+        made = System(self, state)
         if session.ended:
             raise MotesError("this world has ended; make a new one")
         with session.usage.during("system()"):
             self._systems.append(made)
             self._names.add(name)
-            self._running.add(recorded)
+            self._running.add(state)
         return made
 
     # --- the run

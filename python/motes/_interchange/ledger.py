@@ -84,11 +84,11 @@ class Ledger:
 
     def snapshot(self, *, finished: bool = False) -> Manifest:
         """Copy the manifest for another thread."""
-        made = copy.copy(self._manifest)
-        made.systems = copy.deepcopy(made.systems)
-        made.frames, made.announced = list(made.frames), list(made.announced)
-        made.finished = finished
-        return made
+        copied = copy.copy(self._manifest)
+        copied.systems = copy.deepcopy(copied.systems)
+        copied.frames, copied.announced = list(copied.frames), list(copied.announced)
+        copied.finished = finished
+        return copied
 
     def publish(self, manifest: Manifest, *, seen: int) -> None:
         """Check that the files of frames from index `seen` on exist, then publish a snapshot to readers.

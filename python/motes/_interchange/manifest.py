@@ -205,19 +205,19 @@ class Manifest:
 
 def stems(names: Iterable[str]) -> list[str]:
     """Return a prefix of file names for each system: unique, and valid in file systems and in USD."""
-    made: list[str] = []
+    prefixes: list[str] = []
     for name in names:
         stem = re.sub(r"[^A-Za-z0-9_]", "_", name)[:60]
         if not re.match(r"[A-Za-z]", stem):
             stem = f"system_{stem}"
-        taken = {other.lower() for other in made}  # some file systems ignore case
+        taken = {other.lower() for other in prefixes}  # some file systems ignore case
         number = 1
         unique = stem
         while unique.lower() in taken:
             number += 1
             unique = f"{stem}_{number}"
-        made.append(unique)
-    return made
+        prefixes.append(unique)
+    return prefixes
 
 
 def _as_json(value: float) -> float | str:

@@ -47,12 +47,12 @@ class Listing:
                 other = self._state_of(given)
                 if other is None or other.session is not session or other is system:
                     raise ArgumentError("other", given, "another system of the same world")
-                made = self._compiled(action, other)
+                native = self._compiled(action, other)
                 if isinstance(action, Contact):
                     its = _contact_of(other, counterpart_of(action), "other_radius")
-                    engine.record_interaction(system.index, other.index, made, its)
+                    engine.record_interaction(system.index, other.index, native, its)
                 else:
-                    engine.record_interaction(system.index, other.index, made)
+                    engine.record_interaction(system.index, other.index, native)
                 other.add(action, line)
             system.add(action, line)
         finally:

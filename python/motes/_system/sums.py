@@ -32,8 +32,8 @@ class Sums:
     def total(self, expression: Expression | ArrayLike, where: Where) -> Any:
         """Sum an expression over all particles: `System.total`."""
         summed = self._compiled((), expression, where)
-        found = self._sum("total", summed)
-        return found if len(found) > 1 else float(found[0])
+        total = self._sum("total", summed)
+        return total if len(total) > 1 else float(total[0])
 
     def histogram(self, expression: Expression, edges: ArrayLike, weights: Any, where: Where) -> NDArray[Any]:
         """Count or sum in bins: `System.histogram`."""
@@ -45,8 +45,8 @@ class Sums:
     ) -> NDArray[Any]:
         """Count or sum in the cells of a grid: `System.tally`."""
         cells = cell_edges(low, high, shape)
-        found = self._sum("tally", self._compiled(cells, weights, where))
-        return found.reshape([len(edges) - 1 for _, _, edges in cells])
+        sums = self._sum("tally", self._compiled(cells, weights, where))
+        return sums.reshape([len(edges) - 1 for _, _, edges in cells])
 
     def _compiled(
         self,

@@ -23,8 +23,8 @@ __all__ = ["SystemState", "kept_attributes", "kept_error"]
 
 def kept_attributes(periods: Sequence[Period], sprite: Sprite) -> list[tuple[str, int]]:
     """Return name and width of the attributes that the engine adds for periods and ribbons."""
-    found = [(CROSSINGS, 3)] if periods else []
-    return found + (_core.trace_attributes(bool(periods)) if sprite.kind == "ribbon" else [])
+    attributes = [(CROSSINGS, 3)] if periods else []
+    return attributes + (_core.trace_attributes(bool(periods)) if sprite.kind == "ribbon" else [])
 
 
 def kept_error(call: str, name: str) -> ArgumentError:

@@ -239,11 +239,11 @@ class Running:
         if session.earlier is not None and session.earlier.waiting:
             return wall_force([math.nan] * 6)
         with session.usage.during("force()"):
-            found = session.engine.wall_force(shape_of(wall))
-        if found is None:
+            force = session.engine.wall_force(shape_of(wall))
+        if force is None:
             allowed = "the shape of a wall of a contact() in the last frame; a mesh at the place it had there"
             raise ArgumentError("wall", wall, allowed)
-        return wall_force(found)
+        return wall_force(force)
 
     def render(self) -> Frame:
         """End the frame with a picture: `World.render`."""

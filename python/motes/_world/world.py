@@ -215,14 +215,14 @@ class World(Settings):
             "periods": settings.periodic,
         }
         state = SystemState(session, len(self._systems), name, axes, definition)
-        made = System(self, state)
+        system = System(self, state)
         if session.ended:
             raise MotesError("this world has ended; make a new one")
         with session.usage.during("system()"):
-            self._systems.append(made)
+            self._systems.append(system)
             self._names.add(name)
             self._running.add(state)
-        return made
+        return system
 
     # --- the run
 

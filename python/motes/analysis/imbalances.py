@@ -161,9 +161,9 @@ def _slow_sentence(part: Part, rank: int, factor: float, late: float) -> str:
 
 
 def _balancer(part: Part, which: str = "") -> str:
-    found = saving_of_part(part)
-    if found.balancer:
-        return sentence_of(found)
+    saving = saving_of_part(part)
+    if saving.balancer:
+        return sentence_of(saving)
     if part.run.balancer.startswith("Static"):
         return f"try a balancer{' ' + which if which else ''} (--balancer pairwise, or PrefixCuts())"
     return f"try a balancer other than {part.run.balancer}, or let it act more often"

@@ -42,11 +42,11 @@ def write_otf2(run: Run, directory: str | os.PathLike[str]) -> Path:
 
 def _events(run: Run) -> dict[int, list[tuple[int, int, Any]]]:
     """Return each rank's events in order: time in ns, kind, and the region's name or the other rank."""
-    found, measured = timeline.slices(run)
-    found = found[found["phase"] != UNDER_WAY]
-    origin = float(found["start_s"].min())
+    table, measured = timeline.slices(run)
+    table = table[table["phase"] != UNDER_WAY]
+    origin = float(table["start_s"].min())
     slices: dict[int, list[tuple[int, int, str]]] = {rank: [] for rank in range(run.ranks)}
-    for row in found.to_dict("records"):
+    for row in table.to_dict("records"):
         name = f"{row['phase']} {row['system'] or ''}".rstrip()
         begin, end = (round((float(row[key]) - origin) * 1e9) for key in ("start_s", "end_s"))
         slices.setdefault(int(row["rank"]), []).append((begin, end, name))

@@ -98,8 +98,8 @@ def _one(draw: Callable[..., Any], size: tuple[float, float]) -> Any:
 
 
 def _side_by_side(*draws: Callable[..., Any], height: float = 2.9) -> Any:
-    figure, made = drawing.new_axes(1, len(draws), (9.2, height))
-    for draw, ax in zip(draws, made, strict=True):
+    figure, axes = drawing.new_axes(1, len(draws), (9.2, height))
+    for draw, ax in zip(draws, axes, strict=True):
         draw(ax=ax)
     return figure
 

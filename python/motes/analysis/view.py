@@ -156,42 +156,42 @@ class View:
         head = f"{self.path}  {facts.get('balancer') or 'Static()'}  {where}"
         if self.frame is None:
             return [head[:width], "no frames yet"]
-        made = [head[:width], self.line()[:width]]
-        made += ["imbalance " + _sparks(self.imbalances, width - 22, plain), ""]
-        made += self._pop(width)
-        made += self._bars(width, plain)
+        lines = [head[:width], self.line()[:width]]
+        lines += ["imbalance " + _sparks(self.imbalances, width - 22, plain), ""]
+        lines += self._pop(width)
+        lines += self._bars(width, plain)
         for system in dict.fromkeys(name for name, _ in self.load):
-            made += self._domains(system, width, plain)
-        made += [text[:width] for text in self.events]
-        return made
+            lines += self._domains(system, width, plain)
+        lines += [text[:width] for text in self.events]
+        return lines
 
     def _pop(self, width: int) -> list[str]:
         """Return the lines with POP's factors and with the longest wait."""
-        made = []
+        lines = []
         if self.efficiency and not math.isnan(self.efficiency["parallel"]):
             shown = {name: f"{value:.0%}" for name, value in self.efficiency.items()}
-            made.append(
+            lines.append(
                 "parallel efficiency {parallel} = load balance {load_balance} x serialisation {serialisation}"
                 " x transfer {transfer}".format(**shown)
             )
         if self.wait is not None:
             wait = {**self.wait, "ms": 1e3 * float(self.wait.get("seconds") or 0.0)}
             text = "longest wait: rank {rank} for rank {waited_for}, {phase}, {ms:.3g} ms"
-            made.append(text.format(**wait))
-        return [line[:width] for line in made] + [""] * bool(made)
+            lines.append(text.format(**wait))
+        return [line[:width] for line in lines] + [""] * bool(lines)
 
     def _bars(self, width: int, plain: bool) -> list[str]:
         rows = self.figures()["ranks"]
         longest = max((row["t_compute_s"] for row in rows), default=0.0) or 1.0
         room = max(width - 40, 8)
         full, rest = ("#", ".") if plain else ("█", "░")
-        made = []
+        lines = []
         for row in rows:
             part = round(room * row["t_compute_s"] / longest)
             bar = full * part + rest * (room - part)
             figures = f"{row['t_compute_s'] * 1e3:8.2f} ms {row['particles']:11,d}"
-            made.append(f"rank {row['rank']:<4} {bar} {figures}")
-        return [text.replace(",", " ")[:width] for text in made]
+            lines.append(f"rank {row['rank']:<4} {bar} {figures}")
+        return [text.replace(",", " ")[:width] for text in lines]
 
     def _ranks(self) -> list[int]:
         there = {rank for _, rank in self.load}

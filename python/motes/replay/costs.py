@@ -271,8 +271,8 @@ class Costs:
             return pictures
         grid = load.pivot_table(index="frame", columns="rank", values="t_project_s", aggfunc="max")
         grid = grid.reindex(index=self._history.frames, columns=self._own)
-        found: Floats = np.minimum(np.nan_to_num(grid.to_numpy(np.float64)), pictures)
-        return found
+        seconds: Floats = np.minimum(np.nan_to_num(grid.to_numpy(np.float64)), pictures)
+        return seconds
 
     def _durations(self, run: Tables, frames: DataFrame) -> Floats:
         """Return the recorded seconds of each frame, which add up to the run's."""
@@ -348,8 +348,8 @@ def _guessed(values: Floats, slowness: Floats, default: float) -> Floats:
 def _column(frames: DataFrame, name: str) -> Floats:
     if name not in frames.columns:
         return np.zeros(len(frames))
-    found: Floats = frames[name].to_numpy(np.float64)
-    return found
+    column: Floats = frames[name].to_numpy(np.float64)
+    return column
 
 
 def _texts(frames: DataFrame, name: str) -> list[Any]:

@@ -316,8 +316,8 @@ class Recorded:
             steady, around = (np.convolve(one, window, "same") for one in (crossed, near))
             rate = np.where(around > 0, np.maximum(steady, 0.0) / np.where(around > 0, around, 1.0), 0.0)
             grid["crossing"] = rate, crossed - rate * near
-        found: tuple[Floats, Floats] = grid["crossing"]
-        return found
+        crossing: tuple[Floats, Floats] = grid["crossing"]
+        return crossing
 
     @staticmethod
     def _cuts(grid: dict[str, Any], k: int) -> Cuts | Tree:
@@ -355,8 +355,8 @@ class Recorded:
         Args:
             k: index of the frame in the history.
         """
-        found = [self._moment(k, system).flows for system in range(len(self.systems))]
-        return [flows for flows in found if flows is not None]
+        by_system = [self._moment(k, system).flows for system in range(len(self.systems))]
+        return [flows for flows in by_system if flows is not None]
 
     def asked(self, k: int) -> list[tuple[Floats, list[int], bool, bool]]:
         """Return who looked for new cuts at the end of the k-th frame.
@@ -369,7 +369,7 @@ class Recorded:
             whether they made histograms, and whether domains are bricks.
         """
         rows = self._asked.get(self.frames[k])
-        found: list[tuple[Floats, list[int], bool, bool]] = []
+        requests: list[tuple[Floats, list[int], bool, bool]] = []
         for name, of_system in () if rows is None else rows.groupby("system"):
             if name not in self.systems:
                 continue
@@ -384,8 +384,8 @@ class Recorded:
                 givers = np.where(right, moved["left_rank"], moved["right_rank"])
                 donors = [self.ranks.index(int(rank)) for rank in givers if int(rank) in self.ranks]
             if donors:
-                found.append((np.nan_to_num(grid["n"][k]), donors, shares, "axes" in grid))
-        return found
+                requests.append((np.nan_to_num(grid["n"][k]), donors, shares, "axes" in grid))
+        return requests
 
     def slowness(self) -> Floats:
         """Return each machine's seconds per particle, averaged over frames and systems."""

@@ -56,7 +56,7 @@ _MOVED = (
     *("a", "b", "column", "cross", "dot", "length", "maximum", "minimum", "normal", "normalize", "r"),
     *("relative_velocity", "time", "where"),
 )
-"""Names of `motes.expressions` that stood here until release 0.1; the first use of each warns."""
+"""Names of `motes.expressions` found here, too, until the next release; the first use of each warns."""
 
 __all__ = sorted([*_MODULE_OF, *_PUBLIC_MODULES])
 if not _extras.has_laboratory():

@@ -208,8 +208,8 @@ def near(name: object, known: Iterable[str]) -> str:
 
     names = list(known)
     meant = [one for one in _MEANT.get(name, ()) if one.partition("=")[0] in names]
-    found = meant or difflib.get_close_matches(name, names, n=1)
-    return f"; did you mean {found[0]!r}?" if found else ""
+    matches = meant or difflib.get_close_matches(name, names, n=1)
+    return f"; did you mean {matches[0]!r}?" if matches else ""
 
 
 _MEANT = {

@@ -17,7 +17,7 @@ import pytest
 import motes
 from motes import actions, shapes
 from motes._system import action_methods
-from motes._system.system import recorded_of
+from motes._system.system import state_of
 
 KINDS: dict[str, Any] = {
     re.sub("(?<!^)(?=[A-Z])", "_", name).lower(): getattr(actions, name)
@@ -166,7 +166,7 @@ def test_arguments_that_do_not_fit_are_named_as_the_methods(call, message):
     with world:
         with pytest.raises(TypeError, match=message):
             call(s)
-        assert s.recorded == [] and recorded_of(s).lines == []
+        assert s.recorded == [] and state_of(s).lines == []
 
 
 def test_a_misspelt_argument_is_reported_with_the_near_name():

@@ -260,7 +260,7 @@ with world, motes.Export(f"{sys.argv[1]}/out", every=3) as export:
 
 
 def test_a_checkpoint_waits_until_the_frames_before_it_are_on_disk(tmp_path):
-    script = SLOW.replace("world_look()", "world._loop.course._saver.look()")
+    script = SLOW.replace("world_look()", "world._loop.checkpoints._saver.look()")
     assert python(script, tmp_path, env={"DIE": "1"}).code != 0
     assert (tmp_path / "checkpoints" / "frame-000004").is_dir()
     assert motes.open_particles(tmp_path / "out").frames == (0, 3)

@@ -314,7 +314,7 @@ def test_a_reset_forgets_moves_before_it_and_not_those_behind():
     orders.put({"orbit": [1, 0]})
     orders.put({"camera": None})
     assert taken(orders) == {"camera": None}
-    orders.put({"camera": {**HOME.said(), "position": [0, 2, 24]}})
+    orders.put({"camera": {**HOME.to_dict(), "position": [0, 2, 24]}})
     orders.put({"orbit": [math.pi / 2, 0]})
     assert taken(orders)["camera"]["position"] == [24.0, 2.0, 0.0]
 
@@ -342,13 +342,13 @@ def test_nonsense_is_refused_and_changes_nothing(said):
         {"zoom": -(10**400)},
         {"set": {"wind": 10**400}},
         {"step": 10**400},
-        {"camera": {**HOME.said(), "position": [10**400, 0, 0]}},
-        {"camera": {**HOME.said(), "fov_deg": 10**400}},
+        {"camera": {**HOME.to_dict(), "position": [10**400, 0, 0]}},
+        {"camera": {**HOME.to_dict(), "fov_deg": 10**400}},
         {"zoom": "in"},
         {"pan": [True, 0]},
         {"camera": {"position": [0, 0, 0]}},
-        {"camera": {**HOME.said(), "position": [0, 2, 0]}},
-        {"camera": {**HOME.said(), "fov_deg": 190}},
+        {"camera": {**HOME.to_dict(), "position": [0, 2, 0]}},
+        {"camera": {**HOME.to_dict(), "fov_deg": 190}},
         {"step": 0},
         {"step": MOST_STEPS + 1},
         {"step": 1.5},

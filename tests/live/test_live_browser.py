@@ -71,7 +71,7 @@ def test_the_page_connects_again(tmp_path):
             await page.until("socket !== null && socket.readyState === 1")
             await page.press(" ")
             limit = time.monotonic() + 20
-            while not orders._said:
+            while not orders._order:
                 assert time.monotonic() < limit
                 await asyncio.sleep(0.05)
 

@@ -44,7 +44,7 @@ def test_a_paused_run_steps_and_goes_on():
 
 def test_a_stop_forgets_what_no_frame_will_see():
     state = steering()
-    state.hear(json.dumps({"set": {"wind": 1.0}, "camera": HOME.said()}))
+    state.hear(json.dumps({"set": {"wind": 1.0}, "camera": HOME.to_dict()}))
     state.hear('{"stop": true}')
     assert state.commit(3) == {} and state.stopped and state.camera is None
     assert state.kept() == {"values": {"wind": 0.0}, "camera": None}
@@ -52,7 +52,7 @@ def test_a_stop_forgets_what_no_frame_will_see():
 
 def test_a_checkpoint_brings_values_back_also_of_controls_made_later():
     state = steering()
-    state.hear(json.dumps({"set": {"wind": 1.5}, "camera": HOME.said()}))
+    state.hear(json.dumps({"set": {"wind": 1.5}, "camera": HOME.to_dict()}))
     state.commit(0)
     kept = json.loads(json.dumps(state.kept()))
     later = Steering()

@@ -13,7 +13,7 @@ from nonsense import NONSENSE, constructors, drawn, methods, shown
 
 import motes
 from motes import _core
-from motes._system.system import recorded_of
+from motes._system.system import state_of
 from motes.errors import ArgumentError, MotesError
 
 STEPS_S = (1 / 24, 1 / 24, 1e-9, 1.0, 1e9)
@@ -80,7 +80,7 @@ class Fuzz:
                 self.wrong[f"{name} after {self.recorded[0]}"] = "\n    ".join(self.recorded)
         if last:
             system.kill_old(-np.inf)
-            recorded_of(system).newborn.restore(({}, {}))
+            state_of(system).newborn.restore(({}, {}))
 
     def renderer(self, system: motes.System) -> motes.Renderer:
         """Make a renderer from nonsense if it is accepted, otherwise an ordinary one."""

@@ -14,7 +14,7 @@ import motes
 from motes import RankError
 from motes._run import script_lines
 from motes._run.script_lines import located, rank_error
-from motes._system.system import recorded_of
+from motes._system.system import state_of
 
 SCENE = """
 import json, os, resource, sys, mpi4py.MPI
@@ -148,8 +148,8 @@ def test_each_call_knows_the_line_that_recorded_it():
     with world:
         for call in calls:
             inside(system, call)
-        lines = [script_lines._shown(line) for line in recorded_of(system).lines]
-        recorded_of(system).entries.clear()  # nothing runs
+        lines = [script_lines._shown(line) for line in state_of(system).lines]
+        state_of(system).entries.clear()  # nothing runs
         assert lines == [f"{Path(__file__).name}:{call.__code__.co_firstlineno}" for call in calls]
 
 

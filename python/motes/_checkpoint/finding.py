@@ -86,8 +86,8 @@ def find(comm: MPI.Intracomm, manager: int, wishes: Wishes) -> Found:
         except OSError as failure:
             error = CheckpointError(f"cannot use {found.directory} for checkpoints: {failure.strerror}")
     _agree(comm, error, wishes)
-    told = json.dumps([str(found.directory), [[frame, str(path)] for frame, path in candidates]])
-    directory, listed = json.loads(broadcast(comm, told.encode(), manager, wishes.stall_s, _WHAT))
+    content = json.dumps([str(found.directory), [[frame, str(path)] for frame, path in candidates]])
+    directory, listed = json.loads(broadcast(comm, content.encode(), manager, wishes.stall_s, _WHAT))
     found.directory = Path(directory)
     for frame, path in listed:
         problem = _problem(comm, manager, found, frame, Path(path), wishes)
@@ -111,10 +111,10 @@ def _agree(comm: MPI.Intracomm, error: MotesError | None, wishes: Wishes) -> Non
         text = json.dumps(["ArgumentError", error.argument, str(error.value), error.allowed])
     elif error is not None:
         text = json.dumps(["CheckpointError", str(error)])
-    rank, told = first_text(comm, text, wishes.stall_s, _WHAT)
-    if not told:
+    rank, failure = first_text(comm, text, wishes.stall_s, _WHAT)
+    if not failure:
         return
-    kind, *arguments = json.loads(told)
+    kind, *arguments = json.loads(failure)
     agreed: MotesError = ArgumentError(*arguments) if kind == "ArgumentError" else CheckpointError(*arguments)
     agreed.speaker = rank
     raise agreed

@@ -63,12 +63,12 @@ def part_name(calculator: int) -> str:
 
 def whole(directory: Path) -> list[tuple[int, Path]]:
     """List the folders named as complete checkpoints, as (frame, folder), the newest first."""
-    found = []
+    checkpoints = []
     with contextlib.suppress(FileNotFoundError):
         for name in os.listdir(directory):
             if match := _WHOLE.fullmatch(name):
-                found.append((int(match[1]), directory / name))
-    return sorted(found, reverse=True)
+                checkpoints.append((int(match[1]), directory / name))
+    return sorted(checkpoints, reverse=True)
 
 
 def finish(folder: Path, frame: int) -> Path:

@@ -41,8 +41,8 @@ class _Pending:
     manifest: Manifest
     place: Path
     request: MPI.Request | None = None
-    said: array[int] | None = None
-    told: array[int] | None = None
+    own: array[int] | None = None
+    agreed: array[int] | None = None
     finishing: threading.Thread | None = None
     """On the manager, once all parts are on disk: the thread that completes the checkpoint."""
 
@@ -110,9 +110,9 @@ class Saver:
             if frame != self.last:
                 self.begin(frame, describe)
             self.finish()
-            told = self._engine.tell(lambda: self._end_of(frame))
+            ends = self._engine.tell(lambda: self._end_of(frame))
             for end in (_WHOLE, _FAILED):
-                if end in told:
+                if end in ends:
                     self._ended = frame, end
                     if self.manages:
                         folder.sweep(self._directory)  # remove checkpoints given up when ranks were lost
@@ -218,8 +218,8 @@ class Saver:
     def _post(self, pending: _Pending, *, well: bool) -> None:
         from mpi4py import MPI
 
-        pending.said, pending.told = array("i", [int(well)]), array("i", [0])
-        pending.request = self._comm.Iallreduce(pending.said, pending.told, MPI.MIN)
+        pending.own, pending.agreed = array("i", [int(well)]), array("i", [0])
+        pending.request = self._comm.Iallreduce(pending.own, pending.agreed, MPI.MIN)
 
     def _complain(self, frame: int, error: str) -> None:
         whole = [number for number, _ in folder.whole(self._directory)]
@@ -235,8 +235,8 @@ class Saver:
             self._pending = None
             return
         if pending.finishing is None:
-            assert pending.told is not None
-            well = bool(pending.told[0])
+            assert pending.agreed is not None
+            well = bool(pending.agreed[0])
             pending.finishing = threading.Thread(target=self._make_whole, args=(pending, well), daemon=True)
             pending.finishing.start()
         elif not pending.finishing.is_alive():

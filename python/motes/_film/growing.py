@@ -83,10 +83,10 @@ class GrowingFilm:
             return self.close()
         with files.whole_path(self.target, remove_abandoned=True) as draft:
             with self._reader() as source:
-                found = containers.copy_whole(source, draft, self._kind, self._rate)
-            if found != self.frames:
+                frames = containers.copy_whole(source, draft, self._kind, self._rate)
+            if frames != self.frames:
                 raise OSError(
-                    errno.EIO, f"{found} of {self.frames} frames could be read back", str(self.path)
+                    errno.EIO, f"{frames} of {self.frames} frames could be read back", str(self.path)
                 )
         with contextlib.suppress(OSError):
             # Another run may have replaced the partial file by its own.

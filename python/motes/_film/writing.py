@@ -116,14 +116,14 @@ class FilmWriter:
 
     def _finish(self) -> None:
         """Encode queued frames and give the film its name."""
-        told = f"closing {self.path.name}"
+        what = f"closing {self.path.name}"
         if self._thread is not None:
             self._put(None)
-            busy_with(told, self._thread.join)
+            busy_with(what, self._thread.join)
         elif self._film is not None:
             try:
                 with contextlib.closing(self._film):
-                    busy_with(told, self._film.finish)
+                    busy_with(what, self._film.finish)
             except Exception as error:
                 self._error = error
         self._raise_error()

@@ -44,10 +44,10 @@ def complete(
             break
         system = manifest.systems[part.system]
         names = ["id", *(column.name for column in system.written(frame.frame))]
-        found = place.format.read(place.folder / part.file, names, frame=frame.frame)
-        rows = len(found["id"])
-        columns = {c.name: found[c.name] if c.name in found else filled(c, rows) for c in system.used}
-        columns["id"] = found["id"]
+        stored = place.format.read(place.folder / part.file, names, frame=frame.frame)
+        rows = len(stored["id"])
+        columns = {c.name: stored[c.name] if c.name in stored else filled(c, rows) for c in system.used}
+        columns["id"] = stored["id"]
         size = place.write_part(part.file, columns, frame=frame.frame, time=frame.time)
         written.append((frame.frame, dataclasses.replace(part, rows=rows, bytes=size)))
     return written

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from .. import _core
 from .._io.output import tell
 from .._run.busy import Busy
-from .._system.recorded import Recorded
 from .._system.session import OpenFiles
+from .._system.system_state import SystemState
 from .._values import arguments
 from .._world.world import World, session_of
 from ..errors import ArgumentError, MotesError, Stopped
@@ -277,7 +277,7 @@ class Export:
                 if column.since is None and (wanted or column.name not in builtin):
                     column.since = frame
 
-    def _described(self, systems: Sequence[Recorded], engine: _core.Engine) -> list[SystemColumns]:
+    def _described(self, systems: Sequence[SystemState], engine: _core.Engine) -> list[SystemColumns]:
         """Describe systems for the manifest, with columns that no file holds yet."""
         stem = stems(system.name for system in systems)
         return [
@@ -285,7 +285,7 @@ class Export:
             for i, system in enumerate(systems)
         ]
 
-    def _columns(self, system: Recorded, engine: _core.Engine) -> list[Column]:
+    def _columns(self, system: SystemState, engine: _core.Engine) -> list[Column]:
         initial = engine.initial_values(system.index)
         return [
             Column(name, width, tuple(initial[i][:width]))
@@ -293,7 +293,7 @@ class Export:
             if self._takes(name)
         ]
 
-    def _chosen(self, system: Recorded, counts: list[int]) -> list[int]:
+    def _chosen(self, system: SystemState, counts: list[int]) -> list[int]:
         return [count for name, count in zip(system.attributes, counts, strict=True) if self._takes(name)]
 
     def _takes(self, name: str) -> bool:
@@ -387,7 +387,7 @@ def _names(attributes: Any) -> tuple[str, ...] | None:
     return tuple(dict.fromkeys(names))
 
 
-def _copied(system: Recorded, engine: _core.Engine, columns: list[Column]) -> dict[str, NDArray[Any]]:
+def _copied(system: SystemState, engine: _core.Engine, columns: list[Column]) -> dict[str, NDArray[Any]]:
     indices = {name: i for i, name in enumerate(system.attributes)}
     arrays = engine.copy_columns(system.index, [indices[column.name] for column in columns])
     names = [*(column.name for column in columns), "id"]

@@ -29,7 +29,7 @@ class Ledger:
         """Start with the manifest of no frame, or of those that an earlier start has written."""
         self._place = place
         self._manifest = manifest
-        self._told: dict[int, dict[tuple[int, int | None], Part]] = {}
+        self._announced: dict[int, dict[tuple[int, int | None], Part]] = {}
 
     @property
     def frames(self) -> int:
@@ -57,19 +57,19 @@ class Ledger:
             for rank in calculators
         )
         self._manifest.announced.append(FrameParts(frame, time, parts))
-        self._told[frame] = {}
+        self._announced[frame] = {}
 
     def hear(self, notes: Iterable[bytes]) -> None:
         """Record the parts in the notes of all ranks, and move frames that are complete to `frames`."""
         for note in notes:
             for frame, *fields in json.loads(note):
                 part = Part(*fields)
-                self._told[frame][part.system, part.rank] = part
+                self._announced[frame][part.system, part.rank] = part
         waiting = self._manifest.announced
-        while waiting and len(self._told[waiting[0].frame]) == len(waiting[0].parts):
+        while waiting and len(self._announced[waiting[0].frame]) == len(waiting[0].parts):
             whole = waiting.pop(0)
-            told = self._told.pop(whole.frame)
-            parts = tuple(told[part.system, part.rank] for part in whole.parts)
+            announced = self._announced.pop(whole.frame)
+            parts = tuple(announced[part.system, part.rank] for part in whole.parts)
             self._manifest.frames.append(FrameParts(whole.frame, whole.time, parts))
 
     def is_late(self) -> bool:
@@ -78,17 +78,17 @@ class Ledger:
 
     def amend(self, notes: Iterable[bytes]) -> None:
         """Publish the finished manifest, in which the parts in the notes of all ranks hold all columns."""
-        told = ((frame, Part(*fields)) for note in notes for frame, *fields in json.loads(note))
-        self._manifest = amended(self._manifest, told)
+        parts = ((frame, Part(*fields)) for note in notes for frame, *fields in json.loads(note))
+        self._manifest = amended(self._manifest, parts)
         self._place.publish(self._manifest)
 
     def snapshot(self, *, finished: bool = False) -> Manifest:
         """Copy the manifest for another thread."""
-        made = copy.copy(self._manifest)
-        made.systems = copy.deepcopy(made.systems)
-        made.frames, made.announced = list(made.frames), list(made.announced)
-        made.finished = finished
-        return made
+        copied = copy.copy(self._manifest)
+        copied.systems = copy.deepcopy(copied.systems)
+        copied.frames, copied.announced = list(copied.frames), list(copied.announced)
+        copied.finished = finished
+        return copied
 
     def publish(self, manifest: Manifest, *, seen: int) -> None:
         """Check that the files of frames from index `seen` on exist, then publish a snapshot to readers.

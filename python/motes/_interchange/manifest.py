@@ -162,40 +162,40 @@ class Manifest:
         """Read a folder's manifest. Raises MotesError if it is damaged or of a later version."""
         path = folder / NAME
         try:
-            said = json.loads(path.read_bytes())
+            content = json.loads(path.read_bytes())
         except (OSError, ValueError, RecursionError, MemoryError) as error:
             raise MotesError(f"{path} cannot be read: {error or type(error).__name__}") from error
-        if not isinstance(said, dict) or said.get("format") != FORMAT:
+        if not isinstance(content, dict) or content.get("format") != FORMAT:
             raise MotesError(f"{path} is not a manifest of particles")
-        if said.get("version") != VERSION:
-            raise MotesError(f"{path} has version {said.get('version')}; this motes reads {VERSION}")
+        if content.get("version") != VERSION:
+            raise MotesError(f"{path} has version {content.get('version')}; this motes reads {VERSION}")
         try:
-            manifest = cls._of(said)
+            manifest = cls._of(content)
             manifest._take_whole(folder)
             return manifest
         except Exception as error:  # any: it may hold anything
             raise MotesError(f"{path} is damaged: {error!r}") from error
 
     @classmethod
-    def _of(cls, said: Mapping[str, Any]) -> Self:
+    def _of(cls, content: Mapping[str, Any]) -> Self:
         systems = [
             SystemColumns(
                 str(one["name"]), _stem(one["stem"]), [_column(column) for column in one["columns"]]
             )
-            for one in said["systems"]
+            for one in content["systems"]
         ]
-        frames, announced = ([_frame(one) for one in said[name]] for name in ("frames", "announced"))
+        frames, announced = ([_frame(one) for one in content[name]] for name in ("frames", "announced"))
         for frame in (*frames, *announced):
             for part in frame.parts:
                 if not 0 <= part.system < len(systems):
                     raise ValueError(f"system {part.system} of {len(systems)}")
-        seed = None if said["seed"] is None else int(said["seed"])
-        numbers = float(said["dt"]), int(said["every"])
-        origin = said.get("origin")
+        seed = None if content["seed"] is None else int(content["seed"])
+        numbers = float(content["dt"]), int(content["every"])
+        origin = content.get("origin")
         if not isinstance(origin, dict | None):
             raise TypeError(f"origin {origin!r}")
-        finished = bool(said["finished"])
-        return cls(str(said["kind"]), seed, *numbers, systems, frames, announced, finished, origin)
+        finished = bool(content["finished"])
+        return cls(str(content["kind"]), seed, *numbers, systems, frames, announced, finished, origin)
 
     def _take_whole(self, folder: Path) -> None:
         """Move announced frames whose files all exist to `frames`: only complete files have their names."""
@@ -205,46 +205,48 @@ class Manifest:
 
 def stems(names: Iterable[str]) -> list[str]:
     """Return a prefix of file names for each system: unique, and valid in file systems and in USD."""
-    made: list[str] = []
+    prefixes: list[str] = []
     for name in names:
         stem = re.sub(r"[^A-Za-z0-9_]", "_", name)[:60]
         if not re.match(r"[A-Za-z]", stem):
             stem = f"system_{stem}"
-        taken = {other.lower() for other in made}  # some file systems ignore case
+        taken = {other.lower() for other in prefixes}  # some file systems ignore case
         number = 1
         unique = stem
         while unique.lower() in taken:
             number += 1
             unique = f"{stem}_{number}"
-        made.append(unique)
-    return made
+        prefixes.append(unique)
+    return prefixes
 
 
 def _as_json(value: float) -> float | str:
     return value if math.isfinite(value) else repr(value)
 
 
-def _stem(said: Any) -> str:
+def _stem(stem: Any) -> str:
     """Return a stem, checked so that the files that `pack` names after it stay in their folder."""
-    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", said):
-        raise ValueError(f"stem {said!r}")
-    return str(said)
+    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", stem):
+        raise ValueError(f"stem {stem!r}")
+    return str(stem)
 
 
-def _column(said: Mapping[str, Any]) -> Column:
-    since = None if said["since"] is None else int(said["since"])
-    column = Column(str(said["name"]), int(said["width"]), tuple(map(float, said["initial"])), since)
+def _column(entry: Mapping[str, Any]) -> Column:
+    since = None if entry["since"] is None else int(entry["since"])
+    column = Column(str(entry["name"]), int(entry["width"]), tuple(map(float, entry["initial"])), since)
     if column.width not in (1, 3, 4) or len(column.initial) != column.width:
         raise ValueError(f"column {column.name!r} is {column.width} wide")
     return column
 
 
-def _frame(said: Mapping[str, Any]) -> FrameParts:
-    return FrameParts(int(said["frame"]), float(said["time"]), tuple(_part(part) for part in said["parts"]))
+def _frame(entry: Mapping[str, Any]) -> FrameParts:
+    return FrameParts(
+        int(entry["frame"]), float(entry["time"]), tuple(_part(part) for part in entry["parts"])
+    )
 
 
-def _part(said: Sequence[Any]) -> Part:
-    system, rank, file, rows, size = said
+def _part(entry: Sequence[Any]) -> Part:
+    system, rank, file, rows, size = entry
     if not isinstance(file, str) or Path(file).name != file:
         raise ValueError(f"file {file!r}")
     return Part(int(system), None if rank is None else int(rank), file, int(rows), int(size))

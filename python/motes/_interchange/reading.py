@@ -194,8 +194,8 @@ class ParticleFiles(Mapping[int, Particles]):
             shape = (rows,) if widths[name] == 1 else (rows, widths[name])
             kind = np.uint64 if name == "id" else np.float32
             if array.shape != shape or array.dtype != kind:
-                said = f"{array.dtype} {array.shape}, not {np.dtype(kind)} {shape}"
-                raise MotesError(f"{part.file} of {self.path} is damaged: {name} is {said}")
+                actual = f"{array.dtype} {array.shape}, not {np.dtype(kind)} {shape}"
+                raise MotesError(f"{part.file} of {self.path} is damaged: {name} is {actual}")
         return columns
 
 
@@ -287,12 +287,12 @@ def _checked(path: Path, given: Mapping[str, NDArray[Any]]) -> dict[str, NDArray
         if array.ndim in (1, 2) and array.shape[1:] in ((), (3,), (4,)) and array.dtype.kind in "fiu":
             columns[name] = array
             continue
-        said = f"{array.dtype} {array.shape}"
+        actual = f"{array.dtype} {array.shape}"
         if NAMES.get(name, name) in ("position", "id"):
             raise MotesError(
-                f"{path} cannot be read: {name!r} is {said}; columns are numbers, (n,), (n, 3) or (n, 4)"
+                f"{path} cannot be read: {name!r} is {actual}; columns are numbers, (n,), (n, 3) or (n, 4)"
             )
-        leave_out(path, name, f"values {said}")
+        leave_out(path, name, f"values {actual}")
     lengths = {len(array) for array in columns.values()}
     if len(lengths) != 1:
         raise MotesError(

@@ -134,11 +134,11 @@ class Writer:
 
     def _run_publish(self) -> None:
         with self._changed:
-            call, told = self._publish, self._unpublished
+            call, pending = self._publish, self._unpublished
         if call is not None:
             call()
         with self._changed:
-            self._unpublished -= told
+            self._unpublished -= pending
             if self._publish is call:
                 self._publish = None
             self._changed.notify_all()

@@ -54,7 +54,7 @@ def _answers(host: str) -> bool:
     if os.path.basename(argv[0]) == "ssh":
         argv += ["-o", "BatchMode=yes", "-o", f"ConnectTimeout={_WAIT_S:.0f}"]
     try:
-        asked = subprocess.run([*argv, host, "true"], timeout=_WAIT_S, capture_output=True, check=False)
+        answer = subprocess.run([*argv, host, "true"], timeout=_WAIT_S, capture_output=True, check=False)
     except (OSError, subprocess.TimeoutExpired):
         return False
-    return asked.returncode == 0
+    return answer.returncode == 0

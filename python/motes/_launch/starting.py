@@ -91,19 +91,19 @@ def find_mpirun() -> Mpirun:
 
     Raises MotesError when there is none, naming those that belong to another MPI.
     """
-    told = environment.read("MOTES_MPIRUN")
-    if told:
-        path = shutil.which(told)
+    name = environment.read("MOTES_MPIRUN")
+    if name:
+        path = shutil.which(name)
         if path is None:
-            raise MotesError(f"MOTES_MPIRUN={told} is not a program that can be started")
+            raise MotesError(f"MOTES_MPIRUN={name} is not a program that can be started")
         return _asked(path)
     wanted = library()
-    found = []
+    launchers = []
     for path in _launchers():
-        found.append(_asked(path))
-        if found[-1].version.fits(wanted):
-            return found[-1]
-    others = ", ".join(map(str, found)) or "none at all"
+        launchers.append(_asked(path))
+        if launchers[-1].version.fits(wanted):
+            return launchers[-1]
+    others = ", ".join(map(str, launchers)) or "none at all"
     raise MotesError(f"mpi4py uses {wanted}, and no mpirun of that MPI was found; found: {others}{paths()}")
 
 
@@ -265,8 +265,8 @@ def _open_mpi_flags(
         flags += ["--host", ",".join(host if ":" in host else f"{host}:1" for host in hosts.split(","))]
     elif hostfile is not None:
         lines = [line.split("#")[0] for line in Path(hostfile).read_text().splitlines()]
-        found = [re.search(r"slots\s*=\s*(\d+)", line) for line in lines if line.strip()]
-        slots = _slots(match[1] if match else "" for match in found)
+        matches = [re.search(r"slots\s*=\s*(\d+)", line) for line in lines if line.strip()]
+        slots = _slots(match[1] if match else "" for match in matches)
         flags += ["--hostfile", hostfile]
     elif (slots := _allocated()) is None:
         slots = os.cpu_count() or 1
@@ -341,9 +341,9 @@ _NAMES = (
 def _launchers() -> list[str]:
     """List the launchers of this environment, then those on the PATH."""
     own = [Path(sys.executable).parent, Path(sysconfig.get_path("scripts"))]
-    found = [shutil.which(name, path=str(folder)) for folder in own for name in _NAMES]
-    found += [shutil.which(name) for name in _NAMES]
-    return list(dict.fromkeys(path for path in found if path is not None))
+    paths = [shutil.which(name, path=str(folder)) for folder in own for name in _NAMES]
+    paths += [shutil.which(name) for name in _NAMES]
+    return list(dict.fromkeys(path for path in paths if path is not None))
 
 
 def _start_of(path: str) -> list[str]:

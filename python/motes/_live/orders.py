@@ -30,7 +30,7 @@ class Orders:
         self._repeats = repeats
         self._controls: Mapping[str, Control] = {}
         self._arrived = threading.Condition()
-        self._said: dict[str, Any] = {}
+        self._order: dict[str, Any] = {}
         self._moves: list[tuple[str, list[float]]] = []
         self._woken = False
         self.paced = False
@@ -74,8 +74,8 @@ class Orders:
     def wait(self, seconds: float) -> bool:
         """Wait for an order; return whether there is one or `wake` was called."""
         with self._arrived:
-            self._arrived.wait_for(lambda: self._woken or bool(self._said or self._moves), seconds)
-            came = self._woken or bool(self._said or self._moves)
+            self._arrived.wait_for(lambda: self._woken or bool(self._order or self._moves), seconds)
+            came = self._woken or bool(self._order or self._moves)
             self._woken = False
             return came
 
@@ -86,15 +86,15 @@ class Orders:
         distance (m).
         """
         with self._arrived:
-            said, self._said = self._said, {}
+            order, self._order = self._order, {}
             moves, self._moves = self._moves, []
             accepted = self.accepted
         if moves:
-            start = Pose.read(said["camera"]) if said.get("camera") else pose()
+            start = Pose.read(order["camera"]) if order.get("camera") else pose()
             moved = None if start is None else _moved(start, moves, near)
             if moved is not None:
-                said["camera"] = moved.said()
-        return (json.dumps(said, separators=(",", ":")) + "\n" if said else ""), accepted
+                order["camera"] = moved.to_dict()
+        return (json.dumps(order, separators=(",", ":")) + "\n" if order else ""), accepted
 
     def _set(self, wish: Any) -> None:
         if not isinstance(wish, dict) or not 0 < len(wish) <= len(self._controls):
@@ -105,7 +105,7 @@ class Orders:
                 raise ValueError(f"there is no control {name!r}")
             settled[name] = settle(self._controls[name], value)
         with self._arrived:
-            self._said.setdefault("set", {}).update(settled)
+            self._order.setdefault("set", {}).update(settled)
             self._note()
 
     def _move(self, kind: str, wish: Any) -> None:
@@ -127,10 +127,10 @@ class Orders:
             if name == "camera":
                 self._moves = []  # they applied to the old camera
             if name == "pause":
-                self._said.pop("step", None)  # drop steps ordered before the pause
+                self._order.pop("step", None)  # drop steps ordered before the pause
             if name == "step":
-                wish = min(wish + self._said.get("step", 0), MOST_STEPS)
-            self._said[name] = wish
+                wish = min(wish + self._order.get("step", 0), MOST_STEPS)
+            self._order[name] = wish
             self._note()
 
     def _note(self) -> None:
@@ -141,7 +141,7 @@ class Orders:
 def _checked(name: str, wish: Any) -> Any:
     """Return an order's value in the form sent to all ranks. Raises ValueError for an invalid order."""
     if name == "camera":
-        return None if wish is None else Pose.read(wish).rounded().said()
+        return None if wish is None else Pose.read(wish).rounded().to_dict()
     if name == "pause" and isinstance(wish, bool):
         return wish
     if name == "step" and type(wish) is int and 1 <= wish <= MOST_STEPS:

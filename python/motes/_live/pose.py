@@ -41,16 +41,16 @@ class Pose(NamedTuple):
         return cls(*(at(vars(camera)[name], time) for name in cls._fields))
 
     @classmethod
-    def read(cls, said: Any) -> Self:
-        """Parse the result of `said()`. Raises ValueError for anything else."""
-        if not isinstance(said, Mapping) or set(said) != set(cls._fields):
+    def read(cls, content: Any) -> Self:
+        """Parse the result of `to_dict()`. Raises ValueError for anything else."""
+        if not isinstance(content, Mapping) or set(content) != set(cls._fields):
             raise ValueError(f"a camera must have {', '.join(cls._fields)}")
         try:
             position, look_at, up = (
-                arguments.triple(name, said[name], pair=False) for name in cls._fields[:3]
+                arguments.triple(name, content[name], pair=False) for name in cls._fields[:3]
             )
             pose = cls(
-                position, look_at, up, arguments.number("fov_deg", said["fov_deg"], low=0.01, high=179)
+                position, look_at, up, arguments.number("fov_deg", content["fov_deg"], low=0.01, high=179)
             )
         except ArgumentError as error:
             raise ValueError(str(error)) from None
@@ -58,7 +58,7 @@ class Pose(NamedTuple):
             raise ValueError("a camera must look somewhere, not along its up")
         return pose
 
-    def said(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
         """Return the pose as a JSON object."""
         return {
             name: list(part) if isinstance(part, tuple) else part for name, part in self._asdict().items()

@@ -28,9 +28,9 @@ def checked(given: Any) -> str | None:
     """Return the path in MOTES_STEERING, or else the one in World's argument `steering`, or None."""
     import os
 
-    told: str | None = environment.read("MOTES_STEERING")
-    if told is not None:
-        return told
+    path: str | None = environment.read("MOTES_STEERING")
+    if path is not None:
+        return path
     if given is None:
         return None
     if (
@@ -47,15 +47,15 @@ def agree(path: str, *, reads: bool, seed: int | None, broadcast: Callable[[byte
 
     Collective. Raises ArgumentError on all ranks.
     """
-    told = b""
+    packed = b""
     if reads:
         try:
             header, rows = _read(path, seed)
             content: dict[str, Any] = {"seed": header["seed"], "rows": list(rows.items())}
         except ArgumentError as error:
             content = {"allowed": error.allowed}
-        told = zlib.compress(json.dumps(content).encode())
-    content = json.loads(zlib.decompress(broadcast(told)))
+        packed = zlib.compress(json.dumps(content).encode())
+    content = json.loads(zlib.decompress(broadcast(packed)))
     if "allowed" in content:
         raise ArgumentError("steering", path, content["allowed"])
     return Repeated(path, content["seed"], {frame: row for frame, row in content["rows"]})

@@ -21,7 +21,7 @@ class Steering:
         """Start paused or waiting for a viewer, as `Live` says."""
         self.controls: dict[str, Control] = {}
         self._values: dict[str, Any] = {}
-        self._asked: dict[str, Any] = {}  # for the next frame
+        self._changes: dict[str, Any] = {}  # for the next frame
         self._left: dict[str, Any] = {}  # values from a checkpoint, for controls not yet made
         self._camera: Pose | None = None
         self._next: Pose | None = None
@@ -59,7 +59,7 @@ class Steering:
 
     def wished(self, name: str) -> Any:
         """Return the value that a control will have in the next frame."""
-        return self._asked.get(name, self._values[name])
+        return self._changes.get(name, self._values[name])
 
     # --- what all ranks hear
 
@@ -88,20 +88,20 @@ class Steering:
         self._steps = 0
         self._next = None
 
-    def _obey(self, said: Mapping[str, Any]) -> None:
-        self.steered = self.steered or bool(set(said) - {"joined"})
-        self._asked.update(said.get("set", {}))
-        if "camera" in said:
-            pose = None if said["camera"] is None else Pose.read(said["camera"])
+    def _obey(self, order: Mapping[str, Any]) -> None:
+        self.steered = self.steered or bool(set(order) - {"joined"})
+        self._changes.update(order.get("set", {}))
+        if "camera" in order:
+            pose = None if order["camera"] is None else Pose.read(order["camera"])
             self.shown = self.shown and pose == self._next
             self._next = pose
-        if "pause" in said:
-            self.paused, self._steps = said["pause"], 0
-        if "step" in said:  # after the pause: see Orders
+        if "pause" in order:
+            self.paused, self._steps = order["pause"], 0
+        if "step" in order:  # after the pause: see Orders
             self.paused = True
-            self._steps += said["step"]
-        self._waiting = self._waiting and "joined" not in said
-        self.stopped = self.stopped or "stop" in said
+            self._steps += order["step"]
+        self._waiting = self._waiting and "joined" not in order
+        self.stopped = self.stopped or "stop" in order
 
     # --- the border
 
@@ -112,8 +112,10 @@ class Steering:
         """
         self._repeat(frame)
         row: dict[str, Any] = {}
-        changed = {name: value for name, value in self._asked.items() if not _same(self._values[name], value)}
-        self._asked = {}
+        changed = {
+            name: value for name, value in self._changes.items() if not _same(self._values[name], value)
+        }
+        self._changes = {}
         if self.stopped:
             self._next = self._camera
             return {}
@@ -121,7 +123,7 @@ class Steering:
             row["set"] = changed
             self._values.update(changed)
         if self._next != self._camera:
-            row["camera"] = None if self._next is None else self._next.said()
+            row["camera"] = None if self._next is None else self._next.to_dict()
             self._camera = self._next
         if self.paused and self._steps > 0:
             self._steps -= 1
@@ -151,7 +153,7 @@ class Steering:
 
     def kept(self) -> dict[str, Any]:
         """Return the state for a checkpoint, as in the frame before it."""
-        camera = None if self._camera is None else self._camera.said()
+        camera = None if self._camera is None else self._camera.to_dict()
         return {"values": {**self._left, **self._values}, "camera": camera}
 
     def restore(self, kept: Mapping[str, Any]) -> None:

@@ -119,11 +119,11 @@ class Viewer:
 
     def _hear(self, message: str | bytes) -> None:
         try:
-            said = json.loads(message)
-            if isinstance(said, dict) and set(said) == {"ack"}:
-                self._acknowledge(said["ack"])
+            content = json.loads(message)
+            if isinstance(content, dict) and set(content) == {"ack"}:
+                self._acknowledge(content["ack"])
             else:
-                self._orders.put(said)
+                self._orders.put(content)
         except (ValueError, ArithmeticError, RecursionError, TypeError) as error:
             self._refusal = str(error)[:300]
             self._something.set()

@@ -39,16 +39,16 @@ class Accessors:
         dtype = np.dtype(_COMPONENTS[accessor["componentType"]])
         if "bufferView" in accessor:
             start = _natural(accessor.get("byteOffset", 0))
-            found = self._items(accessor["bufferView"], start, count, width, dtype)
+            items = self._items(accessor["bufferView"], start, count, width, dtype)
         elif count > _MOST_ZEROS:
             raise Unreadable(f"accessor {index} has {count} items without a buffer")
         else:
-            found = np.zeros((count, width), dtype)
+            items = np.zeros((count, width), dtype)
         if "sparse" in accessor:
-            found = self._replaced(found, accessor["sparse"])
+            items = self._replaced(items, accessor["sparse"])
         if accessor.get("normalized") and dtype.kind in "iu":
-            return np.maximum(found / np.iinfo(dtype).max, -1.0)
-        return found
+            return np.maximum(items / np.iinfo(dtype).max, -1.0)
+        return items
 
     def view(self, index: int) -> bytes:
         """Return the bytes of a buffer view. Raises Unreadable for one that is compressed."""
@@ -68,14 +68,14 @@ class Accessors:
         strides = (stride, dtype.itemsize)
         return np.ndarray((count, width), dtype, content, start if count else 0, strides).copy()
 
-    def _replaced(self, found: NDArray[Any], sparse: dict[str, Any]) -> NDArray[Any]:
+    def _replaced(self, items: NDArray[Any], sparse: dict[str, Any]) -> NDArray[Any]:
         """Replace the items that a sparse accessor names, and return all."""
         count, where, values = _natural(sparse["count"]), sparse["indices"], sparse["values"]
         kind = np.dtype(_COMPONENTS[where["componentType"]])
         rows = self._items(where["bufferView"], _natural(where.get("byteOffset", 0)), count, 1, kind)
         start = _natural(values.get("byteOffset", 0))
-        found[rows[:, 0]] = self._items(values["bufferView"], start, count, found.shape[1], found.dtype)
-        return found
+        items[rows[:, 0]] = self._items(values["bufferView"], start, count, items.shape[1], items.dtype)
+        return items
 
     def _buffer(self, index: int) -> bytes:
         if index not in self._buffers:

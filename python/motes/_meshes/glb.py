@@ -117,14 +117,14 @@ class _Scene:
         if not scenes:
             return sorted(self._globals)
         waiting = list(scenes[self._document.get("scene", 0)].get("nodes", ()))[::-1]
-        found: dict[int, None] = {}
+        nodes: dict[int, None] = {}
         while waiting:
             number = waiting.pop()
-            if number in found or number not in self._globals:
+            if number in nodes or number not in self._globals:
                 raise Unreadable(f"node {number} is part of itself, or twice in the scene")
-            found[number] = None
+            nodes[number] = None
             waiting += self._nodes[number].get("children", ())[::-1]
-        return list(found)
+        return list(nodes)
 
     def _places(self, number: int) -> list[Floats]:
         """Return the matrices of a node's instances: one, if it is not instanced."""
@@ -133,13 +133,13 @@ class _Scene:
         if instanced is None:
             return [here]
         names = {"TRANSLATION": "translation", "ROTATION": "rotation", "SCALE": "scale"}
-        found = {
+        places = {
             names[name]: self._accessors.read(accessor)
             for name, accessor in instanced["attributes"].items()
             if name in names
         }
-        rows = zip(*found.values(), strict=True)
-        return [here @ _matrix(dict(zip(found, row, strict=True))) for row in rows]
+        rows = zip(*places.values(), strict=True)
+        return [here @ _matrix(dict(zip(places, row, strict=True))) for row in rows]
 
     # --- meshes
 
@@ -162,10 +162,10 @@ class _Scene:
         return points, triangles
 
     def _vectors(self, accessor: int) -> Floats:
-        found = self._accessors.read(accessor).astype(np.float64)
-        if found.shape[1] != 3:
+        vectors = self._accessors.read(accessor).astype(np.float64)
+        if vectors.shape[1] != 3:
             raise Unreadable("positions have 3 numbers")
-        return found
+        return vectors
 
     def _corners(self, primitive: dict[str, Any], mode: int, count: int) -> Indices:
         corners = np.arange(count)
@@ -183,10 +183,10 @@ class _Scene:
         try:
             mesh = library.decode(content)
             triangles = np.asarray(mesh.faces).astype(np.int64).reshape(-1, 3)
-            found = mesh.get_attribute_by_unique_id(compressed["attributes"]["POSITION"])["data"]
+            points = mesh.get_attribute_by_unique_id(compressed["attributes"]["POSITION"])["data"]
         except Exception as error:  # any: a compiled library with its own errors
             raise Unreadable(f"its {DRACO} is damaged: {error}") from None
-        points = np.asarray(found).reshape(-1, 3)
+        points = np.asarray(points).reshape(-1, 3)
         if stored.get("normalized") and points.dtype.kind in "iu":
             points = np.maximum(points / np.iinfo(points.dtype).max, -1.0)
         return points.astype(np.float64), triangles
@@ -213,8 +213,8 @@ class _Scene:
             k += 1
         if not (total > 0).all():
             raise Unreadable("its skin has vertices without weights")
-        made: Floats = moved / total[:, None]
-        return made
+        skinned: Floats = moved / total[:, None]
+        return skinned
 
 
 def _matrix(node: dict[str, Any]) -> Floats:
@@ -229,15 +229,15 @@ def _matrix(node: dict[str, Any]) -> Floats:
             [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
         ]
     )
-    made = np.eye(4)
-    made[:3, :3] = turned * np.array(node.get("scale", (1, 1, 1)), np.float64)
-    made[:3, 3] = node.get("translation", (0, 0, 0))
-    return made
+    matrix = np.eye(4)
+    matrix[:3, :3] = turned * np.array(node.get("scale", (1, 1, 1)), np.float64)
+    matrix[:3, 3] = node.get("translation", (0, 0, 0))
+    return matrix
 
 
 def _unit(quaternion: NDArray[np.float64]) -> NDArray[np.float64]:
     length = np.linalg.norm(quaternion)
     if not 0.5 < length < 2:
         raise Unreadable("a rotation is not a unit quaternion")
-    made: NDArray[np.float64] = quaternion / length
-    return made
+    unit: NDArray[np.float64] = quaternion / length
+    return unit

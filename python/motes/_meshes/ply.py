@@ -72,19 +72,19 @@ class _Body:
         if self._order:
             if dtype.itemsize * element.rows > len(self._content) - self._at:
                 return None
-            found = np.frombuffer(self._content, dtype, element.rows, self._at)
+            rows_ = np.frombuffer(self._content, dtype, element.rows, self._at)
             used = dtype.itemsize * element.rows
         else:
             used = dtype.itemsize // 8 * element.rows
             if used > len(self._words) - self._at:
                 return None
             words = self._words[self._at : self._at + used]
-            found = np.array([float(word) for word in words]).view(dtype)
+            rows_ = np.array([float(word) for word in words]).view(dtype)
         for one, length in zip(element.properties, lengths, strict=True):
-            if one.count and (found[f"{one.name} length"] != length).any():
+            if one.count and (rows_[f"{one.name} length"] != length).any():
                 return None
         self._at += used
-        return found
+        return rows_
 
     def peek_lengths(self, element: _Element) -> list[int]:
         """Return the lengths of the lists of the next row, and 1 for numbers."""
@@ -100,14 +100,14 @@ class _Body:
     def lists(self, element: _Element, name: str) -> tuple[Indices, Indices]:
         """Return the lengths and the numbers of a list, row by row; skip the other properties."""
         counts: list[int] = []
-        found: list[NDArray[Any]] = []
+        lists: list[NDArray[Any]] = []
         for _ in range(element.rows):
             for one in element.properties:
                 numbers = self.take(one.kind, self._length(one) if one.count else 1)
                 if one.name == name:
                     counts.append(len(numbers))
-                    found.append(numbers)
-        return np.array(counts, np.int64), np.concatenate([*found, np.empty(0)]).astype(np.int64)
+                    lists.append(numbers)
+        return np.array(counts, np.int64), np.concatenate([*lists, np.empty(0)]).astype(np.int64)
 
     def _length(self, one: _Property) -> int:
         length = int(self.take(one.count, 1)[0])
@@ -119,11 +119,11 @@ class _Body:
         return self._order + kind if self._order else "f8"
 
     def _bytes(self, size: int) -> bytes:
-        made = self._content[self._at : self._at + size]
-        if len(made) < size:
+        content = self._content[self._at : self._at + size]
+        if len(content) < size:
             raise Unreadable("it is cut off")
         self._at += size
-        return made
+        return content
 
 
 def read(_: Path, content: bytes) -> Triangles:
@@ -182,20 +182,20 @@ def _header(content: bytes) -> tuple[list[_Element], str, int]:
 def _positions(body: _Body, element: _Element) -> NDArray[np.float64]:
     if not {"x", "y", "z"} <= {one.name for one in element.properties}:
         raise Unreadable("its vertices have no x, y and z")
-    found = _records(body, element)
-    if found is None:
+    records = _records(body, element)
+    if records is None:
         raise Unreadable("lists of different lengths in its vertices are not supported")
-    return np.stack([found[axis].astype(np.float64) for axis in "xyz"], axis=-1)
+    return np.stack([records[axis].astype(np.float64) for axis in "xyz"], axis=-1)
 
 
 def _lists(body: _Body, element: _Element) -> tuple[Indices, Indices]:
     name = next((one.name for one in element.properties if one.name in _CORNERS and one.count), None)
     if name is None:
         raise Unreadable(f"its element {element.name!r} has no list {_CORNERS[0]}")
-    found = _records(body, element)
-    if found is None:
+    records = _records(body, element)
+    if records is None:
         return body.lists(element, name)
-    rows = found[name].astype(np.int64)
+    rows = records[name].astype(np.int64)
     return np.full(len(rows), rows.shape[1] if rows.ndim == 2 else 0, np.int64), rows.reshape(-1)
 
 
@@ -212,10 +212,10 @@ def _records(body: _Body, element: _Element) -> NDArray[Any] | None:
         )
     if element.rows < 0:
         raise Unreadable(f"its number of elements {element.name!r} is {element.rows}")
-    found = body.rows(element, body.peek_lengths(element))
-    if found is None and not any(one.count for one in element.properties):
+    rows = body.rows(element, body.peek_lengths(element))
+    if rows is None and not any(one.count for one in element.properties):
         raise Unreadable("it is cut off")
-    return found
+    return rows
 
 
 def _restarted(corners: Indices) -> list[Indices]:

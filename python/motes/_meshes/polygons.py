@@ -41,18 +41,18 @@ def triangulate(
         face = int(np.searchsorted(np.cumsum(counts), wrong[0], side="right"))
         raise Unreadable(f"{name(face)} uses vertex {corners[wrong[0]]}, counted from 0, of {len(vertices)}")
     starts = np.cumsum(counts) - counts
-    made: list[Indices] = []
+    parts: list[Indices] = []
     faces: list[Indices] = []
     for size in np.unique(counts[counts >= 3]).tolist():
         which = np.flatnonzero(counts == size)
         indices = corners[starts[which, None] + np.arange(size)]
         triangles, of = _of_size(vertices, indices, lambda k, which=which: name(int(which[k])))  # type: ignore[misc]
-        made.append(triangles)
+        parts.append(triangles)
         faces.append(which[of])
-    if not made:
+    if not parts:
         return np.empty((0, 3), np.int64)
     order = np.argsort(np.concatenate(faces), kind="stable")
-    return np.concatenate(made)[order]
+    return np.concatenate(parts)[order]
 
 
 def fan(corners: NDArray[Any]) -> NDArray[Any]:
@@ -78,7 +78,7 @@ def _of_size(vertices: Floats, faces: Indices, name: Callable[[int], str]) -> tu
         raise Unreadable(f"{name(int(cancelled.argmax()))} crosses itself")
     convex, turned = _plain(flat)
     rolled = np.take_along_axis(faces, (turned[:, None] + np.arange(size)) % size, axis=1)
-    made = [fan(rolled[convex]).reshape(-1, 3)]
+    parts = [fan(rolled[convex]).reshape(-1, 3)]
     of = [np.repeat(np.flatnonzero(convex), size - 2)]
     for row in np.flatnonzero(~convex & ~straight).tolist():
         kept = _without_repeats(flat[row])
@@ -87,9 +87,9 @@ def _of_size(vertices: Floats, faces: Indices, name: Callable[[int], str]) -> tu
                 local = np.array(_ears(flat[row][kept]), np.int64)
             except Unreadable as error:
                 raise Unreadable(f"{name(row)} {error}") from None
-            made.append(faces[row][kept][local])
+            parts.append(faces[row][kept][local])
             of.append(np.full(len(local), row))
-    return np.concatenate(made), np.concatenate(of)
+    return np.concatenate(parts), np.concatenate(of)
 
 
 def _flattened(points: Floats) -> tuple[Floats, NDArray[np.bool_], NDArray[np.bool_]]:
@@ -138,8 +138,8 @@ def _plain(flat: Floats) -> tuple[NDArray[np.bool_], Indices]:
 
 
 def _cross(a: Floats, b: Floats) -> Floats:
-    made: Floats = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
-    return made
+    product: Floats = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+    return product
 
 
 def _without_repeats(flat: Floats) -> Indices:
@@ -152,14 +152,14 @@ def _ears(flat: Floats) -> list[tuple[int, int, int]]:
     if _crosses(flat):
         raise Unreadable("crosses itself")
     left = np.arange(len(flat))
-    made: list[tuple[int, int, int]] = []
+    ears: list[tuple[int, int, int]] = []
     while len(left) > 3:
         ear = next((found for margin in MARGINS if (found := _ear(flat[left], margin)) is not None), None)
         if ear is None:
             raise Unreadable("overlaps itself")
-        made.append((int(left[ear - 1]), int(left[ear]), int(left[(ear + 1) % len(left)])))
+        ears.append((int(left[ear - 1]), int(left[ear]), int(left[(ear + 1) % len(left)])))
         left = np.delete(left, ear)
-    return [*made, (int(left[0]), int(left[1]), int(left[2]))]
+    return [*ears, (int(left[0]), int(left[1]), int(left[2]))]
 
 
 def _ear(flat: Floats, margin: float) -> int | None:

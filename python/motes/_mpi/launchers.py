@@ -102,13 +102,13 @@ def check_alone() -> None:
 
     if environment.alone() or MPI.COMM_WORLD.size > 1:
         return
-    found = _remembered or launcher_of(os.environ)
-    if found is not None:
-        processes = f"{found.size} processes" if found.size is not None else "several processes"
+    launcher = _remembered or launcher_of(os.environ)
+    if launcher is not None:
+        processes = f"{launcher.size} processes" if launcher.size is not None else "several processes"
         library = MPI.Get_library_version().split(",")[0].strip().splitlines()[0]
-        seen = ", ".join(found.variables)
+        seen = ", ".join(launcher.variables)
         give_up(
-            f"{found.name} seems to have started {processes} ({seen}), but MPI here sees only this one: "
+            f"{launcher.name} seems to have started {processes} ({seen}), but MPI here sees only this one: "
             "each would compute the whole animation and overwrite the files of the others. "
             f"The launcher does not belong to the MPI library in use, {library}. Start the script with "
             "`python -m motes run -n N script.py`, or set MOTES_ALONE=1 if each process should run on its own"
@@ -126,10 +126,10 @@ def give_up(sentence: str) -> NoReturn:
 
     Raises MotesError instead if there is one process, or in an interactive session.
     """
-    found = _remembered or launcher_of(os.environ)
-    if found is None or hasattr(sys, "ps1"):
+    launcher = _remembered or launcher_of(os.environ)
+    if launcher is None or hasattr(sys, "ps1"):
         raise MotesError(sentence) from None
-    if found.speaks:
+    if launcher.speaks:
         tell(f"motes: {sentence}")
     else:
         time.sleep(_SPEAKER_S)

@@ -69,8 +69,8 @@ def linked_library() -> Linked:
     if spec is None or spec.origin is None:
         return Linked("", "")
     with open(spec.origin, "rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as core:
-        found = [pattern.search(core) for pattern in (_NAMES, _FOLDERS)]
-        name, folders = (match[1].decode() if match else "" for match in found)
+        matches = [pattern.search(core) for pattern in (_NAMES, _FOLDERS)]
+        name, folders = (match[1].decode() if match else "" for match in matches)
     origin = os.path.dirname(spec.origin)
     places = [os.path.normpath(place.replace("$ORIGIN", origin)) for place in folders.split(":") if place]
     linker = re.sub(r"\.so.*", ".so", name)  # Debian: in a folder of its own, a link to where the library is

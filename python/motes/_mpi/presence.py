@@ -102,16 +102,16 @@ class Presence:
         if failure := _FAILURE.search(line):
             if failure[1] != b"0":  # the job of mpirun's own daemons
                 self._lose(int(failure[2]), failure[3].decode(errors="replace").strip().lower())
-        elif said := _LINE.search(line):
-            rank = int(said[1])
+        elif match := _LINE.search(line):
+            rank = int(match[1])
             self._absent.discard(rank)
-            if said[2] == b"waits":
+            if match[2] == b"waits":
                 self._waiting.add(rank)
-            elif said[2] == b"has":
+            elif match[2] == b"has":
                 self._started.add(rank)
                 self._waiting.discard(rank)
                 self._gone.pop(rank, None)  # the launcher's report came first
-            elif said[2] == b"ended":
+            elif match[2] == b"ended":
                 self._lose(rank, "")
         else:
             return False

@@ -43,20 +43,20 @@ def main(pipe: str, mark: str, program: list[str]) -> None:
 
 def _leave_watcher(rank: str) -> int:
     """Start the watcher of this process; return the descriptor of the pipe to it."""
-    heard, said = os.pipe()  # whichever descriptors are free: a launcher's own may have any number
+    reader, writer = os.pipe()  # whichever descriptors are free: a launcher's own may have any number
     this = os.getpid()
     child = os.fork()
     if child == 0:
         try:
             if os.fork() == 0:
-                _keep_only(heard)
+                _keep_only(reader)
                 _watch(this, rank)
         finally:
             os._exit(0)
     os.waitpid(child, 0)
-    os.close(heard)
-    os.set_inheritable(said, True)
-    return said
+    os.close(reader)
+    os.set_inheritable(writer, True)
+    return writer
 
 
 def _keep_only(pipe: int) -> None:

@@ -30,9 +30,11 @@ WIDTHS = (1, 3, 4)
 """How many numbers per particle a column can have."""
 
 
-def leave_out(path: Path, name: str, said: str) -> None:
+def leave_out(path: Path, name: str, reason: str) -> None:
     """Warn, at the caller of `open_particles`, that a column of a file is not read."""
-    text = f"{path}: column {name!r} is left out: it has {said}; columns have 1, 3 or 4 numbers per particle"
+    text = (
+        f"{path}: column {name!r} is left out: it has {reason}; columns have 1, 3 or 4 numbers per particle"
+    )
     warnings.warn(text, MotesWarning, stacklevel=5)
 
 
@@ -41,15 +43,15 @@ def renamed(columns: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
 
     `pscale` is a radius, so it is doubled to get `size`. A scalar size applies to all axes.
     """
-    made: dict[str, NDArray[Any]] = {}
+    own: dict[str, NDArray[Any]] = {}
     for name, column in columns.items():
         ours = NAMES.get(name, name)
-        if ours in made or (ours != name and ours in columns):
+        if ours in own or (ours != name and ours in columns):
             ours = name
         if ours == "size" and column.ndim == 1:
             column = np.repeat(column[:, None], 3, axis=1) * (2 if name == "pscale" else 1)
-        made[ours] = column
-    return made
+        own[ours] = column
+    return own
 
 
 def no_column(system: str, name: str, values: Any, known: Iterable[str]) -> ArgumentError:

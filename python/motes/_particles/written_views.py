@@ -76,9 +76,9 @@ class WrittenView(np.ndarray):
 
 def noticing(view: NDArray[Any], on_write: Callable[[], None]) -> NDArray[Any]:
     """Return a view of the same memory that calls `on_write` before each write."""
-    made = view.view(WrittenView)
-    made._on_write = on_write
-    return made
+    watched = view.view(WrittenView)
+    watched._on_write = on_write
+    return watched
 
 
 def _plain(value: Any) -> Any:

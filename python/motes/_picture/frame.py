@@ -98,7 +98,7 @@ class Frame:
         shape = self.pixels.shape
         if self._linear is None:
             raise self._no_light()
-        self._linear = _made("linear picture", self.index, self._linear, shape)
+        self._linear = _fetched("linear picture", self.index, self._linear, shape)
         return self._linear
 
     def _no_light(self) -> MotesError:
@@ -128,9 +128,9 @@ class Frame:
             raise ArgumentError("name", name, self._allowed_layers(), known=self._layers)
         height, width, _ = self.pixels.shape
         shape = (height, width, 3) if name == "velocity" else (height, width)
-        made = _made(f"layer {name!r}", self.index, self._layers[name], shape)
-        self._layers[name] = made
-        return made
+        layer = _fetched(f"layer {name!r}", self.index, self._layers[name], shape)
+        self._layers[name] = layer
+        return layer
 
     def _allowed_layers(self) -> str:
         if not self._layers:
@@ -233,13 +233,13 @@ def _view(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return view
 
 
-def _made(what: str, index: int, late: Late, shape: tuple[int, ...]) -> NDArray[np.float32]:
+def _fetched(what: str, index: int, late: Late, shape: tuple[int, ...]) -> NDArray[np.float32]:
     if not callable(late):
         return late
-    made = np.asarray(late(), np.float32)
-    if made.shape != shape:
-        raise MotesError(f"the {what} of frame {index} is {made.shape}, not {shape}")
-    return made
+    array = np.asarray(late(), np.float32)
+    if array.shape != shape:
+        raise MotesError(f"the {what} of frame {index} is {array.shape}, not {shape}")
+    return array
 
 
 def arrive(frame: Frame, picture: Frame) -> None:
@@ -258,6 +258,6 @@ def keep_all(frame: Frame) -> None:
         frame._layer(name)
 
 
-def tell_saves(frame: Frame, told: Callable[[int, Path, Literal[8, 16]], None]) -> None:
-    """Let a frame drawn on another rank call `told` with index, path and bits when the script saves it."""
-    frame._elsewhere = told
+def tell_saves(frame: Frame, notify: Callable[[int, Path, Literal[8, 16]], None]) -> None:
+    """Let a frame drawn on another rank call `notify` with index, path and bits when the script saves it."""
+    frame._elsewhere = notify

@@ -108,8 +108,8 @@ class Camera(Settings):
         """Return a call that creates an equal camera."""
         defaults = {"focus": None, "aperture": 0}
         given = {name: self.__dict__[name] for name in self._checks}
-        told = [f"{name}={shown(one)}" for name, one in given.items() if one != defaults.get(name, self)]
-        return f"Camera({', '.join(told)})"
+        fields = [f"{name}={shown(one)}" for name, one in given.items() if one != defaults.get(name, self)]
+        return f"Camera({', '.join(fields)})"
 
 
 class Renderer(Settings):

@@ -111,13 +111,13 @@ def pick_of(image: NDArray[np.uint8] | None, tiles: Any, pick: Any) -> Any:
     from ..expressions._expression import as_expression, node_of
 
     try:
-        made = as_expression("pick", pick)
+        expression = as_expression("pick", pick)
     except ArgumentError:  # its message would allow vectors, too
         raise ArgumentError("pick", pick, PICK) from None
-    operation, *operands = node_of(made)
+    operation, *operands = node_of(expression)
     if operation == "constant" and len(operands[0]) != 1:
         raise ArgumentError("pick", pick, PICK)
-    return made
+    return expression
 
 
 def program_of_pick(

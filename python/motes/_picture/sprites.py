@@ -182,12 +182,12 @@ def native_of(sprite: Sprite, columns: Columns) -> _core.Sprite:
 
     Raises ArgumentError if the sprite's `pick` uses other columns.
     """
-    made: _core.Sprite = sprite.__dict__["_core"]
+    native: _core.Sprite = sprite.__dict__["_core"]
     pick, count = sprite.pick, sprite.__dict__["_tiles"][2]
     if pick is None or (isinstance(pick, str) and pick == "random"):
-        return made
+        return native
     program, shapes = sheets.program_of_pick(pick, count, columns)
-    return made if count == 1 else made.picked(program, shapes)
+    return native if count == 1 else native.picked(program, shapes)
 
 
 def check_change(before: Sprite, after: Any) -> None:

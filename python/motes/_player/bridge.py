@@ -172,11 +172,11 @@ class Bridge:
             self._waiting = message
             self._pass_on()
             return
-        said = json.loads(message)
-        if "refused" in said:
-            self._face.hear(said)
+        content = json.loads(message)
+        if "refused" in content:
+            self._face.hear(content)
             return
-        self._state = said
+        self._state = content
         now_s = time.monotonic()
         pause_s = STATE_S if self._flow.answers else SLOW_STATE_S
         self._later("state", self._told_s + pause_s - now_s, self._tell_state)
@@ -212,8 +212,8 @@ class Bridge:
         picture, self._waiting, self._last = self._waiting, None, self._waiting
         self._flow.sent(_number(picture), len(picture), now_s)
         self._face.show(picture)
-        heard, self._unanswered = self._unanswered, []
-        for number in heard:
+        numbers, self._unanswered = self._unanswered, []
+        for number in numbers:
             self._begin(self._send(json.dumps({"ack": number})))
 
     def _later(self, name: str, seconds: float, function: Callable[[], object]) -> None:

@@ -157,8 +157,8 @@ class JobPlay(Play):
             self.end("terminated")
         else:
             last = "\n".join(list(self._lines)[-SHOWN_LINES:])
-            told = f"{self.title} on {self._job.ranks} ranks: exit code {code}"
-            self.end(f"failed with exit code {code}", MotesError(f"{told}\n{last}".rstrip()))
+            ending = f"{self.title} on {self._job.ranks} ranks: exit code {code}"
+            self.end(f"failed with exit code {code}", MotesError(f"{ending}\n{last}".rstrip()))
 
     def _terminate(self) -> None:
         for number in (signal.SIGTERM, signal.SIGTERM, signal.SIGKILL):

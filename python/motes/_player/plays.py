@@ -98,9 +98,9 @@ class Play(ABC):
     def end(self, ending: str, error: BaseException | None = None) -> None:
         """Record and show how the run has ended."""
         self.ending, self._error = ending, error
-        told = None if error is None else f"{type(error).__name__}: {error}"
+        reason = None if error is None else f"{type(error).__name__}: {error}"
         with contextlib.suppress(Exception):  # the notebook may be gone; waiting threads must wake up anyway
-            self.face.tell(ended=True, notice=ending, error=told, stop="Stop")
+            self.face.tell(ended=True, notice=ending, error=reason, stop="Stop")
         _going_on.discard(self)
         self._ended.set()
 

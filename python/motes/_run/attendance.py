@@ -48,12 +48,12 @@ class _Collective:
         self._everything = (1 << _MARKS) - 1
         if process.survives:
             mark = 1 << process.rank % _MARKS
-            self._told = array("i", [self._everything ^ mark if leaves else self._everything])
-            self._request = comm.Iagree(self._told)
+            self._agreed = array("i", [self._everything ^ mark if leaves else self._everything])
+            self._request = comm.Iagree(self._agreed)
         else:
-            said, self._told = array("i", [process.rank if leaves else _NOBODY]), array("i", [_NOBODY])
-            self._said = said  # must live until the request is done
-            self._request = comm.Iallreduce(said, self._told, MPI.MIN)
+            own, self._agreed = array("i", [process.rank if leaves else _NOBODY]), array("i", [_NOBODY])
+            self._own = own  # must live until the request is done
+            self._request = comm.Iallreduce(own, self._agreed, MPI.MIN)
 
     def done(self) -> bool:
         """Return whether all live ranks have taken part."""
@@ -69,9 +69,9 @@ class _Collective:
     def check(self) -> None:
         """Raise Left if a rank leaves."""
         if not process.survives:
-            if self._told[0] != _NOBODY:
-                raise Left(self._told[0])
-        elif gone := self._everything & ~self._told[0]:
+            if self._agreed[0] != _NOBODY:
+                raise Left(self._agreed[0])
+        elif gone := self._everything & ~self._agreed[0]:
             ranks = [rank for rank in range(process.size) if gone >> rank % _MARKS & 1]
             raise Left(ranks[0] if len(ranks) == 1 or process.size <= _MARKS else None)
 

@@ -66,9 +66,9 @@ def first_text(comm: MPI.Intracomm, text: str, stall_s: float | None, what: str)
     from mpi4py import MPI
 
     own = text.encode()[:_TEXT_BYTES].ljust(_TEXT_BYTES, b"\0")
-    said, told = bytearray([1 if text else 0]), bytearray(1)
-    wait_for(comm.Iallreduce([said, MPI.BYTE], [told, MPI.BYTE], MPI.MAX), comm, stall_s, what)
-    if not told[0]:
+    has_text, any_text = bytearray([1 if text else 0]), bytearray(1)
+    wait_for(comm.Iallreduce([has_text, MPI.BYTE], [any_text, MPI.BYTE], MPI.MAX), comm, stall_s, what)
+    if not any_text[0]:
         return -1, ""
     every = bytearray(_TEXT_BYTES * comm.size)
     wait_for(comm.Iallgather([own, MPI.BYTE], [every, MPI.BYTE]), comm, stall_s, what)

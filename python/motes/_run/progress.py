@@ -92,6 +92,6 @@ def check(way: Any) -> str | Callable[[dict[str, Any]], None]:
     if isinstance(way, str) and way in CHOICES:
         return way
     if callable(way):
-        told: Callable[[dict[str, Any]], None] = way
-        return told
+        show: Callable[[dict[str, Any]], None] = way
+        return show
     raise ArgumentError("progress", way, "'lines', 'bar', 'off' or a function of a row", known=CHOICES)

@@ -61,11 +61,11 @@ def mark() -> str | None:
 
 def claim_report() -> bool:
     """Claim the report of this host in this job; return True for the first rank that calls."""
-    made = mark()
-    if made is not None:
+    folder = mark()
+    if folder is not None:
         with contextlib.suppress(OSError):
             try:
-                os.mkdir(made, 0o700)  # a folder, because it needs no file descriptor
+                os.mkdir(folder, 0o700)  # a folder, because it needs no file descriptor
                 return True
             except FileExistsError:
                 return False

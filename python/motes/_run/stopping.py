@@ -63,12 +63,12 @@ class Stop:
         """The signal that stopped the run, or 0."""
         self._interrupted: int | None = None  # the frame before which KeyboardInterrupt was raised
 
-    def due(self, asked: int, frame: int) -> bool:
-        """Return whether the run must stop before `frame`; `asked`: the signal that ranks agreed on, or 0.
+    def due(self, number: int, frame: int) -> bool:
+        """Return whether the run must stop before `frame`; `number`: the signal that ranks agreed on, or 0.
 
         In an interactive session, raise KeyboardInterrupt once instead; the run can then continue.
         """
-        if self.signal or not asked or self._interrupted == frame:
+        if self.signal or not number or self._interrupted == frame:
             return False
         if not interactive():
             return True
@@ -80,10 +80,10 @@ class Stop:
         """Treat the next interrupt before this frame as a new one: ranks have agreed on signals again."""
         self._interrupted = None
 
-    def take(self, asked: int) -> None:
+    def take(self, number: int) -> None:
         """Stop the run; the process will end with the signal's exit code."""
-        self.signal = process.stopped = asked
-        _core.end_with_code(code_of(asked))
+        self.signal = process.stopped = number
+        _core.end_with_code(code_of(number))
 
 
 def check_stopped() -> None:

@@ -52,8 +52,8 @@ def most_threads() -> int:
 
     If Slurm binds tasks, their masks agree. Otherwise masks hold all processors of a node, which jobs share.
     """
-    told = os.environ.get("SLURM_CPUS_PER_TASK", "")
-    return min(max(1, int(told)), MOST_THREADS) if told.isdecimal() else MOST_THREADS
+    cpus = os.environ.get("SLURM_CPUS_PER_TASK", "")
+    return min(max(1, int(cpus)), MOST_THREADS) if cpus.isdecimal() else MOST_THREADS
 
 
 def threads_of(places: Sequence[Place]) -> list[int]:

@@ -51,10 +51,10 @@ class Wait:
             raise MotesError(f"{waited} (MOTES_STALL_S=seconds changes the limit)")
         if self.waited_s > self._next_warning_s:
             self._next_warning_s += WARN_S
-            told = "MOTES_STALL_S=seconds changes the limit"
+            origin = "MOTES_STALL_S=seconds changes the limit"
             if self.limit_s is not None:
-                told = f"set by MOTES_STALL_S={self.limit_s:g}"
-            tell(f"motes: {waited}; it waits for {self.limit_s or UNKNOWN * WARN_S:g} s in total ({told})")
+                origin = f"set by MOTES_STALL_S={self.limit_s:g}"
+            tell(f"motes: {waited}; it waits for {self.limit_s or UNKNOWN * WARN_S:g} s in total ({origin})")
 
 
 def warn_s(limit_s: float | None) -> float:

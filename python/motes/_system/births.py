@@ -15,7 +15,7 @@ from .._values import arguments
 from .._values.curves import Curve, integrals
 from ..errors import ArgumentError
 from ..shapes import Shape, Union, as_shape, native_of
-from .recorded import Recorded, kept_error
+from .system_state import SystemState, kept_error
 
 __all__ = ["Births"]
 
@@ -25,9 +25,9 @@ COPIES = {"position_b", "velocity_b", "up_b"}  # copies of birth values, which g
 class Births:
     """Checks births and records them."""
 
-    def __init__(self, recorded: Recorded) -> None:
+    def __init__(self, state: SystemState) -> None:
         """Create the recorder of a system's births."""
-        self._recorded = recorded
+        self._state = state
 
     def source(
         self,
@@ -42,7 +42,7 @@ class Births:
         before = None if moving_from is None else as_shape("moving_from", moving_from)
         if before is not None and (type(before) is not type(where) or isinstance(where, Union)):
             raise ArgumentError("moving_from", before, "of the same kind as shape, and not a Union")
-        session, constant, integral, scale = self._recorded.session, 0.0, list[float](), 0.0
+        session, constant, integral, scale = self._state.session, 0.0, list[float](), 0.0
         if isinstance(rate, Curve):
             settings = session.settings
             integral, scale = integrals(rate, session.frame, settings.dt, settings.substeps)
@@ -57,7 +57,7 @@ class Births:
             scale=scale,
             before=None if before is None else native_of(before),
             jitter=flag,
-            state=self._recorded.state_now(),
+            state=self._state.state_now(),
             number=script_lines.number_of(identity),
         )
         self._record("source", source)
@@ -66,13 +66,13 @@ class Births:
         """Record a burst: `System.burst`."""
         where = native_of(as_shape("shape", shape))
         count = arguments.integer("count", count, high=4_000_000_000)
-        self._record("burst", _core.Burst(where, count=count, state=self._recorded.state_now()))
+        self._record("burst", _core.Burst(where, count=count, state=self._state.state_now()))
 
     def emit(
         self, particles: Particles | None, position: ArrayLike | None, columns: dict[str, ArrayLike]
     ) -> None:
         """Record births given as arrays: `System.emit`."""
-        system = self._recorded
+        system = self._state
         given: dict[str, Any] = {"position": position, **columns}
         if particles is not None:
             if not isinstance(particles, Particles):
@@ -97,10 +97,10 @@ class Births:
 
     def next_id(self, call: str, count: int) -> int:
         """Return the first id of the next `count` particles; raise ArgumentError if capacity is short."""
-        session = self._recorded.session
+        session = self._state.session
         engine = session.begin(call)
         try:
-            first, room = engine.next_birth(self._recorded.index)
+            first, room = engine.next_birth(self._state.index)
         finally:
             session.end()
         if room < count:
@@ -110,7 +110,7 @@ class Births:
         return int(first)
 
     def _record(self, call: str, birth: _core.Source | _core.Burst | _core.Emit) -> None:
-        system = self._recorded
+        system = self._state
         engine = system.session.begin(call)
         try:
             engine.record_birth(system.index, birth)

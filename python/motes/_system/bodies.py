@@ -13,7 +13,7 @@ from .._values.values import says_near_names
 from ..errors import ArgumentError
 from .action_methods import ActionMethods
 from .births import Births
-from .recorded import Recorded
+from .system_state import SystemState
 
 if TYPE_CHECKING:
     from .._values.clump import Clump
@@ -26,7 +26,7 @@ LEAST_MASS, MOST_MASS = 1e-30, 1e30  # kg
 class Bodies(ActionMethods):
     """Methods that create bodies of a system's particles."""
 
-    _recorded: Recorded
+    _state: SystemState
     _births: Births
 
     @says_near_names
@@ -105,17 +105,17 @@ class Bodies(ActionMethods):
         mass = None if density is None else _mass(density, clump)
         if position is None and columns:
             raise ArgumentError("position", position, "given with columns of clumps")
-        recorded = self._recorded
-        with recorded.session.usage.during("clumps()"):
-            known = recorded.newborn.clump
-            if known != clump and (known is not None or recorded.has_births):
-                allowed = f"the only one of '{recorded.name}', given before its first births"
+        state = self._state
+        with state.session.usage.during("clumps()"):
+            known = state.newborn.clump
+            if known != clump and (known is not None or state.has_births):
+                allowed = f"the only one of '{state.name}', given before its first births"
                 raise ArgumentError("template", template, allowed)
-            recorded.newborn.clump = clump
-            if recorded.session.engine is not None:
-                recorded.tell_clump(recorded.session.engine)
+            state.newborn.clump = clump
+            if state.session.engine is not None:
+                state.tell_clump(state.session.engine)
         if mass is not None:
-            recorded.newborn.configure({"mass": mass})
+            state.newborn.configure({"mass": mass})
         if position is not None:
             self._births.emit(None, position, columns)
         return clump

@@ -18,7 +18,7 @@ from ..actions.base import Where
 from ..errors import ArgumentError
 from ..expressions._conditions import condition_of
 from .pairs import Pairs, changes_of
-from .recorded import Recorded
+from .system_state import SystemState
 
 __all__ = ["Callbacks"]
 
@@ -26,9 +26,9 @@ __all__ = ["Callbacks"]
 class Callbacks:
     """Records functions of the script, and calls them when the engine reaches them in the list."""
 
-    def __init__(self, recorded: Recorded) -> None:
+    def __init__(self, state: SystemState) -> None:
         """Create the recorder of a system's callbacks."""
-        self._recorded = recorded
+        self._state = state
 
     def callback(self, function: Callable[[LocalParticles], object], where: Where) -> None:
         """Record a function that takes particles: `System.callback`."""
@@ -37,8 +37,8 @@ class Callbacks:
         shapes: list[_core.Shape] = []
         callback = _core.Callback(
             name=_name_of(function),
-            number=len(self._recorded.functions),
-            where=condition_of(where, self._recorded.columns, shapes),
+            number=len(self._state.functions),
+            where=condition_of(where, self._state.columns, shapes),
             shapes=shapes,
         )
         self._record("callback", function, partial(_core.Engine.record_callback, callback=callback))
@@ -48,19 +48,19 @@ class Callbacks:
         if not callable(function):
             raise ArgumentError("function", function, "a function of pairs")
         shapes: list[_core.Shape] = []
-        condition = condition_of(where, self._recorded.columns, shapes)
-        reach, number = arguments.number("radius", radius, low=0), len(self._recorded.functions)
-        if self._recorded.session.settings.periodic:
+        condition = condition_of(where, self._state.columns, shapes)
+        reach, number = arguments.number("radius", radius, low=0), len(self._state.functions)
+        if self._state.session.settings.periodic:
             from .reach import check_reach
 
-            check_reach("radius", reach, self._recorded.session.settings.periodic)
+            check_reach("radius", reach, self._state.session.settings.periodic)
         numbers = {"radius": reach, "number": number, "name": zlib.crc32(_name_of(function).encode())}
         action = _core.Action("pairs", numbers, shapes, condition)
         self._record("pairs", function, partial(_core.Engine.record_action, action=action))
 
     def called(self, number: int, begin: int, chosen: Any, pairs: Any) -> NDArray[np.float32] | None:
         """Call this frame's function `number`, for the engine; return the changes of a function of pairs."""
-        system = self._recorded
+        system = self._state
         function = system.functions[number]
         engine = system.session.engine_for("callback")
         with system.session.usage.callback(f"{_name_of(function)!r} of system {system.name!r}"):
@@ -76,7 +76,7 @@ class Callbacks:
         return None
 
     def _record(self, call: str, function: Callable[[Any], object], record: Callable[..., None]) -> None:
-        system = self._recorded
+        system = self._state
         session = system.session
         engine = session.begin(call)
         try:

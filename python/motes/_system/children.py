@@ -9,7 +9,7 @@ from ..actions.base import Where
 from ..errors import ArgumentError
 from ..expressions import column, floor
 from ..expressions._conditions import as_condition, condition_of
-from .recorded import Recorded
+from .system_state import SystemState
 
 __all__ = ["Children"]
 
@@ -20,13 +20,13 @@ ROUNDING = 2**-10  # fraction of a trail's interval, added so that a multiple be
 class Children:
     """Records rules by which particles emit others."""
 
-    def __init__(self, recorded: Recorded) -> None:
+    def __init__(self, state: SystemState) -> None:
         """Store the system whose particles are the parents."""
-        self._recorded = recorded
+        self._state = state
 
     def trail(
         self,
-        children: Recorded | None,
+        children: SystemState | None,
         into: object,
         every: float,
         count: int,
@@ -35,7 +35,7 @@ class Children:
     ) -> None:
         """Record that particles emit others at regular ages: `System.trail`."""
         every = arguments.number("every", every, low=1e-6, high=1e6)
-        half = self._recorded.session.settings.dt / 2 / every
+        half = self._state.session.settings.dt / 2 / every
         passed = column("age") / every + ROUNDING
         passing = floor(passed + half) > floor(passed - half)
         chosen = passing if where is None else passing & as_condition("where", where)
@@ -44,7 +44,7 @@ class Children:
     def spawn(
         self,
         call: str,
-        children: Recorded | None,
+        children: SystemState | None,
         into: object,
         on: str,
         count: int,
@@ -52,7 +52,7 @@ class Children:
         where: Where,
     ) -> None:
         """Record that events emit particles: `System.spawn`; `into`: the script's argument, for errors."""
-        system = self._recorded
+        system = self._state
         session = system.session
         if children is None or children.session is not session:
             raise ArgumentError("into", into, "a system of the same world")

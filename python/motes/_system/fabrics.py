@@ -87,7 +87,7 @@ def _born(
     first = births.next_id(call, len(rest))
     lengths = np.linalg.norm(rest[pairs[:, 0]] - rest[pairs[:, 1]], axis=1).astype(np.float32)
     pins = np.unique(np.array(held, np.int64))
-    made = ties_of(
+    ties = ties_of(
         (pairs + first).astype(np.uint64),
         lengths,
         kinds,
@@ -95,7 +95,7 @@ def _born(
         _tethers_at_rest(first, rest, pins),
     )
     births.emit(None, rest + origin, {})  # last: if an argument is refused above, nothing has been emitted
-    return made
+    return ties
 
 
 def _tethers_at_rest(first: int, rest: NDArray[np.float64], pins: NDArray[np.int64]) -> Tethers:

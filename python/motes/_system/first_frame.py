@@ -82,7 +82,7 @@ class FirstFrame:
         """Return remarks on probable mistakes in the first frame's list."""
         if self.free or any(callable(item) for item in recorded):
             return []
-        found = [*self._motion(recorded), *self._lifetime(recorded)]
+        remarks = [*self._motion(recorded), *self._lifetime(recorded)]
         colors = [("color", bounds) for name, bounds in self._bounds.items() if name == "color"]
         sizes = [(name, low) for name, (low, _) in self._bounds.items() if name in ("size", "lifetime")]
         for item in recorded:
@@ -94,13 +94,13 @@ class FirstFrame:
                 sizes.append(("target_size", np.asarray(item.size)))
             elif isinstance(item, actions.SizeOverLife):
                 sizes.append(("size_over_life", np.asarray([size for _, size in item.ramp])))
-        found += [
+        remarks += [
             f"{name}: colours are linear RGB in 0..1, {_shown(bounds[1])} looks like 0..255: divide it by 255"
             for name, bounds in colors
             if _looks_like_bytes(*bounds)
         ]
-        found += [f"{name} may be negative ({_shown(low)})" for name, low in sizes if np.min(low) < 0]
-        return found
+        remarks += [f"{name} may be negative ({_shown(low)})" for name, low in sizes if np.min(low) < 0]
+        return remarks
 
     def _motion(self, recorded: Sequence[Any]) -> list[str]:
         moves = [i for i, item in enumerate(recorded) if isinstance(item, actions.Move)]

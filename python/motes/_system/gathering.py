@@ -8,20 +8,20 @@ from .._particles.particles import Particles
 from .._values import arguments
 from .._values.space import unwrap
 from ..errors import ArgumentError
-from .recorded import Recorded
+from .system_state import SystemState
 
 __all__ = ["gathered"]
 
 
-def gathered(recorded: Recorded, to: Any, unwrapped: Any) -> Particles:
+def gathered(state: SystemState, to: Any, unwrapped: Any) -> Particles:
     """Copy all particles of a system. Collective."""
     if not isinstance(to, (int, str)) or isinstance(to, bool) or to not in (0, "all"):
         raise ArgumentError("to", to, "0 or 'all'", known=("all",))
     unwraps = arguments.flag("unwrapped", unwrapped)
-    session = recorded.session
+    session = state.session
     engine = session.begin("gather()", reads=True)
     try:
-        columns = engine.gather(recorded.index, to == "all")
+        columns = engine.gather(state.index, to == "all")
     finally:
         session.end_conversation(engine)
     return Particles(unwrap(columns, session.settings.periodic) if unwraps and columns else columns)

@@ -11,7 +11,7 @@ from ..actions.base import Action, compiled
 from ..actions.between import Contact, compiled_for_clumps, counterpart_of
 from ..actions.targets import Set
 from ..errors import ArgumentError
-from .recorded import Recorded, kept_error
+from .system_state import SystemState, kept_error
 
 __all__ = ["Listing"]
 
@@ -19,14 +19,14 @@ __all__ = ["Listing"]
 class Listing:
     """Records actions in the engine and in the list that `System.recorded` returns."""
 
-    def __init__(self, recorded: Recorded, recorded_of: Callable[[object], Recorded | None]) -> None:
-        """Store the system; `recorded_of` maps a script's System to its Recorded, anything else to None."""
-        self._recorded = recorded
-        self._recorded_of = recorded_of
+    def __init__(self, state: SystemState, state_of: Callable[[object], SystemState | None]) -> None:
+        """Store the system; `state_of` maps a script's System to its SystemState, anything else to None."""
+        self._state = state
+        self._state_of = state_of
 
     def record(self, action: Action) -> None:
         """Record an action for the script's line that called the system's method."""
-        system = self._recorded
+        system = self._state
         session = system.session
         for name in (action.attribute,) if isinstance(action, Set) else getattr(action, "set", None) or ():
             if name in system.kept:
@@ -44,27 +44,27 @@ class Listing:
             if given is None:
                 engine.record_action(system.index, self._compiled(action))
             else:
-                other = self._recorded_of(given)
+                other = self._state_of(given)
                 if other is None or other.session is not session or other is system:
                     raise ArgumentError("other", given, "another system of the same world")
-                made = self._compiled(action, other)
+                native = self._compiled(action, other)
                 if isinstance(action, Contact):
                     its = _contact_of(other, counterpart_of(action), "other_radius")
-                    engine.record_interaction(system.index, other.index, made, its)
+                    engine.record_interaction(system.index, other.index, native, its)
                 else:
-                    engine.record_interaction(system.index, other.index, made)
+                    engine.record_interaction(system.index, other.index, native)
                 other.add(action, line)
             system.add(action, line)
         finally:
             session.end()
 
-    def _compiled(self, action: Action, other: Recorded | None = None) -> _core.Action:
+    def _compiled(self, action: Action, other: SystemState | None = None) -> _core.Action:
         if isinstance(action, Contact):
-            return _contact_of(self._recorded, action, "radius")
-        return compiled(action, self._recorded.columns, None if other is None else other.columns)
+            return _contact_of(self._state, action, "radius")
+        return compiled(action, self._state.columns, None if other is None else other.columns)
 
 
-def _contact_of(system: Recorded, action: Contact, argument: str) -> _core.Action:
+def _contact_of(system: SystemState, action: Contact, argument: str) -> _core.Action:
     """Return the engine's contact for a system's particles. `argument`: the name of their radius."""
     clump = system.newborn.clump
     if clump is None:

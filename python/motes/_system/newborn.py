@@ -37,7 +37,7 @@ class Newborn:
 
     def configure(self, state: Mapping[str, Any]) -> None:
         """Set attributes of newborn particles from here on; attributes set earlier remain."""
-        made = {}
+        distributions = {}
         for attribute, value in state.items():
             if attribute not in self._attributes or attribute in self._not_set:
                 names = [name for name in self._attributes if name not in self._not_set]
@@ -46,10 +46,10 @@ class Newborn:
             moving = moving_part(value)
             index, width = self._attributes[attribute]
             for time in moving:
-                made[index] = distribution(attribute, width, at(value, time))
+                distributions[index] = distribution(attribute, width, at(value, time))
             if not moving:
-                made[index] = distribution(attribute, width, value)
-        self._given.update(made)
+                distributions[index] = distribution(attribute, width, value)
+        self._given.update(distributions)
         for attribute, value in state.items():
             self._moving.pop(attribute, None)
             if moving_part(value):

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from .._run.process import OpenRun
     from .._run.scenefile import Recording
-    from .recorded import Recorded
+    from .system_state import SystemState
 
 __all__ = ["Earlier", "OpenFiles", "Session", "outside"]
 
@@ -66,9 +66,9 @@ class Session:
         self.earlier: Earlier | None = None
         self.survives = False
         """Whether the run continues when ranks are lost: then the engine must know what scripts write."""
-        self.systems: list[Recorded] = []
+        self.systems: list[SystemState] = []
         """All systems in order of creation."""
-        self.open_views: list[Recorded] = []
+        self.open_views: list[SystemState] = []
         """The systems of the open `with system.local()` blocks, one entry per block."""
         self.files: list[OpenFiles] = []
         self.given_up: Callable[[], None] = lambda: None

@@ -15,7 +15,7 @@ from ..errors import ArgumentError
 from ..expressions import Expression, column
 from ..expressions._compiling import compile_values, components_of
 from ..expressions._conditions import Columns, Program, condition_of
-from .recorded import Recorded
+from .system_state import SystemState
 
 __all__ = ["Sums"]
 
@@ -25,15 +25,15 @@ Edges = NDArray[np.float64]
 class Sums:
     """Sums over the particles of all ranks."""
 
-    def __init__(self, recorded: Recorded) -> None:
+    def __init__(self, state: SystemState) -> None:
         """Create the sums over a system's particles."""
-        self._recorded = recorded
+        self._state = state
 
     def total(self, expression: Expression | ArrayLike, where: Where) -> Any:
         """Sum an expression over all particles: `System.total`."""
         summed = self._compiled((), expression, where)
-        found = self._sum("total", summed)
-        return found if len(found) > 1 else float(found[0])
+        total = self._sum("total", summed)
+        return total if len(total) > 1 else float(total[0])
 
     def histogram(self, expression: Expression, edges: ArrayLike, weights: Any, where: Where) -> NDArray[Any]:
         """Count or sum in bins: `System.histogram`."""
@@ -45,8 +45,8 @@ class Sums:
     ) -> NDArray[Any]:
         """Count or sum in the cells of a grid: `System.tally`."""
         cells = cell_edges(low, high, shape)
-        found = self._sum("tally", self._compiled(cells, weights, where))
-        return found.reshape([len(edges) - 1 for _, _, edges in cells])
+        sums = self._sum("tally", self._compiled(cells, weights, where))
+        return sums.reshape([len(edges) - 1 for _, _, edges in cells])
 
     def _compiled(
         self,
@@ -56,14 +56,14 @@ class Sums:
         *,
         closed: bool = False,
     ) -> _core.Sum:
-        columns, time = self._recorded.columns, self._recorded.session.time
+        columns, time = self._state.columns, self._state.session.time
         return compile_sum(columns, bins, closed=closed, weights=weights, where=where, time=time)
 
     def _sum(self, verb: str, what: _core.Sum) -> NDArray[Any]:
-        session = self._recorded.session
+        session = self._state.session
         engine = session.begin(f"{verb}()", reads=True)
         try:
-            return engine.sum(self._recorded.index, verb, what)
+            return engine.sum(self._state.index, verb, what)
         finally:
             session.end_conversation(engine)
 

@@ -27,13 +27,13 @@ from .children import Children
 from .distributions import Drawn, State
 from .listing import Listing
 from .pairs import Pairs
-from .recorded import Recorded
 from .sums import Sums
+from .system_state import SystemState
 
 if TYPE_CHECKING:
     from .._world.world import World
 
-__all__ = ["System", "recorded_of"]
+__all__ = ["System", "state_of"]
 
 CUT = np.dtype([("axis", "U1"), ("at", np.float32)])
 
@@ -50,22 +50,22 @@ class System(Bodies):
     """The world to which the system belongs."""
     name: str
 
-    def __init__(self, world: World, recorded: Recorded) -> None:
+    def __init__(self, world: World, state: SystemState) -> None:
         """Create a system of a world; scripts call `World.system`.
 
         Args:
             world: the world.
-            recorded: the package's internal state of the system.
+            state: the package's internal state of the system.
         """
-        super().__init__(Listing(recorded, recorded_of).record)
-        self.__dict__.update(world=world, name=recorded.name)
-        self._recorded = recorded
-        self._session = recorded.session
-        self._births = Births(recorded)
-        self._children = Children(recorded)
-        self._callbacks = Callbacks(recorded)
-        recorded.called = self._callbacks.called
-        self._sums = Sums(recorded)
+        super().__init__(Listing(state, state_of).record)
+        self.__dict__.update(world=world, name=state.name)
+        self._state = state
+        self._session = state.session
+        self._births = Births(state)
+        self._children = Children(state)
+        self._callbacks = Callbacks(state)
+        state.called = self._callbacks.called
+        self._sums = Sums(state)
 
     # --- births
 
@@ -81,10 +81,10 @@ class System(Bodies):
                 uniformly from it), `Uniform(lo, hi)` or `Normal(mean, sigma)`; a `motes.Curve` is evaluated
                 at each frame's start.
         """
-        self._recorded.newborn.configure(state)
-        if self._recorded.first is not None:
+        self._state.newborn.configure(state)
+        if self._state.first is not None:
             time = self._session.time
-            self._recorded.first.configured({name: at(value, time) for name, value in state.items()})
+            self._state.first.configured({name: at(value, time) for name, value in state.items()})
 
     @says_near_names
     def source(
@@ -173,7 +173,7 @@ class System(Bodies):
             where: which parents: those inside a shape, or those that satisfy a comparison of columns; None:
                 all.
         """
-        self._children.spawn("spawn", recorded_of(into), into, on, count, inherit_velocity, where)
+        self._children.spawn("spawn", state_of(into), into, on, count, inherit_velocity, where)
 
     @says_near_names
     def trail(
@@ -198,7 +198,7 @@ class System(Bodies):
             where: which parents: those inside a shape, or those that satisfy a comparison of columns; None:
                 all.
         """
-        self._children.trail(recorded_of(into), into, every, count, inherit_velocity, where)
+        self._children.trail(state_of(into), into, every, count, inherit_velocity, where)
 
     # --- functions of the script
 
@@ -236,7 +236,7 @@ class System(Bodies):
     @property
     def recorded(self) -> list[Any]:
         """This frame's list so far: actions and births in order."""
-        return list(self._recorded.entries)
+        return list(self._state.entries)
 
     # --- reading
 
@@ -253,34 +253,34 @@ class System(Bodies):
         Yields:
             The views: `p.position` (n, 3), `p.id` (n,), ...
         """
-        session, recorded = self._session, self._recorded
+        session, state = self._session, self._state
         engine = session.begin("local()", reads=True)
         try:
-            preview = engine.run_pending(recorded.index)
+            preview = engine.run_pending(state.index)
         finally:
             session.end()
         refuse = None if session.recording is None else partial(self._refuse_writing, session.recording)
         view = LocalParticles(
             engine,
-            recorded.index,
-            recorded.attributes,
+            state.index,
+            state.attributes,
             refuse_writing=refuse,
             preview=preview,
             watched=session.survives,
         )
-        recorded.views.append(len(recorded.entries))
-        session.open_views.append(recorded)
-        if recorded.first is not None:
-            recorded.first.free = True
+        state.views.append(len(state.entries))
+        session.open_views.append(state)
+        if state.first is not None:
+            state.first.free = True
         try:
             yield view
             keep_preview(view)
         finally:
-            session.open_views.remove(recorded)
-            recorded.views.pop()
-            if close_views(view) and not recorded.views:
-                engine.release_views(recorded.index)
-            engine.touched(recorded.index)
+            session.open_views.remove(state)
+            state.views.pop()
+            if close_views(view) and not state.views:
+                engine.release_views(state.index)
+            engine.touched(state.index)
 
     def _refuse_writing(self, recording: Recording) -> NoReturn:
         recording.refuse(self._session.frame, f"the script writes particles of '{self.name}'")
@@ -299,7 +299,7 @@ class System(Bodies):
         """
         from .gathering import gathered
 
-        return gathered(self._recorded, to, unwrapped)
+        return gathered(self._state, to, unwrapped)
 
     @says_near_names
     def total(self, expression: Expression | ArrayLike, *, where: Where = None) -> Any:
@@ -379,36 +379,36 @@ class System(Bodies):
     @property
     def sprite(self) -> Sprite:
         """How the particles are drawn; may change between frames."""
-        return self._recorded.sprite
+        return self._state.sprite
 
     @sprite.setter
     def sprite(self, value: Sprite) -> None:
-        check_change(self._recorded.sprite, value)
-        native = native_of(value, self._recorded.columns)
+        check_change(self._state.sprite, value)
+        native = native_of(value, self._state.columns)
         with self._session.usage.during("setting the sprite"):
-            self._recorded.sprite = value
+            self._state.sprite = value
             if self._session.engine is not None:
-                self._session.engine.set_sprite(self._recorded.index, native)
+                self._session.engine.set_sprite(self._state.index, native)
 
     @property
     def axis(self) -> str | None:
         """What its domains cut: one axis (slabs), several (bricks), a curve, or None (assigned by id)."""
-        return None if self._recorded.axes == "id" else self._recorded.axes
+        return None if self._state.axes == "id" else self._state.axes
 
     @property
     def count(self) -> int:
         """The number of particles on all ranks, as last agreed."""
-        return 0 if self._session.engine is None else self._session.engine.count(self._recorded.index)
+        return 0 if self._session.engine is None else self._session.engine.count(self._state.index)
 
     @property
     def born(self) -> int:
         """The number of particles born so far, which is the next id."""
-        return 0 if self._session.engine is None else self._session.engine.born(self._recorded.index)
+        return 0 if self._session.engine is None else self._session.engine.born(self._state.index)
 
     @property
     def dropped(self) -> int:
         """The number of births dropped so far because the system was at capacity."""
-        return 0 if self._session.engine is None else self._session.engine.dropped(self._recorded.index)
+        return 0 if self._session.engine is None else self._session.engine.dropped(self._state.index)
 
     @property
     def cuts(self) -> NDArray[Any]:
@@ -421,8 +421,8 @@ class System(Bodies):
         """
         if self._session.engine is None:
             raise MotesError("cuts exist only inside `with world:`")
-        tree = self._session.engine.cuts(self._recorded.index)
-        if are_bricks(self._recorded.axes):
+        tree = self._session.engine.cuts(self._state.index)
+        if are_bricks(self._state.axes):
             return np.array([("xyz"[axis], at) for axis, at in tree], CUT)
         return np.array([at for _, at in tree], np.float32)
 
@@ -434,20 +434,20 @@ class System(Bodies):
             self._refuse(name)
 
     def _refuse(self, name: str) -> NoReturn:
-        if name in self._recorded.attributes:
+        if name in self._state.attributes:
             raise NotAssignableError(
                 f"{name} belongs to particles, not to a system: configure({name}=...) gives it to newborn "
                 f"particles, set({name}=...) to living ones"
             )
         if hasattr(type(self), name) or name in ("world", "name"):
             raise NotAssignableError(f"{name} of a system cannot be assigned")
-        known = ["sprite", *self._recorded.attributes]
+        known = ["sprite", *self._state.attributes]
         raise NotAssignableError(f"a system has no attribute {name!r} to assign{near(name, known)}")
 
     def __getattr__(self, name: str) -> Any:
         """Raise AttributeError, with a hint at what to use instead."""
-        recorded = self.__dict__.get("_recorded")
-        if recorded is not None and name in recorded.attributes:
+        state = self.__dict__.get("_state")
+        if state is not None and name in state.attributes:
             raise AttributeError(
                 f"{name} belongs to particles, not to a system: read it in `with system.local() as p:` or "
                 "from system.gather()",
@@ -461,6 +461,6 @@ class System(Bodies):
         return f"<System {self.name!r}, {self.count} particles>"
 
 
-def recorded_of(system: object) -> Recorded | None:
+def state_of(system: object) -> SystemState | None:
     """Return the internal state of a script's system; None for anything else."""
-    return system._recorded if isinstance(system, System) else None
+    return system._state if isinstance(system, System) else None

@@ -64,20 +64,20 @@ class Clump(Value):
     @property
     def volume(self) -> float:
         """The volume of the union of the spheres, m^3."""
-        found: float = self.__dict__["_volume"]
-        return found
+        volume: float = self.__dict__["_volume"]
+        return volume
 
     @property
     def center(self) -> tuple[float, float, float]:
         """The centre of mass, m, in the coordinates of the given spheres."""
-        found: tuple[float, float, float] = self.__dict__["_center"]
-        return found
+        center: tuple[float, float, float] = self.__dict__["_center"]
+        return center
 
     @property
     def radius(self) -> float:
         """The radius of the bounding sphere about the centre of mass, m."""
-        found: float = self.__dict__["_radius"]
-        return found
+        radius: float = self.__dict__["_radius"]
+        return radius
 
     @property
     def inertia(self) -> NDArray[np.float64]:

@@ -67,8 +67,8 @@ class Curve(Value, Moving):
 
     @property
     def _components(self) -> list[list[float]]:
-        made: list[list[float]] = self.__dict__["_components"]
-        return made
+        components: list[list[float]] = self.__dict__["_components"]
+        return components
 
     def __call__(self, time: float) -> Any:
         """Return the value at a time, in seconds: a float, or a tuple of 3."""
@@ -240,11 +240,11 @@ class Combined(Curve):
         wide = max(len(a), len(b))
         pairs = zip(a * (wide // len(a)), b * (wide // len(b)), strict=True)
         if self.operation == "*":
-            made = tuple(p * q for p, q in pairs)
+            values = tuple(p * q for p, q in pairs)
         else:
             sign = 1 if self.operation == "+" else -1
-            made = tuple(p + sign * q for p, q in pairs)
-        return made if wide > 1 else made[0]
+            values = tuple(p + sign * q for p, q in pairs)
+        return values if wide > 1 else values[0]
 
     def _until(self, time: float) -> float:
         """Return the integral from the first key to `time`; negative before it."""

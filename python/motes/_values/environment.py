@@ -89,8 +89,8 @@ def births(given: Any) -> str:
     """Return who creates births: MOTES_BIRTHS, or else `World`'s `births`."""
     from . import arguments
 
-    told: str | None = read("MOTES_BIRTHS")
-    return told or str(arguments.choice("births", given, BIRTHS))
+    value: str | None = read("MOTES_BIRTHS")
+    return value or str(arguments.choice("births", given, BIRTHS))
 
 
 def fan_out(given: Any) -> int:
@@ -104,22 +104,22 @@ def threads(given: Any) -> int | None:
     """Return the number of this rank's threads: MOTES_THREADS, or else `World`'s `threads`."""
     from . import arguments
 
-    told: int | None = read("MOTES_THREADS")
-    if told is None and given is not None:
-        told = arguments.integer("threads", given, low=1, high=MOST_THREADS)
-    return told
+    value: int | None = read("MOTES_THREADS")
+    if value is None and given is not None:
+        value = arguments.integer("threads", given, low=1, high=MOST_THREADS)
+    return value
 
 
 def grain() -> int | None:
     """Return the most particles that a thread processes at once: MOTES_GRAIN."""
-    told: int | None = read("MOTES_GRAIN")
-    return told
+    value: int | None = read("MOTES_GRAIN")
+    return value
 
 
 def skin() -> float | None:
     """Return the skin of neighbour lists as a fraction of a law's reach: MOTES_SKIN."""
-    told: float | None = read("MOTES_SKIN")
-    return told
+    value: float | None = read("MOTES_SKIN")
+    return value
 
 
 def shares_pictures() -> bool:
@@ -180,16 +180,16 @@ def _live(text: str) -> dict[str, Any] | str:
     port, *words = text.split(",")
     if not port.isascii() or not port.isdigit() or int(port) > 65535:
         raise ValueError(text)
-    told: dict[str, Any] = {"port": int(port)}
+    options: dict[str, Any] = {"port": int(port)}
     for word in words:
         name, _, value = word.partition("=")
         if name == "host" and value:
-            told["host"] = value
+            options["host"] = value
         elif word in ("paused", "wait"):
-            told[word] = True
+            options[word] = True
         else:
             raise ValueError(text)
-    return told
+    return options
 
 
 TABLE = {

@@ -18,11 +18,11 @@ def with_fields(kind: type, text: str) -> str:
         return text
     lines = []
     for field, below in itertools.pairwise(getattr(tree, "body", ())):
-        told = _text_of(below)
-        if isinstance(field, ast.AnnAssign) and isinstance(field.target, ast.Name) and told:
+        description = _text_of(below)
+        if isinstance(field, ast.AnnAssign) and isinstance(field.target, ast.Name) and description:
             if field.target.id.startswith("_"):
                 continue  # a note to readers of the source
-            lines.append(f"    {field.target.id}: {textwrap.indent(told, ' ' * 8).strip()}")
+            lines.append(f"    {field.target.id}: {textwrap.indent(description, ' ' * 8).strip()}")
     fields = "\n".join(lines)
     return f"{inspect.cleandoc(text)}\n\nFields:\n{fields}\n" if lines else text
 

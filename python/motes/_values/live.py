@@ -62,9 +62,9 @@ class Live(Value):
 
 def checked(given: Any) -> Live | None:
     """Return MOTES_LIVE, or else `World`'s argument `live`, as a Live or None."""
-    told = environment.read("MOTES_LIVE")
-    if told is not None:
-        return None if told == environment.LIVE_OFF else Live(**told)
+    options = environment.read("MOTES_LIVE")
+    if options is not None:
+        return None if options == environment.LIVE_OFF else Live(**options)
     if given is None or isinstance(given, Live):
         return given
     if isinstance(given, bool) or not isinstance(given, int):

@@ -33,8 +33,8 @@ class Parser(argparse.ArgumentParser):
 
 def _options(parser: argparse.ArgumentParser) -> set[str]:
     """Return the options of a parser and of its commands."""
-    found = set(parser._option_string_actions)
+    options = set(parser._option_string_actions)
     for action in parser._actions:
         if isinstance(action, argparse._SubParsersAction):
-            found = found.union(*(_options(command) for command in action.choices.values()))
-    return found
+            options = options.union(*(_options(command) for command in action.choices.values()))
+    return options

@@ -97,9 +97,9 @@ def ties_of(
     tethers: Tethers,
 ) -> Ties:
     """Return ties with the given arrays and tethers, unchecked."""
-    made = object.__new__(Ties)
-    made._keep(pairs, lengths, kinds, pinned, tethers)
-    return made
+    ties = object.__new__(Ties)
+    ties._keep(pairs, lengths, kinds, pinned, tethers)
+    return ties
 
 
 def _tethers(pairs: NDArray[np.uint64], lengths: NDArray[np.float32], pinned: NDArray[np.uint64]) -> Tethers:
@@ -108,19 +108,19 @@ def _tethers(pairs: NDArray[np.uint64], lengths: NDArray[np.float32], pinned: ND
     for (a, b), length in zip(pairs.tolist(), lengths.tolist(), strict=True):
         near.setdefault(a, []).append((b, length))
         near.setdefault(b, []).append((a, length))
-    found: dict[int, dict[int, float]] = {}
+    tethers: dict[int, dict[int, float]] = {}
     queue = [(0.0, pin, number) for number, pin in enumerate(pinned.tolist())]
     heapq.heapify(queue)
     while queue:
         far, particle, pin = heapq.heappop(queue)
-        own = found.setdefault(particle, {})
+        own = tethers.setdefault(particle, {})
         if pin in own or len(own) == MOST_TETHERS:
             continue
         own[pin] = far
         for other, length in near.get(particle, ()):
-            if pin not in found.get(other, {}):
+            if pin not in tethers.get(other, {}):
                 heapq.heappush(queue, (far + length, other, pin))
-    rows = [(p, pin, far) for p, own in sorted(found.items()) for pin, far in sorted(own.items())]
+    rows = [(p, pin, far) for p, own in sorted(tethers.items()) for pin, far in sorted(own.items())]
     ids, places, far_away = zip(*rows, strict=True) if rows else ((), (), ())
     return np.array(ids, np.uint64), np.array(places, np.uint32), np.array(far_away, np.float32)
 

@@ -70,11 +70,11 @@ def _fields_of(kind: type) -> dict[str, Field[Any]]:
     """Turn a class into a dataclass and return its fields."""
     from dataclasses import dataclass
 
-    made = _decorated(kind)
-    by_name = made.__annotations__.keys().isdisjoint(made.__match_args__)
-    dataclass(init=False, repr=False, eq=False, match_args=False, kw_only=by_name)(made)
-    found: dict[str, Field[Any]] = made.__dataclass_fields__
-    return found
+    decorated = _decorated(kind)
+    by_name = decorated.__annotations__.keys().isdisjoint(decorated.__match_args__)
+    dataclass(init=False, repr=False, eq=False, match_args=False, kw_only=by_name)(decorated)
+    fields: dict[str, Field[Any]] = decorated.__dataclass_fields__
+    return fields
 
 
 def _signature_of(kind: Any) -> Signature:
@@ -337,7 +337,7 @@ def value(*, init: bool = True, kw_only: bool = False) -> Callable[[type[T]], ty
     `kw_only`: whether the fields of this class, not those of its bases, are passed by name only.
     """
 
-    def made(kind: Any) -> type[T]:
+    def decorate(kind: Any) -> type[T]:
         own = {name: text for name, text in kind.__annotations__.items() if not text.startswith("ClassVar")}
         kind._fields = getattr(kind, "_fields", {}) | own
         kind._defaults = kind._defaults | {name: vars(kind)[name] for name in own if name in vars(kind)}
@@ -350,7 +350,7 @@ def value(*, init: bool = True, kw_only: bool = False) -> Callable[[type[T]], ty
         decorated: type[T] = kind
         return decorated
 
-    return made
+    return decorate
 
 
 def says_near_names(function: Function) -> Function:

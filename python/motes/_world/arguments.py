@@ -16,8 +16,8 @@ from .._picture.rendering import Renderer
 from .._picture.sprites import Sprite
 from .._run.process import process
 from .._run.settings import RunSettings
-from .._system.recorded import Recorded, kept_attributes
-from .._system.system import recorded_of
+from .._system.system import state_of
+from .._system.system_state import SystemState, kept_attributes
 from .._values import arguments, environment
 from .._values.checkpoint import checked as checkpoint_of
 from .._values.live import checked as live_of
@@ -127,21 +127,21 @@ def check_periods(axes: str, space: Any, periods: Sequence[Period]) -> None:
             raise ArgumentError("space", space, f"{allowed}, or not given")
 
 
-def leader(systems: Sequence[Recorded], domains_of: Any, axes: str | None, space: Any) -> Recorded:
+def leader(systems: Sequence[SystemState], domains_of: Any, axes: str | None, space: Any) -> SystemState:
     """Return the system whose domains a new one shares; check that the new system's axis and space agree."""
-    given = recorded_of(domains_of)
+    given = state_of(domains_of)
     if given is None or not any(system is given for system in systems):
         raise ArgumentError("domains_of", domains_of, "None or an earlier system of this world")
-    found = systems[given.leads]
-    whose = f"that of {found.name!r}, whose domains it shares"
-    if axis(axes, found.axes) != found.axes:
+    leader = systems[given.leads]
+    whose = f"that of {leader.name!r}, whose domains it shares"
+    if axis(axes, leader.axes) != leader.axes:
         raise ArgumentError(
-            "axis", axes, f"{None if found.axes == BY_ID else found.axes!r}, {whose}, or not given"
+            "axis", axes, f"{None if leader.axes == BY_ID else leader.axes!r}, {whose}, or not given"
         )
-    wanted = found.definition["space"]
+    wanted = leader.definition["space"]
     if space is not None and interval(space) != wanted:
         raise ArgumentError("space", space, f"{wanted!r}, {whose}, or not given")
-    return found
+    return leader
 
 
 def balancer(value: Any, axes: str) -> Balancer:
@@ -245,14 +245,14 @@ def user_attributes(
         raise ArgumentError("attributes", attributes, "a dict of names and initial values")
     added = [(name, width, (0.0, 0.0, 0.0)) for name, width in kept_attributes(periods, sprite)]
     taken = {"id", *(name for name, _ in _core.builtin_attributes()), *(name for name, _, _ in added)}
-    made = []
+    definitions = []
     for name, value in attributes.items():
         if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name) or name in taken:
             raise ArgumentError(
                 "attributes", name, "new names of letters, digits and _ that begin with a letter"
             )
         if isinstance(value, (int, float, np.integer, np.floating)):
-            made.append((name, 1, (arguments.number(name, value), 0.0, 0.0)))
+            definitions.append((name, 1, (arguments.number(name, value), 0.0, 0.0)))
         else:
-            made.append((name, 3, arguments.triple(name, value)))
-    return made + added
+            definitions.append((name, 3, arguments.triple(name, value)))
+    return definitions + added

@@ -89,18 +89,18 @@ def meet(run: OpenRun, comm: MPI.Intracomm, settings: RunSettings, role: str) ->
 
     run.role, run.frame, run.warn_s = role, 0, warn_s(settings.stall_s)
     run.noted = open_worlds.enter(process.rank, f"{process.entered + 1}.starts")
-    run.comm = made = _duplicate(comm, settings)
+    run.comm = duplicate = _duplicate(comm, settings)
     if comm.size > 1 and MPI.Comm.Compare(comm, MPI.COMM_WORLD) not in (MPI.IDENT, MPI.CONGRUENT):
         own = comm.Get_group()
         run.ranks = own.Translate_ranks(list(range(comm.size)), MPI.COMM_WORLD.Get_group())
     wish = int.from_bytes(os.urandom(8), "big") if settings.seed is None else settings.seed
     text = json.dumps(settings.compared()).encode()
-    cards = _exchange_cards(made, Peer.here(rank=comm.rank, role=role), wish, text, settings)
+    cards = _exchange_cards(duplicate, Peer.here(rank=comm.rank, role=role), wish, text, settings)
     run.peers = [card.peer for card in cards]
     places = [card.place for card in cards]
     run.threads = threads_of(places)
     run.watch = PeerWatch(run.peers, rank=comm.rank)
-    _compare(made, cards, text, settings)
+    _compare(duplicate, cards, text, settings)
     repeats = _find_repeated(run, settings)
     if repeats is not None:
         settings = settings._replace(seed=repeats.seed)
@@ -126,15 +126,15 @@ def _duplicate(comm: MPI.Intracomm, settings: RunSettings) -> MPI.Intracomm:
     from mpi4py import MPI
 
     if not process.survives or comm.size == 1:
-        made, request = comm.Idup()
+        duplicate, request = comm.Idup()
         _wait_for(request, comm, settings.stall_s, _ALL)
-        return made
+        return duplicate
     # Open MPI 5.0 crashes if a rank is lost while a communicator is being duplicated.
-    made = MPI.Intracomm(comm.Shrink())
-    if made.size < comm.size:
+    duplicate = MPI.Intracomm(comm.Shrink())
+    if duplicate.size < comm.size:
         with _left_ends():
             attendance.check_lost(comm)
-    return made
+    return duplicate
 
 
 def _find_repeated(run: OpenRun, settings: RunSettings) -> Repeated | None:
@@ -307,10 +307,10 @@ def _claim_log(run: OpenRun, settings: RunSettings) -> None:
             run.log = LogDirectory.claim(settings.log, continued=settings.continued_from > 0)
         except (ArgumentError, LogError) as error:
             verdict = _as_bytes(error, process.describe(run))
-    verdict = _broadcast(run.comm, verdict, manager, settings)
-    if not verdict:
+    failure = _broadcast(run.comm, verdict, manager, settings)
+    if not failure:
         return
-    agreed = _from_bytes(verdict)
+    agreed = _from_bytes(failure)
     agreed.speaker = manager
     raise agreed
 
@@ -323,8 +323,8 @@ def _as_bytes(error: MotesError, where: str) -> bytes:
     return json.dumps(content).encode()
 
 
-def _from_bytes(verdict: bytes) -> MotesError:
-    kind, *arguments = json.loads(verdict)
+def _from_bytes(failure: bytes) -> MotesError:
+    kind, *arguments = json.loads(failure)
     return ArgumentError(*arguments) if kind == "ArgumentError" else LogError(*arguments)
 
 

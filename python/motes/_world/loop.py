@@ -14,7 +14,7 @@ from .telling import warn
 from .viewers import Viewers
 
 if TYPE_CHECKING:
-    from .._checkpoint.course import Course
+    from .._checkpoint.resuming import Checkpoints
     from .._notebook.cells import CellProgress
 
 __all__ = ["Loop"]
@@ -27,7 +27,7 @@ class Loop:
         """Create the loop of a world whose run has not begun."""
         self._session = session
         self._viewers = viewers
-        self.course: Course | None = None
+        self.checkpoints: Checkpoints | None = None
         """Writes checkpoints and restores them; None: the run has none."""
         self.ran = False
         """Whether this process has run a frame."""
@@ -43,8 +43,8 @@ class Loop:
             raise outside("frames()")
         session.total = arguments.integer("n", n)
         if session.frame >= session.total and self.ran:
-            said = f"frames({n}): all {n} frames are done; frames(n) counts from the world's first frame"
-            warn(session, said, 4)
+            text = f"frames({n}): all {n} frames are done; frames(n) counts from the world's first frame"
+            warn(session, text, 4)
         return self._frames(session.total)
 
     def _frames(self, n: int) -> Iterator[int]:
@@ -52,8 +52,8 @@ class Loop:
         self._in_cell = None
         try:
             while True:
-                if self.course is not None:
-                    self.course.at_border(session.frame)
+                if self.checkpoints is not None:
+                    self.checkpoints.at_border(session.frame)
                 if session.frame >= n or viewers.at_border():
                     return
                 frame = session.frame
@@ -71,12 +71,12 @@ class Loop:
 
     def skips(self) -> bool:
         """Return whether an earlier run has already computed the frame that ends. Collective."""
-        return self.course is not None and self.course.skip()
+        return self.checkpoints is not None and self.checkpoints.skip()
 
     def save_now(self) -> None:
         """Write a checkpoint and wait until it is complete, if the run has checkpoints. Collective."""
-        if self.course is not None:
-            self.course.save_now(self._session.frame)
+        if self.checkpoints is not None:
+            self.checkpoints.save_now(self._session.frame)
 
     def shows(self, frame: Frame | None) -> None:
         """Show a finished frame to viewers and in the notebook; None: a frame without a picture."""

@@ -115,27 +115,27 @@ class Recovery:
         self._lost = [f"rank {rank} ({run.peers[rank].role})" for rank in loss["lost"]]
         left = MPI.Intracomm(MPI.Comm.f2py(loss["comm"]))
         # Not a duplicate: Open MPI 5.0 crashes if a rank is lost while a communicator is being duplicated.
-        made = MPI.Intracomm(left.Shrink())
-        if made.size < left.size:
+        comm = MPI.Intracomm(left.Shrink())
+        if comm.size < left.size:
             raise MPI.Exception(MPI.ERR_PROC_FAILED)
         session = running.session
-        session.take_ranks(made, loss["roles"])
+        session.take_ranks(comm, loss["roles"])
         session.settings = session.settings.of_those_left(session.cast, survivors)
         if running.given[0] is None:  # the world uses all ranks
-            process.left = made
-        names = [_core.describe_role(session.cast, rank) for rank in range(made.size)]
+            process.left = comm
+        names = [_core.describe_role(session.cast, rank) for rank in range(comm.size)]
         run.ranks = [run.world_rank(rank) for rank in survivors]
         run.peers = [
             run.peers[then]._replace(rank=now, role=names[now]) for now, then in enumerate(survivors)
         ]
         run.threads = [run.threads[rank] for rank in survivors]
-        run.comm, run.role = made, names[made.rank]
+        run.comm, run.role = comm, names[comm.rank]
         run.busy.clear()
         if run.watch is not None:
             run.watch.close()
-        run.watch = PeerWatch(run.peers, rank=made.rank)
-        if running.loop.course is not None:
-            running.loop.course.go_on_with(made, session.settings)
+        run.watch = PeerWatch(run.peers, rank=comm.rank)
+        if running.loop.checkpoints is not None:
+            running.loop.checkpoints.go_on_with(comm, session.settings)
 
     def _refusal(self, running: Running) -> str:
         session = running.session

@@ -16,8 +16,8 @@ from .._run.process import OpenRun, process
 from .._run.speaking import mark
 from .._run.usage import Weakly
 from .._system.first_frame import remarks_on
-from .._system.recorded import Recorded
 from .._system.session import Session
+from .._system.system_state import SystemState
 from .._values import roles as _roles
 from .._values.wall import WallForce, wall_force
 from ..errors import ArgumentError, MotesError, Stopped
@@ -47,7 +47,7 @@ class Running:
         pictures: Pictures,
         viewers: Viewers,
         loop: Loop,
-        told: Telling,
+        telling: Telling,
         *,
         given: tuple[MPI.Intracomm | None, str | _roles.Roles],
     ) -> None:
@@ -57,14 +57,14 @@ class Running:
         self.viewers = viewers
         self.loop = loop
         self.given = given
-        self._told = told
+        self._telling = telling
         self._recovery: Recovery | None = None
-        self._unseen: list[Recorded] = []  # systems whose first list has not run yet
+        self._unseen: list[SystemState] = []  # systems whose first list has not run yet
         self._pictured = False  # whether this process has ended a frame with a picture
         viewers.before_stopping = loop.save_now
         session.given_up = lambda: self._leave(well=False)
 
-    def add(self, system: Recorded) -> None:
+    def add(self, system: SystemState) -> None:
         """Add a new system."""
         self.session.systems.append(system)
         self._unseen.append(system)
@@ -133,7 +133,7 @@ class Running:
             system.define(engine)
         engine.on_callback(Weakly(self._call_back))
         session.recording = scenefile.claim(engine)
-        self.loop.shows_in_cell = self._told.start(hosts)
+        self.loop.shows_in_cell = self._telling.start(hosts)
         engine.start()
         if settings.on_loss == "recover" and session.size > 1:
             from .recovering import Recovery
@@ -142,11 +142,11 @@ class Running:
             session.survives = True
         self.viewers.open(met.repeats, engine)
         if met.found is not None:
-            from .._checkpoint.course import Course
+            from .._checkpoint.resuming import Checkpoints
 
             steering, secure = self.viewers.steering, Weakly(self._secure)
-            course = Course(run, settings, met.found, engine, steering, secure, session.systems)
-            session.earlier = self.loop.course = course
+            checkpoints = Checkpoints(run, settings, met.found, engine, steering, secure, session.systems)
+            session.earlier = self.loop.checkpoints = checkpoints
         if announce and session.manages:  # whatever `progress` is: without the seed nobody can repeat the run
             tell(f"seed {settings.seed}")
         if settings.log is not None and session.manages:
@@ -190,7 +190,7 @@ class Running:
             remarks = self._finish()
             well = True
             if self.viewers.stop.signal and session.manages:
-                goes_on, number = self.loop.course is not None, self.viewers.stop.signal
+                goes_on, number = self.loop.checkpoints is not None, self.viewers.stop.signal
                 tell(
                     stopping.closing_line(number, frames=session.frame, total=session.total, goes_on=goes_on)
                 )
@@ -199,8 +199,8 @@ class Running:
             raise
         finally:
             session.ended = True
-            if self.loop.course is not None:
-                self.loop.course.end()
+            if self.loop.checkpoints is not None:
+                self.loop.checkpoints.end()
             if self._recovery is not None:
                 self._recovery.end()
             self._leave(well=well)
@@ -222,7 +222,7 @@ class Running:
         finally:
             session.end()
         remarks = engine.take_remarks()
-        self._told.show(session, last=True)
+        self._telling.show(session, last=True)
         if session.recording is not None:
             session.recording.keep(session.engine_for("the end"), session.facts(), session.manages)
         return remarks
@@ -239,11 +239,11 @@ class Running:
         if session.earlier is not None and session.earlier.waiting:
             return wall_force([math.nan] * 6)
         with session.usage.during("force()"):
-            found = session.engine.wall_force(shape_of(wall))
-        if found is None:
+            force = session.engine.wall_force(shape_of(wall))
+        if force is None:
             allowed = "the shape of a wall of a contact() in the last frame; a mesh at the place it had there"
             raise ArgumentError("wall", wall, allowed)
-        return wall_force(found)
+        return wall_force(force)
 
     def render(self) -> Frame:
         """End the frame with a picture: `World.render`."""
@@ -277,7 +277,7 @@ class Running:
 
     def _skipped(self) -> Frame:
         """Return the placeholder for a frame that an earlier run has computed."""
-        from .._checkpoint.course import EARLIER
+        from .._checkpoint.resuming import EARLIER
 
         return self.pictures.absent(self.session.frame - 1, EARLIER)
 
@@ -314,5 +314,5 @@ class Running:
         self._unseen = [system for system in self._unseen if system.first is not None]
         for system in session.systems:
             system.forget()
-        self._told.show(session)
+        self._telling.show(session)
         return engine

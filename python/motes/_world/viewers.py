@@ -138,8 +138,8 @@ class Viewers:
         from .._live.viewing import Viewing
 
         assert live is not None
-        told = self.attached and stopping.interactive()  # then a widget shows the page
-        viewing = Viewing(live, self._about() | about, self._session.settings.steering, quiet=told)
+        quiet = self.attached and stopping.interactive()  # then a widget shows the page
+        viewing = Viewing(live, self._about() | about, self._session.settings.steering, quiet=quiet)
         viewing.know(self.steering.controls)
         self._viewing = viewing
         return viewing

@@ -14,9 +14,9 @@ from .._picture.rendering import Renderer
 from .._picture.sprites import Sprite
 from .._run.progress import LINES
 from .._run.progress import check as check_progress
-from .._system.recorded import Recorded
 from .._system.session import Session
 from .._system.system import System
+from .._system.system_state import SystemState
 from .._values import arguments
 from .._values import roles as _roles
 from .._values.checkpoint import Checkpoint
@@ -146,14 +146,14 @@ class World(Settings):
         if settings.live is not None:
             _extras.require_live()
         self.renderer = renderer
-        told = Telling(check_progress(progress), progress == LINES)
+        telling = Telling(check_progress(progress), progress == LINES)
         self._session = session = Session(settings, joined)
         self._systems: list[System] = []
         self._names: set[str] = set()
         self._pictures = pictures = Pictures(session, lambda: self.renderer)
         self._viewers = viewers = Viewers(session, pictures)
         self._loop = loop = Loop(session, viewers)
-        self._running = Running(session, pictures, viewers, loop, told, given=(comm, roles))
+        self._running = Running(session, pictures, viewers, loop, telling, given=(comm, roles))
 
     # --- systems
 
@@ -214,15 +214,15 @@ class World(Settings):
             ),
             "periods": settings.periodic,
         }
-        recorded = Recorded(session, len(self._systems), name, axes, definition)
-        made = System(self, recorded)
+        state = SystemState(session, len(self._systems), name, axes, definition)
+        system = System(self, state)
         if session.ended:
             raise MotesError("this world has ended; make a new one")
         with session.usage.during("system()"):
-            self._systems.append(made)
+            self._systems.append(system)
             self._names.add(name)
-            self._running.add(recorded)
-        return made
+            self._running.add(state)
+        return system
 
     # --- the run
 

@@ -57,8 +57,8 @@ class Action(Value):
     def _compiled(self, columns: Columns, others: Columns | None = None) -> _core.Action:
         """Return the engine's action for a system with these columns, and for the other system's columns."""
         if self.where is None:
-            made: _core.Action = self.__dict__["_made"]
-            return made
+            native: _core.Action = self.__dict__["_made"]
+            return native
         name, numbers, own, more = self.__dict__["_call"]
         shapes = list(own)
         where = condition_of(self.where, columns, shapes)

@@ -71,5 +71,5 @@ def efficiencies(parts: Iterable[DataFrame]) -> DataFrame:
         none: DataFrame = pd.DataFrame({name: np.zeros(0) for name in COLUMNS}, index=index)
         return none
     index = pd.Index([*frames, "all"], name="frame", dtype=object)
-    found: DataFrame = pd.DataFrame([*rows, combined(sums)], columns=list(COLUMNS), index=index)
-    return found
+    table: DataFrame = pd.DataFrame([*rows, combined(sums)], columns=list(COLUMNS), index=index)
+    return table

@@ -68,20 +68,20 @@ def explain(run: Run) -> Explanation:
     """Return the losses of a run's time; documented in `Run.explain`."""
     parts = [Part.of(part) for part in run.parts()]
     frames = sum(part.frames for part in parts)
-    found: dict[tuple[str, int | None], Loss] = {}
+    losses: dict[tuple[str, int | None], Loss] = {}
     for part in parts:
         for loss in (*imbalances(part), *delays(part)):
             seconds = loss.seconds * part.frames / max(frames, 1)
             if len(parts) > 1:
                 loss = replace(loss, sentence=f"{loss.sentence.removesuffix('.')} (frames {part.where}).")
-            same = found.get((loss.cause, loss.rank))
+            same = losses.get((loss.cause, loss.rank))
             if same is None:
-                found[loss.cause, loss.rank] = replace(loss, seconds=seconds)
+                losses[loss.cause, loss.rank] = replace(loss, seconds=seconds)
             else:
                 longer = loss if seconds > same.seconds else same
-                found[loss.cause, loss.rank] = replace(longer, seconds=seconds + same.seconds)
+                losses[loss.cause, loss.rank] = replace(longer, seconds=seconds + same.seconds)
     seconds = _mean(parts)
-    worth = [loss for loss in found.values() if seconds > 0 and loss.seconds >= LEAST_PART * seconds]
+    worth = [loss for loss in losses.values() if seconds > 0 and loss.seconds >= LEAST_PART * seconds]
     worth.sort(key=lambda loss: -loss.seconds)
     found_saving = _saving(parts)
     return Explanation(
@@ -102,10 +102,12 @@ def most_saved_by(run: Run) -> float:
 
 def _saving(parts: list[Part]) -> Saving:
     """Combine what balancing would save in each part, weighted by its seconds."""
-    found = [(saving_of_part(part), part.frame_s * part.frames) for part in parts]
+    savings = [(saving_of_part(part), part.frame_s * part.frames) for part in parts]
     bounds = ("part", "low", "high")
-    part, low, high = (_weighted((getattr(one, name), seconds) for one, seconds in found) for name in bounds)
-    known = [(seconds, one.balancer) for one, seconds in found if one.part == one.part]
+    part, low, high = (
+        _weighted((getattr(one, name), seconds) for one, seconds in savings) for name in bounds
+    )
+    known = [(seconds, one.balancer) for one, seconds in savings if one.part == one.part]
     return Saving(part, low, high, max(known, default=(0.0, ""))[1])
 
 

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from ._tables import measures
 from .efficiencies import work_by_rank
 from .losses import Loss, Part, told_s
-from .saving import Saving, saving, told
+from .saving import Saving, saving, sentence_of
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -120,7 +120,7 @@ def _thrashing(part: Part, excess: float) -> str | None:
     """Return how much of balancing is undone by the next move, as text; None if it is little."""
     rows = part.run.balance
     undone = moved = most = 0.0
-    told = None
+    worst = None
     for _, cut in rows[rows["frame"].isin(part.seconds.index)].groupby(["system", "left_rank"]):
         moves = _moves(cut.sort_values("frame"))
         sizes, back = np.abs(moves), moves[1:] * moves[:-1] < 0
@@ -128,9 +128,9 @@ def _thrashing(part: Part, excess: float) -> str | None:
         undone, moved = undone + again, moved + float(sizes.sum())
         if again > most:
             pair = "ranks {} and {}".format(*cut[["left_rank", "right_rank"]].iloc[0])
-            most, told = again, f"{int(back.sum())} of {len(moves)} moves between {pair} undo the one before"
+            most, worst = again, f"{int(back.sum())} of {len(moves)} moves between {pair} undo the one before"
     much = _MUCH * excess * len(part.seconds)
-    return told if undone >= _UNDONE * moved and moved >= much else None
+    return worst if undone >= _UNDONE * moved and moved >= much else None
 
 
 def _moves(cut: DataFrame) -> npt.NDArray[np.float64]:
@@ -161,9 +161,9 @@ def _slow_sentence(part: Part, rank: int, factor: float, late: float) -> str:
 
 
 def _balancer(part: Part, which: str = "") -> str:
-    found = saving_of_part(part)
-    if found.balancer:
-        return told(found)
+    saving = saving_of_part(part)
+    if saving.balancer:
+        return sentence_of(saving)
     if part.run.balancer.startswith("Static"):
         return f"try a balancer{' ' + which if which else ''} (--balancer pairwise, or PrefixCuts())"
     return f"try a balancer other than {part.run.balancer}, or let it act more often"

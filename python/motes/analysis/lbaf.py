@@ -55,12 +55,12 @@ def write_lbaf(run: Run, directory: str | os.PathLike[str], name: str = "motes")
 
 
 def _by_frame_and_rank(run: Run) -> dict[tuple[int, int], list[Task]]:
-    found: dict[tuple[int, int], list[Task]] = {}
+    tasks: dict[tuple[int, int], list[Task]] = {}
     columns = ["frame", "rank", "system", "t_compute_s", "bytes_sent"]
     row: Any
     for row in run.load[columns].fillna(0.0).to_dict("records"):
-        found.setdefault((int(row["frame"]), int(row["rank"])), []).append({**row})
-    return found
+        tasks.setdefault((int(row["frame"]), int(row["rank"])), []).append({**row})
+    return tasks
 
 
 def _phase(run: Run, frame: int, rank: int, rows: list[Task], work_s: float) -> dict[str, Any]:
@@ -90,8 +90,8 @@ def _entity(number: int, rank: int) -> Task:
 
 
 def _task(number: int, rank: int, seconds: float, name: str) -> Task:
-    made = {"entity": _entity(number, rank), "node": rank, "resource": "cpu", "time": seconds}
-    return {**made, "user_defined": {"name": name, **_BYTES}}
+    task = {"entity": _entity(number, rank), "node": rank, "resource": "cpu", "time": seconds}
+    return {**task, "user_defined": {"name": name, **_BYTES}}
 
 
 def _messages(run: Run, system: int, rank: int, sent: float) -> Iterator[Task]:

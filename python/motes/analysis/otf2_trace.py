@@ -31,10 +31,10 @@ def write_otf2(run: Run, directory: str | os.PathLike[str]) -> Path:
     folder = Path(directory)
     if folder.exists() and any(folder.iterdir()):
         raise LogError(f"{folder} exists: an OTF2 archive needs a directory of its own")
-    told = _events(run)
+    events = _events(run)
     try:
         with otf2.writer.open(str(folder), timer_resolution=1_000_000_000) as trace:
-            _write(run, otf2, trace, told)
+            _write(run, otf2, trace, events)
     except (OSError, otf2.TraceWriterError) as error:
         raise LogError(f"{folder}: cannot write the archive: {error}") from error
     return folder / "traces.otf2"
@@ -42,11 +42,11 @@ def write_otf2(run: Run, directory: str | os.PathLike[str]) -> Path:
 
 def _events(run: Run) -> dict[int, list[tuple[int, int, Any]]]:
     """Return each rank's events in order: time in ns, kind, and the region's name or the other rank."""
-    found, measured = timeline.slices(run)
-    found = found[found["phase"] != UNDER_WAY]
-    origin = float(found["start_s"].min())
+    table, measured = timeline.slices(run)
+    table = table[table["phase"] != UNDER_WAY]
+    origin = float(table["start_s"].min())
     slices: dict[int, list[tuple[int, int, str]]] = {rank: [] for rank in range(run.ranks)}
-    for row in found.to_dict("records"):
+    for row in table.to_dict("records"):
         name = f"{row['phase']} {row['system'] or ''}".rstrip()
         begin, end = (round((float(row[key]) - origin) * 1e9) for key in ("start_s", "end_s"))
         slices.setdefault(int(row["rank"]), []).append((begin, end, name))
@@ -80,13 +80,13 @@ def _nested(slices: list[tuple[int, int, str]]) -> list[tuple[int, int, Any]]:
     return events
 
 
-def _write(run: Run, otf2: Any, trace: Any, told: dict[int, list[tuple[int, int, Any]]]) -> None:
+def _write(run: Run, otf2: Any, trace: Any, events: dict[int, list[tuple[int, int, Any]]]) -> None:
     define = trace.definitions
     enums = otf2.enums
     machine = define.system_tree_node("machine", class_name="machine")
     nodes: dict[str, Any] = {}
     places = {}
-    for rank in sorted(told):
+    for rank in sorted(events):
         host = run.hosts.get(rank, "") or "host"
         if host not in nodes:
             nodes[host] = define.system_tree_node(host, class_name="node", parent=machine)
@@ -96,7 +96,7 @@ def _write(run: Run, otf2: Any, trace: Any, told: dict[int, list[tuple[int, int,
             system_tree_parent=nodes[host],
         )
         places[rank] = define.location(f"rank {rank}", type=enums.LocationType.CPU_THREAD, group=process)
-    names = sorted({what for mine in told.values() for _, kind, what in mine if kind == _ENTER})
+    names = sorted({what for mine in events.values() for _, kind, what in mine if kind == _ENTER})
     regions = {name: define.region(name, source_file="motes") for name in names}
     mpi = {"paradigm": enums.Paradigm.MPI, "members": list(places.values())}
     define.group("ranks", group_type=enums.GroupType.COMM_LOCATIONS, **mpi)
@@ -104,7 +104,7 @@ def _write(run: Run, otf2: Any, trace: Any, told: dict[int, list[tuple[int, int,
     index = {rank: number for number, rank in enumerate(places)}
     for rank, place in places.items():
         writer = trace.event_writer_from_location(place)
-        for at, kind, what in told[rank]:
+        for at, kind, what in events[rank]:
             if kind == _ENTER:
                 writer.enter(at, regions[what])
             elif kind == _LEAVE:

@@ -79,8 +79,8 @@ def _figures(run: Run) -> Iterator[tuple[str, str, Any]]:
     yield "Work by rank", "", _side_by_side(
         partial(plot.heatmap, "t_compute_s"), partial(plot.heatmap, "n_end"), height=tall
     )  # fmt: skip
-    told = "Grey is waiting for other ranks." if len(run.times) else ""
-    yield "Where the time goes", told, _one(plot.phases, (9.2, 3.2))
+    text = "Grey is waiting for other ranks." if len(run.times) else ""
+    yield "Where the time goes", text, _one(plot.phases, (9.2, 3.2))
     if len(run.waits()) and run.ranks > 1:
         side = min(3.0 + 0.25 * run.ranks, 8.0)
         yield "Who waits for whom", "", _one(plot.waits, (min(side + 1.4, 9.2), side))
@@ -98,8 +98,8 @@ def _one(draw: Callable[..., Any], size: tuple[float, float]) -> Any:
 
 
 def _side_by_side(*draws: Callable[..., Any], height: float = 2.9) -> Any:
-    figure, made = drawing.new_axes(1, len(draws), (9.2, height))
-    for draw, ax in zip(draws, made, strict=True):
+    figure, axes = drawing.new_axes(1, len(draws), (9.2, height))
+    for draw, ax in zip(draws, axes, strict=True):
         draw(ax=ax)
     return figure
 
@@ -110,7 +110,7 @@ def _details(run: Run) -> Iterator[str]:
     if len(run.events):
         table = run.events.tail(200).to_html(index=False, border=0)
         yield f"<details><summary>Events</summary>{table}</details>"
-    told = html.escape(json.dumps(facts, indent=1))
-    yield f"<details><summary>Facts (run.json)</summary><pre>{told}</pre></details>"
+    text = html.escape(json.dumps(facts, indent=1))
+    yield f"<details><summary>Facts (run.json)</summary><pre>{text}</pre></details>"
     if script:
         yield f"<details><summary>Script</summary><pre>{html.escape(script)}</pre></details>"

@@ -258,14 +258,14 @@ class Run:
 
         For a continued run, the calculators of all stretches; each frame has rows only for its own stretch.
         """
-        told = [rank for part in self.stretches for rank in part.get("calculators") or []]
-        return list(dict.fromkeys(told)) or [int(rank) for rank in sorted(self.load["rank"].unique())]
+        listed = [rank for part in self.stretches for rank in part.get("calculators") or []]
+        return list(dict.fromkeys(listed)) or [int(rank) for rank in sorted(self.load["rank"].unique())]
 
     @property
     def ranks(self) -> int:
         """Number of ranks; the largest number if the run was continued on a different one."""
-        told = self.facts.get("ranks")
-        least = len(told) if isinstance(told, list) else int(told or len(self.calculators))
+        listed = self.facts.get("ranks")
+        least = len(listed) if isinstance(listed, list) else int(listed or len(self.calculators))
         return max([least, *(len(stretches.ranks_of(part)) for part in self.stretches)])
 
     @property
@@ -382,8 +382,8 @@ class Run:
         """Return the number of particles moved by balancing; for bricks, only those counted by donors."""
         rows = [system for system in self.systems if in_a_row(self.axis(system))]
         balance = self.balance
-        asked = balance[balance["given"].notna() | balance["system"].isin(rows)]
-        return measures.moved_by_cuts(asked, self.density)
+        ordered = balance[balance["given"].notna() | balance["system"].isin(rows)]
+        return measures.moved_by_cuts(ordered, self.density)
 
     def warnings(self) -> list[str]:
         """Return what a reader of this run should know first.

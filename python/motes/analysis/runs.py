@@ -151,9 +151,9 @@ class Runs(Sequence[Run]):
                 text = f"no run of {_scene(base)} on one rank: speed-up is relative to {base.name}, on "
                 text += f"{base.ranks} ranks, {len(base.calculators)} of them calculators"
                 warnings.warn(text, MotesWarning, stacklevel=2)
-        told = table if layout == "long" else _paper_layout(table)
-        told.attrs["baseline"] = ", ".join(names)
-        return told
+        result = table if layout == "long" else _paper_layout(table)
+        result.attrs["baseline"] = ", ".join(names)
+        return result
 
     def _speedup_row(self, run: Run, baseline: Any, *, several: bool) -> dict[str, Any]:
         over, reference, seconds = self._reference(run, baseline)

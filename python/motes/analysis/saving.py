@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from ..balance import Balancer
     from .run import Run
 
-__all__ = ["Saving", "saving", "told"]
+__all__ = ["Saving", "saving", "sentence_of"]
 
 FRAMES = 100
 """Only the last frames of a longer run are replayed, under each balancer."""
@@ -61,22 +61,22 @@ def saving(run: Run, most: float) -> Saving:
     if rows not in known:
         known.clear()
         known[rows] = _replayed(run, most)
-    found: Saving = known[rows]
-    return found
+    estimate: Saving = known[rows]
+    return estimate
 
 
-def told(found: Saving) -> str:
+def sentence_of(saving: Saving) -> str:
     """Return the estimate as a sentence: "PrefixCuts() would save 12 % (9 to 15)"."""
-    if np.isnan(found.part):
+    if np.isnan(saving.part):
         return "the log does not tell what balancing would save"
-    if not found.balancer:
-        return f"perfect balance would save at most {round(100 * found.high)} %"
-    part, low, high, so_far = (round(100 * one) for one in (found.part, *found.in_the_end, found.so_far))
-    if found.part < NOTHING:
-        what = "another balancer" if found.balancer == "Static" else "balancing"
+    if not saving.balancer:
+        return f"perfect balance would save at most {round(100 * saving.high)} %"
+    part, low, high, so_far = (round(100 * one) for one in (saving.part, *saving.in_the_end, saving.so_far))
+    if saving.part < NOTHING:
+        what = "another balancer" if saving.balancer == "Static" else "balancing"
         longer = f"{-part} % longer ({-high} to {-low})"
-        return f"{what} would lose here: with {found.balancer} the run would take {longer}"
-    text = f"{found.balancer} {'would' if low > 0 else 'might'} save {part} % ({low} to {high})"
+        return f"{what} would lose here: with {saving.balancer} the run would take {longer}"
+    text = f"{saving.balancer} {'would' if low > 0 else 'might'} save {part} % ({low} to {high})"
     if so_far < part - SHORT:
         gain = f"{so_far} %" if so_far > 0 else "nothing"
         text += f", of a run as short as this one {gain}, since particles have to move first"
@@ -100,7 +100,9 @@ def _best(run: Run) -> Saving:
     history = Recorded(run)
     costs = Costs(run, history)
     settled = max(len(history.frames) // LEARNING, 1)  # the very first frame opens files
-    found: list[tuple[float, Saving]] = []  # of savings that are equal in the end, the one that learns faster
+    candidates: list[
+        tuple[float, Saving]
+    ] = []  # of savings that are equal in the end, the one that learns faster
     for balancer in _others(run):
         frames = estimated(history, costs, balancer)
         parts = []
@@ -112,8 +114,8 @@ def _best(run: Run) -> Saving:
             best, highs, lows = zip(*parts, strict=True)
             name, ends = type(balancer).__name__, (lows[0], highs[0])
             one = Saving(best[0], min(lows), max(highs), name, ends, best[-1])
-            found.append((round(best[0] / NOTHING) * NOTHING + 0.1 * NOTHING * best[-1], one))
-    return max(found, key=lambda pair: pair[0])[1] if found else Saving(0.0, 0.0, 0.0)
+            candidates.append((round(best[0] / NOTHING) * NOTHING + 0.1 * NOTHING * best[-1], one))
+    return max(candidates, key=lambda pair: pair[0])[1] if candidates else Saving(0.0, 0.0, 0.0)
 
 
 def _others(run: Run) -> list[Balancer]:

@@ -48,22 +48,22 @@ def _events(run: Run) -> Iterable[str]:
     dropped = run.frames["dropped"].max() if len(run.frames) else 0
     if dropped > 0:
         yield f"{int(dropped)} births were dropped: capacities were reached."
-    told = run.events["kind"].isin(SENTENCES)
-    yield from run.events["text"][told]
+    explained = run.events["kind"].isin(SENTENCES)
+    yield from run.events["text"][explained]
     for text in run.events["text"][run.events["kind"] == "continued"]:
         yield f"The run was continued {text}."
     recovered = run.events[run.events["kind"] == "recovered"]
     for frame, text in zip(recovered["frame"], recovered["text"], strict=True):
         yield f"Before the end, {text}, from frame {frame}."
-    others = run.events[~told & ~run.events["kind"].isin(_TOLD)]
+    others = run.events[~explained & ~run.events["kind"].isin(_TOLD)]
     for kind, n in others["kind"].value_counts().items():
         yield f"{n} event{'s' if n > 1 else ''} of kind {kind}: see run.events."
 
 
 def _machine(run: Run) -> Iterable[str]:
     if run.speeds:
-        told = ", ".join(f"rank {rank}: {factor:g}" for rank, factor in run.speeds.items())
-        yield f"Ranks were slowed down on purpose (MOTES_SPEEDS): {told}."
+        factors = ", ".join(f"rank {rank}: {factor:g}" for rank, factor in run.speeds.items())
+        yield f"Ranks were slowed down on purpose (MOTES_SPEEDS): {factors}."
     cores = run.facts.get("cores")
     if cores and len(set(run.hosts.values())) == 1 and run.ranks > int(cores):
         yield f"{run.ranks} ranks shared {cores} cores: wall-clock times include waits for a core."
@@ -123,33 +123,33 @@ def html(run: Run) -> str:
 
 def summary_table(run: Run) -> str:
     """Return the run's figures as an HTML table."""
-    told = run.summary()
-    space = told["space"] if isinstance(told["space"], str) else "[{:g}, {:g}] m".format(*told["space"])
+    row = run.summary()
+    space = row["space"] if isinstance(row["space"], str) else "[{:g}, {:g}] m".format(*row["space"])
     rows = [
-        ("ranks", f"{told['ranks']} ({told['calculators']} calculators)"),
-        ("balancer", told["balancer"]),
+        ("ranks", f"{row['ranks']} ({row['calculators']} calculators)"),
+        ("balancer", row["balancer"]),
         ("space", space),
         ("systems", ", ".join(run.systems)),
-        ("frames", f"{told['frames']} in {told['wall_s']:.3g} s, {_number(told['frames_per_s'])} per second"),
-        ("particles", f"{told['particles']:,} at most".replace(",", " ")),
-        ("imbalance", f"{_number(told['mean_imbalance'])} (mean of largest / mean; efficiency "
-         f"{_number(told['mean_efficiency'])})"),
-        ("exchanged", f"{_number(told['exchanged_per_frame'])} particles per frame, "
-         f"{_number(told['exchanged_bytes_per_frame'] / 1024)} KiB"),
+        ("frames", f"{row['frames']} in {row['wall_s']:.3g} s, {_number(row['frames_per_s'])} per second"),
+        ("particles", f"{row['particles']:,} at most".replace(",", " ")),
+        ("imbalance", f"{_number(row['mean_imbalance'])} (mean of largest / mean; efficiency "
+         f"{_number(row['mean_efficiency'])})"),
+        ("exchanged", f"{_number(row['exchanged_per_frame'])} particles per frame, "
+         f"{_number(row['exchanged_bytes_per_frame'] / 1024)} KiB"),
     ]  # fmt: skip
-    if told["moved_to_balance"]:
+    if row["moved_to_balance"]:
         rows.append(
-            ("moved by balancing", f"{told['moved_to_balance']:,} particles in total".replace(",", " "))
+            ("moved by balancing", f"{row['moved_to_balance']:,} particles in total".replace(",", " "))
         )
-    if not math.isnan(told["parallel_efficiency"]):
-        rows.append(("parallel efficiency", _factors(told)))
+    if not math.isnan(row["parallel_efficiency"]):
+        rows.append(("parallel efficiency", _factors(row)))
     cells = (f"<tr><th>{name}</th><td>{_escape(str(text))}</td></tr>" for name, text in rows)
     return f"<table>{''.join(cells)}</table>"
 
 
-def _factors(told: dict[str, Any]) -> str:
+def _factors(row: dict[str, Any]) -> str:
     parts = ("parallel", "load_balance", "serialisation", "transfer")
-    value = {name: f"{told[f'{name}_efficiency']:.0%}" for name in parts}
+    value = {name: f"{row[f'{name}_efficiency']:.0%}" for name in parts}
     return (
         f"{value['parallel']} = load balance {value['load_balance']} x serialisation "
         f"{value['serialisation']} x transfer {value['transfer']} (POP)"

@@ -49,12 +49,12 @@ def write_trace(run: Run, path: str | os.PathLike[str]) -> Path:
 
 def _events(run: Run) -> Iterator[Event]:
     starts = timeline.frame_starts(run)
-    found, measured = timeline.slices(run)
+    slices, measured = timeline.slices(run)
     origin = min(start for start, _ in starts.values())
     phases: dict[int, list[Slice]] = {}
     messages: dict[int, list[Slice]] = {}
-    waited = found["phase"] == "wait" if measured else found["phase"].isna()
-    for row in found[~waited].to_dict("records"):
+    waited = slices["phase"] == "wait" if measured else slices["phase"].isna()
+    for row in slices[~waited].to_dict("records"):
         details = {"frame": int(row["frame"]), **({"system": row["system"]} if row["system"] else {})}
         name = f"{row['phase']} {row['system'] or ''}".rstrip()
         slice_ = (_ns(row["start_s"] - origin), _ns(row["end_s"] - origin), name, details)
@@ -123,10 +123,10 @@ def _process(pid: int, name: str, position: int) -> Iterator[Event]:
     }
 
 
-def _thread(pid: int, found: Iterable[Slice], name: str, *, first: int = 0) -> Iterator[Event]:
+def _thread(pid: int, slices: Iterable[Slice], name: str, *, first: int = 0) -> Iterator[Event]:
     """Yield a process's slices in threads from `first` on; slices that overlap but do not nest get more."""
     lanes: list[list[int]] = []
-    for start, end, label, details in sorted(found, key=lambda one: (one[0], -one[1])):
+    for start, end, label, details in sorted(slices, key=lambda one: (one[0], -one[1])):
         lane = _lane_for(lanes, start, end)
         if lane == len(lanes):
             lanes.append([])

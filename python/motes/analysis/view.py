@@ -86,8 +86,8 @@ class View:
             chain = end - start if end > start else end
             self.efficiency = dict(zip(COLUMNS, factors(work, max(seconds), chain), strict=True))
         for _, now in waits.ended(self._waits.new_rows()):
-            told = [row for row in now if (row.get("waited_for") or 0) >= 0]
-            self.wait = max(told, key=lambda row: float(row.get("seconds") or 0.0), default=None)
+            waiting = [row for row in now if (row.get("waited_for") or 0) >= 0]
+            self.wait = max(waiting, key=lambda row: float(row.get("seconds") or 0.0), default=None)
 
     @property
     def silent_s(self) -> float:
@@ -126,14 +126,14 @@ class View:
         for (_, rank), row in self.load.items():
             ranks[rank]["t_compute_s"] += float(row.get("t_compute_s") or 0.0)
             ranks[rank]["particles"] += int(row.get("n_end") or 0)
-        told = {
+        last = {
             name: (self.frame or {}).get(name) for name in ("frame", "particles", "imbalance", "exchanged")
         }
         by_rank = [{"rank": rank, **values} for rank, values in ranks.items()]
         return {
             "run": str(self.path),
             "ended": self.ended,
-            **told,
+            **last,
             "frames_per_s": self.fps,
             "efficiency": self.efficiency,
             "ranks": by_rank,
@@ -150,53 +150,53 @@ class View:
         return [line[:width] for line in lines]
 
     def _drawn(self, width: int, plain: bool) -> list[str]:
-        told = self.facts
-        space = told.get("space")
+        facts = self.facts
+        space = facts.get("space")
         where = "infinite space" if space is None else f"space {space}"
-        head = f"{self.path}  {told.get('balancer') or 'Static()'}  {where}"
+        head = f"{self.path}  {facts.get('balancer') or 'Static()'}  {where}"
         if self.frame is None:
             return [head[:width], "no frames yet"]
-        made = [head[:width], self.line()[:width]]
-        made += ["imbalance " + _sparks(self.imbalances, width - 22, plain), ""]
-        made += self._pop(width)
-        made += self._bars(width, plain)
+        lines = [head[:width], self.line()[:width]]
+        lines += ["imbalance " + _sparks(self.imbalances, width - 22, plain), ""]
+        lines += self._pop(width)
+        lines += self._bars(width, plain)
         for system in dict.fromkeys(name for name, _ in self.load):
-            made += self._domains(system, width, plain)
-        made += [text[:width] for text in self.events]
-        return made
+            lines += self._domains(system, width, plain)
+        lines += [text[:width] for text in self.events]
+        return lines
 
     def _pop(self, width: int) -> list[str]:
         """Return the lines with POP's factors and with the longest wait."""
-        made = []
+        lines = []
         if self.efficiency and not math.isnan(self.efficiency["parallel"]):
             shown = {name: f"{value:.0%}" for name, value in self.efficiency.items()}
-            made.append(
+            lines.append(
                 "parallel efficiency {parallel} = load balance {load_balance} x serialisation {serialisation}"
                 " x transfer {transfer}".format(**shown)
             )
         if self.wait is not None:
             wait = {**self.wait, "ms": 1e3 * float(self.wait.get("seconds") or 0.0)}
             text = "longest wait: rank {rank} for rank {waited_for}, {phase}, {ms:.3g} ms"
-            made.append(text.format(**wait))
-        return [line[:width] for line in made] + [""] * bool(made)
+            lines.append(text.format(**wait))
+        return [line[:width] for line in lines] + [""] * bool(lines)
 
     def _bars(self, width: int, plain: bool) -> list[str]:
         rows = self.figures()["ranks"]
         longest = max((row["t_compute_s"] for row in rows), default=0.0) or 1.0
         room = max(width - 40, 8)
         full, rest = ("#", ".") if plain else ("█", "░")
-        made = []
+        lines = []
         for row in rows:
             part = round(room * row["t_compute_s"] / longest)
             bar = full * part + rest * (room - part)
             figures = f"{row['t_compute_s'] * 1e3:8.2f} ms {row['particles']:11,d}"
-            made.append(f"rank {row['rank']:<4} {bar} {figures}")
-        return [text.replace(",", " ")[:width] for text in made]
+            lines.append(f"rank {row['rank']:<4} {bar} {figures}")
+        return [text.replace(",", " ")[:width] for text in lines]
 
     def _ranks(self) -> list[int]:
         there = {rank for _, rank in self.load}
-        told = [rank for rank in self.facts.get("calculators") or [] if rank in there]
-        return [*told, *sorted(there.difference(told))]
+        known = [rank for rank in self.facts.get("calculators") or [] if rank in there]
+        return [*known, *sorted(there.difference(known))]
 
     def _domains(self, system: str, width: int, plain: bool) -> list[str]:
         axes = dict(zip(self.facts.get("systems") or [], self.facts.get("axes") or [], strict=False))

@@ -435,10 +435,10 @@ def without_options() -> list[Balancer]:
 def by_name(text: str) -> Balancer:
     """Return the core balancer, with defaults, whose lower-case name starts with `text`."""
     kinds = {kind.__name__.lower(): kind for kind in _kinds() if not kind._required()}
-    found = [kind for name, kind in kinds.items() if text and name.startswith(text)]
-    if len(found) != 1:
+    matches = [kind for name, kind in kinds.items() if text and name.startswith(text)]
+    if len(matches) != 1:
         raise ArgumentError("balancer", text, ", ".join(kinds), known=kinds)
-    return found[0]()
+    return matches[0]()
 
 
 def for_any_domains() -> str:

@@ -39,7 +39,7 @@ def run(args: argparse.Namespace) -> int:
     if args.name is None:
         sentences = {name: about(name) for name in names()}
         width = max(map(len, sentences), default=0)
-        text = "\n".join(f"{name:<{width}}  {said}" for name, said in sentences.items())
+        text = "\n".join(f"{name:<{width}}  {sentence}" for name, sentence in sentences.items())
         print_figures(args, sentences, text)
         return 0
     if args.name not in names():

@@ -185,15 +185,15 @@ def _core(report: Report) -> None:
         report.figures["simd"] = None
         report.problems.append(f"the compiled core does not load: {problem}")
         return
-    found = json.loads(match[1])
-    report.figures["simd"] = found["simd"]
-    report.figures["libmpi"] = found["both"]
-    report.figures["roles"] = found["roles"]
-    if len(found["both"]) > 1:
-        others = ", ".join(sorted(set(found["both"]) - set(found["mpi4py"])))
+    facts = json.loads(match[1])
+    report.figures["simd"] = facts["simd"]
+    report.figures["libmpi"] = facts["both"]
+    report.figures["roles"] = facts["roles"]
+    if len(facts["both"]) > 1:
+        others = ", ".join(sorted(set(facts["both"]) - set(facts["mpi4py"])))
         report.problems.append(
             f"the core is linked to a different MPI library ({others}) than mpi4py, "
-            f"which uses {', '.join(found['mpi4py'])}"
+            f"which uses {', '.join(facts['mpi4py'])}"
         )
 
 

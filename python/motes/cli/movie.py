@@ -105,25 +105,25 @@ def _numbered(folder: Path, series: str | None) -> dict[int, Path]:
     """Find the pictures of a series, or of the only series, by number."""
     if not folder.is_dir():
         raise MotesError(f"{folder} is not a directory")
-    found: dict[str, dict[int, Path]] = {}
+    by_name: dict[str, dict[int, Path]] = {}
     for path in sorted(folder.iterdir()):
         match = _NUMBERED.fullmatch(path.name)
         if match is None or not path.is_file():
             continue
-        pictures = found.setdefault(match[1], {})
+        pictures = by_name.setdefault(match[1], {})
         other = pictures.setdefault(int(match[2]), path)
         if other is not path:
             raise MotesError(f"{_name(other)} and {_name(path)} have the same number")
-    if series is not None and series not in found:
+    if series is not None and series not in by_name:
         raise MotesError(
-            f"no picture in {folder} is named {series!r} followed by a number{near(series, list(found))}"
+            f"no picture in {folder} is named {series!r} followed by a number{near(series, list(by_name))}"
         )
-    if not found:
+    if not by_name:
         raise MotesError(f"{folder} has no numbered pictures, such as frame.0000.png")
-    if series is None and len(found) > 1:
-        named = ", ".join(f"{name!r} ({len(pictures)})" for name, pictures in sorted(found.items()))
+    if series is None and len(by_name) > 1:
+        named = ", ".join(f"{name!r} ({len(pictures)})" for name, pictures in sorted(by_name.items()))
         raise MotesError(f"{folder} has several series of pictures: {named}; choose one with --series")
-    return found[next(iter(found)) if series is None else series]
+    return by_name[next(iter(by_name)) if series is None else series]
 
 
 def _in_order(numbered: dict[int, Path], gaps: str) -> Iterator[Path]:

@@ -37,8 +37,8 @@ def run(args: argparse.Namespace) -> int:
     """Join the files and print how many there are."""
     from .._interchange.pack import pack
 
-    made = pack(args.export, args.output, system=args.system, frame=args.frame)
-    figures = {"output": args.output, **made}
+    result = pack(args.export, args.output, system=args.system, frame=args.frame)
+    figures = {"output": args.output, **result}
     print_figures(
         args, figures, "{output}: {frames} frames, {particles} particles in {files} files".format(**figures)
     )

@@ -26,8 +26,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Write the report and print where it is."""
-    found = open_run(args.run)
-    target = write_report(found, args.output or Path(args.run) / "report.html")
-    figures = {"report": str(target), **found.summary(), "warnings": found.warnings()}
+    log = open_run(args.run)
+    target = write_report(log, args.output or Path(args.run) / "report.html")
+    figures = {"report": str(target), **log.summary(), "warnings": log.warnings()}
     print_figures(args, figures, str(target))
     return 0

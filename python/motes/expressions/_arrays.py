@@ -85,5 +85,5 @@ def _evaluated(expression: Expression, arrays: dict[str, np.ndarray], vectors: t
         _core.evaluate(program_of(steps, []), planes).reshape(shape)
         for steps in components(node_of(expression), places)
     ]
-    found = results[0] if len(results) == 1 else np.stack(results, axis=-1)
-    return found[()]
+    values = results[0] if len(results) == 1 else np.stack(results, axis=-1)
+    return values[()]

@@ -12,7 +12,7 @@ from ..errors import ArgumentError
 from . import _conditions as conditions
 from ._conditions import Condition, Node, Region, Tree, as_condition
 
-__all__ = ["Expression", "as_expression", "choose", "constant_of", "made", "node_of", "noise", "power"]
+__all__ = ["Expression", "apply", "as_expression", "choose", "constant_of", "node_of", "noise", "power"]
 
 
 class Expression(Tree):
@@ -22,35 +22,35 @@ class Expression(Tree):
 
     def __add__(self, other: Any) -> Expression:
         """Sum."""
-        return made("add", self, other)
+        return apply("add", self, other)
 
     def __radd__(self, other: Any) -> Expression:
         """Sum."""
-        return made("add", other, self)
+        return apply("add", other, self)
 
     def __sub__(self, other: Any) -> Expression:
         """Difference."""
-        return made("subtract", self, other)
+        return apply("subtract", self, other)
 
     def __rsub__(self, other: Any) -> Expression:
         """Difference."""
-        return made("subtract", other, self)
+        return apply("subtract", other, self)
 
     def __mul__(self, other: Any) -> Expression:
         """Product."""
-        return made("multiply", self, other)
+        return apply("multiply", self, other)
 
     def __rmul__(self, other: Any) -> Expression:
         """Product."""
-        return made("multiply", other, self)
+        return apply("multiply", other, self)
 
     def __truediv__(self, other: Any) -> Expression:
         """Quotient."""
-        return made("divide", self, other)
+        return apply("divide", self, other)
 
     def __rtruediv__(self, other: Any) -> Expression:
         """Quotient."""
-        return made("divide", other, self)
+        return apply("divide", other, self)
 
     def __pow__(self, other: Any) -> Expression:
         """Power; NaN for a negative base unless the exponent is an integer."""
@@ -62,31 +62,31 @@ class Expression(Tree):
 
     def __mod__(self, other: Any) -> Expression:
         """Remainder of a division, with the divisor's sign."""
-        return made("modulo", self, other)
+        return apply("modulo", self, other)
 
     def __rmod__(self, other: Any) -> Expression:
         """Remainder of a division, with the divisor's sign."""
-        return made("modulo", other, self)
+        return apply("modulo", other, self)
 
     def __neg__(self) -> Expression:
         """Negative."""
-        return made("negate", self)
+        return apply("negate", self)
 
     def __abs__(self) -> Expression:
         """Absolute value."""
-        return made("absolute", self)
+        return apply("absolute", self)
 
     def sqrt(self) -> Expression:
         """Return the square root, like `motes.expressions.sqrt`."""
-        return made("square_root", self)
+        return apply("square_root", self)
 
     def floor(self) -> Expression:
         """Return the largest integer <= the value."""
-        return made("floor", self)
+        return apply("floor", self)
 
     def length(self) -> Expression:
         """Return the length of a vector: one number per particle."""
-        return made("length", self)
+        return apply("length", self)
 
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **keywords: Any) -> Any:
         """Let NumPy's functions and arithmetic build expressions."""
@@ -148,8 +148,8 @@ def power(a: Any, b: Any) -> Expression:
         b: a number or an expression.
     """
     if isinstance(b, (int, float, np.integer, np.floating)) and b == 2:
-        return made("square", a)
-    return made("power", a, b)
+        return apply("square", a)
+    return apply("power", a, b)
 
 
 def as_expression(argument: str, value: Any) -> Expression:
@@ -229,7 +229,7 @@ def constant_of(expression: Expression) -> float | tuple[float, ...] | None:
     return numbers[0] if len(numbers) == 1 else numbers
 
 
-def made(operation: str, *operands: Any) -> Expression:
+def apply(operation: str, *operands: Any) -> Expression:
     """Return the expression that applies an operation to its operands."""
     parts = [as_expression("operand", operand) for operand in operands]
     size = conditions.size_of(operation, [part._size for part in parts])

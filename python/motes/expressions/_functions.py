@@ -11,7 +11,7 @@ from .._values.curves import Combined, Curve
 from ..errors import ArgumentError
 from ._arrays import takes_arrays
 from ._conditions import Condition, Region
-from ._expression import Expression, as_expression, made
+from ._expression import Expression, apply, as_expression
 from ._expression import choose as choose_values
 from ._expression import noise as noise_of
 from ._expression import power as power_of
@@ -58,7 +58,7 @@ def sin(angle: Any) -> Expression:
     Args:
         angle: radians; treated as 0 beyond 1e9.
     """
-    return made("sine", angle)
+    return apply("sine", angle)
 
 
 @takes_arrays()
@@ -68,7 +68,7 @@ def cos(angle: Any) -> Expression:
     Args:
         angle: radians; treated as 0 beyond 1e9.
     """
-    return made("cosine", angle)
+    return apply("cosine", angle)
 
 
 @takes_arrays()
@@ -79,43 +79,43 @@ def atan2(y: Any, x: Any) -> Expression:
         y: a number or an expression.
         x: a number or an expression.
     """
-    return made("angle", y, x)
+    return apply("angle", y, x)
 
 
 @by_component
 def exp(a: Any) -> Expression:
     """Return e to the power of a."""
-    return made("exponential", a)
+    return apply("exponential", a)
 
 
 @by_component
 def log(a: Any) -> Expression:
     """Return the natural logarithm: -infinity for 0, NaN for negative numbers."""
-    return made("logarithm", a)
+    return apply("logarithm", a)
 
 
 @by_component
 def sqrt(a: Any) -> Expression:
     """Return the square root: NaN for negative numbers."""
-    return made("square_root", a)
+    return apply("square_root", a)
 
 
 @by_component
 def floor(a: Any) -> Expression:
     """Return the largest integer <= a."""
-    return made("floor", a)
+    return apply("floor", a)
 
 
 @by_component
 def absolute(a: Any) -> Expression:
     """Return the absolute value, like `abs(a)`."""
-    return made("absolute", a)
+    return apply("absolute", a)
 
 
 @by_component
 def sign(a: Any) -> Expression:
     """Return -1, 0 or 1."""
-    return made("sign", a)
+    return apply("sign", a)
 
 
 @takes_arrays()
@@ -126,7 +126,7 @@ def minimum(a: Any, b: Any) -> Expression:
         a: a number, a vector or an expression.
         b: a number, a vector or an expression.
     """
-    return made("minimum", a, b)
+    return apply("minimum", a, b)
 
 
 @takes_arrays()
@@ -137,7 +137,7 @@ def maximum(a: Any, b: Any) -> Expression:
         a: a number, a vector or an expression.
         b: a number, a vector or an expression.
     """
-    return made("maximum", a, b)
+    return apply("maximum", a, b)
 
 
 @takes_arrays()
@@ -162,7 +162,7 @@ def mix(a: Any, b: Any, part: Any) -> Expression:
         b: the result where part is 1.
         part: a number or an expression.
     """
-    return made("mix", a, b, part)
+    return apply("mix", a, b, part)
 
 
 @takes_arrays()
@@ -173,7 +173,7 @@ def step(edge: Any, a: Any) -> Expression:
         edge: where the result jumps.
         a: a number or an expression.
     """
-    return made("step", edge, a)
+    return apply("step", edge, a)
 
 
 @takes_arrays()
@@ -188,7 +188,7 @@ def smoothstep(low: Any, high: Any, a: Any) -> Expression:
         high: where the rise ends.
         a: a number or an expression.
     """
-    return made("smoothstep", low, high, a)
+    return apply("smoothstep", low, high, a)
 
 
 @takes_arrays()
@@ -213,27 +213,27 @@ def ramp(curve: Curve, at: Any) -> Expression:
     if not isinstance(curve, Curve):
         raise ArgumentError("curve", curve, "a motes.Curve")
     number = maximum(minimum(at, curve.times[-1]), curve.times[0])
-    found: Any = curve.keys[0][1]
+    value: Any = curve.keys[0][1]
     for key, start in enumerate(curve.times):
         end = curve.times[key + 1] if key + 1 < len(curve.times) else start
         if end == start and key + 1 < len(curve.times):
             continue  # a jump
         part = (number - start) * (1 / (end - start)) if end > start else 0.0
-        found = choose_values(number >= start, _piece(curve.polynomial(key), part), found)
-    return as_expression("curve", found)
+        value = choose_values(number >= start, _piece(curve.polynomial(key), part), value)
+    return as_expression("curve", value)
 
 
 def _piece(powers: list[tuple[float, ...]], part: Any) -> Any:
     """Return a polynomial by Horner's rule, omitting terms whose coefficients are all 0."""
-    made: Any = None
+    total: Any = None
     for factors in reversed(powers[1:]):
-        if made is not None:
-            made = made * part
+        if total is not None:
+            total = total * part
         if any(factors):
             one = as_expression("curve", factors if len(factors) > 1 else factors[0])
-            made = one if made is None else made + one
+            total = one if total is None else total + one
     first = powers[0] if len(powers[0]) > 1 else powers[0][0]
-    return first if made is None else made * part + first
+    return first if total is None else total * part + first
 
 
 @takes_arrays("a", "b")
@@ -244,7 +244,7 @@ def dot(a: Any, b: Any) -> Expression:
         a: a vector or an expression of one.
         b: a vector or an expression of one.
     """
-    return made("dot", a, b)
+    return apply("dot", a, b)
 
 
 @takes_arrays("a", "b")
@@ -255,7 +255,7 @@ def cross(a: Any, b: Any) -> Expression:
         a: a vector or an expression of one.
         b: a vector or an expression of one.
     """
-    return made("cross", a, b)
+    return apply("cross", a, b)
 
 
 @takes_arrays("a")
@@ -265,7 +265,7 @@ def length(a: Any) -> Expression:
     Args:
         a: a vector or an expression of one.
     """
-    return made("length", a)
+    return apply("length", a)
 
 
 @takes_arrays("a")
@@ -275,7 +275,7 @@ def normalize(a: Any) -> Expression:
     Args:
         a: a vector or an expression of one.
     """
-    return made("normalize", a)
+    return apply("normalize", a)
 
 
 power = takes_arrays()(power_of)

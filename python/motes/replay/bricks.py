@@ -136,13 +136,13 @@ class Cloud:
 
     def overlaps(self, ours: Tree, theirs: Tree) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp], Floats]:
         """Return the overlaps of two trees: our domain, their domain, particles in both; no zeros."""
-        found = [
+        pairs = [
             (mine, other, both.total)
             for mine, part in enumerate(self.parts(ours))
             for other, both in enumerate(part.parts(theirs))
             if both.total > 0
         ]
-        mine, other, n = zip(*found, strict=True) if found else ((), (), ())
+        mine, other, n = zip(*pairs, strict=True) if pairs else ((), (), ())
         return np.array(mine, np.intp), np.array(other, np.intp), np.array(n, np.float64)
 
     def around(self, tree: Tree) -> float:
@@ -150,15 +150,15 @@ class Cloud:
         if not len(self.count):
             return 0.0
         near = (self.high.max(axis=0) - self.low.min(axis=0)) / 100
-        found = 0.0
+        total = 0.0
         for first, last, (low, high) in tree.nodes():
             if last - first > 1:
                 cut = first + (last - first) // 2 - 1
                 axis, at = tree.axes[cut], float(tree.at[cut])
                 below, above = low.copy(), high.copy()
                 below[axis], above[axis] = max(at - near[axis], low[axis]), min(at + near[axis], high[axis])
-                found += self.clipped((below, above)).total
-        return found
+                total += self.clipped((below, above)).total
+        return total
 
     def divided(self, costs: Floats, shares: Floats, tree: Tree) -> Tree:
         """Return the cuts that give each domain its share, computed as in the engine."""

@@ -55,8 +55,8 @@ class Costs:
         self._paths = _texts(frames, "render_path")
         self.shared_pictures = np.isin(self._paths, ("tiles", "composite"))
         self._sent_bytes = np.nan_to_num(_column(frames, "render_bytes")) * scale
-        told = np.nan_to_num(_column(frames, "record_bytes")) * scale
-        self._sizes = np.where(told > 0, told, self._sent_bytes)
+        record_bytes = np.nan_to_num(_column(frames, "record_bytes")) * scale
+        self._sizes = np.where(record_bytes > 0, record_bytes, self._sent_bytes)
         self._strewn_at: dict[int, float] = {}
         self._slow = np.ones(self.cast.size)
         self._slow[self._own] = history.slowness() / history.slowness().min()
@@ -271,23 +271,23 @@ class Costs:
             return pictures
         grid = load.pivot_table(index="frame", columns="rank", values="t_project_s", aggfunc="max")
         grid = grid.reindex(index=self._history.frames, columns=self._own)
-        found: Floats = np.minimum(np.nan_to_num(grid.to_numpy(np.float64)), pictures)
-        return found
+        seconds: Floats = np.minimum(np.nan_to_num(grid.to_numpy(np.float64)), pictures)
+        return seconds
 
     def _durations(self, run: Tables, frames: DataFrame) -> Floats:
         """Return the recorded seconds of each frame, which add up to the run's."""
-        told = frames["t_frame_s"].to_numpy(np.float64)
+        seconds = frames["t_frame_s"].to_numpy(np.float64)
         if not self.measured:
-            return told
+            return seconds
         walls = run.times.pivot(index="frame", columns="rank", values="wall_s").sort_index()
         ends = walls.fillna(0.0).cumsum().max(axis=1)
         spent = ends.diff().fillna(ends).reindex(self._history.frames).to_numpy(np.float64)
-        return np.where(np.isnan(spent), told, spent)
+        return np.where(np.isnan(spent), seconds, spent)
 
 
 def _cast(facts: Mapping[str, Any], calculators: Sequence[int]) -> Cast:
-    told = facts.get("ranks")
-    size = len(told) if isinstance(told, list) else int(told or 0)
+    ranks = facts.get("ranks")
+    size = len(ranks) if isinstance(ranks, list) else int(ranks or 0)
     manager = int(facts.get("manager") or 0)
     generator = int(facts.get("image_generator") or 0)
     size = max(size, manager + 1, generator + 1, *(rank + 1 for rank in calculators))
@@ -348,8 +348,8 @@ def _guessed(values: Floats, slowness: Floats, default: float) -> Floats:
 def _column(frames: DataFrame, name: str) -> Floats:
     if name not in frames.columns:
         return np.zeros(len(frames))
-    found: Floats = frames[name].to_numpy(np.float64)
-    return found
+    column: Floats = frames[name].to_numpy(np.float64)
+    return column
 
 
 def _texts(frames: DataFrame, name: str) -> list[Any]:

@@ -63,14 +63,14 @@ class Density:
         starts = np.searchsorted(places, cuts)
         firsts = np.concatenate([[0], starts])
         lasts = np.concatenate([starts, [max(len(places) - 1, 0)]])
-        made = []
+        pairs = []
         for first, last in zip(firsts, lasts, strict=True):
             edges = places[first : last + 1].copy()
             counts = np.diff(below[first : last + 1]).astype(np.int64)
             if len(counts):  # the last bin is closed, so it must end before the next domain
                 edges[-1] = max(edges[-2], np.nextafter(edges[-1], np.float32(-np.inf)))
-            made.append((edges if len(counts) else edges[:0], counts))
-        return made
+            pairs.append((edges if len(counts) else edges[:0], counts))
+        return pairs
 
     def _jumps(self) -> npt.NDArray[np.float32]:
         """Return the positions of jumps, and the last position."""

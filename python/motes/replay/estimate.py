@@ -61,18 +61,20 @@ class Estimate:
         bounds are the frames under the assumptions that make the run shortest and longest.
         """
         actual, then, *now = np.array(self._rows).reshape(len(self._rows), 2 + len(self._variants)).T
-        found = [actual + one - then for one in now]
+        estimates = [actual + one - then for one in now]
         if then.sum() > 0:  # what the clocks do not explain may grow with the rest
-            found.append(actual * (now[0].sum() / then.sum()) + (now[0] - then * (now[0].sum() / then.sum())))
-        found = [np.maximum(one, 0.0) for one in found]
-        best, sums = found[0], [float(one.sum()) for one in found]
+            estimates.append(
+                actual * (now[0].sum() / then.sum()) + (now[0] - then * (now[0].sum() / then.sum()))
+            )
+        estimates = [np.maximum(one, 0.0) for one in estimates]
+        best, sums = estimates[0], [float(one.sum()) for one in estimates]
         changed = bool(np.any(now[0] != then))
         known = self._costs.known and self._costs.measured
         parts = np.full(len(best), ROUGH if known else UNKNOWN)
         parts[self._costs.shared_pictures] += DEALT
         margin = (parts * best + BUSIEST * np.array(self._acted)) * changed
-        low = np.maximum(found[int(np.argmin(sums))] - margin, 0.0)
-        return best, low, found[int(np.argmax(sums))] + margin
+        low = np.maximum(estimates[int(np.argmin(sums))] - margin, 0.0)
+        return best, low, estimates[int(np.argmax(sums))] + margin
 
 
 def estimated(history: Recorded, costs: Costs, balancer: Balancer) -> tuple[Floats, Floats, Floats]:

@@ -29,12 +29,12 @@ def migrants(moment: Moment, before: Cuts, after: Cuts) -> Floats:
     """
     assert moment.ways is not None and isinstance(moment.births, Density)
     ways = _filled(moment.ways)
-    found = _carried(moment.births, np.asarray(moment.cuts), ways, after, after)
+    flows = _carried(moment.births, np.asarray(moment.cuts), ways, after, after)
     if isinstance(moment.earlier, Density):
-        found += _carried(moment.earlier, np.asarray(moment.before), ways, before, after)
+        flows += _carried(moment.earlier, np.asarray(moment.before), ways, before, after)
     alive = moment.density.total / max(moment.density.total + moment.killed, 1e-300)
-    np.fill_diagonal(found, 0.0)
-    return found * alive
+    np.fill_diagonal(flows, 0.0)
+    return flows * alive
 
 
 def _carried(density: Density, theirs: Floats, ways: Floats, before: Cuts, after: Cuts) -> Floats:
@@ -42,9 +42,9 @@ def _carried(density: Density, theirs: Floats, ways: Floats, before: Cuts, after
 
     `ways` are those of the domains between `theirs`.
     """
-    found = np.zeros((len(after) + 1, len(after) + 1))
+    flows = np.zeros((len(after) + 1, len(after) + 1))
     if density.total <= 0:
-        return found
+        return flows
     low, high = density.x[0] - 1, density.x[-1] + 1
     ends = np.clip(np.concatenate([[low], theirs, [high]]), low, high)
     shifts = ways[:, :, None]  # (their domains, ways, pieces) for all that follows
@@ -58,22 +58,24 @@ def _carried(density: Density, theirs: Floats, ways: Floats, before: Cuts, after
     middle = (pieces[:, :, 1:] + pieces[:, :, :-1]) / 2
     source = np.searchsorted(before, middle, side="right")
     to = np.searchsorted(after, middle + shifts, side="right")
-    np.add.at(found, (source, to), np.diff(below, axis=2) / ways.shape[1])
-    return found
+    np.add.at(flows, (source, to), np.diff(below, axis=2) / ways.shape[1])
+    return flows
 
 
 def matched(flows: Floats, sent: Floats, received: Floats) -> Floats:
     """Scale flows so that their sums agree with these migrants of each calculator, as far as possible."""
-    found = flows.copy()
+    result = flows.copy()
     for _ in range(8):  # alternately by rows and by columns; converges quickly
         for axis, wanted in ((1, sent), (0, received)):
-            sums = found.sum(axis=axis)
+            sums = result.sum(axis=axis)
             empty = (sums <= 0) & (wanted > 0)
             if empty.any():
-                found = np.where(_beside(empty, axis) & ~np.eye(len(found), dtype=bool), 1e-9, found)
-                sums = found.sum(axis=axis)
-            found = found * np.expand_dims(np.where(sums > 0, wanted / np.where(sums > 0, sums, 1), 0), axis)
-    return found
+                result = np.where(_beside(empty, axis) & ~np.eye(len(result), dtype=bool), 1e-9, result)
+                sums = result.sum(axis=axis)
+            result = result * np.expand_dims(
+                np.where(sums > 0, wanted / np.where(sums > 0, sums, 1), 0), axis
+            )
+    return result
 
 
 def spread(sent: npt.ArrayLike, received: npt.ArrayLike, swapped: float = 0.0) -> Floats:

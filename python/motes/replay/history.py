@@ -165,9 +165,9 @@ class Recorded:
             )
         }
         grid["n"] = self._grid(density, "n")
-        told = [name for name in density.columns if name.startswith("way_q")]
-        if run.axis(system) in ("x", "y", "z") and density[told].notna().any(axis=None):
-            grid["ways"] = _held(np.stack([self._grid(density, name) for name in told], axis=-1))
+        ways = [name for name in density.columns if name.startswith("way_q")]
+        if run.axis(system) in ("x", "y", "z") and density[ways].notna().any(axis=None):
+            grid["ways"] = _held(np.stack([self._grid(density, name) for name in ways], axis=-1))
         names = [name for name in density.columns if name.startswith("x_q")]
         grid["x"] = np.stack([self._grid(density, name) for name in names], axis=-1)
         if are_bricks(axes := run.axis(system)):
@@ -186,8 +186,8 @@ class Recorded:
     ) -> None:
         """Add quantiles along all cut axes, and the ends of all domains."""
         numbers = grid["axes"] = ["xyz".index(axis) for axis in axes]
-        told = [[name for name in density.columns if name.startswith(f"{axis}_q")] for axis in axes[1:]]
-        if any(len(names) != 17 or density[names].isna().all(axis=None) for names in told):
+        columns = [[name for name in density.columns if name.startswith(f"{axis}_q")] for axis in axes[1:]]
+        if any(len(names) != 17 or density[names].isna().all(axis=None) for names in columns):
             raise LogError(f"{run}: a replay of bricks needs density.jsonl to have quantiles along {axes}")
         along = [[self._grid(density, f"{axis}_q{q:02d}") for q in range(17)] for axis in axes[1:]]
         grid["x"] = np.stack([grid["x"], *(np.stack(one, axis=-1) for one in along)], axis=-2)
@@ -316,8 +316,8 @@ class Recorded:
             steady, around = (np.convolve(one, window, "same") for one in (crossed, near))
             rate = np.where(around > 0, np.maximum(steady, 0.0) / np.where(around > 0, around, 1.0), 0.0)
             grid["crossing"] = rate, crossed - rate * near
-        found: tuple[Floats, Floats] = grid["crossing"]
-        return found
+        crossing: tuple[Floats, Floats] = grid["crossing"]
+        return crossing
 
     @staticmethod
     def _cuts(grid: dict[str, Any], k: int) -> Cuts | Tree:
@@ -355,8 +355,8 @@ class Recorded:
         Args:
             k: index of the frame in the history.
         """
-        found = [self._moment(k, system).flows for system in range(len(self.systems))]
-        return [flows for flows in found if flows is not None]
+        by_system = [self._moment(k, system).flows for system in range(len(self.systems))]
+        return [flows for flows in by_system if flows is not None]
 
     def asked(self, k: int) -> list[tuple[Floats, list[int], bool, bool]]:
         """Return who looked for new cuts at the end of the k-th frame.
@@ -369,7 +369,7 @@ class Recorded:
             whether they made histograms, and whether domains are bricks.
         """
         rows = self._asked.get(self.frames[k])
-        found: list[tuple[Floats, list[int], bool, bool]] = []
+        requests: list[tuple[Floats, list[int], bool, bool]] = []
         for name, of_system in () if rows is None else rows.groupby("system"):
             if name not in self.systems:
                 continue
@@ -384,8 +384,8 @@ class Recorded:
                 givers = np.where(right, moved["left_rank"], moved["right_rank"])
                 donors = [self.ranks.index(int(rank)) for rank in givers if int(rank) in self.ranks]
             if donors:
-                found.append((np.nan_to_num(grid["n"][k]), donors, shares, "axes" in grid))
-        return found
+                requests.append((np.nan_to_num(grid["n"][k]), donors, shares, "axes" in grid))
+        return requests
 
     def slowness(self) -> Floats:
         """Return each machine's seconds per particle, averaged over frames and systems."""

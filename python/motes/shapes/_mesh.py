@@ -201,10 +201,10 @@ class Mesh(Shape):
             start = None if moving_from._content == self._content else moving_from.vertices
             if sum(map(operator.mul, here[3:], before[3:])) < 0:  # interpolate the shorter way
                 here = (*here[:3], *(-number for number in here[3:]))
-        made = object.__new__(Mesh)
-        made.__dict__.update(self.__dict__)
-        made._place((*here, *before), start)
-        return made
+        mesh = object.__new__(Mesh)
+        mesh.__dict__.update(self.__dict__)
+        mesh._place((*here, *before), start)
+        return mesh
 
     def _formed(self, vertices: ArrayLike) -> Mesh:
         """Return a mesh with other vertices and the same triangles."""
@@ -212,10 +212,10 @@ class Mesh(Shape):
         if len(points) != len(self.vertices):
             allowed = f"finite numbers of shape ({len(self.vertices)}, 3), one row per vertex, metres"
             raise ArgumentError("vertices", f"{points.dtype} {points.shape}", allowed)
-        made = Mesh(points, self.triangles, **self._options)
-        made.__dict__["_made_from"] = self._origin
-        made._place(STILL)
-        return made
+        mesh = Mesh(points, self.triangles, **self._options)
+        mesh.__dict__["_made_from"] = self._origin
+        mesh._place(STILL)
+        return mesh
 
     @property
     def _options(self) -> dict[str, Any]:
@@ -224,8 +224,8 @@ class Mesh(Shape):
     @property
     def _content(self) -> int:
         """The engine's key for the mesh, a hash of its content; internal to the package."""
-        made: int = self.__dict__["_name"]
-        return made
+        name: int = self.__dict__["_name"]
+        return name
 
     @property
     def _origin(self) -> int:
@@ -241,8 +241,8 @@ class Mesh(Shape):
 
     @property
     def _numbers(self) -> tuple[float, ...]:
-        made: tuple[float, ...] = self.__dict__["_placed"]
-        return made
+        numbers: tuple[float, ...] = self.__dict__["_placed"]
+        return numbers
 
     def _place(self, numbers: tuple[float, ...], start: NDArray[np.float32] | None = None) -> None:
         """Store the poses at the frame's end and start, and build the engine's shape.

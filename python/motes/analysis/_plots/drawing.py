@@ -87,15 +87,15 @@ def axes(ax: Axes | None, size: tuple[float, float] = (7.0, 3.2)) -> Axes:
     if ax is not None:
         return ax
     pyplot = _extras.matplotlib("matplotlib.pyplot")
-    made: Axes = pyplot.subplots(figsize=size, layout="constrained")[1]
-    return made
+    new: Axes = pyplot.subplots(figsize=size, layout="constrained")[1]
+    return new
 
 
 def new_axes(rows: int, columns: int, size: tuple[float, float], **options: Any) -> tuple[Any, list[Axes]]:
     """Make a figure outside pyplot, for embedding in a page; return it and its axes."""
     figure = _extras.matplotlib("matplotlib.figure").Figure(figsize=size, layout="constrained")
-    made = figure.subplots(rows, columns, squeeze=False, **options)
-    return figure, list(made.ravel())
+    axes = figure.subplots(rows, columns, squeeze=False, **options)
+    return figure, list(axes.ravel())
 
 
 def beside(ax: Axes, entries: int, **options: Any) -> dict[str, Any]:

@@ -367,11 +367,11 @@ class Plots:
         chosen = sorted(starts)[-3:] if frames is None else [f for f in frames if f in starts]
         if not chosen:
             raise (ArgumentError("frames", frames, "frames of the run") if starts else self._run.lacks_rows())
-        found, measured = timeline.slices(self._run, chosen)
+        slices, measured = timeline.slices(self._run, chosen)
         begin = min(starts[frame][0] for frame in chosen)
-        ranks = sorted({int(rank) for rank in found["rank"]})
+        ranks = sorted({int(rank) for rank in slices["rank"]})
         ax = drawing.axes(ax, (8.0, min(1.6 + 0.36 * len(ranks), 7.0)))
-        self._bars(ax, found, ranks, begin)
+        self._bars(ax, slices, ranks, begin)
         for frame in chosen:
             at = (starts[frame][0] - begin) * 1e3
             ax.axvline(at, color="#888888", linewidth=0.8, linestyle=":")
@@ -389,19 +389,21 @@ class Plots:
         ax.set_xlim(0, (max(starts[frame][1] for frame in chosen) - begin) * 1e3)
         span = f"frame {chosen[0]}" if len(chosen) == 1 else f"frames {chosen[0]} to {chosen[-1]}"
         title = self._title(span.capitalize() + ("" if measured else ", reconstructed from durations"))
-        legend = drawing.beside(ax, found["phase"].nunique())
+        legend = drawing.beside(ax, slices["phase"].nunique())
         finish(ax, x="time (ms)", grid="x", legend=legend)
         ax.set_title(title, loc="left", fontsize="medium", pad=16)
         return ax
 
-    def _bars(self, ax: Axes, found: DataFrame, ranks: list[int], begin: float) -> None:
+    def _bars(self, ax: Axes, slices: DataFrame, ranks: list[int], begin: float) -> None:
         lanes = {rank: i for i, rank in enumerate(ranks)}
         # Draw short slices last, because they can lie inside others.
-        found = found.assign(length=found["end_s"] - found["start_s"]).sort_values("length", ascending=False)
-        order = [name for name in drawing.PHASES if (found["phase"] == name).any()]
-        order += [name for name in found["phase"].unique() if name not in order]
+        slices = slices.assign(length=slices["end_s"] - slices["start_s"]).sort_values(
+            "length", ascending=False
+        )
+        order = [name for name in drawing.PHASES if (slices["phase"] == name).any()]
+        order += [name for name in slices["phase"].unique() if name not in order]
         for depth, phase in enumerate(order):
-            mine = found[found["phase"] == phase]
+            mine = slices[slices["phase"] == phase]
             under_way = phase == drawing.UNDER_WAY
             ax.barh(
                 [lanes[int(rank)] + (0.43 if under_way else 0) for rank in mine["rank"]],

@@ -116,10 +116,10 @@ def phase_seconds(run: Run, frames: Iterable[int] | None = None) -> tuple[DataFr
         spent = times.groupby("rank")[[f"{name}_s" for name in ACTIVITIES]].mean().fillna(0.0)
         return spent.rename(columns=lambda name: name.removesuffix("_s")), True
     if not run.spans.empty:
-        found, _ = slices(run, frames)
-        found = found[found["phase"] != UNDER_WAY]
-        n = max(found["frame"].nunique(), 1)
-        seconds = (found["end_s"] - found["start_s"]).groupby([found["rank"], found["phase"]]).sum() / n
+        spans, _ = slices(run, frames)
+        spans = spans[spans["phase"] != UNDER_WAY]
+        n = max(spans["frame"].nunique(), 1)
+        seconds = (spans["end_s"] - spans["start_s"]).groupby([spans["rank"], spans["phase"]]).sum() / n
         return seconds.unstack("phase").fillna(0.0), True
     load, rows = run.load, run.frames.set_index("frame")
     if frames is not None:

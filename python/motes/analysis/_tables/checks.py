@@ -25,8 +25,8 @@ def check_unique(rows: Sequence[Row], names: Sequence[str], path: Path) -> None:
     for row in rows:
         key = tuple(row.get(name) for name in names)
         if key in seen:
-            told = ", ".join(f"{name} {value!r}" for name, value in zip(names, key, strict=True))
-            raise LogError(f"{path}: two rows for {told}")
+            values = ", ".join(f"{name} {value!r}" for name, value in zip(names, key, strict=True))
+            raise LogError(f"{path}: two rows for {values}")
         seen.add(key)
 
 

@@ -116,10 +116,10 @@ def moved_by_cuts(balance: DataFrame, density: DataFrame) -> int:
     Uses the donors' counts if there are any. Balancers that replace all cuts have none: then the particles
     between the old and the new position of each cut are estimated from the quantiles of both neighbours.
     """
-    told = float(balance["given"].abs().sum())
+    total = float(balance["given"].abs().sum())
     anew = balance[balance["given"].isna() & (balance["cut_before"] != balance["cut_after"])]
     if density.empty or anew.empty:
-        return round(told)
+        return round(total)
     known = density.set_index(["frame", "system", "rank"])[["n", *QUANTILES]]
     parts = np.linspace(0, 1, len(QUANTILES))
     ends = anew[["cut_before", "cut_after"]].to_numpy(float)
@@ -128,5 +128,5 @@ def moved_by_cuts(balance: DataFrame, density: DataFrame) -> int:
         for row, cuts in zip(known.reindex(keys).to_numpy(float), ends, strict=True):
             if row[0] > 0 and not (np.isnan(row).any() or np.isnan(cuts).any()):
                 below = row[0] * np.interp(cuts, row[1:], parts)
-                told += abs(float(below[1] - below[0]))
-    return round(told)
+                total += abs(float(below[1] - below[0]))
+    return round(total)

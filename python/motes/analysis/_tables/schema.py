@@ -69,14 +69,14 @@ def _columns(text: str) -> tuple[Column, ...]:
     A name may be followed by / and its earlier name. The kind "phase" is a string, the name of a phase.
     """
     kinds = {"int": int, "float": float, "str": str, "phase": str}
-    made = []
+    columns = []
     for line in filter(str.strip, text.splitlines()):
         name, kind, unit, meaning = line.split(maxsplit=3)
         key, kind = kind.endswith("!"), kind.rstrip("!")
         name, _, earlier = name.partition("/")
         values = EARLIER_PHASES if kind == "phase" else {}
-        made.append(Column(name, kinds[kind], "" if unit == "-" else unit, meaning, key, earlier, values))
-    return tuple(made)
+        columns.append(Column(name, kinds[kind], "" if unit == "-" else unit, meaning, key, earlier, values))
+    return tuple(columns)
 
 
 _FRAME = "frame int! - number of the frame, from 0\n"

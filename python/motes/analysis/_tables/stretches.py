@@ -40,9 +40,9 @@ def changes(facts: Facts) -> list[dict[str, Any]]:
 
 def _ranks(part: Facts) -> list[Any]:
     """Return what stays the same in a part: the number of ranks, and their roles."""
-    told = part.get("ranks")
+    ranks = part.get("ranks")
     roles = [part.get(name) for name in ("calculators", "manager", "image_generator")]
-    return [len(told) if isinstance(told, list) else told, *roles]
+    return [len(ranks) if isinstance(ranks, list) else ranks, *roles]
 
 
 def latest(facts: Facts) -> dict[str, Any]:
@@ -53,5 +53,5 @@ def latest(facts: Facts) -> dict[str, Any]:
 
 def ranks_of(part: Facts) -> list[Any]:
     """Return the entries of `ranks`, one per rank; empty if the log has only their number."""
-    told = part.get("ranks")
-    return told if isinstance(told, list) else []
+    ranks = part.get("ranks")
+    return ranks if isinstance(ranks, list) else []

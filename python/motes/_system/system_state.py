@@ -1,4 +1,4 @@
-"""Recorded: the internal state of a system, and what the script has recorded for it in this frame."""
+"""SystemState: the internal state of a system, and what the script has recorded for it in this frame."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from .first_frame import FirstFrame
 from .newborn import Newborn
 from .session import Session
 
-__all__ = ["Recorded", "kept_attributes", "kept_error"]
+__all__ = ["SystemState", "kept_attributes", "kept_error"]
 
 
 def kept_attributes(periods: Sequence[Period], sprite: Sprite) -> list[tuple[str, int]]:
     """Return name and width of the attributes that the engine adds for periods and ribbons."""
-    found = [(CROSSINGS, 3)] if periods else []
-    return found + (_core.trace_attributes(bool(periods)) if sprite.kind == "ribbon" else [])
+    attributes = [(CROSSINGS, 3)] if periods else []
+    return attributes + (_core.trace_attributes(bool(periods)) if sprite.kind == "ribbon" else [])
 
 
 def kept_error(call: str, name: str) -> ArgumentError:
@@ -32,7 +32,7 @@ def kept_error(call: str, name: str) -> ArgumentError:
     return ArgumentError(call, name, "an attribute that scripts may set; only the engine sets this one")
 
 
-class Recorded:
+class SystemState:
     """A system's index in its world, its attributes, and this frame's list; shared by the system's parts."""
 
     def __init__(

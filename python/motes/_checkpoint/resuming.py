@@ -1,4 +1,4 @@
-"""Course: the checkpoints of a world from its start to its end."""
+"""Checkpoints: the checkpoints of a world from its start to its end."""
 
 from __future__ import annotations
 
@@ -28,21 +28,21 @@ if TYPE_CHECKING:
     from mpi4py import MPI
 
     from .._live.steering import Steering
-    from .._system.recorded import Recorded
+    from .._system.system_state import SystemState
 
-__all__ = ["EARLIER", "Course"]
+__all__ = ["EARLIER", "Checkpoints"]
 
 
 PICKLES = "Checkpoint(pickles=True)"
 EARLIER = "this frame was made by the earlier run that this one continues"
 
 
-class Course:
+class Checkpoints:
     """The checkpoints of one run: continues from an earlier one, and writes new ones."""
 
     def __init__(
         self, run: OpenRun, settings: RunSettings, found: Found, engine: _core.Engine, steering: Steering,
-        secure: Callable[[], None], systems: Sequence[Recorded],
+        secure: Callable[[], None], systems: Sequence[SystemState],
     ) -> None:  # fmt: skip
         """Store what the ranks agreed on in the handshake; `secure` flushes the record of viewers to disk.
 

@@ -60,7 +60,8 @@ struct Liquid {
   }
 
   double pressure(std::size_t i) const {
-    double density = mass(i) * spread(0), falls = 0, squares = 0;
+    const double alone = mass(i) * spread(0);
+    double density = alone, falls = 0, squares = 0;
     Vec gradient{};
     for (std::size_t j = 0; j < flock.size(); ++j) {
       if (j == i) continue;
@@ -71,7 +72,7 @@ struct Liquid {
       squares += mass(j) * std::pow(slope(p.distance), 2);
       for (std::size_t c = 0; c < 3; ++c) gradient[c] += mass(j) * slope(p.distance) * p.normal[c];
     }
-    const double then = density / rest - 1, now = then + falls / rest * step;
+    const double then = density / rest - std::max(alone / rest, 1.0), now = then + falls / rest * step;
     const double above = std::max(0.0, then - 0.95 * std::max(0.0, now));
     return above / ((dot(gradient, gradient) / mass(i) + squares) / (rest * rest));
   }

@@ -1,5 +1,8 @@
 #include "engine/replay.h"
 
+#include <stdexcept>
+#include <utility>
+
 namespace motes::engine {
 namespace {
 
@@ -43,6 +46,27 @@ void replay(Engine& engine, const recording::Record& list, bool picture) {
   }
   record_again(engine, list);
   engine.run_frame(picture ? list.view : std::nullopt);
+}
+
+// Replays the kept lists if they have not been computed, which only happens on a single rank.
+void Engine::catch_up() {
+  if (!kept_.only) return;
+  kept_.only = false;
+  const std::vector<std::unique_ptr<System>> as_they_are = std::exchange(parts_->script.systems, {});
+  parts_->calculator.populations.clear();
+  parts_->manager.systems.clear();
+  for (const auto& s : as_they_are) add_system(s->definition);
+  parts_->rank.session.frame = 0;
+  kept_.on = false;  // the replayed lists are kept already
+  for (const base::Bytes& bytes : kept_.lists) {
+    base::Reader in(bytes.view());
+    replay(*this, recording::read(in), false);
+  }
+  kept_.on = true;
+  for (std::size_t i = 0; i < as_they_are.size(); ++i) {
+    parts_->script.systems[i]->outside = as_they_are[i]->outside;
+    for (recording::Item& item : as_they_are[i]->list) record(static_cast<int>(i), std::move(item));
+  }
 }
 
 }  // namespace motes::engine

@@ -34,10 +34,11 @@ def kinds(files: dict[Path, str]) -> set[str]:
 
 def of_one_kind(text: str, names: set[str]) -> list[str]:
     """Return the members whose comments begin with the name of a kind, also in the plural."""
-    name = f"(?i:(?:kinds? )?(?:{'|'.join(sorted(names))})e?s?)"
-    comment = rf"//+<? *(?:of (?:an? )?)?{name}(?:(?:, | and | or ){name})*(?: alone| only)?:"
+    name = f"(?i:(?:{'|'.join(sorted(names))})e?s?)"
+    some = f"{name}(?:(?:, | and | or ){name})*"
+    comment = rf"//+<? *(?:(?:of (?:an? )?|kinds? )?{some}(?: alone| only)?:|kinds? {some}$)"
     member = rf"^ +(?:[\w:<>,*& ]+ )?[*&]?\w+(?:\[.*\])*(?:\{{.*\}}| = [^;]*)?(?:, [^;]*)?; *{comment}.*"
-    above = rf"^ +{comment}.*\n +[\w:<>,*& ]+ \w+(?:\{{.*\}}| = [^;]*)?;"
+    above = rf"^ +{comment}.*\n +(?! |enum )[\w:<>,*& ]+ \w+[^();]*;"
     return re.findall(member, text, re.MULTILINE) + re.findall(above, text, re.MULTILINE)
 
 
@@ -56,6 +57,7 @@ def test_no_member_is_of_one_kind():
     [
         "  float width = 0;  // ribbon: at its head, m",
         "  Facing facing = Facing::orientation;  // kinds card, mesh: what turns it",
+        "  float of_ground = 0;  // kinds card, mesh",
         "  const float *corners, *colors;  // meshes: see MeshCorners",
         "  double rate = 0;  // source: particles per second",
         "  std::array<float, 3> slid{};  // contact, collide: m",
@@ -65,7 +67,7 @@ def test_no_member_is_of_one_kind():
 def test_members_of_one_kind_are_found(line: str):
     names = {"ribbon", "card", "mesh", "sphere", "source", "contact", "collide"}
     assert len(of_one_kind(f"struct A {{\n{line}\n}};", names)) == 1
-    assert of_one_kind(f"struct A {{\n{line.replace(':', ';')}\n}};", names) == []
+    assert of_one_kind(f"struct A {{\n{line.replace('//', '// if')}\n}};", names) == []
 
 
 def test_members_of_all_kinds_are_not_found():

@@ -16,8 +16,9 @@ struct Touch {
   std::uint64_t id;    // id of the other particle, or number of a wall's face
   std::uint32_t law;   // number of its law, from 0, with a part of its state (law_part) or kWall
   std::uint32_t step;  // sub-step of the last touch, from 1
-  float slid[3];       // contact: how far the other's surface has slid along this one's, m
-  float rolled[3];     // contact: how far this one has rolled on the other, m; the same for both
+  // Of a law of one's own: six numbers of the pair's state.
+  float slid[3];       // how far the other's surface has slid along this one's, m
+  float rolled[3];     // how far this one has rolled on the other, m; the same for both
 
   bool operator==(const Touch&) const = default;
 };

@@ -89,7 +89,7 @@ def stubs(scope: ast.Module | ast.ClassDef) -> dict[str, list[str] | ast.ClassDe
     found: dict[str, list[str] | ast.ClassDef | None] = {}
     for node in scope.body:
         if isinstance(node, ast.FunctionDef):
-            found[node.name] = [argument.arg for argument in node.args.args]
+            found[node.name] = [argument.arg for argument in (*node.args.args, *node.args.kwonlyargs)]
             if any(isinstance(mark, ast.Name) and mark.id == "property" for mark in node.decorator_list):
                 found[node.name] = None
         elif isinstance(node, ast.ClassDef):

@@ -158,15 +158,6 @@ def test_tests_of_a_room_run_after_a_build(tree):
     assert calls(tree).count("-m pytest") == before == 3
 
 
-@pytest.mark.parametrize(
-    ("given", "laboratory"),
-    [("build", "OFF"), ("test pictures", "OFF"), ("test bench", "ON"), ("test", "ON")],
-)
-def test_the_laboratory_is_built_for_its_tests_alone(tree, given, laboratory):
-    assert run(tree, *given.split()).returncode == 0
-    assert f"\ncmake --preset dev -DMOTES_LAB={laboratory} " in calls(tree)
-
-
 def test_without_an_active_environment_an_old_python_gets_a_sentence(tree):
     old = tree / "env" / "bin" / "python3"
     old.write_text("#!/bin/sh\n[ $1 = --version ] && echo Python 3.9.2 && exit 0\nexit 1\n")

@@ -16,7 +16,7 @@ from .kept import data_of, value_of
 __all__ = ["FORMAT", "VERSION", "Manifest", "PartEntry"]
 
 FORMAT = "motes checkpoint"
-VERSION = 7
+VERSION = 8
 
 
 @dataclass

@@ -8,8 +8,8 @@
 
 namespace motes::driver {
 
-/// Opens the balancer that a directory describes (python/motes_lab/cluster/deciding.py writes it). Its file `facts` holds
-/// the name, the smoothing, and "system" or "all" in three lines. Each request is a line in the pipe `tables`:
+/// Opens the balancer that a directory describes (python/motes_lab/cluster/deciding.py writes it). Its file `facts`
+/// holds the name, the smoothing, and "system" or "all" in three lines. Each request is a line in the pipe `tables`:
 ///
 ///   frame evaluation axes N  N x (particles seconds speed error)  (N - 1) x cut  system
 ///

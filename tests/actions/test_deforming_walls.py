@@ -170,7 +170,7 @@ with world:
         for system in (s, grains):
             if frame == 0:
                 system.configure(size=0.05)
-                system.burst(motes.shapes.Box((-1, 0.5, -1), (1, 1, 1)), 300)
+                system.burst(motes.shapes.Box((-1, -0.3, -1), (1, 1, 1)), 300)
             system.gravity((0, -9.81, 0))
         s.bounce(now, restitution=0.4)
         grains.contact(500, walls=[now])

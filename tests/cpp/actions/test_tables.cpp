@@ -82,6 +82,8 @@ TEST(actions_must_have_the_table_that_they_read) {
   CHECK(!refused<std::invalid_argument>([&] { actions::check(field); }));
   field.specifics = actions::Lookup{};
   CHECK(refused<std::invalid_argument>([&] { actions::check(field); }));
+  field.specifics = actions::NumbersAlone{};
+  CHECK(refused<std::invalid_argument>([&] { actions::check(field); }));
   actions::Action path =
       actions::make(actions::numbers::follow_path<>{.speed = 1, .strength = 1, .look_ahead = 1, .radius = 1});
   path.specifics = actions::Lookup{three};

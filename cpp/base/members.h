@@ -51,7 +51,7 @@ concept Described = requires { T::kMembers; };
 template <Described T, class Visit>
 constexpr void for_each_member(T& value, const Visit& visit) {
   static_assert(std::tuple_size_v<decltype(T::kMembers)> == members<T>(), "kMembers leaves out a member");
-  std::apply([&](const auto&... member) { (visit(member.name, value.*(member.at)), ...); }, T::kMembers);
+  std::apply([&](const auto&... member) { (visit(member.name, value.*member.at), ...); }, T::kMembers);
 }
 
 /// The members as fields: see fields.h.

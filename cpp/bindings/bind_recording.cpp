@@ -129,8 +129,16 @@ Action make_action(const std::string& name, const py::dict& numbers, std::vector
   action.shapes = std::move(shapes);
   action.where = expression(where);
   action.specifics = actions::specifics_of(action.kind);
+  const auto refuse = [&](const char* field, bool given) {
+    if (given) throw base::InvalidArgument(field, "not be given", "", actions::call_of(action.kind));
+  };
   std::visit(  // each kind takes the fields that it has
       [&](auto& part) {
+        if constexpr (!requires { part.table; } && !requires { part.clump; }) refuse("table", table != 0);
+        if constexpr (!requires { part.values; }) refuse("values", !values.empty());
+        if constexpr (!requires { part.leaves; }) refuse("leaves", !leaves.empty());
+        if constexpr (!requires { part.results; }) refuse("results", !results.empty());
+        if constexpr (!requires { part.walls; }) refuse("walls", !walls.empty());
         if constexpr (requires { part.attribute; }) part.attribute = target;
         if constexpr (requires { part.ties; }) part.ties = ties;
         if constexpr (requires { part.table; }) part.table = table;

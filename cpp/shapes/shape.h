@@ -75,7 +75,8 @@ struct mesh {
 }  // namespace numbers
 
 template <class Numbers>
-inline constexpr int kCountOf = static_cast<int>(sizeof(Numbers) / sizeof(float));
+inline constexpr int kCountOf =
+    static_cast<int>(sizeof(Numbers) / sizeof(float));  // NOLINT(bugprone-sizeof-expression): without numbers 1 / 4, 0
 
 /// The largest count of numbers that a shape has.
 inline constexpr int kNumbers = std::max({

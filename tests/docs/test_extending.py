@@ -69,7 +69,7 @@ def test_a_shape_is_named_where_the_page_says():
     named = {str(path.relative_to(ROOT)) for path in core if re.search(r"\b(blob|Blob)", code_of(path))}
     table = PAGE.read_text().split("# Adding a shape")[1].split("# Adding a kind of sprite")[0]
     told = {path for path in re.findall(r"`(cpp/[\w./]+)`", table) if path != "cpp/shapes/lanes.h"}
-    assert named == told and len(named) == 8
+    assert named == told and len(named) == 9
 
 
 def test_the_compiler_finds_a_shape_that_was_forgotten():

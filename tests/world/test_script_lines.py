@@ -118,7 +118,7 @@ def test_births_that_fail_name_the_line_that_recorded_them(ranks, roles, guilty)
     for row in told:
         if row[0] == guilty:
             assert row[1] == "MemoryError"
-            assert row[2] == ["recorded at script.py:42"]
+            assert row[2] == ["recorded at script.py:42"], result.text
         else:
             assert row[1] == guilty
             assert row[3:5] == ["burst", "script.py:42"]

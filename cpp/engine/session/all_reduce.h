@@ -1,8 +1,10 @@
 // All-reduce among calculators: every calculator gets the maximum, or the sum, of each number.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <utility>
 #include <vector>
 
@@ -31,9 +33,7 @@ class EachFloat {
 
  private:
   void one(float& number) { work_(number); }
-  void one(std::vector<float>& numbers) {
-    for (float& number : numbers) work_(number);
-  }
+  void one(std::vector<float>& numbers) { std::for_each(numbers.begin(), numbers.end(), std::ref(work_)); }
   template <class T>
   constexpr void one(T& part) {
     fields(*this, part);

@@ -240,8 +240,10 @@ template <class Kind>
 __attribute__((noinline)) void draw_one(const TilePlanes& tile, const WideSplat& task, const WideSprite& sprite,
                                         const Channels& channel, const Blend& blend, Patch<Kind::kPlanes>& patch) {
   // Parts of a sprite in space that a lens blurs may be visible even if its middle is hidden.
-  bool deep = false;
-  if constexpr (kHasWalls<Kind>) deep = task.own<typename Kind::Splat>().blur > 0;
+  const bool deep = [&] {
+    if constexpr (kHasWalls<Kind>) return task.own<typename Kind::Splat>().blur > 0;
+    return false;
+  }();
   if (!deep && tile.hides && sprite.depth > tile.farthest) return;
   Kind kind(task, sprite);
   if constexpr (kHasWalls<Kind>) kind.walls = {tile.hides ? tile.depth : nullptr, task.fade, task.columns, task.rows};

@@ -140,7 +140,7 @@ TEST(image_messages_carry_what_painters_need_of_a_sprite) {
 
 TEST(image_brushes_are_ordered_by_all_that_painters_need) {
   const View view = small_view();
-  Sprite leaf{CardSprite{{two_colors(), {2, 2, 3}}}, 0};
+  const Sprite leaf{CardSprite{{two_colors(), {2, 2, 3}}}, 0};
   for (const Sprite& other : variations(leaf)) {
     if (painted(other) == painted(leaf) || other.asset() != leaf.asset()) continue;
     const Brush one(painted(leaf), Layout::posed_tiled, view), two(painted(other), Layout::posed_tiled, view);

@@ -181,7 +181,7 @@ particles::Digest met_on_slabs(const Action& action, const Store& all, const std
   constexpr double kInf = std::numeric_limits<double>::infinity();
   Store whole(kSchema);
   whole.append(all, indices_where(all, std::vector<std::uint8_t>(all.size(), 1)));
-  Met everything(action, 2, whole);
+  const Met everything(action, 2, whole);
   const auto known = interactions::begin(everything.meeting);
   Agreement agreed = known->own();
   for (const float cut : cuts)

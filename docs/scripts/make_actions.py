@@ -58,8 +58,8 @@ What each action costs. "ns" is what it adds to a particle's step: nanoseconds o
 {simd}. The paper's fountain is timed with and without the action; the figure is the difference, the median of
 repeats over {particles} particles (`python -m motes bench actions`). "in cache" is the same for 512
 particles, whose columns stay in the first-level cache, so it is only arithmetic. Differences of 0.2 ns are
-noise. What actions between particles cost depends on how many are within reach: [heaps.md](heaps.md) has
-figures for `collide`.
+noise. What actions between particles cost depends on how many are within reach: [heaps.md](../lab/heaps.md)
+has figures for `collide`.
 """
 SHORT = 240
 """Parameters share a line if their texts have fewer characters in total."""

@@ -152,7 +152,7 @@ def test_a_second_start_goes_on_on_any_number_of_ranks(tmp_path, reference, rank
     "die",
     [
         *("1 part 3 before", "0 part 11 after", "2 part 40 before", "0 manifest.json 1 before"),
-        *("0 manifest.json 1 after", "0 manifest.json 14 before", "0 manifest.json 33 after"),
+        *("0 manifest.json 1 after", "0 manifest.json 14 before", "0 manifest.json 22 after"),
         *("0 all.pvd 4 before", "0 all.pvd 9 after", "2 step 6 before", "1 step 11 before"),
     ],
 )

@@ -26,7 +26,7 @@ float overlap_99(const Spheres& first, const Spheres& second) {
   std::vector<float> found;
   std::size_t number = 0;
   for (std::size_t r = 0; r + 1 < rows.size(); ++r) {
-    for (std::uint32_t i = rows[r].first; i < rows[r + 1].first; ++i) {
+    for (std::uint32_t i = rows[r].first; i < rows[r].end(); ++i) {
       if (own.order[i] >= own.own || number++ % stride != 0) continue;
       float x[3];
       place_of(*first.crowd, own.order[i], x);

@@ -40,7 +40,7 @@ PairList pairs_within(float reach, const Cells& cells, const Crowd& crowd, const
   Listing listing{reach * reach, view, crowd, column, list};
   for (std::size_t r = 0; r + 1 < rows.size(); ++r) {
     const std::vector<const Row*> near = rows_around(cells, rows[r].x, rows[r].y);
-    for (std::uint32_t i = rows[r].first; i < rows[r + 1].first; ++i) {
+    for (std::uint32_t i = rows[r].first; i < rows[r].end(); ++i) {
       const std::uint32_t own = view.order[i];
       if (own >= crowd.own || (chosen != nullptr && (*chosen)[own] == 0)) continue;
       for (const Row* row : near) {

@@ -32,6 +32,9 @@ struct Collisions {
   double gravity = 0;  // magnitude of the gravity that precedes the action in the system's list, m/s2
   bool adds = false;   // add to the contacts counted so far
   const std::vector<std::uint8_t>* adds_to = nullptr;  // which particles to add for, by index; null: all
+
+  /// Returns whether the contacts of a particle, given by its index, are added.
+  bool adds_for(std::size_t i) const { return adds && (adds_to == nullptr || (*adds_to)[i] != 0); }
 };
 
 /// The neighbour list of an action in one system, if it keeps one.

@@ -30,9 +30,8 @@ TRIPLES = ("position", "velocity", "up", "rotational_velocity", "color", "size",
 HEADER = """\
 import numpy as np
 import motes
-from motes import Normal, Uniform
+from motes import Normal, Uniform, expressions as ex
 from motes.expressions import column, maximum, minimum
-from motes import expressions as ex
 from motes.actions import *
 from motes.shapes import *
 

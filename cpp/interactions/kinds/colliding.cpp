@@ -41,7 +41,7 @@ class Colliding : public Sweeping {
     std::vector<std::uint32_t> found;
     const std::vector<Row>& rows = cells(s).rows();
     for (std::size_t r = 0; r + 1 < rows.size(); ++r) {
-      for (std::uint32_t i = rows[r].first; i < rows[r + 1].first; ++i) {
+      for (std::uint32_t i = rows[r].first; i < rows[r].end(); ++i) {
         const std::uint32_t index = own.order[i];
         if (index >= crowds_[s].own || !is_newborn(s, crowds_[s].id(index))) continue;
         bool hit = false;

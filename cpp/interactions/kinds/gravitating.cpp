@@ -289,9 +289,9 @@ InteractionCounts ByCells::act(const Agreement& agreed) {
     const Row& row = rows[r];
     if (!inside(row.x - cube.low[0], cube.bits) || !inside(row.y - cube.low[1], cube.bits)) return;
     Sources sources;
-    for (std::uint32_t begin = row.first, end = begin; begin < rows[r + 1].first; begin = end) {
+    for (std::uint32_t begin = row.first, end = begin; begin < row.end(); begin = end) {
       bool own = false;
-      for (end = begin; end < rows[r + 1].first && view.z[end] == view.z[begin]; ++end) {
+      for (end = begin; end < row.end() && view.z[end] == view.z[begin]; ++end) {
         own = own || view.order[end] < crowd.own;
       }
       if (!own || !inside(view.z[begin] - cube.low[2], cube.bits)) continue;

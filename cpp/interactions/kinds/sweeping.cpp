@@ -219,8 +219,7 @@ void Sweeping::apply(std::size_t s) const {
       if (i >= own || (chosen != nullptr && (*chosen)[i] == 0)) continue;
       for (std::size_t c = 0; c < changed_.size(); ++c) {
         const bool counts = changed_[c].attribute == particles::contacts;
-        const bool adds =
-            law_.adds || (counts && before.adds && (before.adds_to == nullptr || (*before.adds_to)[i] != 0));
+        const bool adds = law_.adds || (counts && before.adds_for(i));
         const float out = memory.out[c][k];
         to[c][i] = adds ? to[c][i] + out : out;
       }

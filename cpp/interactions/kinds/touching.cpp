@@ -192,7 +192,7 @@ class Summing {
       put(particles::velocity, c, out_[c], false);
       put(particles::spin, c, out_[3 + c], false);
     }
-    put(particles::contacts, 0, out_[6], before_.adds);
+    put(particles::contacts, 0, out_[6], true);
   }
 
  private:
@@ -200,7 +200,7 @@ class Summing {
     float* to = side_.store->writable_plane(attribute, component);
     for (std::size_t i = 0; i < values.size(); ++i) {
       if (side_.chosen != nullptr && (*side_.chosen)[i] == 0) continue;
-      to[i] = adds && (before_.adds_to == nullptr || (*before_.adds_to)[i] != 0) ? to[i] + values[i] : values[i];
+      to[i] = adds && before_.adds_for(i) ? to[i] + values[i] : values[i];
     }
   }
 

@@ -131,19 +131,23 @@ struct Collision {
       if (kMasses) own_inverse = load(task.targets.column[interactions::inverse_mass] + i);
     }
 
+    MOTES_INLINE Floats reach_to(const Collision& law, const float* const* column, std::uint32_t j) const {
+      return kRadii ? own_radius + column[interactions::radius][j] : law.reach;
+    }
+    static MOTES_INLINE Floats squared(const Collision& law, Floats reach) {
+      return kRadii ? reach * reach : law.reach2;
+    }
+
     MOTES_INLINE bool sees(const Collision& law, const Task& task, std::uint32_t j) const {
-      const float* const* column = task.sources.column;
-      const Floats3 r = seen_from(at, column, j);
-      const Floats reach = kRadii ? own_radius + column[interactions::radius][j] : law.reach;
-      return any(dot(r, r) < (kRadii ? reach * reach : law.reach2));
+      const Floats3 r = seen_from(at, task.sources.column, j);
+      return any(dot(r, r) < squared(law, reach_to(law, task.sources.column, j)));
     }
 
     MOTES_INLINE void add(const Collision& law, const Task& task, std::uint32_t j) {
       const float* const* column = task.sources.column;
       Floats3 r = seen_from(at, column, j);
       Floats r2 = dot(r, r);
-      const Floats reach = kRadii ? own_radius + column[interactions::radius][j] : law.reach;
-      const Floats reach2 = kRadii ? reach * reach : law.reach2;
+      const Floats reach = reach_to(law, column, j), reach2 = squared(law, reach);
       Mask near = r2 < reach2;
       if (law.fast && (lack || law.cuts_off(column, j))) {
         r = later(law, r, column, j);
@@ -218,7 +222,7 @@ struct Collision {
             const Floats r2 = dot(r, r);
             if (r2[lane] > 0 || (task.side == 0 && own == other)) continue;
             const float* const* column = task.sources.column;
-            const Floats reach = kRadii ? own_radius + column[interactions::radius][j] : law.reach;
+            const Floats reach = reach_to(law, column, j);
             if (!(max(before2, r2)[lane] < reach[lane] * reach[lane])) continue;
             const Floats3 change = law.push(
                 {reach, all3(parting(own, other, task.side)), Floats{}, velocity_seen_from(velocity, column, j)}, here);

@@ -23,6 +23,9 @@ struct SmoothingKernel {
     steep = all(14.323945f / (radius * radius * radius * radius));
   }
 
+  /// Returns a squared distance, m2, in squared radii.
+  MOTES_INLINE Floats in_radii(Floats r2) const { return r2 * (per_radius * per_radius); }
+
   /// Returns the density kernel at squared distance q2 (in radii), 1/unit3.
   MOTES_INLINE Floats share(Floats q2) const {
     const Floats left = 1.0f - q2;
@@ -45,7 +48,7 @@ struct Neighbour {
                          std::uint32_t j) {
     const Floats3 r = seen_from(at, task.sources.column, j);
     const Floats r2 = dot(r, r);
-    q2 = r2 * (spread.per_radius * spread.per_radius);
+    q2 = spread.in_radii(r2);
     seen = q2 < 1.0f;
     other = seen & (Mask)(lane_numbers() + first != all_uints(j));
     const Floats d = sqrt(r2);
@@ -57,7 +60,7 @@ struct Neighbour {
 
   static MOTES_INLINE bool sees(const Task& task, const Floats3& at, const SmoothingKernel& spread, std::uint32_t j) {
     const Floats3 r = seen_from(at, task.sources.column, j);
-    return any(dot(r, r) * (spread.per_radius * spread.per_radius) < 1.0f);
+    return any(spread.in_radii(dot(r, r)) < 1.0f);
   }
 
   // Gives sources at the same position a direction from their ids.

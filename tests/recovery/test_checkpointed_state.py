@@ -15,7 +15,7 @@ from launching import python, said
 from standing import on_ranks
 
 import motes
-from motes._checkpoint import folder, kept
+from motes._checkpoint import folder, plain_data
 from motes._checkpoint.manifest import Manifest
 
 BORN_OF_MESHES = """
@@ -99,12 +99,12 @@ def test_what_is_kept_reads_back_as_it_was():
         "moves": motes.Uniform(motes.Curve([(0, 1), (2, (3.0))]), 5),
         "nested": {"tuple": [1]},
     }
-    again = kept.value_of(json.loads(json.dumps(kept.data_of(given))))
+    again = plain_data.value_of(json.loads(json.dumps(plain_data.data_of(given))))
     assert repr(again) == repr(given) and type(again[3][2]) is np.float64
     assert again[3][1].dtype == np.float32 and again["moves"] == given["moves"]
     for no_data in (object(), {1, 2}, np.array([object()]), motes.World, motes.shapes.Sphere((0, 0, 0), 1)):
         with pytest.raises(TypeError, match="is not plain data"):
-            kept.data_of(no_data)
+            plain_data.data_of(no_data)
 
 
 @pytest.mark.parametrize(

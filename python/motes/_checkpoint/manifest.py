@@ -11,7 +11,7 @@ from typing import Any, Self
 from .._io import files
 from ..errors import CheckpointError
 from .folder import MANIFEST
-from .kept import data_of, value_of
+from .plain_data import data_of, value_of
 
 __all__ = ["FORMAT", "VERSION", "Manifest", "PartEntry"]
 
@@ -52,7 +52,7 @@ class Manifest:
     movies: dict[str, int] = field(default_factory=dict)
     """The number of frames of each open movie."""
     kept: Any = None
-    """Python's state, encoded by `kept.data_of`."""
+    """Python's state, encoded by `plain_data.data_of`."""
 
     @property
     def particles(self) -> list[int]:

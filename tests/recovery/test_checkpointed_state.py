@@ -112,7 +112,7 @@ def test_what_is_kept_reads_back_as_it_was():
     [{"array": ["O", [1], "", True]}, {"value": ["World", {"dict": []}]}, {"x": 1}, {}, {"a": 1, "b": 2}],
 )
 def test_what_is_never_kept_is_a_checkpoint_error(planted):
-    manifest = Manifest(1, 0.0, 1, 0.1, 1, "1", {}, [], [], {}, kept=planted)
+    manifest = Manifest(1, 0.0, 1, 0.1, 1, "1", {}, [], [], {}, script_state=planted)
     with pytest.raises(motes.CheckpointError, match="is damaged"):
         manifest.unpacked(Path("here"))
 
@@ -174,9 +174,9 @@ def test_a_checkpoint_of_somebody_else_runs_no_code(tmp_path, where):
     for _, path in folder.whole(tmp_path / "checkpoints"):
         manifest = Manifest.from_bytes((path / folder.MANIFEST).read_bytes(), path)
         if where == "kept":
-            manifest.kept = base64.b64encode(text).decode()
+            manifest.script_state = base64.b64encode(text).decode()
         else:
-            manifest.with_kept({**manifest.unpacked(path), "balancer": ("Own", text)})
+            manifest.with_script_state({**manifest.unpacked(path), "balancer": ("Own", text)})
         manifest.write(path)
     again = python(KEEPS, tmp_path / "checkpoints", "data")
     assert again.code == 1 and "CheckpointError" in again.err, again.text

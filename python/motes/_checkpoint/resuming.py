@@ -92,19 +92,19 @@ class Checkpoints:
         restore(self._engine, self._origin, comm, list(self._settings.roles[2]), self._settings.stall_s)
         self._engine.copy_restored()
         self._origin.samples = None
-        self._restore_kept(manifest)
+        self._restore_script(manifest)
         if self._saver.manages:
             tell(f"motes: continues with frame {manifest.frame}, from {self._origin.place}")
 
-    def _restore_kept(self, manifest: Manifest) -> None:
-        kept = manifest.unpacked(self._origin.place)
+    def _restore_script(self, manifest: Manifest) -> None:
+        state = manifest.unpacked(self._origin.place)
         try:
             for system in self._systems:
                 system.forget()
-                system.newborn.restore(kept["configured"][system.name])
+                system.newborn.restore(state["configured"][system.name])
                 system.tell_clump(self._engine)
-            self._steering.restore(kept.get("steering", {}))
-            name, known = kept.get("balancer") or ("", None)
+            self._steering.restore(state.get("steering", {}))
+            name, known = state.get("balancer") or ("", None)
         except Exception as error:  # of any kind: the data may be anything
             raise CheckpointError(f"{self._origin.place} is damaged: {error!r}") from error
         balancer = self._settings.balancer
@@ -187,8 +187,8 @@ class Checkpoints:
         if not self._saver.manages:
             return manifest
         configured = {system.name: system.newborn.state() for system in self._systems}
-        kept = {"configured": configured, "balancer": self._balancer(), "steering": self._steering.state()}
-        return manifest.with_kept(kept)
+        state = {"configured": configured, "balancer": self._balancer(), "steering": self._steering.state()}
+        return manifest.with_script_state(state)
 
     def _balancer(self) -> tuple[str, Any] | None:
         """Return class name and attributes of a custom balancer; None if they cannot be saved."""

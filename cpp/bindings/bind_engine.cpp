@@ -404,6 +404,8 @@ void bind_engine(py::module_& m) {
       .def("finish", &Engine::finish, Release())
       .def("secure", &secure, py::arg("first") = py::none())
       .def("tell", &tell, py::arg("say"))
+      .def(
+          "pass_camera", [](Engine& e, const image::View& view) { e.pass_camera(view.camera); }, py::arg("view"))
       .def("run_frame", &Engine::run_frame, py::arg("view"), py::arg("argument") = "", Release())
       .def("redraw", &Engine::redraw, py::arg("view"), py::arg("argument") = "", Release())
       .def("on_orders", &on_orders)

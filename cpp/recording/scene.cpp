@@ -65,6 +65,7 @@ Record sample() {
   record.view->objects = {{both, {}}};
   record.view->lights = {{}};
   record.view->before.emplace();
+  record.camera.emplace();
   return record;
 }
 

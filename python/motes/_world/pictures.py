@@ -31,6 +31,12 @@ class Pictures:
         """The current renderer."""
         return self._renderer()
 
+    @property
+    def streaks(self) -> bool:
+        """Whether a picture's streaks begin at the camera of the frame before it."""
+        renderer = self._renderer()
+        return renderer is not None and renderer.shutter > 0
+
     def view(self, time: float) -> _core.View:
         """Return the renderer's view at `time` (s), with the viewers' camera if they have moved it."""
         renderer = self._renderer()

@@ -296,6 +296,8 @@ class Running:
             if self._recovery is not None:
                 self._recovery.tell_unsaved(engine)
             with script_lines.located(session.line_of, lambda: engine.failed_at):
+                if view is None and self.pictures.streaks:
+                    engine.pass_camera(self.pictures.view(session.time))
                 engine.run_frame(view, viewers.steering.agreement())
         finally:
             session.end_conversation(engine)

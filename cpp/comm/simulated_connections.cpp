@@ -70,7 +70,7 @@ std::optional<int> Connections::unsent(int self) {
   return std::nullopt;
 }
 
-bool Connections::come_to(int self, WaitFor point) {
+bool Connections::arrive_at(int self, WaitFor point) {
   End& own = end(self);
   const double now_s = own.machine->clock_s;
   if (own.arrived_s(point) == kNotYet) {
@@ -99,7 +99,7 @@ void Connections::revoke(int self) {
 std::shared_ptr<Connections> Connections::shrink(int self, std::vector<int>& survivors) {
   End& own = end(self);
   if (all_arrived_s(WaitFor::finished) < kNever) throw CommError("the other ranks have finished");
-  if (own.came_s == kNotYet) own.came_s = own.machine->clock_s;
+  if (own.shrink_called_s == kNotYet) own.shrink_called_s = own.machine->clock_s;
   const double over_s = shrunk_s(self);
   if (own.machine->clock_s < over_s) return nullptr;
   if (!shrunk_) {
@@ -107,7 +107,7 @@ std::shared_ptr<Connections> Connections::shrink(int self, std::vector<int>& sur
     for (int rank = 0; rank < size(); ++rank) {
       // A rank that came and has died since may still be included; its loss is noticed later.
       const End& each = end(rank);
-      if (!each.lives() && (each.came_s == kNotYet || coin(rank, rank, 2))) continue;
+      if (!each.lives() && (each.shrink_called_s == kNotYet || coin(rank, rank, 2))) continue;
       members.push_back(each.machine);
       survivors_.push_back(rank);
     }
@@ -221,8 +221,8 @@ double Connections::shrunk_s(int self) const {
   double latest_s = 0;
   for (int other = 0; other < size(); ++other) {
     const End& each = end(other);
-    if (each.lives() && each.came_s == kNotYet) return kNever;
-    latest_s = std::max(latest_s, each.lives() ? each.came_s : noticed_s(self, other));
+    if (each.lives() && each.shrink_called_s == kNotYet) return kNever;
+    latest_s = std::max(latest_s, each.lives() ? each.shrink_called_s : noticed_s(self, other));
   }
   return latest_s;
 }

@@ -34,7 +34,7 @@ class Connections {
   std::optional<base::Bytes> receive(int self, From from);
   std::optional<int> unsent(int self);
   /// Brings this rank to the point where all ranks enter, or finish. Returns whether all have come and it knows.
-  bool come_to(int self, WaitFor point);
+  bool arrive_at(int self, WaitFor point);
   void revoke(int self);
   /// Returns the connections among the surviving ranks, once all of them have called this; null before.
   std::shared_ptr<Connections> shrink(int self, std::vector<int>& survivors);
@@ -68,7 +68,7 @@ class Connections {
     double taken_s = 0;  // when the last of its held messages was taken
     double entered_s = kNotYet;
     double finished_s = kNotYet;
-    double came_s = kNotYet;  // when it called shrink()
+    double shrink_called_s = kNotYet;  // when it called shrink()
     std::vector<Revocation> revoked;
     bool lost = false;  // it knows of a loss: every call throws
     bool lives() const { return machine->live(); }

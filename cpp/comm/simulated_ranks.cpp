@@ -20,7 +20,7 @@ class SimulatedTransport final : public Transport {
 
   int rank() const override { return rank_; }
   int size() const override { return among_->size(); }
-  bool entered() override { return come_to(WaitFor::entered, "enters"); }
+  bool entered() override { return arrive_at(WaitFor::entered, "enters"); }
   void send(int to, Phase phase, std::shared_ptr<const Message> message) override {
     charge_for(message->header());
     scheduler_.point(self_, "sends", number(to), name(phase), Simulation::Death::At::send);
@@ -39,7 +39,7 @@ class SimulatedTransport final : public Transport {
     scheduler_.will_wait(self_, *among_, rank_, WaitFor::sent);
     return among_->unsent(rank_);
   }
-  bool finished() override { return come_to(WaitFor::finished, "finishes"); }
+  bool finished() override { return arrive_at(WaitFor::finished, "finishes"); }
   void pause(int, double until_s) override { scheduler_.pause(self_, until_s); }
   void weigh(Weights weights) override { weights_ = weights; }
 
@@ -66,10 +66,10 @@ class SimulatedTransport final : public Transport {
  private:
   int number(int rank) const { return among_->machine(rank).number; }
 
-  bool come_to(WaitFor point, const char* what) {
+  bool arrive_at(WaitFor point, const char* what) {
     scheduler_.point(self_, what, self_, "");
     scheduler_.will_wait(self_, *among_, rank_, point);
-    return among_->come_to(rank_, point);
+    return among_->arrive_at(rank_, point);
   }
 
   // Spends the time that a message takes at one end.

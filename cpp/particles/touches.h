@@ -16,7 +16,7 @@ struct Touch {
   std::uint64_t id;    // id of the other particle, or number of a wall's face
   std::uint32_t law;   // number of its law, from 0, with a part of its state (law_part) or kWall
   std::uint32_t step;  // sub-step of the last touch, from 1
-  // Of a law of one's own: six numbers of the pair's state.
+  // A law that a script defines keeps six numbers of the pair's state in these.
   float slid[3];       // how far the other's surface has slid along this one's, m
   float rolled[3];     // how far this one has rolled on the other, m; the same for both
 

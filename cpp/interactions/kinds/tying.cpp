@@ -29,7 +29,7 @@ constexpr float kInf = std::numeric_limits<float>::infinity();
 struct Terms {
   float dt;
   std::array<float, 3> compliance;  // compliance / dt^2 by kind, m/(N s2)
-  float kept;  // part of the relative velocity that damping leaves
+  float undamped;  // part of the relative velocity that damping leaves
   float break_at;
   bool tethers;
 };
@@ -45,7 +45,7 @@ Terms terms_of(const actions::Action& action, float dt) {
   Terms terms;
   terms.dt = dt;
   terms.compliance = {given.stretch / (dt * dt), given.shear / (dt * dt), given.bend / (dt * dt)};
-  terms.kept = 1 / (1 + given.damping * dt);
+  terms.undamped = 1 / (1 + given.damping * dt);
   terms.break_at = given.break_at;
   terms.tethers = given.tethers != 0;
   return terms;
@@ -192,20 +192,20 @@ class Tying : public PairAction {
                          store.writable_plane(particles::velocity, 2)};
     float* const torn = terms_.break_at < kInf ? store.writable_plane(particles::torn, 0) : nullptr;
     const std::vector<std::uint8_t>* const chosen = side(0).chosen;
-    std::vector<Held> held((own_ + meeting_.pool->items(kRange) - 1) / meeting_.pool->items(kRange));
+    std::vector<TieTotals> totals((own_ + meeting_.pool->items(kRange) - 1) / meeting_.pool->items(kRange));
     threads::over_ranges(*meeting_.pool, own_, kRange, [&](std::size_t first, std::size_t last) {
       const simd::FloatMode mode;
       for (std::size_t i = first; i < last; ++i) {
         if (rows_[i] == Bonds::kNone) continue;
         std::uint32_t tears = 0;
-        const std::array<float, 3> now = pull(rows_[i], i, held[first / meeting_.pool->items(kRange)], tears);
+        const std::array<float, 3> now = pull(rows_[i], i, totals[first / meeting_.pool->items(kRange)], tears);
         if (tears != 0) torn[i] = static_cast<float>(knots_.knots[rows_[i]].torn | tears);
         if (chosen != nullptr && (*chosen)[i] == 0) continue;
         for (std::size_t c = 0; c < 3; ++c) v[c][i] = now[c];
       }
     });
-    Held all;
-    for (const Held& some : held) {
+    TieTotals all;
+    for (const TieTotals& some : totals) {
       all.ties += some.ties;
       all.longest2 = std::max(all.longest2, some.longest2);
     }
@@ -213,14 +213,14 @@ class Tying : public PairAction {
     return all.ties;
   }
 
-  struct Held {
+  struct TieTotals {
     std::uint64_t ties = 0;
     float longest2 = 0;  // m2
   };
 
   // Returns the velocity that ties give a particle. Both ends of a tie compute its length from the same numbers, so
   // both find it torn.
-  std::array<float, 3> pull(std::uint32_t row, std::size_t i, Held& held, std::uint32_t& tears) const {
+  std::array<float, 3> pull(std::uint32_t row, std::size_t i, TieTotals& totals, std::uint32_t& tears) const {
     const Knots::Knot& own = knots_.knots[row];
     std::array<float, 3> sum{};
     std::array<float, 3> drift{};
@@ -232,7 +232,7 @@ class Tying : public PairAction {
       const Knots::Knot& other = knots_.knots[bond.partner];
       const bool may_tear = b - first < kTearing;
       if (other.seen != knots_.meeting) continue;  // the partner is dead, or not yet born
-      held.longest2 = std::max(held.longest2, distance2(own.place, other.place, periods_));
+      totals.longest2 = std::max(totals.longest2, distance2(own.place, other.place, periods_));
       if (may_tear && (own.torn >> (b - first) & 1u) != 0) continue;
       std::array<float, 3> d = from_partner(own, other);
       float r = length(d);
@@ -252,12 +252,12 @@ class Tying : public PairAction {
       for (std::size_t c = 0; c < 3; ++c) drift[c] += other.velocity[c];
       count += 1;
     }
-    held.ties += static_cast<std::uint64_t>(count);
+    totals.ties += static_cast<std::uint64_t>(count);
     if (own.inverse == 0) return {};
     std::array<float, 3> at = {own.at[0], own.at[1], own.at[2]};
     if (count > 0) {
       // Damps only the velocity relative to the partners, so a fall is not slowed.
-      const float lost = (1 - terms_.kept) * terms_.dt;
+      const float lost = (1 - terms_.undamped) * terms_.dt;
       const float relaxed = std::min(kRelaxation / count, kStable / std::max(spread.most(), 1e-20f));
       for (std::size_t c = 0; c < 3; ++c) {
         at[c] += sum[c] * relaxed + (drift[c] / count - own.velocity[c]) * lost;
@@ -294,8 +294,8 @@ class Tying : public PairAction {
     const std::size_t ties = std::max(ties_of(row), ties_of(bond.partner));
     const float part = std::min(kStable, kRelaxation / static_cast<float>(ties));  // corrected
     const float push = part * (bond.length - r), approach = inner / r - r;
-    const float held = part * std::max(bond.length - before, 0.0f);  // what it may give back
-    if (push - approach <= std::max(approach, 2 * held)) return;
+    const float spare = part * std::max(bond.length - before, 0.0f);  // what it may give back
+    if (push - approach <= std::max(approach, 2 * spare)) return;
     along = inner / before;
     d = was;
     r = before;
@@ -330,8 +330,8 @@ class Tying : public PairAction {
 
   static constexpr std::size_t kRange = std::size_t{1} << 12;
 
-  const std::shared_ptr<const Bonds> kept_ = bonds(key_of(action()));
-  const Bonds& bonds_ = *kept_;
+  const std::shared_ptr<const Bonds> owner_ = bonds(key_of(action()));
+  const Bonds& bonds_ = *owner_;
   const Terms terms_ = terms_of(action(), meeting_.step.dt);
   const particles::Periods& periods_ = *meeting_.periods;
   const float longest_tether_ = periods_.half();  // m

@@ -50,7 +50,7 @@ struct WideRecord {
   std::int32_t x, y;          // middle of the streak, 1/256 px right of and below the centre of the image
   std::uint8_t color[3], alpha;
   std::uint32_t depth;        // bits of the positive float view depth, m
-  std::uint16_t size;         // diameter (of images: the longer side), 1/64 px: 2..512 px
+  std::uint16_t size;         // diameter (of images: the longer side), at least 2 px: see size_units()
   std::uint16_t light;        // factor on alpha, 1/32768; below 32768 for sprites narrower than 2 px
   std::int16_t up_x, up_y;  // the particle's `up` on the screen (y downwards), a unit vector * 32767; 0, 0: unknown
   std::int32_t dx : 24;  // from the start of the streak to its end, 1/256 px
@@ -139,6 +139,19 @@ constexpr bool of_fixed_size(Layout layout) { return layout == Layout::plain || 
 
 inline constexpr int kWideBits = 8; // fractional bits of WideRecord::x, y, dx, dy
 inline constexpr int kSizeBits = 6; // fractional bits of WideRecord::size
+
+/// Sizes from kBigSize (512 px) on grow in units of 16/64 px. Of records that are not wide, positions and streaks of such
+/// sprites are in units kBigBits larger, so that they may begin farther outside the image.
+inline constexpr std::uint32_t kBigSize = 1 << 15;
+inline constexpr int kBigSizeBits = 4, kBigBits = 2;
+/// Greatest diameter of a record, px.
+inline constexpr int kMostDiameter = 8192;
+static_assert(((kMostDiameter << kSizeBits) - kBigSize) >> kBigSizeBits < kBigSize);
+
+/// Returns a WideRecord::size in 1/64 px.
+constexpr std::int32_t size_units(std::uint32_t size) {
+  return static_cast<std::int32_t>(size < kBigSize ? size : kBigSize + ((size - kBigSize) << kBigSizeBits));
+}
 inline constexpr std::uint16_t kAllLight = 1 << 15; // WideRecord::light of sprites at least 2 px wide
 
 /// Bytes of a velocity (three floats, m/s), which follows each record of an opaque system if the view has
@@ -189,6 +202,8 @@ __attribute__((always_inline)) inline WideRecord wide_record(const RecordForm& f
     __builtin_memcpy(&r, bytes, sizeof r);
     return r;
   }
+  __builtin_memcpy(&r.size, bytes + form.size, 4);
+  if (r.size >= kBigSize) bits -= kBigBits;
   const auto pair = [&](int at, std::int32_t& x, std::int32_t& y, int shift) {
     std::int16_t both[2];
     __builtin_memcpy(both, bytes + at, 4);
@@ -199,7 +214,6 @@ __attribute__((always_inline)) inline WideRecord wide_record(const RecordForm& f
   if (form.color != 0) __builtin_memcpy(&color, bytes + form.color, 4);
   __builtin_memcpy(r.color, &color, 4);
   if (form.depth != 0) __builtin_memcpy(&r.depth, bytes + form.depth, 4);
-  __builtin_memcpy(&r.size, bytes + form.size, 4);
   if (form.way != 0) {
     std::int32_t dx, dy;
     pair(form.way, dx, dy, 9 - bits);

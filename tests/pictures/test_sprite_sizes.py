@@ -111,3 +111,15 @@ def test_opaque_images_do_not_vanish_where_they_are_small(pixels, rows):
 def test_what_is_less_than_half_opaque_is_no_surface():
     faint = square(8) // 3
     assert not a_picture_of(motes.Sprite("image", 9, "opaque", image=faint)).any()
+
+
+@pytest.mark.parametrize("kind", ["disc", "sphere", "image"])
+@pytest.mark.parametrize("shutter", [0, 0.5])
+def test_a_particle_has_the_same_share_of_the_picture_at_any_resolution(kind: str, shutter: float) -> None:
+    picture = np.full((8, 8, 4), 255, np.uint8) if kind == "image" else None
+    sizes: list[dict[str, Any]] = [{"pixels": None}, {"height": 0.6}]
+    for size in sizes:
+        sprite = motes.Sprite(kind, image=picture, blend="alpha", **size)
+        near = {"distance": 2, "size": (0.9, 1, 1), "shutter": shutter, "velocity": (0.3, 0, 0)}
+        small, large = (light(sprite, height, **near).sum((0, 1)) / height**2 for height in (360, 1440))
+        np.testing.assert_allclose(large, small, rtol=0.01)

@@ -16,7 +16,7 @@ namespace {
 constexpr int kUnit = 1 << image::kWideBits;                                    // 1 px in positions
 constexpr float kSizeUnit = 1 << image::kSizeBits;                              // 1 px in sizes
 constexpr float kNarrow = 2 * kSizeUnit;  // narrower sprites are drawn this wide, and fainter
-constexpr float kWidest = static_cast<float>(image::kMaxDiameter) * kSizeUnit;
+constexpr float kWidest = static_cast<float>(image::kMostDiameter) * kSizeUnit;
 constexpr float kMostUnlimited = 65536 * kSizeUnit;
 constexpr int kUnitsPerSize = kUnit / (1 << image::kSizeBits);
 
@@ -28,25 +28,30 @@ struct Way {
 };
 
 // Narrows the part from..to of a path, 0..1, to what is within the limit.
-MOTES_INLINE Mask clip(Floats at, Floats way, float limit, Floats& from, Floats& to) {
+MOTES_INLINE Mask clip(Floats at, Floats way, Floats limit, Floats& from, Floats& to) {
   const Mask moves = abs(way) >= 1.0f;
   const Floats scale = all(1.0f) / select(moves, way, all(1.0f));
-  const Floats low = (all(-limit) - at) * scale, high = (all(limit) - at) * scale;
+  const Floats low = (-limit - at) * scale, high = (limit - at) * scale;
   from = max(from, only(moves, min(low, high)));
   to = min(to, select(moves, max(low, high), all(1.0f)));
-  return moves | (abs(at) <= all(limit));
+  return moves | (abs(at) <= limit);
 }
 
 // Clamps to the limit, because clipping points far away leaves rounding errors.
-MOTES_INLINE Floats within(Floats v, float limit) { return min(max(v, all(-limit)), all(limit)); }
+MOTES_INLINE Floats within(Floats v, Floats limit) { return min(max(v, -limit), limit); }
 
 MOTES_INLINE Floats3 vector_at(const float* const (&planes)[3], const float (&of_all)[3], std::size_t i) {
   return {load_or(planes[0], i, of_all[0]), load_or(planes[1], i, of_all[1]), load_or(planes[2], i, of_all[2])};
 }
 
-MOTES_INLINE Way still(const image::WideTask& t, Floats x, Floats y, Mask visible) {
+// The greatest distance of a sprite's middle from the middle of the image, 1/256 px.
+struct Limit {
+  Floats x, y;
+};
+
+MOTES_INLINE Way still(Limit limit, Floats x, Floats y, Mask visible) {
   const Floats none = all(0.0f);
-  visible &= (abs(x) <= all(t.limit_x)) & (abs(y) <= all(t.limit_y));
+  visible &= (abs(x) <= limit.x) & (abs(y) <= limit.y);
   return {visible, x, y, none, none, all(1.0f)};
 }
 
@@ -61,8 +66,8 @@ MOTES_INLINE Floats cut_at_near(const image::WideTask& t, Mask behind, ViewPosit
 }
 
 // Returns the path since the shutter opened; without motion if it is not finite.
-MOTES_INLINE Way moving(const image::WideTask& t, std::size_t i, Floats3 place, ViewPosition now, Floats x, Floats y,
-                        Mask visible) {
+MOTES_INLINE Way moving(const image::WideTask& t, Limit limit, std::size_t i, Floats3 place, ViewPosition now, Floats x,
+                        Floats y, Mask visible) {
   ViewPosition then = view_position(t.then, place - vector_at(t.velocity, t.velocity_of_all, i) * t.open);
   const Mask behind = then.depth < all(t.near);
   const Floats part = any(visible & behind) ? cut_at_near(t, behind, now, then) : all(1.0f);
@@ -72,25 +77,25 @@ MOTES_INLINE Way moving(const image::WideTask& t, std::size_t i, Floats3 place, 
   dx = only(known, dx);
   dy = only(known, dy);
   const Floats ends_x = max(abs(x), abs(x + dx)), ends_y = max(abs(y), abs(y + dy));
-  const Mask inside = ~behind & known & (ends_x <= all(0.99f * t.limit_x)) & (ends_y <= all(0.99f * t.limit_y));
+  const Mask inside = ~behind & known & (ends_x <= 0.99f * limit.x) & (ends_y <= 0.99f * limit.y);
   if (!any(visible & ~inside)) return {visible, x, y, (x + dx) - x, (y + dy) - y, all(1.0f)};
   Floats from = all(0.0f), to = all(1.0f);
-  visible &= clip(x, dx, t.limit_x, from, to) & clip(y, dy, t.limit_y, from, to);
+  visible &= clip(x, dx, limit.x, from, to) & clip(y, dy, limit.y, from, to);
   visible &= from <= to;
   Way w{visible, {}, {}, {}, {}, (to - from) * select(known, part, all(1.0f))};
-  w.x = within(x + dx * from, t.limit_x);
-  w.y = within(y + dy * from, t.limit_y);
-  w.dx = within(x + dx * to, t.limit_x) - w.x;
-  w.dy = within(y + dy * to, t.limit_y) - w.y;
+  w.x = within(x + dx * from, limit.x);
+  w.y = within(y + dy * from, limit.y);
+  w.dx = within(x + dx * to, limit.x) - w.x;
+  w.dy = within(y + dy * to, limit.y) - w.y;
   return w;
 }
 
-MOTES_INLINE Way way(const image::WideTask& t, std::size_t i, Floats3 place, ViewPosition now) {
+MOTES_INLINE Way way(const image::WideTask& t, Limit limit, std::size_t i, Floats3 place, ViewPosition now) {
   const Floats k = all(t.now.scale) / now.depth;
   const Floats x = now.across * k, y = -(now.upward * k);
   const Mask sane =
       (now.depth >= all(t.near)) & (now.depth <= all(kLargest)) & (abs(x) <= all(kLargest)) & (abs(y) <= all(kLargest));
-  return t.streaks ? moving(t, i, place, now, x, y, sane) : still(t, x, y, sane);
+  return t.streaks ? moving(t, limit, i, place, now, x, y, sane) : still(limit, x, y, sane);
 }
 
 // Diameter in 1/64 px, and the fraction of its light that a sprite keeps.
@@ -172,7 +177,7 @@ MOTES_INLINE Uints turning(const image::WideTask& t, std::size_t i, Rotations ca
   Uints word = (exponent + (image::kTurnExponent - 7u - 127u)) << 27;
   const Floats number[3] = {by.x, by.y, by.z};
   for (int c = 0; c < 3; ++c) {
-    const Ints part = floor_to_ints(within(only(turns, number[c] * shorter) * per, 255.0f) + 0.5f);
+    const Ints part = floor_to_ints(within(only(turns, number[c] * shorter) * per, all(255.0f)) + 0.5f);
     word |= ((Uints)part & ((1u << image::kTurnBits) - 1)) << (image::kTurnBits * c);
   }
   return (Uints)turns & word;
@@ -237,6 +242,8 @@ struct Columns {
   Uints word[kMostWords];  // of a record
   Uints tile, flags;  // as in WideBatch
   Mask many;  // touches more than 2x2 tiles
+  Ints diameter;  // 1/64 px
+  Uints light;    // as in a record
   TileSpan across, down;
 };
 
@@ -275,11 +282,31 @@ MOTES_INLINE void place_many(const image::WideTask& t, Ints x, Ints y, Columns& 
   c.tile = (Uints)select(c.many, (Ints)tile_of(t, tile(x, c.across, t.width), tile(y, c.down, t.height)), (Ints)c.tile);
 }
 
+// Returns the limit for sprites: those of up to 512 px, turned, are within reach of the image; bigger ones from farther.
+MOTES_INLINE Limit limit_of(const image::WideTask& t, const Size& s, Mask big) {
+  const Floats more = only(big, s.diameter * (0.72f * kUnitsPerSize));
+  return {more + t.limit_x, more + t.limit_y};
+}
+
+// Recodes the sizes of big sprites, and the positions of those whose records are not wide: see kBigSize.
+__attribute__((noinline)) void recode_big(const image::WideTask& t, Mask big, Ints x, Ints y, Ints dx, Ints dy, Columns& c) {
+  constexpr int kBig = image::kBigSize, kHalfUnit = 1 << (image::kBigSizeBits - 1);
+  const auto put = [&](int word, Uints coarse) { c.word[word] = (Uints)select(big, (Ints)coarse, (Ints)c.word[word]); };
+  const int word = t.form.size / 4;
+  const Ints coded = min_ints(((c.diameter - kBig + kHalfUnit) >> image::kBigSizeBits) + kBig, all_ints(0xffff));
+  put(word, (Uints)coded | c.light << 16);
+  if (t.form.color == 8) return;
+  const int less = image::kWideBits - t.bits + image::kBigBits;
+  if (t.form.way != 0) put(t.form.way / 4, pair_of(rounded(dx, less + 1), rounded(dy, less + 1)));
+  put(0, pair_of(rounded(x, less), rounded(y, less)));
+}
+
 MOTES_INLINE Columns project_vector(const image::WideTask& t, std::size_t i, Uints color) {
   const Floats3 place = place_of(t, i);
   const ViewPosition now = view_position(t.now, place);
-  const Way w = way(t, i, place, now);
   const Size s = size_vector(t, i, now.depth);
+  const Mask big = s.diameter >= static_cast<float>(image::kBigSize);
+  const Way w = way(t, limit_of(t, s, big), i, place, now);
   const Mask visible = w.visible & s.visible;
   const Ints x1 = floor_to_ints(only(visible, w.x)), x0 = floor_to_ints(only(visible, w.x + w.dx));
   const Ints y1 = floor_to_ints(only(visible, w.y)), y0 = floor_to_ints(only(visible, w.y + w.dy));
@@ -324,6 +351,9 @@ MOTES_INLINE Columns project_vector(const image::WideTask& t, std::size_t i, Uin
     c.word[t.form.size / 4] = size;
     c.word[0] = pair_of(rounded(x, less), rounded(y, less));
   }
+  c.diameter = diameter;
+  c.light = (Uints)light;
+  if (any(c.visible & big)) recode_big(t, big, x, y, dx, dy, c);
   const Ints further = columns.last - columns.first, below = rows.last - rows.first;
   c.many = max_ints(further, below) > 1;
   c.flags = ((Uints)further << 30 | (Uints)below << 31) & ~(Uints)c.many;

@@ -18,7 +18,7 @@ class Streak {
       : dx_(r.dx), dy_(r.dy), x_(static_cast<double>(r.x + grid.width * kPixel / 2)),
         y_(static_cast<double>(r.y + grid.height * kPixel / 2)) {
     // The distance from the middle of a tile to its corner, plus the reach of a sprite turned by 45 degrees.
-    const double radius = static_cast<double>(r.size) * (kPixel >> (kSizeBits + 1)) * 1.4143;
+    const double radius = static_cast<double>(size_units(r.size)) * (kPixel >> (kSizeBits + 1)) * 1.4143;
     const double reach = (kTile / 2 * 1.4143 + 1) * static_cast<double>(kPixel) + radius;
     reach_square_ = reach * reach * (dx_ * dx_ + dy_ * dy_);
   }

@@ -143,7 +143,7 @@ Behind::Center Behind::center_of(const Piece& piece, const std::byte* record) co
   center.x += static_cast<float>(r.x) * kPixel;
   center.y += static_cast<float>(r.y) * kPixel;
   center.blur = 1.0f / static_cast<float>(1 << (is_wide(brush.layout()) ? kWideBits : grid.far_bits()));
-  center.radius = 0.5f / (1 << kSizeBits) * static_cast<float>(r.size);
+  center.radius = 0.5f / (1 << kSizeBits) * static_cast<float>(size_units(r.size));
   return center;
 }
 

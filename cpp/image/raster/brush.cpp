@@ -241,7 +241,8 @@ void Brush::set_wide(const View& view) {
   wide_.radius = static_cast<float>(1 / lens(view).focal_px);
   kind_ = std::visit([&](const auto& own) { return KindSplat(splat_of(own, view)); }, sprite_.look);
   if (auto* discs = std::get_if<DiscSplat>(&kind_)) {
-    discs->one_size = wide_.form.way != 0 && wide_.form.color != 8 && diameter_of(sprite_, height_) > 0;
+    const float diameter = diameter_of(sprite_, height_);
+    discs->one_size = wide_.form.way != 0 && wide_.form.color != 8 && diameter > 0 && diameter < kMaxDiameter;
     if (drawn_as_point(sprite_)) {
       discs->gain[2] = gain_at(Sprite::Kind::point, 1);
       discs->key_shift = 1;

@@ -33,7 +33,7 @@ MOTES_OUTLINE WideSprite sprite_from(const WideSplat& task, const unsigned char*
   WideSprite s;
   s.x = static_cast<float>(r.x - task.origin_x) * kUnit;
   s.y = static_cast<float>(r.y - task.origin_y) * kUnit;
-  s.radius = static_cast<float>(r.size) * (0.5f / (1 << image::kSizeBits));
+  s.radius = static_cast<float>(image::size_units(r.size)) * (0.5f / (1 << image::kSizeBits));
   s.half = s.along_y = 0;
   s.along_x = 1;
   if (r.dx != 0 || r.dy != 0) {
@@ -62,7 +62,7 @@ MOTES_INLINE void read_record(const WideSplat& task, const unsigned char* bytes,
   g.record_y[k] = r.y;
   __builtin_memcpy(g.color + k, r.color, sizeof g.color[k]);
   g.depth[k] = r.depth;
-  g.size[k] = r.size;
+  g.size[k] = image::size_units(r.size);
   g.light[k] = r.light;
   g.dx[k] = r.dx;
   g.dy[k] = r.dy;

@@ -1,4 +1,4 @@
-// Turns wide records into light: sprites of any size up to kMaxDiameter, streaks and images, computed pixel by pixel.
+// Turns wide records into light: sprites of any size up to kMostDiameter, streaks and images, computed pixel by pixel.
 #pragma once
 
 #include <cstddef>

@@ -43,7 +43,7 @@ class Sprite(Value):
     sky, in the particle's colour times the mesh's own `colors`, clipped at white; "ribbon": a smooth band
     along the particle's last positions, which fades and tapers towards its end."""
     pixels: int | None = 5
-    """The diameter, 1..512; None: the particle's `size[0]` in metres, up to 512 pixels. Ignored for points
+    """The diameter, 1..512; None: the particle's `size[0]` in metres, up to 8192 pixels. Ignored for points
     and with `height`."""
     blend: Literal["add", "alpha", "opaque"] = "add"
     """"add": light adds up; "alpha": each particle covers what is behind it; "opaque": the nearest particle

@@ -19,8 +19,11 @@ inline void law(const actions::Parameters& p, const actions::Block& b, const act
   for (std::size_t c = 0; c < law.columns; ++c) law.plane[c] = b.component[c];
   write_constants(law.constants, law.constant_count, law.plane, b.count, static_cast<float>(s.time));
   run_steps(law.steps, law.step_count, law.plane, b.count,
-            [&](std::int32_t shape, const float* const* position, float* to)
-                __attribute__((always_inline)) { inside(p.shape[shape], b.count, position, to); });
+            [&](const expressions::FormulaStep& step, const float* const* position, float* to)
+                __attribute__((always_inline)) {
+                  if (step.op == expressions::Op::id) return write_ids(b.ids, step.index, b.count, to);
+                  inside(p.shape[step.index], b.count, position, to);
+                });
   for (std::size_t k = 0; k < law.outcome_count; ++k) {
     const actions::LawResult& outcome = law.outcomes[k];
     float* column = b.component[outcome.component];

@@ -18,7 +18,11 @@ from .first_frame import FirstFrame
 from .newborn import Newborn
 from .session import Session
 
-__all__ = ["SystemState", "kept_attributes", "kept_error"]
+__all__ = ["HITS", "SystemState", "kept_attributes", "kept_error"]
+
+
+HITS = frozenset(("hit", "hit_normal", "landing"))
+"""The attributes in which `bounce(hits=True)` notes hits, anew in each frame."""
 
 
 def kept_attributes(periods: Sequence[Period], sprite: Sprite) -> list[tuple[str, int]]:
@@ -52,7 +56,7 @@ class SystemState:
         self.attributes = {attribute: (i, width) for i, (attribute, width) in enumerate(names)}
         self.columns = columns_of(names)
         native_of(self.sprite, self.columns)  # raises now if the sprite's pick names an unknown column
-        self.kept = frozenset(name for name, _ in kept_attributes(definition["periods"], self.sprite))
+        self.kept = HITS.union(name for name, _ in kept_attributes(definition["periods"], self.sprite))
         """Attributes that scripts can only read."""
         self.newborn = Newborn(name, self.attributes, self.kept)
         self.entries: list[Any] = []

@@ -16,6 +16,7 @@ __all__ = [
     "Value",
     "at",
     "items_of",
+    "joined",
     "key_of",
     "moves",
     "says_near_names",
@@ -127,10 +128,14 @@ class Value:
         if state.keys() != _decorated(kind)._fields.keys():
             self._refuse(given)
         if kind._may_move:
-            for one in given.values():
-                if isinstance(one, Moving):
-                    self._check_moving()
-                    return
+            moving = False
+            for name, one in given.items():
+                if type(one) is tuple or type(one) is list:
+                    state[name] = one = joined(one)
+                moving |= isinstance(one, Moving)
+            if moving:
+                self._check_moving()
+                return
         self.__post_init__()
 
     def _named(self, by_place: tuple[Any, ...], given: dict[str, Any]) -> dict[str, Any]:
@@ -251,6 +256,15 @@ def at(given: Any, time: float) -> Any:
     return given._at_time(time) if isinstance(given, Value) else given
 
 
+def joined(given: Any) -> Any:
+    """Return a vector with curves among its components as one curve, anything else as it is."""
+    if isinstance(given, (tuple, list)) and any(isinstance(one, Moving) for one in given):
+        from .curves import Joined
+
+        return Joined(given)
+    return given
+
+
 def times_of(given: Iterable[Any]) -> list[float]:
     """Return the key times of all curves among the given fields, in seconds, ascending."""
     return sorted({time for one in given if isinstance(one, Moving) for time in one.times})
@@ -322,6 +336,8 @@ class Settings:
             if name in self.__dict__:
                 raise NotAssignableError(f"{kind}.{name} is fixed when the {kind} is made")
             raise NotAssignableError(f"{kind} has no attribute {name!r}{near(name, self._checks)}")
+        if name in self._may_move:
+            given = joined(given)
         if isinstance(given, Moving) and name in self._may_move:
             for time in given.times:
                 check(name, given(time))

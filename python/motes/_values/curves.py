@@ -120,6 +120,10 @@ class Curve(Value, Moving):
                 columns.append((p, rise, 0.0, 0.0))
         return list(zip(*columns, strict=True))
 
+    def in_vector(self, components: Sequence[Any]) -> Curve:
+        """Return the curve of a vector of which this curve is a component."""
+        return Joined(components)
+
     def integral(self, low: float, high: float) -> float:
         """Return the integral over time; the curve must be of numbers.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import math
 from abc import abstractmethod
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, TypeVar, dataclass_transform
 
 from ..errors import ArgumentError, NotAssignableError, near
@@ -47,6 +47,10 @@ class Moving:
     @abstractmethod
     def __call__(self, time: float) -> Any:
         """Return the number or vector at a time, in seconds."""
+
+    @abstractmethod
+    def in_vector(self, components: Sequence[Any]) -> Moving:
+        """Return the vector of these components, of which this is one."""
 
 
 class _Late:
@@ -258,11 +262,8 @@ def at(given: Any, time: float) -> Any:
 
 def joined(given: Any) -> Any:
     """Return a vector with curves among its components as one curve, anything else as it is."""
-    if isinstance(given, (tuple, list)) and any(isinstance(one, Moving) for one in given):
-        from .curves import Joined
-
-        return Joined(given)
-    return given
+    moving = [one for one in given if isinstance(one, Moving)] if isinstance(given, (tuple, list)) else ()
+    return moving[0].in_vector(given) if moving else given
 
 
 def times_of(given: Iterable[Any]) -> list[float]:

@@ -29,9 +29,8 @@ std::uint32_t room(std::uint32_t brightest) { return std::numeric_limits<std::ui
 // Number of pieces whose records are prefetched.
 constexpr std::size_t kAhead = 2;
 
-void prefetch(const Piece& piece) {
-  const std::size_t bytes = std::min<std::size_t>(piece.count * piece.brush->record_bytes(), 4096);
-  for (std::size_t i = 0; i < bytes; i += 64) __builtin_prefetch(piece.records + i);
+[[gnu::always_inline]] inline void prefetch(const Piece& piece) {
+  base::prefetch(piece.records, std::min<std::size_t>(piece.count * piece.brush->record_bytes(), 4096));
 }
 
 // Fewest records of one colour for which a Cover pays: it costs a pass over the tile.
@@ -350,7 +349,7 @@ void TilePainter::show(const TileLight& light, std::uint8_t* pixels, std::size_t
   constexpr int kRowsAhead = 8;
   for (int y = 0; y < light.height; ++y, pixels += row_bytes) {
     if (y + kRowsAhead < light.height) base::prefetch_for_write(pixels + kRowsAhead * row_bytes, lanes);
-    lanes_->tone(light.row(y), lanes, scene_->tone().data(), pixels);
+    lanes_->tone(light.row(y), lanes, light.x, light.y + y, scene_->tone().data(), pixels);
   }
 }
 

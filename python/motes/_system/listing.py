@@ -12,7 +12,7 @@ from ..actions.between import Contact, compiled_for_clumps, counterpart_of
 from ..actions.motion import Bounce, Rest
 from ..actions.targets import Set
 from ..errors import ArgumentError
-from .system_state import SystemState, kept_error
+from .system_state import SystemState, engine_sets
 
 __all__ = ["Listing"]
 
@@ -30,8 +30,8 @@ class Listing:
         system = self._state
         session = system.session
         for name in (action.attribute,) if isinstance(action, Set) else getattr(action, "set", None) or ():
-            if name in system.kept:
-                raise kept_error("set", name)
+            if name in system.engine_attributes:
+                raise engine_sets("set", name)
         if isinstance(action, Rest) and not any(isinstance(e, Bounce) and e.hits for e in system.entries):
             raise ArgumentError("rest", action, "recorded after bounce(..., hits=True) of the same frame")
         if moves(action):

@@ -1,5 +1,6 @@
 #include "actions/action.h"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -30,6 +31,7 @@ constexpr std::uint32_t kContacts = bit(particles::contacts);
 constexpr std::uint32_t kTorn = bit(particles::torn);
 constexpr std::uint32_t kOrientation = bit(particles::orientation);
 constexpr std::uint32_t kWorldSpin = bit(particles::spin);
+constexpr std::uint32_t kHits = bit(particles::hit) | bit(particles::hit_normal) | bit(particles::landing);
 
 const std::array<Facts, kKinds>& table() {
   static const std::array<Facts, kKinds> all = {{
@@ -316,12 +318,26 @@ void Assignment::check(const Action& action, const particles::Schema& schema) co
   }
 }
 
+void PerParticle::check(const Action& action, const particles::Schema& schema) const {
+  const Facts& known = facts(action.kind);
+  int wanted = 0;
+  for (const Number& number : facts(kind_of(known.call)).numbers) wanted += number.count;
+  if (static_cast<int>(values.size()) != wanted)
+    refuse(known, "values", "be " + std::to_string(wanted), std::to_string(values.size()));
+  for (const Expression& value : values) {
+    if (expressions::check(value, schema.components(), count_of(action.shapes)) != expressions::Type::number)
+      refuse(known, "values", "be numbers");
+  }
+}
+
 void ParticleLaw::check(const Action& action, const particles::Schema& schema) const {
   check_results(action, results, values, schema.components(), count_of(action.shapes), schema);
 }
 
 void PairLaw::check(const Action& action, const particles::Schema& schema) const {
   for (const Leaf& leaf : leaves) check_leaf(action, leaf, schema);
+  if (std::any_of(values.begin(), values.end(), expressions::names_ids))
+    refuse(facts(action.kind), "an expression", "not read ids");
   check_results(action, results, values, static_cast<int>(leaves.size()), 0, schema);
 }
 

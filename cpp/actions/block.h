@@ -23,6 +23,7 @@ struct Block {
   particles::Ids ids;  // from the block's first particle on
   std::uint32_t* dead;  // one bit per particle, set if killed; words begin at the lowest bit
   std::int32_t* hit = nullptr;  // all bits set for particles that bounced; null if not needed
+  float stamp = 0;  // of the sub-step, if hits are noted in the columns (hits.h); 0: they are not
 };
 
 /// A (sub)step of one action.
@@ -56,12 +57,15 @@ struct LawCode {
   float** plane = nullptr;  // the formula's; the kernel sets those of the columns
 };
 
-/// The compiled values of `set`.
-struct AssignmentCode {
-  int first = 0;  // the attribute's first component
+/// The maximum number of values that an action computes by expressions, other than laws.
+inline constexpr int kMostValuesOfAction = 5;
+
+/// The compiled values of `set`, or of an action whose numbers are expressions.
+struct ValuesCode {
+  int first = 0;  // of `set`: the attribute's first component
   int width = 0;
-  const expressions::Instruction* code[4] = {};
-  std::size_t length[4] = {};
+  const expressions::Instruction* code[kMostValuesOfAction] = {};
+  std::size_t length[kMostValuesOfAction] = {};
 };
 
 /// Whether `move` turns `up` and orientations.
@@ -80,7 +84,7 @@ struct TableView {
 union Bound {
   MoveTurns turns{};
   int ramp;  // number of numbers of its knots
-  const AssignmentCode* assignment;
+  const ValuesCode* values;
   const LawCode* law;
   const TableView* table;
 };
@@ -97,8 +101,8 @@ struct Parameters {
 /// Floats of a plane: one value per particle of a block, with padding.
 inline constexpr std::size_t kPlane = particles::kBlock + particles::kPadding;
 
-/// Floats of scratch space: a stack of planes on top of up to three results.
-inline constexpr std::size_t kScratch = (expressions::kDepth + 3) * kPlane;
+/// Floats of scratch space: a stack of planes on top of the results before the last.
+inline constexpr std::size_t kScratch = (expressions::kDepth + kMostValuesOfAction - 1) * kPlane;
 
 using Kernel = void (*)(const Parameters&, const Block&, const Step&);
 

@@ -15,8 +15,6 @@
 
 namespace motes::MOTES_ISA {
 
-MOTES_INLINE Floats largest(Floats3 p) { return max(max(abs(p.x), abs(p.y)), abs(p.z)); }
-
 /// `path`: the step's displacement. Near the origin a part of it counts, up to a millimetre.
 MOTES_INLINE Floats skin_of(Floats3 start, Floats3 end, Floats3 path) {
   const Floats least = min(largest(path) * static_cast<float>(kPathsOfSkin), all(static_cast<float>(kMostLeast)));
@@ -31,10 +29,13 @@ MOTES_INLINE void note_hit(const actions::Block& b, std::size_t i, Mask mask) {
 __attribute__((noinline)) inline void bounce_near(const shapes::Shape& shape, const Rebound& rebound,
                                                   const actions::Block& b, float dt, std::size_t i, const Mask& near) {
   Floats3 x = load3(b, kPositionAt, i), v = load3(b, kVelocityAt, i);
-  const Mask bounced = by_halves(near & finite(x + v * dt), x, v, [&](Longs lanes, Doubles3& p, Doubles3& w) {
-    return follow(shape, rebound, dt, lanes, p, w);
+  const Floats3 start = x;
+  HalfHits hits[2];
+  const Mask bounced = by_halves(near & finite(x + v * dt), x, v, [&](Longs lanes, Doubles3& p, Doubles3& w, int half) {
+    return follow(shape, rebound, dt, lanes, p, w, b.stamp != 0 ? hits + half : nullptr);
   });
   if (!any(bounced)) return;
+  if (b.stamp != 0) note_hits(b, i, bounced, join(hits[0], hits[1]), start);
   store3(b, kPositionAt, i, x);
   store3(b, kVelocityAt, i, v);
   note_hit(b, i, bounced);
@@ -66,7 +67,7 @@ template <int kSide>
 class UprightPlane {
  public:
   UprightPlane(int axis, float point, const Rebound& rebound, const actions::Block& b, float dt)
-      : point_(point), dt_(dt), rebound_(rebound) {
+      : axis_(axis), point_(point), dt_(dt), rebound_(rebound) {
     for (int c = 0; c < 3; ++c) {
       x_[c] = b.component[kPositionAt + (axis + c) % 3];
       v_[c] = b.component[kVelocityAt + (axis + c) % 3];
@@ -79,9 +80,14 @@ class UprightPlane {
     return below(load(x_[0] + i) + change) & falls(change);
   }
 
+  /// Where particles were before the step and at the hit; the first component is along the plane's axis.
+  struct Way {
+    Floats3 start, place;
+  };
+
   /// Bounces the particles that met() selects and returns which; sets `sunk` where rounding would still let the move
-  /// end below.
-  MOTES_INLINE Mask turn(std::size_t i, Mask& sunk) const {
+  /// end below, and `way`.
+  MOTES_INLINE Mask turn(std::size_t i, Mask& sunk, Way& way) const {
     const Floats3 x = load_turned(x_, i), v = load_turned(v_, i);
     const Floats before = to_side(x.x - point_), down = to_side(v.x * dt_);
     const Floats part = min(max(before / -down, Floats{}), all(1.0f));
@@ -93,6 +99,8 @@ class UprightPlane {
     const Floats skin = to_side(skin_of(x, x + v * all(dt_) * part, v * all(dt_)));
     Floats3 there = x + (v - after) * passed;
     there.x = there.x + skin;
+    way = {x, x + v * passed};
+    way.place.x = way.place.x + skin;
     sunk = mask & below(there.x + after.x * dt_) & ~below(x.x);
     const Mask kept = mask & ~sunk;
     store_turned(x_, i, select(kept, there, x));
@@ -100,10 +108,20 @@ class UprightPlane {
     return kept;
   }
 
+  /// Notes hits in the columns of the lanes of `mask`.
+  MOTES_INLINE void note(const actions::Block& b, std::size_t i, Mask mask, const Way& way) const {
+    const Floats3 normal = {all(kSide), Floats{}, Floats{}};
+    note_hits(b, i, mask, {all(1.0f), in_world(normal), in_world(way.place), ~Mask{}}, in_world(way.start));
+  }
+
  private:
   static MOTES_INLINE Mask falls(Floats change) { return kSide > 0 ? change < 0.0f : change > 0.0f; }
   MOTES_INLINE Mask below(Floats along) const { return kSide > 0 ? along <= point_ : along >= point_; }
   static MOTES_INLINE Floats to_side(Floats along) { return kSide > 0 ? along : -along; }
+
+  MOTES_INLINE Floats3 in_world(Floats3 p) const {
+    return axis_ == 0 ? p : axis_ == 1 ? Floats3{p.z, p.x, p.y} : Floats3{p.y, p.z, p.x};
+  }
 
   // Load and store vectors whose first component is along the plane's axis.
   static MOTES_INLINE Floats3 load_turned(float* const* from, std::size_t i) {
@@ -115,6 +133,7 @@ class UprightPlane {
     store(to[2] + i, p.z);
   }
 
+  int axis_;
   float point_, dt_;
   Rebound rebound_;
   float *x_[3], *v_[3];
@@ -127,7 +146,10 @@ MOTES_INLINE void bounce_off(const UprightPlane<kSide>& plane, const shapes::Sha
       b.count, [&](std::size_t i) __attribute__((always_inline)) { return plane.met(i); },
       [&](std::size_t i) __attribute__((always_inline)) {
         Mask sunk;
-        note_hit(b, i, plane.turn(i, sunk));
+        typename UprightPlane<kSide>::Way way;
+        const Mask bounced = plane.turn(i, sunk, way);
+        note_hit(b, i, bounced);
+        if (b.stamp != 0) plane.note(b, i, bounced, way);
         if (any(sunk)) bounce_near(shape, rebound, b, dt, i, sunk);
       });
 }
@@ -198,7 +220,7 @@ __attribute__((noinline)) inline Mask turn_near(const shapes::Shape& shape, cons
                                                 const Mask& near, const Floats3& at, Floats3& v) {
   Floats3 x = at;
   return by_halves(near, x, v,
-                   [&](Longs among, Doubles3& p, Doubles3& w) { return turn(shape, rebound, dt, among, p, w); });
+                   [&](Longs among, Doubles3& p, Doubles3& w, int) { return turn(shape, rebound, dt, among, p, w); });
 }
 
 /// Bounces a vector of particles by changing only their velocities.
@@ -227,6 +249,13 @@ inline void bounce(const actions::Parameters& p, const actions::Block& b, const 
     if (exact) return bounce_exactly(lanes, shape, rebound, b, s.dt);
     for (std::size_t i = 0; i < b.count; i += kLanes) turn_vector(lanes, shape, rebound, b, s.dt, i);
   });
+}
+
+/// A bounce that notes its exact hits in columns.
+inline void bounce_counted(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {
+  actions::Block noted = b;
+  noted.stamp = stamp_of(s);
+  bounce(p, noted, s);
 }
 
 }  // namespace motes::MOTES_ISA

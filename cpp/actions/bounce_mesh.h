@@ -138,11 +138,25 @@ __attribute__((noinline)) void stop(const Moving& moving, float dt, Mask caught,
   v = select(caught, still, v);
 }
 
+/// Adds hits of the lanes of `mask`, at the place `from` of the body. A particle does not land on a surface that moves,
+/// nor where rounding puts its place on the other side.
+template <class Moving>
+MOTES_INLINE void note_on(const Moving& moving, Hits& seen, Mask mask, Mask outside, Floats3 from, Floats passed,
+                          Floats3 normal, Floats3 surface) {
+  const Floats3 place = moving.pose.to_world(from, passed);
+  const Mask still = (surface.x == 0.0f) & (surface.y == 0.0f) & (surface.z == 0.0f);
+  const Mask right = ~((moving.distance(moving.pose.end.to_body(place), all(1.0f)) > 0.0f) ^ outside);
+  seen.count = seen.count + only(mask, all(1.0f));
+  seen.normal = select(mask, normal, seen.normal);
+  seen.place = select(mask, place, seen.place);
+  seen.still = select(mask, still & right, seen.still);
+}
+
 /// Sets positions and velocities of the lanes of `going` so that the move that follows ends where their paths end;
-/// returns which bounced.
+/// returns which bounced. `seen`: where their hits are noted; may be null.
 template <class Moving>
 MOTES_INLINE Mask bounce_off(const Moving& moving, float cell, const Rebound& rebound, float dt, Mask going, Floats3& x,
-                             Floats3& v) {
+                             Floats3& v, Hits* seen) {
   const Floats3 begin = x;
   Floats passed{};  // fraction of the step before the last hit
   Floats3 from = moving.pose.start.to_body(x);
@@ -159,8 +173,10 @@ MOTES_INLINE Mask bounce_off(const Moving& moving, float cell, const Rebound& re
     from = select(hit.mask, from + (to - from) * hit.part + hit.normal * skin, from);
     passed = select(hit.mask, passed + (1.0f - passed) * hit.part, passed);
     const Floats3 surface = moving.velocity(from, passed, dt);
-    const Floats3 after = rebound(v - surface, moving.pose.turn(hit.normal, passed)) + surface;
+    const Floats3 normal = moving.pose.turn(hit.normal, passed);
+    const Floats3 after = rebound(v - surface, normal) + surface;
     v = select(hit.mask, after, v);
+    if (seen != nullptr) note_on(moving, *seen, hit.mask, outside, from, passed, normal, surface);
     if (hits == kMostHits) {
       x = select(hit.mask, begin, x);
       stop(moving, dt, hit.mask, outside, skin, moving.carried_to_end(from, passed, outside, skin), x, v);
@@ -179,8 +195,10 @@ MOTES_INLINE void bounce_block(const Moving& moving, float cell, const Rebound& 
     const Mask near = moving.may_meet(moving.pose.start.to_body(x), moving.pose.end.to_body(x + v * dt));
     if (!any(near)) continue;
     const Floats3 x0 = x, v0 = v;
-    const Mask bounced = bounce_off(moving, cell, rebound, dt, near, x, v);
+    Hits hits{};
+    const Mask bounced = bounce_off(moving, cell, rebound, dt, near, x, v, b.stamp != 0 ? &hits : nullptr);
     if (!any(bounced)) continue;
+    if (b.stamp != 0) note_hits(b, i, bounced, hits, x0);
     store3(b, kPositionAt, i, select(bounced, x, x0));
     store3(b, kVelocityAt, i, select(bounced, v, v0));
     note_hit(b, i, bounced);

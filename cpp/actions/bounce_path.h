@@ -11,7 +11,7 @@
 // is smaller than rounding or another wall is near, an eighth of this distance is tried, and finally its last position.
 #pragma once
 
-#include "actions/lanes.h"
+#include "actions/hits.h"
 
 namespace motes::MOTES_ISA {
 
@@ -63,9 +63,9 @@ MOTES_INLINE Doubles3 place_of(const shapes::Shape& shape, const Met& hit, Doubl
 }
 
 /// Sets positions and velocities of the lanes of `going` so that the move that follows ends where their paths end;
-/// returns which of them bounced.
+/// returns which of them bounced. `seen`: where their hits are noted; may be null.
 __attribute__((noinline)) inline Longs follow(const shapes::Shape& shape, const Rebound& rebound, float step,
-                                              Longs going, Doubles3& x, Doubles3& v) {
+                                              Longs going, Doubles3& x, Doubles3& v, HalfHits* seen) {
   const Doubles dt = all_doubles(step);
   Doubles passed{};  // seconds of the step before the last hit
   Doubles3 from = x;
@@ -78,6 +78,7 @@ __attribute__((noinline)) inline Longs follow(const shapes::Shape& shape, const 
     if (hits == kMostHits) break;
     bounced |= going;
     from = select(going, place_of(shape, hit, from, to, largest(v) * dt, going), from);
+    if (seen != nullptr) seen->add(going, hit.normal, from);
     passed = select(going, passed + hit.part * (dt - passed), passed);
     v = select(going, rebound(v, hit.normal), v);
     const bool last = hits == kMostHits - 1;
@@ -104,14 +105,14 @@ __attribute__((noinline)) inline Longs turn(const shapes::Shape& shape, const Re
   }
 }
 
-/// Calls use(lanes, x, v) for each half of a vector that has lanes in `among`. `use` changes x and v and returns which
-/// lanes it changed; the result combines both halves.
+/// Calls use(lanes, x, v, half) for each half, 0 or 1, of a vector that has lanes in `among`. `use` changes x and v and
+/// returns which lanes it changed; the result combines both halves.
 template <class Use>
 MOTES_INLINE Mask by_halves(Mask among, Floats3& x, Floats3& v, const Use& use) {
   const Longs lower = low_half(among), upper = high_half(among);
   Doubles3 low_x = low_half(x), low_v = low_half(v), high_x = high_half(x), high_v = high_half(v);
-  const Longs low = any(lower) ? use(lower, low_x, low_v) : Longs{};
-  const Longs high = any(upper) ? use(upper, high_x, high_v) : Longs{};
+  const Longs low = any(lower) ? use(lower, low_x, low_v, 0) : Longs{};
+  const Longs high = any(upper) ? use(upper, high_x, high_v, 1) : Longs{};
   const Mask changed = join(low, high);
   x = select(changed, join(low_x, high_x), x);
   v = select(changed, join(low_v, high_v), v);

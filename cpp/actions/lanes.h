@@ -24,6 +24,9 @@ inline constexpr int kVelocityBAt = first_component(particles::velocity_b);
 inline constexpr int kUpBAt = first_component(particles::up_b);
 inline constexpr int kOrientationAt = first_component(particles::orientation);
 inline constexpr int kWorldSpinAt = first_component(particles::spin);
+inline constexpr int kHitAt = first_component(particles::hit);
+inline constexpr int kHitNormalAt = first_component(particles::hit_normal);
+inline constexpr int kLandingAt = first_component(particles::landing);
 
 MOTES_INLINE Floats3 load3(const actions::Block& b, int at, std::size_t i) {
   return {load(b.component[at] + i), load(b.component[at + 1] + i), load(b.component[at + 2] + i)};

@@ -38,6 +38,19 @@ constexpr void fields(Visitor& visit, Assignment& set) {
   visit(set.attribute, set.values);
 }
 
+/// Actions whose numbers differ from particle to particle: an expression for each number of the kind with this call.
+struct PerParticle {
+  std::vector<Expression> values;
+
+  void check(const Action& action, const particles::Schema& schema) const;
+  bool operator==(const PerParticle&) const = default;
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, PerParticle& per) {
+  visit(per.values);
+}
+
 /// Where a value of a script's law goes.
 struct Result {
   enum class How : std::uint8_t { rate, change, value, state };
@@ -155,6 +168,6 @@ constexpr void fields(Visitor& visit, Grains& grains) {
   visit(grains.walls, grains.clump);
 }
 
-using Specifics = std::variant<NumbersAlone, Assignment, ParticleLaw, PairLaw, TiedPairs, Lookup, Grains>;
+using Specifics = std::variant<NumbersAlone, Assignment, ParticleLaw, PairLaw, TiedPairs, Lookup, Grains, PerParticle>;
 
 }  // namespace motes::actions

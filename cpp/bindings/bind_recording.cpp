@@ -249,6 +249,7 @@ py::array evaluate(const Steps& steps, const std::vector<FloatArray>& columns) {
   const expressions::Expression code = expression(steps);
   if (expressions::check(code, static_cast<int>(columns.size()), 0) != expressions::Type::number)
     throw std::invalid_argument("the expression must give numbers");
+  if (expressions::names_ids(code)) throw std::invalid_argument("the expression must not read ids: arrays have none");
   const auto count = columns.empty() ? py::ssize_t{0} : columns.front().size();
   for (const FloatArray& column : columns) {
     if (column.size() != count) throw std::invalid_argument("all arrays must have the same size");

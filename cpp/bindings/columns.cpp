@@ -151,6 +151,10 @@ std::vector<bool> used_attributes(const particles::Store& store, std::size_t cou
   for (int attribute = 0; attribute < store.schema().size(); ++attribute) {
     const particles::Attribute& facts = store.schema()[attribute];
     bool same = true;
+    if (attribute == particles::landing) {  // only `rest` needs it
+      used.push_back(false);
+      continue;
+    }
     for (int c = 0; c < facts.width && same && count > 0; ++c) {
       same = all_are(store, attribute, c, facts.initial[static_cast<std::size_t>(c)], count);
     }

@@ -1,5 +1,6 @@
 #include "expressions/expression.h"
 
+#include <algorithm>
 #include <string>
 
 #include "base/invalid_argument.h"
@@ -33,6 +34,10 @@ void check_index(const Instruction& instruction, int components, int shapes) {
   int least = 0, most = 1;
   if (instruction.op == Op::column) most = components;
   if (instruction.op == Op::inside) most = shapes;
+  if (instruction.op == Op::id) {
+    least = kHighId;
+    most = kMostModulo + 1;
+  }
   if (instruction.op == Op::noise) {
     least = kFields;
     most = kFields * (kOctaves + 1);
@@ -41,6 +46,10 @@ void check_index(const Instruction& instruction, int components, int shapes) {
 }
 
 }  // namespace
+
+bool names_ids(const Expression& expression) {
+  return std::any_of(expression.begin(), expression.end(), [](const Instruction& i) { return i.op == Op::id; });
+}
 
 Type check(const Expression& expression, int components, int shapes) {
   std::vector<Type> stack;

@@ -15,6 +15,7 @@ enum class Op : std::uint8_t {
   constant,  // value
   column,  // index: a component of the schema, or one of the leaves of a law between particles
   time,  // at the start of the (sub)step, seconds
+  id,  // of the particle; index n: modulo n, exact; kWholeId: rounded to float32; kHighId: floor(id / kMostModulo)
   // number(s) -> number
   negate,
   absolute,
@@ -76,6 +77,13 @@ inline constexpr int kDepth = 16;
 inline constexpr int kFields = 65536;
 inline constexpr int kOctaves = 8;
 
+/// Op::id has an index of 1..kMostModulo, which float32 represents exactly, or one of these.
+inline constexpr int kWholeId = 0, kHighId = -1;
+inline constexpr int kMostModulo = 1 << 24;
+
+/// Returns whether the expression reads ids, which only expressions of one particle can.
+bool names_ids(const Expression& expression);
+
 enum class Type : std::uint8_t { number, truth };
 
 /// Returns how many values an operation takes from the stack. Always inline, so that a kernel never links a copy that
@@ -85,6 +93,7 @@ enum class Type : std::uint8_t { number, truth };
     case Op::constant:
     case Op::column:
     case Op::time:
+    case Op::id:
     case Op::inside: return 0;
     case Op::negate:
     case Op::absolute:

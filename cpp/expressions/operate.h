@@ -52,6 +52,7 @@ MOTES_OUTLINE void operate(expressions::Op op, std::int32_t index, std::size_t c
   switch (op) {
     case Op::constant:
     case Op::time:
+    case Op::id:
     case Op::inside: return;  // computed by the caller
     case Op::column: MOTES_UNARY(x); return;
     case Op::negate: MOTES_UNARY(-x); return;
@@ -99,15 +100,15 @@ MOTES_INLINE void write_constants(const expressions::FormulaStep* steps, std::si
   }
 }
 
-/// Runs the steps; inside(index, from, to) computes whether positions are in a shape.
-template <class Inside>
+/// Runs the steps; special(step, from, to) computes ids, and whether positions are in a shape.
+template <class Special>
 MOTES_INLINE void run_steps(const expressions::FormulaStep* steps, std::size_t length, float* const* plane,
-                            std::size_t count, const Inside& inside) {
+                            std::size_t count, const Special& special) {
   for (std::size_t k = 0; k < length; ++k) {
     const expressions::FormulaStep& step = steps[k];
     const float* const from[4] = {plane[step.from[0]], plane[step.from[1]], plane[step.from[2]], plane[step.from[3]]};
-    if (step.op == expressions::Op::inside) {
-      inside(step.index, from, plane[step.to]);
+    if (step.op == expressions::Op::inside || step.op == expressions::Op::id) {
+      special(step, from, plane[step.to]);
     } else {
       operate(step.op, step.index, count, plane[step.to], from);
     }

@@ -84,6 +84,9 @@ class Store {
   /// Sets a uniform attribute's value. Only for empty stores: throws std::logic_error otherwise.
   void set_uniform(int attribute, Value value);
 
+  /// Gives all particles the attribute's initial value, without a plane for it.
+  void forget(int attribute) { columns_[index(attribute)] = {nullptr, (*schema_)[attribute].initial}; }
+
   /// Copies one attribute of every particle to another attribute of the same width.
   void copy_attribute(int from, int to);
 

@@ -21,10 +21,12 @@ using particles::kBlock;
 using particles::kShortBlock;
 using particles::Store;
 
+std::uint64_t bit(int attribute) { return std::uint64_t{1} << attribute; }
+
 // An attribute that move turns, and the attribute with its rate.
 struct Turning {
   int turned, rate;
-  std::uint64_t both() const { return std::uint64_t{1} << turned | std::uint64_t{1} << rate; }
+  std::uint64_t both() const { return bit(turned) | bit(rate); }
 };
 constexpr Turning kUps = {particles::up, particles::rotational_velocity};
 constexpr Turning kOrientations = {particles::orientation, particles::spin};
@@ -34,7 +36,7 @@ bool turns(const Turning& turning, const Store& store, const std::vector<actions
   const particles::Value rate = store.uniform_value(turning.rate);
   if (!store.uniform(turning.rate) || rate[0] != 0 || rate[1] != 0 || rate[2] != 0) return true;
   return std::any_of(list.begin(), list.end(), [&](const actions::Action& action) {
-    return (actions::writes(action) >> turning.rate & 1u) != 0;
+    return action.kind != actions::Kind::rest && (actions::writes(action) >> turning.rate & 1u) != 0;
   });
 }
 
@@ -62,7 +64,9 @@ bool rotational(const actions::Action& action) {
   return action.kind == actions::Kind::move && actions::numbers_of<actions::numbers::move>(action).rotational != 0;
 }
 
+// Returns the attributes that an action leaves unchanged, although its kind writes them.
 std::uint64_t untouched(const actions::Action& action, std::uint64_t at_rest) {
+  if (action.kind == actions::Kind::rest) return at_rest & (bit(kUps.rate) | bit(kOrientations.rate));
   if (action.kind != actions::Kind::move) return 0;
   return rotational(action) ? at_rest : kUps.both() | kOrientations.both();
 }
@@ -120,11 +124,12 @@ actions::TableView view_of(const actions::LookupTable& table) {
   return {table.values.data(), {table.size[0], table.size[1], table.size[2]}};
 }
 
-actions::AssignmentCode code_of(const actions::Assignment& set, const particles::Schema& schema) {
-  actions::AssignmentCode code{schema[set.attribute].first_component, schema[set.attribute].width};
-  for (std::size_t v = 0; v < set.values.size(); ++v) {
-    code.code[v] = set.values[v].data();
-    code.length[v] = set.values[v].size();
+// Returns the code of an action's values. `first`: the component that `set` writes first.
+actions::ValuesCode code_of(const std::vector<actions::Expression>& values, int first = 0) {
+  actions::ValuesCode code{first, static_cast<int>(values.size())};
+  for (std::size_t v = 0; v < values.size(); ++v) {
+    code.code[v] = values[v].data();
+    code.length[v] = values[v].size();
   }
   return code;
 }
@@ -173,7 +178,10 @@ void Program::bind_part(std::size_t number, const particles::Schema& schema, flo
   actions::Bound& bound = operation.parameters.bound;
   if (actions::facts(action.kind).ramp > 0) bound.ramp = static_cast<int>(action.numbers.size());
   if (const auto* set = std::get_if<actions::Assignment>(&action.specifics))
-    bound.assignment = &operation.bound.emplace<actions::AssignmentCode>(code_of(*set, schema));
+    bound.values =
+        &operation.bound.emplace<actions::ValuesCode>(code_of(set->values, schema[set->attribute].first_component));
+  if (const auto* given = std::get_if<actions::PerParticle>(&action.specifics))
+    bound.values = &operation.bound.emplace<actions::ValuesCode>(code_of(given->values));
   if (const auto* lookup = std::get_if<actions::Lookup>(&action.specifics))
     bound.table = &operation.bound.emplace<actions::TableView>(view_of(*actions::table(lookup->table)));
   if (law_of(action) != nullptr) bound.law = bind_law(number, work, operation);
@@ -203,7 +211,8 @@ std::vector<Program::Operation> Program::bind(const Store& store, std::uint64_t 
     if (few) std::copy(action.numbers.begin(), action.numbers.end(), operation.numbers.begin());
     p.number = few ? operation.numbers.data() : action.numbers.data();
     p.shape = action.shapes.data();
-    if (rotational(action)) p.bound.turns = {(at_rest & kUps.both()) == 0, (at_rest & kOrientations.both()) == 0};
+    if (rotational(action) || action.kind == actions::Kind::rest)
+      p.bound.turns = {(at_rest & kUps.both()) == 0, (at_rest & kOrientations.both()) == 0};
     bind_part(i, store.schema(), work, operation);
     p.periods = &store.schema().periods();
     p.scratch = scratch;

@@ -103,7 +103,7 @@ class Program {
     actions::Kernel kernel = nullptr;
     actions::Parameters parameters{};
     const actions::Expression* where = nullptr;  // null: everywhere
-    std::variant<std::monostate, actions::AssignmentCode, actions::LawCode, actions::TableView> bound;
+    std::variant<std::monostate, actions::ValuesCode, actions::LawCode, actions::TableView> bound;
     std::vector<float*> planes;  // of a law's formula
     std::vector<int> written;  // components, if there is a condition
     bool moves = false;  // whether it writes positions in periodic space

@@ -58,7 +58,8 @@ Record sample() {
   record.lists = {{source, Burst{both, 1, state}, Emit{1, {{particles::position, {0, 0, 0}}}, state},
                    with(actions::Assignment{0, {step}}), with(actions::ParticleLaw{{step}, {{}}}),
                    with(actions::PairLaw{{{}}, {step}, {{}}}), with(actions::TiedPairs{}), with(actions::Lookup{}),
-                   with(actions::Grains{{{}}, 0}), Read{}, spawn, Callback{"f", 0, step, {both}}, KeepCopies{}}};
+                   with(actions::Grains{{{}}, 0}), with(actions::PerParticle{{step}}), Read{}, spawn,
+                   Callback{"f", 0, step, {both}}, KeepCopies{}}};
   record.sprites = {{}};
   record.clumps = {{}};
   record.view.emplace();

@@ -40,6 +40,7 @@ _MODULES = {
     "_values.curves": "Curve",
     "_values.live": "Live",
     "_values.roles": "Roles",
+    "_values.rotations": "euler",
     "_values.ties": "Ties",
     "_values.wall": "Wall WallForce",
     "_world.world": "World",

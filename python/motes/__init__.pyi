@@ -35,6 +35,7 @@ from ._values.checkpoint import Checkpoint as Checkpoint
 from ._values.curves import Curve as Curve
 from ._values.live import Live as Live
 from ._values.roles import Roles as Roles
+from ._values.rotations import euler as euler
 from ._values.ties import Ties as Ties
 from ._values.wall import Wall as Wall
 from ._values.wall import WallForce as WallForce

@@ -70,9 +70,9 @@ def require_openexr() -> None:
         raise MissingExtraError(_EXR, extra="exr", package="OpenEXR")
 
 
-def pillow(module: str = "PIL.Image") -> Any:
+def pillow(module: str = "PIL.Image", need: str = "a sprite image given as a path") -> Any:
     """Import a module of Pillow, which reads pictures. Raises MissingExtraError if it is not installed."""
-    return _import(module, "a sprite image given as a path", "image", package="Pillow")
+    return _import(module, need, "image", package="Pillow")
 
 
 def require_live(need: str = _LIVE) -> None:

@@ -154,7 +154,7 @@ EXTRAS = {
     "video": ("av>=15",),
     "analysis": ("pandas>=2", "matplotlib>=3.8"),
     "exr": ("OpenEXR>=3.3",),
-    "image": ("Pillow>=10",),
+    "image": ("Pillow>=10.1",),
     "live": ("websockets>=13", "simplejpeg>=1.8"),
     "mesh": ("DracoPy>=2.0",),
     "notebook": ("websockets>=13", "simplejpeg>=1.8", "anywidget>=0.9"),

@@ -19,6 +19,8 @@ from motes.errors import ArgumentError
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 BALL = shapes.Sphere((0, 0, 0), 1)
 AXES = np.eye(3, dtype=np.float32)
+BY_EXPRESSIONS = ("gravity", "wind", "damping", "rotational_damping")
+OTHER_KINDS = {"pairs", "contact_clumps", "bounce_counted", *(f"{name}_by" for name in BY_EXPRESSIONS)}
 
 
 def test_explosion_is_strongest_at_its_crest():
@@ -352,7 +354,7 @@ def test_every_action_has_a_method_that_records_it():
         kind for kind in vars(actions).values() if isinstance(kind, type) and issubclass(kind, actions.Action)
     ]
     names = ["".join("_" + c.lower() if c.isupper() else c for c in kind.__name__)[1:] for kind in kinds]
-    assert sorted({*names, "pairs", "contact_clumps"} - {"action"}) == sorted(motes._core.action_names())
+    assert sorted({*names, *OTHER_KINDS} - {"action"}) == sorted(motes._core.action_names())
     assert all(callable(getattr(system, name)) for name in names if name != "action")
     with world:
         system.jet(BALL, acceleration=(0, 1, 0))

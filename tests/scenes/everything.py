@@ -66,15 +66,21 @@ def fountain(s: motes.System, frame: int) -> None:
 
 
 def snow(s: motes.System, frame: int) -> None:
-    """Use a capacity, births after the move, vertices, emitted arrays, user columns."""
+    """Use a capacity, births after the move, emitted arrays, user columns; particles that come to rest."""
     s.configure(velocity=motes.Normal((0, -2, 0), (0.5, 0.2, 0.5)), size=0.1, heat=motes.Uniform(0, 1))
     s.source(shapes.Box((-4, 3, -4), (4, 3.5, 4)), rate=3000)
     s.random_acceleration(shapes.Sphere((0, 0, 0), 3))
+    s.gravity((0, -4 * ex.column("size").x, 0), where=ex.column("id") % 3 == 1)
+    s.wind((motes.Curve([(0, -1), (1, 1)]), 0, 0), drag=0.2 / ex.column("size").x)
+    roof = shapes.Rectangle((-3, 1.5, -2), (2, 0.5, 0), (0, 0, 4))
+    s.bounce([shapes.Sphere((1, 1, 0), 0.6), roof, shapes.Plane((0, 0.2, 0), (0, 1, 0))], 0.2, 0.7, hits=True)
+    s.rest(0.6, angle_deg=10)
+    s.set(color=(1, 0.2, 0.2), where=(ex.column("hit") > 1) & (ex.column("hit_normal").y > 0.9))
     s.move(rotational=False)
     s.burst((0.25 * frame, 2, 0))
     rows = np.random.default_rng(frame).normal(0, 2, (frame * 3 % 7, 3)).astype(np.float32)
     s.emit(position=rows, velocity=-rows, heat=rows[:, 0], wind=rows)
-    s.sink(shapes.Plane((0, 0, 0), (0, 1, 0)))
+    s.sink([shapes.Plane((0, 0, 0), (0, 1, 0)), shapes.Sphere((3, 2, 0), 0.3)])
     s.kill_old(0.8)
 
 

@@ -34,7 +34,7 @@ def die(after_s: float) -> None:
     os.kill(os.getpid(), signal.SIGKILL)
 
 
-ground = Plane((0, 0, 0), (0, 1, 0))
+ground, ball = Plane((0, 0, 0), (0, 1, 0)), Sphere((1, 0.5, 0), 0.5)
 camera = motes.Camera((0, 2, 9), (0, 1.5, 0))
 world = motes.World(
     seed=7,
@@ -75,7 +75,8 @@ with world, motes.Movie(f"{out}/film.mp4") as movie:
         world.renderer.layers = ("depth",) if frame % 2 else ()
         sparks.source(Disc((0, 0, 0), (0, 1, 0), 0.2), rate=2000)
         sparks.gravity((0, -9.81, 0))
-        sparks.bounce(ground, restitution=0.5, friction=0.1)
+        sparks.bounce([ground, ball], restitution=0.5, friction=0.1, hits=True)
+        sparks.rest(0.3)
         if "--callback" in options:
             sparks.callback(lambda particles: None)
         if "--write" in options:

@@ -113,9 +113,11 @@ def shapes(kinds: tuple[str, ...] = WITHOUT_SURFACE + SURFACES) -> Text:
 @cache
 def scalars() -> Text:
     """Draw a scalar column, or a scalar computed from a vector column."""
-    vector = st.sampled_from(TRIPLES)
+    vector = st.sampled_from((*TRIPLES, "hit_normal"))
     part = st.tuples(vector, st.sampled_from([".x", "[1]", ".z", ".length()"]))
-    return st.sampled_from(SCALARS).map(column) | part.map(lambda drawn: column(drawn[0]) + drawn[1])
+    return st.sampled_from((*SCALARS, "hit", "id")).map(column) | part.map(
+        lambda drawn: column(drawn[0]) + drawn[1]
+    )
 
 
 def column(name: str) -> str:
@@ -222,6 +224,8 @@ NAMED: dict[str, st.SearchStrategy[Any]] = {
     "drag": numbers(0, 3),
     "points": st.lists(triples(-2, 2), min_size=2, max_size=6).filter(lambda p: p[0] != p[1]).map(str),
     "look_ahead": numbers(0.125, 2),
+    "speed": numbers(0, 6),
+    "angle_deg": numbers(0, 90),
 }
 
 
@@ -279,13 +283,19 @@ def field(kind: str, name: str, annotation: str) -> st.SearchStrategy[Any]:
     """Draw a value for a field of an action."""
     annotation = annotation.replace("Vector", "ArrayLike").replace("Number", "float")
     annotation = annotation.replace("'", '"')  # some versions of Python use the other quotes
+    if annotation.endswith(" | Expression"):
+        plain = field(kind, name, annotation.removesuffix(" | Expression"))
+        each = scalars() if annotation.startswith("float") else st.sampled_from(TRIPLES).map(column)
+        return plain | expressions(each)
     if kind in actions.between.__all__ and name in BETWEEN:
         return BETWEEN[name]
     if name == "ramp":
         value = triples(0, 1) if "ArrayLike" in annotation else numbers(0, 1)
         return st.lists(st.tuples(numbers(0, 1), value), min_size=1, max_size=12).map(sorted)
-    if annotation == "Shape":
-        return shapes(SURFACES) if kind in ("Bounce", "Avoid") else shapes()
+    if annotation in ("Shape", "Shape | Sequence[Shape]"):
+        one = shapes(SURFACES) if kind in ("Bounce", "Avoid") else shapes()
+        listed = st.lists(one, min_size=1, max_size=3).map(lambda parts: f"[{', '.join(parts)}]")
+        return one if annotation == "Shape" else one | listed
     if annotation.startswith("Shape"):
         return shapes() | NAMED.get(name, TYPED["ArrayLike"]).map(str)
     if annotation == "ArrayLike" and name == "scale":
@@ -324,11 +334,17 @@ def one_action(draw: st.DrawFn, meets: bool) -> str:
             continue
         if part.name == "other_radius" and "other=$" not in arguments:
             continue
+        if part.name == "hits":
+            arguments.append(f"hits={'exact_hit=False' not in arguments}")
+            continue
         if part.name == "far" and any(text.startswith("max_radius") for text in arguments):
             continue
         arguments.append(f"{part.name}={draw(field(kind, part.name, str(part.type)))}")
     arguments.append(f"where={draw(where)}")
-    return f"{kind}({', '.join(arguments)})"
+    action = f"{kind}({', '.join(arguments)})"
+    if kind == "Rest":
+        return f"[Bounce(shape={draw(shapes(SURFACES))}, restitution=0.25, hits=True), {action}]"
+    return action
 
 
 # --- births, and the other calls of a system

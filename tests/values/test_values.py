@@ -117,8 +117,9 @@ def test_fields_are_numbers_and_tuples():
 def test_values_are_dataclasses_with_the_signature_of_their_fields():
     bounce, uniform = actions.Bounce, motes.Uniform
     assert str(inspect.signature(bounce)) == (
-        "(shape: 'Shape', restitution: 'Number' = 1, friction: 'Number' = 0, "
-        "min_tangential_speed: 'Number' = 0, exact_hit: 'bool' = True, *, where: 'Where' = None) -> None"
+        "(shape: 'Shape | Sequence[Shape]', restitution: 'Number' = 1, friction: 'Number' = 0, "
+        "min_tangential_speed: 'Number' = 0, exact_hit: 'bool' = True, hits: 'bool' = False, "
+        "*, where: 'Where' = None) -> None"
     )
     assert str(inspect.signature(uniform)) == "(lo: 'ArrayLike | Curve', hi: 'ArrayLike | Curve') -> None"
     assert list(inspect.signature(shapes.Sphere).parameters) == ["center", "radius", "inner_radius"]

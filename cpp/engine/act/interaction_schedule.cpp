@@ -32,6 +32,7 @@ InteractionSchedule::InteractionSchedule(Rank& rank, const Script& script, Calcu
 void InteractionSchedule::take_births(std::size_t index, Newborn& newborn) {
   const System& system = *script_.systems[index];
   Population& here = *calculator_.populations[index];
+  begin_counts(here);
   here.outcome.gathers = false;  // the list runs in parts
   here.outcome.wants_hits = asks_for(system, recording::Spawn::On::collision);
   Runner& runner = runners_.emplace_back(Runner{index, system.pending_segments(), {}});

@@ -92,6 +92,7 @@ void run_preview(Rank& rank, Script& script, const Calculator& calculator, std::
   const BirthHistory history = system.history;
   const Tally tally = here.tally;
   const program::ListResult outcome = here.outcome;
+  const bool counts_afresh = here.counts_afresh;
   Store before(system.schema);
   before.append(here.store);
   const auto restore = [&] {
@@ -100,6 +101,7 @@ void run_preview(Rank& rank, Script& script, const Calculator& calculator, std::
                                           system.list.size(), std::move(system.history)});
     here.outcome = outcome;
     here.tally = tally;
+    here.counts_afresh = counts_afresh;
     system.counts = counts;
     system.sources = sources;
     script.divide(index, domains);

@@ -98,6 +98,7 @@ std::map<int, std::vector<std::uint32_t>> migrants_by_owner(const Rank& rank, co
 
 void run_list(const Rank& rank, const System& system, Population& here, const Append& append, const CallBack& call_back,
               bool keep_hits) {
+  begin_counts(here);
   const std::vector<ListSegment> segments = system.pending_segments();
   const bool again = !here.outcome.dead.empty() || !here.outcome.hits.empty();  // a part of the list has run before
   here.outcome.wants_hits = keep_hits || asks_for(system, recording::Spawn::On::collision);

@@ -1,6 +1,7 @@
 #include "engine/state/population.h"
 
 #include <numeric>
+#include <utility>
 
 #include "simd/float_mode.h"
 
@@ -28,6 +29,7 @@ void note_collided(Population& here, const std::vector<std::uint8_t>* chosen) {
 void start_frame(Population& here) {
   here.preview.reset();
   here.moved = false;
+  here.counts_afresh = true;
   here.outcome.clear();
   here.bounced.clear();
   here.collided.clear();
@@ -38,6 +40,11 @@ void start_frame(Population& here) {
   here.ways.fill(Handling::kUnknown);
   here.sent.clear();
   here.events.clear();
+}
+
+void begin_counts(Population& here) {
+  if (!std::exchange(here.counts_afresh, false)) return;
+  for (const int attribute : {particles::hit, particles::hit_normal, particles::landing}) here.store.forget(attribute);
 }
 
 void keep_copies(System& system, Population& here) {

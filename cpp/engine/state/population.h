@@ -44,6 +44,7 @@ struct Population {
   particles::Store store;
   std::unique_ptr<Preview> preview;
   bool in_callback = false;                   // the script sees all particles that the list runs over
+  bool counts_afresh = true;                  // the hits are those of the last frame: see begin_counts
   bool moved = false;                         // positions may have changed since the last search for migrants
   program::ListResult outcome;
   std::set<std::uint64_t> bounced;  // ids that bounced before the last interaction, if a spawn rule needs them
@@ -94,6 +95,9 @@ void note_collided(Population& here, const std::vector<std::uint8_t>* chosen);
 
 /// Resets the outcome of the last frame.
 void start_frame(Population& here);
+
+/// Forgets the hits of the last frame, before the first part of this frame's list runs. Until then scripts read them.
+void begin_counts(Population& here);
 
 /// Puts the *_b attributes into use: live particles, including those of a preview, get their values at birth.
 void keep_copies(System& system, Population& here);

@@ -170,7 +170,9 @@ void System::start_frame() {
 }
 
 void System::sweep(actions::Action& action) {
-  if (action.kind != actions::Kind::bounce && action.kind != actions::Kind::contact) return;
+  using actions::Kind;
+  const bool swept = action.kind == Kind::bounce || action.kind == Kind::bounce_counted || action.kind == Kind::contact;
+  if (!swept) return;
   for (shapes::Shape& wall : action.shapes) {
     if (wall.kind != shapes::Kind::mesh) continue;
     const auto same = [&](const shapes::Shape& other) { return other.origin == wall.origin; };

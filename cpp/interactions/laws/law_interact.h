@@ -107,7 +107,7 @@ MOTES_INLINE void run_batch(const interactions::ScriptedTask& task, PairBatch& b
     gather_leaf(task, task.leaves[leaf], batch, task.plane[leaf]);
   }
   run_steps(task.steps, task.step_count, task.plane, batch.count,
-            [](std::int32_t, const float* const*, float*) __attribute__((always_inline)) {});
+            [](const expressions::FormulaStep&, const float* const*, float*) __attribute__((always_inline)) {});
   if (task.state_count > 0) keep_states(task, batch);
   for (std::size_t s = 0; s < task.sum_count; ++s) {
     float* value = task.plane[task.sums[s]];

@@ -36,6 +36,8 @@ const std::map<std::string, Action>& usual() {
       {"damping", make(numbers::damping<>{.damping = {0.9, 0.9, 0.9}, .max_speed = kInf})},
       {"rotational_damping", make(numbers::rotational_damping<>{.damping = {0.9, 0.9, 0.9}, .max_speed = kInf})},
       {"bounce", make(numbers::bounce<>{.restitution = 0.1, .friction = 0.5, .exact_hit = 1}, {kGround})},
+      {"bounce_counted",
+       make(numbers::bounce_counted<>{.restitution = 0.1, .friction = 0.5, .exact_hit = 1}, {kGround})},
       {"avoid", make(numbers::avoid<>{.magnitude = 1, .epsilon = 0.1, .look_ahead = 1}, {kBall})},
       {"sink", make(numbers::sink<>{.inside = 1}, {kNowhere})},
       {"sink_velocity", make(numbers::sink_velocity<>{.inside = 1}, {kNowhere})},
@@ -102,7 +104,13 @@ Action example(Kind kind) {
   if (kind == Kind::law) return pull_down();
   if (kind == Kind::field) return in_field();
   if (kind == Kind::follow_path) return along_path();
-  Action action{kind, {}, {}};
+  Action action{kind, {}, {}, {}, facts.specifics};
+  if (auto* each = std::get_if<actions::PerParticle>(&action.specifics)) {
+    for (const actions::Number& number : actions::facts(actions::kind_of(facts.call)).numbers) {
+      each->values.resize(each->values.size() + static_cast<std::size_t>(number.count),
+                          {{actions::Op::constant, 0, 1}});
+    }
+  }
   const auto known = usual().find(facts.name);
   if (known != usual().end()) {
     action = known->second;

@@ -84,7 +84,7 @@ class ActionMethods:
             self._record(actions.Set(attribute=name, value=value, where=where))
 
     gravity = recorded(actions.Gravity)
-    """Accelerates all particles by the same amount."""
+    """Accelerates all particles by the same amount, or each by the value of an expression."""
     random_acceleration = recorded(actions.RandomAcceleration)
     """Gives each particle its own random acceleration, redrawn in each step."""
     jet = recorded(actions.Jet)
@@ -139,6 +139,8 @@ class ActionMethods:
     """Sets each particle's size from the fraction of its lifetime that has passed."""
     bounce = recorded(actions.Bounce)
     """Makes particles that hit the surface of a shape in this step rebound; record it before `move`."""
+    rest = recorded(actions.Rest)
+    """Lays down what has come to rest on a surface, and holds it there: leaves, snow, confetti."""
     sink = recorded(actions.Sink)
     """Kills particles inside a shape, or outside it with inside=False."""
     sink_velocity = recorded(actions.SinkVelocity)

@@ -15,7 +15,7 @@ from .._values import arguments
 from .._values.curves import Curve, integrals
 from ..errors import ArgumentError
 from ..shapes import Shape, Union, as_shape, native_of
-from .system_state import SystemState, engine_sets
+from .system_state import HITS, SystemState, engine_sets
 
 __all__ = ["Births"]
 
@@ -84,6 +84,7 @@ class Births:
             by_hand := system.engine_attributes & columns.keys()
         ) and not whole:  # `emit(**gathered.columns())` is
             raise engine_sets("emit", min(by_hand))
+        given = {name: values for name, values in given.items() if name not in HITS}
         arrays: list[tuple[int, NDArray[np.float32]]] = []
         count: int | None = None
         for attribute, values in given.items():

@@ -9,6 +9,7 @@ from .._run import script_lines
 from .._values.values import at, moves
 from ..actions.base import Action, compiled
 from ..actions.between import Contact, compiled_for_clumps, counterpart_of
+from ..actions.motion import Bounce, Rest
 from ..actions.targets import Set
 from ..errors import ArgumentError
 from .system_state import SystemState, engine_sets
@@ -31,6 +32,8 @@ class Listing:
         for name in (action.attribute,) if isinstance(action, Set) else getattr(action, "set", None) or ():
             if name in system.engine_attributes:
                 raise engine_sets("set", name)
+        if isinstance(action, Rest) and not any(isinstance(e, Bounce) and e.hits for e in system.entries):
+            raise ArgumentError("rest", action, "recorded after bounce(..., hits=True) of the same frame")
         if moves(action):
             action = at(action, session.time)
         if session.settings.periodic:

@@ -15,7 +15,7 @@ from .._picture.sprites import Sprite, check_change, native_of
 from .._run.scenefile import Recording
 from .._values.curves import Curve
 from .._values.space import are_bricks
-from .._values.values import at, says_near_names
+from .._values.values import at, joined, says_near_names
 from ..actions.base import Where
 from ..errors import MotesError, NotAssignableError, missing, near
 from ..expressions import Expression
@@ -81,6 +81,7 @@ class System(Bodies):
                 uniformly from it), `Uniform(lo, hi)` or `Normal(mean, sigma)`; a `motes.Curve` is evaluated
                 at each frame's start.
         """
+        state = {name: joined(value) for name, value in state.items()}
         self._state.newborn.configure(state)
         if self._state.first is not None:
             time = self._session.time

@@ -18,7 +18,11 @@ from .first_frame import FirstFrame
 from .newborn import Newborn
 from .session import Session
 
-__all__ = ["SystemState", "engine_attributes", "engine_sets"]
+__all__ = ["HITS", "SystemState", "engine_attributes", "engine_sets"]
+
+
+HITS = frozenset(("hit", "hit_normal", "landing"))
+"""The attributes in which `bounce(hits=True)` notes hits, anew in each frame."""
 
 
 def engine_attributes(periods: Sequence[Period], sprite: Sprite) -> list[tuple[str, int]]:
@@ -52,7 +56,7 @@ class SystemState:
         self.attributes = {attribute: (i, width) for i, (attribute, width) in enumerate(names)}
         self.columns = columns_of(names)
         native_of(self.sprite, self.columns)  # raises now if the sprite's pick names an unknown column
-        self.engine_attributes = frozenset(
+        self.engine_attributes = HITS.union(
             name for name, _ in engine_attributes(definition["periods"], self.sprite)
         )
         """Attributes that scripts can only read."""

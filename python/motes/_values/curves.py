@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any, ClassVar, Literal, TypeAlias
 
@@ -12,9 +13,9 @@ from numpy.typing import ArrayLike
 
 from ..errors import ArgumentError
 from . import arguments
-from .values import Moving, Value, key_of, moves, value
+from .values import Moving, Value, at, joined, key_of, moves, times_of, value
 
-__all__ = ["Combined", "Curve", "Number", "Vector", "integrals", "moving_part"]
+__all__ = ["Combined", "Curve", "Joined", "Number", "Vector", "integrals", "moving_part"]
 
 MOST_AT_ONCE = 4_000_000_000
 Key = float | tuple[float, float, float]
@@ -36,8 +37,9 @@ class Curve(Value, Moving):
     `+`, `-` and `*` combine curves with numbers, vectors and curves, component by component.
 
     A curve can replace a number or a vector in actions, `configure`, `Uniform`, `Normal`, the rate of
-    `source`, cameras, renderers and lights. All sub-steps of a frame use its value at `world.time`, the
-    frame's start. Elsewhere, call it: `Sphere(path(world.time), 1)`.
+    `source`, cameras, renderers and lights, and a component of such a vector: `(0, Curve(...), 0)`. All
+    sub-steps of a frame use its value at `world.time`, the frame's start. Elsewhere, call it:
+    `Sphere(path(world.time), 1)`.
     """
 
     keys: tuple[tuple[float, Key], ...]
@@ -118,6 +120,10 @@ class Curve(Value, Moving):
                 columns.append((p, rise, 0.0, 0.0))
         return list(zip(*columns, strict=True))
 
+    def in_vector(self, components: Sequence[Any]) -> Curve:
+        """Return the curve of a vector of which this curve is a component."""
+        return Joined(components)
+
     def integral(self, low: float, high: float) -> float:
         """Return the integral over time; the curve must be of numbers.
 
@@ -192,9 +198,9 @@ class Curve(Value, Moving):
 
 Number: TypeAlias = float | Curve
 """A number, or a curve of numbers."""
-Vector: TypeAlias = ArrayLike | Curve
-"""A vector, or a curve of vectors."""
-Operand: TypeAlias = ArrayLike | Curve
+Vector: TypeAlias = ArrayLike | Curve | Sequence[Number]
+"""A vector, a curve of vectors, or a vector with curves of numbers as components."""
+Operand: TypeAlias = Vector
 """What a curve can be combined with."""
 
 # Positive nodes of 8-point Gauss-Legendre quadrature over -1..1, and their weights: exact up to degree 15.
@@ -267,8 +273,36 @@ class Combined(Curve):
         return float(half * total)
 
 
+class Joined(Curve):
+    """A vector with curves of numbers among its components.
+
+    The others are checked where the vector is used.
+    """
+
+    _fields: ClassVar[dict[str, str]] = {"components": "Sequence[Any]"}
+    __match_args__ = ("components",)
+    _defaults: ClassVar[dict[str, Any]] = {}
+
+    def __init__(self, components: Sequence[Any]) -> None:
+        """Store the components; raise ArgumentError if one is a curve of vectors."""
+        for i, one in enumerate(components):
+            if isinstance(one, Curve) and one._is_vector:
+                raise ArgumentError(f"vector[{i}]", one, "a number or a curve of numbers")
+        self.__dict__.update(components=tuple(components), times=tuple(times_of(components)))
+
+    @property
+    def _is_vector(self) -> bool:
+        return True
+
+    def __call__(self, time: float) -> Any:
+        """Return the vector at a time, in seconds."""
+        time = arguments.number("time", time, finite=False)
+        return tuple(at(one, time) for one in self.__dict__["components"])
+
+
 def _operand(given: Any) -> Key | Curve:
     """Return the operand `given`, checked: a curve, a number or a vector."""
+    given = joined(given)
     if isinstance(given, Curve):
         return given
     try:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import math
 from abc import abstractmethod
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, TypeVar, dataclass_transform
 
 from ..errors import ArgumentError, NotAssignableError, near
@@ -16,6 +16,7 @@ __all__ = [
     "Value",
     "at",
     "items_of",
+    "joined",
     "key_of",
     "moves",
     "says_near_names",
@@ -46,6 +47,10 @@ class Moving:
     @abstractmethod
     def __call__(self, time: float) -> Any:
         """Return the number or vector at a time, in seconds."""
+
+    @abstractmethod
+    def in_vector(self, components: Sequence[Any]) -> Moving:
+        """Return the vector of these components, of which this is one."""
 
 
 class _Late:
@@ -127,10 +132,14 @@ class Value:
         if state.keys() != _decorated(kind)._fields.keys():
             self._refuse(given)
         if kind._may_move:
-            for one in given.values():
-                if isinstance(one, Moving):
-                    self._check_moving()
-                    return
+            moving = False
+            for name, one in given.items():
+                if type(one) is tuple or type(one) is list:
+                    state[name] = one = joined(one)
+                moving |= isinstance(one, Moving)
+            if moving:
+                self._check_moving()
+                return
         self.__post_init__()
 
     def _named(self, by_place: tuple[Any, ...], given: dict[str, Any]) -> dict[str, Any]:
@@ -251,6 +260,12 @@ def at(given: Any, time: float) -> Any:
     return given._at_time(time) if isinstance(given, Value) else given
 
 
+def joined(given: Any) -> Any:
+    """Return a vector with curves among its components as one curve, anything else as it is."""
+    moving = [one for one in given if isinstance(one, Moving)] if isinstance(given, (tuple, list)) else ()
+    return moving[0].in_vector(given) if moving else given
+
+
 def times_of(given: Iterable[Any]) -> list[float]:
     """Return the key times of all curves among the given fields, in seconds, ascending."""
     return sorted({time for one in given if isinstance(one, Moving) for time in one.times})
@@ -322,6 +337,8 @@ class Settings:
             if name in self.__dict__:
                 raise NotAssignableError(f"{kind}.{name} is fixed when the {kind} is made")
             raise NotAssignableError(f"{kind} has no attribute {name!r}{near(name, self._checks)}")
+        if name in self._may_move:
+            given = joined(given)
         if isinstance(given, Moving) and name in self._may_move:
             for time in given.times:
                 check(name, given(time))

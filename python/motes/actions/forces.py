@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from functools import partial
 
 from numpy.typing import ArrayLike
 
 from .._values import arguments
 from .._values.curves import Number, Vector
 from .._values.values import value
-from ..shapes import Shape, as_shape
-from .base import Action, at_least_0
+from ..expressions import Expression
+from ..shapes import Shape, as_shape, as_shapes
+from .base import Action, PerParticle, at_least_0
 
 __all__ = [
     "Avoid",
@@ -27,22 +30,23 @@ __all__ = [
 
 
 @value()
-class Gravity(Action):
-    """Accelerates all particles by the same amount.
+class Gravity(PerParticle):
+    """Accelerates all particles by the same amount, or each by the value of an expression.
 
     Formula: v += acceleration dt
 
     Attributes:
-        acceleration: acceleration of all particles, m/s^2.
+        acceleration: acceleration of the particles, m/s^2: a vector, or an expression such as (0, -9.8 *
+            column("weight"), 0). Where it is not finite, nothing changes.
 
-    Source: McAllister's Gravity.
+    Source: McAllister's Gravity; expressions are new here.
     """
 
-    acceleration: Vector
+    acceleration: Vector | Expression
 
     def __post_init__(self) -> None:
         """Check the fields and build the engine's action."""
-        self._set("gravity", acceleration=arguments.triple("acceleration", self.acceleration))
+        self._set_each("gravity", acceleration=(3, self.acceleration, arguments.triple))
 
 
 @value()
@@ -235,27 +239,29 @@ class Vortex(Action):
 
 
 @value()
-class Wind(Action):
+class Wind(PerParticle):
     """Drags particles along with moving air; the result does not depend on the step's length.
 
     Formula: v += (velocity - v) (1 - exp(-drag dt))
 
     Attributes:
-        velocity: the air's velocity, m/s.
-        drag: rate, 1/s: a particle at rest reaches 63 % of the air's velocity in 1 / drag seconds.
+        velocity: the air's velocity, m/s: a vector, or an expression of one.
+        drag: rate, 1/s: a particle at rest reaches 63 % of the air's velocity in 1 / drag seconds. A number,
+            or an expression such as 0.02 / column("size").x; below 0, it counts as 0. Where an expression is
+            not finite, nothing changes.
 
     Source: linear drag (Stokes).
     """
 
-    velocity: Vector
-    drag: Number
+    velocity: Vector | Expression
+    drag: Number | Expression
 
     def __post_init__(self) -> None:
         """Check the fields and build the engine's action."""
-        self._set(
+        self._set_each(
             "wind",
-            velocity=arguments.triple("velocity", self.velocity),
-            drag=arguments.number("drag", self.drag, low=0),
+            velocity=(3, self.velocity, arguments.triple),
+            drag=(1, self.drag, partial(arguments.number, low=0)),
         )
 
 
@@ -310,11 +316,11 @@ class Avoid(Action):
     t and aside is the direction of v along the surface (Plane), from the hit point to the nearest edge
     (Rectangle, Triangle), or from the centre to the hit point (Disc). Sphere, from outside: q = |v| t, aside
     is perpendicular to v and points away from the centre. Box, from outside: as for the Rectangle that would
-    be hit. Cylinder and Cone, from outside: walls as for a Plane, flat ends as for a Disc. Union: as for the
-    part that would be hit first
+    be hit. Cylinder and Cone, from outside: walls as for a Plane, flat ends as for a Disc. Union, and several
+    shapes: as for the part that would be hit first
 
     Attributes:
-        shape: the obstacle, m.
+        shape: the obstacle, or a list of them, m.
         magnitude: how sharply particles turn, s (Sphere: m^2/s).
         epsilon: softens the turn near the shape, s^2 (Sphere: m^2).
         look_ahead: how far ahead in time hits are predicted, s.
@@ -322,7 +328,7 @@ class Avoid(Action):
     Source: McAllister's Avoid; Box, Cylinder, Cone and Union follow the same idea.
     """
 
-    shape: Shape
+    shape: Shape | Sequence[Shape]
     magnitude: Number
     epsilon: Number
     look_ahead: Number
@@ -331,7 +337,7 @@ class Avoid(Action):
         """Check the fields and build the engine's action."""
         self._set(
             "avoid",
-            shape=as_shape("shape", self.shape),
+            shape=as_shapes("shape", self.shape),
             magnitude=arguments.number("magnitude", self.magnitude),
             epsilon=arguments.number("epsilon", self.epsilon, low=0),
             look_ahead=arguments.number("look_ahead", self.look_ahead, low=0),

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Literal
 
 from .._values import arguments
 from .._values.curves import Number, Vector
 from .._values.values import value
 from ..errors import ArgumentError
-from ..shapes import Shape, as_shape
+from ..shapes import Shape, as_shape, as_shapes
 from .base import Action, at_least_0
 
 __all__ = [
@@ -18,6 +19,7 @@ __all__ = [
     "KillExpired",
     "KillOld",
     "Move",
+    "Rest",
     "Sink",
     "SinkVelocity",
     "Sort",
@@ -33,8 +35,9 @@ class Bounce(Action):
     surface; planes have two sides, and spheres use the normal at the old position.
 
     n is the surface normal at the hit: perpendicular to the axis for a Cylinder's wall, to the slope for a
-    Cone's, to the plane for a Triangle; along the axis for flat ends. For a Union, the part that is hit first
-    counts.
+    Cone's, to the plane for a Triangle; along the axis for flat ends. Of several shapes, the one that is hit
+    first counts, and the rest of the step continues from there: in a list they are one surface, whereas of
+    two calls the second knows only the path that the first one left.
 
     Formula: with v split into v_t along and v_n across the surface, v = (1 - friction) v_t - restitution v_n;
     no friction where |v_t| <= min_tangential_speed. exact_hit: x += (v before - v after) (time until the
@@ -42,30 +45,79 @@ class Bounce(Action):
 
     Attributes:
         shape: Plane (from above), Rectangle, Triangle and Disc (both sides), Box, Cylinder, Cone and Sphere
-            (from outside and from inside; a Sphere's inner radius has no surface), or a Union of them, m.
+            (from outside and from inside; a Sphere's inner radius has no surface), a Mesh, a Union or a list
+            of them, m. A mesh that moves must be alone.
         restitution: fraction of the speed across the surface that remains.
         friction: fraction of the speed along the surface that is lost, 0..1.
         min_tangential_speed: no friction up to this speed along the surface, m/s.
         exact_hit: whether the exact point and time of the hit are used.
+        hits: whether hits are noted in columns: `hit`, how often the particle has hit something in this frame
+            (in all sub-steps and all such calls), and `hit_normal`, the normal of the last hit, (0, 0, 0)
+            without one. Both are 0 when a frame's list begins to run. Needs exact_hit.
 
-    Source: McAllister's Bounce; the exact hit is new here.
+    Source: McAllister's Bounce; the exact hit and its columns are new here.
     """
 
-    shape: Shape
+    shape: Shape | Sequence[Shape]
     restitution: Number = 1
     friction: Number = 0
     min_tangential_speed: Number = 0
     exact_hit: bool = True
+    hits: bool = False
 
     def __post_init__(self) -> None:
         """Check the fields and build the engine's action."""
+        hits = arguments.flag("hits", self.hits)
+        if hits and not self.exact_hit:
+            raise ArgumentError("hits", hits, "False if exact_hit is False, which knows no hits")
         self._set(
-            "bounce",
-            shape=as_shape("shape", self.shape),
+            "bounce_counted" if hits else "bounce",
+            shape=as_shapes("shape", self.shape),
             restitution=arguments.number("restitution", self.restitution, low=0, high=1e15),
             friction=arguments.number("friction", self.friction, low=0, high=1),
             min_tangential_speed=at_least_0("min_tangential_speed", self.min_tangential_speed),
             exact_hit=arguments.flag("exact_hit", self.exact_hit),
+        )
+        self.__dict__["hits"] = hits
+
+
+@value()
+class Rest(Action):
+    """Lays down what has come to rest on a surface, and holds it there: leaves, snow, confetti.
+
+    Record it after `bounce(..., hits=True)` and before `move`. It acts on a particle that hits a surface in
+    the (sub)step and is left with no more than `speed` by the bounce and the actions after it. Such a
+    particle stays where it hit, or where it was if it lay there already, to the last bit; its velocity, spin
+    and rotational velocity become 0; and it lies down: it turns the shortest way until its own z axis, or the
+    opposite one, is within `angle_deg` of the surface's normal.
+
+    Nothing is remembered: what rests must hit again in each step, as it does while gravity or wind press it
+    against the surface, on roofs as on the ground. It is free in the step in which
+
+    - something pushes it along the surface so that more than `speed` remains after friction,
+    - something lifts it off, so that it does not hit, or
+    - the surface below it moves or is gone. A surface that moves carries particles by its friction, and never
+      holds them.
+
+    Formula: after a hit, where |v| <= speed: x = the place of the hit, v = 0
+
+    Attributes:
+        speed: the highest speed that counts as rest, m/s. One step of gravity adds 0.4 m/s at 24 frames per
+            second; on a slope, the part along it remains.
+        angle_deg: the largest angle between the z axis and the normal that remains, 0..90 degrees; 0: flat.
+
+    Source: new here.
+    """
+
+    speed: Number
+    angle_deg: Number = 0
+
+    def __post_init__(self) -> None:
+        """Check the fields and build the engine's action."""
+        self._set(
+            "rest",
+            speed=at_least_0("speed", self.speed),
+            angle_deg=arguments.number("angle_deg", self.angle_deg, low=0, high=90),
         )
 
 
@@ -76,18 +128,18 @@ class Sink(Action):
     Formula: dead where x is in the shape
 
     Attributes:
-        shape: region of positions, m.
+        shape: region of positions, m; of a list of shapes, the region that any of them contains.
         inside: whether particles inside the shape die, or those outside.
 
     Source: McAllister's Sink.
     """
 
-    shape: Shape
+    shape: Shape | Sequence[Shape]
     inside: bool = True
 
     def __post_init__(self) -> None:
         """Check the fields and build the engine's action."""
-        self._set("sink", shape=as_shape("shape", self.shape), inside=arguments.flag("inside", self.inside))
+        self._set("sink", shape=as_shapes("shape", self.shape), inside=arguments.flag("inside", self.inside))
 
 
 @value()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any, TypeVar
 
 import numpy as np
@@ -14,11 +15,12 @@ from .._values import arguments
 from .._values.curves import Curve, Number, Vector
 from .._values.values import value
 from ..errors import ArgumentError
+from ..expressions import Expression
 from ..expressions._compiling import compile_values
 from ..expressions._conditions import Columns, condition_of
 from ..expressions._expression import as_expression, constant_of, node_of
 from ..shapes import Shape, as_shape
-from .base import Action, as_where, at_least_0
+from .base import Action, PerParticle, as_where, at_least_0
 
 __all__ = [
     "AlphaOverLife",
@@ -43,59 +45,61 @@ T = TypeVar("T")
 
 
 @value()
-class Damping(Action):
+class Damping(PerParticle):
     """Slows particles down, axis by axis, while their speed is in a range.
 
     Formula: v *= 1 - (1 - damping) dt, each component, where min_speed <= |v| <= max_speed
 
     Attributes:
-        damping: fraction of the velocity that remains after one second, per axis.
+        damping: fraction of the velocity that remains after one second, per axis. It and the speeds may be
+            expressions; a damping below 0 counts as 0, and where a value is NaN, nothing changes.
         min_speed: lower end of the range, m/s.
         max_speed: upper end of the range, m/s.
 
     Source: McAllister's Damping.
     """
 
-    damping: Vector
-    min_speed: Number = 0
-    max_speed: Number = math.inf
+    damping: Vector | Expression
+    min_speed: Number | Expression = 0
+    max_speed: Number | Expression = math.inf
 
     def __post_init__(self) -> None:
         """Check the fields and build the engine's action."""
-        self._set(
+        self._set_each(
             "damping",
-            damping=arguments.triple("damping", self.damping, low=0),
-            min_speed=arguments.number("min_speed", self.min_speed, low=0),
-            max_speed=at_least_0("max_speed", self.max_speed),
+            damping=(3, self.damping, partial(arguments.triple, low=0)),
+            min_speed=(1, self.min_speed, partial(arguments.number, low=0)),
+            max_speed=(1, self.max_speed, at_least_0),
         )
 
 
 @value()
-class RotationalDamping(Action):
+class RotationalDamping(PerParticle):
     """Slows rotations down, axis by axis, while their rotational speed is in a range.
 
     Formula: rotational_velocity *= 1 - (1 - damping) dt, each component, where min_speed <=
     |rotational_velocity| <= max_speed
 
     Attributes:
-        damping: fraction of the rotational velocity that remains after one second, per axis.
+        damping: fraction of the rotational velocity that remains after one second, per axis. It and the
+            speeds may be expressions, as in `damping`.
         min_speed: lower end of the range, 1/s.
         max_speed: upper end of the range, 1/s.
 
     Source: McAllister's RotDamping.
     """
 
-    damping: Vector
-    min_speed: Number = 0
-    max_speed: Number = math.inf
+    damping: Vector | Expression
+    min_speed: Number | Expression = 0
+    max_speed: Number | Expression = math.inf
 
     def __post_init__(self) -> None:
         """Check the fields and build the engine's action."""
-        self._set(
+        self._set_each(
             "rotational_damping",
-            damping=arguments.triple("damping", self.damping, low=0),
-            min_speed=arguments.number("min_speed", self.min_speed, low=0),
-            max_speed=at_least_0("max_speed", self.max_speed),
+            damping=(3, self.damping, partial(arguments.triple, low=0)),
+            min_speed=(1, self.min_speed, partial(arguments.number, low=0)),
+            max_speed=(1, self.max_speed, at_least_0),
         )
 
 

@@ -90,7 +90,9 @@ def column(name: str) -> Expression:
     """Return the expression for an attribute of a particle.
 
     Args:
-        name: the attribute's name: "age", "position" or one that the script declared.
+        name: the attribute's name: "age", "position" or one that the script declared. "id" is the particle's
+            number, which never changes: remainders (`column("id") % 7`) and comparisons with numbers are
+            exact, anything else rounds ids above 2^24 to float32.
 
     Returns:
         The column, with its values at the time the action runs.

@@ -80,6 +80,10 @@ WHOLE = {  # operations on whole vectors
     "normalize": "normalize({})",
 }
 TURNED = {"greater": "less", "greater_equal": "less_equal"}  # compiled with operands swapped
+IDS = ("id", "a.id")
+ID_NODES = tuple(("column", name) for name in IDS)
+EXACT = 2**24
+"""float32 represents all whole numbers up to this one."""
 COMPARISONS = ("less", "less_equal", "greater", "greater_equal", "equal")
 
 
@@ -257,6 +261,8 @@ def components(node: Node, columns: Columns) -> list[Steps]:
     """Return the steps of each of a tree's one or three components."""
     operation, *operands = node
     if operation == "column":
+        if operands[0] in IDS:
+            return [(("id", 0),)]
         first, width = _column(operands[0], columns)
         return [(("column", first + i),) for i in range(width)]
     if operation == "constant":
@@ -275,6 +281,9 @@ def components(node: Node, columns: Columns) -> list[Steps]:
         return _of_vectors(operation, operands, columns)
     if operation in TURNED:
         operation, operands = TURNED[operation], operands[::-1]
+    exact = _of_id(operation, operands)
+    if exact is not None:
+        return [exact]
     parts = _spread(operands, [components(operand, columns) for operand in operands])
     if operation in COMPARISONS and len(parts) != 1:
         compared = f"{text_of(operands[0])} with {text_of(operands[1])}"
@@ -317,6 +326,36 @@ def _column(name: str, columns: Columns) -> tuple[int, int]:
     if name not in columns:
         raise ArgumentError("column", name, f"one of {', '.join(columns)}", known=columns)
     return columns[name]
+
+
+def _of_id(operation: str, operands: Sequence[Node]) -> Steps | None:
+    """Return the steps of a remainder or a comparison of ids that needs more digits than float32 has."""
+    if operation not in ("modulo", "less", "less_equal", "equal"):
+        return None
+    turned = operands[1] in ID_NODES
+    given, (kind, *numbers) = operands[::-1] if turned else operands
+    if given not in ID_NODES or kind != "constant" or len(numbers[0]) != 1:
+        return None
+    (number,) = numbers[0]
+    if operation == "modulo":
+        exact = not turned and number.is_integer() and 0 < number <= EXACT
+        return (("id", int(number)),) if exact else None
+    if not EXACT <= number < EXACT * EXACT:
+        return None  # float32 has these numbers, and rounds no id across them
+    if turned and operation != "equal":  # c < id is the opposite of id <= c
+        opposite = "less_equal" if operation == "less" else "less"
+        return (*_id_against(opposite, number), ("invert", 0))
+    return _id_against(operation, number)
+
+
+def _id_against(operation: str, number: float) -> Steps:
+    """Compare ids with a number by their upper and lower digits, of base 2^24."""
+    high, low = divmod(number, EXACT)
+    upper, lower = ("id", -1), ("id", EXACT)
+    same = (upper, ("constant", high), ("equal", 0), lower, ("constant", low), (operation, 0), ("both", 0))
+    if operation == "equal":
+        return same
+    return (upper, ("constant", high), ("less", 0), *same, ("either", 0))
 
 
 def _component(node: Node, index: int, columns: Columns) -> Steps:

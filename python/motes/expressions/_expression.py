@@ -165,11 +165,22 @@ def as_expression(argument: str, value: Any) -> Expression:
     if isinstance(value, (int, float, np.integer, np.floating)):
         numbers: tuple[float, ...] = (arguments.number(argument, value),)
     else:
+        if argument == "orientation":
+            return Expression(("constant", _quaternion(value)))
         named = argument == "color" or (isinstance(value, str) and argument in ("yes", "no"))
         numbers = (arguments.color if named else arguments.triple)(argument, value)
     if any(abs(v) > 3e38 for v in numbers):
         raise ArgumentError(argument, value, "within the range of float32")
     return Expression(("constant", numbers))
+
+
+def _quaternion(value: Any) -> tuple[float, ...]:
+    allowed = "a quaternion (x, y, z, w) other than 0"
+    numbers = arguments.floats("orientation", value, np.float64, allowed)
+    length = float(np.linalg.norm(numbers)) if numbers.shape == (4,) else 0.0
+    if not 0 < length < 1e37:
+        raise ArgumentError("orientation", value, allowed)
+    return tuple((numbers / length).tolist())
 
 
 def _vector(argument: str, parts: Sequence[Any]) -> Expression:

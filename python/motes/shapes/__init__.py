@@ -21,6 +21,7 @@ from ..expressions._conditions import Condition, Region, as_condition
 
 if TYPE_CHECKING:
     from ._mesh import Mesh
+    from ._outlines import Picture, Text
 
 __all__ = [
     "Blob",
@@ -30,11 +31,13 @@ __all__ = [
     "Disc",
     "Line",
     "Mesh",
+    "Picture",
     "Plane",
     "Point",
     "Rectangle",
     "Shape",
     "Sphere",
+    "Text",
     "Triangle",
     "Union",
 ]
@@ -375,6 +378,10 @@ def __getattr__(name: str) -> Any:
         from ._mesh import Mesh
 
         return Mesh
+    if name in ("Picture", "Text"):
+        from . import _outlines
+
+        return getattr(_outlines, name)
     raise missing("motes.shapes", name, __all__)
 
 
@@ -385,6 +392,14 @@ def __dir__() -> list[str]:
 def native_of(shape: Shape) -> _core.Shape:
     """Return the engine's shape; for use elsewhere in the package."""
     return shape._native
+
+
+def as_shapes(argument: str, value: Any) -> Shape:
+    """Return `value` as a shape; a list of shapes becomes their union."""
+    if not isinstance(value, (list, tuple)) or not any(isinstance(part, Shape) for part in value):
+        return as_shape(argument, value)
+    parts = [as_shape(f"{argument}[{i}]", part) for i, part in enumerate(value)]
+    return parts[0] if len(parts) == 1 else Union(*parts)
 
 
 def as_shape(argument: str, value: Any) -> Shape:

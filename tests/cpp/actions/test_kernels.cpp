@@ -159,6 +159,24 @@ struct SmallLaw {
   }
 };
 
+// Values of a particle: position, the remainder of its id, its age.
+struct SmallValues {
+  std::vector<expressions::Expression> values;
+  actions::ValuesCode code;
+
+  SmallValues() {
+    using expressions::Op;
+    for (int c = 0; c < 3; ++c) values.push_back({{Op::column, c}});
+    values.push_back({{Op::id, 1000}});
+    values.push_back({{Op::column, particles::first_component(particles::age)}, {Op::id}, {Op::add}});
+    code.width = static_cast<int>(values.size());
+    for (std::size_t v = 0; v < values.size(); ++v) {
+      code.code[v] = values[v].data();
+      code.length[v] = values[v].size();
+    }
+  }
+};
+
 constexpr std::size_t kCounts[] = {1, 3, 5, 15, 16, 17, 31, 64, 100, 127, 128};
 
 }  // namespace
@@ -179,13 +197,17 @@ TEST(actions_give_the_same_bits_in_every_build) {
         const bool turns = dice.coin();
         const SmallTable table(facts, dice);
         const SmallLaw law;
-        const actions::AssignmentCode nothing;
+        const actions::ValuesCode nothing;
+        const SmallValues some;
+        std::vector<float> scratch(actions::kScratch);
+        parameters.scratch = scratch.data();
         actions::Bound& bound = parameters.bound;
         bound.turns = {turns, false};
         if (facts.ramp > 0) bound.ramp = static_cast<int>(numbers.size());
         if (facts.table > 0) bound.table = &table.view;
         if (std::holds_alternative<actions::ParticleLaw>(facts.specifics)) bound.law = &law.code;
-        if (std::holds_alternative<actions::Assignment>(facts.specifics)) bound.assignment = &nothing;
+        if (std::holds_alternative<actions::Assignment>(facts.specifics)) bound.values = &nothing;
+        if (std::holds_alternative<actions::PerParticle>(facts.specifics)) bound.values = &some.code;
         particles::DrawKeys draws;
         const actions::Step step{0.04f,
                                  static_cast<std::uint32_t>(dice.word()),
@@ -196,7 +218,11 @@ TEST(actions_give_the_same_bits_in_every_build) {
                                  0,
                                  1,
                                  actions::ageing_of(0.04, 0, 1)};
-        const Particles before(count, dice);
+        Particles before(count, dice);
+        for (std::size_t i = 0; i < count; i += 2) {  // these have landed
+          before.planes[particles::first_component(particles::landing) + 3][i] =
+              static_cast<float>(1 + (step.step & 0xffffu));
+        }
         Particles first = before;
         std::vector<float*> components;
         builds[0].kernels.action[k](parameters, first.block(components), step);

@@ -79,7 +79,6 @@ struct ShadowTask {
   ParticlePlanes particles;
   ParticleWidth width;
   float shadow;
-  float center[3], reach;  // see ShadowGrids::center
 };
 
 struct LightLanes {
@@ -87,13 +86,12 @@ struct LightLanes {
   /// `first`, and their gains, if wanted, to the fourth one. Writes whole vectors.
   void (*light)(const LightTask& task, std::size_t first, std::size_t last, float* const* to);
 
-  /// Extends the extent in a grid's space by particles first .. last - 1.
-  void (*extend)(const ShadowTask& task, const ShadowSpace& space, std::size_t first, std::size_t last,
-                 ShadowExtent& extent);
-
   /// Adds the particles' optical depths to the sums of a light's grid, see ShadowGrids::numbers.
   void (*add)(const ShadowTask& task, const ShadowSpace& space, std::size_t first, std::size_t last,
               std::int64_t* sums);
+
+  /// Replaces optical depths by the part of the light that they let through. `count`: a multiple of 16.
+  void (*let_through)(float* depths, std::size_t count);
 };
 
 /// Returns the build for this processor.

@@ -113,16 +113,7 @@ void ParticleLight::light(const Drawn& particles, std::size_t first, std::size_t
 
 ParticleShadows::ParticleShadows(const Sprite& sprite, const View& view, const ShadowGrids& grids,
                                  const Drawn& particles)
-    : task_{particle_planes(particles), particle_width(sprite, view), sprite.shadow, {}, grids.reach()},
-      grids_(&grids) {
-  std::copy(grids.center().begin(), grids.center().end(), task_.center);
-}
-
-void ParticleShadows::extend(std::size_t first, std::size_t last, std::vector<ShadowExtent>& extents) const {
-  for (std::size_t light = 0; light < grids_->lights(); ++light) {
-    light_lanes().extend(task_, grids_->space(light), first, last, extents[light]);
-  }
-}
+    : task_{particle_planes(particles), particle_width(sprite, view), sprite.shadow}, grids_(&grids) {}
 
 void ParticleShadows::add(std::size_t first, std::size_t last, std::int64_t* sums) const {
   for (std::size_t light = 0; light < grids_->lights(); ++light) {

@@ -45,7 +45,6 @@ class ParticleLight {
 class ParticleShadows {
  public:
   ParticleShadows(const Sprite& sprite, const View& view, const ShadowGrids& grids, const Drawn& particles);
-  void extend(std::size_t first, std::size_t last, std::vector<ShadowExtent>& extents) const;
   /// Adds the particles' optical depths to `sums`, those of all lights.
   void add(std::size_t first, std::size_t last, std::int64_t* sums) const;
 

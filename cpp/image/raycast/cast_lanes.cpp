@@ -192,7 +192,7 @@ MOTES_INLINE void add_sun(const image::ShadeView& view, Shading& at) {
     dark = in_shadow(view.cast.solids, view.cast.count, rays, all(__FLT_MAX__), at.object, open);
     light = only(open & ~dark, facing * kSun);
   }
-  if (view.sun_shadow.depths != nullptr) light *= light_through(view.sun_shadow, at.point, Floats{});
+  if (view.sun_shadow.left != nullptr) light *= light_through(view.sun_shadow, at.point, Floats{});
   at.arriving = at.arriving + Floats3{light, light, light};
   at.shadows |= dark & 1;
 }
@@ -227,7 +227,7 @@ MOTES_INLINE void add_light(const image::CastLight& light, const image::LightPla
     dark = in_shadow(light.solids, light.count, {from, position - from}, all(1), at.object, open);
     part = only(open & ~dark, facing / (square * sqrt(square)));
   }
-  if (light.shadow.depths != nullptr) part *= light_through(light.shadow, at.point, Floats{});
+  if (light.shadow.left != nullptr) part *= light_through(light.shadow, at.point, Floats{});
   at.arriving = at.arriving + all3(light.color) * part;
   at.shadows |= dark & bit;
 }

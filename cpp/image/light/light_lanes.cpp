@@ -1,9 +1,10 @@
 // Compiled once for each instruction set: see simd/simd.h for the rules.
 #include "image/light/light_lanes.h"
 
-#include "image/daylight_parts.h"
+#include "image/light/lamp_lanes.h"
 #include "image/light/particle_lanes.h"
 #include "image/light/shadow_lanes.h"
+#include "image/light/sky_lanes.h"
 #include "simd/elementary.h"
 #include "simd/floats3.h"
 #include "simd/rotations.h"
@@ -12,7 +13,6 @@
 namespace motes::MOTES_ISA {
 namespace {
 
-constexpr auto kSunOnParticles = static_cast<float>(image::kSun);
 constexpr float kHalfTurnRadians = 3.14159265359f;
 constexpr float kMostFloat = 3.402823466e38f;
 constexpr int kColumns = image::kShadowColumns;
@@ -31,18 +31,15 @@ MOTES_INLINE Floats light_left(const image::Lighting& t, const image::Obstacles&
   return light_through(*o.shadow, place, back);
 }
 
-MOTES_INLINE Floats3 ambient_at(const image::Ambient& a, Floats up) {
-  return all3(a.low) * (1.0f - up) + all3(a.high) * up;
-}
-
 // The lit surface of a particle: the visible side of a card, or a ball.
 struct LitSide {
   bool flat;
   Floats3 normal;  // of a ball: direction to the eye
 
   MOTES_INLINE Floats from(Floats cosine) const { return flat ? max(cosine, Floats{}) : of_sphere(cosine); }
-  // Over the visible disc of a sphere, the mean normal is two thirds of the direction to the eye.
-  MOTES_INLINE Floats up() const { return 0.5f + normal.y * (flat ? 0.5f : 0.33333333f); }
+  MOTES_INLINE Floats3 ambient(const image::Ambient& a) const {
+    return flat ? ambient_at(a, normal) : ambient_at(a, normal, 0.66666667f, 0.25f);
+  }
 };
 
 MOTES_INLINE LitSide lit_side(const image::LitShape& c, std::size_t i, Floats3 to_eye) {
@@ -65,30 +62,30 @@ MOTES_INLINE LitSide lit_side(const image::LitShape& c, std::size_t i, Floats3 t
   return {true, normal * select(dot(normal, to_eye) < 0.0f, all(-1.0f), all(1.0f))};
 }
 
-// Returns the light that a white particle sends to the eye; if t.relative, its ratio to that of sun and sky without
-// shadows. `at`: the particle's index in the in_sight planes.
+// Returns the light that a white particle sends to the eye; if t.relative, the part of it that obstacles leave. `at`:
+// the particle's index in the in_sight planes.
 MOTES_INLINE Floats3 light_arriving(const image::Lighting& t, Floats3 place, const LitSide& side, Floats diameter,
                                     std::size_t at) {
-  Floats3 light = ambient_at(t.ambient, side.up());
-  Floats sunlight{};
-  if (t.sun != nullptr) {
-    sunlight = side.from(dot(side.normal, all3(t.sun))) * kSunOnParticles;
-    const Floats sun =
-        sunlight * light_left(t, t.sun_obstacles, place, diameter) * value_or(t.sun_obstacles.in_sight, at, 1);
-    light = light + Floats3{sun, sun, sun};
+  Floats3 light = side.ambient(t.ambient), all_light = light;
+  const auto add = [&](Floats3 more, const image::Obstacles& obstacles) __attribute__((always_inline)) {
+    const Floats part = light_left(t, obstacles, place, diameter) * value_or(obstacles.in_sight, at, 1);
+    light = light + more * part;
+    if (t.relative) all_light = all_light + more;
+  };
+  if (t.sun.shines) {
+    add(all3(t.sun.color) * side.from(dot(side.normal, all3(t.sun.toward))), t.sun_obstacles);
   }
-  const Floats3 plain = ambient_at(t.ambient, side.up()) + Floats3{sunlight, sunlight, sunlight};
   for (std::size_t k = 0; k < t.light_count; ++k) {
-    const image::LightOnParticles& lamp = t.lights[k];
+    const image::Lamp& lamp = t.lights[k].lamp;
     const Floats3 along = all3(lamp.position) - place;
     const Floats square = max(dot(along, along), all(1e-6f));
-    const Floats facing = side.from(dot(along, side.normal) / sqrt(square));
-    const Floats part = light_left(t, lamp.obstacles, place, diameter) * value_or(lamp.obstacles.in_sight, at, 1);
-    light = light + all3(lamp.color) * (facing * part / square);
+    Floats facing = side.from(dot(along, side.normal) / sqrt(square));
+    if (lamp.per_cosine > 0) facing *= in_cone(lamp, along, square);
+    add(all3(lamp.color) * (facing / square), t.lights[k].obstacles);
   }
   if (!t.relative) return light;
   const auto part = [](Floats a, Floats b) { return a / max(b, all(1e-6f)); };
-  return {part(light.x, plain.x), part(light.y, plain.y), part(light.z, plain.z)};
+  return {part(light.x, all_light.x), part(light.y, all_light.y), part(light.z, all_light.z)};
 }
 
 // Returns the factor, at least 1, by which a colour exceeds the brightest one that a particle can have.
@@ -256,8 +253,8 @@ __attribute__((noinline)) void add_wide(const WideCaster& wide, std::int64_t* su
     }
   }
   // The cells at its rim make up for the difference to its area, unless it reaches beyond the box.
-  const bool inside = wide.column >= reach && wide.column + reach <= kColumns && wide.row >= reach &&
-                      wide.row + reach <= kColumns;
+  const bool inside =
+      wide.column >= reach && wide.column + reach <= kColumns && wide.row >= reach && wide.row + reach <= kColumns;
   const float rim = kHalfTurnRadians * wide.radius * wide.radius - static_cast<float>(added(whole));
   const float scale = inside && any(partly > 0) ? rim * kUnit / static_cast<float>(added(partly)) : 1;
   for (int row = top; row < bottom; ++row) {

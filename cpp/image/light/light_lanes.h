@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "image/light/lamps.h"
 #include "image/light/shadow_grid.h"
 #include "image/light/sky.h"
 #include "simd/declare_builds.h"
@@ -48,21 +49,20 @@ struct Obstacles {
 };
 
 struct LightOnParticles {
-  float position[3];
-  float color[3];  // light on a surface that faces it at 1 m
+  Lamp lamp;
   Obstacles obstacles;
 };
 
 /// The light on lit particles.
 struct Lighting {
   LitShape shape{};
-  const float* sun = nullptr;  // direction to it, a unit vector; null: there is none
+  Sun sun;
   Obstacles sun_obstacles;
   const LightOnParticles* lights = nullptr;
   std::size_t light_count = 0;
   Ambient ambient;
   float own_shadow = 0;   // see Sprite::shadow
-  bool relative = false;  // drawing applies the light of sun and sky, so colours get only the ratio to that light
+  bool relative = false;  // drawing applies the light, so colours get only the part of it that obstacles leave
   bool gains = false;     // see has_gain()
 };
 

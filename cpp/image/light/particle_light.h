@@ -36,7 +36,6 @@ class ParticleLight {
   LightTask task_;
   bool lit_ = false;
   Lighting lighting_;
-  float sun_[3];
   std::vector<LightOnParticles> lights_;
   InSight in_sight_;
 };

@@ -107,7 +107,8 @@ Planes finer(const Planes& coarse, const Offset& offset) {
 
 std::vector<float> light_left(const ShadowSpace& space, const std::int64_t* sums) {
   std::array<Planes, kBoxes> own;
-  for (int box = 0; box < kBoxes; ++box) own[static_cast<std::size_t>(box)] = of_box(sums + kBox * static_cast<std::size_t>(box));
+  for (int box = 0; box < kBoxes; ++box)
+    own[static_cast<std::size_t>(box)] = of_box(sums + kBox * static_cast<std::size_t>(box));
   if (std::all_of(own.begin(), own.end(), std::mem_fn(&Planes::empty))) return {};
   std::array<Planes, kBoxes> and_finer = own;  // of a box and all within it
   for (int box = 1; box < kBoxes; ++box) {

@@ -5,6 +5,7 @@
 
 #include "base/vectors.h"
 #include "image/camera.h"
+#include "image/light/lamps.h"
 #include "image/light/shadow_boxes.h"
 
 namespace motes::image {
@@ -51,8 +52,8 @@ void place_boxes(const std::array<double, 3>& at, ShadowSpace& space) {
 }  // namespace
 
 bool ShadowGrids::wanted(const View& view, const std::vector<Sprite>& sprites) {
-  const bool shines = length(view.sun) > 0 || std::any_of(view.lights.begin(), view.lights.end(),
-                                                          [](const Light& light) { return light.power > 0; });
+  const bool shines = sun_of(view).shines || std::any_of(view.lights.begin(), view.lights.end(),
+                                                         [](const Light& light) { return light.power > 0; });
   const bool receives = !view.objects.empty() ||
                         std::any_of(sprites.begin(), sprites.end(), [](const Sprite& sprite) { return sprite.lit; });
   return shines && receives &&
@@ -66,7 +67,7 @@ void ShadowGrids::begin(const View& view) {
   const Vector target = view.camera.look_at;
   const double height = view.height / lens(view).focal_px * length(target - view.camera.position);
   const double cell = std::max(stepped(kFinest * height / kShadowColumns), 1e-9);
-  if (length(view.sun) > 0) {
+  if (sun_of(view).shines) {
     sun_ = 0;
     ShadowSpace space{};
     const Vector ahead = unit(view.sun) * -1.0;

@@ -4,8 +4,8 @@
 // it. Cells are columns along the light's rays, divided into layers across the rays. The cells belong to a lattice that
 // is fixed in the world: it depends on the camera and the light, never on the particles. A particle adds optical depth
 // to the cells that it covers, in the finest box that contains it and whose cells are not much narrower than it; in
-// integers, so sums do not depend on their order. Once resolved, each box holds the light that all particles let through
-// to each border between layers.
+// integers, so sums do not depend on their order. Once resolved, each box holds the light that all particles let
+// through to each border between layers.
 #pragma once
 
 #include <array>

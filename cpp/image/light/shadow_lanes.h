@@ -44,8 +44,12 @@ MOTES_INLINE InBox finest_box(const image::ShadowSpace& space, const InLattice& 
   const auto in_box = [&](int box) __attribute__((always_inline)) {
     const float part = 1.0f / static_cast<float>(1 << box);
     const float* const first = space.first[box];
-    InBox in{at.column * part - first[0], at.row * part - first[1], at.layer * part - first[2],
-             all(static_cast<float>(1 << box)), all_ints(box), at.known};
+    InBox in{at.column * part - first[0],
+             at.row * part - first[1],
+             at.layer * part - first[2],
+             all(static_cast<float>(1 << box)),
+             all_ints(box),
+             at.known};
     in.known &= fits(box, in.column, in.row, in.layer);
     return in;
   };
@@ -54,12 +58,9 @@ MOTES_INLINE InBox finest_box(const image::ShadowSpace& space, const InLattice& 
   for (int box = 1; box < image::kShadowBoxes; ++box) {
     const Mask open = ~found.known;
     const InBox in = in_box(box);
-    found = {select(open, in.column, found.column),
-             select(open, in.row, found.row),
-             select(open, in.layer, found.layer),
-             select(open, in.cell, found.cell),
-             select(open, in.box, found.box),
-             found.known | in.known};
+    found = {select(open, in.column, found.column), select(open, in.row, found.row),
+             select(open, in.layer, found.layer),   select(open, in.cell, found.cell),
+             select(open, in.box, found.box),       found.known | in.known};
   }
   return found;
 }
@@ -98,13 +99,13 @@ MOTES_INLINE Floats light_through(const image::ShadowMap& map, Floats3 place, Fl
   lattice.layer -= back;
   constexpr int kColumns = image::kShadowColumns, kPlane = kColumns * kColumns;
   constexpr float kLast = kColumns - 1.001f, kDeepest = image::kShadowLayers - 0.001f;
-  const InBox at = finest_box(map.space, lattice, [&](int box, Floats column, Floats row, Floats layer)
-                                  __attribute__((always_inline)) {
-    // The coarsest box's last plane holds all the shadows behind it.
-    const bool coarsest = box + 1 == image::kShadowBoxes;
-    const Mask above = (column >= 0.5f) & (column <= kColumns - 0.5f) & (row >= 0.5f) & (row <= kColumns - 0.5f);
-    return above & (layer >= 0.0f) & (layer <= (coarsest ? __FLT_MAX__ : float{image::kShadowLayers}));
-  });
+  const InBox at = finest_box(
+      map.space, lattice, [&](int box, Floats column, Floats row, Floats layer) __attribute__((always_inline)) {
+        // The coarsest box's last plane holds all the shadows behind it.
+        const bool coarsest = box + 1 == image::kShadowBoxes;
+        const Mask above = (column >= 0.5f) & (column <= kColumns - 0.5f) & (row >= 0.5f) & (row <= kColumns - 0.5f);
+        return above & (layer >= 0.0f) & (layer <= (coarsest ? __FLT_MAX__ : float{image::kShadowLayers}));
+      });
   if (!any(at.known)) return all(1.0f);
   const Floats column = min(max(only(at.known, at.column) - 0.5f, all(0.0f)), all(kLast));
   const Floats row = min(max(only(at.known, at.row) - 0.5f, all(0.0f)), all(kLast));

@@ -95,17 +95,19 @@ void bind_view(py::module_& m) {
       py::arg("mesh"), py::arg("color"), py::arg("light"), py::arg("image"), py::arg("scale"));
   view.def(
       "set_sun",
-      [](View& v, Vector direction, float size_deg) {
+      [](View& v, Vector direction, float size_deg, image::Color color, float power) {
         v.sun = direction;
         v.sun_size = size_deg;
+        v.sun_color = color;
+        v.sun_power = power;
       },
-      py::arg("direction"), py::arg("size_deg"));
+      py::arg("direction"), py::arg("size_deg"), py::arg("color"), py::arg("power"));
   view.def(
       "add_light",
-      [](View& v, Vector position, image::Color color, float power, float radius) {
-        v.lights.push_back({position, color, power, radius});
+      [](View& v, Vector position, image::Color color, float power, float radius, Vector spot, float spot_deg) {
+        v.lights.push_back({position, color, power, radius, {spot, spot_deg}});
       },
-      py::arg("position"), py::arg("color"), py::arg("power"), py::arg("radius"));
+      py::arg("position"), py::arg("color"), py::arg("power"), py::arg("radius"), py::arg("spot"), py::arg("spot_deg"));
   view.def("set_background", [](View& v, image::Color color) { v.background = color; }, py::arg("color"));
   view.def(
       "set_gradient",

@@ -89,6 +89,11 @@ void check(const std::string& argument, const Light& light) {
   check_color(argument + ".color", light.color);
   check_number(argument + ".power", light.power, 0, base::kFarthest);
   check_number(argument + ".radius", light.radius, 0, base::kFarthest);
+  check_vector(argument + ".spot", light.spot.direction);
+  check_number(argument + ".spot", light.spot.degrees, 0, 360);
+  if (light.spot.degrees > 0 && !(length(light.spot.direction) > 0)) {
+    base::refuse(argument + ".spot", "a direction longer than 0, and degrees", text(light.spot.direction));
+  }
 }
 
 }  // namespace
@@ -104,6 +109,8 @@ void check(const View& view) {
   check_number("fog", view.fog.metres, 0, base::kFarthest);
   check_number("exposure", view.exposure, 0, base::kFarthest);
   check_vector("sun", view.sun);
+  check_color("sun_color", view.sun_color);
+  check_number("sun_power", view.sun_power, 0, base::kFarthest);
   check_number("sun_size", view.sun_size, 0, kMostSunSize);
   check_number("shutter", view.shutter, 0, kMostShutter);
   check_number("bloom", view.bloom, 0, 1);

@@ -14,6 +14,12 @@ bool has_fixed_footprint(const Sprite& sprite, int height) {
   return flat && diameter >= 2 && diameter <= static_cast<float>(kMaxFootprint);
 }
 
+// Returns whether a sprite shows a surface in space, whose light depends on its normal.
+bool is_surface(const Sprite& sprite) {
+  return (sprite.is(Sprite::Kind::sphere) && !drawn_as_point(sprite)) || sprite.is(Sprite::Kind::card) ||
+         sprite.is(Sprite::Kind::mesh);
+}
+
 }  // namespace
 
 bool is_posed(const Sprite& sprite) { return sprite.kind() >= Sprite::Kind::card; }
@@ -31,8 +37,14 @@ float diameter_of(const Sprite& sprite, int height) {
 }
 
 bool has_gain(const Sprite& sprite, const View& view) {
-  if (!sprite.lit || view.lights.empty() || drawn_as_point(sprite)) return false;
-  return sprite.kind() >= Sprite::Kind::sphere && sprite.kind() != Sprite::Kind::ribbon;
+  return sprite.lit && sprite.is(Sprite::Kind::image) && (!view.lights.empty() || view.sun_power > 1);
+}
+
+bool lit_by_painter(const Sprite& sprite) { return sprite.lit && is_surface(sprite); }
+
+bool fogged_by_painter(const Sprite& sprite, const View& view) {
+  if (!(view.fog.metres > 0) || sprite.blend == Sprite::Blend::add) return false;
+  return is_surface(sprite) || sprite.is(Sprite::Kind::image);
 }
 
 Sprite as_seen(Sprite sprite, const View& view) {
@@ -65,7 +77,8 @@ Layout layout(const Sprite& sprite, const View& view, bool any_depth) {
   if (has_gain(sprite, view)) return Layout::wide;
   const bool still = !(view.shutter > 0);
   const bool sharp = !(view.camera.aperture > 0);
-  if (still && sharp && has_fixed_footprint(sprite, view.height)) return deep ? Layout::deep : Layout::plain;
+  const bool simple = !lit_by_painter(sprite) && !fogged_by_painter(sprite, view);
+  if (still && sharp && simple && has_fixed_footprint(sprite, view.height)) return deep ? Layout::deep : Layout::plain;
   if (sprite.kind() == Sprite::Kind::image || Grid{view.width, view.height}.far_bits() == 0) return Layout::wide;
   if (still) return deep ? Layout::deep_sized : Layout::sized;
   return deep ? Layout::deep_moving : Layout::moving;

@@ -176,9 +176,16 @@ bool drawn_as_point(const Sprite& sprite);
 /// 2 px, because their light goes to 2x2 pixels.
 float diameter_of(const Sprite& sprite, int height);
 
-/// Returns whether lamps may make particles brighter than their colours can express. If so, records are wide and have a
-/// gain.
+/// Returns whether light may make images brighter than their colours can express before they are painted. If so,
+/// records are wide and have a gain.
 bool has_gain(const Sprite& sprite, const View& view);
+
+/// Returns whether the painter lights each point of a sprite: lit spheres, cards and meshes. Other lit sprites get
+/// their light when they are projected.
+bool lit_by_painter(const Sprite& sprite);
+
+/// Returns whether the painter fills in the fog, which must not be multiplied by a sprite's shade or picture.
+bool fogged_by_painter(const Sprite& sprite, const View& view);
 
 /// Returns a sprite as a camera sees it: through a lens, opaque particles are blended from far to near, because those
 /// out of focus let some of the light behind them through.

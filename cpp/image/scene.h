@@ -52,19 +52,33 @@ constexpr void fields(Visitor& visit, Solid& solid) {
   visit(solid.shape, solid.color, solid.mesh, solid.light, solid.image, solid.scale);
 }
 
+/// A cone of light. Its edge is soft: see Lamp.
+struct Spot {
+  Vector direction{0, -1, 0};  // of any length
+  float degrees = 0;  // angle between opposite sides of the cone, up to 360; 0: the light shines everywhere
+
+  bool operator==(const Spot&) const = default;
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Spot& spot) {
+  visit(spot.direction, spot.degrees);
+}
+
 /// A point light. `power` is the light on a surface that faces it at a distance of 1 m.
 struct Light {
   Vector position{};
   Color color{1, 1, 1};
   float power = 1;
   float radius = 0;  // m; above 0: shadows of solids have soft edges
+  Spot spot{};
 
   bool operator==(const Light&) const = default;
 };
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, Light& light) {
-  visit(light.position, light.color, light.power, light.radius);
+  visit(light.position, light.color, light.power, light.radius, light.spot);
 }
 
 /// Bits of View::layers: pictures kept in addition to the frame.
@@ -124,6 +138,8 @@ struct View {
   float exposure = 1;
   std::vector<Solid> objects;
   Vector sun{-0.45, 0.75, 0.55};  // direction to the sun, of any length; all 0: no sun
+  Color sun_color{1, 1, 1};
+  float sun_power = 1;  // factor on the light of the sun, which at 1 gives kSun to a surface that faces it
   float sun_size = 0;  // apparent diameter of the sun, degrees; above 0: shadows of solids have soft edges
   std::vector<Light> lights;
   Path path = Path::automatic;
@@ -140,8 +156,8 @@ struct View {
 template <class Visitor>
 constexpr void fields(Visitor& visit, View& view) {
   visit(view.width, view.height, view.camera, view.background, view.sky, view.fog, view.exposure, view.objects,
-        view.sun, view.sun_size, view.lights, view.path, view.shutter, view.bloom, view.smooth, view.linear,
-        view.layers, view.before);
+        view.sun, view.sun_color, view.sun_power, view.sun_size, view.lights, view.path, view.shutter, view.bloom,
+        view.smooth, view.linear, view.layers, view.before);
 }
 
 /// Greatest number of past positions that a ribbon passes through.

@@ -32,8 +32,13 @@ inline constexpr std::size_t kPixelNumbers = static_cast<std::size_t>(kTileRows)
 
 /// The nearest opaque particle at a pixel: bits of its depth, then its surface: shade, blue, green, red, each 0..255
 /// (from the upper half to the lowest byte). The least number is the nearest; among equal depths the least surface
-/// wins, so the result does not depend on the order of particles.
+/// wins, so the result does not depend on the order of particles. Surfaces brighter than white have a shade of 0:
+///
+///   0 (8 bits) | exponent (4) | red (7) | green (7) | blue (6)
+///
+/// Their light is 2^exponent times each colour's fraction of its greatest number; the exponent is at least 1.
 using NearestSurface = std::uint64_t;
+inline constexpr int kBrightExponent = 20, kBrightRed = 13, kBrightGreen = 6, kMostBright = 12;
 /// Returns the value for a pixel with a solid at this depth and no particle in front of it: greater than any surface at
 /// that depth, less than any behind it.
 constexpr NearestSurface no_surface(std::uint32_t depth) { return (NearestSurface{depth} + 1) << 32; }

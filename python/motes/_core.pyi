@@ -214,6 +214,8 @@ class View:
         color: collections.abc.Sequence[float],
         power: float,
         radius: float,
+        spot: collections.abc.Sequence[float],
+        spot_deg: float,
     ) -> None: ...
     def add_mesh(
         self, mesh: Shape, color: collections.abc.Sequence[float], light: float, image: int, scale: float
@@ -248,7 +250,13 @@ class View:
     def set_shutter(self, part: float) -> None: ...
     def set_sky(self, picture: int) -> None: ...
     def set_smooth(self, smooth: bool) -> None: ...
-    def set_sun(self, direction: collections.abc.Sequence[float], size_deg: float) -> None: ...
+    def set_sun(
+        self,
+        direction: collections.abc.Sequence[float],
+        size_deg: float,
+        color: collections.abc.Sequence[float],
+        power: float,
+    ) -> None: ...
     @property
     def exposure(self) -> float: ...
     @property

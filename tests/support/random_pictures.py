@@ -98,7 +98,10 @@ def renderer(draw: st.DrawFn) -> list[str]:
             lambda s: f"[{', '.join(s)}]"
         ),
         "lights": triples(-3, 3).map(lambda p: f"[motes.Light({p}, (1, 0.6, 0.2), 2)]")
-        | triples(-3, 3).map(lambda p: f"[motes.Light({p}, 'orange', 2, radius=0.5)]"),
+        | triples(-3, 3).map(lambda p: f"[motes.Light({p}, 'orange', 2, radius=0.5)]")
+        | triples(-3, 3).map(lambda p: f"[motes.Light({p}, 'teal', 90, spot=(({-p[0]}, 1, {-p[2]}), 70))]"),
+        "sun_color": st.just("'orange'"),
+        "sun_power": st.sampled_from(["0", "0.5", "40"]),
         "sun_size": numbers(0.5, 40).map(str),
     }
     facts += [f"{name}={draw(value)}" for name, value in optional.items() if draw(st.booleans())]

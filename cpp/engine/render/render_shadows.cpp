@@ -9,7 +9,6 @@
 namespace motes::engine {
 namespace {
 
-using image::ShadowExtent;
 using image::ShadowGrids;
 
 constexpr std::size_t kParticles = std::size_t{1} << 16;  // particles per task of a thread; whole vectors
@@ -42,45 +41,35 @@ std::vector<ShadowPart> shadow_parts(const Script& script, const image::View& vi
   return parts;
 }
 
-// Returns a failure flag, followed by the maximum and the negated minimum along each axis, light by light.
-Maxima word_of_extents(const std::vector<ShadowExtent>& extents, bool failed) {
+// Returns a failure flag, followed by one number per layer of all boxes of all lights: 1 if anything is in it.
+Maxima word_of_layers(const std::vector<std::int64_t>& sums, bool failed) {
   Maxima word{failed ? 1.0f : 0.0f};
-  for (const ShadowExtent& extent : extents) {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      word.push_back(extent.high[axis]);
-      word.push_back(-extent.low[axis]);
-    }
+  for (auto layer = sums.begin(); layer != sums.end(); layer += ShadowGrids::kLayer) {
+    const bool used = std::any_of(layer, layer + ShadowGrids::kLayer, [](std::int64_t sum) { return sum != 0; });
+    word.push_back(used ? 1.0f : 0.0f);
   }
   return word;
 }
 
-void fit_grids(const Maxima& word, ShadowGrids& grids) {
-  for (std::size_t light = 0; light < grids.lights(); ++light) {
-    ShadowExtent extent;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      extent.high[axis] = word[1 + 6 * light + 2 * axis];
-      extent.low[axis] = -word[2 + 6 * light + 2 * axis];
-    }
-    grids.fit(light, extent);
+// Moves the layers that any calculator uses to the front, which are all that ranks send to each other.
+void pack(const Maxima& word, std::vector<std::int64_t>& sums) {
+  auto to = sums.begin();
+  for (std::size_t layer = 0; layer + 1 < word.size(); ++layer) {
+    const auto from = sums.begin() + static_cast<std::ptrdiff_t>(layer * ShadowGrids::kLayer);
+    if (word[1 + layer] != 0) to = std::copy_n(from, ShadowGrids::kLayer, to);
   }
+  sums.erase(to, sums.end());
 }
 
-std::vector<ShadowExtent> extents_of(threads::Pool& pool, const std::vector<ShadowPart>& parts, std::size_t lights) {
-  std::vector<std::vector<ShadowExtent>> by_thread(static_cast<std::size_t>(pool.threads()),
-                                                   std::vector<ShadowExtent>(lights));
-  pool.run(parts.size(), [&](std::size_t p, std::size_t worker) {
-    parts[p].shadows.extend(parts[p].first, parts[p].last, by_thread[worker]);
-  });
-  for (std::size_t t = 1; t < by_thread.size(); ++t) {
-    for (std::size_t light = 0; light < lights; ++light) {
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        ShadowExtent& all = by_thread[0][light];
-        all.low[axis] = std::min(all.low[axis], by_thread[t][light].low[axis]);
-        all.high[axis] = std::max(all.high[axis], by_thread[t][light].high[axis]);
-      }
-    }
+void unpack(const Maxima& word, std::vector<std::int64_t>& sums) {
+  std::vector<std::int64_t> all((word.size() - 1) * ShadowGrids::kLayer);
+  auto from = sums.begin();
+  for (std::size_t layer = 0; layer + 1 < word.size(); ++layer) {
+    if (word[1 + layer] == 0) continue;
+    std::copy_n(from, ShadowGrids::kLayer, all.begin() + static_cast<std::ptrdiff_t>(layer * ShadowGrids::kLayer));
+    from += ShadowGrids::kLayer;
   }
-  return by_thread[0];
+  sums = std::move(all);
 }
 
 void add_depths(threads::Pool& pool, const std::vector<ShadowPart>& parts, std::vector<std::int64_t>& sums) {
@@ -114,6 +103,7 @@ void tell_drawers(Rank& rank, const Painter& painter, Maxima& word, std::vector<
     const comm::Message message = session.comm().expect(calculators[0], comm::Phase::shadows, session.stamp());
     base::Reader in = message.reader();
     for (float& number : word) number = in.get<float>();
+    sums.resize(ShadowGrids::kLayer * static_cast<std::size_t>(std::count(word.begin() + 1, word.end(), 1.0f)));
     for (std::int64_t& number : sums) number = in.get<std::int64_t>();
   }
 }
@@ -131,27 +121,22 @@ void gather_shadows(Rank& rank, const Script& script, const Calculator& calculat
   Session& session = rank.session;
   Round round;
   round.turn = session.turn;
-  std::vector<ShadowExtent> extents(grids->lights());
   std::vector<std::int64_t> sums(grids->lights() * ShadowGrids::numbers());
-  std::vector<ShadowPart> parts;
-  std::vector<DrawnSystem> systems;
   if (session.calculates()) {
     session.work("render", [&] {
-      systems = shadowing(script, calculator, *rank.pool);
-      parts = shadow_parts(script, view, systems, *grids);
-      extents = extents_of(*rank.pool, parts, grids->lights());
+      const std::vector<DrawnSystem> systems = shadowing(script, calculator, *rank.pool);
+      add_depths(*rank.pool, shadow_parts(script, view, systems, *grids), sums);
     });
   }
-  Maxima word = word_of_extents(extents, session.failed());
+  Maxima word = word_of_layers(sums, session.failed());
   if (session.calculates()) {
     word = all_reduce_max(rank, round, std::move(word));
-    fit_grids(word, *grids);
-    session.work("render", [&] { add_depths(*rank.pool, parts, sums); });
+    pack(word, sums);
     all_reduce_sum(rank, round, comm::Phase::shadows, sums);
   }
   tell_drawers(rank, painter, word, sums);
   session.work("render", [&] {
-    fit_grids(word, *grids);
+    unpack(word, sums);
     grids->resolve(sums);
     painter.shadows = std::move(grids);
   });

@@ -1,9 +1,10 @@
 // Compiled once for each instruction set: see simd/simd.h for the rules.
 #include "image/light/light_lanes.h"
 
-#include "image/daylight_parts.h"
+#include "image/light/lamp_lanes.h"
 #include "image/light/particle_lanes.h"
 #include "image/light/shadow_lanes.h"
+#include "image/light/sky_lanes.h"
 #include "simd/elementary.h"
 #include "simd/floats3.h"
 #include "simd/rotations.h"
@@ -12,9 +13,9 @@
 namespace motes::MOTES_ISA {
 namespace {
 
-constexpr auto kSunOnParticles = static_cast<float>(image::kSun);
 constexpr float kHalfTurnRadians = 3.14159265359f;
 constexpr float kMostFloat = 3.402823466e38f;
+constexpr int kColumns = image::kShadowColumns;
 
 // Returns the mean light over the visible disc of a sphere that is lit at an angle a to the eye's direction:
 // 2 / (3 pi) (sin a + (pi - a) cos a) (J. H. Lambert).
@@ -24,25 +25,10 @@ MOTES_INLINE Floats of_sphere(Floats cosine) {
   return max(0.21220659f * (sine + (kHalfTurnRadians - acos(c)) * c), Floats{});
 }
 
-// Returns how many layers towards the light a particle's own optical depth reaches; a particle must not shade itself.
-MOTES_INLINE Floats own_layers(const image::Lighting& t, const image::ShadowMap& map, Floats3 place, Floats diameter) {
-  if (!(t.own_shadow > 0)) return Floats{};
-  const Floats width = in_grid(map.space, place).width, wide = diameter * 0.6f;
-  Floats layers = all(1.0f);
-  for (int level = 1; level < image::kShadowLevels; ++level) {
-    const float scale = static_cast<float>(1 << (level - 1));
-    layers = select(wide > width * scale, all(2 * scale), layers);
-  }
-  return layers;
-}
-
 MOTES_INLINE Floats light_left(const image::Lighting& t, const image::Obstacles& o, Floats3 place, Floats diameter) {
   if (o.shadow == nullptr) return all(1.0f);
-  return light_through(*o.shadow, place, own_layers(t, *o.shadow, place, diameter));
-}
-
-MOTES_INLINE Floats3 ambient_at(const image::Ambient& a, Floats up) {
-  return all3(a.low) * (1.0f - up) + all3(a.high) * up;
+  const Floats back = t.own_shadow > 0 ? own_shadow(o.shadow->space, place, diameter) : Floats{};
+  return light_through(*o.shadow, place, back);
 }
 
 // The lit surface of a particle: the visible side of a card, or a ball.
@@ -51,8 +37,9 @@ struct LitSide {
   Floats3 normal;  // of a ball: direction to the eye
 
   MOTES_INLINE Floats from(Floats cosine) const { return flat ? max(cosine, Floats{}) : of_sphere(cosine); }
-  // Over the visible disc of a sphere, the mean normal is two thirds of the direction to the eye.
-  MOTES_INLINE Floats up() const { return 0.5f + normal.y * (flat ? 0.5f : 0.33333333f); }
+  MOTES_INLINE Floats3 ambient(const image::Ambient& a) const {
+    return flat ? ambient_at(a, normal) : ambient_at(a, normal, 0.66666667f, 0.25f);
+  }
 };
 
 MOTES_INLINE LitSide lit_side(const image::LitShape& c, std::size_t i, Floats3 to_eye) {
@@ -75,30 +62,30 @@ MOTES_INLINE LitSide lit_side(const image::LitShape& c, std::size_t i, Floats3 t
   return {true, normal * select(dot(normal, to_eye) < 0.0f, all(-1.0f), all(1.0f))};
 }
 
-// Returns the light that a white particle sends to the eye; if t.relative, its ratio to that of sun and sky without
-// shadows. `at`: the particle's index in the in_sight planes.
+// Returns the light that a white particle sends to the eye; if t.relative, the part of it that obstacles leave. `at`:
+// the particle's index in the in_sight planes.
 MOTES_INLINE Floats3 light_arriving(const image::Lighting& t, Floats3 place, const LitSide& side, Floats diameter,
                                     std::size_t at) {
-  Floats3 light = ambient_at(t.ambient, side.up());
-  Floats sunlight{};
-  if (t.sun != nullptr) {
-    sunlight = side.from(dot(side.normal, all3(t.sun))) * kSunOnParticles;
-    const Floats sun =
-        sunlight * light_left(t, t.sun_obstacles, place, diameter) * value_or(t.sun_obstacles.in_sight, at, 1);
-    light = light + Floats3{sun, sun, sun};
+  Floats3 light = side.ambient(t.ambient), all_light = light;
+  const auto add = [&](Floats3 more, const image::Obstacles& obstacles) __attribute__((always_inline)) {
+    const Floats part = light_left(t, obstacles, place, diameter) * value_or(obstacles.in_sight, at, 1);
+    light = light + more * part;
+    if (t.relative) all_light = all_light + more;
+  };
+  if (t.sun.shines) {
+    add(all3(t.sun.color) * side.from(dot(side.normal, all3(t.sun.toward))), t.sun_obstacles);
   }
-  const Floats3 plain = ambient_at(t.ambient, side.up()) + Floats3{sunlight, sunlight, sunlight};
   for (std::size_t k = 0; k < t.light_count; ++k) {
-    const image::LightOnParticles& lamp = t.lights[k];
+    const image::Lamp& lamp = t.lights[k].lamp;
     const Floats3 along = all3(lamp.position) - place;
     const Floats square = max(dot(along, along), all(1e-6f));
-    const Floats facing = side.from(dot(along, side.normal) / sqrt(square));
-    const Floats part = light_left(t, lamp.obstacles, place, diameter) * value_or(lamp.obstacles.in_sight, at, 1);
-    light = light + all3(lamp.color) * (facing * part / square);
+    Floats facing = side.from(dot(along, side.normal) / sqrt(square));
+    if (lamp.per_cosine > 0) facing *= in_cone(lamp, along, square);
+    add(all3(lamp.color) * (facing / square), t.lights[k].obstacles);
   }
   if (!t.relative) return light;
   const auto part = [](Floats a, Floats b) { return a / max(b, all(1e-6f)); };
-  return {part(light.x, plain.x), part(light.y, plain.y), part(light.z, plain.z)};
+  return {part(light.x, all_light.x), part(light.y, all_light.y), part(light.z, all_light.z)};
 }
 
 // Returns the factor, at least 1, by which a colour exceeds the brightest one that a particle can have.
@@ -150,42 +137,34 @@ struct ShadowCaster {
 };
 MOTES_INLINE ShadowCaster caster_at(const image::ShadowTask& t, std::size_t i, std::size_t last) {
   const image::ParticlePlanes& p = t.particles;
-  const Floats3 place = particle_place(p, i), offset = place - all3(t.center);
+  const Floats3 place = particle_place(p, i);
   const Floats alpha = min(max(value_or(p.alpha, i, p.alpha_of_all), Floats{}), all(1.0f));
-  Mask counts = (max(max(abs(offset.x), abs(offset.y)), abs(offset.z)) <= t.reach) & (alpha > 0.0f);
+  Mask counts = finite(place) & (alpha > 0.0f);
   if (last - i < kLanes) counts &= first_lanes(last - i);
-  return {select(counts, place, all3(t.center)), alpha * t.shadow, counts};
+  return {only(counts, place), alpha * t.shadow, counts};
 }
 
-void extend_extent(const image::ShadowTask& t, const image::ShadowSpace& space, std::size_t first, std::size_t last,
-                   image::ShadowExtent& extent) {
-  Floats low[3], high[3];
-  for (int axis = 0; axis < 3; ++axis) low[axis] = all(kMostFloat), high[axis] = all(-kMostFloat);
-  for (std::size_t i = first; i < last; i += kLanes) {
-    const ShadowCaster c = caster_at(t, i, last);
-    const Floats3 offset = c.place - all3(space.origin);
-    const Floats at[3] = {dot(offset, all3(space.right)), dot(offset, all3(space.up)), dot(offset, all3(space.ahead))};
-    for (int axis = 0; axis < 3; ++axis) {
-      low[axis] = min(low[axis], select(c.counts, at[axis], all(kMostFloat)));
-      high[axis] = max(high[axis], select(c.counts, at[axis], all(-kMostFloat)));
-    }
-  }
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    for (std::size_t lane = 0; lane < kLanes; ++lane) {
-      const float least = low[axis][lane], most = high[axis][lane];
-      extent.low[axis] = least < extent.low[axis] ? least : extent.low[axis];
-      extent.high[axis] = most > extent.high[axis] ? most : extent.high[axis];
-    }
-  }
+// Returns the optical depth, in 1 / kShadowUnit, of a column of which a particle of this opacity covers a part.
+MOTES_INLINE Floats optical_depth(Floats part, Floats opacity) {
+  const Floats kept = min(part, all(1.0f)) * opacity;
+  const Floats faint = kept + kept * kept * 0.5f;  // where the logarithm would lose digits
+  if (!any(kept >= 1e-3f)) return faint * image::kShadowUnit;
+  return select(kept < 1e-3f, faint, -log(max(1.0f - kept, all(1e-4f)))) * image::kShadowUnit;
 }
 
-constexpr std::size_t level_start(int level) {
-  std::size_t start = 0;
-  for (int k = 0; k < level; ++k) start += image::ShadowGrids::level_numbers(k);
-  return start;
+MOTES_INLINE Ints within(Ints at, int count) { return min_ints(max_ints(at, Ints{}), all_ints(count - 1)); }
+
+// The two layers around particles, and the part of their depth that the farther one gets.
+struct Layers {
+  Ints near, far;  // indices of their first cells
+  Floats beyond;
+};
+MOTES_INLINE Layers layers_of(const InBox& at) {
+  const Floats from = at.layer + 0.5f;  // above 0
+  const Ints k = to_ints(from), base = at.box * image::kShadowLayers;
+  const auto first = [&](Ints layer) { return (base + within(layer, image::kShadowLayers)) * (kColumns * kColumns); };
+  return {first(k - 1), first(k), from - to_floats(k)};
 }
-constexpr std::size_t kLevelStart[image::kShadowLevels] = {level_start(0), level_start(1), level_start(2),
-                                                           level_start(3)};
 
 // Optical depths of a vector of particles, divided among the eight cells around each: pairs of cells along a row, in
 // two rows of two layers.
@@ -195,29 +174,25 @@ struct Shares {
   std::int32_t depth[8][kLanes];
 };
 
-// Values that depend on the level of each particle.
-struct Level {
-  Floats scale;
-  Ints columns, layers, start;
-};
-
-MOTES_INLINE void share_depths(const Level& level, const InGrid& at, Floats depth, unsigned lanes, Shares& to) {
-  const Floats u = at.column * level.scale + 0.5f, v = at.row * level.scale + 0.5f, w = at.layer * level.scale + 0.5f;
-  const Ints i = to_ints(u), j = to_ints(v), k = to_ints(w);  // above 0
-  const Floats right = u - to_floats(i), below = v - to_floats(j), beyond = w - to_floats(k);
-  const auto within = [](Ints at_cell, Ints count) { return min_ints(max_ints(at_cell, Ints{}), count - 1); };
-  const Ints first = within(i - 1, level.columns);
-  store_mask(to.next, within(i, level.columns) - first);
-  const Ints js[2] = {within(j - 1, level.columns), within(j, level.columns)};
-  const Ints ks[2] = {within(k - 1, level.layers), within(k, level.layers)};
-  for (int c = 0; c < 2; ++c) {
-    const Floats in_layer = depth * (c == 0 ? 1.0f - beyond : beyond);
-    for (int b = 0; b < 2; ++b) {
-      const Floats in_row = in_layer * (b == 0 ? 1.0f - below : below);
+// Divides particles of `area` cells.
+MOTES_INLINE void share_depths(const InBox& at, Floats area, Floats opacity, unsigned lanes, Shares& to) {
+  const Floats u = at.column + 0.5f, v = at.row + 0.5f;
+  const Ints i = to_ints(u), j = to_ints(v);
+  const Floats right = u - to_floats(i), below = v - to_floats(j);
+  const Layers layers = layers_of(at);
+  const Ints first = within(i - 1, kColumns);
+  store_mask(to.next, within(i, kColumns) - first);
+  for (int b = 0; b < 2; ++b) {
+    const Floats in_row = area * (b == 0 ? 1.0f - below : below);
+    const Ints row = within(j - 1 + b, kColumns) * kColumns + first;
+    const Floats left_depth = optical_depth(in_row * (1.0f - right), opacity);
+    const Floats right_depth = optical_depth(in_row * right, opacity);
+    for (int c = 0; c < 2; ++c) {
+      const Floats in_layer = c == 0 ? 1.0f - layers.beyond : layers.beyond;
       const int pair = 2 * c + b;
-      store_mask(to.cell[pair], (ks[c] * level.columns + js[b]) * level.columns + first + level.start);
-      store_mask(to.depth[2 * pair], to_ints(in_row * (1.0f - right) + 0.5f));
-      store_mask(to.depth[2 * pair + 1], to_ints(in_row * right + 0.5f));
+      store_mask(to.cell[pair], (c == 0 ? layers.near : layers.far) + row);
+      store_mask(to.depth[2 * pair], to_ints(left_depth * in_layer + 0.5f));
+      store_mask(to.depth[2 * pair + 1], to_ints(right_depth * in_layer + 0.5f));
     }
   }
   to.lanes = lanes;
@@ -241,14 +216,60 @@ MOTES_INLINE void add(std::int64_t* sums, const Shares& shares) {
   }
 }
 
-// Returns the optical depth that a particle adds to its level, in 1 / kShadowUnit: that of a cell, through which
-// 1 - part opacity of the light passes if `part` of it is covered, times the number of cells that the particle covers.
-MOTES_INLINE Floats optical_depth(Floats area, Floats cell, Floats opacity) {
-  const Floats cells = area / (cell * cell), part = max(min(cells, all(1.0f)), all(1e-12f));
-  const Floats kept = part * opacity;
-  const Floats faint = kept + kept * kept * 0.5f;  // where the logarithm would lose digits
-  const Floats depth = select(kept < 1e-3f, faint, -log(max(1.0f - kept, all(1e-4f))));
-  return min(depth * (cells / part), all(64.0f)) * image::kShadowUnit;
+// A disc across the light's rays, in cells of a box.
+struct WideCaster {
+  float column, row, radius, opacity, beyond;
+  std::int32_t near, far;  // as in Layers
+
+  // Returns the part of each of a vector of columns that it covers, before that is normalised.
+  MOTES_INLINE Floats cover(int first, int at_row, int columns) const {
+    const Floats number = to_floats((Ints)lane_numbers() + first);
+    const Floats x = number + (0.5f - column), y = all(static_cast<float>(at_row) + 0.5f - row);
+    const Floats part = min(max(radius + 0.5f - sqrt(x * x + y * y), Floats{}), all(1.0f));
+    return only(number < static_cast<float>(columns), part);
+  }
+};
+
+MOTES_INLINE int added(Ints numbers) {
+  int sum = 0;
+  for (std::size_t lane = 0; lane < kLanes; ++lane) sum += numbers[lane];
+  return sum;
+}
+
+__attribute__((noinline)) void add_wide(const WideCaster& wide, std::int64_t* sums) {
+  constexpr float kUnit = 4096;
+  const auto low = [](float at) { return at > 0 ? static_cast<int>(at) : 0; };
+  const auto high = [](float at) { return at + 1 < kColumns ? static_cast<int>(at) + 1 : kColumns; };
+  const float reach = wide.radius + 0.5f;
+  const int left = low(wide.column - reach), right = high(wide.column + reach);
+  const int top = low(wide.row - reach), bottom = high(wide.row + reach);
+  constexpr int kStep = static_cast<int>(kLanes);
+  Ints whole{}, partly{};  // in integers: their sum does not depend on the number of lanes
+  for (int row = top; row < bottom; ++row) {
+    for (int column = left; column < right; column += kStep) {
+      const Floats cover = wide.cover(column, row, right);
+      whole -= cover >= 1.0f;
+      partly += to_ints(only(cover < 1.0f, cover) * kUnit + 0.5f);
+    }
+  }
+  // The cells at its rim make up for the difference to its area, unless it reaches beyond the box.
+  const bool inside =
+      wide.column >= reach && wide.column + reach <= kColumns && wide.row >= reach && wide.row + reach <= kColumns;
+  const float rim = kHalfTurnRadians * wide.radius * wide.radius - static_cast<float>(added(whole));
+  const float scale = inside && any(partly > 0) ? rim * kUnit / static_cast<float>(added(partly)) : 1;
+  for (int row = top; row < bottom; ++row) {
+    for (int column = left; column < right; column += kStep) {
+      const Floats cover = wide.cover(column, row, right);
+      const Floats depth = optical_depth(select(cover >= 1.0f, cover, cover * scale), all(wide.opacity));
+      const Ints near = to_ints(depth * (1.0f - wide.beyond) + 0.5f), far = to_ints(depth * wide.beyond + 0.5f);
+      const int number = right - column < kStep ? right - column : kStep;
+      for (int lane = 0; lane < number; ++lane) {
+        const int cell = row * kColumns + column + lane;
+        sums[wide.near + cell] += near[lane];
+        sums[wide.far + cell] += far[lane];
+      }
+    }
+  }
 }
 
 void add_depths(const image::ShadowTask& t, const image::ShadowSpace& space, std::size_t first, std::size_t last,
@@ -257,31 +278,37 @@ void add_depths(const image::ShadowTask& t, const image::ShadowSpace& space, std
   int now = 0;
   for (std::size_t i = first; i < last; i += kLanes) {
     const ShadowCaster c = caster_at(t, i, last);
-    const InGrid at = in_grid(space, c.place);
-    const Mask counts = c.counts & at.known & (at.layer >= 0.0f) & (at.layer <= float{image::kShadowLayers});
+    const InLattice lattice = in_lattice(space, c.place);
+    const Floats across = diameter_at(t.width, t.particles, c.place, i) / lattice.width;
+    const InBox at = box_of_caster(space, lattice, across);
+    const Mask counts = c.counts & at.known & (across > 0.0f) & (across <= kMostFloat);
     if (!any(counts)) continue;
-    const Floats diameter = diameter_at(t.width, t.particles, c.place, i), wide = diameter * 0.6f;
-    Level level{all(1.0f), all_ints(image::kShadowColumns), all_ints(image::kShadowLayers), Ints{}};
-    Floats cell = at.width;
-    for (int k = 1; k < image::kShadowLevels; ++k) {
-      const Mask wider = wide > at.width * static_cast<float>(1 << (k - 1));
-      level.scale = select(wider, all(1.0f / static_cast<float>(1 << k)), level.scale);
-      level.columns = select(wider, all_ints(image::kShadowColumns >> k), level.columns);
-      level.layers = select(wider, all_ints(image::kShadowLayers >> k), level.layers);
-      level.start = select(wider, all_ints(static_cast<int>(kLevelStart[k])), level.start);
-      cell = select(wider, at.width * static_cast<float>(1 << k), cell);
-    }
-    const Floats depth = optical_depth(diameter * diameter * (kHalfTurnRadians / 4), cell, c.opacity);
-    share_depths(level, at, depth, bits_of(counts & (depth >= 1.0f)), shares[now]);
+    const Floats wide = across / at.cell;
+    const Mask few = wide <= kFewCells;
+    share_depths(at, wide * wide * (kHalfTurnRadians / 4), c.opacity, bits_of(counts & few), shares[now]);
     prefetch(sums, shares[now]);
     now = 1 - now;
     add(sums, shares[now]);
+    shares[now].lanes = 0;
+    if (!any(counts & ~few)) continue;
+    const Layers layers = layers_of(at);
+    for (unsigned lanes = bits_of(counts & ~few); lanes != 0; lanes &= lanes - 1) {
+      const auto k = static_cast<std::size_t>(__builtin_ctz(lanes));
+      add_wide({at.column[k], at.row[k], 0.5f * wide[k], c.opacity[k], layers.beyond[k], layers.near[k], layers.far[k]},
+               sums);
+    }
   }
   add(sums, shares[1 - now]);
 }
 
+void let_through(float* depths, std::size_t count) {
+  std::size_t i = 0;
+  for (; i + kLanes <= count; i += kLanes) store(depths + i, exp(-min(load(depths + i), all(80.0f))));
+  static_assert(image::ShadowGrids::kLayer % kLanes == 0);
+}
+
 }  // namespace
 
-extern const image::LightLanes light_lanes = {light_particles, extend_extent, add_depths};
+extern const image::LightLanes light_lanes = {light_particles, add_depths, let_through};
 
 }  // namespace motes::MOTES_ISA

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "image/light/lamps.h"
 #include "image/light/shadow_grid.h"
 #include "image/light/sky.h"
 #include "simd/declare_builds.h"
@@ -48,21 +49,20 @@ struct Obstacles {
 };
 
 struct LightOnParticles {
-  float position[3];
-  float color[3];  // light on a surface that faces it at 1 m
+  Lamp lamp;
   Obstacles obstacles;
 };
 
 /// The light on lit particles.
 struct Lighting {
   LitShape shape{};
-  const float* sun = nullptr;  // direction to it, a unit vector; null: there is none
+  Sun sun;
   Obstacles sun_obstacles;
   const LightOnParticles* lights = nullptr;
   std::size_t light_count = 0;
   Ambient ambient;
   float own_shadow = 0;   // see Sprite::shadow
-  bool relative = false;  // drawing applies the light of sun and sky, so colours get only the ratio to that light
+  bool relative = false;  // drawing applies the light, so colours get only the part of it that obstacles leave
   bool gains = false;     // see has_gain()
 };
 
@@ -79,7 +79,6 @@ struct ShadowTask {
   ParticlePlanes particles;
   ParticleWidth width;
   float shadow;
-  float center[3], reach;  // see ShadowGrids::center
 };
 
 struct LightLanes {
@@ -87,13 +86,12 @@ struct LightLanes {
   /// `first`, and their gains, if wanted, to the fourth one. Writes whole vectors.
   void (*light)(const LightTask& task, std::size_t first, std::size_t last, float* const* to);
 
-  /// Extends the extent in a grid's space by particles first .. last - 1.
-  void (*extend)(const ShadowTask& task, const ShadowSpace& space, std::size_t first, std::size_t last,
-                 ShadowExtent& extent);
-
   /// Adds the particles' optical depths to the sums of a light's grid, see ShadowGrids::numbers.
   void (*add)(const ShadowTask& task, const ShadowSpace& space, std::size_t first, std::size_t last,
               std::int64_t* sums);
+
+  /// Replaces optical depths by the part of the light that they let through. `count`: a multiple of 16.
+  void (*let_through)(float* depths, std::size_t count);
 };
 
 /// Returns the build for this processor.

@@ -54,14 +54,17 @@ ParticleWidth particle_width(const Sprite& sprite, const View& view) {
 
 std::unique_ptr<const ParticleLight> ParticleLight::of(const Sprite& sprite, const View& view,
                                                        const ShadowGrids* shadows, InSight in_sight) {
-  if (!sprite.lit && !(view.fog.metres > 0)) return nullptr;
+  const bool obstacles = shadows != nullptr || in_sight;
+  const bool lit = sprite.lit && (obstacles || !lit_by_painter(sprite));
+  const bool fogged = view.fog.metres > 0 && !fogged_by_painter(sprite, view);
+  if (!lit && !fogged) return nullptr;
   auto made = std::make_unique<ParticleLight>();
   LightTask& t = made->task_;
   t.width = particle_width(sprite, view);
   std::copy(view.fog.color.begin(), view.fog.color.end(), t.fog);
-  t.fog_density = view.fog.metres > 0 ? 1 / view.fog.metres : 0;
+  t.fog_density = fogged ? 1 / view.fog.metres : 0;
   t.adds = sprite.blend == Sprite::Blend::add;
-  if (sprite.lit) made->set_lighting(sprite, view, shadows, std::move(in_sight));
+  if (lit) made->set_lighting(sprite, view, shadows, std::move(in_sight));
   return made;
 }
 
@@ -70,19 +73,14 @@ void ParticleLight::set_lighting(const Sprite& sprite, const View& view, const S
   in_sight_ = std::move(in_sight);
   Lighting& t = lighting_;
   t.shape.kind = lit_shape(sprite);
-  t.relative = sprite.is(Sprite::Kind::mesh) || (sprite.is(Sprite::Kind::sphere) && !drawn_as_point(sprite));
+  t.relative = lit_by_painter(sprite);
   t.gains = image::has_gain(sprite, view);
   t.own_shadow = sprite.shadow;
   t.ambient = ambient(view);
-  if (length(view.sun) > 0) {
-    put_floats(unit(view.sun), sun_);
-    t.sun = sun_;
-  }
+  t.sun = sun_of(view);
   t.sun_obstacles.shadow = shadows == nullptr ? nullptr : shadows->of_sun();
   for (std::size_t i = 0; i < view.lights.size(); ++i) {
-    LightOnParticles light{};
-    put_floats(view.lights[i].position, light.position);
-    for (std::size_t c = 0; c < 3; ++c) light.color[c] = view.lights[i].color[c] * view.lights[i].power;
+    LightOnParticles light{lamp_of(view.lights[i]), {}};
     light.obstacles.shadow = shadows == nullptr ? nullptr : shadows->of_light(i);
     lights_.push_back(light);
   }
@@ -113,16 +111,7 @@ void ParticleLight::light(const Drawn& particles, std::size_t first, std::size_t
 
 ParticleShadows::ParticleShadows(const Sprite& sprite, const View& view, const ShadowGrids& grids,
                                  const Drawn& particles)
-    : task_{particle_planes(particles), particle_width(sprite, view), sprite.shadow, {}, grids.reach()},
-      grids_(&grids) {
-  std::copy(grids.center().begin(), grids.center().end(), task_.center);
-}
-
-void ParticleShadows::extend(std::size_t first, std::size_t last, std::vector<ShadowExtent>& extents) const {
-  for (std::size_t light = 0; light < grids_->lights(); ++light) {
-    light_lanes().extend(task_, grids_->space(light), first, last, extents[light]);
-  }
-}
+    : task_{particle_planes(particles), particle_width(sprite, view), sprite.shadow}, grids_(&grids) {}
 
 void ParticleShadows::add(std::size_t first, std::size_t last, std::int64_t* sums) const {
   for (std::size_t light = 0; light < grids_->lights(); ++light) {

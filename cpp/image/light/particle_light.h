@@ -36,7 +36,6 @@ class ParticleLight {
   LightTask task_;
   bool lit_ = false;
   Lighting lighting_;
-  float sun_[3];
   std::vector<LightOnParticles> lights_;
   InSight in_sight_;
 };
@@ -45,7 +44,6 @@ class ParticleLight {
 class ParticleShadows {
  public:
   ParticleShadows(const Sprite& sprite, const View& view, const ShadowGrids& grids, const Drawn& particles);
-  void extend(std::size_t first, std::size_t last, std::vector<ShadowExtent>& extents) const;
   /// Adds the particles' optical depths to `sums`, those of all lights.
   void add(std::size_t first, std::size_t last, std::int64_t* sums) const;
 

@@ -1,8 +1,11 @@
 // Shadows of particles: how much light they block, summed up in a grid in each light's space.
 //
-// A grid consists of columns along the light's rays, which are divided into layers across the rays. Particles add
-// optical depth to the cells around them, in integers, so sums do not depend on their order; particles much wider than
-// a cell add to a coarser level. Once resolved, the grid holds the depth from the light to each border between layers.
+// A grid consists of nested boxes around the camera's target, each with cells twice as wide as those of the box within
+// it. Cells are columns along the light's rays, divided into layers across the rays. The cells belong to a lattice that
+// is fixed in the world: it depends on the camera and the light, never on the particles. A particle adds optical depth
+// to the cells that it covers, in the finest box that contains it and whose cells are not much narrower than it; in
+// integers, so sums do not depend on their order. Once resolved, each box holds the light that all particles let
+// through to each border between layers.
 #pragma once
 
 #include <array>
@@ -13,9 +16,10 @@
 
 namespace motes::image {
 
-inline constexpr int kShadowColumns = 80;  // along both sides of a grid's finest level
-inline constexpr int kShadowLayers = 48;
-inline constexpr int kShadowLevels = 4;
+inline constexpr int kShadowColumns = 64;  // along both sides of a box
+inline constexpr int kShadowLayers = 64;
+inline constexpr int kShadowThick = 2;  // thickness of a layer, in widths of a column
+inline constexpr int kShadowBoxes = 4;
 
 /// The space of a grid. Its coordinates (across, upward, ahead) are offsets from `origin` along three unit vectors.
 /// Rays of the sun are parallel to `ahead`; those of a point light begin at the origin, and columns have equal
@@ -23,21 +27,15 @@ inline constexpr int kShadowLevels = 4;
 struct ShadowSpace {
   float origin[3], right[3], up[3], ahead[3];
   bool point = false;
-  float first[3]{};   // start of the first cell: along right and up, m or tangents; along ahead, m
-  float cells[2]{};   // cells per unit of `first`: across the rays, and along them
+  float cells[2]{};  // of the finest box: per m or tangent across the rays, and per m along them
+  float first[kShadowBoxes][3]{};  // first column, row and layer of each box, in its own cells
 };
 
 /// The shadows of one light, as kernels read them.
 struct ShadowMap {
   ShadowSpace space;
-  const float* depths = nullptr;  // optical depth: kShadowLayers + 1 planes of kShadowColumns^2; null: no shadows
-};
-
-/// What a grid must cover: the least and greatest coordinates in its space, m; empty if low > high.
-struct ShadowExtent {
-  std::array<float, 3> low{3e38f, 3e38f, 3e38f}, high{-3e38f, -3e38f, -3e38f};
-
-  bool empty() const { return !(low[0] <= high[0]); }
+  /// The part of the light that is left: for each box, kShadowLayers + 1 planes of kShadowColumns^2; null: no shadows.
+  const float* left = nullptr;
 };
 
 /// The grids of a view's lights that shine: first the sun, then point lights.
@@ -51,26 +49,15 @@ class ShadowGrids {
 
   std::size_t lights() const { return spaces_.size(); }
   const ShadowSpace& space(std::size_t light) const { return spaces_[light]; }
-  /// Return the centre and half the side, m, of the cube of particles that cast shadows: the camera's target, and three
-  /// times its distance from the camera.
-  const std::array<float, 3>& center() const { return center_; }
-  float reach() const { return reach_; }
 
-  /// Fits the grid of a light to its extent, which must be the same on all ranks.
-  void fit(std::size_t light, const ShadowExtent& extent);
+  /// Numbers per layer and per box. The sums of a light are those of its boxes, from the finest on, layer by layer; all
+  /// lights have lights() times as many.
+  static constexpr std::size_t kLayer = std::size_t{kShadowColumns} * kShadowColumns;
+  static constexpr std::size_t kBox = kLayer * kShadowLayers;
+  static constexpr std::size_t numbers() { return kBox * kShadowBoxes; }
+  std::size_t layers() const { return lights() * kShadowBoxes * kShadowLayers; }
 
-  /// Returns the number of sums of one light, of all levels one after another; all lights have lights() times as many.
-  static constexpr std::size_t numbers() {
-    std::size_t sum = 0;
-    for (int level = 0; level < kShadowLevels; ++level) sum += level_numbers(level);
-    return sum;
-  }
-  static constexpr std::size_t level_numbers(int level) {
-    return static_cast<std::size_t>(kShadowColumns >> level) * static_cast<std::size_t>(kShadowColumns >> level) *
-           static_cast<std::size_t>(kShadowLayers >> level);
-  }
-
-  /// Turns the sums of all lights into depths.
+  /// Turns the sums of all lights into the light that is left.
   void resolve(const std::vector<std::int64_t>& sums);
 
   /// Return the shadows of the sun, or of a light by its number in the view; null if it does not shine or nothing casts
@@ -81,16 +68,13 @@ class ShadowGrids {
   }
 
  private:
-  const ShadowMap* map(std::size_t light) const { return maps_[light].depths == nullptr ? nullptr : &maps_[light]; }
+  const ShadowMap* map(std::size_t light) const { return maps_[light].left == nullptr ? nullptr : &maps_[light]; }
 
   std::vector<ShadowSpace> spaces_;
-  std::vector<char> fitted_;
   std::vector<ShadowMap> maps_;
-  std::vector<std::vector<float>> depths_;
+  std::vector<std::vector<float>> left_;
   std::vector<int> points_;  // the grid of each of the view's lights; -1: none
   int sun_ = -1;
-  std::array<float, 3> center_{};
-  float reach_ = 0;
 };
 
 /// An optical depth of 1, in the units of sums.

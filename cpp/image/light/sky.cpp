@@ -1,11 +1,11 @@
 #include "image/light/sky.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 #include <mutex>
 #include <numbers>
+#include <vector>
 
 #include "image/curves.h"
 #include "image/daylight_parts.h"
@@ -13,22 +13,58 @@
 namespace motes::image {
 namespace {
 
-using LightSum = std::array<double, 3>;
-
 void put_color(const Color& from, float* to) { std::copy(from.begin(), from.end(), to); }
 
 // Factor on a sky's ambient light, as for a background of one colour: with all of it, the sun would hardly show.
-constexpr auto kSkyLight = static_cast<float>(kTint);
+constexpr double kSkyLight = kTint;
 
-// Returns the ambient light of a gradient: its mean over each half of the sky, weighted for a surface that faces up or
-// down by 2 s ds, where s is the sine of the elevation.
-Ambient of_gradient(const Sky& sky) {
-  Ambient all;
-  for (std::size_t c = 0; c < 3; ++c) {
-    all.high[c] = kSkyLight * (sky.horizon[c] + 2 * sky.zenith[c]) / 3;
-    all.low[c] = kSkyLight * (sky.horizon[c] + 2 * sky.ground[c]) / 3;
+// Adds up light from directions.
+class SkySum {
+ public:
+  /// `part`: of all directions; (x, y, z): a unit vector.
+  void add(const float* light, double part, double x, double y, double z) {
+    const double terms[10] = {1, x, y, z, x * x, y * y, z * z, 2 * x * y, 2 * y * z, 2 * z * x};
+    for (std::size_t i = 0; i < 10; ++i) {
+      for (std::size_t c = 0; c < 3; ++c) sums_[i][c] += part * terms[i] * double{light[c]};
+    }
   }
-  return all;
+
+  Ambient ambient() const {
+    Ambient all;
+    all.of_sky = true;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const auto term = [&](std::size_t i, double scale) {
+        return static_cast<float>(kSkyLight * scale * sums_[i][c]);
+      };
+      all.mean[c] = term(0, 1);
+      for (std::size_t i = 0; i < 3; ++i) all.slope[i][c] = term(1 + i, 2);
+      for (std::size_t i = 0; i < 6; ++i) all.curve[i][c] = term(4 + i, 15.0 / 8);
+      const float level = 0.375f * all.mean[c] + all.curve[1][c];
+      all.low[c] = std::max(level - all.slope[1][c], 0.0f);
+      all.high[c] = level + all.slope[1][c];
+    }
+    return all;
+  }
+
+ private:
+  double sums_[10][3]{};
+};
+
+// Returns the ambient light of a gradient, whose light depends on the sine of the elevation only: at s, the squares of
+// the other components have the mean (1 - s^2) / 2.
+Ambient of_gradient(const Sky& sky) {
+  constexpr int kSteps = 512;
+  SkySum sum;
+  for (int i = 0; i < kSteps; ++i) {
+    const double s = (2 * i + 1.0) / kSteps - 1, up = std::fabs(s), beside = std::sqrt((1 - s * s) / 2);
+    const Color& end = s > 0 ? sky.zenith : sky.ground;
+    float light[3];
+    for (std::size_t c = 0; c < 3; ++c) light[c] = static_cast<float>(sky.horizon[c] * (1 - up) + end[c] * up);
+    for (const double x : {-1, 1}) {
+      for (const double z : {-1, 1}) sum.add(light, 0.25 / kSteps, x * beside, s, z * beside);
+    }
+  }
+  return sum.ambient();
 }
 
 // Returns the sine of the elevation, 1..-1, at `part` of a picture's height from its top.
@@ -38,39 +74,35 @@ double height_at(double part) {
   return (angle < 0 ? -2 : 2) * t / (1 + t * t);
 }
 
-// Returns the ambient light of a picture. A row's weight is the integral of 2 s ds, where s is the sine of the
-// elevation.
+// Cosine and sine of a turn of `part`, 0..1, from -180 degrees on.
+struct Turn {
+  double cosine, sine;
+};
+Turn turn_at(double part) {
+  const double angle = (part - 0.5) * 2 * std::numbers::pi, t = tangent(std::fabs(angle) / 4);
+  const double c = (1 - t * t) / (1 + t * t), s = 2 * t / (1 + t * t);  // of half the angle
+  return {c * c - s * s, (angle < 0 ? -2 : 2) * c * s};
+}
+
+// Returns the ambient light of a picture, whose centre is towards -z.
 Ambient of_picture(const Texture& picture) {
   int number = 0;
   while (number + 1 < picture.count && picture.levels[number].width > 512) ++number;
   const TextureLevel& level = picture.levels[number];
-  LightSum up{}, down{};
-  double above = 0, below = 0;
+  std::vector<Turn> columns;
+  for (int x = 0; x < level.width; ++x) columns.push_back(turn_at((x + 0.5) / level.width));
+  SkySum sum;
   for (int y = 0; y < level.height; ++y) {
     const double first = height_at(static_cast<double>(y) / level.height);
     const double last = height_at(static_cast<double>(y + 1) / level.height);
-    LightSum mean{};
+    const double up = 0.5 * (first + last), aside = std::sqrt(1 - up * up);
     for (int x = 0; x < level.width; ++x) {
       const float* pixel = level.light + 3 * (static_cast<std::ptrdiff_t>(y) * level.width + x);
-      for (std::size_t c = 0; c < 3; ++c) mean[c] += double{pixel[c]} / level.width;
-    }
-    const double over = std::max(first, 0.0), under = std::max(last, 0.0);
-    const double lifted = over * over - under * under;
-    const double least = std::min(last, 0.0), greatest = std::min(first, 0.0);
-    const double sunk = least * least - greatest * greatest;
-    above += lifted;
-    below += sunk;
-    for (std::size_t c = 0; c < 3; ++c) {
-      up[c] += lifted * mean[c];
-      down[c] += sunk * mean[c];
+      const Turn& turn = columns[static_cast<std::size_t>(x)];
+      sum.add(pixel, 0.5 * (first - last) / level.width, turn.sine * aside, up, -turn.cosine * aside);
     }
   }
-  Ambient all;
-  for (std::size_t c = 0; c < 3; ++c) {
-    all.high[c] = kSkyLight * static_cast<float>(above > 0 ? up[c] / above : 0);
-    all.low[c] = kSkyLight * static_cast<float>(below > 0 ? down[c] / below : 0);
-  }
-  return all;
+  return sum.ambient();
 }
 
 Ambient of_kept_picture(meshes::AssetKey key) {

@@ -11,6 +11,22 @@ MOTES_INLINE Floats3 mix3(const float* from, const float* to, Floats part) {
   return all3(from) * (1.0f - part) + all3(to) * part;
 }
 
+/// Returns the ambient light on surfaces with these unit normals. For the mean over the visible side of a ball, whose
+/// normals are those of a surface that faces the eye only on average, `normal` is the direction to the eye, `linear`
+/// 2/3 and `square` 1/4.
+MOTES_INLINE Floats3 ambient_at(const image::Ambient& a, Floats3 normal, float linear = 1, float square = 1) {
+  if (!a.of_sky) {
+    const Floats up = 0.5f + normal.y * (0.5f * linear);
+    return all3(a.low) * (1.0f - up) + all3(a.high) * up;
+  }
+  const Floats terms[6] = {normal.x * normal.x,        normal.y * normal.y,        normal.z * normal.z,
+                           2.0f * normal.x * normal.y, 2.0f * normal.y * normal.z, 2.0f * normal.z * normal.x};
+  Floats3 light = all3(a.mean) * (1.0f - 0.625f * square) + all3(a.slope[0]) * (normal.x * linear) +
+                  all3(a.slope[1]) * (normal.y * linear) + all3(a.slope[2]) * (normal.z * linear);
+  for (int i = 0; i < 6; ++i) light = light + all3(a.curve[i]) * (terms[i] * square);
+  return {max(light.x, Floats{}), max(light.y, Floats{}), max(light.z, Floats{})};
+}
+
 /// Returns a pixel's index, wrapped into 0..pixels - 1.
 MOTES_INLINE int repeated(int at, int pixels) {
   const int rest = at % pixels;

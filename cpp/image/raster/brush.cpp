@@ -130,7 +130,7 @@ SurfaceSplat surface_splat(const View& view) {
     s.toward_sun[i] = static_cast<float>(daylight.toward_sun()[i]);
     s.upward[i] = static_cast<float>(daylight.upward()[i]);
   }
-  s.sun = static_cast<float>(kSun);
+  s.sun = static_cast<float>(daylight.sun());
   s.low = static_cast<float>(daylight.low());
   s.high = static_cast<float>(daylight.high());
   s.mean_shade = static_cast<float>(daylight.mean_shade());
@@ -238,6 +238,7 @@ Splat Brush::splat_at(int x, int y) const {
 void Brush::set_wide(const View& view) {
   set_records(wide_);
   wide_.bits = Grid{width_, height_}.far_bits();
+  light_ = surface_light(sprite_, view);
   wide_.radius = static_cast<float>(1 / lens(view).focal_px);
   kind_ = std::visit([&](const auto& own) { return KindSplat(splat_of(own, view)); }, sprite_.look);
   if (auto* discs = std::get_if<DiscSplat>(&kind_)) {
@@ -252,6 +253,7 @@ void Brush::set_wide(const View& view) {
 
 WideSplat Brush::wide_at(const Area& area) const {
   WideSplat t = wide_;
+  t.light = light_.get();
   t.kind = std::visit([](const auto& kind) -> const void* { return &kind; }, kind_);
   constexpr int kUnitsPerPixel = 1 << kWideBits, kHalf = kUnitsPerPixel / 2;
   t.origin_x = kUnitsPerPixel * area.x + kHalf - kHalf * width_;

@@ -26,6 +26,7 @@
 #include <compare>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <variant>
 #include <vector>
 
@@ -69,6 +70,9 @@ class Brush {
   /// Returns whether its sprites test visibility at each pixel: ribbons, and cards and meshes seen through a lens.
   bool tests_pixels() const { return layout_ == Layout::ribbon || (is_posed(sprite_) && blurs_); }
 
+  /// Returns whether its surfaces may be brighter than white.
+  bool bright() const { return light_ != nullptr; }
+
   /// Returns whether streaks are drawn from stamps.
   bool has_stamps() const {
     const auto* discs = std::get_if<DiscSplat>(&kind_);
@@ -101,6 +105,7 @@ class Brush {
   Splat splat_{};
   WideSplat wide_{};
   KindSplat kind_;  // of wide_
+  std::shared_ptr<const SurfaceLight> light_;
 };
 
 }  // namespace motes::image

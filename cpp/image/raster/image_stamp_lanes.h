@@ -11,6 +11,7 @@ namespace motes::MOTES_ISA {
 /// Returns whether the record of an image is drawn from a stamp.
 MOTES_INLINE bool has_stamp(const image::WideSplat& task, const image::WideRecord& r) {
   constexpr int kWidest = static_cast<int>(image::kStampedImage) << image::kSizeBits, kMoves = 1 << image::kWideBits;
+  if (task.light != nullptr) return false;
   if (task.memory.image_stamps == nullptr || r.size > kWidest || (r.gain_low | r.gain_high) != 0) return false;
   return std::int64_t{r.dx} * r.dx + std::int64_t{r.dy} * r.dy < kMoves * kMoves;
 }
@@ -152,7 +153,7 @@ MOTES_OUTLINE void fill_opaque(const image::WideSplat& task, WideSprite sprite, 
   place_stamp(kind, part, stamp);
   for_each_vector(part, [&](Floats x, Floats y, const InPart& at) {
     const Front front = kind.front(x - kind.s.x, y - kind.s.y);
-    const Uints surface = (Uints)front.covered & (front.color | 0xff000000u);
+    const Uints surface = (Uints)front.covered & front.surface;
     std::uint32_t* to = stamp.surface + kStrip * (at.strip * image::ImageStamp::kRows + at.row) + at.first;
     __builtin_memcpy(to, &surface, sizeof surface);
   });

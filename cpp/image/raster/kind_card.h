@@ -91,7 +91,7 @@ struct Card : Picture<Card> {
   float half_x = 0, half_y = 0, farthest = 0;  // bounds on the corners, px on the screen
 
   MOTES_INLINE Card(const image::WideSplat& task, const WideSprite& sprite)
-      : Card(task.own<Splat>(), sprite, CameraPose(task, sprite)) {}
+      : Card(task, task.own<Splat>(), sprite, CameraPose(task, sprite)) {}
 
   MOTES_INLINE bool tests_itself() const { return moments.count != 0; }
   MOTES_INLINE float reach() const { return farthest; }
@@ -103,7 +103,10 @@ struct Card : Picture<Card> {
   MOTES_INLINE void weigh(Patch<4>& p) const { moments.count == 0 ? weigh_still(p) : weigh_moments(p); }
 
   MOTES_INLINE Front front(Floats x, Floats y) const {
-    Front front = front_of(moments.count != 0 ? most_opaque_moment(x, y) : moves ? most_opaque(x, y) : texels(x, y));
+    Front front = front_of(moments.count != 0 ? most_opaque_moment(x, y)
+                           : moves            ? most_opaque(x, y)
+                                              : texels(x, y),
+                           x, y);
     front.nearer = clamp(focal * (1.0f - 1.0f / above_horizon(middle, x, y)), -s.radius, s.radius);
     return front;
   }
@@ -114,8 +117,8 @@ struct Card : Picture<Card> {
   float focal, focus, blur;
   float near_x = 0, near_y = 0;  // half of its bounding box at any one moment, px
 
-  MOTES_INLINE Card(const Splat& task, const WideSprite& sprite, const CameraPose& p)
-      : Picture(task.picture, facing(task, sprite, p)), pose(p), middle(p, task.focal),
+  MOTES_INLINE Card(const image::WideSplat& common, const Splat& task, const WideSprite& sprite, const CameraPose& p)
+      : Picture(common, task.picture, facing(task, sprite, p)), pose(p), middle(p, task.focal),
         moments(task, p, 0.7072f * p.scale, 2 * s.radius, s.half), side(s.radius), shrink(middle.shrink),
         focal(task.focal), focus(task.focus), blur(task.blur) {
     const float opaque = choose_level(task.picture, side, middle.shrink > 0 ? __builtin_sqrtf(middle.area) : 1);
@@ -186,6 +189,12 @@ struct Card : Picture<Card> {
     return stand;
   }
 
+  MOTES_INLINE SurfacePoint point(Floats x, Floats y) const {
+    const Floats depth = pose.depth / above_horizon(middle, x, y), per = depth * (1 / focal);
+    const Floats3 place{(x + pose.middle_x) * per, (y + pose.middle_y) * -per, -depth}, front = all3(pose.front);
+    return {place, front * select(dot(front, place) > 0.0f, all(-1.0f), all(1.0f))};
+  }
+
   static MOTES_INLINE Floats above_horizon(const Stand& at, Floats x, Floats y) {
     return max(x * at.tilt_x + y * at.tilt_y + 1.0f, all(Stand::kBehind));
   }
@@ -228,11 +237,11 @@ struct Card : Picture<Card> {
     }
     image::for_each_moment(moments.count, [&](int, const image::Moment& m) { add_moment(m, p, sums); });
     const float part = 1 / (static_cast<float>(moments.count) * moments.larger * moments.larger);
-    for_each_vector(p, [&](Floats, Floats, const InPart& in_part) {
+    for_each_vector(p, [&](Floats x, Floats y, const InPart& in_part) {
       const int at = in_part.number(p);
       Texels mean;
       for (int c = 0; c < 4; ++c) mean.channel[c] = to_ints(to_floats(load_mask(sums.channel[c] + at)) * part + 0.5f);
-      brighten(mean);
+      dress(mean, x - s.x, y - s.y);
       store_narrow(p.cover + at, mean.channel[3]);
       store_thirds(p.light + 3 * at, mean.channel[0], mean.channel[1], mean.channel[2]);
     });

@@ -43,7 +43,7 @@ struct Disc : DiscShape {
     const Beside p = beside(s, x, y);
     const Floats along = p.along - clamp(p.along, -half, half);
     const Mask inside = along * along + p.across * p.across < 1.0f;
-    return {inside, all_uints(s.color), all(1.0f), Floats{}};
+    return {inside, surface_of(all_uints(s.color), all(1.0f)), Floats{}};
   }
 
  private:

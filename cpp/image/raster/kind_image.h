@@ -1,6 +1,7 @@
 // image: a picture, turned by the particle's `up`.
 #pragma once
 
+#include "image/light/surface_lanes.h"
 #include "image/raster/wide_sprite.h"
 #include "simd/quads.h"
 
@@ -11,8 +12,8 @@ struct Texels {
   Ints channel[4];
 };
 
-/// A picture on a wide sprite, and the streak along which it moves. `Kind` provides its geometry: reach() and texels(),
-/// to which it gives this class access.
+/// A picture on a wide sprite, and the streak along which it moves. `Kind` provides its geometry: reach(), texels() and
+/// point(), to which it gives this class access.
 template <class Kind>
 struct Picture {
   static constexpr int kPlanes = 4;
@@ -28,6 +29,8 @@ struct Picture {
   bool moves;
   int steps = 1;    // samples along the streak per pixel
   float finer = 1;  // scales weights up on long streaks, which would otherwise be rounded away
+  const image::SurfaceLight* light;  // null: none
+  Floats3 own;  // colour, if there is light
 
   static MOTES_INLINE float greatest() { return kPixelWeight; }
   static MOTES_INLINE const std::uint16_t* measured(const Patch<4>& p) { return p.cover; }
@@ -36,7 +39,7 @@ struct Picture {
     const Kind own = self();  // no store to the patch can change it
     for_each_vector(p, [&](Floats x, Floats y, const InPart& in_part) {
       Texels t = own.mean(x - own.s.x, y - own.s.y);
-      own.brighten(t);
+      own.dress(t, x - own.s.x, y - own.s.y);
       const int at = in_part.number(p);
       store_narrow(p.cover + at, t.channel[3]);
       store_thirds(p.light + 3 * at, t.channel[0], t.channel[1], t.channel[2]);
@@ -92,19 +95,46 @@ struct Picture {
     }
   }
 
-  MOTES_INLINE Front front_of(const Texels& t) const {
+  /// Returns the light that a picture sends to the eye, per alpha. (x, y): px from the middle.
+  MOTES_INLINE Floats3 shown(const Texels& t, Floats x, Floats y) const {
+    const Floats per = 1.0f / max(to_floats(t.channel[3]), all(1.0f));
+    const SurfacePoint at = self().point(x, y);
+    Floats3 color{to_floats(t.channel[0]) * per * own.x, to_floats(t.channel[1]) * per * own.y,
+                  to_floats(t.channel[2]) * per * own.z};
+    if (light->lit) {
+      const Floats3 arriving = light_on(*light, at);
+      color = {color.x * arriving.x, color.y * arriving.y, color.z * arriving.z};
+    }
+    return through_fog(*light, color, at.place);
+  }
+
+  /// Applies light or gain to texels; none becomes brighter than white.
+  MOTES_INLINE void dress(Texels& t, Floats x, Floats y) const {
+    if (light == nullptr) return brighten(t);
+    if (!any(t.channel[3] > 0)) return;
+    const Floats3 color = at_most_white(shown(t, x, y)) * to_floats(t.channel[3]);
+    t.channel[0] = to_ints(color.x + 0.5f);
+    t.channel[1] = to_ints(color.y + 0.5f);
+    t.channel[2] = to_ints(color.z + 0.5f);
+  }
+
+  MOTES_INLINE Front front_of(const Texels& t, Floats x, Floats y) const {
     Front front;
     const Floats opacity = to_floats(t.channel[3]), alpha = max(opacity, all(least));
+    front.covered = (opacity >= least) & (opacity > 0.0f);  // a picture without any alpha covers nothing
+    front.nearer = Floats{};
+    front.surface = Uints{};
+    if (light != nullptr) {
+      if (any(front.covered)) front.surface = surface_of(shown(t, x, y));
+      return front;
+    }
     Texels bright = t;
     brighten(bright);
-    front.color = Uints{};
     for (int c = 0; c < 3; ++c) {
-      const Floats own = all(static_cast<float>(s.color >> (8 * c) & 0xffu));
-      front.color |= (Uints)to_ints(min(own * to_floats(bright.channel[c]) / alpha, all(255.0f)) + 0.5f) << (8 * c);
+      const Floats from = all(static_cast<float>(s.color >> (8 * c) & 0xffu));
+      front.surface |= (Uints)to_ints(min(from * to_floats(bright.channel[c]) / alpha, all(255.0f)) + 0.5f) << (8 * c);
     }
-    front.covered = (opacity >= least) & (opacity > 0.0f);  // a picture without any alpha covers nothing
-    front.shade = all(1.0f);
-    front.nearer = Floats{};
+    front.surface |= 0xff000000u;
     return front;
   }
 
@@ -176,8 +206,10 @@ struct Picture {
 
   const image::ImageLevel *tile_levels, *next_levels = nullptr;
 
-  MOTES_INLINE Picture(const image::PictureSplat& task, const WideSprite& sprite)
-      : s(sprite), moves(s.half >= 0.5f), tile_levels(task.levels) {
+  MOTES_INLINE Picture(const image::WideSplat& all, const image::PictureSplat& task, const WideSprite& sprite)
+      : s(sprite), moves(s.half >= 0.5f), light(all.light), own(color_times(s.color, s.gain)),
+        tile_levels(task.levels) {
+    if (light != nullptr) s.color |= 0xffffffu;
     cover = task.cover[0];
     if (task.tiles > 1) choose_tile(task);
   }
@@ -226,7 +258,8 @@ struct Image : Picture<Image> {
   using Splat = image::ImageSplat;
   static constexpr float kNarrow = 8;
 
-  MOTES_INLINE Image(const image::WideSplat& task, const WideSprite& sprite) : Picture(task.own<Splat>(), sprite) {
+  MOTES_INLINE Image(const image::WideSplat& task, const WideSprite& sprite)
+      : Picture(task, task.own<Splat>(), sprite), at(place_of(task, s)) {
     // Smaller levels, and sides below a pixel, are less opaque than the picture: lower the threshold so that they do
     // not vanish.
     const float opaque = choose_level(task.own<Splat>(), s.radius, 1);
@@ -245,10 +278,16 @@ struct Image : Picture<Image> {
   MOTES_INLINE float usual_sum() const { return 4 * s.radius * s.radius * cover * kPixelWeight * finer; }
 
   /// Covers the pixels where the picture is at least half opaque, taking the most opaque sample along the streak.
-  MOTES_INLINE Front front(Floats x, Floats y) const { return front_of(moves ? most_opaque(x, y) : texels(x, y)); }
+  MOTES_INLINE Front front(Floats x, Floats y) const {
+    return front_of(moves ? most_opaque(x, y) : texels(x, y), x, y);
+  }
 
  private:
   friend struct Picture<Image>;
+
+  Float3 at;  // place of its middle
+
+  MOTES_INLINE SurfacePoint point(Floats, Floats) const { return {all3(at), Floats3{}}; }
 
   /// Returns half the extent of the rotated picture along one axis; of_width, of_height: components of its sides'
   /// directions along it.

@@ -1,8 +1,9 @@
-// mesh: an instance of a mesh, lit by the sun and the sky, in its own colours if it has any.
+// mesh: an instance of a mesh, in its own colours if it has any.
 #pragma once
 
 #include <type_traits>
 
+#include "image/light/surface_lanes.h"
 #include "image/raster/wide_sprite.h"
 
 namespace motes::MOTES_ISA {
@@ -21,6 +22,9 @@ struct Facet {
 /// at the first corner, `to_right` and `to_below` its changes per px. `low` and `high` bound the colour.
 struct TintedFacet : Facet {
   float first[3], to_right[3], to_below[3], low[3], high[3];
+  Float3 normal;   // of the visible side, in the camera's axes
+  bool small;      // `passes` is the same at all of its points
+  Float3 passes[2];  // factor on its colour, and fog, if there is light
 };
 
 /// Calls put(column, row) for each sample of a grid within a triangle moved by (dx, dy): kSamples x kSamples of them
@@ -98,6 +102,8 @@ struct MeshOf {
     box = (box < image::kMostPosedReach ? box : image::kMostPosedReach) + 1;
     while (steps < kMostSteps && static_cast<float>(steps) < s.half) steps *= 2;
     s.radius = box;
+    own = color_times(s.color, s.gain);
+    if (lit()) s.color |= 0xffffffu;
   }
   MOTES_INLINE bool tests_itself() const { return moments.count != 0; }
   MOTES_INLINE float reach() const { return box; }
@@ -137,7 +143,12 @@ struct MeshOf {
  private:
   using Shown = std::conditional_t<kColored, TintedFacet, Facet>;
 
+  Floats3 own;  // colour
+
+  MOTES_INLINE bool lit() const { return kColored && task.light != nullptr; }
+
   static constexpr int kChannels = kColored ? 3 : 1;
+  static constexpr float kSmall = 3;  // greatest width and height of a small triangle, px
   static constexpr int kMostSteps = 32, kMany = 8;
   static constexpr float kPixel = 1.0f / (1 << image::kWideBits);
   static constexpr float kFarthest = 32768;  // greatest distance of a corner from the tile, px
@@ -146,7 +157,7 @@ struct MeshOf {
 
   /// Keeps a triangle, moved by (dx, dy), where it is the nearest surface.
   MOTES_INLINE void keep(const image::TilePlanes& tile, const Shown& f, std::int64_t dx, std::int64_t dy) const {
-    const auto shade = static_cast<std::uint32_t>(clamped(f.shade * 255.0f, 1, 255) + 0.5f);
+    const auto shade = static_cast<std::uint32_t>(clamped(f.shade * 255.0f, 1, 255) + 0.5f) << 24;
     const float x = static_cast<float>(f.x[0] + dx) * kPixel, y = static_cast<float>(f.y[0] + dy) * kPixel;
     for_each_sample<1>(f, dx, dy, task.columns, task.rows, [&](int column, int row) {
       const float right = static_cast<float>(column) - x, down = static_cast<float>(row) - y;
@@ -154,7 +165,7 @@ struct MeshOf {
       std::uint32_t bits;
       __builtin_memcpy(&bits, &depth, sizeof bits);
       image::NearestSurface& there = tile.surfaces[static_cast<std::ptrdiff_t>(row) * image::kPixelStride + column];
-      const image::NearestSurface here = image::NearestSurface{bits} << 32 | shade << 24 | color_at(f, right, down);
+      const image::NearestSurface here = image::NearestSurface{bits} << 32 | surface_at(f, right, down, shade);
       there = here < there ? here : there;
     });
   }
@@ -165,26 +176,61 @@ struct MeshOf {
   }
 
   /// Returns a triangle's colour in a channel, 0..1, at a position relative to its first corner, px.
-  static MOTES_INLINE float tint_at(const TintedFacet& f, int channel, float right, float down) {
+  MOTES_INLINE float tint_at(const TintedFacet& f, int channel, float right, float down) const {
+    if (mesh.colors == nullptr) return 1;
     const float of = f.first[channel] + f.to_right[channel] * right + f.to_below[channel] * down;
     return clamped(of / inverse_at(f, right, down), f.low[channel], f.high[channel]);
   }
-  /// Returns the red, green and blue of the sprite at a position relative to a triangle's first corner, px.
-  MOTES_INLINE std::uint32_t color_at(const Shown& f, float right, float down) const {
+  /// Returns the surface at a position relative to a triangle's first corner, px: see NearestSurface.
+  MOTES_INLINE std::uint32_t surface_at(const Shown& f, float right, float down, std::uint32_t shade) const {
     if constexpr (kColored) {
+      if (lit()) return surface_of(all3(shown_at(f, right, down)))[0];
       std::uint32_t color = 0;
       for (int c = 0; c < 3; ++c) {
         const auto own = static_cast<float>(s.color >> (8 * c) & 0xffu);
         color |= static_cast<std::uint32_t>(own * tint_at(f, c, right, down) + 0.5f) << (8 * c);
       }
-      return color;
+      return color | shade;
     }
-    return s.color & 0xffffffu;
+    return (s.color & 0xffffffu) | shade;
   }
-  /// Returns the light in a channel per cover, at a position relative to a triangle's first corner, px.
-  static MOTES_INLINE float light_at(const Shown& f, int channel, float right, float down) {
-    if constexpr (kColored) return f.shade * tint_at(f, channel, right, down);
-    return f.shade;
+  /// Light per cover: one number, or one per channel.
+  struct Light {
+    float channel[3];
+  };
+  /// Returns the light at a position relative to a triangle's first corner, px.
+  MOTES_INLINE Light light_at(const Shown& f, float right, float down) const {
+    if constexpr (kColored) {
+      if (lit()) {
+        const Floats3 light = at_most_white(all3(shown_at(f, right, down)));
+        return {{light.x[0], light.y[0], light.z[0]}};
+      }
+      return {{f.shade * tint_at(f, 0, right, down), f.shade * tint_at(f, 1, right, down),
+               f.shade * tint_at(f, 2, right, down)}};
+    }
+    return {{f.shade, f.shade, f.shade}};
+  }
+
+  /// Returns the lit colour at a position relative to a triangle's first corner, px.
+  MOTES_INLINE Float3 shown_at(const TintedFacet& f, float right, float down) const {
+    Float3 passes[2] = {f.passes[0], f.passes[1]};
+    if (!f.small) set_passing(f, right, down, passes);
+    return {own.x[0] * tint_at(f, 0, right, down) * passes[0].x + passes[1].x,
+            own.y[0] * tint_at(f, 1, right, down) * passes[0].y + passes[1].y,
+            own.z[0] * tint_at(f, 2, right, down) * passes[0].z + passes[1].z};
+  }
+  MOTES_OUTLINE void set_passing(const TintedFacet& f, float right, float down, Float3 (&passes)[2]) const {
+    constexpr float kUnit = 1.0f / (1 << image::kWideBits);
+    const float depth = 1 / inverse_at(f, right, down), per = depth / mesh.focal;
+    const float x = (static_cast<float>(f.x[0]) + static_cast<float>(task.origin_x)) * kUnit + right;
+    const float y = (static_cast<float>(f.y[0]) + static_cast<float>(task.origin_y)) * kUnit + down;
+    const Floats3 place{all(x * per), all(-y * per), all(-depth)};
+    const image::SurfaceLight& light = *task.light;
+    const Floats grey = all(f.shade);
+    const Floats3 arriving = light.lit ? light_on(light, {place, all3(f.normal)}) : Floats3{grey, grey, grey};
+    const Floats3 fog = through_fog(light, Floats3{}, place), through = through_fog(light, arriving, place) - fog;
+    passes[0] = {through.x[0], through.y[0], through.z[0]};
+    passes[1] = {fog.x[0], fog.y[0], fog.z[0]};
   }
 
   /// A position along the streak, 1/256 px from its middle.
@@ -227,9 +273,10 @@ struct MeshOf {
           const float seen = walls.depth == nullptr ? share : share * visible(m, column, row, here);
           const auto cover = static_cast<std::uint16_t>(seen + m.dither);
           p.cover[at] = static_cast<std::uint16_t>(p.cover[at] + cover - (again ? cells.cover[at] : 0));
+          const Light all_light = light_at(f, right, down);
           for (int c = 0; c < kChannels; ++c) {
             const int number = kChannels * at + c;
-            const auto light = static_cast<std::uint16_t>(seen * light_at(f, c, right, down) + m.dither);
+            const auto light = static_cast<std::uint16_t>(seen * all_light.channel[c] + m.dither);
             p.light[number] = static_cast<std::uint16_t>(p.light[number] + light - (again ? cells.light[number] : 0));
             cells.light[number] = light;
           }
@@ -273,8 +320,9 @@ struct MeshOf {
           }
           const float right = static_cast<float>(column * kStep + kFirst - f.x[0] - dx) * kPixel;
           const float down = static_cast<float>(row * kStep + kFirst - f.y[0] - dy) * kPixel;
+          const Light all_light = light_at(f, right, down);
           for (int c = 0; c < kChannels; ++c) {
-            const float light = light_at(f, c, right, down) * static_cast<float>(weight) + 0.5f;
+            const float light = all_light.channel[c] * static_cast<float>(weight) + 0.5f;
             std::uint16_t& to = p.light[kChannels * at + c];
             to = static_cast<std::uint16_t>(to + static_cast<std::uint16_t>(light));
           }
@@ -331,7 +379,7 @@ struct MeshOf {
   MOTES_INLINE Floats shade(Floats3 normal) const {
     const Floats facing = dot(normal, all3(mesh.surface.toward_sun)), up = dot(normal, all3(mesh.surface.upward));
     const Floats sky = mesh.surface.low + (mesh.surface.high - mesh.surface.low) * (0.5f + 0.5f * up);
-    return min((sky + mesh.surface.sun * max(facing, Floats{})) * s.gain, all(1.0f));
+    return min((sky + mesh.surface.sun * max(facing, Floats{})), all(1.0f));
   }
 
   /// Calls use(facet) for the triangles that may be visible in the tile.
@@ -359,10 +407,26 @@ struct MeshOf {
         Shown f;
         if (!facet(c, lane, f)) continue;
         f.shade = shades[lane];
-        if constexpr (kColored) set_tints(c, lane, at + lane, f);
+        if constexpr (kColored) {
+          if (mesh.colors != nullptr) set_tints(c, lane, at + lane, f);
+          if (lit())
+            set_light(right[lane] - left[lane], below[lane] - above[lane],
+                      {normal.x[lane] * side[lane], normal.y[lane] * side[lane], normal.z[lane] * side[lane]}, f);
+        }
         use(f);
       }
     }
+  }
+
+  /// Prepares the light of a triangle: `wide` and `high` px large.
+  MOTES_INLINE void set_light(float wide, float high, Float3 normal, TintedFacet& f) const {
+    f.normal = normal;
+    f.small = wide <= kSmall && high <= kSmall;
+    if (!f.small) return;
+    const auto third = [](const std::int64_t (&v)[3]) {
+      return static_cast<float>(v[1] + v[2] - 2 * v[0]) * (kPixel / 3);
+    };
+    set_passing(f, third(f.x), third(f.y), f.passes);
   }
 
   /// Computes a triangle's corners and depths; returns false if it has no area.

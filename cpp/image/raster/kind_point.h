@@ -14,7 +14,7 @@ struct Point : Disc {
   MOTES_INLINE Front front(Floats x, Floats y) const {
     const Floats along = x * s.along_x + y * s.along_y, across = y * s.along_x - x * s.along_y;
     const Floats rest = along - clamp(along, -s.half, s.half);
-    return {rest * rest + across * across <= 0.5f, all_uints(s.color), all(1.0f), Floats{}};
+    return {rest * rest + across * across <= 0.5f, surface_of(all_uints(s.color), all(1.0f)), Floats{}};
   }
 };
 

@@ -1,4 +1,4 @@
-// sphere: lit by the sun and the sky, round in depth.
+// sphere: shaded by the sun and the sky, round in depth.
 #pragma once
 
 #include "image/raster/wide_sprite.h"
@@ -19,7 +19,7 @@ struct Sphere {
   MOTES_INLINE Sphere(const image::WideSplat& t, const WideSprite& sprite) : s(sprite), surface(t.own<Splat>()) {
     half = shown_half(s);
     finer = half > 1 ? half : 1;
-    mean_shade = s.gain > 1 ? bright_mean() : surface.mean_shade;
+    mean_shade = surface.mean_shade;
   }
   MOTES_INLINE float reach() const { return s.radius + 0.5f; }
   MOTES_INLINE float box_x() const { return reach(); }
@@ -46,7 +46,7 @@ struct Sphere {
     const Floats facing = x * surface.toward_sun[0] - y * surface.toward_sun[1] + z * surface.toward_sun[2];
     const Floats up = x * surface.upward[0] - y * surface.upward[1] + z * surface.upward[2];
     const Floats sky = surface.low + (surface.high - surface.low) * (0.5f + 0.5f * up);
-    return min((sky + surface.sun * max(facing, Floats{})) * s.gain, all(1.0f));
+    return min((sky + surface.sun * max(facing, Floats{})), all(1.0f));
   }
 
   MOTES_INLINE Glow glow(Floats x, Floats y) const {
@@ -71,29 +71,12 @@ struct Sphere {
     const Beside p = beside(s, x, y);
     const Floats along = p.along - clamp(p.along, -half, half);
     const Floats under = 1.0f - (along * along + p.across * p.across);
-    return {under > 0.0f, all_uints(s.color), shade(along, p.across), sqrt(max(under, Floats{})) * s.radius};
+    return {under > 0.0f, surface_of(all_uints(s.color), shade(along, p.across)),
+            sqrt(max(under, Floats{})) * s.radius};
   }
 
  private:
   static constexpr int kSteps = 6;
-
-  /// Returns the mean of shade() over points of a grid on the disc, summed as integers because their sum does not
-  /// depend on the order.
-  MOTES_OUTLINE float bright_mean() const {
-    constexpr int kGrid = 16;
-    constexpr float kUnit = 4096, kPitch = 2.0f / kGrid;
-    Ints sum{}, number{};
-    for (int row = 0; row < kGrid; ++row) {
-      const Floats y = all((static_cast<float>(row) + 0.5f) * kPitch - 1.0f);
-      for (int column = 0; column < kGrid; column += kWidth) {
-        const Floats x = (numbers_from(column) + 0.5f) * kPitch - 1.0f;
-        const Mask inside = x * x + y * y < 1.0f;
-        sum += select(inside, to_ints(shade(x, y) * kUnit + 0.5f), Ints{});
-        number -= (Ints)inside;
-      }
-    }
-    return static_cast<float>(sum_of((Uints)sum)) / (kUnit * static_cast<float>(sum_of((Uints)number)));
-  }
 };
 
 }  // namespace motes::MOTES_ISA

@@ -259,6 +259,22 @@ MOTES_INLINE Uints surface_light(Uints surface, Uints shift) {
   return ((multiply_short(surface >> shift & 0xffu, surface >> 24) + 8u) >> 4) * 255u;
 }
 
+// Writes the light of the surfaces of a row that are brighter than white.
+__attribute__((noinline)) void show_bright(const std::uint32_t* surfaces, int columns, std::uint32_t* light) {
+  for (int x = 0; x < columns; ++x) {
+    const std::uint32_t surface = surfaces[x];
+    if (surface == 0 || surface >> 24 != 0) continue;
+    const auto unit = static_cast<float>(1u << (surface >> image::kBrightExponent)) * static_cast<float>(image::kUnit);
+    const float parts[3] = {static_cast<float>(surface >> image::kBrightRed & 127u) * (1.0f / 127),
+                            static_cast<float>(surface >> image::kBrightGreen & 127u) * (1.0f / 127),
+                            static_cast<float>(surface & 63u) * (1.0f / 63)};
+    for (int c = 0; c < 3; ++c) {
+      const float sum = parts[c] * unit + 0.5f;
+      light[3 * x + c] = sum < image::kMostScenery ? static_cast<std::uint32_t>(sum) : 0xffffffffu;
+    }
+  }
+}
+
 image::DepthRange show_surfaces(const TilePlanes& tile, int rows, int columns) {
   const Spread spreading = spread();
   const Shifts shifts = channel_shifts();
@@ -268,6 +284,7 @@ image::DepthRange show_surfaces(const TilePlanes& tile, int rows, int columns) {
     // The row's visible surfaces, 0 elsewhere (a visible one has a shade of at least 1). Whole vectors are written;
     // columns beyond the last do not matter.
     std::uint32_t seen[image::kTile + 2 * kLanes];
+    Mask bright{};
     for (int x = 0; x < columns; x += kWidth) {
       Uints surface, front;
       split(tile.surfaces + first + x, surface, front);
@@ -275,6 +292,7 @@ image::DepthRange show_surfaces(const TilePlanes& tile, int rows, int columns) {
       // Depths are bits of positive floats; "no surface" lies behind the solid.
       const Mask shows = (Ints)front <= (Ints)depth;
       store_uints(seen + x, surface & (Uints)shows);
+      bright |= shows & (Mask)(surface - 1u < 0xffffffu);
       store_uints(tile.depth + first + x, (front & (Uints)shows) | (depth & ~(Uints)shows));
     }
     for (int x = columns; x < columns + kWidth; ++x) seen[x] = 0;
@@ -294,6 +312,7 @@ image::DepthRange show_surfaces(const TilePlanes& tile, int rows, int columns) {
       least = depth < least ? depth : least;
       greatest = depth > greatest ? depth : greatest;
     }
+    if (any(bright)) show_bright(seen, columns, tile.light + static_cast<std::ptrdiff_t>(row) * kLightStride);
   }
   image::DepthRange range{0x7f800000u, 0};
   for (int lane = 0; lane < kWidth; ++lane) {

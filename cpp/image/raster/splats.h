@@ -5,6 +5,7 @@
 
 #include "image/grid.h"
 #include "image/layout.h"
+#include "image/light/surface_light.h"
 #include "image/raster/cover.h"
 #include "image/raster/image_levels.h"
 #include "image/raster/stamps.h"
@@ -35,6 +36,7 @@ struct WideSplat : RecordSplat {
   int bits;           // fractional bits of records' positions
   float radius;       // radius of one pixel at a depth of 1 m, m
   PainterMemory memory;
+  const SurfaceLight* light;  // applied to each point of the sprites; null: none
   const void* kind;  // the splat of the sprite's kind, below
 
   /// Returns what only kernels of one kind need; each names the type that Brush makes for its kind.

@@ -156,6 +156,7 @@ void TilePainter::paint(std::span<const Piece> pieces) {
   if (any(pieces, Sprite::Blend::opaque) || surfaces_) {
     paint_surfaces(pieces);
     const DepthRange range = lanes_->show_surfaces(planes_, area_.height, area_.width);
+    if (std::any_of(pieces.begin(), pieces.end(), [](const Piece& p) { return p.brush->bright(); })) room_ = 0;
     planes_.hides = true;
     planes_.nearest = range.nearest;
     planes_.farthest = range.farthest;

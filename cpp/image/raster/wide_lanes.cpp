@@ -7,6 +7,7 @@
 #include "image/grid.h"
 #include "image/raster/disc_lanes.h"
 #include "image/raster/image_stamp_lanes.h"
+#include "image/raster/lit_sphere.h"
 #include "image/raster/stamp_lanes.h"
 
 namespace motes::MOTES_ISA {
@@ -363,18 +364,30 @@ void draw_all(const TilePlanes& tile, const WideSplat& task, const unsigned char
   }
 }
 
+// Whether sprites of a kind need coloured light, which another kind of kernel computes.
+template <class Kind>
+MOTES_INLINE bool has_colors(const WideSplat& task) {
+  if constexpr (std::is_same_v<Kind, Mesh>) {
+    return task.light != nullptr || task.own<image::MeshSplat>().colors != nullptr;
+  }
+  return std::is_same_v<Kind, Sphere> && task.light != nullptr;
+}
+template <class Kind>
+using Colored = std::conditional_t<std::is_same_v<Kind, Mesh>, ColoredMesh,
+                                   std::conditional_t<std::is_same_v<Kind, Sphere>, LitSphere, Kind>>;
+
 template <class Kind>
 void add_wide(const TilePlanes& tile, const WideSplat& task, const unsigned char* records, std::size_t count) {
-  if constexpr (std::is_same_v<Kind, Mesh>) {
-    if (task.own<image::MeshSplat>().colors != nullptr) return add_wide<ColoredMesh>(tile, task, records, count);
+  if constexpr (!std::is_same_v<Kind, Colored<Kind>>) {
+    if (has_colors<Kind>(task)) return add_wide<Colored<Kind>>(tile, task, records, count);
   }
   draw_all<Kind>(tile, task, records, count, task.saturating ? kBlend<false, true> : kBlend<false, false>);
 }
 
 template <class Kind>
 void over_wide(const TilePlanes& tile, const WideSplat& task, const unsigned char* records, std::size_t count) {
-  if constexpr (std::is_same_v<Kind, Mesh>) {
-    if (task.own<image::MeshSplat>().colors != nullptr) return over_wide<ColoredMesh>(tile, task, records, count);
+  if constexpr (!std::is_same_v<Kind, Colored<Kind>>) {
+    if (has_colors<Kind>(task)) return over_wide<Colored<Kind>>(tile, task, records, count);
   }
   draw_all<Kind>(tile, task, records, count, task.saturating ? kBlend<true, true> : kBlend<true, false>);
 }
@@ -394,8 +407,8 @@ MOTES_INLINE void keep_vector(const TilePlanes& tile, const PatchPart& part, con
 // Draws opaque sprites that know their depth at each pixel.
 template <class Kind>
 void opaque_in_depth(const TilePlanes& tile, const WideSplat& task, const unsigned char* records, std::size_t count) {
-  if constexpr (std::is_same_v<Kind, Mesh>) {
-    if (task.own<image::MeshSplat>().colors != nullptr) return opaque_in_depth<ColoredMesh>(tile, task, records, count);
+  if constexpr (!std::is_same_v<Kind, Colored<Kind>>) {
+    if (has_colors<Kind>(task)) return opaque_in_depth<Colored<Kind>>(tile, task, records, count);
   }
   for (std::size_t i = 0; i < count; ++i, records += task.record_bytes) {
     const Kind kind(task, sprite_from(task, records));
@@ -423,6 +436,9 @@ MOTES_INLINE bool draw_small_opaque(const TilePlanes& tile, const WideSplat& tas
 
 template <class Kind>
 void opaque_wide(const TilePlanes& tile, const WideSplat& task, const unsigned char* records, std::size_t count) {
+  if constexpr (!std::is_same_v<Kind, Colored<Kind>>) {
+    if (has_colors<Kind>(task)) return opaque_wide<Colored<Kind>>(tile, task, records, count);
+  }
   PatchPart part;
   [[maybe_unused]] Directed directed;  // NOLINT(misc-const-correctness): images change it
   for (std::size_t i = 0; i < count; ++i, records += task.record_bytes) {
@@ -443,10 +459,8 @@ void opaque_wide(const TilePlanes& tile, const WideSplat& task, const unsigned c
       const Front front = kind.front(x - s.x, y - s.y);
       const unsigned covered = bits_of(front.covered);
       if (covered == 0) return;
-      const Uints shade = (Uints)to_ints(clamp(front.shade * 255.0f, 1, 255) + 0.5f);
-      const Uints surface = (front.color & 0xffffffu) | shade << 24;
       const Uints depth = (Uints)max(center - metres * front.nearer, all(kLeastDepth));
-      keep_vector(tile, part, at, covered, nearest_of(depth, surface, 0), nearest_of(depth, surface, 1));
+      keep_vector(tile, part, at, covered, nearest_of(depth, front.surface, 0), nearest_of(depth, front.surface, 1));
     });
   }
 }

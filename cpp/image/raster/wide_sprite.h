@@ -25,6 +25,16 @@ struct WideSprite {
   const unsigned char* record;
 };
 
+/// Returns the place of a sprite's middle in the camera's axes, m from the eye.
+MOTES_INLINE Float3 place_of(const image::WideSplat& task, const WideSprite& s) {
+  constexpr float kUnit = 1.0f / (1 << image::kWideBits);
+  float depth;
+  __builtin_memcpy(&depth, &s.depth, sizeof depth);
+  const float per = task.radius * depth;
+  return {(s.x + static_cast<float>(task.origin_x) * kUnit) * per,
+          -(s.y + static_cast<float>(task.origin_y) * kUnit) * per, -depth};
+}
+
 /// Returns whether all surfaces in columns first_column .. last_column of rows first .. last are known to be nearer
 /// than `depth`.
 MOTES_INLINE bool is_hidden(const image::TilePlanes& tile, int first_column, int last_column, int first, int last,
@@ -55,15 +65,41 @@ struct Glow {
   Floats cover, light;
 };
 
-/// An opaque sprite at a vector of pixels: which of them it covers, its colour (red, green, blue in the lower 24 bits),
-/// its shade (0..1), and how much nearer than its centre it is, px, at most its radius.
+/// An opaque sprite at a vector of pixels: which of them it covers, its surface (as in NearestSurface), and how much
+/// nearer than its centre it is, px, at most its radius.
 struct Front {
   Mask covered;
-  Uints color;
-  Floats shade, nearer;
+  Uints surface;
+  Floats nearer;
 };
 
 MOTES_INLINE Floats clamp(Floats v, float low, float high) { return min(max(v, all(low)), all(high)); }
+
+/// Returns surfaces of a colour, the lower 24 bits, and a shade of 0..1.
+MOTES_INLINE Uints surface_of(Uints color, Floats shade) {
+  return (color & 0xffffffu) | (Uints)to_ints(clamp(shade * 255.0f, 1, 255) + 0.5f) << 24;
+}
+
+MOTES_INLINE Uints bright_surface(Floats3 light, Floats most) {
+  const Floats held = min(most, all(static_cast<float>(1 << image::kMostBright)));
+  const Ints exponent = min_ints((Ints)(((Uints)held + 0x7fffffu) >> 23) - 127, all_ints(image::kMostBright));
+  const Floats part = (Floats)((Uints)(127 - exponent) << 23) * (held / most);
+  const auto number = [&](Floats of, float greatest) { return (Uints)to_ints(of * part * greatest + 0.5f); };
+  return (Uints)exponent << image::kBrightExponent | number(light.x, 127) << image::kBrightRed |
+         number(light.y, 127) << image::kBrightGreen | number(light.z, 63);
+}
+
+/// Returns surfaces of this light, which is not negative. The shade is that of the brightest channel, rounded up, so
+/// that faint light is as precise as bright light.
+MOTES_INLINE Uints surface_of(Floats3 light) {
+  const Floats most = max(max(light.x, light.y), light.z);
+  const Ints shade = min_ints(max_ints(to_ints(min(most, all(1.0f)) * 255.0f + 0.999f), all_ints(1)), all_ints(255));
+  const Floats per = (255.0f * 255.0f) / to_floats(shade);
+  const auto number = [&](Floats of) { return (Uints)to_ints(min(of * per + 0.5f, all(255.0f))); };
+  const Uints plain = (Uints)shade << 24 | number(light.z) << 16 | number(light.y) << 8 | number(light.x);
+  const Mask bright = most > 1.0f;
+  return any(bright) ? (Uints)select(bright, (Ints)bright_surface(light, max(most, all(1.0f))), (Ints)plain) : plain;
+}
 
 /// Position of a pixel relative to a streak's middle, along it and across it, in radii.
 struct Beside {

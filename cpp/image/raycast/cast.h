@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "image/light/lamps.h"
 #include "image/light/light_lanes.h"
 #include "image/light/shadow_grid.h"
 #include "image/light/sky.h"
@@ -59,10 +60,8 @@ struct LightPlaces {
   float x[kAll], y[kAll];
 };
 
-struct CastLight {
-  float position[3];
+struct CastLight : Lamp {
   float radius;  // m
-  float color[3];  // light on a surface that faces it at 1 m
   const CastSolid* solids;  // that may cast a shadow
   std::size_t count;
   ShadowMap shadow;  // of particles
@@ -82,8 +81,7 @@ struct ShadeView {
   const CastLight* lights;
   std::size_t light_count;
   const Material* materials;  // one per object
-  bool sunny;
-  float sun[3];         // unit vector
+  Sun sun;
   float sun_right[3], sun_up[3];  // perpendicular to `sun`, of length tan(half the sun's size); 0: the sun is a point
   const LightPlaces* places;
   SkyLanes sky;

@@ -3,6 +3,7 @@
 
 #include "image/daylight_parts.h"
 #include "image/grid.h"
+#include "image/light/lamp_lanes.h"
 #include "image/light/particle_lanes.h"
 #include "image/light/shadow_lanes.h"
 #include "image/light/sky_lanes.h"
@@ -23,7 +24,7 @@ constexpr float kLeastBias = 1.0f / 4096;
 constexpr float kMostBias = 1.0f / 50;
 
 // Light on a surface that faces its source.
-constexpr auto kSun = static_cast<float>(image::kSun), kSky = static_cast<float>(image::kSky);
+constexpr auto kSky = static_cast<float>(image::kSky);
 constexpr auto kBounce = static_cast<float>(image::kBounce), kTint = static_cast<float>(image::kTint);
 
 constexpr float kCrease = 0.85f;  // an edge is smoothed if the cosine of the angle between normals is below this
@@ -171,13 +172,13 @@ MOTES_INLINE bool has_size(const image::ShadeView& view) {
 
 MOTES_INLINE Floats sun_in_sight(const image::ShadeView& view, Floats3 from, const Shading& at, Mask open) {
   return part_in_sight(view.cast.solids, view.cast.count, all(__FLT_MAX__), at.object, open, [&](int k) {
-    return Rays{from,
-                all3(view.sun) + all3(view.sun_right) * view.places->x[k] + all3(view.sun_up) * view.places->y[k]};
+    return Rays{
+        from, all3(view.sun.toward) + all3(view.sun_right) * view.places->x[k] + all3(view.sun_up) * view.places->y[k]};
   });
 }
 
 MOTES_INLINE void add_sun(const image::ShadeView& view, Shading& at) {
-  const Floats3 sun = all3(view.sun);
+  const Floats3 sun = all3(view.sun.toward);
   const Floats facing = dot(at.normal, sun);
   const Mask open = at.seen & (facing > 0.0f);
   if (!any(open)) return;
@@ -187,13 +188,13 @@ MOTES_INLINE void add_sun(const image::ShadeView& view, Shading& at) {
   if (has_size(view)) {
     const Floats part = sun_in_sight(view, rays.from, at, open);
     dark = open & (part < 0.5f);
-    light = only(open, facing * kSun * part);
+    light = only(open, facing * part);
   } else {
     dark = in_shadow(view.cast.solids, view.cast.count, rays, all(__FLT_MAX__), at.object, open);
-    light = only(open & ~dark, facing * kSun);
+    light = only(open & ~dark, facing);
   }
-  if (view.sun_shadow.depths != nullptr) light *= light_through(view.sun_shadow, at.point, Floats{});
-  at.arriving = at.arriving + Floats3{light, light, light};
+  if (view.sun_shadow.left != nullptr) light *= light_through(view.sun_shadow, at.point, Floats{});
+  at.arriving = at.arriving + all3(view.sun.color) * light;
   at.shadows |= dark & 1;
 }
 
@@ -227,19 +228,21 @@ MOTES_INLINE void add_light(const image::CastLight& light, const image::LightPla
     dark = in_shadow(light.solids, light.count, {from, position - from}, all(1), at.object, open);
     part = only(open & ~dark, facing / (square * sqrt(square)));
   }
-  if (light.shadow.depths != nullptr) part *= light_through(light.shadow, at.point, Floats{});
+  if (light.per_cosine > 0) part *= in_cone(light, along, square);
+  if (light.shadow.left != nullptr) part *= light_through(light.shadow, at.point, Floats{});
   at.arriving = at.arriving + all3(light.color) * part;
   at.shadows |= dark & bit;
 }
 
-MOTES_INLINE Floats3 ambient_light(const image::ShadeView& view, Floats up) {
+MOTES_INLINE Floats3 ambient_light(const image::ShadeView& view, Floats3 normal) {
   if (view.sky.kind == image::Sky::Kind::none) {
     const Floats3 background = all3(view.sky.color);
+    const Floats up = 0.5f + 0.5f * normal.y;
     return {kBounce + (kSky - kBounce + kTint * background.x) * up,
             kBounce + (kSky - kBounce + kTint * background.y) * up,
             kBounce + (kSky - kBounce + kTint * background.z) * up};
   }
-  return all3(view.ambient.low) * (1.0f - up) + all3(view.ambient.high) * up;
+  return ambient_at(view.ambient, normal);
 }
 
 // Returns the colour of an object's image at a point of its surface. The image extends along the two axes of the world
@@ -347,9 +350,8 @@ void shade(const image::ShadeView& view, const float* x, const float* y, std::si
     at.normal = load3(from.normal, i);
     at.offset = distance * 2e-5f + view.grain;
     at.object = (Ints)(((Uints)surface - 1u) >> 2);
-    const Floats up = 0.5f + 0.5f * at.normal.y;
-    at.arriving = ambient_light(view, up);
-    if (view.sunny) add_sun(view, at);
+    at.arriving = ambient_light(view, at.normal);
+    if (view.sun.shines) add_sun(view, at);
     for (std::size_t light = 0; light < view.light_count; ++light) {
       add_light(view.lights[light], *view.places, Ints{} + (2 << (light % 30)), at);
     }
@@ -369,7 +371,7 @@ void shade(const image::ShadeView& view, const float* x, const float* y, std::si
 // Rays start at the lit side of a particle, so a particle that rests on a solid is not shaded by it.
 void in_sight(const image::ShadeView& view, const image::ShadedParticles& particles, std::size_t first,
               std::size_t last, float* to, std::size_t stride) {
-  const bool sized_sun = view.sunny && has_size(view);
+  const bool sized_sun = view.sun.shines && has_size(view);
   const Ints none = all_ints(-1);
   for (std::size_t i = first; i < last; i += kLanes) {
     const Floats3 place = particle_place(particles.planes, i);
@@ -380,7 +382,7 @@ void in_sight(const image::ShadeView& view, const image::ShadedParticles& partic
     at.object = none;
     at.offset = max(radius, length_of_way(at.point) * 2e-4f);
     float* const here = to + (i - first);
-    const Floats3 sun = all3(view.sun);
+    const Floats3 sun = all3(view.sun.toward);
     store(here, sized_sun ? sun_in_sight(view, at.point + sun * at.offset, at, open) : all(1.0f));
     for (std::size_t k = 0; k < view.light_count; ++k) {
       const image::CastLight& light = view.lights[k];

@@ -183,7 +183,7 @@ const LightPlaces& light_places() {
 }  // namespace
 
 CastScene::CastScene(const View& view, const ShadowGrids* shadows)
-    : view_(view), lens_(lens(view)), sunny_(length(view.sun) > 0), sun_(sunny_ ? unit(view.sun) : Vector{0, 1, 0}),
+    : view_(view), lens_(lens(view)), sunny_(sun_of(view).shines), sun_(sunny_ ? unit(view.sun) : Vector{0, 1, 0}),
       sun_spread_(tangent(double{view.sun_size} * (std::numbers::pi / 360))) {
   for (std::size_t i = 0; i < view.objects.size(); ++i) add(view.objects[i], static_cast<std::uint32_t>(i));
   for (const CastSolid& solid : solids_) {
@@ -201,7 +201,7 @@ CastScene::CastScene(const View& view, const ShadowGrids* shadows)
 
   shade_.cast = cast_;
   shade_.materials = materials_.data();
-  put(sun_, shade_.sun);
+  shade_.sun = sun_of(view);
   shade_.places = &light_places();
   const Vector across = unit(cross(sun_, std::fabs(sun_[1]) < 0.9 ? Vector{0, 1, 0} : Vector{1, 0, 0}));
   put(across * sun_spread_, shade_.sun_right);
@@ -220,10 +220,9 @@ CastScene::CastScene(const View& view, const ShadowGrids* shadows)
   for (std::size_t i = 0; i < view.lights.size(); ++i) {
     const Light& light = view.lights[i];
     CastLight prepared{};
+    static_cast<Lamp&>(prepared) = lamp_of(light, lens_.eye);
     prepared.shadow = seen_from(lens_.eye, shadows == nullptr ? nullptr : shadows->of_light(i));
-    put(light.position - lens_.eye, prepared.position);
     prepared.radius = light.radius;
-    for (std::size_t c = 0; c < 3; ++c) prepared.color[c] = light.color[c] * light.power;
     lights_.push_back(prepared);
   }
 }
@@ -298,7 +297,6 @@ const ShadeView& CastScene::light(const Reach& reach) {
     }
   };
   if (sunny_) collect(sun_, kInfinity, 0, sun_spread_, before_sun_);
-  shade_.sunny = sunny_;
   shade_.cast.solids = before_sun_.data();
   shade_.cast.count = before_sun_.size();
   for (std::size_t i = 0; i < lights_.size(); ++i) {

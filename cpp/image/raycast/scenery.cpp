@@ -26,7 +26,7 @@ bool same_forms(const View& a, const View& b) {
 // Returns whether the light on equal surfaces is the same in both views.
 bool same_light(const View& a, const View& b) {
   return a.background == b.background && a.sky == b.sky && a.fog == b.fog && a.objects == b.objects && a.sun == b.sun &&
-         a.sun_size == b.sun_size && a.lights == b.lights;
+         a.sun_color == b.sun_color && a.sun_power == b.sun_power && a.sun_size == b.sun_size && a.lights == b.lights;
 }
 
 }  // namespace

@@ -42,7 +42,7 @@ bool any_mesh(const CastSolid* solids, std::size_t count) {
 }
 
 bool any_shadow_of_a_mesh(const ShadeView& view) {
-  return any_mesh(view.cast.solids, view.sunny ? view.cast.count : 0) ||
+  return any_mesh(view.cast.solids, view.sun.shines ? view.cast.count : 0) ||
          std::any_of(view.lights, view.lights + view.light_count,
                      [](const CastLight& light) { return any_mesh(light.solids, light.count); });
 }

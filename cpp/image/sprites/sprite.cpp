@@ -64,7 +64,8 @@ void check(const Sprite& sprite) {
 }
 
 Sprite painted(Sprite sprite) {
-  sprite.lit = false;
+  using Kind = Sprite::Kind;
+  sprite.lit &= sprite.is(Kind::sphere) || sprite.is(Kind::card) || sprite.is(Kind::mesh);
   sprite.shadow = 0;
   std::visit(
       [](auto& own) {

@@ -128,7 +128,8 @@ class Renderer(Settings):
     """The sky: a colour, a `motes.Gradient`, or an equirectangular picture centred on -z: a path to an .exr
     or .hdr file or one that Pillow reads, or an array (height, width, 3), sRGB uint8 or linear floats. Of an
     .exr the display window counts; values of an .hdr are divided by its `EXPOSURE`. A gradient or picture
-    also lights solids and lit sprites from all sides, at half its brightness."""
+    also lights solids and lit sprites, at half its brightness: each point by the half of the sky that its
+    surface faces."""
     fog: tuple[Triple, float] | None
     """A colour, and the distance in metres over which light falls to 1/e while the fog's colour fills in. Fog
     covers solids and particles, but not the sky. None: solids fade into the background far away."""
@@ -137,7 +138,11 @@ class Renderer(Settings):
     objects: tuple[Solid | Shape | Mesh, ...]
     """Solids; a shape or mesh becomes a solid of the default colour."""
     sun: Triple
-    """The direction to the sun, which lights solids and spheres; (0, 0, 0): no sun."""
+    """The direction to the sun, which lights solids, spheres, meshes and lit sprites; (0, 0, 0): no sun."""
+    sun_color: Triple
+    """The colour of the sun's light, linear RGB."""
+    sun_power: float
+    """The sun's strength: a surface that faces it gets `sun_power` times 0.7 of `sun_color`."""
     sun_size: float
     """The sun's angular diameter, degrees, 0..90 (0.53 from the earth): solids' shadows get soft edges and
     also fall on lit particles. 0: a point, whose shadows are sharp and fall only on solids."""
@@ -167,6 +172,8 @@ class Renderer(Settings):
         "exposure": partial(arguments.number, low=0, high=1e6),
         "objects": lambda name, given: _objects(name, given),
         "sun": arguments.place,
+        "sun_color": partial(arguments.color, low=0, high=arguments.FARTHEST),
+        "sun_power": partial(arguments.number, low=0, high=1e6),
         "sun_size": partial(arguments.number, low=0, high=90),
         "lights": lambda name, given: _lights(name, given),
         "path": partial(arguments.choice, allowed=("auto", "gather", "tiles", "composite")),
@@ -175,7 +182,9 @@ class Renderer(Settings):
         "smooth": arguments.flag,
         "layers": lambda name, given: _layers(name, given),
     }
-    _may_move = frozenset(("background", "exposure", "sun", "sun_size", "shutter", "bloom"))
+    _may_move = frozenset(
+        ("background", "exposure", "sun", "sun_color", "sun_power", "sun_size", "shutter", "bloom")
+    )
 
     @says_near_names
     def __init__(
@@ -197,12 +206,14 @@ class Renderer(Settings):
         layers: Iterable[Literal["depth", "alpha", "velocity"]] = (),
         fog: tuple[ArrayLike | str, float] | None = None,
         sun_size: float | Curve = 0,
+        sun_color: ArrayLike | Curve = "white",
+        sun_power: float | Curve = 1,
     ) -> None:
         """Set the attributes, which are described at their declarations."""
         given = {"width": width, "height": height, "camera": camera, "background": background}
         given |= {"exposure": exposure, "objects": objects, "sun": sun, "lights": lights, "path": path}
         given |= {"shutter": shutter, "bloom": bloom, "smooth": smooth, "layers": layers, "fog": fog}
-        given["sun_size"] = sun_size
+        given |= {"sun_size": sun_size, "sun_color": sun_color, "sun_power": sun_power}
         for name, one in given.items():
             setattr(self, name, one)
         self.__dict__["linear"] = arguments.flag("linear", linear)
@@ -223,10 +234,12 @@ class Renderer(Settings):
         view.set_exposure(at(self.exposure, time))
         for solid in self._solids:
             add_to(solid, view)
-        view.set_sun(at(self.sun, time), at(self.sun_size, time))
+        view.set_sun(
+            at(self.sun, time), at(self.sun_size, time), at(self.sun_color, time), at(self.sun_power, time)
+        )
         for light in self.lights:
             now: Any = at(light, time)
-            view.add_light(now.position, now.color, now.power, now.radius)
+            view.add_light(now.position, now.color, now.power, now.radius, *(now.spot or ((0, -1, 0), 0)))
         view.set_path(self.path)
         view.set_shutter(at(self.shutter, time))
         view.set_bloom(at(self.bloom, time))

@@ -19,6 +19,8 @@ from ..shapes import Blob, Line, Point, Shape, Union, native_of
 from ..shapes._mesh import Mesh
 from .skies import light_key, light_of
 
+SPOT = "a direction that is not 0, and degrees above 0 and up to 360, or None"
+
 __all__ = ["Light", "Solid", "add_to", "parts"]
 
 
@@ -96,6 +98,10 @@ class Light(Value):
     radius: float | Curve = 0
     """The light's radius, m: solids' shadows get soft edges and also fall on lit particles. 0: a point, whose
     shadows are sharp and fall only on solids."""
+    spot: tuple[ArrayLike, float] | None = None
+    """A direction, and the angle between opposite sides of a cone around it, degrees, above 0 to 360: the
+    light shines only within the cone, whose edge is soft over its outermost tenth. None: it shines
+    everywhere."""
     _may_move = True
 
     def __post_init__(self) -> None:
@@ -105,6 +111,20 @@ class Light(Value):
         state["color"] = arguments.color("color", self.color, low=0, high=arguments.FARTHEST)
         state["power"] = arguments.number("power", self.power, low=0, high=1e6)
         state["radius"] = arguments.number("radius", self.radius, low=0, high=1e6)
+        state["spot"] = _spot("spot", self.spot)
+
+
+def _spot(name: str, given: Any) -> tuple[Triple, float] | None:
+    if given is None:
+        return None
+    parts = arguments.listed(name, given, SPOT)
+    if len(parts) != 2 or isinstance(given, str):
+        raise ArgumentError(name, given, SPOT)
+    direction = arguments.place(name, parts[0])
+    degrees = arguments.number(name, parts[1], low=0, high=360)
+    if not any(direction) or not degrees:
+        raise ArgumentError(name, given, SPOT)
+    return direction, degrees
 
 
 def add_to(solid: Solid, view: _core.View) -> None:

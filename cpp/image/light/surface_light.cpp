@@ -1,0 +1,42 @@
+#include "image/light/surface_light.h"
+
+#include <algorithm>
+
+#include "image/camera.h"
+#include "image/layout.h"
+
+namespace motes::image {
+namespace {
+
+void put(const Vector& v, float* to) {
+  for (std::size_t i = 0; i < 3; ++i) to[i] = static_cast<float>(v[i]);
+}
+
+}  // namespace
+
+std::shared_ptr<const SurfaceLight> surface_light(const Sprite& sprite, const View& view) {
+  const bool fogged = fogged_by_painter(sprite, view);
+  if (!lit_by_painter(sprite) && !fogged) return nullptr;
+  auto made = std::make_shared<SurfaceLight>();
+  made->lit = lit_by_painter(sprite);
+  const Lens through = lens(view);
+  put(through.right, made->right);
+  put(through.up, made->up);
+  put(through.forward * -1.0, made->back);
+  if (made->lit) {
+    made->ambient = ambient(view);
+    made->sun = sun_of(view);
+    for (const Light& light : view.lights) {
+      if (light.power > 0) made->lamps.push_back(lamp_of(light, through.eye));
+    }
+    made->lamp = made->lamps.data();
+    made->count = made->lamps.size();
+  }
+  if (fogged) {
+    std::copy(view.fog.color.begin(), view.fog.color.end(), made->fog);
+    made->fog_density = 1 / view.fog.metres;
+  }
+  return made;
+}
+
+}  // namespace motes::image

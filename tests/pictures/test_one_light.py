@@ -1,0 +1,221 @@
+"""Particles of every kind have the light of the `Solid` of the same shape and colour."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import motes
+from motes import shapes
+from motes.errors import ArgumentError
+
+Picture = NDArray[np.float64]
+COLOR = (0.75, 0.6, 0.35)
+CENTER = (0.4, 0.3, 0.0)
+AWAY = {"background": (0.1, 0.1, 0.1), "fog": ("black", 1e9)}  # no fading into the background
+ANGLES = np.pi * np.arange(25)[:, None] / 24, np.pi * np.arange(49)[None] / 24
+
+
+def ball() -> motes.Mesh:
+    """Return a ball of diameter 1 of many flat triangles."""
+    down, around = ANGLES
+    parts = np.sin(down) * np.cos(around), np.cos(down) + 0 * around, np.sin(down) * np.sin(around)
+    number = np.arange(25 * 49).reshape(25, 49)
+    a, b, c, d = number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]
+    faces = [np.stack([k.ravel() for k in three], 1) for three in ((a, d, b), (b, d, c))]
+    return motes.Mesh(0.5 * np.stack(parts, -1).reshape(-1, 3), np.concatenate(faces))
+
+
+BALL = ball()
+HALF = np.sqrt(0.5)
+CUBE_POINTS = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) / 2
+CUBE_SIDES = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+CUBE = motes.Mesh(CUBE_POINTS, [t for a, b, c, d in CUBE_SIDES for t in ((a, b, c), (a, c, d))])
+LEFT = tuple(np.subtract(CENTER, (HALF, 0.5, HALF)))
+WHITE = np.full((4, 4, 3), 255, np.uint8)
+# Turned by 45 degrees about y: a card faces along x + z.
+TURN = (0.0, float(np.sin(np.pi / 8)), 0.0, float(np.cos(np.pi / 8)))
+CARD = shapes.Rectangle(
+    (CENTER[0] - HALF / 2, CENTER[1] - 0.5, CENTER[2] + HALF / 2), (HALF, 0, -HALF), (0, 1, 0)
+)
+KINDS: dict[str, tuple[dict[str, Any], Any]] = {
+    "sphere": ({"kind": "sphere", "pixels": None}, shapes.Sphere(CENTER, 0.5)),
+    "mesh": ({"kind": "mesh", "mesh": BALL}, BALL.at(CENTER, angle_deg=45)),
+    "cube": ({"kind": "mesh", "mesh": CUBE}, CUBE.at(CENTER, angle_deg=45)),
+    "card": ({"kind": "image", "pixels": None, "image": WHITE, "facing": "orientation"}, CARD),
+}
+SKY = np.zeros((16, 32, 3), np.float32)
+SKY[:, 20:28] = (0.9, 0.5, 0.2)
+SKY[:5] += 0.4
+LIGHTS: dict[str, dict[str, Any]] = {
+    "sun": {"sun": (0.5, 0.6, 0.7)},
+    "colored sun": {"sun": (0.5, 0.6, 0.7), "sun_color": "orange", "sun_power": 1.3},
+    "lamp": {"sun": (0, 0, 0), "lights": [motes.Light((1.5, 1, 1.2), (1, 0.8, 0.6), 1.5)]},
+    "spot": {
+        "sun": (0, 0, 0),
+        "lights": [motes.Light((1.5, 1, 1.5), (0.6, 1, 0.7), 3, spot=((-1.1, -0.6, -1.5), 35))],
+    },
+    "gradient": {
+        "sun": (0, 0, 0),
+        "background": motes.Gradient((0.9, 0.5, 0.3), (0.3, 0.5, 1), (0.2, 0.2, 0.1)),
+    },
+    "picture": {"sun": (0.5, 0.6, 0.7), "background": SKY},
+    "fog": {"sun": (0.5, 0.6, 0.7), "fog": ((0.2, 0.4, 0.9), 6)},
+}
+
+
+def picture(what: motes.Sprite | None, solid: Any, **facts: Any) -> Picture:
+    camera = motes.Camera((0, 0.6, 4), (0, 0.3, 0), fov_deg=36)
+    objects = [] if solid is None else [motes.Solid(solid, COLOR)]
+    renderer = motes.Renderer(120, 90, camera=camera, linear=True, objects=objects, **(AWAY | facts))
+    world = motes.World(seed=1, renderer=renderer, progress="off")
+    system = world.system("one", **({} if what is None else {"sprite": what}))
+    with world:
+        if what is not None:
+            system.configure(size=1, color=COLOR, orientation=TURN if what.kind != "ribbon" else (0, 0, 0, 1))
+            system.burst(CENTER)
+            system.move()
+        return world.render().linear.astype(float)
+
+
+def inside(mask: NDArray[np.bool_], pixels: int = 2) -> NDArray[np.bool_]:
+    """Return the mask without its outermost pixels."""
+    for _ in range(pixels):
+        mask = mask & np.all([np.roll(mask, by, axis) for by in (-1, 1) for axis in (0, 1)], axis=0)
+    return mask
+
+
+def smooth(picture: Picture) -> NDArray[np.bool_]:
+    """Return the pixels that differ little from their neighbours."""
+    near = [np.roll(picture, by, axis) for by in (-1, 1) for axis in (0, 1)]
+    return np.abs(np.subtract(near, picture)).max(axis=(0, 3)) < 0.1 * picture.max(axis=2) + 0.004
+
+
+def form(solid: Any) -> NDArray[np.bool_]:
+    """Return the pixels that a solid covers."""
+    dark = {"sun": (0, 0, 0), "background": (0, 0, 0), "smooth": False}
+    return picture(None, solid, **dark).max(axis=2) > 0
+
+
+@pytest.mark.parametrize("light", LIGHTS)
+@pytest.mark.parametrize("blend", ["opaque", "alpha"])
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_light_of_a_solid(kind: str, blend: Any, light: str) -> None:
+    members, solid = KINDS[kind]
+    expected = picture(None, solid, **LIGHTS[light])
+    found = picture(motes.Sprite(**members, blend=blend, lit=True), None, **LIGHTS[light])
+    there = inside(form(solid)) & smooth(expected) & smooth(found)
+    assert there.sum() > (30 if kind == "mesh" else 300)
+    differs = np.abs(found - expected)[there] / np.maximum(expected[there].max(axis=1), 0.02)[:, None]
+    assert np.quantile(differs, 0.8 if kind == "mesh" else 0.98) < 0.02
+    assert np.median(differs) < 0.006
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_light_above_white(kind: str) -> None:
+    """Opaque surfaces are as bright as a solid under a sun of any strength."""
+    members, solid = KINDS[kind]
+    for power in (6, 300):
+        facts = {"sun": (0.5, 0.6, 0.7), "sun_power": power, "sun_color": (1, 0.5, 0.1)}
+        expected = picture(None, solid, **facts)
+        found = picture(motes.Sprite(**members, blend="opaque", lit=True), None, **facts)
+        there = inside(form(solid)) & smooth(expected / power) & smooth(found / power)
+        assert expected[there].max() > 0.5 * power * 0.75 * 0.7
+        differs = np.abs(found - expected)[there] / np.maximum(expected[there].max(axis=1), 0.02)[:, None]
+        assert np.quantile(differs, 0.9) < 0.02
+
+
+@pytest.mark.parametrize("light", ["sun", "colored sun", "gradient", "picture"])
+def test_a_lit_disc_has_the_mean_light_of_a_ball(light: str) -> None:
+    solid = shapes.Sphere(CENTER, 0.5)
+    there = form(solid)
+    expected = picture(None, solid, smooth=False, **LIGHTS[light])[there].mean(axis=0)
+    sprite = motes.Sprite("disc", None, "opaque", lit=True)
+    found = picture(sprite, None, **LIGHTS[light])[inside(there)].mean(axis=0)
+    assert found == pytest.approx(expected, rel=0.05)
+
+
+@pytest.mark.parametrize("kind", ["sphere", "mesh", "image", "disc", "card", "ribbon"])
+@pytest.mark.parametrize("blend", ["opaque", "alpha"])
+def test_fog_has_its_own_color(kind: str, blend: Any) -> None:
+    """After ten lengths of the fog, everything shows its colour, whatever its shade or picture."""
+    brown = np.broadcast_to(np.array((60, 30, 0), np.uint8), (4, 4, 3)).copy()
+    given: dict[str, Any] = {
+        "sphere": {"kind": "sphere", "pixels": None},
+        "mesh": {"kind": "mesh", "mesh": BALL},
+        "image": {"kind": "image", "pixels": None, "image": brown},
+        "disc": {"kind": "disc", "pixels": None},
+        "card": {"kind": "image", "pixels": None, "image": brown, "facing": "orientation"},
+        "ribbon": {"kind": "ribbon", "width": 1.0, "length": 1.0},
+    }[kind]
+    for lit in (False, True):
+        for fog in ((0.6, 0.7, 0.8), (0.1, 0.05, 0.02)):
+            sprite = motes.Sprite(**given, blend=blend, lit=lit)
+            found = picture(sprite, None, fog=(fog, 0.3), sun=(0, -1, -1))
+            assert found[45, 73] == pytest.approx(fog, abs=0.012)
+
+
+def test_a_spot_shines_in_its_cone_only() -> None:
+    """Its degrees are the angle between opposite sides of the cone."""
+    floor = shapes.Plane((0, 0, 0), (0, 1, 0))
+
+    def profile(spot: Any) -> Picture:
+        camera = motes.Camera((0, 4, 0), (0, 0, 0), up=(0, 0, -1), fov_deg=90)
+        lamp = motes.Light((0, 2, 0), (1, 1, 1), 4, spot=spot)
+        renderer = motes.Renderer(
+            161,
+            161,
+            camera=camera,
+            linear=True,
+            objects=[motes.Solid(floor)],
+            sun=(0, 0, 0),
+            lights=[lamp],
+            **AWAY,
+        )
+        with motes.World(seed=1, renderer=renderer, progress="off") as world:
+            return world.render().linear[80, :, 0].astype(float)
+
+    everywhere, cone = profile(None), profile(((0, -1, 0), 60))
+    none = everywhere.copy()
+    x = (np.arange(161) - 80) / 80.5 * 4
+    angle = np.degrees(np.arctan2(np.abs(x), 2))
+    none = profile(((0, 1, 0), 60))
+    assert np.allclose(cone[angle < 26.5], everywhere[angle < 26.5], rtol=1e-3)
+    assert np.allclose(cone[angle > 30.5], none[angle > 30.5], rtol=1e-3)
+    assert np.all(np.diff(cone[80:]) <= 1e-6)
+
+
+@pytest.mark.parametrize(
+    ("name", "wrong"),
+    [
+        ("sun_color", (1, 1)),
+        ("sun_color", (-1, 1, 1)),
+        ("sun_color", "no such colour"),
+        ("sun_power", -1),
+        ("sun_power", float("nan")),
+        ("sun_power", "bright"),
+    ],
+)
+def test_wrong_suns_are_refused(name: str, wrong: Any) -> None:
+    with pytest.raises(ArgumentError, match=name if wrong != "no such colour" else "colour"):
+        motes.Renderer(8, 8, camera=motes.Camera((0, 0, 1), (0, 0, 0)), **{name: wrong})
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        1,
+        "down",
+        ((0, 0, 0), 30),
+        ((0, 1, 0),),
+        ((0, 1, 0), 0),
+        ((0, 1, 0), 361),
+        ((0, 1, 0), "wide"),
+    ],
+)
+def test_wrong_spots_are_refused(wrong: Any) -> None:
+    with pytest.raises(ArgumentError, match="spot"):
+        motes.Light((0, 1, 0), spot=wrong)

@@ -16,9 +16,14 @@ inline constexpr std::size_t kLargeMemory = std::size_t{1} << 20;
 /// Sets `bytes` to the allocated size; release the memory with std::free. Throws std::bad_alloc.
 void* allocate(std::size_t& bytes);
 
-/// Prefetches memory for writing where the hardware prefetcher cannot: in random order, or in rows far apart.
-inline void prefetch_for_write(const void* from, std::size_t bytes) {
-  for (std::size_t i = 0; i < bytes; i += 64) __builtin_prefetch(static_cast<const char*>(from) + i, 1);
+/// Prefetches memory where the hardware prefetcher cannot: in random order, or in rows far apart. Always inlined: GCC
+/// removes calls of a function that does nothing but prefetch, as if it had no effect.
+template <bool kForWrite = false>
+[[gnu::always_inline]] inline void prefetch(const void* from, std::size_t bytes) {
+  for (std::size_t i = 0; i < bytes; i += 64) __builtin_prefetch(static_cast<const char*>(from) + i, kForWrite);
+}
+[[gnu::always_inline]] inline void prefetch_for_write(const void* from, std::size_t bytes) {
+  prefetch<true>(from, bytes);
 }
 
 }  // namespace motes::base

@@ -29,9 +29,8 @@ std::uint32_t room(std::uint32_t brightest) { return std::numeric_limits<std::ui
 // Number of pieces whose records are prefetched.
 constexpr std::size_t kAhead = 2;
 
-void prefetch(const Piece& piece) {
-  const std::size_t bytes = std::min<std::size_t>(piece.count * piece.brush->record_bytes(), 4096);
-  for (std::size_t i = 0; i < bytes; i += 64) __builtin_prefetch(piece.records + i);
+[[gnu::always_inline]] inline void prefetch(const Piece& piece) {
+  base::prefetch(piece.records, std::min<std::size_t>(piece.count * piece.brush->record_bytes(), 4096));
 }
 
 // Fewest records of one colour for which a Cover pays: it costs a pass over the tile.

@@ -141,11 +141,11 @@ class Running:
             self._recovery = Recovery(self, engine, run)
             session.survives = True
         self.viewers.open(met.repeats, engine)
-        if met.found is not None:
+        if met.origin is not None:
             from .._checkpoint.resuming import Checkpoints
 
             steering, secure = self.viewers.steering, Weakly(self._secure)
-            checkpoints = Checkpoints(run, settings, met.found, engine, steering, secure, session.systems)
+            checkpoints = Checkpoints(run, settings, met.origin, engine, steering, secure, session.systems)
             session.earlier = self.loop.checkpoints = checkpoints
         if announce and session.manages:  # whatever `progress` is: without the seed nobody can repeat the run
             tell(f"seed {settings.seed}")

@@ -3,10 +3,10 @@
 //
 //   struct RibbonSprite {
 //     float width = 0;
-//     bool unfaded = false;
+//     float length = 0;
 //
 //     static constexpr std::tuple kMembers{base::Member{"width", &RibbonSprite::width},
-//                                          base::Member{"", &RibbonSprite::unfaded}};
+//                                          base::Member{"length", &RibbonSprite::length}};
 //   };
 //
 // A description that leaves out a member does not compile.

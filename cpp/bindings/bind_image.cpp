@@ -157,15 +157,19 @@ void bind_assets(py::module_& m) {
       py::arg("light"));
   m.def(
       "keep_mesh",
-      [](const FloatArray& vertices, const Indices& triangles, const FloatArray& colors, const FloatArray& density) {
+      [](const FloatArray& vertices, const Indices& triangles, const FloatArray& colors, const FloatArray& density,
+         const FloatArray& uv, const FloatArray& normals) {
         meshes::Mesh mesh;
         mesh.vertices.assign(vertices.data(), vertices.data() + vertices.size());
         mesh.triangles.assign(triangles.data(), triangles.data() + triangles.size());
         mesh.colors.assign(colors.data(), colors.data() + colors.size());
         mesh.density.assign(density.data(), density.data() + density.size());
+        mesh.uv.assign(uv.data(), uv.data() + uv.size());
+        mesh.normals.assign(normals.data(), normals.data() + normals.size());
         return meshes::keep(std::move(mesh));
       },
-      py::arg("vertices"), py::arg("triangles"), py::arg("colors"), py::arg("density"));
+      py::arg("vertices"), py::arg("triangles"), py::arg("colors"), py::arg("density"), py::arg("uv"),
+      py::arg("normals"));
 }
 
 }  // namespace

@@ -41,9 +41,8 @@ double blur_of(const View& view) {
   return view.camera.aperture > 0 ? view.camera.aperture * lens(view).focal_px / view.camera.focus : 0;
 }
 
-Lens lens_at_opening(const View& view) {
-  if (!view.before) return lens(view);
-  const double back = view.shutter;
+Camera camera_at(const View& view, double back) {
+  if (!view.before) return view.camera;
   const auto between = [&](const auto& now, const auto& before) { return now * (1 - back) + before * back; };
   const Camera &now = view.camera, &before = *view.before;
   Camera camera = now;
@@ -52,7 +51,9 @@ Lens lens_at_opening(const View& view) {
   camera.up = between(unit(now.up), unit(before.up));
   camera.fov_deg =
       now.fov_deg + (before.fov_deg - now.fov_deg) * std::min(back, 1.0);  // beyond 1 it may leave its range
-  return lens_of(no_direction(camera) ? now : camera, view.height);
+  return no_direction(camera) ? now : camera;
 }
+
+Lens lens_at_opening(const View& view) { return lens_of(camera_at(view, view.shutter), view.height); }
 
 }  // namespace motes::image

@@ -20,8 +20,11 @@ Lens lens(const View& view);
 /// Returns the diameter, px, of the lens blur of a point at infinity; 0 if everything is sharp.
 double blur_of(const View& view);
 
-/// Returns the camera when the shutter opened, interpolated between `before` and the current one. Returns the current
-/// one if `before` is not set or the interpolated camera has no direction.
+/// Returns the camera `back` frames before the picture, interpolated between `before` and the current one. Returns the
+/// current one if `before` is not set or the interpolated camera has no direction.
+Camera camera_at(const View& view, double back);
+
+/// Returns the camera when the shutter opened: see camera_at().
 Lens lens_at_opening(const View& view);
 
 /// Returns the path with that name; "auto" is automatic. Throws std::invalid_argument if there is none.

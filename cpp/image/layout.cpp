@@ -48,10 +48,14 @@ bool fogged_by_painter(const Sprite& sprite, const View& view) {
 }
 
 Sprite as_seen(Sprite sprite, const View& view) {
-  if (!(view.camera.aperture > 0) || sprite.blend != Sprite::Blend::opaque) return sprite;
-  sprite.blend = Sprite::Blend::alpha;
-  if (auto* ribbon = std::get_if<RibbonSprite>(&sprite.look)) ribbon->unfaded = true;
+  if (!(view.camera.aperture > 0) || sprite.blend == Sprite::Blend::opaque) return sprite;
+  if (const auto* image = sprite.as<ImageSprite>()) sprite.look = CardSprite{image->sheet, Facing::camera};
   return sprite;
+}
+
+bool blurs_in_painter(const Sprite& sprite) {
+  return sprite.blend == Sprite::Blend::opaque || is_posed(sprite) ||
+         (sprite.is(Sprite::Kind::sphere) && !drawn_as_point(sprite));
 }
 
 bool with_velocity(const Sprite& sprite, const View& view) {
@@ -79,7 +83,8 @@ Layout layout(const Sprite& sprite, const View& view, bool any_depth) {
   const bool sharp = !(view.camera.aperture > 0);
   const bool simple = !lit_by_painter(sprite) && !fogged_by_painter(sprite, view);
   if (still && sharp && simple && has_fixed_footprint(sprite, view.height)) return deep ? Layout::deep : Layout::plain;
-  if (sprite.kind() == Sprite::Kind::image || Grid{view.width, view.height}.far_bits() == 0) return Layout::wide;
+  const bool far = !sharp && blurs_in_painter(sprite);  // may reach the image from far outside
+  if (far || sprite.kind() == Sprite::Kind::image || Grid{view.width, view.height}.far_bits() == 0) return Layout::wide;
   if (still) return deep ? Layout::deep_sized : Layout::sized;
   return deep ? Layout::deep_moving : Layout::moving;
 }

@@ -86,7 +86,7 @@ struct RibbonPoint {
   std::uint8_t tint[4];  // factors on the record's colour at this point, 1/255
 };
 
-/// A ribbon. `depth` is that of its nearest point. `up_x` is 1 if the ribbon does not fade; `up_y` is the fraction of
+/// A ribbon. `depth` is that of its nearest point. `up_y` is the fraction of
 /// its length that its head travelled while the shutter was open, in units of kRunUnit.
 struct RibbonRecord : WideRecord {
   float width;  // m
@@ -140,8 +140,8 @@ constexpr bool of_fixed_size(Layout layout) { return layout == Layout::plain || 
 inline constexpr int kWideBits = 8; // fractional bits of WideRecord::x, y, dx, dy
 inline constexpr int kSizeBits = 6; // fractional bits of WideRecord::size
 
-/// Sizes from kBigSize (512 px) on grow in units of 16/64 px. Of records that are not wide, positions and streaks of such
-/// sprites are in units kBigBits larger, so that they may begin farther outside the image.
+/// Sizes from kBigSize (512 px) on grow in units of 16/64 px. Of records that are not wide, positions and streaks of
+/// such sprites are in units kBigBits larger, so that they may begin farther outside the image.
 inline constexpr std::uint32_t kBigSize = 1 << 15;
 inline constexpr int kBigSizeBits = 4, kBigBits = 2;
 /// Greatest diameter of a record, px.
@@ -187,9 +187,13 @@ bool lit_by_painter(const Sprite& sprite);
 /// Returns whether the painter fills in the fog, which must not be multiplied by a sprite's shade or picture.
 bool fogged_by_painter(const Sprite& sprite, const View& view);
 
-/// Returns a sprite as a camera sees it: through a lens, opaque particles are blended from far to near, because those
-/// out of focus let some of the light behind them through.
+/// Returns a sprite as a camera sees it: through a lens, pictures that face it are cards, which are blurred in space.
+/// Opaque ones stay as they are: see image/exposures.h.
 Sprite as_seen(Sprite sprite, const View& view);
+
+/// Returns whether painters blur the sprite by its depth. All others that a lens blurs are projected larger and
+/// fainter.
+bool blurs_in_painter(const Sprite& sprite);
 
 /// Returns the layout of a sprite's records; equal on every rank, as view and sprites are. `any_depth`: the result of
 /// anything_hides().

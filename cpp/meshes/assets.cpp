@@ -39,7 +39,7 @@ base::Registry<Picture>& pictures() {
   return all;
 }
 base::Registry<Mesh>& meshes() {
-  static base::Registry<Mesh> all("mesh", lasting<2>);
+  static base::Registry<Mesh> all("mesh", lasting<4>);
   return all;
 }
 
@@ -105,6 +105,18 @@ void check(const Mesh& mesh) {
     if (!(x >= 0 && x <= base::kFarthest)) base::refuse("colors", "linear RGB, 0 or more", std::to_string(x));
   }
   check_density(mesh);
+  if (!mesh.uv.empty() && mesh.uv.size() / 2 * 3 != mesh.vertices.size()) {
+    base::refuse("uv", "two numbers for each vertex", std::to_string(mesh.uv.size()) + " numbers");
+  }
+  for (const float x : mesh.uv) {
+    if (!(x >= -1e6f && x <= 1e6f)) base::refuse("uv", "finite and within 1e6", std::to_string(x));
+  }
+  if (!mesh.normals.empty() && mesh.normals.size() != mesh.vertices.size()) {
+    base::refuse("normals", "three numbers for each vertex", std::to_string(mesh.normals.size()) + " numbers");
+  }
+  for (const float x : mesh.normals) {
+    if (!(x >= -1e6f && x <= 1e6f)) base::refuse("normals", "finite and within 1e6", std::to_string(x));
+  }
   const std::size_t count = mesh.vertices.size() / 3;
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     if (mesh.triangles[i] >= count) {

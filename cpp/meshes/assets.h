@@ -35,13 +35,15 @@ struct Mesh {
   std::vector<std::uint32_t> triangles;  // three indices of vertices each
   std::vector<float> colors{};           // linear RGB of each vertex; empty: no colours
   std::vector<float> density{};          // relative density of births at each vertex; empty: uniform
+  std::vector<float> uv{};  // place of each vertex on a picture, right and up, 0..1; it repeats beyond. Empty: none
+  std::vector<float> normals{};  // of each vertex, of any length; empty: those of the triangles
 
   bool operator==(const Mesh&) const = default;
 };
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, Mesh& mesh) {
-  visit(mesh.vertices, mesh.triangles, mesh.colors, mesh.density);
+  visit(mesh.vertices, mesh.triangles, mesh.colors, mesh.density, mesh.uv, mesh.normals);
 }
 
 /// Returns the linear RGB of a triangle's corner, 0..2. The mesh must have colours.

@@ -183,12 +183,15 @@ Bvh build_bvh(const Mesh& mesh) {
     tree.triangles.push_back(triangles[facet.triangle]);
     tree.origin.push_back(number[facet.triangle]);
   }
-  for (std::size_t i = 0; i < tree.origin.size() && !mesh.colors.empty(); ++i) {
-    for (std::size_t c = 0; c < 3; ++c) {
-      const float* color = color_of(mesh, tree.origin[i], c);
-      tree.colors.insert(tree.colors.end(), color, color + 3);
+  const auto to_corners = [&](const std::vector<float>& of_vertices, std::size_t numbers, std::vector<float>& to) {
+    for (std::size_t i = 0; i < 3 * tree.origin.size() && !of_vertices.empty(); ++i) {
+      const float* own = of_vertices.data() + numbers * mesh.triangles[3 * std::size_t{tree.origin[i / 3]} + i % 3];
+      to.insert(to.end(), own, own + numbers);
     }
-  }
+  };
+  to_corners(mesh.colors, 3, tree.colors);
+  to_corners(mesh.uv, 2, tree.uv);
+  to_corners(mesh.normals, 3, tree.normals);
   tree.ball = ball_around(tree);
   return tree;
 }

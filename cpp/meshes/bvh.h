@@ -32,6 +32,8 @@ struct Bvh {
   std::vector<BvhTriangle> triangles;
   std::vector<std::uint32_t> origin;  // number of each triangle in the mesh
   std::vector<float> colors;  // linear RGB of each triangle's corners, nine numbers; empty: no colours
+  std::vector<float> uv;  // place of each triangle's corners on a picture, six numbers; empty: none
+  std::vector<float> normals;  // of each triangle's corners, nine numbers; empty: those of the triangles
   Ball ball;
 };
 

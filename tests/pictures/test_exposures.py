@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+import pytest
+from numpy.typing import NDArray
 
 import motes
 from motes import shapes
@@ -41,3 +45,182 @@ def test_a_dark_gradient_is_dithered_on_average_as_the_light_says() -> None:
     assert np.abs(error).max() < 1
     blocks = error[:176].reshape(11, 16, 20, 16, 3).mean((1, 3))  # rounding alone is off by up to half a step
     assert np.abs(blocks).max() < 0.12
+
+
+# --- opaque things through a lens
+
+SHEET = np.full((8, 8, 4), 255, np.uint8)
+QUAD = motes.Mesh([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], [(0, 1, 2), (0, 2, 3)])
+KINDS: dict[str, dict[str, Any]] = {
+    "disc": {"kind": "disc", "pixels": None},
+    "wide disc": {"kind": "disc", "pixels": 25},
+    "point": {"kind": "point"},
+    "sphere": {"kind": "sphere", "pixels": None},
+    "image": {"kind": "image", "pixels": None, "image": SHEET},
+    "card": {"kind": "image", "image": SHEET, "facing": "orientation"},
+    "mesh": {"kind": "mesh", "mesh": QUAD},
+}
+
+
+def one(sprite: motes.Sprite, size: float = 0.6, alpha: float = 1, **facts: Any) -> motes.Frame:
+    """Return a picture of one particle 10 m away, from a camera with a lens of `aperture`, sharp at `focus`."""
+    lens = {name: facts.pop(name) for name in ("focus", "aperture") if name in facts}
+    camera = motes.Camera((0, 0, 10), (0, 0, 0), **lens)
+    renderer = motes.Renderer(400, 300, camera=camera, linear=True, **facts)
+    world = motes.World(seed=1, renderer=renderer, progress="off")
+    system = world.system("s", sprite=sprite)
+    with world:
+        system.emit(position=[(0.05, 0, 0)], size=[(size, 1, 1)], alpha=[alpha])
+        system.move()
+        return world.render()
+
+
+def light_of(frame: motes.Frame) -> float:
+    assert frame.linear is not None
+    return float(frame.linear.astype(float).sum())
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_a_lens_only_blurs_opaque_particles(name: str) -> None:
+    sprite = motes.Sprite(blend="opaque", **KINDS[name])
+    # Sharp squares cover whole pixels, so their light is not quite that of their area.
+    covered, exact = {"image": (24**2, 24.73**2), "card": (24**2, 24.73**2), "mesh": (50**2, 49.46**2)}.get(name, (1, 1))
+    sharp = light_of(one(sprite)) * exact / covered
+    for lens in ({"focus": 10, "aperture": 0.2}, {"focus": 5, "aperture": 0.2}, {"focus": 5, "aperture": 1}):
+        assert light_of(one(sprite, **lens)) == pytest.approx(sharp, rel=0.02)
+        assert light_of(one(sprite, alpha=0.5, **lens)) == light_of(one(sprite, **lens))
+    focused, blurred = one(sprite, focus=10, aperture=0.2).linear, one(sprite, focus=5, aperture=1).linear
+    assert focused is not None and blurred is not None
+    middle = one(sprite).linear
+    assert middle is not None and np.abs(focused - middle).mean() < 0.1 * middle.mean()
+    assert (blurred > 0).sum() > 2 * (focused > 0).sum()
+
+
+@pytest.mark.parametrize("layer", ["depth", "velocity", "alpha"])
+def test_layers_are_those_of_a_pinhole(layer: str) -> None:
+    sprite = motes.Sprite("sphere", pixels=None, blend="opaque")
+    sharp, seen = (one(sprite, 2, layers=[layer], **lens) for lens in ({}, {"focus": 10, "aperture": 0.2}))
+    same = np.isclose(seen.layer(layer), sharp.layer(layer), rtol=1e-5)
+    assert (~same).sum() < 5  # records have other sizes, rounded to 1/64 pixel
+
+
+# --- blended things through a lens
+
+
+@pytest.mark.parametrize("blend", ["add", "alpha"])
+@pytest.mark.parametrize("size", [0.1, 0.4, 2])
+@pytest.mark.parametrize("name", ["disc", "sphere", "image", "card", "mesh"])
+def test_out_of_focus_particles_keep_their_light(name: str, size: float, blend: Any) -> None:
+    sprite = motes.Sprite(blend=blend, **KINDS[name])
+    sharp = light_of(one(sprite, size))
+    for focus, aperture in ((10, 0.3), (5, 0.1), (5, 0.4)):
+        seen = one(sprite, size, focus=focus, aperture=aperture)
+        assert light_of(seen) == pytest.approx(sharp, rel=0.02)
+
+
+@pytest.mark.parametrize("name", ["sphere", "image"])
+def test_large_sprites_are_blurred_instead_of_larger(name: str) -> None:
+    sprite = motes.Sprite(blend="alpha", **KINDS[name])
+    rows = [one(sprite, 2, **lens).linear for lens in ({}, {"focus": 5, "aperture": 0.4})]
+    sharp, seen = (row[150, :, 0].astype(float) for row in rows if row is not None)
+    assert seen[200] == pytest.approx(sharp[200], rel=0.1)  # its middle stays as bright
+    assert np.abs(np.diff(seen)).max() < 0.2 * np.abs(np.diff(sharp)).max()  # and its edge is soft
+
+
+@pytest.mark.parametrize("width", [0.02, 0.1])
+@pytest.mark.parametrize("frames", [4, 12])
+def test_a_ribbon_keeps_its_light(width: float, frames: int) -> None:
+    def light(**lens: float) -> float:
+        camera = motes.Camera((0, 0, 10), (0, 0, 0), **lens)
+        renderer = motes.Renderer(400, 300, camera=camera, linear=True)
+        world = motes.World(seed=1, renderer=renderer, progress="off")
+        system = world.system("s", sprite=motes.Sprite("ribbon", width=width, length=1))
+        with world:
+            for frame in world.frames(frames):
+                if frame == 0:
+                    system.emit(position=[(-0.5, 0, 0)], velocity=[(1, 0, 0)], alpha=[0.5])
+                system.move()
+                picture = world.render()
+            return light_of(picture)
+
+    sharp = light()
+    for aperture in (0.2, 0.5, 1, 2):
+        assert light(focus=5, aperture=aperture) == pytest.approx(sharp, rel=0.03)
+
+
+# --- what is opaque and moves
+
+
+def column_light(shutter: float, objects: Any = (), sprite: motes.Sprite | None = None) -> NDArray[np.float64]:
+    """Return the light of each column, relative to all, of a ball that a panning camera passes."""
+    camera = motes.Camera((0, 0, 8), (0, 0, 0))
+    renderer = motes.Renderer(320, 180, camera=camera, shutter=shutter, objects=list(objects), linear=True)
+    world = motes.World(seed=1, renderer=renderer, progress="off")
+    system = world.system("s", sprite=sprite)
+    with world:
+        if sprite is not None:
+            system.emit(position=[(0, 0, 0)], size=[(1, 1, 1)], color=[(0.8, 0.8, 0.8)])
+        world.render()
+        camera.position, camera.look_at = (1, 0, 8), (1, 0, 0)
+        picture = world.render().linear
+        assert picture is not None
+    light = picture.astype(float)[:, :, 0].sum(0)
+    return light / light.sum()
+
+
+@pytest.mark.parametrize("shutter", [0, 0.5, 1])
+def test_a_pan_shows_a_solid_a_particle_and_a_mesh_alike(shutter: float) -> None:
+    ball = globe()
+    facts = {"blend": "opaque", "pixels": None}
+    solid = column_light(shutter, [motes.Solid(shapes.Sphere((0, 0, 0), 0.5), (0.8, 0.8, 0.8))])
+    of_mesh = column_light(shutter, [motes.Solid(ball, (0.8, 0.8, 0.8))])
+    particle = column_light(shutter, sprite=motes.Sprite("sphere", **facts))
+    mesh = column_light(shutter, sprite=motes.Sprite("mesh", mesh=ball, blend="opaque"))
+    blended = column_light(shutter, sprite=motes.Sprite("sphere", blend="alpha", pixels=None))
+    for other in (of_mesh, particle, mesh, blended):
+        assert np.abs(other - solid).sum() < 0.08  # they are not lit quite alike
+    assert (solid > 0).sum() > 40 * shutter
+
+
+def globe() -> motes.Mesh:
+    """Return a closed ball of radius 0.5."""
+    rows, columns = 24, 48
+    polar, around = np.pi * np.arange(1, rows) / rows, 2 * np.pi * np.arange(columns) / columns
+    p, a = np.meshgrid(polar, around, indexing="ij")
+    ring = np.stack([np.sin(p) * np.cos(a), np.cos(p), np.sin(p) * np.sin(a)], -1).reshape(-1, 3)
+    points = 0.5 * np.concatenate([[(0, 1, 0)], ring, [(0, -1, 0)]])
+    at = 1 + np.arange(len(ring)).reshape(rows - 1, columns)
+    right = np.roll(at, -1, axis=1)
+    sides = [(a, b, c) for k in range(rows - 2) for i in range(columns)
+             for a, b, c in ((at[k, i], right[k, i], at[k + 1, i]),
+                             (right[k, i], right[k + 1, i], at[k + 1, i]))]  # fmt: skip
+    ends = [(0, right[0, i], at[0, i]) for i in range(columns)]
+    ends += [(len(points) - 1, at[-1, i], right[-1, i]) for i in range(columns)]
+    return motes.Mesh(points, [*sides, *ends])
+
+
+def test_a_solid_that_moves_is_blurred_along_its_way() -> None:
+    def lit(mesh: motes.Mesh, shutter: float) -> NDArray[np.float32]:
+        renderer = motes.Renderer(
+            200, 100, camera=motes.Camera((0, 0, 8), (0, 0, 0)), shutter=shutter, linear=True, sun=(0, 0, 0),
+            objects=[motes.Solid(mesh, (1, 1, 1), light=1)],
+        )  # fmt: skip
+        world = motes.World(seed=1, renderer=renderer, progress="off")
+        world.system("s")
+        with world:
+            picture = world.render().linear
+        assert picture is not None
+        return picture[:, :, 0]
+
+    here = QUAD.at((1, 0, 0))
+    sharp, still = lit(here, 0), lit(here, 1)
+    np.testing.assert_array_equal(sharp, still)
+    moving = lit(QUAD.at((1, 0, 0), moving_from=QUAD.at((-1, 0, 0))), 1)
+    assert moving.sum() == pytest.approx(sharp.sum(), rel=0.01)
+    pixel = 2 * np.tan(np.radians(20)) * 8 / 100  # m
+    row = moving[50] / sharp[50].max()
+    across = (np.arange(200) - 99.5) * pixel
+    wanted = np.clip(np.minimum(across + 2, 2 - across) / 2, 0, 1)  # a box over a box
+    assert np.abs(row - wanted).max() < 1 / 14
+    blocks = (row - wanted).reshape(100, 2).mean(1)
+    assert np.abs(blocks).max() < 1 / 30

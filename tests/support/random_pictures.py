@@ -18,6 +18,7 @@ SOLIDS = (
     "motes.Solid(Box((-1, -1, -1), (0, 0.5, 0.25)), (0.9, 0.4, 0.2), light=0.5)",
     "motes.Solid(Box((-1, -2, -1), (1, -1, 1)), image=LEAF[:, :, :3], scale=0.7)",
     "motes.Mesh([(-1, -1, 0), (1, -1, 0.5), (0, 1, 0)], [(0, 1, 2)])",
+    "motes.Solid(WEDGE.at((0.2, 0.1, 0), angle_deg=30, moving_from=WEDGE), image=LEAF[:, :, :3])",
 )
 SKIES = ("motes.Gradient('#89a', 'navy')", "motes.Gradient('orange', 'teal', 'black')", "LEAF[:, :, :3]")
 IMAGES = (

@@ -3,6 +3,7 @@
 // similar on other processors.
 #pragma once
 
+#include "image/exposures.h"
 #include "image/scene.h"
 
 namespace motes::engine::render_costs {
@@ -12,6 +13,8 @@ inline constexpr double kProject = 1.8;  // per particle: project, cull, sort by
 inline constexpr double kPixel = 1.1;  // per pixel of a tile: clear, tone-map
 inline constexpr double kBloomPixel = 3.1;  // extra per pixel with bloom: keep, average, add glow
 inline constexpr double kSpreadPixel = 0.9;  // extra per pixel of the picture, on the image generator: spread averages
+inline constexpr double kExposedPixel = 900;  // extra per pixel, if rays are cast for each exposure
+inline constexpr double kExposed = 10;  // factor on an opaque record that has exposures
 inline constexpr double kByte = 0.17;  // per byte of a message, at each end: pack, send, receive
 inline constexpr double kMessage = 2600;  // per message, at each end
 inline constexpr double kPartialPixel = 0.54;  // per pixel of a partial tile: clear, pack; again to merge
@@ -33,14 +36,17 @@ inline double record(const image::Sprite& sprite, const image::View& view) {
   if (!view.objects.empty()) cost *= 1.2;
   if (sprite.blend == image::Sprite::Blend::alpha) cost *= 2.5;
   if (view.shutter > 0) cost *= 2;
+  if (sprite.blend == image::Sprite::Blend::opaque && image::has_exposures(view)) cost *= kExposed;
   return cost;
 }
 
 /// Returns the cost of a pixel, ns.
-constexpr double pixel(const image::View& view) { return kPixel + (view.bloom > 0 ? kBloomPixel : 0); }
+inline double pixel(const image::View& view) {
+  return kPixel + (view.bloom > 0 ? kBloomPixel : 0) + (image::scenery_blurs(view) ? kExposedPixel : 0);
+}
 
 /// Returns the cost of a pixel relative to one without bloom.
-constexpr double passes(const image::View& view) { return pixel(view) / kPixel; }
+inline double passes(const image::View& view) { return pixel(view) / kPixel; }
 
 /// Returns the cost of spreading bloom per pixel, relative to a pixel without bloom.
 constexpr double spreading(const image::View& view) { return view.bloom > 0 ? kSpreadPixel / kPixel : 0; }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <numeric>
 
+#include "image/exposures.h"
+
 namespace motes::engine {
 namespace {
 
@@ -293,8 +295,20 @@ double drawing_s(const image::View& view, std::span<const image::Sprite> sprites
   return draw_s(records, mean_record_s(view, sprites), pixels, costs::pixel(view) * kNano);
 }
 
+namespace {
+
+// Returns whether pixels are means of exposures: see image/exposures.h.
+bool exposes(const image::View& view, std::span<const image::Sprite> sprites) {
+  if (!image::has_exposures(view)) return false;
+  const auto opaque = [](const image::Sprite& s) { return s.blend == image::Sprite::Blend::opaque; };
+  return image::scenery_blurs(view) || std::any_of(sprites.begin(), sprites.end(), opaque);
+}
+
+}  // namespace
+
 std::optional<image::Sprite::Blend> merged_blend(const image::View& view, std::span<const image::Sprite> sprites) {
   using Blend = image::Sprite::Blend;
+  if (exposes(view, sprites)) return std::nullopt;  // a partial tile has one surface per pixel
   const auto blends = [](Blend blend) { return [blend](const image::Sprite& s) { return s.blend == blend; }; };
   if (std::all_of(sprites.begin(), sprites.end(), blends(Blend::add))) return Blend::add;
   const bool any = std::any_of(sprites.begin(), sprites.end(), blends(Blend::opaque));

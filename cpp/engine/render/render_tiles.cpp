@@ -97,7 +97,8 @@ class TilesOfRank {
     }
     by.painter.paint(by.pieces);
     painter_.drawing.counts[static_cast<std::size_t>(slot - first_)] = static_cast<std::uint32_t>(records);
-    return records == 0 && !painter_.scene.scenery().occupied(tile);
+    const image::Scenery& scenery = painter_.scene.scenery();
+    return records == 0 && !scenery.occupied(tile) && !scenery.blurs();
   }
 
   void charge(int tiles) {

@@ -32,7 +32,8 @@ void put_facing(const Drawn& d, LitShape& shape) {
 }
 
 LitShape::Kind lit_shape(const Sprite& sprite) {
-  if (!sprite.is(Sprite::Kind::card)) return LitShape::Kind::ball;
+  const auto* card = sprite.as<CardSprite>();
+  if (card == nullptr || card->facing == Facing::camera) return LitShape::Kind::ball;
   return along_velocity(sprite) ? LitShape::Kind::card_along_velocity : LitShape::Kind::card;
 }
 

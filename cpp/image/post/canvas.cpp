@@ -26,7 +26,8 @@ void Canvas::begin(const View& view, bool keep_linear, threads::Pool& pool, cons
   scene_.prepare(view, static_cast<std::size_t>(pool.threads()), shadows);
   scene_.render_all(pool);
   workers_.begin(scene_, pool.threads());
-  if (shown_version_ != scene_.version()) render_scenery();
+  scenery_pixels_.resize(size());
+  shown_versions_.resize(static_cast<std::size_t>(scene_.grid().tiles()));
   messages_.begin(view);
   layers_.begin(view);
   keep_linear_ = keep_linear;
@@ -61,7 +62,7 @@ void Canvas::finish_by_tiles(std::span<std::uint8_t> pixels) {
   const bool only_shown = !keep_linear_ && scene_.view().layers == 0;
   each_tile([&](int tile, const Area& area, std::size_t worker) {
     TileWorker& by = workers_[worker];
-    if (messages_.collect(tile, by.pieces) == 0 && only_shown) return copy_scenery(area, pixels.data());
+    if (messages_.collect(tile, by.pieces) == 0 && only_shown) return show_scenery(area, by.painter, pixels.data());
     by.painter.start(area);
     by.painter.paint(by.pieces);
     show(by.painter, by.painter.light(), area, pixels.data());
@@ -90,17 +91,15 @@ void Canvas::finish_with_bloom(std::span<std::uint8_t> pixels) {
   });
 }
 
-void Canvas::render_scenery() {
-  scenery_pixels_.resize(size());
-  each_tile([&](int, const Area& area, std::size_t worker) {
-    TileWorker& by = workers_[worker];
-    by.painter.start(area);
-    by.painter.show(scenery_pixels_.data() + at(area), row_lanes());
-  });
-  shown_version_ = scene_.version();
-}
-
-void Canvas::copy_scenery(const Area& area, std::uint8_t* pixels) const {
+// Shows a tile without particles. Its pixels are kept while the scene stays the same.
+void Canvas::show_scenery(const Area& area, TilePainter& painter, std::uint8_t* pixels) {
+  std::uint64_t& shown = shown_versions_[static_cast<std::size_t>(area.tile)];
+  if (shown != scene_.version()) {
+    painter.start(area);
+    painter.paint({});
+    painter.show(scenery_pixels_.data() + at(area), row_lanes());
+    shown = scene_.version();
+  }
   for (int y = 0; y < area.height; ++y) {
     const std::size_t row = at(area) + static_cast<std::size_t>(y) * row_lanes();
     std::memcpy(pixels + row, scenery_pixels_.data() + row, static_cast<std::size_t>(area.width) * 3);

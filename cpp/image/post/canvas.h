@@ -51,15 +51,14 @@ class Canvas {
   template <class Work>
   void each_tile(const Work& work);
   void show(const TilePainter& painter, const TileLight& light, const Area& area, std::uint8_t* pixels);
-  void render_scenery();
-  void copy_scenery(const Area& area, std::uint8_t* pixels) const;
+  void show_scenery(const Area& area, TilePainter& painter, std::uint8_t* pixels);
   std::size_t row_lanes() const { return static_cast<std::size_t>(scene_.grid().width) * 3; }
   std::size_t at(const Area& area) const;
   std::size_t size() const { return row_lanes() * static_cast<std::size_t>(scene_.grid().height); }
 
   PreparedScene scene_;
   Pixels scenery_pixels_;            // tone-mapped: what a tile without records shows
-  std::uint64_t shown_version_ = 0;           // of the scene that they show
+  std::vector<std::uint64_t> shown_versions_;  // by tile: that of the scene that they show
   bool keep_linear_ = false, light_kept_ = false;
   Pieces messages_;
   threads::Pool* pool_ = nullptr;

@@ -84,7 +84,6 @@ class RibbonMaker {
   void add_points(std::size_t i, RibbonRecord& r) {
     const std::size_t kept = kept_of(i);
     const float oldest = kept > 0 ? d_.past[kept - 1].age : 0, reach = std::min(ribbon_.length, oldest);
-    r.up_x = ribbon_.unfaded ? 1 : 0;
     const float run = reach > 0 ? std::min(open_ / reach, kMostRun) : 0;
     r.up_y = static_cast<std::int16_t>(run * (1 / kRunUnit) + 0.5f);
     if (!add_point(i, 0, d_.position, 0, r)) return finish(r);

@@ -125,8 +125,12 @@ MOTES_INLINE Size size_vector(const image::WideTask& t, std::size_t i, Floats de
   return {visible, min(shown, all(kWidest)), part * part, min(shown, all(kMostUnlimited))};
 }
 
-// Returns the direction of `up` on the screen: the one in which the projection moves if the particle moves along `up`.
-MOTES_INLINE Uints up_vector(const image::WideTask& t, std::size_t i, ViewPosition now) {
+// The direction of `up` on the screen, of length 32767 or 0 if it is unknown; y points down.
+struct Upward {
+  Floats x, y;
+};
+// Returns the direction in which the projection moves if the particle moves along `up`.
+MOTES_INLINE Upward upward(const image::WideTask& t, std::size_t i, ViewPosition now) {
   const Floats3 up = vector_at(t.up, t.up_of_all, i);
   const Floats ahead = dot(up, all3(t.now.forward)) / now.depth;
   Floats x = dot(up, all3(t.now.right)) - now.across * ahead;
@@ -136,8 +140,20 @@ MOTES_INLINE Uints up_vector(const image::WideTask& t, std::size_t i, ViewPositi
   x = only(known, x / larger);
   y = only(known, y / larger);
   const Floats scale = all(32767.0f) / sqrt(select(known, x * x + y * y, all(1.0f)));
-  const Ints across = floor_to_ints(x * scale + all(0.5f)), down = floor_to_ints(y * scale + all(0.5f));
+  return {x * scale, y * scale};
+}
+MOTES_INLINE Uints up_vector(const image::WideTask& t, std::size_t i, ViewPosition now) {
+  const Upward up = upward(t, i, now);
+  const Ints across = floor_to_ints(up.x + all(0.5f)), down = floor_to_ints(up.y + all(0.5f));
   return ((Uints)across & 0xffffu) | ((Uints)down << 16);
+}
+// Returns the rotation about the camera's axis that turns the top of a sprite to `up`.
+MOTES_INLINE Rotations toward_camera(const image::WideTask& t, std::size_t i, ViewPosition now) {
+  const Upward up = upward(t, i, now);
+  const Mask known = (up.x != 0.0f) | (up.y != 0.0f);
+  const Floats cosine = select(known, up.y * (-1.0f / 32767), all(1.0f));
+  const Floats w = sqrt(max(0.5f + 0.5f * cosine, Floats{})), z = sqrt(max(0.5f - 0.5f * cosine, Floats{}));
+  return {Floats{}, Floats{}, select(up.x > 0.0f, -z, z), w};
 }
 
 // Returns the orientation whose front faces along the velocity and whose top is as close to `up` as possible.
@@ -196,7 +212,8 @@ MOTES_INLINE Stance stance_vector(const image::WideTask& t, std::size_t i, ViewP
         load_or(t.orientation[2], i, t.orientation_of_all[2]), load_or(t.orientation[3], i, t.orientation_of_all[3])});
   }
   // Sprites that should face along their velocity face the camera if they do not move.
-  const Rotations turn = select(known, unit(camera * own), Rotations{{}, {}, {}, all(1.0f)});
+  Rotations turn = select(known, unit(camera * own), Rotations{{}, {}, {}, all(1.0f)});
+  if (t.toward_camera) turn = toward_camera(t, i, now);
   const auto part = [](Floats v) { return (Uints)floor_to_ints(v * 32767.0f + 0.5f); };
   Stance p;
   p.turn[0] = (part(turn.x) & 0xffffu) | part(turn.y) << 16;
@@ -214,7 +231,7 @@ MOTES_INLINE Stance stance_vector(const image::WideTask& t, std::size_t i, ViewP
     spread = max(near, far) * (1.25f * t.lens_blur) + 3.0f * kUnit;
   }
   p.reach = to_ints(only(visible, min(reach + spread, all(image::kMostPosedReach * kUnit))));
-  p.turning = t.streaks && !t.along_velocity ? turning(t, i, camera) : Uints{};
+  p.turning = t.streaks && !t.along_velocity && !t.toward_camera ? turning(t, i, camera) : Uints{};
   return p;
 }
 
@@ -311,11 +328,16 @@ MOTES_INLINE Columns project_vector(const image::WideTask& t, std::size_t i, Uin
   const Ints x1 = floor_to_ints(only(visible, w.x)), x0 = floor_to_ints(only(visible, w.x + w.dx));
   const Ints y1 = floor_to_ints(only(visible, w.y)), y0 = floor_to_ints(only(visible, w.y + w.dy));
   const Ints diameter = to_ints(only(visible, s.diameter + all(0.5f)));
-  const Ints light = to_ints(only(visible, w.light * s.light * all(float{image::kAllLight}) + all(0.5f)));
+  const Floats part = t.opaque && t.lens_blur > 0 ? w.light : w.light * s.light;
+  const Ints light = to_ints(only(visible, part * all(float{image::kAllLight}) + all(0.5f)));
   const Ints x = (x0 + x1) >> 1, y = (y0 + y1) >> 1, dx = x1 - x0, dy = y1 - y0;
   // Half a pixel more than the radius: pixels at the edge are partly covered. A square reaches sqrt(2) times as far.
   const Ints radius = diameter * (kUnitsPerSize / 2);
   Ints reach = (t.oriented ? (radius * 363) >> 8 : radius) + kUnit / 2;
+  if (!t.posed && t.lens_blur > 0) {
+    const Floats spread = abs(1.0f - t.lens_focus / now.depth) * t.lens_blur;
+    reach += to_ints(only(visible, min(spread, all(image::kMostPosedReach * kUnit)))) + kUnit;
+  }
   Stance stance;
   if (t.posed) {
     stance = stance_vector(t, i, now, s, visible);
@@ -398,10 +420,10 @@ image::WideCount project(const image::WideTask& task, std::size_t first, std::si
   Ahead ahead(t);
   if (t.streaks || out.velocity != nullptr) ahead.add(t.velocity);
   if (!(t.diameter > 0)) ahead.add(t.size);
-  if (t.oriented || (t.posed && t.along_velocity)) ahead.add(t.up);
+  if (t.oriented || (t.posed && (t.along_velocity || t.toward_camera))) ahead.add(t.up);
   if (t.posed && t.along_velocity && !t.streaks && out.velocity == nullptr) ahead.add(t.velocity);
   if (t.tiles > 1 && t.tile != nullptr) ahead.add(t.tile);
-  if (t.posed && !t.along_velocity) {
+  if (t.posed && !t.along_velocity && !t.toward_camera) {
     for (const float* plane : t.orientation) ahead.add(plane);
     if (t.streaks) ahead.add(t.spin);
   }

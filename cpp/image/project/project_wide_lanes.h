@@ -31,11 +31,13 @@ struct WideTask : SeenTask {
   bool oriented;   // sprites are squares, turned by `up`
   bool posed;      // sprites are cards or meshes: the records are PosedRecords
   bool along_velocity;  // their fronts face along the velocity; otherwise `orientation` turns them
+  bool toward_camera;  // their fronts face the camera, turned by `up`
   const float* orientation[4];
   float orientation_of_all[4];
   const float* spin[3];  // rad/s about the world's axes
   float spin_of_all[3];
-  float lens_focus, lens_blur;  // of posed sprites: focus distance, m; blur radius at infinity, 1/256 px; 0: sharp
+  float lens_focus, lens_blur;  // of sprites that painters blur: focus distance, m; radius at infinity, 1/256 px
+  bool opaque;  // narrow sprites do not get fainter
   float camera_turn[4];  // quaternion from the world's axes to the camera's
   float breadth;  // width of a sprite of size 1: 1, except for meshes
   float diagonal;  // diameter of a posed sprite's bounding ball, relative to the sprite's width
@@ -67,6 +69,7 @@ struct WideBatch {
   std::uint32_t* several;  // as in ProjectedBatch, without those that touch many
   ManyTiles* many;
   std::uint32_t* velocity;  // bits of three floats, in three columns; null: not wanted
+  bool boxes = false;  // particles touch all tiles of their boxes, because painters blur them
 };
 
 struct WideCount {

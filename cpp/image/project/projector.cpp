@@ -133,8 +133,8 @@ void set_pose(const Drawn& particles, const Sprite& sprite, const View& view, Wi
   std::copy_n(particles.orientation_of_all.begin(), 4, t.orientation_of_all);
   std::copy_n(particles.spin.begin(), 3, t.spin);
   std::copy_n(particles.spin_of_all.begin(), 3, t.spin_of_all);
-  t.lens_focus = static_cast<float>(view.camera.focus);
-  t.lens_blur = static_cast<float>(0.5 * blur_of(view)) * static_cast<float>(1 << kWideBits);
+  const auto* card = sprite.as<CardSprite>();
+  t.toward_camera = card != nullptr && card->facing == Facing::camera;
   set_turn(lens(view), t.camera_turn);
   const bool mesh = sprite.is(Sprite::Kind::mesh);
   t.breadth = mesh ? 2 * reach_of_mesh(sprite.asset()) : 1;
@@ -153,7 +153,11 @@ WideTask wide_task(const Drawn& particles, const Sprite& sprite, const View& vie
   t.streaks = view.shutter > 0;
   t.open = static_cast<float>(view.shutter * dt);
   t.diameter = diameter_of(sprite, view.height);
-  if (!is_posed(sprite)) {  // the painter blurs sprites in space
+  t.opaque = sprite.blend == Sprite::Blend::opaque;
+  if (blurs_in_painter(sprite)) {
+    t.lens_focus = static_cast<float>(view.camera.focus);
+    t.lens_blur = static_cast<float>(0.5 * blur_of(view)) * static_cast<float>(1 << kWideBits);
+  } else {
     t.focus = static_cast<float>(view.camera.focus);
     t.blur = static_cast<float>(blur_of(view)) * static_cast<float>(1 << kSizeBits);
   }
@@ -163,7 +167,8 @@ WideTask wide_task(const Drawn& particles, const Sprite& sprite, const View& vie
   t.ids = particles.ids;
   set_pose(particles, sprite, view, t);
   // Half the image, plus the reach of the largest sprite when turned.
-  const int reach = t.posed ? static_cast<int>(kMostPosedReach) + 2 : kMaxDiameter * 182 / 256 + 2;
+  const int blurred = t.lens_blur > 0 ? static_cast<int>(kMostPosedReach) : 0;
+  const int reach = t.posed ? static_cast<int>(kMostPosedReach) + 2 : kMaxDiameter * 182 / 256 + 2 + blurred;
   t.limit_x = static_cast<float>(((view.width + 1) / 2 + reach) << kWideBits);
   t.limit_y = static_cast<float>(((view.height + 1) / 2 + reach) << kWideBits);
   return t;
@@ -184,12 +189,13 @@ void say_color(std::uint32_t color, RecordsHead& head) {
   head.most_alpha = static_cast<std::uint8_t>(color >> 24);
 }
 
-// Returns the sprite as painters see it: points are discs where they may be out of focus, and through a lens each
-// record has its size.
+// Returns the sprite as painters see it: points are discs where they may be out of focus, unless they are opaque, and
+// through a lens each record has its size.
 Sprite sprite_of_records(const Sprite& sprite, const View& view) {
   Sprite sent = painted(sprite);
   const bool blurred = view.camera.aperture > 0;
-  if (drawn_as_point(sprite)) sent.look = blurred ? Sprite::Kind::disc : Sprite::Kind::point;
+  const bool widened = blurred && sprite.blend != Sprite::Blend::opaque;
+  if (drawn_as_point(sprite)) sent.look = widened ? Sprite::Kind::disc : Sprite::Kind::point;
   if (drawn_as_point(sent)) sent.pixels = 1;
   if (blurred) sent.pixels = 0, sent.of_height = 0;
   return sent;
@@ -316,6 +322,7 @@ void Projector::project_wide(const Drawn& particles, const Projection& projectio
     WideBatch batch{};
     batch.words = all.take<std::uint32_t>(true, std::max(words, kFour * fours_of(words)));
     batch.stride = stride;
+    batch.boxes = task.lens_blur > 0;
     batch.velocity = all.take<std::uint32_t>(records.head_.with_velocity != 0, 3);
     batch.several = all.take<std::uint32_t>();
     batch.many = all.take<ManyTiles>();

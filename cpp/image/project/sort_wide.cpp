@@ -69,7 +69,7 @@ void for_each_other(const WideBatch& b, const ManyTiles& many, const RecordForm&
   const auto columns = static_cast<std::size_t>(grid.columns());
   const WideRecord record = record_at(b, many.particle, form, grid);
   const bool posed = form.bytes >= static_cast<int>(sizeof(PosedRecord));  // these may reach farther than their size
-  if (posed || form.way == 0 || record.dx == 0 || record.dy == 0) {
+  if (posed || b.boxes || form.way == 0 || record.dx == 0 || record.dy == 0) {
     return for_each_tile(many.first, many.last, columns, others, [](auto, auto) { return true; });
   }
   const Streak streak(record, grid);

@@ -153,7 +153,7 @@ DiscSplat splat_of(const DiscSprite&, const View&) {
   return s;
 }
 DiscSplat splat_of(const PointSprite&, const View& view) { return splat_of(DiscSprite{}, view); }
-SurfaceSplat splat_of(const SphereSprite&, const View& view) { return surface_splat(view); }
+SphereSplat splat_of(const SphereSprite&, const View& view) { return {space_splat(view), surface_splat(view)}; }
 PictureSplat splat_of(const ImageSprite& image, const View&) { return picture_splat(image.sheet); }
 CardSplat splat_of(const CardSprite& card, const View& view) { return {space_splat(view), picture_splat(card.sheet)}; }
 MeshSplat splat_of(const MeshSprite& sprite, const View& view) {
@@ -241,6 +241,9 @@ void Brush::set_wide(const View& view) {
   light_ = surface_light(sprite_, view);
   wide_.radius = static_cast<float>(1 / lens(view).focal_px);
   kind_ = std::visit([&](const auto& own) { return KindSplat(splat_of(own, view)); }, sprite_.look);
+  if (sprite_.blend == Sprite::Blend::opaque) {  // exposures blur what is opaque
+    std::visit([](auto& own) { if constexpr (requires { own.blur; }) own.blur = 0; }, kind_);
+  }
   if (auto* discs = std::get_if<DiscSplat>(&kind_)) {
     const float diameter = diameter_of(sprite_, height_);
     discs->one_size = wide_.form.way != 0 && wide_.form.color != 8 && diameter > 0 && diameter < kMaxDiameter;

@@ -46,7 +46,7 @@ struct SurfaceTables {
   std::vector<float> bulge;                  // as Splat::bulge; empty: flat
 };
 
-using KindSplat = std::variant<std::monostate, DiscSplat, SurfaceSplat, PictureSplat, SpaceSplat, CardSplat, MeshSplat>;
+using KindSplat = std::variant<std::monostate, DiscSplat, SphereSplat, PictureSplat, SpaceSplat, CardSplat, MeshSplat>;
 
 class Brush {
  public:

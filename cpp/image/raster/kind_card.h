@@ -102,6 +102,24 @@ struct Card : Picture<Card> {
 
   MOTES_INLINE void weigh(Patch<4>& p) const { moments.count == 0 ? weigh_still(p) : weigh_moments(p); }
 
+  /// Turns an opaque card to where it is at a time of the shutter: its fronts are those of this moment from here on.
+  MOTES_INLINE void turn_to(float time) {
+    if (!pose.turns()) return;
+    image::Moment moment{};
+    moment.time = time;
+    middle = Stand(pose.at(moment), focal);
+    moments.count = 0;
+  }
+
+  /// Returns how many times nearer than the middle the card is at pixels, and 1 / the middle's depth.
+  MOTES_INLINE Floats nearness(Floats x, Floats y) const { return above_horizon(middle, x, y); }
+  MOTES_INLINE float inverse_depth() const { return 1 / pose.depth; }
+  /// Returns a bound on how much more its nearest part is blurred than its middle; `blur`: radius at infinity, px.
+  MOTES_INLINE float uneven(float blur_px) const {
+    const float left = pose.depth - 0.7072f * pose.scale, least = Stand::kBehind * pose.depth;
+    return blur_px * focus * (1 / (left > least ? left : least) - 1 / pose.depth);
+  }
+
   MOTES_INLINE Front front(Floats x, Floats y) const {
     Front front = front_of(moments.count != 0 ? most_opaque_moment(x, y)
                            : moves            ? most_opaque(x, y)

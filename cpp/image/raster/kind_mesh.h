@@ -29,11 +29,13 @@ struct TintedFacet : Facet {
 
 /// Calls put(column, row) for each sample of a grid within a triangle moved by (dx, dy): kSamples x kSamples of them
 /// per pixel, in `columns` x `rows` pixels. A sample on an edge belongs to one of the two triangles that share it.
-template <int kSamples, class Put>
+/// kPitch: px between the samples of kSamples = 1.
+template <int kSamples, int kPitch = 1, class Put>
 MOTES_INLINE void for_each_sample(const Facet& f, std::int64_t dx, std::int64_t dy, int columns, int rows,
                                   const Put& put) {
-  constexpr std::int64_t kStep = (1 << image::kWideBits) / kSamples;
+  constexpr std::int64_t kStep = kPitch * (1 << image::kWideBits) / kSamples;
   constexpr std::int64_t kFirst = -(kSamples - 1) * kStep / 2;
+  static_assert(kPitch == 1 || kSamples == 1);
   const auto least = [](const std::int64_t* v) {
     const std::int64_t a = v[0] < v[1] ? v[0] : v[1];
     return a < v[2] ? a : v[2];
@@ -130,13 +132,41 @@ struct MeshOf {
   MOTES_OUTLINE void draw(const image::TilePlanes& tile) const {
     if (moments.count == 0) {
       for_each_facet(pose, {}, [&](const Shown& f) {
-        for_each_step([&](std::int64_t dx, std::int64_t dy) { keep(tile, f, dx, dy); });
+        for_each_step([&](std::int64_t dx, std::int64_t dy) { keep<1>(tile.surfaces, f, {dx, dy}, 0); });
       });
       return;
     }
     image::for_each_moment(moments.count, [&](int, const image::Moment& m) {
-      const Shift way = way_at(m);
-      for_each_facet(pose.at(m), {}, [&](const Shown& f) { keep(tile, f, way.x, way.y); });
+      for_each_facet(pose.at(m), {}, [&](const Shown& f) { keep<1>(tile.surfaces, f, way_at(m), 0); });
+    });
+  }
+
+  /// Keeps the nearest surfaces of each exposure.
+  MOTES_OUTLINE void expose(const image::ExposedTile& to) const {
+    const auto for_each_exposure = [&](const auto& use) {
+      for (int number = 0; number < image::kExposures; ++number) {
+        for (int phase = 0; phase < image::kPhases; ++phase) {
+          const image::Exposure& e = to.exposures->of[number][phase];
+          image::Moment m{};
+          m.time = e.time;
+          Shift way = way_at(m);
+          way.x -= floor_of(e.pixel_x * (1 << image::kWideBits));
+          way.y -= floor_of(e.pixel_y * (1 << image::kWideBits));
+          use(to.surfaces[number], phase, m, way, OnLens{e.lens_x * to.blur, e.lens_y * to.blur});
+        }
+      }
+    };
+    using Surfaces = image::NearestSurface*;
+    if (!pose.turns() && !(to.blur > 0)) {
+      for_each_facet(pose, {}, [&](const Shown& f) {
+        for_each_exposure([&](Surfaces surfaces, int phase, const image::Moment&, Shift way, OnLens) {
+          keep<2>(surfaces, f, way, phase);
+        });
+      });
+      return;
+    }
+    for_each_exposure([&](Surfaces surfaces, int phase, const image::Moment& m, Shift way, OnLens lens) {
+      for_each_facet(pose.at(m), lens, [&](const Shown& f) { keep<2>(surfaces, f, way, phase); });
     });
   }
 
@@ -155,16 +185,28 @@ struct MeshOf {
 
   static MOTES_INLINE float clamped(float v, float low, float high) { return v < low ? low : v > high ? high : v; }
 
-  /// Keeps a triangle, moved by (dx, dy), where it is the nearest surface.
-  MOTES_INLINE void keep(const image::TilePlanes& tile, const Shown& f, std::int64_t dx, std::int64_t dy) const {
+  /// A position along the streak, 1/256 px from its middle.
+  struct Shift {
+    std::int64_t x, y;
+  };
+
+  /// Keeps a triangle, moved by `way`, where it is the nearest surface: in all pixels, or with kPitch = 2 in those of a
+  /// phase.
+  template <int kPitch>
+  MOTES_INLINE void keep(image::NearestSurface* surfaces, const Shown& f, Shift way, int phase) const {
+    const int first_column = phase % 2, first_row = phase / 2;
+    const std::int64_t dx = way.x - (first_column << image::kWideBits), dy = way.y - (first_row << image::kWideBits);
     const auto shade = static_cast<std::uint32_t>(clamped(f.shade * 255.0f, 1, 255) + 0.5f) << 24;
-    const float x = static_cast<float>(f.x[0] + dx) * kPixel, y = static_cast<float>(f.y[0] + dy) * kPixel;
-    for_each_sample<1>(f, dx, dy, task.columns, task.rows, [&](int column, int row) {
+    const float x = static_cast<float>(f.x[0] + way.x) * kPixel, y = static_cast<float>(f.y[0] + way.y) * kPixel;
+    const int columns = (task.columns - first_column + kPitch - 1) / kPitch;
+    const int rows = (task.rows - first_row + kPitch - 1) / kPitch;
+    for_each_sample<1, kPitch>(f, dx, dy, columns, rows, [&](int of_columns, int of_rows) {
+      const int column = kPitch * of_columns + first_column, row = kPitch * of_rows + first_row;
       const float right = static_cast<float>(column) - x, down = static_cast<float>(row) - y;
       const float depth = 1 / inverse_at(f, right, down);
       std::uint32_t bits;
       __builtin_memcpy(&bits, &depth, sizeof bits);
-      image::NearestSurface& there = tile.surfaces[static_cast<std::ptrdiff_t>(row) * image::kPixelStride + column];
+      image::NearestSurface& there = surfaces[static_cast<std::ptrdiff_t>(row) * image::kPixelStride + column];
       const image::NearestSurface here = image::NearestSurface{bits} << 32 | surface_at(f, right, down, shade);
       there = here < there ? here : there;
     });
@@ -233,10 +275,6 @@ struct MeshOf {
     passes[1] = {fog.x[0], fog.y[0], fog.z[0]};
   }
 
-  /// A position along the streak, 1/256 px from its middle.
-  struct Shift {
-    std::int64_t x, y;
-  };
   MOTES_INLINE Shift way_at(const image::Moment& m) const {
     constexpr float kUnit = 1 << image::kWideBits;
     return {floor_of(m.time * pose.dx * kUnit + 0.5f), floor_of(m.time * pose.dy * kUnit + 0.5f)};
@@ -367,7 +405,7 @@ struct MeshOf {
     const Floats scale = c.inverse * mesh.focal;
     c.x = (at.x + p.middle_x * per) * scale - (p.middle_x - s.x);
     c.y = (p.middle_y * per - at.y) * scale - (p.middle_y - s.y);
-    if (mesh.blur > 0) {
+    if (lens.x != 0 || lens.y != 0) {
       const Floats part = 1.0f - c.inverse * mesh.focus;
       c.x += part * lens.x;
       c.y += part * lens.y;

@@ -20,12 +20,12 @@ struct Ribbon {
   Walls walls{};
 
   MOTES_INLINE Ribbon(const image::WideSplat& t, const WideSprite& sprite)
-      : s(sprite), task(t), camera(t.own<Splat>()) {
+      : s(sprite), task(t), camera(t.own<Splat>()), exposed(t.memory.exposed != nullptr),
+        blur(exposed ? t.memory.exposed->blur : camera.blur) {
     image::RibbonRecord r;
     __builtin_memcpy(&r, s.record, sizeof r);
     const int points = static_cast<int>(r.count) < kMostPoints ? static_cast<int>(r.count) : kMostPoints;
     r.count = static_cast<std::uint32_t>(points);
-    fades = r.up_x == 0;
     run = points > 1 ? static_cast<float>(r.up_y) * image::kRunUnit : 0;
     const float scale = r.width * camera.focal;
     add(r.point[0], scale, r.point[0], 0, {r.point[0].x, r.point[0].y});
@@ -70,23 +70,15 @@ struct Ribbon {
 
   /// Keeps the nearest surface at the centres of the tile's pixels.
   MOTES_OUTLINE void draw(const image::TilePlanes& tile) const {
-    Cells cells;
-    const int first = floor_of(s.y - half_y), last = floor_of(s.y + half_y) + 1;
-    for_each_time([&](const Time& time) {
-      fill<true>(time, first > 0 ? first : 0, last < task.rows - 1 ? last : task.rows - 1, cells);
-      for_each_shown(cells, [&](int row, int column, int j, float part) {
-        const float depth = 1 / between(inverse[j], inverse[j + 1], part);
-        std::uint32_t bits, surface = 0xff000000u;
-        __builtin_memcpy(&bits, &depth, sizeof bits);
-        for (int c = 0; c < 3; ++c) {
-          const float full = between(tint[c][j], tint[c][j + 1], part) * static_cast<float>(s.color >> (8 * c) & 0xffu);
-          surface |= static_cast<std::uint32_t>(full + 0.5f) << (8 * c);
-        }
-        image::NearestSurface& there = tile.surfaces[static_cast<std::ptrdiff_t>(row) * image::kPixelStride + column];
-        const image::NearestSurface here = image::NearestSurface{bits} << 32 | surface;
-        there = here < there ? here : there;
-      });
-    });
+    for_each_time([&](const Time& time) { keep(tile.surfaces, time); });
+  }
+
+  /// Keeps the nearest surfaces of each exposure; all phases show those of the first.
+  MOTES_OUTLINE void expose(const image::ExposedTile& to) const {
+    for (int number = 0; number < image::kExposures; ++number) {
+      const image::Exposure& e = to.exposures->of[number][0];
+      keep(to.surfaces[number], {0.5f - e.time, e.lens_x, e.lens_y, 0.5f, -e.pixel_x, -e.pixel_y});
+    }
   }
 
  private:
@@ -106,16 +98,19 @@ struct Ribbon {
   float path[kMostJoints];  // distance along the line, px
   float spread[kMostJoints];  // blur radius, px, with its sign
   float half_x, half_y;
-  bool fades;
   float run;        // fraction of the length that the head travelled while the shutter was open
   bool simple;      // there is no lens blur
   float least = 0;  // least half width, px: narrower parts are drawn this wide, and fainter
+  float dim = 1;    // factor on its light, if parts are drawn wider
+  bool exposed;     // its exposures are drawn
+  float blur;       // as SpaceSplat::blur
 
   // A time, and a point on the lens.
   struct Time {
     float part;            // 0: the shutter closes; 1: it opens
     float lens_x, lens_y;  // on a lens of radius 1
     float dither;          // see image::Moment
+    float shift_x = 0, shift_y = 0;  // px
   };
 
   template <class Use>
@@ -137,6 +132,25 @@ struct Ribbon {
     float inside[image::kTile][kRowNumbers];  // distance of the pixel from the ribbon's edge, px
     float path[image::kTile][kRowNumbers];    // distance along the line, px
   };
+
+  // Keeps the nearest surfaces at one time.
+  MOTES_INLINE void keep(image::NearestSurface* surfaces, const Time& time) const {
+    Cells cells;
+    const int first = floor_of(s.y - half_y), last = floor_of(s.y + half_y) + 1;
+    fill<true>(time, first > 0 ? first : 0, last < task.rows - 1 ? last : task.rows - 1, cells);
+    for_each_shown(cells, [&](int row, int column, int j, float part) {
+      const float depth = 1 / between(inverse[j], inverse[j + 1], part);
+      std::uint32_t bits, surface = 0xff000000u;
+      __builtin_memcpy(&bits, &depth, sizeof bits);
+      for (int c = 0; c < 3; ++c) {
+        const float full = between(tint[c][j], tint[c][j + 1], part) * static_cast<float>(s.color >> (8 * c) & 0xffu);
+        surface |= static_cast<std::uint32_t>(full + 0.5f) << (8 * c);
+      }
+      image::NearestSurface& there = surfaces[static_cast<std::ptrdiff_t>(row) * image::kPixelStride + column];
+      const image::NearestSurface here = image::NearestSurface{bits} << 32 | surface;
+      there = here < there ? here : there;
+    });
+  }
 
   // A straight piece at one time.
   struct Segment {
@@ -167,7 +181,7 @@ struct Ribbon {
     const float along = between(a.along, b.along, part);
     half[j] = image::ribbon_half(scale, inverse[j], along);
     left[j] = 1 - along;
-    spread[j] = image::spread_at(camera.blur, camera.focus, inverse[j]);
+    spread[j] = image::spread_at(blur, camera.focus, inverse[j]);
     spread[j] = spread[j] > -image::kMostPosedReach ? spread[j] : -image::kMostPosedReach;
     spread[j] = spread[j] < image::kMostPosedReach ? spread[j] : image::kMostPosedReach;
     const int before = j > 0 ? j - 1 : 0;
@@ -213,25 +227,53 @@ struct Ribbon {
 
   // Chooses the number of times and points on the lens.
   MOTES_INLINE void choose_times() {
-    float moved = 0, blur = 0;
+    float moved = 0, widest = 0;
     for (int j = 0; j < joints; ++j) {
       const float way = size_of(move_x[j]) + size_of(move_y[j]);
       moved = way > moved ? way : moved;
-      blur = blur > size_of(spread[j]) ? blur : size_of(spread[j]);
+      widest = widest > size_of(spread[j]) ? widest : size_of(spread[j]);
     }
-    simple = !(camera.blur > 0);
+    simple = !(blur > 0);
     while (steps < kMostSteps && static_cast<float>(steps) < moved) steps *= 2;
     if (simple) return;
-    steps = image::moments_for(moved, 2 * blur, image::kFewestMoments);
-    least = 0.5f * image::lens_gap(2 * blur, steps);
+    if (exposed) return;
+    steps = image::moments_for(moved, 2 * widest, image::kFewestMoments);
+    least = 0.5f * image::lens_gap(2 * widest, steps);
+    dim_ends();
+  }
+
+  // Widening a ribbon lengthens its round ends, too: dims all of it, so that its light stays.
+  MOTES_INLINE void dim_ends() {
+    float body = 0;
+    for (int j = 0; j + 1 < joints; ++j) {
+      const float ends = half[j] * left[j] + half[j + 1] * left[j + 1];
+      const float crossed = half[j] * left[j + 1] + half[j + 1] * left[j];
+      const float mean = (2 * ends + crossed) * (1.0f / 3);  // of two linear functions, twice
+      body += mean > 0 ? mean * (path[j + 1] - path[j]) : 0;
+    }
+    float own = body, wide = body;
+    for (const int j : {0, joints - 1}) {
+      const float fade = left[j];
+      if (!(half[j] > 0) || !(fade > 0)) continue;
+      own += end_light(half[j]) * fade;
+      wide += half[j] < least ? end_light(least) * (half[j] / least) * fade : end_light(half[j]) * fade;
+    }
+    dim = wide > 0 ? own / wide : 1;
+  }
+  // Returns the light of half a disc with this radius, px^2, whose edge is as soft as in show().
+  static MOTES_INLINE float end_light(float radius) {
+    const float most = radius < 0.5f ? 2 * radius : 1, inner = radius + 0.5f - most, outer = radius + 0.5f;
+    const float ramp = outer * outer * outer * (1.0f / 6) - 0.5f * outer * inner * inner + inner * inner * inner * (1.0f / 3);
+    return 3.14159265f * (0.5f * most * inner * inner + ramp);
   }
 
   MOTES_INLINE Segment piece_of(int k, const Time& time) const {
     const float part = time.part;
     Segment p;
-    p.x = x[k] + move_x[k] * part;
-    p.y = y[k] + move_y[k] * part;
-    float end_x = x[k + 1] + move_x[k + 1] * part, end_y = y[k + 1] + move_y[k + 1] * part;
+    p.x = x[k] + move_x[k] * part + time.shift_x;
+    p.y = y[k] + move_y[k] * part + time.shift_y;
+    float end_x = x[k + 1] + move_x[k + 1] * part + time.shift_x;
+    float end_y = y[k + 1] + move_y[k + 1] * part + time.shift_y;
     if (!simple) {
       p.x += time.lens_x * spread[k];
       p.y += time.lens_y * spread[k];
@@ -250,8 +292,8 @@ struct Ribbon {
     p.inverse_more = inverse[k + 1] - inverse[k];
     p.path = path[k];
     p.path_more = path[k + 1] - path[k];
-    p.lens_x = time.lens_x * camera.blur;
-    p.lens_y = time.lens_y * camera.blur;
+    p.lens_x = time.lens_x * blur;
+    p.lens_y = time.lens_y * blur;
     return p;
   }
 
@@ -306,10 +348,10 @@ struct Ribbon {
       score = only((inside >= 0.0f) & (own > 0.0f), piece.inverse + piece.inverse_more * along);
     } else {
       const Floats covered = clamp(min(inside + 0.5f, half * 2.0f), 0, 1);
-      score = fades ? covered * max(left, Floats{}) : only(left > 0.0f, covered);
+      score = covered * max(left, Floats{});
       // A point counts only for the fraction of the time after the head has passed it.
       if (run > 0) score = score * clamp((1.0f - left) * (1 / run), 0, 1);
-      if (least > 0) score = only(own > 0.0f, score * (own / half));
+      if (least > 0) score = only(own > 0.0f, score * (own / half) * dim);
       if (walls.depth != nullptr) score = score * visible(piece, row, column, along);
     }
     float* const scores = cells.score[row] + column;
@@ -358,7 +400,7 @@ struct Ribbon {
   /// Returns the part of the ribbon, 0..1, that is visible in front of the nearest surfaces at a vector of pixels.
   MOTES_INLINE Floats visible(const Segment& piece, int row, int column, Floats along) const {
     const Floats inverse_depth = piece.inverse + piece.inverse_more * along;
-    if (camera.blur > 0) {
+    if (blur > 0) {
       Floats part;
       for (int lane = 0; lane < kWidth; ++lane) {
         const float moved = image::spread_at(1, camera.focus, inverse_depth[lane]);

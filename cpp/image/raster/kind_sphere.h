@@ -11,22 +11,29 @@ struct Sphere {
   static constexpr float kNarrow = 8;
 
   WideSprite s;
-  const Splat& surface;
+  const image::SurfaceSplat& surface;
+  float blur;  // radius of the lens blur, px
   float half;  // half length of the streak, in radii
   float mean_shade;  // over its disc
   float finer;  // scales weights up on long streaks, which would otherwise be rounded away
 
-  MOTES_INLINE Sphere(const image::WideSplat& t, const WideSprite& sprite) : s(sprite), surface(t.own<Splat>()) {
+  MOTES_INLINE Sphere(const image::WideSplat& t, const WideSprite& sprite)
+      : s(sprite), surface(t.own<Splat>().surface), blur(blur_of(t.own<Splat>(), sprite)) {
     half = shown_half(s);
-    finer = half > 1 ? half : 1;
+    finer = half > 1 && !(blur > 0) ? half : 1;
     mean_shade = surface.mean_shade;
   }
-  MOTES_INLINE float reach() const { return s.radius + 0.5f; }
+  MOTES_INLINE float reach() const { return s.radius + blur + 0.5f; }
+  /// Returns whether its weights must be added up, because their expected sum is not exact.
+  MOTES_INLINE bool is_narrow() const { return s.radius < kNarrow || (blur > 0 && s.radius < kMeasured); }
   MOTES_INLINE float box_x() const { return reach(); }
   MOTES_INLINE float box_y() const { return reach(); }
   static MOTES_INLINE float greatest() { return kPixelWeight; }
   /// Returns the expected sum of the weights that weigh() computes.
-  MOTES_INLINE float usual_sum() const { return total() * kPixelWeight * finer; }
+  MOTES_INLINE float usual_sum() const {
+    if (!(blur > 0)) return total() * kPixelWeight * finer;
+    return blurred_area() * mean_shade * s.light * kPixelWeight;
+  }
   MOTES_OUTLINE void weigh(Patch<2>& p) const {
     const Sphere own = *this;  // no store to the patch can change it
     weigh_pixels(own, p);
@@ -51,6 +58,7 @@ struct Sphere {
 
   MOTES_INLINE Glow glow(Floats x, Floats y) const {
     const Beside p = beside(s, x, y);
+    if (blur > 0) return blurred(p);
     if (!(half > 0)) {
       const Floats distance = sqrt(p.along * p.along + p.across * p.across);
       const Floats cover = clamp((1.0f - distance) * s.radius + 0.5f, 0, 1) * s.light;
@@ -75,8 +83,54 @@ struct Sphere {
             sqrt(max(under, Floats{})) * s.radius};
   }
 
+ protected:
+  /// Returns the integral of what cover_blurred() returns without a streak, per light, px2.
+  MOTES_INLINE float blurred_area() const {
+    const float inner = size_of(s.radius - blur), ramp = s.radius + blur - inner;
+    return (inner * inner + inner * ramp + 0.3f * ramp * ramp) * 3.14159265f;
+  }
+
+  /// Returns the mean cover over the lens, and over the streak: a disc over a disc, whose overlap falls smoothly from
+  /// where one contains the other to where they touch. Calls add(part, own, along, across) for parts of the streak:
+  /// how much of the cover it is, and the light there, that at a place on the sphere by `own` and its mean otherwise.
+  template <class Add>
+  MOTES_INLINE Floats cover_blurred(Beside p, const Add& add) const {
+    const float end = 1 + blur / s.radius, inner = size_of(1 - blur / s.radius), per_ramp = 1 / (end - inner);
+    const float own = 1 / (end * end);
+    const float most = 2 * half / end < 15 ? 2 * half / end : 15;
+    const int steps = half > 0 ? 2 + static_cast<int>(most) : 1;
+    const float per = s.light / static_cast<float>(steps);
+    Floats cover{};
+    for (int i = 0; i < steps; ++i) {
+      const Floats along = p.along - half * ((2 * static_cast<float>(i) + 1) / static_cast<float>(steps) - 1);
+      const Floats distance = sqrt(along * along + p.across * p.across);
+      const Floats fall = clamp((distance - inner) * per_ramp, 0, 1);
+      const Floats part = (1.0f - fall * fall * (3.0f - 2.0f * fall)) * per;
+      cover += part;
+      add(part, own, along * (1 / end), p.across * (1 / end));
+    }
+    return cover;
+  }
+
  private:
   static constexpr int kSteps = 6;
+  static constexpr float kMeasured = 64;
+
+  static MOTES_INLINE float blur_of(const Splat& camera, const WideSprite& sprite) {
+    if (!(camera.blur > 0)) return 0;
+    float depth;
+    __builtin_memcpy(&depth, &sprite.depth, sizeof depth);
+    const float spread = size_of(image::spread_at(camera.blur, camera.focus, 1 / depth));
+    return spread < 0.25f ? 0 : spread < image::kMostPosedReach ? spread : image::kMostPosedReach;
+  }
+
+  MOTES_INLINE Glow blurred(Beside p) const {
+    Floats light{};
+    const auto add = [&](Floats part, float own, Floats along, Floats across) __attribute__((always_inline)) {
+      light += part * (mean_shade + (shade(along, across) - mean_shade) * own);
+    };
+    return {cover_blurred(p, add), light};
+  }
 };
 
 }  // namespace motes::MOTES_ISA

@@ -22,7 +22,9 @@ struct LitSphere : Sphere {
     middle = times(place, 1 / depth);
   }
   MOTES_INLINE float total() const { return s.radius * s.radius * 3.14159265f * s.light; }
-  MOTES_INLINE float usual_sum() const { return total() * kPixelWeight * finer; }
+  MOTES_INLINE float usual_sum() const {
+    return (blur > 0 ? blurred_area() * s.light : total() * finer) * kPixelWeight;
+  }
   static MOTES_INLINE const std::uint16_t* measured(const Patch<4>& p) { return p.cover; }
 
   MOTES_OUTLINE void weigh(Patch<4>& p) const {
@@ -77,6 +79,7 @@ struct LitSphere : Sphere {
   /// Returns the covered part of pixels, and in `light` that of the sphere there, at most white.
   MOTES_INLINE Floats glow(Floats x, Floats y, Floats3& mean) const {
     const Beside p = beside(s, x, y);
+    if (blur > 0) return blurred(p, mean);
     if (!(half > 0)) {
       const Floats distance = sqrt(p.along * p.along + p.across * p.across);
       const Floats cover = clamp((1.0f - distance) * s.radius + 0.5f, 0, 1) * s.light;
@@ -95,6 +98,22 @@ struct LitSphere : Sphere {
       mean = mean + at_most_white(shown(along, p.across)) * (1.0f / kSteps);
     }
     return length * (0.5f / half * s.light * finer);
+  }
+
+  MOTES_INLINE Floats blurred(Beside p, Floats3& mean) const {
+    constexpr float kAside = 0.6f;  // from the middle, radii
+    const Floats3 all_around = at_most_white(shown(Floats{}, Floats{})) + at_most_white(shown(all(kAside), Floats{})) +
+                               at_most_white(shown(all(-kAside), Floats{})) +
+                               at_most_white(shown(Floats{}, all(kAside))) +
+                               at_most_white(shown(Floats{}, all(-kAside)));
+    const Floats3 usual = all_around * 0.2f;
+    Floats3 sum{};
+    const auto add = [&](Floats part, float own, Floats along, Floats across) __attribute__((always_inline)) {
+      sum = sum + (usual + (at_most_white(shown(along, across)) - usual) * own) * part;
+    };
+    const Floats cover = cover_blurred(p, add);
+    mean = sum * (1.0f / max(cover, all(1e-12f)));
+    return cover;
   }
 };
 

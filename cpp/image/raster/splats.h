@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "image/exposures.h"
 #include "image/grid.h"
 #include "image/layout.h"
 #include "image/light/surface_light.h"
@@ -23,11 +24,19 @@ struct RecordSplat {
   float fade;           // 1 / softness, 1/m; 0: no softness
 };
 
+/// The nearest opaque particles of a tile at each exposure: planes as TilePlanes::surfaces.
+struct ExposedTile {
+  NearestSurface* surfaces[kExposures];
+  const Exposures* exposures;
+  float focus, blur;  // focus distance, m, and blur radius at infinity, px; 0: all is sharp
+};
+
 /// What a painter keeps from record to record.
 struct PainterMemory {
   Stamp* stamps;             // kStamps entries, filled by the kernels; null: none
   ImageStamp* image_stamps;  // kImageStamps entries, filled by the kernels; null: none
   Cover* cover;              // accumulates weights of streaks of its colour; null: none
+  const ExposedTile* exposed;  // where exposures are drawn; null: sharp surfaces are
 };
 
 /// Parameters for drawing the wide records of one sprite. Positions are in 1/256 px, those of a pixel's centre.
@@ -72,6 +81,11 @@ struct SpaceSplat {
   float focus, blur;  // focus distance, m, and blur radius at infinity, px; 0: all is sharp
 };
 
+/// A sphere: its surface, and the camera if it is blended.
+struct SphereSplat : SpaceSplat {
+  SurfaceSplat surface;
+};
+
 struct CardSplat : SpaceSplat {
   PictureSplat picture;
 };
@@ -85,7 +99,6 @@ struct MeshSplat : SpaceSplat {
 };
 
 using PointSplat = DiscSplat;
-using SphereSplat = SurfaceSplat;
 using ImageSplat = PictureSplat;
 using RibbonSplat = SpaceSplat;
 

@@ -98,14 +98,20 @@ void TilePainter::clear(const Area& area, std::uint32_t brightest) {
   room_ = room(brightest);
   saturating_ = false;
   const Scenery& scenery = scene_->scenery();
-  planes_.hides = scenery.occupied(area.tile);
   behind_.start(scenery, area, *lanes_);
+  take_depth();
+}
+
+// Takes the depth of the sharp scenery.
+void TilePainter::take_depth() {
+  const Scenery& scenery = scene_->scenery();
+  planes_.hides = scenery.occupied(area_.tile);
   if (!planes_.hides) return;
-  planes_.nearest = scenery.nearest(area.tile);
-  planes_.farthest = scenery.farthest(area.tile);
-  for (int y = 0; y < area.height; ++y) {
-    std::memcpy(planes_.depth + y * kPixelStride, scenery.depth(area.x, area.y + y),
-                static_cast<std::size_t>(area.width) * 4);
+  planes_.nearest = scenery.nearest(area_.tile);
+  planes_.farthest = scenery.farthest(area_.tile);
+  for (int y = 0; y < area_.height; ++y) {
+    std::memcpy(planes_.depth + y * kPixelStride, scenery.depth(area_.x, area_.y + y),
+                static_cast<std::size_t>(area_.width) * 4);
   }
 }
 
@@ -113,15 +119,21 @@ void TilePainter::start(const Area& area) {
   bare_ = false;
   const Scenery& scenery = scene_->scenery();
   clear(area, std::max(scenery.brightest(area.tile), most_light(255)));  // opaque particles may add this much
-  const auto lanes = static_cast<std::size_t>(area.width) * 3;
+  show_scenery();
+}
+
+// Sets the light to that of the sharp scenery.
+void TilePainter::show_scenery() {
+  const Scenery& scenery = scene_->scenery();
+  const auto lanes = static_cast<std::size_t>(area_.width) * 3;
   if (planes_.hides) {
-    for (int y = 0; y < area.height; ++y) {
-      std::copy_n(scenery.light(area.x, area.y + y), lanes, planes_.light + y * kLightStride);
+    for (int y = 0; y < area_.height; ++y) {
+      std::copy_n(scenery.light(area_.x, area_.y + y), lanes, planes_.light + y * kLightStride);
     }
   } else {
     std::uint32_t background[3 * kTile];
     for (std::size_t i = 0; i < lanes; ++i) background[i] = scenery.background()[i % 3];
-    for (int y = 0; y < area.height; ++y) std::copy_n(background, lanes, planes_.light + y * kLightStride);
+    for (int y = 0; y < area_.height; ++y) std::copy_n(background, lanes, planes_.light + y * kLightStride);
   }
 }
 
@@ -153,15 +165,30 @@ void TilePainter::merge(std::span<const std::byte> partial) {
 
 void TilePainter::paint(std::span<const Piece> pieces) {
   if (bare_) return paint_bare(pieces);
+  if (has_exposures(pieces)) return paint_exposures(pieces);
   if (any(pieces, Sprite::Blend::opaque) || surfaces_) {
     paint_surfaces(pieces);
-    const DepthRange range = lanes_->show_surfaces(planes_, area_.height, area_.width);
-    if (std::any_of(pieces.begin(), pieces.end(), [](const Piece& p) { return p.brush->bright(); })) room_ = 0;
-    planes_.hides = true;
-    planes_.nearest = range.nearest;
-    planes_.farthest = range.farthest;
-    blocks_.forget();
+    show_surfaces();
   }
+  paint_blended(pieces);
+}
+
+// Shows the nearest opaque particles.
+void TilePainter::show_surfaces() {
+  if (!planes_.hides) {
+    for (int y = 0; y < area_.height; ++y)
+      std::fill_n(planes_.depth + y * kPixelStride, area_.width, Scenery::kNothing);
+  }
+  const DepthRange range = lanes_->show_surfaces(planes_, area_.height, area_.width);
+  planes_.hides = true;
+  planes_.nearest = range.nearest;
+  planes_.farthest = range.farthest;
+  blocks_.forget();
+  room_ = 0;  // what is shown may be bright
+}
+
+// Draws what is blended, in front of the nearest surfaces.
+void TilePainter::paint_blended(std::span<const Piece> pieces) {
   if (any(pieces, Sprite::Blend::alpha)) {
     ordered_.sort(pieces);
     for (const Piece& run : ordered_.runs()) blend(run);

@@ -14,6 +14,7 @@
 #include "image/raster/splat_lanes.h"
 #include "image/raster/wide_lanes.h"
 #include "image/raycast/prepared_scene.h"
+#include "image/raycast/scenery_exposer.h"
 #include "image/tile_light.h"
 
 namespace motes::image {
@@ -22,6 +23,9 @@ namespace motes::image {
 /// any of show, light, depth and save_partial. Pixels depend only on the set of particles, not on the order or grouping
 /// of their records, nor on the partial tiles in which they were first added up. A painter holds the working memory of
 /// one tile; each thread needs its own.
+///
+/// Through a lens or an open shutter, pixels with something opaque are means of exposures: see image/exposures.h. Such
+/// tiles have no partial tiles.
 ///
 /// Visibility is decided per pixel: the nearest opaque particle or solid hides everything behind it. All other
 /// particles are drawn in front of it: they are added in any order if none of the tile's records is blended by alpha;
@@ -72,9 +76,27 @@ class TilePainter {
 
  private:
   void clear(const Area& area, std::uint32_t brightest);
+  void take_depth();
+  void show_scenery();
+  void show_surfaces();
+  void paint_blended(std::span<const Piece> pieces);
   void start_surfaces();
   void paint_surfaces(std::span<const Piece> pieces);
   void draw_opaque(const Piece& given, const TilePlanes& planes);
+
+  // In tile_exposures.cpp.
+  bool has_exposures(std::span<const Piece> pieces) const;
+  void paint_exposures(std::span<const Piece> pieces);
+  void expose(std::span<const Piece> pieces);
+  void start_exposure(int number);
+  void begin_blending();
+  void keep_exposure(int number, bool back);
+  void measure_depth();
+  void measure_sharp(std::span<const Piece> pieces, bool opaque);
+  bool in_front(std::span<const Piece> pieces, std::uint32_t nearest) const;
+  void add_exposure();
+  void show_exposures();
+
   void paint_bare(std::span<const Piece> pieces);
   void add(std::span<const Piece> pieces);
   void start_cover(std::span<const Piece> pieces);
@@ -117,6 +139,12 @@ class TilePainter {
   const Brush* covering_ = nullptr;
   Ordered ordered_;
   Behind behind_;
+
+  // Of exposures: surfaces of opaque particles, sums of light, and the scenery.
+  BufferOf<NearestSurface> exposed_;
+  BufferOf<std::uint64_t> sums_;
+  BufferOf<std::uint32_t> kept_;  // light and depth of each
+  SceneryExposer exposer_;
 };
 
 }  // namespace motes::image

@@ -6,6 +6,7 @@
 #include "image/all_kinds.h"
 #include "image/grid.h"
 #include "image/raster/disc_lanes.h"
+#include "image/raster/exposed_lanes.h"
 #include "image/raster/image_stamp_lanes.h"
 #include "image/raster/lit_sphere.h"
 #include "image/raster/stamp_lanes.h"
@@ -110,6 +111,7 @@ MOTES_INLINE Weighed count_blocks(const Kind& kind, const Outline& o, Patch<Kind
 // position.
 template <class Kind>
 MOTES_INLINE bool is_narrow(const Kind& kind) {
+  if constexpr (requires { kind.is_narrow(); }) return kind.is_narrow();
   return kind.s.radius < Kind::kNarrow;
 }
 
@@ -466,6 +468,16 @@ void opaque_wide(const TilePlanes& tile, const WideSplat& task, const unsigned c
 }
 
 template <class Kind>
+void exposed_wide(const TilePlanes& tile, const WideSplat& task, const unsigned char* records, std::size_t count) {
+  if constexpr (std::is_same_v<Kind, Mesh>) {
+    if (task.own<image::MeshSplat>().colors != nullptr) return exposed_wide<ColoredMesh>(tile, task, records, count);
+  }
+  for (std::size_t i = 0; i < count; ++i, records += task.record_bytes) {
+    expose_all<Kind>(task, sprite_from(task, records));
+  }
+}
+
+template <class Kind>
 constexpr image::WideKernel* kOpaque = opaque_wide<Kind>;
 template <>
 constexpr image::WideKernel* kOpaque<Mesh> = opaque_in_depth<Mesh>;
@@ -478,7 +490,7 @@ constexpr image::WideKernel* kOpaque<Ribbon> = opaque_in_depth<Ribbon>;
 #include "image/sprites/list.inc"
 
 extern const image::WideLanes wide_lanes = {{
-#define MOTES_SPRITE_KIND(kind, Name) {add_wide<Name>, over_wide<Name>, kOpaque<Name>},
+#define MOTES_SPRITE_KIND(kind, Name) {add_wide<Name>, over_wide<Name>, kOpaque<Name>, exposed_wide<Name>},
 #include "image/sprites/list.inc"
                                             },
                                             show_cover};

@@ -21,6 +21,7 @@ struct WideKernels {
   WideKernel* add;
   WideKernel* over;
   WideKernel* opaque;
+  WideKernel* exposed;  // opaque, at each exposure: see ExposedTile
 };
 
 struct WideLanes {

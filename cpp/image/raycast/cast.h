@@ -40,7 +40,10 @@ struct CastView {
   float middle_x, middle_y;  // pixels, from the top left corner
   float pixel;               // side of a pixel at a view depth of 1 m
   float near;
-  bool colored;  // any mesh of the scene has colours
+  bool colored;  // any mesh of the scene has colours, normals, or places on a picture
+
+  /// Returns whether surfaces include the numbers of a mesh's triangles.
+  bool keeps_triangles() const { return colored; }
 };
 
 /// The first surfaces that rays meet, one value per ray. Arrays have room for one vector more than there are rays.
@@ -72,8 +75,10 @@ struct Material {
   float emitted;  // emitted light, as a multiple of `color`
   const Texture* image;  // multiplies `color`; null: none
   float scale;           // width of the image, m
-  const CastSolid* mesh;  // mesh whose corners have colours, which multiply `color`; null: none
-  const float* colors;    // colours of the corners: see Bvh
+  const CastSolid* mesh;  // the mesh, if it has any of the following, or an image; otherwise null
+  const float* colors;    // of the corners, which multiply `color`: see Bvh; null: none
+  const float* uv;        // places of the corners on the image; null: it is projected along the mesh's axes
+  const float* normals;   // of the corners, interpolated for light; null: the triangles are flat
 };
 
 struct ShadeView {

@@ -245,40 +245,92 @@ MOTES_INLINE Floats3 ambient_light(const image::ShadeView& view, Floats3 normal)
   return ambient_at(view.ambient, normal);
 }
 
-// Returns the colour of an object's image at a point of its surface. The image extends along the two axes of the world
-// that are most parallel to the surface. `footprint`: width of a pixel there, m.
+MOTES_INLINE Float3 lane_of(Floats3 v, std::size_t lane) { return {v.x[lane], v.y[lane], v.z[lane]}; }
+
+// Returns the parts, 0..1, of a triangle's corners in a point of it; both in the mesh's coordinates.
+Float3 parts_of(const meshes::BvhTriangle& triangle, Float3 place) {
+  const Float3 normal = of(triangle.normal);
+  float part[3], all = 0;
+  for (int k = 0; k < 3; ++k) {
+    const Float3 one = minus(of(triangle.corner[(k + 1) % 3]), place);
+    const Float3 other = minus(of(triangle.corner[(k + 2) % 3]), place);
+    const float area = dot(normal, cross(one, other));
+    part[k] = area > 0 ? area : 0;
+    all += part[k];
+  }
+  const float per = 1 / (all > 1e-37f ? all : 1e-37f);
+  return {part[0] * per, part[1] * per, part[2] * per};
+}
+
+// Returns one of several numbers per corner of a triangle, interpolated linearly.
+float mixed(const float* corners, std::size_t triangle, int numbers, int which, Float3 parts) {
+  const float* own = corners + 3 * triangle * static_cast<std::size_t>(numbers) + which;
+  return own[0] * parts.x + own[numbers] * parts.y + own[2 * numbers] * parts.z;
+}
+
+// Returns the largest level of a texture with at most 1.5 texels per pixel; `texels`: per pixel in the first level.
+int level_for(const image::Texture& all, float texels) {
+  int level = 0;
+  for (; texels > 1.5f && level + 1 < all.count; ++level) texels *= 0.5f;
+  return level;
+}
+
+// Returns the place at x, repeating from 0 to 1, in pixels.
+float repeated(float x, int pixels) { return (x - __builtin_floorf(x)) * static_cast<float>(pixels); }
+
+// Returns the colour of a mesh's image at its texture coordinates. `footprint`: width of a pixel there, m.
+Float3 image_on_mesh(const image::Material& material, std::size_t number, Float3 parts, float footprint) {
+  const image::Texture& all = *material.image;
+  const meshes::BvhTriangle& triangle = material.mesh->triangles[number];
+  const float* uv = material.uv + 6 * number;
+  const Float3 first = of(triangle.corner[0]);
+  const Float3 across = cross(minus(of(triangle.corner[1]), first), minus(of(triangle.corner[2]), first));
+  const float texels = (uv[2] - uv[0]) * (uv[5] - uv[1]) - (uv[4] - uv[0]) * (uv[3] - uv[1]);
+  const float pixels = static_cast<float>(all.levels[0].width) * static_cast<float>(all.levels[0].height);
+  const float square = __builtin_fabsf(texels) * pixels / (__builtin_sqrtf(dot(across, across)) + 1e-30f);  // per m^2
+  const image::TextureLevel& shown = all.levels[level_for(all, footprint * __builtin_sqrtf(square))];
+  const float u = mixed(material.uv, number, 2, 0, parts), v = mixed(material.uv, number, 2, 1, parts);
+  return texel_mix(shown, repeated(u, shown.width), repeated(1 - v, shown.height), true);
+}
+
+// Returns the colour of an object's image at a point of its surface. The image extends along the two axes of the world,
+// or of the mesh, that are most parallel to the surface. `footprint`: width of a pixel there, m.
 Float3 image_light(const image::Material& material, Float3 place, Float3 normal, float footprint) {
   const auto size = [](float x) { return x < 0 ? -x : x; };
   const bool flat = size(normal.y) >= size(normal.x) && size(normal.y) >= size(normal.z);
   const bool side = !flat && size(normal.x) >= size(normal.z);
   const float u = side ? place.z : place.x, v = flat ? place.z : -place.y;
   const image::Texture& all = *material.image;
-  float scale = static_cast<float>(all.levels[0].width) / material.scale;  // pixels per m
-  int level = 0;
-  for (; footprint * scale > 1.5f && level + 1 < all.count; ++level) scale *= 0.5f;
-  const image::TextureLevel& shown = all.levels[level];
-  const auto part = [&](float metres, int pixels, float repeat) {
-    const float turns = metres / repeat, whole = __builtin_floorf(turns);
-    return (turns - whole) * static_cast<float>(pixels);
-  };
+  const float scale = static_cast<float>(all.levels[0].width) / material.scale;  // pixels per m
+  const image::TextureLevel& shown = all.levels[level_for(all, footprint * scale)];
   const float height =
       material.scale * static_cast<float>(all.levels[0].height) / static_cast<float>(all.levels[0].width);
-  return texel_mix(shown, part(u, shown.width, material.scale), part(v, shown.height, height), true);
+  return texel_mix(shown, repeated(u / material.scale, shown.width), repeated(v / height, shown.height), true);
 }
 
 // Multiplies colours by those of the objects' images.
-__attribute__((noinline)) void add_images(const image::ShadeView& view, const Shading& at, Floats distance,
-                                          Floats3 along, Floats3& color) {
+__attribute__((noinline)) void add_images(const image::ShadeView& view, const Shading& at, const Ints* triangle,
+                                          Floats distance, Floats3 along, Floats3& color) {
   for (std::size_t lane = 0; lane < kLanes; ++lane) {
     if (at.seen[lane] == 0) continue;
     const image::Material& material = view.materials[at.object[lane]];
     if (material.image == nullptr) continue;
-    const Float3 place{at.point.x[lane] + view.eye[0], at.point.y[lane] + view.eye[1], at.point.z[lane] + view.eye[2]};
-    const Float3 normal{at.normal.x[lane], at.normal.y[lane], at.normal.z[lane]};
+    Float3 place{at.point.x[lane] + view.eye[0], at.point.y[lane] + view.eye[1], at.point.z[lane] + view.eye[2]};
+    Float3 normal{at.normal.x[lane], at.normal.y[lane], at.normal.z[lane]};
     const Float3 way{along.x[lane], along.y[lane], along.z[lane]};
     const float straight = __builtin_fabsf(dot(normal, way)) / __builtin_sqrtf(dot(way, way));
     const float footprint = distance[lane] * view.cast.pixel / (straight > 0.05f ? straight : 0.05f);
-    const Float3 light = image_light(material, place, normal, footprint);
+    if (material.mesh != nullptr) {
+      place = lane_of(into_mesh(*material.mesh, at.point) + all3(material.mesh->value), lane);
+      normal = lane_of(into_mesh(*material.mesh, at.normal), lane);
+    }
+    Float3 light;
+    if (material.uv != nullptr) {
+      const auto number = static_cast<std::size_t>((*triangle)[lane]);
+      light = image_on_mesh(material, number, parts_of(material.mesh->triangles[number], place), footprint);
+    } else {
+      light = image_light(material, place, normal, footprint);
+    }
     set_lane(color, lane, {color.x[lane] * light.x, color.y[lane] * light.y, color.z[lane] * light.z});
   }
 }
@@ -291,7 +343,7 @@ __attribute__((noinline)) void add_mesh_colors(const image::ShadeView& view, con
   for (std::size_t lane = 0; lane < kLanes; ++lane) {
     if (at.seen[lane] == 0) continue;
     const image::Material& material = view.materials[at.object[lane]];
-    if (material.mesh == nullptr) continue;
+    if (material.colors == nullptr) continue;
     tinted[lane] = -1;
     const Floats3 here = into_mesh(*material.mesh, at.point) + all3(material.mesh->value);
     set_lane(place, lane, {here.x[lane], here.y[lane], here.z[lane]});
@@ -314,6 +366,26 @@ __attribute__((noinline)) void add_mesh_colors(const image::ShadeView& view, con
   const Floats per = 1.0f / max(all_parts, all(1e-37f));
   const Floats3 mixed = (tint[0] * part[0] + tint[1] * part[1] + tint[2] * part[2]) * per;
   color = select(tinted, Floats3{color.x * mixed.x, color.y * mixed.y, color.z * mixed.z}, color);
+}
+
+// Replaces the normals of meshes that have normals at their corners.
+__attribute__((noinline)) void smooth_normals(const image::ShadeView& view, Ints triangle, Shading& at) {
+  for (std::size_t lane = 0; lane < kLanes; ++lane) {
+    if (at.seen[lane] == 0) continue;
+    const image::Material& material = view.materials[at.object[lane]];
+    if (material.normals == nullptr) continue;
+    const auto number = static_cast<std::size_t>(triangle[lane]);
+    const Float3 place = lane_of(into_mesh(*material.mesh, at.point) + all3(material.mesh->value), lane);
+    const Float3 parts = parts_of(material.mesh->triangles[number], place);
+    const Float3 own{mixed(material.normals, number, 3, 0, parts), mixed(material.normals, number, 3, 1, parts),
+                     mixed(material.normals, number, 3, 2, parts)};
+    const float square = dot(own, own);
+    if (!(square > 1e-12f)) continue;
+    Float3 normal = lane_of(out_of_mesh(*material.mesh, all3(own)) * all(1 / __builtin_sqrtf(square)), lane);
+    const Float3 flat = lane_of(at.normal, lane);
+    if (dot(normal, flat) < 0) normal = times(normal, -1);
+    set_lane(at.normal, lane, normal);
+  }
 }
 
 // Applies the view's fog to light; without fog, fades distant objects into the sky.
@@ -350,6 +422,7 @@ void shade(const image::ShadeView& view, const float* x, const float* y, std::si
     at.normal = load3(from.normal, i);
     at.offset = distance * 2e-5f + view.grain;
     at.object = (Ints)(((Uints)surface - 1u) >> 2);
+    if (view.cast.colored) smooth_normals(view, load_ints(from.triangle + i), at);
     at.arriving = ambient_light(view, at.normal);
     if (view.sun.shines) add_sun(view, at);
     for (std::size_t light = 0; light < view.light_count; ++light) {
@@ -358,8 +431,10 @@ void shade(const image::ShadeView& view, const float* x, const float* y, std::si
     Floats3 color;
     Floats emitted;
     load_materials(view.materials, at.object, at.seen, color, emitted);
-    if (view.has_images) add_images(view, at, distance, along, color);
-    if (view.cast.colored) add_mesh_colors(view, at, load_ints(from.triangle + i), color);
+    Ints triangle{};
+    if (view.cast.colored) triangle = load_ints(from.triangle + i);
+    if (view.has_images) add_images(view, at, &triangle, distance, along, color);
+    if (view.cast.colored) add_mesh_colors(view, at, triangle, color);
     const Floats3 shown{color.x * (at.arriving.x + emitted), color.y * (at.arriving.y + emitted),
                         color.z * (at.arriving.z + emitted)};
     const Floats3 light = through_air(view, shown, distance, along, background);

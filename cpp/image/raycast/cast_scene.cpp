@@ -187,9 +187,11 @@ CastScene::CastScene(const View& view, const ShadowGrids* shadows)
       sun_spread_(tangent(double{view.sun_size} * (std::numbers::pi / 360))) {
   for (std::size_t i = 0; i < view.objects.size(); ++i) add(view.objects[i], static_cast<std::uint32_t>(i));
   for (const CastSolid& solid : solids_) {
-    if (materials_[solid.number].colors == nullptr) continue;
-    materials_[solid.number].mesh = &solid;
-    cast_.colored = true;
+    Material& material = materials_[solid.number];
+    if (solid.nodes == nullptr) continue;
+    const bool corners = material.colors != nullptr || material.uv != nullptr || material.normals != nullptr;
+    if (corners || material.image != nullptr) material.mesh = &solid;
+    cast_.colored |= corners;
   }
   put(lens_.right, cast_.right);
   put(lens_.up, cast_.up);
@@ -233,6 +235,8 @@ void CastScene::add(const Solid& solid, std::uint32_t number) {
                         solid.image == 0 ? nullptr : &texture(solid.image),
                         solid.scale,
                         nullptr,
+                        nullptr,
+                        nullptr,
                         nullptr});
   CastSolid prepared{};
   prepared.number = number;
@@ -242,6 +246,8 @@ void CastScene::add(const Solid& solid, std::uint32_t number) {
     if (tree->nodes.empty()) return;
     trees_.push_back(tree);
     if (!tree->colors.empty()) materials_.back().colors = tree->colors.data();
+    if (!tree->uv.empty() && solid.image != 0) materials_.back().uv = tree->uv.data();
+    if (!tree->normals.empty()) materials_.back().normals = tree->normals.data();
     ball = prepare_mesh(placement_of(solid.shape), *tree, lens_.eye, prepared);
   } else {
     prepared.kind = solid.shape.kind;

@@ -6,6 +6,7 @@
 
 #include "image/camera.h"
 #include "image/checks.h"
+#include "image/exposures.h"
 #include "image/tile_planes.h"
 
 namespace motes::image {
@@ -23,10 +24,16 @@ bool same_forms(const View& a, const View& b) {
          std::equal(a.objects.begin(), a.objects.end(), b.objects.begin(), b.objects.end(), same);
 }
 
+// Returns whether the exposures of equal surfaces are the same in both views.
+bool same_exposures(const View& a, const View& b) {
+  return (!scenery_blurs(a) && !scenery_blurs(b)) || (a.shutter == b.shutter && a.before == b.before);
+}
+
 // Returns whether the light on equal surfaces is the same in both views.
 bool same_light(const View& a, const View& b) {
-  return a.background == b.background && a.sky == b.sky && a.fog == b.fog && a.objects == b.objects && a.sun == b.sun &&
-         a.sun_color == b.sun_color && a.sun_power == b.sun_power && a.sun_size == b.sun_size && a.lights == b.lights;
+  return same_exposures(a, b) && a.background == b.background && a.sky == b.sky && a.fog == b.fog &&
+         a.objects == b.objects && a.sun == b.sun && a.sun_color == b.sun_color && a.sun_power == b.sun_power &&
+         a.sun_size == b.sun_size && a.lights == b.lights;
 }
 
 }  // namespace
@@ -42,6 +49,7 @@ void Scenery::prepare(const View& view, std::size_t workers, const ShadowGrids* 
   workers_[0].scene = std::move(scene);
   workers_[0].version = version_;
   view_ = view;
+  blurs_ = scenery_blurs(view);
   shadows_ = shadows;
   grid_ = {view.width, view.height};
   for (std::size_t c = 0; c < 3; ++c) background_[c] = to_sum(view.background[c]);

@@ -40,6 +40,13 @@ class Scenery {
   void render(int tile, std::size_t worker = 0);
   void render_all(threads::Pool& pool = threads::alone());
 
+  const View& view() const { return view_; }
+  const ShadowGrids* shadows() const { return shadows_; }
+
+  /// Returns whether the exposures of this view differ in their scenery, which must then be computed for each: see
+  /// SceneryExposer. The getters below describe the sharp scenery of the closing shutter.
+  bool blurs() const { return blurs_; }
+
   /// Changes whenever the scenery does. Results computed from a tile stay valid while the version is the same.
   std::uint64_t version() const { return version_; }
   bool rendered(int tile) const { return tiles_[index(tile)].version == version_; }
@@ -116,6 +123,7 @@ class Scenery {
   void trace(Tile& tile, const TilePart& part, Worker& by) const;
 
   View view_;
+  bool blurs_ = false;
   const ShadowGrids* shadows_ = nullptr;
   Grid grid_;
   std::array<float, 3> right_{}, up_{}, forward_{};  // of the camera

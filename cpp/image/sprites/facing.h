@@ -5,7 +5,7 @@
 
 namespace motes::image {
 
-/// What rotates a sprite: the particle's velocity, or its orientation.
-enum class Facing : std::uint8_t { velocity, orientation };
+/// What rotates a sprite: the particle's velocity, its orientation, or its `up` on a plane that faces the camera.
+enum class Facing : std::uint8_t { velocity, orientation, camera };
 
 }  // namespace motes::image

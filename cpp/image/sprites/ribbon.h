@@ -11,11 +11,9 @@ namespace motes::image {
 struct RibbonSprite {
   float width = 0;       // at its head, m
   float length = 0;      // in seconds of its particle's past
-  bool unfaded = false;  // as opaque at its end as at its head; set by as_seen()
 
   static constexpr std::tuple kMembers{base::Member{"width", &RibbonSprite::width},
-                                       base::Member{"length", &RibbonSprite::length},
-                                       base::Member{"", &RibbonSprite::unfaded}};
+                                       base::Member{"length", &RibbonSprite::length}};
   bool operator==(const RibbonSprite&) const = default;
 
   /// Returns the part that painters need: records carry everything.

@@ -41,9 +41,10 @@ class Solid(Value):
     """Emission as a multiple of `color`; 0: none, 1: as bright as `color` in full sunlight."""
     image: NDArray[np.float32] | None = None
     """A texture that multiplies the colour: a path, or an array (height, width, 3) of sRGB uint8 or linear
-    floats. It is projected along the world axis closest to the surface's normal, and repeats."""
+    floats. A mesh with `uv` shows it there. Otherwise it repeats, projected along the axis closest to the
+    surface's normal: an axis of the world, or of the mesh, so that it moves with the mesh."""
     scale: float = 1
-    """The width of the texture, m."""
+    """The width of the texture, m; not used with `uv`."""
 
     def __init__(
         self,

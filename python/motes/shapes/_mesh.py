@@ -50,7 +50,11 @@ class Mesh(Shape):
         colors: linear RGB of the vertices, float32 (n, 3), read-only; None: no colours. `Solid` and `Sprite`
             show them, interpolated linearly between corners; particles born on the surface can take them with
             `motes.surface_color`.
-        uv: texture coordinates of the vertices, float32 (n, 2), read-only, or None.
+        uv: texture coordinates of the vertices, float32 (n, 2), read-only, or None. `Solid(image=)` shows its
+            picture there.
+        normals: directions of the surface at the vertices, float32 (n, 3), read-only, or None. Solids are shaded
+            by them, interpolated linearly, so that the surface looks round.
+        smooth: whether the vertices' normals are means over their triangles.
         density: relative density of births on the surface at each vertex, float32 (n,), read-only; None:
             uniform.
     """
@@ -62,6 +66,8 @@ class Mesh(Shape):
     colors: NDArray[np.float32] | None = None
     uv: NDArray[np.float32] | None = None
     density: NDArray[np.float32] | None = None
+    normals: NDArray[np.float32] | None = None
+    smooth: bool = False
 
     def __init__(
         self,
@@ -73,6 +79,8 @@ class Mesh(Shape):
         colors: ArrayLike | str | os.PathLike[str] | None = None,
         uv: ArrayLike | None = None,
         density: ArrayLike | str | os.PathLike[str] | None = None,
+        normals: ArrayLike | None = None,
+        smooth: bool = False,
     ) -> None:
         """Make a mesh from arrays, which are copied, and options.
 
@@ -89,32 +97,38 @@ class Mesh(Shape):
             density: relative number of births per area at each vertex, 0 to 1e6, (n,), interpolated linearly;
                 or a picture as for `colors`, where half the brightness gives half the density. Only sampling
                 the surface uses it.
+            normals: direction of the surface at each vertex, (n, 3), of any length: what solids are shaded by.
+            smooth: compute `normals` as the means, weighted by area, of the triangles at each position.
 
         Raises:
             ArgumentError: if an argument is not valid, such as a density that is 0 everywhere or given with
-                `solid`.
+                `solid`, or normals with `smooth`.
         """
         points = _vertices(vertices)
         corners = _triangles(triangles, len(points))
-        at, tints, births = None, None, None
-        if any(given is not None for given in (uv, colors, density)):
-            from ._surface_colors import densities, of_vertices, places
+        at, tints, births, directions = None, None, None, None
+        if any(given is not None for given in (uv, colors, density, normals)):
+            from ._surface_colors import densities, directions_of, of_vertices, places
 
             at = None if uv is None else places(uv, len(points))
             tints = None if colors is None else of_vertices(colors, at, len(points))
             births = None if density is None else densities(density, at, corners, len(points))
+            directions = None if normals is None else directions_of(normals, len(points))
         options = _options(solid, resolution)
         if births is not None and options["solid"]:
             raise ArgumentError(
                 "density", density, "left out with solid=True: only births on the surface use it"
             )
+        if arguments.flag("smooth", smooth) and directions is not None:
+            raise ArgumentError("normals", normals, "left out with smooth=True, which computes them")
         self.__dict__.update(
             vertices=points, triangles=corners, **options, colors=tints, uv=at, density=births
         )
+        self.__dict__.update(normals=directions, smooth=smooth)
+        shown = _smooth_normals(points, corners) if smooth else directions
         none = np.zeros(0)
-        self.__dict__["_name"] = _core.keep_mesh(
-            points, corners, none if tints is None else tints, none if births is None else births
-        )
+        extras = (none if extra is None else extra for extra in (tints, births, at, shown))
+        self.__dict__["_name"] = _core.keep_mesh(points, corners, *extras)
         self.__dict__["_made_from"] = self._content
         self._place(STILL)
 
@@ -219,7 +233,8 @@ class Mesh(Shape):
 
     @property
     def _options(self) -> dict[str, Any]:
-        return {name: getattr(self, name) for name in ("solid", "resolution", "colors", "uv", "density")}
+        names = ("solid", "resolution", "colors", "uv", "density", "normals", "smooth")
+        return {name: getattr(self, name) for name in names}
 
     @property
     def _content(self) -> int:
@@ -284,6 +299,18 @@ def _again(
     mesh.__dict__["_made_from"] = origin
     mesh._place(numbers, start)
     return mesh
+
+
+def _smooth_normals(points: NDArray[np.float32], corners: NDArray[np.uint32]) -> NDArray[np.float32]:
+    """Return the mean normal at each vertex; vertices at the same position share it."""
+    _, at = np.unique(points, axis=0, return_inverse=True)
+    first, second, third = (points[corners[:, k]].astype(np.float64) for k in range(3))
+    twice_areas = np.cross(second - first, third - first)
+    sums = np.zeros((at.max() + 1, 3))
+    for k in range(3):
+        np.add.at(sums, at.reshape(-1)[corners[:, k]], twice_areas)
+    lengths = np.linalg.norm(sums, axis=1, keepdims=True)
+    return np.asarray(sums / np.where(lengths > 0, lengths, 1), np.float32)[at.reshape(-1)]
 
 
 def _pose(place: Any, axis: Any, angle_deg: Any) -> tuple[float, ...]:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from .._values import arguments, colors
 from ..errors import ArgumentError
 
-__all__ = ["densities", "of_vertices", "places"]
+__all__ = ["densities", "directions_of", "of_vertices", "places"]
 
 BRIGHTEST = 1e6
 DENSEST = 1e6
@@ -22,6 +22,14 @@ MOST_SIDE = 8192
 def places(given: Any, vertices: int) -> NDArray[np.float32]:
     """Return the checked texture coordinates, one row per vertex."""
     return _rows("uv", given, (vertices, 2))
+
+
+def directions_of(given: Any, vertices: int) -> NDArray[np.float32]:
+    """Return a mesh's normals as a read-only array."""
+    rows = _rows("normals", given, (vertices, 3))
+    if not (np.abs(rows) <= 1e6).all():
+        raise ArgumentError("normals", given, "finite and within 1e6")
+    return rows
 
 
 def of_vertices(given: Any, uv: NDArray[np.float32] | None, vertices: int) -> NDArray[np.float32]:

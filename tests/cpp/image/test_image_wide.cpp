@@ -224,7 +224,7 @@ TEST(image_wide_records_stand_in_every_tile_they_touch) {
     const auto found = project_one(cloud, i, kInMetres, view);
     if (found.empty()) continue;
     const WideRecord& r = found[0].record;
-    const double x = r.x / 256.0 + 166.5, y = r.y / 256.0 + 100, radius = r.size / 128.0;
+    const double x = r.x / 256.0 + 166.5, y = r.y / 256.0 + 100, radius = size_units(r.size) / 128.0;
     CHECK(within(tiles_near(view, x, y, x, y, radius), found[0].tiles));
     // No tile lies beyond the circle around the bounding box.
     CHECK(within(found[0].tiles, tiles_near(view, x, y, x, y, (radius + 2) * 1.4143)));
@@ -404,7 +404,7 @@ TEST(image_sizes_that_are_no_sizes_are_not_drawn) {
     WideCloud huge(1);
     huge.size[0] = std::numeric_limits<float>::max();
     const auto found = found_in(RecordsView(wide_message(huge.drawn(), kInMetres, small_view(), 0, *lanes)));
-    CHECK(found.size() == 1 && found[0].record.size == 32768 && found[0].tiles.size() == 12);
+    CHECK(found.size() == 1 && size_units(found[0].record.size) == kMostDiameter << kSizeBits && found[0].tiles.size() == 12);
   }
 }
 
@@ -449,7 +449,7 @@ TEST(image_nonsense_in_any_column_gives_records_within_their_limits) {
     for (const Found& one : found_in(RecordsView(bytes))) {
       const WideRecord& r = one.record;
       CHECK(std::abs(r.x) < 1 << 22 && std::abs(r.y) < 1 << 22 && std::abs(r.dx) < 1 << 23 && std::abs(r.dy) < 1 << 23);
-      CHECK(r.size >= 128 && r.size <= 32768 && r.light >= 1 && r.light <= 32768);
+      CHECK(r.size >= 128 && size_units(r.size) <= kMostDiameter << kSizeBits && r.light >= 1 && r.light <= 32768);
       CHECK(std::isfinite(depth_of(r)) && depth_of(r) >= 0.1f);
       CHECK(r.up_x >= -32767 && r.up_y >= -32767);
       ++count;

@@ -149,7 +149,7 @@ TEST(scene_brings_the_meshes_that_it_shows) {
   base::write_fields(mesh, after);
   base::Sha256 hash;
   hash.add("mesh");
-  hash.add(after.view().first(after.size() - 2 * sizeof(std::uint64_t)));  // without colours and density: it has none
+  hash.add(after.view().first(after.size() - 4 * sizeof(std::uint64_t)));  // it has no colours, density, uv, normals
   const meshes::AssetKey key = std::stoull(hash.finish().substr(0, 16), nullptr, 16);
   const std::span<const std::byte> whole = file.view();
   const auto at = std::search(whole.begin(), whole.end(), before.data(), before.data() + before.size());

@@ -84,7 +84,9 @@ def light_of(frame: motes.Frame) -> float:
 def test_a_lens_only_blurs_opaque_particles(name: str) -> None:
     sprite = motes.Sprite(blend="opaque", **KINDS[name])
     # Sharp squares cover whole pixels, so their light is not quite that of their area.
-    covered, exact = {"image": (24**2, 24.73**2), "card": (24**2, 24.73**2), "mesh": (50**2, 49.46**2)}.get(name, (1, 1))
+    covered, exact = {"image": (24**2, 24.73**2), "card": (24**2, 24.73**2), "mesh": (50**2, 49.46**2)}.get(
+        name, (1, 1)
+    )
     sharp = light_of(one(sprite)) * exact / covered
     for lens in ({"focus": 10, "aperture": 0.2}, {"focus": 5, "aperture": 0.2}, {"focus": 5, "aperture": 1}):
         assert light_of(one(sprite, **lens)) == pytest.approx(sharp, rel=0.02)
@@ -151,7 +153,9 @@ def test_a_ribbon_keeps_its_light(width: float, frames: int) -> None:
 # --- what is opaque and moves
 
 
-def column_light(shutter: float, objects: Any = (), sprite: motes.Sprite | None = None) -> NDArray[np.float64]:
+def column_light(
+    shutter: float, objects: Any = (), sprite: motes.Sprite | None = None
+) -> NDArray[np.float64]:
     """Return the light of each column, relative to all, of a ball that a panning camera passes."""
     camera = motes.Camera((0, 0, 8), (0, 0, 0))
     renderer = motes.Renderer(320, 180, camera=camera, shutter=shutter, objects=list(objects), linear=True)

@@ -140,8 +140,8 @@ constexpr bool of_fixed_size(Layout layout) { return layout == Layout::plain || 
 inline constexpr int kWideBits = 8; // fractional bits of WideRecord::x, y, dx, dy
 inline constexpr int kSizeBits = 6; // fractional bits of WideRecord::size
 
-/// Sizes from kBigSize (512 px) on grow in units of 16/64 px. Of records that are not wide, positions and streaks of such
-/// sprites are in units kBigBits larger, so that they may begin farther outside the image.
+/// Sizes from kBigSize (512 px) on grow in units of 16/64 px. Of records that are not wide, positions and streaks of
+/// such sprites are in units kBigBits larger, so that they may begin farther outside the image.
 inline constexpr std::uint32_t kBigSize = 1 << 15;
 inline constexpr int kBigSizeBits = 4, kBigBits = 2;
 /// Greatest diameter of a record, px.
@@ -150,7 +150,9 @@ static_assert(((kMostDiameter << kSizeBits) - kBigSize) >> kBigSizeBits < kBigSi
 
 /// Returns a WideRecord::size in 1/64 px.
 constexpr std::int32_t size_units(std::uint32_t size) {
-  return static_cast<std::int32_t>(size < kBigSize ? size : kBigSize + ((size - kBigSize) << kBigSizeBits));
+  if (size < kBigSize) [[likely]]
+    return static_cast<std::int32_t>(size);
+  return static_cast<std::int32_t>(kBigSize + ((size - kBigSize) << kBigSizeBits));
 }
 inline constexpr std::uint16_t kAllLight = 1 << 15; // WideRecord::light of sprites at least 2 px wide
 
@@ -184,7 +186,8 @@ bool has_gain(const Sprite& sprite, const View& view);
 /// Opaque ones stay as they are: see image/exposures.h.
 Sprite as_seen(Sprite sprite, const View& view);
 
-/// Returns whether painters blur the sprite by its depth. All others that a lens blurs are projected larger and fainter.
+/// Returns whether painters blur the sprite by its depth. All others that a lens blurs are projected larger and
+/// fainter.
 bool blurs_in_painter(const Sprite& sprite);
 
 /// Returns the layout of a sprite's records; equal on every rank, as view and sprites are. `any_depth`: the result of
@@ -205,8 +208,6 @@ __attribute__((always_inline)) inline WideRecord wide_record(const RecordForm& f
     __builtin_memcpy(&r, bytes, sizeof r);
     return r;
   }
-  __builtin_memcpy(&r.size, bytes + form.size, 4);
-  if (r.size >= kBigSize) bits -= kBigBits;
   const auto pair = [&](int at, std::int32_t& x, std::int32_t& y, int shift) {
     std::int16_t both[2];
     __builtin_memcpy(both, bytes + at, 4);
@@ -214,6 +215,7 @@ __attribute__((always_inline)) inline WideRecord wide_record(const RecordForm& f
     y = both[1] * (1 << shift);
   };
   pair(0, r.x, r.y, 8 - bits);
+  __builtin_memcpy(&r.size, bytes + form.size, 4);
   if (form.color != 0) __builtin_memcpy(&color, bytes + form.color, 4);
   __builtin_memcpy(r.color, &color, 4);
   if (form.depth != 0) __builtin_memcpy(&r.depth, bytes + form.depth, 4);
@@ -222,6 +224,13 @@ __attribute__((always_inline)) inline WideRecord wide_record(const RecordForm& f
     pair(form.way, dx, dy, 9 - bits);
     r.dx = dx;
     r.dy = dy;
+  }
+  if (__builtin_expect(r.size >= kBigSize, 0)) {
+    constexpr int kLarger = 1 << kBigBits;
+    r.x *= kLarger;
+    r.y *= kLarger;
+    r.dx = r.dx * kLarger;
+    r.dy = r.dy * kLarger;
   }
   return r;
 }

@@ -99,7 +99,7 @@ struct Sphere {
   /// one contains the other to where they touch. The shade keeps to the sphere, and fades to its mean.
   MOTES_INLINE Glow blurred(Beside p) const {
     const float end = 1 + blur / s.radius, inner = size_of(1 - blur / s.radius), per_ramp = 1 / (end - inner);
-    const float own = 1 / (end * end);
+    const float own = 1 / end;  // of the shade's contrast
     const float most = 2 * half / end < 15 ? 2 * half / end : 15;
     const int steps = half > 0 ? 2 + static_cast<int>(most) : 1;
     Floats cover{}, light{};

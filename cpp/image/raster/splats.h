@@ -6,8 +6,8 @@
 #include "image/exposures.h"
 #include "image/grid.h"
 #include "image/layout.h"
+#include "image/light/image_levels.h"
 #include "image/raster/cover.h"
-#include "image/raster/image_levels.h"
 #include "image/raster/stamps.h"
 
 namespace motes::image {

@@ -176,7 +176,8 @@ void TilePainter::paint(std::span<const Piece> pieces) {
 // Shows the nearest opaque particles.
 void TilePainter::show_surfaces() {
   if (!planes_.hides) {
-    for (int y = 0; y < area_.height; ++y) std::fill_n(planes_.depth + y * kPixelStride, area_.width, Scenery::kNothing);
+    for (int y = 0; y < area_.height; ++y)
+      std::fill_n(planes_.depth + y * kPixelStride, area_.width, Scenery::kNothing);
   }
   const DepthRange range = lanes_->show_surfaces(planes_, area_.height, area_.width);
   planes_.hides = true;

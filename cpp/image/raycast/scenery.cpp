@@ -31,8 +31,8 @@ bool same_exposures(const View& a, const View& b) {
 
 // Returns whether the light on equal surfaces is the same in both views.
 bool same_light(const View& a, const View& b) {
-  return same_exposures(a, b) && a.background == b.background && a.sky == b.sky && a.fog == b.fog && a.objects == b.objects && a.sun == b.sun &&
-         a.sun_size == b.sun_size && a.lights == b.lights;
+  return same_exposures(a, b) && a.background == b.background && a.sky == b.sky && a.fog == b.fog &&
+         a.objects == b.objects && a.sun == b.sun && a.sun_size == b.sun_size && a.lights == b.lights;
 }
 
 }  // namespace

@@ -150,7 +150,9 @@ static_assert(((kMostDiameter << kSizeBits) - kBigSize) >> kBigSizeBits < kBigSi
 
 /// Returns a WideRecord::size in 1/64 px.
 constexpr std::int32_t size_units(std::uint32_t size) {
-  return static_cast<std::int32_t>(size < kBigSize ? size : kBigSize + ((size - kBigSize) << kBigSizeBits));
+  if (size < kBigSize) [[likely]]
+    return static_cast<std::int32_t>(size);
+  return static_cast<std::int32_t>(kBigSize + ((size - kBigSize) << kBigSizeBits));
 }
 inline constexpr std::uint16_t kAllLight = 1 << 15; // WideRecord::light of sprites at least 2 px wide
 
@@ -213,8 +215,6 @@ __attribute__((always_inline)) inline WideRecord wide_record(const RecordForm& f
     __builtin_memcpy(&r, bytes, sizeof r);
     return r;
   }
-  __builtin_memcpy(&r.size, bytes + form.size, 4);
-  if (r.size >= kBigSize) bits -= kBigBits;
   const auto pair = [&](int at, std::int32_t& x, std::int32_t& y, int shift) {
     std::int16_t both[2];
     __builtin_memcpy(both, bytes + at, 4);
@@ -222,6 +222,7 @@ __attribute__((always_inline)) inline WideRecord wide_record(const RecordForm& f
     y = both[1] * (1 << shift);
   };
   pair(0, r.x, r.y, 8 - bits);
+  __builtin_memcpy(&r.size, bytes + form.size, 4);
   if (form.color != 0) __builtin_memcpy(&color, bytes + form.color, 4);
   __builtin_memcpy(r.color, &color, 4);
   if (form.depth != 0) __builtin_memcpy(&r.depth, bytes + form.depth, 4);
@@ -230,6 +231,13 @@ __attribute__((always_inline)) inline WideRecord wide_record(const RecordForm& f
     pair(form.way, dx, dy, 9 - bits);
     r.dx = dx;
     r.dy = dy;
+  }
+  if (__builtin_expect(r.size >= kBigSize, 0)) {
+    constexpr int kLarger = 1 << kBigBits;
+    r.x *= kLarger;
+    r.y *= kLarger;
+    r.dx = r.dx * kLarger;
+    r.dy = r.dy * kLarger;
   }
   return r;
 }

@@ -18,8 +18,8 @@ double roll_off(double light);
 /// Returns sRGB for the whole range of a sum, in 1/256 of a byte's step, indexed by SplatLanes::tone.
 std::vector<std::uint16_t> tone_table(double exposure);
 
-/// The dither of 8-bit pictures: a pixel shows (value + threshold) >> 8. The threshold of column x in row y is the upper
-/// byte of x * kDitherAcross + y * kDitherDown modulo 2^32, scaled to kLeastThreshold .. 256 - kLeastThreshold: a
+/// The dither of 8-bit pictures: a pixel shows (value + threshold) >> 8. The threshold of column x in row y is the
+/// upper byte of x * kDitherAcross + y * kDitherDown modulo 2^32, scaled to kLeastThreshold .. 256 - kLeastThreshold: a
 /// sequence of low discrepancy (its steps are the powers of the plastic number), without visible lines. It depends only
 /// on the place, so all ranks show the same; a value within kLeastThreshold of a whole byte is shown without dither, so
 /// colours given in bytes stay flat.

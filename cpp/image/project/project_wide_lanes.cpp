@@ -299,14 +299,17 @@ MOTES_INLINE void place_many(const image::WideTask& t, Ints x, Ints y, Columns& 
   c.tile = (Uints)select(c.many, (Ints)tile_of(t, tile(x, c.across, t.width), tile(y, c.down, t.height)), (Ints)c.tile);
 }
 
-// Returns the limit for sprites: those of up to 512 px, turned, are within reach of the image; bigger ones from farther.
+// Returns the limit for sprites: those of up to 512 px, turned, are within reach of the image; bigger ones from
+// farther.
 MOTES_INLINE Limit limit_of(const image::WideTask& t, const Size& s, Mask big) {
+  if (!any(big)) return {all(t.limit_x), all(t.limit_y)};
   const Floats more = only(big, s.diameter * (0.72f * kUnitsPerSize));
   return {more + t.limit_x, more + t.limit_y};
 }
 
 // Recodes the sizes of big sprites, and the positions of those whose records are not wide: see kBigSize.
-__attribute__((noinline)) void recode_big(const image::WideTask& t, Mask big, Ints x, Ints y, Ints dx, Ints dy, Columns& c) {
+__attribute__((noinline)) void recode_big(const image::WideTask& t, Mask big, Ints x, Ints y, Ints dx, Ints dy,
+                                          Columns& c) {
   constexpr int kBig = image::kBigSize, kHalfUnit = 1 << (image::kBigSizeBits - 1);
   const auto put = [&](int word, Uints coarse) { c.word[word] = (Uints)select(big, (Ints)coarse, (Ints)c.word[word]); };
   const int word = t.form.size / 4;

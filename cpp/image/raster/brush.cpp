@@ -242,7 +242,11 @@ void Brush::set_wide(const View& view) {
   wide_.radius = static_cast<float>(1 / lens(view).focal_px);
   kind_ = std::visit([&](const auto& own) { return KindSplat(splat_of(own, view)); }, sprite_.look);
   if (sprite_.blend == Sprite::Blend::opaque) {  // exposures blur what is opaque
-    std::visit([](auto& own) { if constexpr (requires { own.blur; }) own.blur = 0; }, kind_);
+    std::visit(
+        [](auto& own) {
+          if constexpr (requires { own.blur; }) own.blur = 0;
+        },
+        kind_);
   }
   if (auto* discs = std::get_if<DiscSplat>(&kind_)) {
     const float diameter = diameter_of(sprite_, height_);

@@ -17,6 +17,8 @@
 //                meshes, ribbons           (draw_one)     row by row; small still images from ImageStamps
 //     opaque   meshes, ribbons           kind_*.h         draw(): they know their depth at each pixel
 //              all other kinds           wide_lanes.cpp   front() of each kind, kept where it is nearest (opaque_wide)
+//              all, through a lens or    exposed_lanes.h  the same at each exposure (tile_exposures.cpp)
+//                an open shutter
 //
 // Before, records just behind a surface are made deeper (behind.h), and those of a tile in which any blends by alpha
 // are sorted by depth (ordered.h). Visibility is tested only where TilePlanes::hides, by blocks of pixels

@@ -85,7 +85,8 @@ MOTES_INLINE void expose(const Kind& kind, const image::WideSplat& task, const E
 /// Draws a point: at each exposure it is in one pixel, so that its light does not depend on its place.
 MOTES_INLINE void expose_point(const image::WideSplat& task, const WideSprite& s, const ExposedShifts& shift,
                                int number) {
-  const int column = floor_of(s.x + shift.x[0] + 0.5f), row = floor_of(s.y + shift.y[0] + 0.5f);
+  const image::Exposure& e = task.memory.exposed->exposures->of[number][0];
+  const int column = floor_of(s.x + shift.x[0] + e.pixel_x + 0.5f), row = floor_of(s.y + shift.y[0] + e.pixel_y + 0.5f);
   if (column < 0 || column >= task.columns || row < 0 || row >= task.rows) return;
   image::NearestSurface& there =
       task.memory.exposed->surfaces[number][static_cast<std::ptrdiff_t>(row) * image::kPixelStride + column];

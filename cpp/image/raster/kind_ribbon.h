@@ -263,7 +263,8 @@ struct Ribbon {
   // Returns the light of half a disc with this radius, px^2, whose edge is as soft as in show().
   static MOTES_INLINE float end_light(float radius) {
     const float most = radius < 0.5f ? 2 * radius : 1, inner = radius + 0.5f - most, outer = radius + 0.5f;
-    const float ramp = outer * outer * outer * (1.0f / 6) - 0.5f * outer * inner * inner + inner * inner * inner * (1.0f / 3);
+    const float ramp =
+        outer * outer * outer * (1.0f / 6) - 0.5f * outer * inner * inner + inner * inner * inner * (1.0f / 3);
     return 3.14159265f * (0.5f * most * inner * inner + ramp);
   }
 
@@ -362,7 +363,8 @@ struct Ribbon {
     const Floats here = piece.path + piece.path_more * along;
     const Mask neighbour = here - path_before < half * 4.0f + 2.0f;
     const Mask deeper = inside > load(insides);
-    const Mask more = (score > 0.0f) & ((neighbour & deeper) | (~neighbour & (score > score_before)));
+    Mask more = (score > 0.0f) & ((neighbour & deeper) | (~neighbour & (score > score_before)));
+    if (!kOpaque && least > 0) more |= neighbour & deeper & (inside > -0.5f);  // beyond its end, a wide one has none
     store(scores, select(more, score, score_before));
     store(places, select(more, along + static_cast<float>(k), load(places)));
     store(insides, select(more, inside, load(insides)));

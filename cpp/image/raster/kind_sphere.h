@@ -96,7 +96,7 @@ struct Sphere {
   template <class Add>
   MOTES_INLINE Floats cover_blurred(Beside p, const Add& add) const {
     const float end = 1 + blur / s.radius, inner = size_of(1 - blur / s.radius), per_ramp = 1 / (end - inner);
-    const float own = 1 / (end * end);
+    const float own = 1 / end;  // of the light's contrast
     const float most = 2 * half / end < 15 ? 2 * half / end : 15;
     const int steps = half > 0 ? 2 + static_cast<int>(most) : 1;
     const float per = s.light / static_cast<float>(steps);

@@ -352,13 +352,22 @@ static_assert(image::kToneEntries <= 1 << 16);
 
 constexpr std::size_t kToneRow = 3 * image::kTile;
 
-// Returns the thresholds of lanes `lane`, `lane` + 1, ... of a row; `first`: that of its first pixel, in 1/2^32.
+// What the dither of each lane of a row has more than its first pixel's.
+struct DitherSteps {
+  std::uint32_t of[kToneRow + kLanes];
+};
+constexpr DitherSteps kDitherSteps = [] {
+  DitherSteps steps{};
+  for (std::size_t i = 0; i < kToneRow + kLanes; ++i) {
+    steps.of[i] = static_cast<std::uint32_t>(i / 3) * image::kDitherAcross;
+  }
+  return steps;
+}();
+
+// Returns the thresholds of lanes `lane`, `lane` + 1, ... of a row; `first`: the dither of its first pixel.
 MOTES_INLINE Uints thresholds(std::uint32_t first, std::size_t lane) {
-  Uints number{};
-  for (std::size_t k = 0; k < kLanes; ++k) number[k] = static_cast<std::uint32_t>(k);
-  const Uints pixel = (number + static_cast<std::uint32_t>(lane)) * 43691u >> 17;  // a third
-  constexpr std::uint32_t kLeast = image::kLeastThreshold;
-  return (((pixel * image::kDitherAcross + first) >> 24) * (256u - 2u * kLeast) >> 8) + kLeast;
+  const Uints part = (load_uints(kDitherSteps.of + lane) + first) >> 24;
+  return part - (part >> 3) + std::uint32_t{image::kLeastThreshold};
 }
 
 // Converts at most kToneRow lanes and returns how many. It first stores the indices of all entries, which is faster
@@ -378,7 +387,9 @@ std::size_t tone_row(const std::uint32_t* light, std::size_t lanes, std::uint32_
     __builtin_memcpy(numbers + i, &some, sizeof some);
   }
   for (; i < count; ++i) numbers[i] = static_cast<std::uint16_t>(tone_index(all_uints(light[i]))[0]);
-  const auto shown_at = [&](std::size_t k) { return static_cast<std::uint64_t>((table[numbers[k]] + dithers[k]) >> 8); };
+  const auto shown_at = [&](std::size_t k) {
+    return static_cast<std::uint64_t>((table[numbers[k]] + dithers[k]) >> 8);
+  };
   std::size_t shown = 0;
   for (; shown + 8 <= count; shown += 8) {
     std::uint64_t eight = 0;
@@ -390,7 +401,8 @@ std::size_t tone_row(const std::uint32_t* light, std::size_t lanes, std::uint32_
 }
 
 void tone(const std::uint32_t* light, std::size_t count, int x, int y, const std::uint16_t* table, std::uint8_t* to) {
-  auto dither = static_cast<std::uint32_t>(x) * image::kDitherAcross + static_cast<std::uint32_t>(y) * image::kDitherDown;
+  auto dither =
+      static_cast<std::uint32_t>(x) * image::kDitherAcross + static_cast<std::uint32_t>(y) * image::kDitherDown;
   for (std::size_t i = 0; i < count; dither += image::kTile * image::kDitherAcross) {
     i += tone_row(light + i, count - i, dither, table, to + i);
   }

@@ -6,9 +6,9 @@
 #include "image/exposures.h"
 #include "image/grid.h"
 #include "image/layout.h"
+#include "image/light/image_levels.h"
 #include "image/light/surface_light.h"
 #include "image/raster/cover.h"
-#include "image/raster/image_levels.h"
 #include "image/raster/stamps.h"
 
 namespace motes::image {

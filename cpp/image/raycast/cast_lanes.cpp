@@ -9,6 +9,7 @@
 #include "image/light/sky_lanes.h"
 #include "image/project/screen_lanes.h"
 #include "image/raycast/cast_solids.h"
+#include "image/raycast/cast_textures.h"
 #include "image/tile_planes.h"
 #include "simd/squeeze.h"
 
@@ -243,69 +244,6 @@ MOTES_INLINE Floats3 ambient_light(const image::ShadeView& view, Floats3 normal)
             kBounce + (kSky - kBounce + kTint * background.z) * up};
   }
   return ambient_at(view.ambient, normal);
-}
-
-MOTES_INLINE Float3 lane_of(Floats3 v, std::size_t lane) { return {v.x[lane], v.y[lane], v.z[lane]}; }
-
-// Returns the parts, 0..1, of a triangle's corners in a point of it; both in the mesh's coordinates.
-Float3 parts_of(const meshes::BvhTriangle& triangle, Float3 place) {
-  const Float3 normal = of(triangle.normal);
-  float part[3], all = 0;
-  for (int k = 0; k < 3; ++k) {
-    const Float3 one = minus(of(triangle.corner[(k + 1) % 3]), place);
-    const Float3 other = minus(of(triangle.corner[(k + 2) % 3]), place);
-    const float area = dot(normal, cross(one, other));
-    part[k] = area > 0 ? area : 0;
-    all += part[k];
-  }
-  const float per = 1 / (all > 1e-37f ? all : 1e-37f);
-  return {part[0] * per, part[1] * per, part[2] * per};
-}
-
-// Returns one of several numbers per corner of a triangle, interpolated linearly.
-float mixed(const float* corners, std::size_t triangle, int numbers, int which, Float3 parts) {
-  const float* own = corners + 3 * triangle * static_cast<std::size_t>(numbers) + which;
-  return own[0] * parts.x + own[numbers] * parts.y + own[2 * numbers] * parts.z;
-}
-
-// Returns the largest level of a texture with at most 1.5 texels per pixel; `texels`: per pixel in the first level.
-int level_for(const image::Texture& all, float texels) {
-  int level = 0;
-  for (; texels > 1.5f && level + 1 < all.count; ++level) texels *= 0.5f;
-  return level;
-}
-
-// Returns the place at x, repeating from 0 to 1, in pixels.
-float repeated(float x, int pixels) { return (x - __builtin_floorf(x)) * static_cast<float>(pixels); }
-
-// Returns the colour of a mesh's image at its texture coordinates. `footprint`: width of a pixel there, m.
-Float3 image_on_mesh(const image::Material& material, std::size_t number, Float3 parts, float footprint) {
-  const image::Texture& all = *material.image;
-  const meshes::BvhTriangle& triangle = material.mesh->triangles[number];
-  const float* uv = material.uv + 6 * number;
-  const Float3 first = of(triangle.corner[0]);
-  const Float3 across = cross(minus(of(triangle.corner[1]), first), minus(of(triangle.corner[2]), first));
-  const float texels = (uv[2] - uv[0]) * (uv[5] - uv[1]) - (uv[4] - uv[0]) * (uv[3] - uv[1]);
-  const float pixels = static_cast<float>(all.levels[0].width) * static_cast<float>(all.levels[0].height);
-  const float square = __builtin_fabsf(texels) * pixels / (__builtin_sqrtf(dot(across, across)) + 1e-30f);  // per m^2
-  const image::TextureLevel& shown = all.levels[level_for(all, footprint * __builtin_sqrtf(square))];
-  const float u = mixed(material.uv, number, 2, 0, parts), v = mixed(material.uv, number, 2, 1, parts);
-  return texel_mix(shown, repeated(u, shown.width), repeated(1 - v, shown.height), true);
-}
-
-// Returns the colour of an object's image at a point of its surface. The image extends along the two axes of the world,
-// or of the mesh, that are most parallel to the surface. `footprint`: width of a pixel there, m.
-Float3 image_light(const image::Material& material, Float3 place, Float3 normal, float footprint) {
-  const auto size = [](float x) { return x < 0 ? -x : x; };
-  const bool flat = size(normal.y) >= size(normal.x) && size(normal.y) >= size(normal.z);
-  const bool side = !flat && size(normal.x) >= size(normal.z);
-  const float u = side ? place.z : place.x, v = flat ? place.z : -place.y;
-  const image::Texture& all = *material.image;
-  const float scale = static_cast<float>(all.levels[0].width) / material.scale;  // pixels per m
-  const image::TextureLevel& shown = all.levels[level_for(all, footprint * scale)];
-  const float height =
-      material.scale * static_cast<float>(all.levels[0].height) / static_cast<float>(all.levels[0].width);
-  return texel_mix(shown, repeated(u / material.scale, shown.width), repeated(v / height, shown.height), true);
 }
 
 // Multiplies colours by those of the objects' images.

@@ -52,8 +52,8 @@ class Mesh(Shape):
             `motes.surface_color`.
         uv: texture coordinates of the vertices, float32 (n, 2), read-only, or None. `Solid(image=)` shows its
             picture there.
-        normals: directions of the surface at the vertices, float32 (n, 3), read-only, or None. Solids are shaded
-            by them, interpolated linearly, so that the surface looks round.
+        normals: directions of the surface at the vertices, float32 (n, 3), read-only, or None. Solids are
+            shaded by them, interpolated linearly, so that the surface looks round.
         smooth: whether the vertices' normals are means over their triangles.
         density: relative density of births on the surface at each vertex, float32 (n,), read-only; None:
             uniform.
@@ -97,7 +97,7 @@ class Mesh(Shape):
             density: relative number of births per area at each vertex, 0 to 1e6, (n,), interpolated linearly;
                 or a picture as for `colors`, where half the brightness gives half the density. Only sampling
                 the surface uses it.
-            normals: direction of the surface at each vertex, (n, 3), of any length: what solids are shaded by.
+            normals: direction of the surface at each vertex, (n, 3), of any length: shades solids.
             smooth: compute `normals` as the means, weighted by area, of the triangles at each position.
 
         Raises:

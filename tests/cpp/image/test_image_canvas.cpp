@@ -335,7 +335,8 @@ TEST(image_dither_keeps_the_mean_of_a_flat_light_and_whole_bytes) {
     CHECK_NEAR(mean_of(static_cast<std::uint32_t>(light * kUnit), flat), srgb(light) * 255, 0.08);
   }
   for (int byte = 0; byte < 180; ++byte) {
-    const double value = byte / 255.0, light = value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4);
+    const double value = byte / 255.0,
+                 light = value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4);
     CHECK_NEAR(mean_of(static_cast<std::uint32_t>(light * kUnit + 0.5), flat), byte, 1e-9);
     CHECK(flat);
   }

@@ -206,7 +206,8 @@ TEST(image_sizes_in_metres_agree_with_double_precision) {
     CHECK_NEAR(r.x, std::floor(at.x * 256), unit + std::fabs(at.x) * 1e-3);
     CHECK_NEAR(r.y, std::floor(at.y * 256), unit + std::fabs(at.y) * 1e-3);
     CHECK_NEAR(depth_of(r), at.depth, 1e-5 * at.depth);
-    CHECK_NEAR(size_units(r.size) / 64.0, std::clamp(diameter, 2.0, double{kMostDiameter}), diameter > 512 ? 0.15 : 0.02);
+    CHECK_NEAR(size_units(r.size) / 64.0, std::clamp(diameter, 2.0, double{kMostDiameter}),
+               diameter > 512 ? 0.15 : 0.02);
     const double part = std::min(diameter / 2, 1.0);
     CHECK_NEAR(r.light / 32768.0, part * part, 1e-4);
     CHECK(r.dx == 0 && r.dy == 0 && r.up_x == 0 && r.up_y == 0);
@@ -404,7 +405,8 @@ TEST(image_sizes_that_are_no_sizes_are_not_drawn) {
     WideCloud huge(1);
     huge.size[0] = std::numeric_limits<float>::max();
     const auto found = found_in(RecordsView(wide_message(huge.drawn(), kInMetres, small_view(), 0, *lanes)));
-    CHECK(found.size() == 1 && size_units(found[0].record.size) == kMostDiameter << kSizeBits && found[0].tiles.size() == 12);
+    CHECK(found.size() == 1 && size_units(found[0].record.size) == kMostDiameter << kSizeBits &&
+          found[0].tiles.size() == 12);
   }
 }
 

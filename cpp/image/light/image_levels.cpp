@@ -1,4 +1,4 @@
-#include "image/raster/image_levels.h"
+#include "image/light/image_levels.h"
 
 #include <algorithm>
 #include <array>

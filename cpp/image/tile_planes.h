@@ -24,6 +24,12 @@ inline constexpr int kTileRows = kTile + 2 * kMargin;
 inline constexpr int kLightStride = 3 * (kTile + 2 * kMargin) + 4;
 inline constexpr int kPixelStride = kTile + 2 * kMargin + 4;
 
+/// Blocks of 8x8 pixels, for which ranges of depths are kept: per row of a tile.
+inline constexpr int kBlockBits = 3, kBlocks = kTile >> kBlockBits;
+
+/// Numbers per row of the planes of a tile's surfaces, which include the adjacent pixels around it.
+inline constexpr int kSurfaceStride = kTile + 2;
+
 /// Index of the tile's first pixel in a plane, and numbers per plane.
 inline constexpr int kFirstLight = kMargin * kLightStride + 3 * kMargin;
 inline constexpr int kFirstPixel = kMargin * kPixelStride + kMargin;

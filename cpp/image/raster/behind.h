@@ -23,27 +23,18 @@ class Behind {
   /// their nearest pixel are so deep that the surface hides them completely.
   Piece settled(const Piece& piece);
 
+  /// Returns what a kernel needs to settle records by itself, or null: none will change. Valid until the next call.
+  const Settling* settling(const Brush& brush);
+
  private:
-  void measure_bands(float radius);
-  void measure_row(int row, float reach);
-  std::size_t find_in_bands(const Piece& piece);
-  // A record's centre, px from the image's top left corner, and its size.
-  struct Center {
-    float x, y;
-    float blur;    // error of x and y, px
-    float radius;  // pixels
-  };
-  Center center_of(const Piece& piece, const std::byte* record) const;
-  float settled_depth(const Center& center, float depth) const;
-  float bend(int column, int row) const;
+  void measure_blocks();
 
   const Scenery* scenery_ = nullptr;
   Area area_;
-  float least_ = 0;      // lower bound on the depth of surfaces
-  float radius_ = -1;    // greatest radius for which `bands_` are valid, px
   const SplatLanes* lanes_ = nullptr;
-  BufferOf<DepthBand> bands_;  // kTile rows of kTile
-  BufferOf<std::uint32_t> found_;
+  SurfaceBlock blocks_[kBlocks][kBlocks];
+  Settling settling_;
+  BufferOf<std::uint32_t> numbers_, depths_;
   Buffer records_;
 };
 

@@ -12,9 +12,9 @@ constexpr std::uint32_t kFarAway = std::bit_cast<std::uint32_t>(std::numeric_lim
 
 }  // namespace
 
-const float* DepthBlocks::met(const TilePlanes& tile, const Area& area, int size) {
+const float* DepthBlocks::met(const TilePlanes& tile, const Area& area, int size, const SurfaceBlock* blocks) {
   const int reach = (size + kBlock - 2) >> kBits;
-  if (!measured_) measure(tile, area);
+  if (!measured_) measure(tile, area, blocks);
   if (reach_ != reach) widen(reach);
   return met_[0][0];
 }
@@ -27,7 +27,7 @@ void DepthBlocks::clear() {
   reach_ = -1;
 }
 
-void DepthBlocks::measure(const TilePlanes& tile, const Area& area) {
+void DepthBlocks::measure(const TilePlanes& tile, const Area& area, const SurfaceBlock* blocks) {
   clear();
   for (int first = 0; first < area.height; first += kBlock) {
     // Only the columns of the area count.
@@ -48,6 +48,9 @@ void DepthBlocks::measure(const TilePlanes& tile, const Area& area) {
       range.nearest = std::min(range.nearest, std::bit_cast<float>(nearest[x]));
       range.farthest = std::max(range.farthest, std::bit_cast<float>(farthest[x]));
     }
+    if (blocks == nullptr) continue;
+    for (int i = 0; i * kBlock < area.width; ++i) own[i].nearest = std::min(own[i].nearest, blocks[i].low);
+    blocks += kTile / kBlock;
   }
 }
 

@@ -14,7 +14,7 @@ namespace motes::image {
 /// Nearest and farthest depth per block of 8x8 pixels.
 class DepthBlocks {
  public:
-  static constexpr int kBits = 3;
+  static constexpr int kBits = kBlockBits;
   /// Pixels by which a footprint may begin outside the tile.
   static constexpr int kBefore = 2 << kBits;
   /// Blocks per row.
@@ -34,15 +34,16 @@ class DepthBlocks {
   void measure_surfaces(const TilePlanes& tile, const Area& area, const SplatLanes& lanes);
 
   /// Returns two numbers per block: bounds on the nearest and farthest depth that a footprint of `size` pixels
-  /// beginning there may meet. Only the size of `area` matters. The tile must have depths.
-  const float* met(const TilePlanes& tile, const Area& area, int size);
+  /// beginning there may meet. Only the size of `area` matters. The tile must have depths. `blocks`: their lower
+  /// bounds count, too, kTile / 8 rows of as many, the same until forget(); null: none.
+  const float* met(const TilePlanes& tile, const Area& area, int size, const SurfaceBlock* blocks = nullptr);
 
  private:
   // Greatest number of blocks that a footprint extends to the right and down.
   static constexpr int kReach = (kMargin + (1 << kBits) - 1) >> kBits;
 
   void clear();
-  void measure(const TilePlanes& tile, const Area& area);
+  void measure(const TilePlanes& tile, const Area& area, const SurfaceBlock* blocks);
   void widen(int reach);
 
   bool measured_ = false;

@@ -12,21 +12,39 @@
 
 namespace motes::image {
 
-/// The depths around the surface at a pixel for which visibility needs a closer test. A record whose centre is nearest
-/// to this pixel is in front of the surface if its depth is below `low`, and certainly hidden from `high` on, m.
-struct DepthBand {
-  float low, high;
+/// What is known of the surfaces in a block of a tile.
+struct SurfaceBlock {
+  float low, high;  // range of depths for which the visibility of flat particles needs a closer test, m
+  float bias;       // greatest distance between a surface and the depth from which on it hides particles, m
+  float slope;      // greatest relative change of depth per pixel, but for steep pixels
 };
 
-/// How records find their bands. A centre's column is (2 * position + first_column) >> shift, within 0..last_column.
-struct BandSearch {
-  const DepthBand* bands;  // kTile rows of kTile
+/// What settles the records of one brush in a tile with surfaces: see Behind. A centre's column is
+/// (2 * position + first_column) >> shift, within 0..last_column.
+struct Settling {
   Layout layout;
   RecordForm form;
   int record_bytes;
   int shift, first_column, first_row;
   int last_column, last_row;
-  int most_size;  // a larger record (see WideRecord::size) has no band: it is always found
+  float radius;  // of records of fixed size, px
+  float blur;    // error of positions, px
+  bool flat;     // the particle is nowhere nearer than its centre
+
+  const SurfaceBlock* blocks;  // kBlocks rows of kBlocks; records larger than often_radius, px, have low and high
+  float often_radius, low, high;
+  const std::uint32_t* hides;  // bits of depths from which on surfaces hide particles, kTile rows of kTile
+  const std::uint32_t* steep;  // two words per row, whose bits are set for steep pixels
+
+  // Planes of the surfaces' depths, m, the components of their normals, and their numbers (see Surfaces): rows of
+  // kSurfaceStride; `plane`: from one to the next.
+  const float* surfaces;
+  std::ptrdiff_t plane;
+
+  // The camera's axes, the side of a pixel at a depth of 1 m, m, and the middle of the tile's first pixel, px from that
+  // of the image.
+  float right[3], up[3], forward[3];
+  float pixel, left, top;
 };
 
 /// Returns the pixels per row in tables of opaque sprites of this size.
@@ -47,6 +65,7 @@ struct Splat : RecordSplat {
   float radius;  // radius of a particle at a depth of 1 m, m
   int size, phase_bits, row_bytes;
   int sub_bits;
+  const Settling* settling;  // of additive records that are not settled yet; null: none
 };
 
 /// Draws `count` records.
@@ -73,10 +92,10 @@ struct SplatLanes {
   void (*tone)(const std::uint32_t* light, std::size_t count, int x, int y, const std::uint16_t* table,
                std::uint8_t* to);
 
-  /// Writes the numbers of the records that are in their bands and returns how many. `numbers` has room for `count`
-  /// plus a vector.
-  std::size_t (*find_in_bands)(const BandSearch& search, const unsigned char* records, std::size_t count,
-                               std::uint32_t* numbers);
+  /// Writes the numbers of the records that become deeper, and the bits of their depths; returns how many they are.
+  /// Both arrays have room for `count` plus a vector.
+  std::size_t (*settle)(const Settling& settling, const unsigned char* records, std::size_t count,
+                        std::uint32_t* numbers, std::uint32_t* depths);
 };
 
 /// Returns the build for this processor.

@@ -4,7 +4,9 @@
 
 #include "image/raster/depth_blocks.h"
 #include "image/raster/point_lanes.h"
+#include "image/raster/settle_lanes.h"
 #include "image/raster/splat_lanes.h"
+#include "simd/squeeze.h"
 
 namespace motes::MOTES_ISA {
 
@@ -24,16 +26,16 @@ struct Among {
   alignas(64) std::uint32_t position[kMost], depth[kMost];
   // Offsets from the tile's first pixel in the planes, and into the table of weights.
   alignas(64) std::int32_t light[kMost], pixel[kMost], weights[kMost];
-  // -1 (true) or 0: nothing hides any of the record; something may hide it.
-  alignas(64) std::int32_t is_open[kMost], is_tested[kMost];
-  std::uint8_t open[kMost], tested[kMost];
+  // Numbers of records: nothing hides any of these; something may hide those; those are close to a surface, too.
+  std::uint32_t open[kMost], tested[kMost], close[kMost];
   std::size_t opens, testeds;
 };
 
 template <bool kFade>
-MOTES_INLINE void find_among(const image::TilePlanes& tile, const image::Splat& s, std::size_t i, Among& some) {
+MOTES_INLINE void find_among(const image::TilePlanes& tile, const image::Splat& s, std::size_t i, std::size_t count,
+                             Among& some) {
   const FootprintPositions at = places(s, load_uints(some.position + i));
-  const Mask inside = touch(at, s.size);
+  const Mask inside = touch(at, s.size) & first_lanes(count - i);
   const Ints block = image::DepthBlocks::at(at.column, at.row) & inside;
   const Pair met = gather_pairs(tile.blocks, block + block);
   const Floats depth = (Floats)load_uints(some.depth + i);
@@ -42,23 +44,35 @@ MOTES_INLINE void find_among(const image::TilePlanes& tile, const image::Splat& 
   store_mask(some.light + i, in_light(at));
   store_mask(some.pixel + i, at.row * image::kPixelStride + at.column);
   store_mask(some.weights + i, at.phase * (s.size * s.row_bytes));
-  store_mask(some.is_open + i, inside & is_open);
-  store_mask(some.is_tested + i, inside & ~is_open & is_seen);
+  const Uints number = lane_numbers() + static_cast<std::uint32_t>(i);
+  some.opens += squeeze(some.open + some.opens, number, inside & is_open);
+  some.testeds += squeeze(some.tested + some.testeds, number, inside & ~is_open & is_seen);
 }
 
 template <bool kFade>
 MOTES_INLINE void sort_among(const image::TilePlanes& tile, const image::Splat& s, const unsigned char* records,
                              std::size_t count, Among& some) {
   read_places(s.record_bytes, s.form.depth, records, count, some.position, some.depth);
-  for (std::size_t i = 0; i < count; i += kLanes) find_among<kFade>(tile, s, i, some);
-  std::size_t opens = 0, testeds = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    some.open[opens] = some.tested[testeds] = static_cast<std::uint8_t>(i);
-    opens -= static_cast<std::size_t>(some.is_open[i]);
-    testeds -= static_cast<std::size_t>(some.is_tested[i]);
-  }
-  some.opens = opens;
-  some.testeds = testeds;
+  some.opens = some.testeds = 0;
+  for (std::size_t i = 0; i < count; i += kLanes) find_among<kFade>(tile, s, i, count, some);
+}
+
+MOTES_INLINE auto centers_among(const image::Settling& s, const Among& some) {
+  return [&](Ints number) {
+    return fixed_centers(s, (Uints)gathered(some.position, number), (Uints)gathered(some.depth, number));
+  };
+}
+
+// Finds the records that are close to a surface. Open ones are in front of all surfaces.
+MOTES_OUTLINE std::size_t find_close(const image::Settling& s, Among& some) {
+  return find_close(s, some.tested, some.testeds, centers_among(s, some), some.close);
+}
+
+// Makes records deeper that are close behind a surface.
+MOTES_OUTLINE void settle(const image::Settling& s, Among& some, std::size_t close) {
+  std::uint32_t deeper[Among::kMost], depths[Among::kMost];
+  const std::size_t found = settle(s, some.close, close, centers_among(s, some), deeper, depths);
+  for (std::size_t k = 0; k < found; ++k) some.depth[deeper[k]] = depths[k];
 }
 
 // Adds record `i`, testing its depth at each pixel.
@@ -97,10 +111,12 @@ void add_among(const image::TilePlanes& planes, const image::Splat& task, const 
   while (count != 0) {
     const std::size_t number = count < Among::kMost ? count : Among::kMost;
     sort_among<kFade>(tile, s, records, number, some);
+    const std::size_t close = s.settling == nullptr ? 0 : find_close(*s.settling, some);
     for (std::size_t k = 0; k < some.opens; ++k) {
       const std::size_t i = some.open[k];
       add_open<kVectors, kSaturating>(s, light(i), s.weights + some.weights[i], tile.light + some.light[i]);
     }
+    if (close != 0) settle(*s.settling, some, close);  // what it reads has arrived meanwhile
     for (std::size_t k = 0; k < some.testeds; ++k) {
       const std::size_t i = some.tested[k];
       add_tested<kVectors, kSaturating, kFade>(tile, s, spreading, light(i), some, i);

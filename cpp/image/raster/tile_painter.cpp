@@ -320,10 +320,12 @@ void TilePainter::draw_opaque(const Piece& given, const TilePlanes& planes) {
 }
 
 void TilePainter::blend(const Piece& given) {
-  const Piece piece = given.brush->tests_pixels() ? given : behind_.settled(given);
-  const Brush& brush = *piece.brush;
-  take_up(piece);
+  const Brush& brush = *given.brush;
   const bool over = brush.blends(Sprite::Blend::alpha);
+  // Kernels that add records of fixed size settle them one by one.
+  const bool alone = brush.tests_pixels() || (of_fixed_size(brush.layout()) && !over);
+  const Piece piece = alone ? given : behind_.settled(given);
+  take_up(piece);
   if (!of_fixed_size(brush.layout())) {
     WideKernel* kernel = over ? kernels(brush).over : kernels(brush).add;
     wide_splat_.memory.cover = covering_ == nullptr ? nullptr : &cover_;
@@ -333,7 +335,11 @@ void TilePainter::blend(const Piece& given) {
     });
   } else {
     SplatKernel* kernel = over ? lanes_->over : lanes_->add;
-    if (!over && splat_.form.depth != 0 && planes_.hides) planes_.blocks = blocks_.met(planes_, area_, splat_.size);
+    if (!over && splat_.form.depth != 0 && planes_.hides) {
+      splat_.settling = behind_.settling(brush);
+      const SurfaceBlock* surfaces = splat_.settling == nullptr ? nullptr : splat_.settling->blocks;
+      planes_.blocks = blocks_.met(planes_, area_, splat_.size, surfaces);
+    }
     in_parts(piece, [&](const unsigned char* records, std::size_t count) {
       splat_.saturating = saturating_;
       kernel(planes_, splat_, records, count);

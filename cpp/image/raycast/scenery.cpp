@@ -1,6 +1,7 @@
 #include "image/raycast/scenery.h"
 
 #include <algorithm>
+#include <bit>
 #include <stdexcept>
 #include <string>
 
@@ -56,22 +57,11 @@ void Scenery::prepare(const View& view, std::size_t workers, const ShadowGrids* 
   tiles_.resize(index(grid_.tiles()));
   const Lens through = lens(view);
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    right_[axis] = static_cast<float>(through.right[axis]);
-    up_[axis] = static_cast<float>(through.up[axis]);
-    forward_[axis] = static_cast<float>(through.forward[axis]);
+    eye_.right[axis] = static_cast<float>(through.right[axis]);
+    eye_.up[axis] = static_cast<float>(through.up[axis]);
+    eye_.forward[axis] = static_cast<float>(through.forward[axis]);
   }
-  pixel_ = static_cast<float>(1 / through.focal_px);
-}
-
-Scenery::Tilt Scenery::tilt(int x, int y) const {
-  const std::array<float, 3> n = normal(x, y);
-  const auto towards = [&](const std::array<float, 3>& way) {
-    return -(n[0] * way[0] + n[1] * way[1] + n[2] * way[2]);
-  };
-  Tilt tilt{towards(forward_), towards(right_) * pixel_, -towards(up_) * pixel_};
-  tilt.ahead += tilt.right * (static_cast<float>(x) + 0.5f - 0.5f * static_cast<float>(grid_.width)) +
-                tilt.down * (static_cast<float>(y) + 0.5f - 0.5f * static_cast<float>(grid_.height));
-  return tilt;
+  eye_.pixel = static_cast<float>(1 / through.focal_px);
 }
 
 void Scenery::render(int number, std::size_t worker) {
@@ -107,13 +97,30 @@ void Scenery::trace(Tile& tile, const TilePart& part, Worker& by) const {
   tile.depth.resize(index(kTile * kTile));
   tile.occupied = by.caster.trace(*by.scene, part, view_.smooth, tile.surfaces, tile.depth.data());
   tile.forms = forms_;
+  if (tile.occupied) measure(tile, part);
+}
+
+void Scenery::measure(Tile& tile, const TilePart& part) {
+  constexpr float kNone = std::numeric_limits<float>::max();
   tile.nearest = kNothing;
   tile.farthest = 0;
-  for (int y = 0; tile.occupied && y < part.height; ++y) {
+  tile.blocks = {};
+  std::fill_n(tile.blocks.nearest[0], kBlocks * kBlocks, kNone);
+  for (int y = 0; y < part.height; ++y) {
     const std::uint32_t* row = tile.depth.data() + y * kTile;
+    const float* surfaces = tile.surfaces.depths(0, y);
     for (int x = 0; x < part.width; ++x) {
       tile.nearest = std::min(tile.nearest, row[x]);
       tile.farthest = std::max(tile.farthest, row[x]);
+      if (surfaces[x] == kNone) continue;
+      const float hides = std::bit_cast<float>(row[x]);
+      const int down = y >> kBlockBits, right = x >> kBlockBits;
+      float &nearest = tile.blocks.nearest[down][right], &farthest = tile.blocks.hides[down][right];
+      float& bias = tile.blocks.bias[down][right];
+      nearest = std::min(nearest, surfaces[x]);
+      farthest = std::max(farthest, hides);
+      bias = std::max(bias, hides - surfaces[x]);
+      tile.blocks.steep[y][x / 32] |= std::uint32_t{hides > (1 + kSteepBias) * surfaces[x]} << (x % 32);
     }
   }
 }

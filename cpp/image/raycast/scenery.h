@@ -58,6 +58,18 @@ class Scenery {
   std::uint32_t nearest(int tile) const { return tiles_[index(tile)].nearest; }
   std::uint32_t farthest(int tile) const { return tiles_[index(tile)].farthest; }
 
+  /// Bounds on the surfaces of an occupied tile, by block of 8x8 pixels: the least surface depth, FLT_MAX where there
+  /// is none; the greatest depth from which on one of them hides particles, 0 where there is none; and the greatest
+  /// distance between the two, m.
+  /// Where it is less, a surface's bias (see CastLanes::measure) grows with its slope.
+  static constexpr float kSteepBias = 0.019f;
+  struct Blocks {
+    float nearest[kBlocks][kBlocks], hides[kBlocks][kBlocks], bias[kBlocks][kBlocks];
+    /// Bit x of a row of 64 is set if the relative bias is more than kSteepBias.
+    std::uint32_t steep[kTile][2];
+  };
+  const Blocks& blocks(int tile) const { return tiles_[index(tile)].blocks; }
+
   /// Returns sums of light, three per pixel, from (x, y) to the end of its tile's row. The next row is 3 * kTile
   /// numbers further on. Only for occupied tiles.
   const std::uint32_t* light(int x, int y) const { return tile_of(x, y).light.data() + 3 * within(x, y); }
@@ -77,22 +89,16 @@ class Scenery {
     return tile_of(x, y).surfaces.depths(x & (kTile - 1), y & (kTile - 1));
   }
 
-  /// Return the surface and the normal at a pixel of an occupied tile: see Surfaces.
-  std::uint32_t surface(int x, int y) const { return tile_of(x, y).surfaces.surface(x & (kTile - 1), y & (kTile - 1)); }
-  std::array<float, 3> normal(int x, int y) const {
-    return tile_of(x, y).surfaces.normal(x & (kTile - 1), y & (kTile - 1));
-  }
+  /// Returns the distance between the planes of an occupied tile's surfaces (see SurfaceList), the first of which has
+  /// their depths; the others have the same rows, of kSurfaceStride.
+  std::ptrdiff_t surface_plane(int tile) const { return tiles_[index(tile)].surfaces.centers.plane(); }
 
-  /// How a surface is tilted to the line of sight. `ahead` is the dot product of its unit normal and a vector towards
-  /// the eye whose view depth is 1 m; per pixel it changes by `right` and `down`. The inverse depth of the tangent
-  /// plane is proportional to it.
-  struct Tilt {
-    float ahead, right, down;
+  /// The axes of the camera, and the side of a pixel at a view depth of 1 m, m.
+  struct Eye {
+    std::array<float, 3> right{}, up{}, forward{};
+    float pixel = 0;
   };
-  Tilt tilt(int x, int y) const;
-
-  /// Returns the side of a pixel at a view depth of 1 m, m.
-  float pixel() const { return pixel_; }
+  const Eye& eye() const { return eye_; }
   const Grid& grid() const { return grid_; }
 
  private:
@@ -102,6 +108,7 @@ class Scenery {
     bool occupied = false;
     std::uint32_t nearest = kNothing;
     std::uint32_t farthest = 0;
+    Blocks blocks;
     TileSurfaces surfaces;
     std::uint32_t brightest = 0;
     BufferOf<std::uint32_t> light;  // kTile rows of 3 * kTile numbers
@@ -121,13 +128,13 @@ class Scenery {
   };
 
   void trace(Tile& tile, const TilePart& part, Worker& by) const;
+  static void measure(Tile& tile, const TilePart& part);
 
   View view_;
   bool blurs_ = false;
   const ShadowGrids* shadows_ = nullptr;
   Grid grid_;
-  std::array<float, 3> right_{}, up_{}, forward_{};  // of the camera
-  float pixel_ = 0;
+  Eye eye_;
   std::uint64_t forms_ = 0;
   std::uint64_t version_ = 0;
   std::array<std::uint32_t, 3> background_{};

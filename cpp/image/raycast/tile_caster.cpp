@@ -8,7 +8,7 @@ namespace motes::image {
 namespace {
 
 constexpr std::size_t kVector = 16;  // greatest number of lanes of any build
-constexpr int kBordered = kTile + 2;
+constexpr int kBordered = kSurfaceStride;
 constexpr std::size_t kCenters = static_cast<std::size_t>(kBordered) * kBordered;
 constexpr std::size_t kPixels = static_cast<std::size_t>(kTile) * kTile;
 constexpr std::size_t kBorder = 4 * static_cast<std::size_t>(kTile);

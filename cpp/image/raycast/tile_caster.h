@@ -9,6 +9,7 @@
 #include "image/buffer.h"
 #include "image/grid.h"
 #include "image/raycast/cast_scene.h"
+#include "image/tile_planes.h"
 
 namespace motes::image {
 
@@ -21,10 +22,8 @@ class SurfaceList {
   /// Returns the surfaces from number `first` on.
   Surfaces from(std::size_t first);
   const float* distances(std::size_t first) const { return planes_.data() + first; }
-  std::array<float, 3> normal(std::size_t i) const {
-    return {planes_.data()[stride_ + i], planes_.data()[2 * stride_ + i], planes_.data()[3 * stride_ + i]};
-  }
-  std::uint32_t surface(std::size_t i) const { return std::bit_cast<std::uint32_t>(planes_.data()[4 * stride_ + i]); }
+  /// Returns the distance between planes: of distances, the components of the normals, and the surfaces.
+  std::ptrdiff_t plane() const { return static_cast<std::ptrdiff_t>(stride_); }
 
  private:
   std::size_t count_ = 0, stride_ = 0;
@@ -41,13 +40,11 @@ struct TilePart {
 struct TileSurfaces {
   /// Returns the view depths from a pixel to the end of its row, m; FLT_MAX where there is no surface.
   const float* depths(int x, int y) const { return centers.distances(center(x, y)); }
-  std::array<float, 3> normal(int x, int y) const { return centers.normal(center(x, y)); }
-  std::uint32_t surface(int x, int y) const { return centers.surface(center(x, y)); }
   static std::size_t center(int x, int y) {
-    return static_cast<std::size_t>(y + 1) * (kTile + 2) + static_cast<std::size_t>(x + 1);
+    return static_cast<std::size_t>(y + 1) * kSurfaceStride + static_cast<std::size_t>(x + 1);
   }
 
-  SurfaceList centers;  // at pixel centres: kTile + 2 rows of kTile + 2, with the adjacent pixels around the tile
+  SurfaceList centers;  // at pixel centres: kTile + 2 rows of kSurfaceStride, with the adjacent pixels around the tile
   SurfaceList border;  // the adjacent pixels again: kTile above, below, left and right
   std::vector<std::uint32_t> edge_pixels;  // 64 y + x of pixels on an edge
   SurfaceList edges;  // samples of edge_pixels, pixel by pixel

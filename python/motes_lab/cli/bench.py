@@ -23,6 +23,7 @@ __all__ = ["configure", "run"]
 
 _OWN = (
     "checkpoint",
+    "compare",
     "costs",
     "export",
     "live",
@@ -35,6 +36,14 @@ _OWN = (
 )
 _MODULES = {"balance": "balancers", "overhead": "balancers", **dict(zip(_OWN, _OWN, strict=True))}
 """In which module of `bench` a benchmark is; the others are in `kernels`."""
+_COMPARED = ("snow", "fountain", "render", "meetings", "births")
+
+
+def add_busy(parser: argparse.ArgumentParser) -> None:
+    """Add `--busy`."""
+    parser.add_argument(
+        "--busy", action="store_true", help="print ratios although other programs use this machine"
+    )
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -136,6 +145,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
     meetings = names.add_parser("meetings", help="what actions between particles cost")
     meetings.add_argument("--particles", type=positive, default=400_000)
     meetings.add_argument("--repeats", type=positive, default=7)
+    compare = names.add_parser("compare", help="this install and another one in turn: what became slower")
+    compare.add_argument("old_python", metavar="OLD_PYTHON", help="the Python of the other install")
+    compare.add_argument("--rounds", type=positive, default=7, help="turns of each install")
+    compare.add_argument("--only", nargs="+", choices=_COMPARED, help="only these benchmarks")
+    add_busy(compare)
     peers = names.add_parser(
         "peers", help="compare the engine with NumPy, Numba, Taichi and Warp (snow) and LAMMPS (spheres)"
     )
@@ -164,7 +178,7 @@ def run(args: argparse.Namespace) -> int:
     sizes = {name: value for name, value in vars(args).items() if name not in ("name", "json")}
     figures = _measure(args.name, sizes)
     print_figures(args, figures, _SHOWN.get(args.name, _listed)(figures))
-    return 0
+    return 1 if figures.get("slower") else 0
 
 
 def _measure(name: str, sizes: dict[str, Any]) -> dict[str, Any]:
@@ -279,6 +293,19 @@ def _export(figures: Mapping[str, Any]) -> str:
     )
 
 
+def _compare(figures: Mapping[str, Any]) -> str:
+    """Show the ratios with their spread, and the rows that became slower."""
+    width = max(len(row["row"]) for row in figures["rows"])
+    lines = [f"{'':<{width}}{'before':>10}{'now':>10}{'ratio':>8}   quartiles"]
+    for row in figures["rows"]:
+        times = f"{row['before']:>10.4g}{row['now']:>10.4g}{row['ratio']:>8.3f}"
+        lines.append(f"{row['row']:<{width}}{times}   {row['low']:.3f} .. {row['high']:.3f}")
+    about = f"{figures['rounds']} rounds; other programs used {figures['others']:.2f} processors"
+    if not figures["judged"]:
+        return "\n".join([*lines, "", f"{about}: not judged"])
+    return "\n".join([*lines, "", about, *(f"slower: {name}" for name in figures["slower"])])
+
+
 def _peers(figures: Mapping[str, Any]) -> str:
     """Show the peers as a table, the work that each leaves out, and those that are not installed."""
     lines = [f"{'':<8}{'threads':>8}{'M updates/s':>13}{'engine / peer':>13}"]
@@ -324,6 +351,7 @@ _SHOWN = {
     "actions": _costs,
     "balance": _table,
     "checkpoint": _checkpoint,
+    "compare": _compare,
     "export": _export,
     "recovery": _recovery,
     "overhead": _table,

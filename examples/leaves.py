@@ -59,7 +59,8 @@ for i in range(args.systems):
     leaves.configure(orientation="random", size=motes.Uniform(0.14, 0.26))
     foliage.append(leaves)
 
-flying = Box((-99, 0.03, -99), (99, 99, 99)) & (column("loose") > 0)
+loose = column("loose") > 0
+beds = [Plane((0, 0.01, 0), (0, 1, 0)), *(Sphere(stone.center, stone.radius + 0.01) for stone in stones)]
 with world, motes.Movie(f"{args.out}/leaves.mp4") as movie:
     for frame in world.frames(args.frames):
         for leaves in foliage:
@@ -71,12 +72,10 @@ with world, motes.Movie(f"{args.out}/leaves.mp4") as movie:
                 leaves.configure(loose=1, spin=Sphere((0, 0, 0), 6, 2))
                 leaves.burst(Box((-2, 0.2, -2), (4, 4, 2.5)), count=args.particles // 50)
             leaves.source(crown, rate=args.particles / 40, jitter=True)
-            leaves.gravity((0, -9.8, 0), where=flying)
-            leaves.wind((0.7, -0.1, 0.1), drag=9, where=flying)  # a leaf sinks at 1 m/s
-            leaves.curl_noise(9, scale=1.1, octaves=2, speed=0.4, where=flying)
-            for solid in (ground, *stones):
-                leaves.bounce(solid, restitution=0, friction=0.9)
-            leaves.set(velocity=(0, 0, 0), spin=(0, 0, 0), where=~flying)
-            leaves.align(to=(0, 1, 0), rate=6, where=~flying & (column("loose") > 0))
+            leaves.gravity((0, -9.8, 0), where=loose)
+            leaves.wind((0.7, -0.1, 0.1), drag=1.6 / column("size").x, where=loose)  # large ones sink faster
+            leaves.curl_noise(9, scale=1.1, octaves=2, speed=0.4, where=loose)
+            leaves.bounce(beds, restitution=0, friction=0.9, hits=True)
+            leaves.rest(0.4, angle_deg=12)  # lies on grass and stones
             leaves.move()
         motes.script.end_frame(world, movie, args)

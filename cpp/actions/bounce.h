@@ -11,6 +11,8 @@
 // at the old position.
 #pragma once
 
+#include <type_traits>
+
 #include "actions/bounce_path.h"
 
 namespace motes::MOTES_ISA {
@@ -25,20 +27,27 @@ MOTES_INLINE void note_hit(const actions::Block& b, std::size_t i, Mask mask) {
   if (b.hit != nullptr) store_mask(b.hit + i, load_mask(b.hit + i) | mask);
 }
 
-/// Bounces the particles of a vector that may meet the shape: the lanes of `near`.
-__attribute__((noinline)) inline void bounce_near(const shapes::Shape& shape, const Rebound& rebound,
-                                                  const actions::Block& b, float dt, std::size_t i, const Mask& near) {
+/// Bounces the particles of a vector that may meet the shape: the lanes of `near`. Seen: HalfHits or Unseen.
+template <class Seen>
+__attribute__((noinline)) void bounce_near(const shapes::Shape& shape, const Rebound& rebound, const actions::Block& b,
+                                           float dt, std::size_t i, const Mask& near) {
   Floats3 x = load3(b, kPositionAt, i), v = load3(b, kVelocityAt, i);
   const Floats3 start = x;
-  HalfHits hits[2];
+  Seen hits[2];
   const Mask bounced = by_halves(near & finite(x + v * dt), x, v, [&](Longs lanes, Doubles3& p, Doubles3& w, int half) {
-    return follow(shape, rebound, dt, lanes, p, w, b.stamp != 0 ? hits + half : nullptr);
+    return follow(shape, rebound, dt, lanes, p, w, hits[half]);
   });
   if (!any(bounced)) return;
-  if (b.stamp != 0) note_hits(b, i, bounced, join(hits[0], hits[1]), start);
+  if constexpr (std::is_same_v<Seen, HalfHits>) note_hits(b, i, bounced, join(hits[0], hits[1]), start);
   store3(b, kPositionAt, i, x);
   store3(b, kVelocityAt, i, v);
   note_hit(b, i, bounced);
+}
+
+MOTES_INLINE void bounce_near(const shapes::Shape& shape, const Rebound& rebound, const actions::Block& b, float dt,
+                              std::size_t i, const Mask& near) {
+  const auto bounce = b.stamp != 0 ? bounce_near<HalfHits> : bounce_near<Unseen>;
+  bounce(shape, rebound, b, dt, i, near);
 }
 
 template <class Lanes>
@@ -86,7 +95,8 @@ class UprightPlane {
   };
 
   /// Bounces the particles that met() selects and returns which; sets `sunk` where rounding would still let the move
-  /// end below, and `way`.
+  /// end below, and `way` if kNotes.
+  template <bool kNotes>
   MOTES_INLINE Mask turn(std::size_t i, Mask& sunk, Way& way) const {
     const Floats3 x = load_turned(x_, i), v = load_turned(v_, i);
     const Floats before = to_side(x.x - point_), down = to_side(v.x * dt_);
@@ -99,8 +109,7 @@ class UprightPlane {
     const Floats skin = to_side(skin_of(x, x + v * all(dt_) * part, v * all(dt_)));
     Floats3 there = x + (v - after) * passed;
     there.x = there.x + skin;
-    way = {x, x + v * passed};
-    way.place.x = way.place.x + skin;
+    if constexpr (kNotes) way = {x, {x.x + v.x * passed + skin, x.y + v.y * passed, x.z + v.z * passed}};
     sunk = mask & below(there.x + after.x * dt_) & ~below(x.x);
     const Mask kept = mask & ~sunk;
     store_turned(x_, i, select(kept, there, x));
@@ -139,7 +148,7 @@ class UprightPlane {
   float *x_[3], *v_[3];
 };
 
-template <int kSide>
+template <bool kNotes, int kSide>
 MOTES_INLINE void bounce_off(const UprightPlane<kSide>& plane, const shapes::Shape& shape, const Rebound& rebound,
                              const actions::Block& b, float dt) {
   where_any(
@@ -147,9 +156,9 @@ MOTES_INLINE void bounce_off(const UprightPlane<kSide>& plane, const shapes::Sha
       [&](std::size_t i) __attribute__((always_inline)) {
         Mask sunk;
         typename UprightPlane<kSide>::Way way;
-        const Mask bounced = plane.turn(i, sunk, way);
+        const Mask bounced = plane.template turn<kNotes>(i, sunk, way);
         note_hit(b, i, bounced);
-        if (b.stamp != 0) plane.note(b, i, bounced, way);
+        if constexpr (kNotes) plane.note(b, i, bounced, way);
         if (any(sunk)) bounce_near(shape, rebound, b, dt, i, sunk);
       });
 }
@@ -160,10 +169,12 @@ MOTES_INLINE void bounce_exactly(const PlaneLanes& plane, const shapes::Shape& s
   const int axis = axis_of(normal);
   if (axis < 0) return bounce_exactly<PlaneLanes>(plane, shape, rebound, b, dt);
   const float at = axis == 0 ? point.x : axis == 1 ? point.y : point.z;
-  if (normal.x + normal.y + normal.z > 0) {
-    return bounce_off(UprightPlane<1>(axis, at, rebound, b, dt), shape, rebound, b, dt);
-  }
-  bounce_off(UprightPlane<-1>(axis, at, rebound, b, dt), shape, rebound, b, dt);
+  const auto off = [&](const auto& upright) __attribute__((always_inline)) {
+    if (b.stamp != 0) return bounce_off<true>(upright, shape, rebound, b, dt);
+    bounce_off<false>(upright, shape, rebound, b, dt);
+  };
+  if (normal.x + normal.y + normal.z > 0) return off(UprightPlane<1>(axis, at, rebound, b, dt));
+  off(UprightPlane<-1>(axis, at, rebound, b, dt));
 }
 
 /// Reflects velocities if the predicted positions are beyond the surface; returns which particles bounced.

@@ -63,9 +63,10 @@ MOTES_INLINE Doubles3 place_of(const shapes::Shape& shape, const Met& hit, Doubl
 }
 
 /// Sets positions and velocities of the lanes of `going` so that the move that follows ends where their paths end;
-/// returns which of them bounced. `seen`: where their hits are noted; may be null.
-__attribute__((noinline)) inline Longs follow(const shapes::Shape& shape, const Rebound& rebound, float step,
-                                              Longs going, Doubles3& x, Doubles3& v, HalfHits* seen) {
+/// returns which of them bounced. Adds their hits to `seen`: HalfHits, or Unseen.
+template <class Seen>
+__attribute__((noinline)) Longs follow(const shapes::Shape& shape, const Rebound& rebound, float step, Longs going,
+                                       Doubles3& x, Doubles3& v, Seen& seen) {
   const Doubles dt = all_doubles(step);
   Doubles passed{};  // seconds of the step before the last hit
   Doubles3 from = x;
@@ -78,7 +79,7 @@ __attribute__((noinline)) inline Longs follow(const shapes::Shape& shape, const 
     if (hits == kMostHits) break;
     bounced |= going;
     from = select(going, place_of(shape, hit, from, to, largest(v) * dt, going), from);
-    if (seen != nullptr) seen->add(going, hit.normal, from);
+    seen.add(going, hit.normal, from);
     passed = select(going, passed + hit.part * (dt - passed), passed);
     v = select(going, rebound(v, hit.normal), v);
     const bool last = hits == kMostHits - 1;

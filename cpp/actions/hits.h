@@ -32,6 +32,11 @@ struct HalfHits {
   }
 };
 
+/// For bounces that note no hits, whose code stays free of them.
+struct Unseen {
+  MOTES_INLINE void add(Longs, Doubles3, Doubles3) {}
+};
+
 MOTES_INLINE Hits join(const HalfHits& low, const HalfHits& high) {
   return {join(low.count, high.count), join(low.normal, high.normal), join(low.place, high.place), ~Mask{}};
 }

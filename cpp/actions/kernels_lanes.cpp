@@ -17,6 +17,10 @@ void contains(const shapes::Shape& shape, const float* const* position, std::siz
   });
 }
 
+// A kernel sees only one block of particles and cannot sort them all, so the store is sorted after the list has run
+// (program/order.h), and the list skips this action.
+void sort(const actions::Parameters&, const actions::Block&, const actions::Step&) {}
+
 // Usually at most one of 32 particles is dead, so that case has no branches.
 void collect_dead(const actions::Block& b, std::uint32_t base, std::uint32_t* dead, std::size_t& count) {
   for (std::size_t first = 0; first < b.count; first += 32) {

@@ -185,11 +185,12 @@ struct SizedRecords {
   MOTES_INLINE void read(const image::Settling& s, const unsigned char* records, std::size_t count) {
     const bool wide = image::is_wide(s.layout);
     for (std::size_t i = 0; i < count; ++i, records += s.record_bytes) {
-      const std::uint32_t first = word_at(records);
-      x[i] = wide ? static_cast<std::int32_t>(first) : static_cast<std::int16_t>(first);
-      y[i] = wide ? static_cast<std::int32_t>(word_at(records + 4)) : static_cast<std::int32_t>(first) >> 16;
-      radius[i] = 0.5f / (1 << image::kSizeBits) *
-                  static_cast<float>(image::size_units(word_at(records + s.form.size) & 0xffffu));
+      const std::uint32_t first = word_at(records), size = word_at(records + s.form.size) & 0xffffu;
+      const int coarser = !wide && size >= image::kBigSize ? image::kBigBits : 0;
+      x[i] = (wide ? static_cast<std::int32_t>(first) : static_cast<std::int16_t>(first)) << coarser;
+      y[i] = (wide ? static_cast<std::int32_t>(word_at(records + 4)) : static_cast<std::int32_t>(first) >> 16)
+             << coarser;
+      radius[i] = 0.5f / (1 << image::kSizeBits) * static_cast<float>(image::size_units(size));
       depth[i] = word_at(records + s.form.depth);
     }
     for (std::size_t i = count; i % kLanes != 0; ++i) x[i] = y[i] = 0, radius[i] = 0, depth[i] = 0;

@@ -62,9 +62,9 @@ def test_a_mesh_counts_too():
     assert p.hit.tolist() == [1, 0]
     np.testing.assert_allclose(p.hit_normal, [(0, 1, 0), (0, 0, 0)], atol=0.01)
     np.testing.assert_allclose(p.landing[0, :3], (0, 1, 0.1), atol=0.01)
-    rising = box.at((0, 0.2, 0), moving_from=box)
-    p = after(state, actions.Bounce(rising, hits=True), actions.Move())
-    assert p.hit.tolist() == [1, 0] and p.landing[0, 3] == 0, "nothing lands on a surface that moves"
+    for way in ((0, 0.2, 0), (0, -0.2, 0), (0.2, 0, 0)):
+        p = after(state, actions.Bounce(box.at(way, moving_from=box), hits=True), actions.Move())
+        assert p.hit.tolist() == [1, 0] and p.landing[0, 3] == 0, "nothing lands on a surface that moves"
 
 
 def test_hits_begin_anew_in_each_frame():

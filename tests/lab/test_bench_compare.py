@@ -49,6 +49,15 @@ def test_rows_that_both_have_are_compared(now, slower, monkeypatch, tmp_path):
     assert found["slower"] == slower
 
 
+@pytest.mark.usefixtures("idle")
+def test_a_relative_path_is_one_from_here(monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    install(tmp_path, "old", make=10.0)
+    monkeypatch.setattr(compare.sys, "executable", install(tmp_path, "new", make=5.0))
+    found = compare.compare(old_python="./old", rounds=1, only=["births"], busy=False)
+    assert found["rows"][0]["ratio"] == 0.5
+
+
 def test_a_busy_machine_is_not_judged_unless_asked(monkeypatch, tmp_path):
     monkeypatch.setattr(quiet, "LOOK_S", 0.0)
     monkeypatch.setattr(quiet.OthersAtWork, "processors", lambda _: 1.5)

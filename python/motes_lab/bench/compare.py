@@ -47,6 +47,8 @@ def compare(*, old_python: str, rounds: int, only: list[str] | None, busy: bool)
     require_quiet(busy=busy)
     new_env = {**os.environ, "PYTHONPATH": str(Path(motes.__file__).resolve().parents[1])}
     old_env = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    # The benchmarks run in another folder. An environment's Python is a link, which must not be followed.
+    old_python = os.path.abspath(old_python) if os.sep in old_python else old_python
     sides = [(old_python, old_env), (sys.executable, new_env)]
     others = OthersAtWork()
     found: dict[str, tuple[list[float], list[float]]] = {}

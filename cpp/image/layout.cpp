@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <variant>
 
+#include "image/daylight_parts.h"
 #include "image/grid.h"
 
 namespace motes::image {
@@ -12,6 +13,22 @@ bool has_fixed_footprint(const Sprite& sprite, int height) {
   const float diameter = diameter_of(sprite, height);
   const bool flat = sprite.kind() != Sprite::Kind::image && !is_posed(sprite);
   return flat && diameter >= 2 && diameter <= static_cast<float>(kMaxFootprint);
+}
+
+// Returns whether sun and sky are the only light, of no colour and at most white: then one number per pixel is the
+// light on a sphere (see Daylight), and small ones can be painted from tables.
+bool has_grey_light(const View& view) {
+  constexpr float kAlike = 0.01f;
+  const auto grey = [](const Color& color) {
+    const auto [least, most] = std::minmax_element(color.begin(), color.end());
+    return *most - *least <= kAlike * std::max(*most, 1.0f);
+  };
+  const float background = *std::max_element(view.background.begin(), view.background.end());
+  const bool dim = static_cast<float>(kSun) * view.sun_power * view.sun_color[0] + static_cast<float>(kSky) +
+                       static_cast<float>(kTint) * background <=
+                   1;
+  return view.lights.empty() && view.sky.kind == Sky::Kind::none && grey(view.sun_color) && grey(view.background) &&
+         dim;
 }
 
 // Returns whether a sprite shows a surface in space, whose light depends on its normal.
@@ -81,7 +98,7 @@ Layout layout(const Sprite& sprite, const View& view, bool any_depth) {
   if (has_gain(sprite, view)) return Layout::wide;
   const bool still = !(view.shutter > 0);
   const bool sharp = !(view.camera.aperture > 0);
-  const bool simple = !lit_by_painter(sprite) && !fogged_by_painter(sprite, view);
+  const bool simple = !(lit_by_painter(sprite) && !has_grey_light(view)) && !fogged_by_painter(sprite, view);
   if (still && sharp && simple && has_fixed_footprint(sprite, view.height)) return deep ? Layout::deep : Layout::plain;
   const bool far = !sharp && blurs_in_painter(sprite);  // may reach the image from far outside
   if (far || sprite.kind() == Sprite::Kind::image || Grid{view.width, view.height}.far_bits() == 0) return Layout::wide;

@@ -41,11 +41,24 @@ std::vector<ShadowPart> shadow_parts(const Script& script, const image::View& vi
   return parts;
 }
 
+// The optical depths of all lights' grids.
+struct Depths {
+  std::vector<std::int64_t> sums;
+  std::vector<unsigned> boxes;  // see ShadowGrids::resolve
+
+  explicit Depths(std::size_t lights) : sums(lights * ShadowGrids::numbers()), boxes(lights) {}
+};
+
+constexpr std::size_t kLayers = std::size_t{image::kShadowBoxes} * image::kShadowLayers;  // of one light
+
 // Returns a failure flag, followed by one number per layer of all boxes of all lights: 1 if anything is in it.
-Maxima word_of_layers(const std::vector<std::int64_t>& sums, bool failed) {
+Maxima word_of_layers(const Depths& depths, bool failed) {
   Maxima word{failed ? 1.0f : 0.0f};
-  for (auto layer = sums.begin(); layer != sums.end(); layer += ShadowGrids::kLayer) {
-    const bool used = std::any_of(layer, layer + ShadowGrids::kLayer, [](std::int64_t sum) { return sum != 0; });
+  for (std::size_t layer = 0; layer < depths.boxes.size() * kLayers; ++layer) {
+    const unsigned boxes = depths.boxes[layer / kLayers];
+    const auto first = depths.sums.begin() + static_cast<std::ptrdiff_t>(layer * ShadowGrids::kLayer);
+    const bool used = (boxes >> (layer % kLayers / image::kShadowLayers) & 1u) != 0 &&
+                      std::any_of(first, first + ShadowGrids::kLayer, [](std::int64_t sum) { return sum != 0; });
     word.push_back(used ? 1.0f : 0.0f);
   }
   return word;
@@ -61,26 +74,30 @@ void pack(const Maxima& word, std::vector<std::int64_t>& sums) {
   sums.erase(to, sums.end());
 }
 
-void unpack(const Maxima& word, std::vector<std::int64_t>& sums) {
+// Moves the layers back to their places, and marks the boxes that have any.
+void unpack(const Maxima& word, Depths& depths) {
   std::vector<std::int64_t> all((word.size() - 1) * ShadowGrids::kLayer);
-  auto from = sums.begin();
+  auto from = depths.sums.begin();
   for (std::size_t layer = 0; layer + 1 < word.size(); ++layer) {
     if (word[1 + layer] == 0) continue;
     std::copy_n(from, ShadowGrids::kLayer, all.begin() + static_cast<std::ptrdiff_t>(layer * ShadowGrids::kLayer));
     from += ShadowGrids::kLayer;
+    depths.boxes[layer / kLayers] |= 1u << (layer % kLayers / image::kShadowLayers);
   }
-  sums = std::move(all);
+  depths.sums = std::move(all);
 }
 
-void add_depths(threads::Pool& pool, const std::vector<ShadowPart>& parts, std::vector<std::int64_t>& sums) {
-  std::vector<std::vector<std::int64_t>> others(static_cast<std::size_t>(pool.threads()) - 1);
+void add_depths(threads::Pool& pool, const std::vector<ShadowPart>& parts, Depths& depths) {
+  std::vector<Depths> others(static_cast<std::size_t>(pool.threads()) - 1, Depths(0));
   pool.run(parts.size(), [&](std::size_t p, std::size_t worker) {
-    std::vector<std::int64_t>& to = worker == 0 ? sums : others[worker - 1];
-    to.resize(sums.size());
-    parts[p].shadows.add(parts[p].first, parts[p].last, to.data());
+    Depths& to = worker == 0 ? depths : others[worker - 1];
+    to.sums.resize(depths.sums.size());
+    to.boxes.resize(depths.boxes.size());
+    parts[p].shadows.add(parts[p].first, parts[p].last, to.sums.data(), to.boxes);
   });
-  for (const std::vector<std::int64_t>& other : others) {
-    for (std::size_t i = 0; i < other.size(); ++i) sums[i] += other[i];
+  for (const Depths& other : others) {
+    for (std::size_t i = 0; i < other.sums.size(); ++i) depths.sums[i] += other.sums[i];
+    for (std::size_t i = 0; i < other.boxes.size(); ++i) depths.boxes[i] |= other.boxes[i];
   }
 }
 
@@ -111,33 +128,35 @@ void tell_drawers(Rank& rank, const Painter& painter, Maxima& word, std::vector<
 }  // namespace
 
 void gather_shadows(Rank& rank, const Script& script, const Calculator& calculator, Painter& painter) {
-  painter.shadows.reset();
+  std::unique_ptr<ShadowGrids> grids = std::move(painter.shadows);  // reuses its memory
   if (!script.record.view) return;
   const image::View& view = *script.record.view;
   if (!ShadowGrids::wanted(view, script.record.sprites)) return;
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::project, "shadows");
-  auto grids = std::make_unique<ShadowGrids>();
+  if (grids == nullptr) grids = std::make_unique<ShadowGrids>();
   grids->begin(view);
   Session& session = rank.session;
   Round round;
   round.turn = session.turn;
-  std::vector<std::int64_t> sums(grids->lights() * ShadowGrids::numbers());
+  Depths depths(grids->lights());
   if (session.calculates()) {
     session.work("render", [&] {
       const std::vector<DrawnSystem> systems = shadowing(script, calculator, *rank.pool);
-      add_depths(*rank.pool, shadow_parts(script, view, systems, *grids), sums);
+      add_depths(*rank.pool, shadow_parts(script, view, systems, *grids), depths);
     });
   }
-  Maxima word = word_of_layers(sums, session.failed());
-  if (session.calculates()) {
-    word = all_reduce_max(rank, round, std::move(word));
-    pack(word, sums);
-    all_reduce_sum(rank, round, comm::Phase::shadows, sums);
+  if (session.size() > 1) {
+    Maxima word = word_of_layers(depths, session.failed());
+    if (session.calculates()) {
+      word = all_reduce_max(rank, round, std::move(word));
+      pack(word, depths.sums);
+      all_reduce_sum(rank, round, comm::Phase::shadows, depths.sums);
+    }
+    tell_drawers(rank, painter, word, depths.sums);
+    session.work("render", [&] { unpack(word, depths); });
   }
-  tell_drawers(rank, painter, word, sums);
   session.work("render", [&] {
-    unpack(word, sums);
-    grids->resolve(sums);
+    grids->resolve(depths.sums, depths.boxes);
     painter.shadows = std::move(grids);
   });
 }

@@ -272,10 +272,11 @@ __attribute__((noinline)) void add_wide(const WideCaster& wide, std::int64_t* su
   }
 }
 
-void add_depths(const image::ShadowTask& t, const image::ShadowSpace& space, std::size_t first, std::size_t last,
-                std::int64_t* sums) {
+unsigned add_depths(const image::ShadowTask& t, const image::ShadowSpace& space, std::size_t first, std::size_t last,
+                    std::int64_t* sums) {
   Shares shares[2];  // cells of one are prefetched while the other is computed
   int now = 0;
+  Ints boxes{};
   for (std::size_t i = first; i < last; i += kLanes) {
     const ShadowCaster c = caster_at(t, i, last);
     const InLattice lattice = in_lattice(space, c.place);
@@ -283,6 +284,7 @@ void add_depths(const image::ShadowTask& t, const image::ShadowSpace& space, std
     const InBox at = box_of_caster(space, lattice, across);
     const Mask counts = c.counts & at.known & (across > 0.0f) & (across <= kMostFloat);
     if (!any(counts)) continue;
+    boxes |= (all_ints(1) << at.box) & counts;
     const Floats wide = across / at.cell;
     const Mask few = wide <= kFewCells;
     share_depths(at, wide * wide * (kHalfTurnRadians / 4), c.opacity, bits_of(counts & few), shares[now]);
@@ -299,6 +301,9 @@ void add_depths(const image::ShadowTask& t, const image::ShadowSpace& space, std
     }
   }
   add(sums, shares[1 - now]);
+  unsigned used = 0;
+  for (std::size_t lane = 0; lane < kLanes; ++lane) used |= static_cast<unsigned>(boxes[lane]);
+  return used;
 }
 
 void let_through(float* depths, std::size_t count) {

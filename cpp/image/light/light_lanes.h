@@ -86,9 +86,10 @@ struct LightLanes {
   /// `first`, and their gains, if wanted, to the fourth one. Writes whole vectors.
   void (*light)(const LightTask& task, std::size_t first, std::size_t last, float* const* to);
 
-  /// Adds the particles' optical depths to the sums of a light's grid, see ShadowGrids::numbers.
-  void (*add)(const ShadowTask& task, const ShadowSpace& space, std::size_t first, std::size_t last,
-              std::int64_t* sums);
+  /// Adds the particles' optical depths to the sums of a light's grid, see ShadowGrids::numbers. Returns a bit per box
+  /// to which any were added.
+  unsigned (*add)(const ShadowTask& task, const ShadowSpace& space, std::size_t first, std::size_t last,
+                  std::int64_t* sums);
 
   /// Replaces optical depths by the part of the light that they let through. `count`: a multiple of 16.
   void (*let_through)(float* depths, std::size_t count);

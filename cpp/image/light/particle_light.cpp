@@ -114,9 +114,9 @@ ParticleShadows::ParticleShadows(const Sprite& sprite, const View& view, const S
                                  const Drawn& particles)
     : task_{particle_planes(particles), particle_width(sprite, view), sprite.shadow}, grids_(&grids) {}
 
-void ParticleShadows::add(std::size_t first, std::size_t last, std::int64_t* sums) const {
+void ParticleShadows::add(std::size_t first, std::size_t last, std::int64_t* sums, std::vector<unsigned>& boxes) const {
   for (std::size_t light = 0; light < grids_->lights(); ++light) {
-    light_lanes().add(task_, grids_->space(light), first, last, sums + light * ShadowGrids::numbers());
+    boxes[light] |= light_lanes().add(task_, grids_->space(light), first, last, sums + light * ShadowGrids::numbers());
   }
 }
 

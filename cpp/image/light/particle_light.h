@@ -44,8 +44,9 @@ class ParticleLight {
 class ParticleShadows {
  public:
   ParticleShadows(const Sprite& sprite, const View& view, const ShadowGrids& grids, const Drawn& particles);
-  /// Adds the particles' optical depths to `sums`, those of all lights.
-  void add(std::size_t first, std::size_t last, std::int64_t* sums) const;
+  /// Adds the particles' optical depths to `sums`, those of all lights, and marks the boxes that have any: see
+  /// ShadowGrids::resolve.
+  void add(std::size_t first, std::size_t last, std::int64_t* sums, std::vector<unsigned>& boxes) const;
 
  private:
   ShadowTask task_;

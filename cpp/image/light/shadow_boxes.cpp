@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <functional>
 
 #include "image/light/light_lanes.h"
 
@@ -12,7 +11,7 @@ namespace {
 constexpr int kColumns = kShadowColumns, kLayers = kShadowLayers, kBoxes = kShadowBoxes;
 constexpr std::size_t kLayer = ShadowGrids::kLayer, kBox = ShadowGrids::kBox, kPlanes = kLayer * (kLayers + 1);
 
-// The light that is left at each border between layers of a box, as planes of kLayer numbers; empty: all of it.
+// The light that is left at each border between layers of a box: planes of kLayer numbers.
 using Planes = std::vector<float>;
 
 std::size_t at(int column, int row) {
@@ -20,23 +19,17 @@ std::size_t at(int column, int row) {
 }
 std::size_t plane(int number) { return static_cast<std::size_t>(number) * kLayer; }
 
-void multiply(Planes& planes, const Planes& by) {
-  if (planes.empty()) {
-    planes = by;
-  } else if (!by.empty()) {
-    std::transform(planes.begin(), planes.end(), by.begin(), planes.begin(), std::multiplies<>());
-  }
+void multiply(float* planes, const float* by) {
+  for (std::size_t i = 0; i < kPlanes; ++i) planes[i] *= by[i];
 }
 
-// Returns the light that the particles of one box leave.
-Planes of_box(const std::int64_t* sums) {
-  if (std::all_of(sums, sums + kBox, [](std::int64_t sum) { return sum == 0; })) return {};
-  Planes planes(kPlanes);
+// Writes the light that the particles of one box leave.
+void set_own(const std::int64_t* sums, float* planes) {
+  std::fill_n(planes, kLayer, 0.0f);
   for (std::size_t i = 0; i < kBox; ++i) {
-    planes[kLayer + i] = planes[i] + static_cast<float>(static_cast<double>(sums[i]) / double{kShadowUnit});
+    planes[kLayer + i] = planes[i] + static_cast<float>(sums[i]) * (1 / kShadowUnit);
   }
-  light_lanes().let_through(planes.data(), planes.size());
-  return planes;
+  light_lanes().let_through(planes, kPlanes);
 }
 
 // Where a box begins in the next coarser one, in halves of its cells: along columns, rows and layers.
@@ -49,25 +42,22 @@ Offset offset_of(const ShadowSpace& space, int box) {
   return offset;
 }
 
-// Returns the light of a box in the cells of the next coarser one: the mean of four columns; all of it outside.
-Planes coarser(const Planes& fine, const Offset& offset) {
-  if (fine.empty()) return {};
-  Planes planes(kPlanes, 1.0f);
+// Multiplies the light of a box by that of the next finer one: the mean of four columns; all of it outside.
+void multiply_by_finer(const float* fine, const Offset& offset, float* planes) {
   const int first[2] = {offset[0] / 2, offset[1] / 2}, half = kColumns / 2;
   for (int layer = 0; layer <= kLayers; ++layer) {
     const int from = 2 * layer - offset[2];
     if (from <= 0) continue;
-    const float* const there = fine.data() + plane(std::min(from, kLayers));
-    float* const here = planes.data() + plane(layer);
+    const float* const there = fine + plane(std::min(from, kLayers));
+    float* const here = planes + plane(layer);
     for (int row = 0; row < half; ++row) {
       for (int column = 0; column < half; ++column) {
         const float* const four = there + at(2 * column, 2 * row);
-        here[at(first[0] + column, first[1] + row)] =
+        here[at(first[0] + column, first[1] + row)] *=
             0.25f * ((four[0] + four[1]) + (four[kColumns] + four[kColumns + 1]));
       }
     }
   }
-  return planes;
 }
 
 // The two columns or rows of the coarser box around the middle of a finer one: the nearer and the farther one.
@@ -78,7 +68,6 @@ Nearby nearby(int i) { return {i >> 1, (i & 1) == 0 ? (i >> 1) - 1 : (i >> 1) + 
 
 // Returns the light of a box in the cells of the next finer one, interpolated.
 Planes finer(const Planes& coarse, const Offset& offset) {
-  if (coarse.empty()) return {};
   Planes planes(kPlanes);
   std::vector<float> between(kLayer), rows(kLayer);
   for (int layer = 0; layer <= kLayers; ++layer) {
@@ -105,28 +94,32 @@ Planes finer(const Planes& coarse, const Offset& offset) {
 
 }  // namespace
 
-std::vector<float> light_left(const ShadowSpace& space, const std::int64_t* sums) {
-  std::array<Planes, kBoxes> own;
-  for (int box = 0; box < kBoxes; ++box)
-    own[static_cast<std::size_t>(box)] = of_box(sums + kBox * static_cast<std::size_t>(box));
-  if (std::all_of(own.begin(), own.end(), std::mem_fn(&Planes::empty))) return {};
-  std::array<Planes, kBoxes> and_finer = own;  // of a box and all within it
+void set_light_left(const ShadowSpace& space, const std::int64_t* sums, unsigned boxes, std::vector<float>& left) {
+  left.resize(boxes == 0 ? 0 : kBoxes * kPlanes);
+  if (boxes == 0) return;
+  const auto planes = [&](int box) { return left.data() + static_cast<std::size_t>(box) * kPlanes; };
+  for (int box = 0; box < kBoxes; ++box) {
+    if ((boxes >> box & 1u) != 0) {
+      set_own(sums + static_cast<std::size_t>(box) * kBox, planes(box));
+    } else {
+      std::fill_n(planes(box), kPlanes, 1.0f);
+    }
+  }
+  std::array<Planes, kBoxes> around;  // light that all coarser boxes leave, in the cells of a box; empty: all
+  for (int box = kBoxes - 2; box >= 0; --box) {
+    if (boxes >> (box + 1) == 0) continue;
+    Planes coarse(planes(box + 1), planes(box + 1) + kPlanes);
+    const Planes& beyond = around[static_cast<std::size_t>(box) + 1];
+    if (!beyond.empty()) multiply(coarse.data(), beyond.data());
+    around[static_cast<std::size_t>(box)] = finer(coarse, offset_of(space, box));
+  }
   for (int box = 1; box < kBoxes; ++box) {
-    const auto i = static_cast<std::size_t>(box);
-    multiply(and_finer[i], coarser(and_finer[i - 1], offset_of(space, box - 1)));
+    multiply_by_finer(planes(box - 1), offset_of(space, box - 1), planes(box));
   }
-  std::vector<float> left(kBoxes * kPlanes, 1.0f);
-  Planes around;  // of all coarser boxes, in the cells of a box
-  for (int box = kBoxes - 1; box >= 0; --box) {
-    const auto i = static_cast<std::size_t>(box);
-    Planes& all = and_finer[i];
-    multiply(all, around);
-    if (!all.empty()) std::copy(all.begin(), all.end(), left.begin() + static_cast<std::ptrdiff_t>(i * kPlanes));
-    if (box == 0) break;
-    multiply(around, own[i]);
-    around = finer(around, offset_of(space, box - 1));
+  for (int box = 0; box < kBoxes; ++box) {
+    const Planes& beyond = around[static_cast<std::size_t>(box)];
+    if (!beyond.empty()) multiply(planes(box), beyond.data());
   }
-  return left;
 }
 
 }  // namespace motes::image

@@ -8,7 +8,8 @@
 
 namespace motes::image {
 
-/// Returns the light that particles leave: see ShadowMap::left; empty if there are none. `sums`: those of one light.
-std::vector<float> light_left(const ShadowSpace& space, const std::int64_t* sums);
+/// Writes the light that particles leave: see ShadowMap::left; leaves `left` empty if there are none. `sums`: those of
+/// one light; `boxes`: one bit per box that has any.
+void set_light_left(const ShadowSpace& space, const std::int64_t* sums, unsigned boxes, std::vector<float>& left);
 
 }  // namespace motes::image

@@ -105,12 +105,12 @@ void ShadowGrids::begin(const View& view) {
     spaces_.push_back(space);
   }
   maps_.assign(spaces_.size(), {});
-  left_.assign(spaces_.size(), {});
+  left_.resize(spaces_.size());
 }
 
-void ShadowGrids::resolve(const std::vector<std::int64_t>& sums) {
+void ShadowGrids::resolve(const std::vector<std::int64_t>& sums, const std::vector<unsigned>& boxes) {
   for (std::size_t light = 0; light < spaces_.size(); ++light) {
-    left_[light] = light_left(spaces_[light], sums.data() + light * numbers());
+    set_light_left(spaces_[light], sums.data() + light * numbers(), boxes[light], left_[light]);
     maps_[light] = {};
     if (!left_[light].empty()) maps_[light] = {spaces_[light], left_[light].data()};
   }

@@ -55,10 +55,9 @@ class ShadowGrids {
   static constexpr std::size_t kLayer = std::size_t{kShadowColumns} * kShadowColumns;
   static constexpr std::size_t kBox = kLayer * kShadowLayers;
   static constexpr std::size_t numbers() { return kBox * kShadowBoxes; }
-  std::size_t layers() const { return lights() * kShadowBoxes * kShadowLayers; }
 
-  /// Turns the sums of all lights into the light that is left.
-  void resolve(const std::vector<std::int64_t>& sums);
+  /// Turns the sums of all lights into the light that is left. `boxes`: for each light, a bit per box that has any.
+  void resolve(const std::vector<std::int64_t>& sums, const std::vector<unsigned>& boxes);
 
   /// Return the shadows of the sun, or of a light by its number in the view; null if it does not shine or nothing casts
   /// a shadow.

@@ -39,13 +39,16 @@ struct LitSphere : Sphere {
     });
   }
 
-  MOTES_INLINE Front front(Floats x, Floats y) const {
+  /// `shows`: tells which pixels to shade, of those that it covers, given how much nearer than its centre they are.
+  template <class Shows>
+  MOTES_INLINE Front front(Floats x, Floats y, const Shows& shows) const {
     const Beside p = beside(s, x, y);
     const Floats along = p.along - clamp(p.along, -half, half);
     const Floats under = 1.0f - (along * along + p.across * p.across);
-    const Mask covered = under > 0.0f;
+    const Floats nearer = sqrt(max(under, Floats{})) * s.radius;
+    const Mask covered = (under > 0.0f) & shows(under > 0.0f, nearer);
     if (!any(covered)) return {covered, Uints{}, Floats{}};
-    return {covered, surface_of(shown(along, p.across)), sqrt(max(under, Floats{})) * s.radius};
+    return {covered, surface_of(shown(along, p.across)), nearer};
   }
 
  private:

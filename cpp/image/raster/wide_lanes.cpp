@@ -406,6 +406,23 @@ MOTES_INLINE void keep_vector(const TilePlanes& tile, const PatchPart& part, con
   keep(at.row + kLongs / kStrip, at.first + kLongs % kStrip, covered >> kLongs, second);
 }
 
+// Returns the lanes of a vector of a part whose pixels lie in the tile and have no nearer surface.
+MOTES_INLINE Mask may_show(const TilePlanes& tile, const PatchPart& part, const InPart& at, Mask there, Floats depth) {
+  Mask shows{};
+  for (std::size_t lane = 0; lane < kLanes; ++lane) {
+    if (there[lane] == 0) continue;
+    const int row = at.row + static_cast<int>(lane) / kStrip;
+    const int column = part.start[row] + at.strip * kStrip + at.first + static_cast<int>(lane) % kStrip;
+    if (row >= part.rows || column < 0 || column >= image::kTile) continue;
+    std::uint32_t bits;
+    const float here = depth[lane];
+    __builtin_memcpy(&bits, &here, sizeof bits);
+    const std::ptrdiff_t pixel = static_cast<std::ptrdiff_t>(part.first + row) * kPixelStride + column;
+    shows[lane] = bits <= tile.surfaces[pixel] >> 32 ? -1 : 0;
+  }
+  return shows;
+}
+
 // Draws opaque sprites that know their depth at each pixel.
 template <class Kind>
 void opaque_in_depth(const TilePlanes& tile, const WideSplat& task, const unsigned char* records, std::size_t count) {
@@ -458,7 +475,14 @@ void opaque_wide(const TilePlanes& tile, const WideSplat& task, const unsigned c
     if (is_hidden(tile, s, extent_x, first, last, center[0] - metres[0] * s.radius)) continue;
     place_in_tile(part, s, o, first, last, task.columns);
     for_each_vector(part, [&](Floats x, Floats y, const InPart& at) {
-      const Front front = kind.front(x - s.x, y - s.y);
+      Front front;
+      if constexpr (std::is_same_v<Kind, LitSphere>) {
+        front = kind.front(x - s.x, y - s.y, [&](Mask there, Floats nearer) {
+          return may_show(tile, part, at, there, max(center - metres * nearer, all(kLeastDepth)));
+        });
+      } else {
+        front = kind.front(x - s.x, y - s.y);
+      }
       const unsigned covered = bits_of(front.covered);
       if (covered == 0) return;
       const Uints depth = (Uints)max(center - metres * front.nearer, all(kLeastDepth));

@@ -19,12 +19,12 @@ double roll_off(double light);
 std::vector<std::uint16_t> tone_table(double exposure);
 
 /// The dither of 8-bit pictures: a pixel shows (value + threshold) >> 8. The threshold of column x in row y is the
-/// upper byte of x * kDitherAcross + y * kDitherDown modulo 2^32, scaled to kLeastThreshold .. 256 - kLeastThreshold: a
+/// upper byte of x * kDitherAcross + y * kDitherDown modulo 2^32, less an eighth, plus kLeastThreshold: a
 /// sequence of low discrepancy (its steps are the powers of the plastic number), without visible lines. It depends only
 /// on the place, so all ranks show the same; a value within kLeastThreshold of a whole byte is shown without dither, so
 /// colours given in bytes stay flat.
 inline constexpr std::uint32_t kDitherAcross = 3242174889u, kDitherDown = 2447445414u;
-inline constexpr int kLeastThreshold = 13;
+inline constexpr int kLeastThreshold = 16;
 
 /// Returns linear light (before exposure) as 16-bit sRGB, 0..65535, by the same curve within one step. Values not above
 /// 0, and NaN, become black.

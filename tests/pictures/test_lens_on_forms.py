@@ -136,7 +136,8 @@ def test_a_leaf_on_the_ground_is_whole_through_a_lens(blend: Any) -> None:
     through = motes.Camera(**eye, focus=3.0, aperture=0.1)
     lying = seen(leaf, through, facts=facts, **state)
     free = seen(leaf, through, facts=facts | {"objects": []}, **state)
-    assert lying.sum() == pytest.approx(free.sum(), rel=0.02)
+    # The ground is blurred by other points of the lens than a blended leaf.
+    assert lying.sum() == pytest.approx(free.sum(), rel=0.02 if blend == "opaque" else 0.05)
     state |= {"orientation": [(1, 0, 0, 0)], "position": [(0, -0.1, 0)]}
     sunk = seen(leaf, through, facts=facts, **state)
     free = seen(leaf, through, facts=facts | {"objects": []}, **state)

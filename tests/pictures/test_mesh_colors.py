@@ -69,7 +69,7 @@ def test_white_corners_draw_the_same_bits_as_none(how: str) -> None:
         np.testing.assert_array_equal(plain, white)
     # Colours above white are clipped on particles, but brighten solids.
     bright = motes.Mesh(CORNERS, [(0, 1, 2)], colors=np.full((3, 3), 3.0))
-    np.testing.assert_array_equal(drawn(how, bright), plain)
+    np.testing.assert_array_equal(drawn(how, bright, **facts), plain)
     more, less = (drawn("solid", one) for one in (bright, motes.Mesh(CORNERS, [(0, 1, 2)])))
     np.testing.assert_allclose(more, 3 * less, rtol=1e-4)
 

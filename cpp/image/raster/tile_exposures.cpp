@@ -5,12 +5,30 @@
 
 #include "image/camera.h"
 #include "image/exposures.h"
+#include "image/mesh_corners.h"
 #include "image/raster/tile_painter.h"
 
 namespace motes::image {
 namespace {
 
 constexpr std::size_t kTileNumbers = static_cast<std::size_t>(3 * kTile) * kTile;
+
+// Returns an upper bound on the depths at which a record's visibility is tested, m.
+float farthest_depth(const Piece& piece, const std::byte* record) {
+  const Sprite& sprite = piece.brush->sprite();
+  float depth = 0;
+  std::memcpy(&depth, record + static_cast<std::size_t>(piece.brush->form().depth), sizeof depth);
+  if (!is_posed(sprite)) return depth;
+  if (sprite.is(Sprite::Kind::ribbon)) {
+    RibbonRecord ribbon;
+    std::memcpy(&ribbon, record, sizeof ribbon);
+    for (const RibbonPoint& point : ribbon.point) depth = std::max(depth, point.depth);
+    return depth;
+  }
+  PosedRecord posed;
+  std::memcpy(&posed, record, sizeof posed);
+  return depth + posed.scale * (sprite.is(Sprite::Kind::mesh) ? reach_of_mesh(sprite.asset()) : 0.7072f);
+}
 
 }  // namespace
 
@@ -85,11 +103,9 @@ bool TilePainter::in_front(std::span<const Piece> pieces, std::uint32_t nearest)
   for (const Piece& piece : pieces) {
     const RecordForm form = piece.brush->form();
     if (piece.count == 0 || piece.brush->blends(Sprite::Blend::opaque) || form.depth == 0) continue;
-    if (is_posed(piece.brush->sprite())) return false;  // these have depths of their own at each pixel
     const std::size_t bytes = piece.brush->record_bytes();
     for (std::size_t i = 0; i < piece.count; ++i) {
-      float depth = 0;
-      std::memcpy(&depth, piece.records + i * bytes + static_cast<std::size_t>(form.depth), sizeof depth);
+      const float depth = farthest_depth(piece, piece.records + i * bytes);
       if (!(depth + piece.brush->sprite().softness < least)) return false;
     }
   }

@@ -56,7 +56,7 @@ struct Listed {
     const interactions::Radii radii{0, sizes(), {nullptr, nullptr, 1}, false};
     const bool kept = list.holds(own, radii, now, threads::alone());
     if (!kept) {
-      list.sort(crowd, reach(), interactions::skin_of(list.wear(), reach()), threads::alone());
+      list.sort(crowd, reach(), interactions::skin_of(list.wear(), reach(), false), threads::alone());
       list.build(crowd, arrange(), store, 0, now, threads::alone());
     }
     list.view(now);

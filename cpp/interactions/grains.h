@@ -26,9 +26,9 @@ struct PairState;
 inline constexpr float kLeastMass = 0x1p-124f;
 
 struct alignas(16) Grain {
-  float at[3], radius;              // m
+  float at[3], radius;  // m
   float velocity[3], inverse_mass;  // m/s, 1/kg
-  float spin[3], unused;            // rad/s
+  float spin[3], unused;  // rad/s
 };
 
 /// Changes of a grain's velocity and spin, and the number of its touches.
@@ -37,10 +37,10 @@ struct alignas(16) GrainPush {
   float spin[3], unused;
 };
 
-/// Where a grain was when near pairs were found, and its motion per sub-step then. Near pairs hold while no grain is far
-/// from its course.
+/// Where a grain was when near pairs were found, and its motion per sub-step then. Near pairs hold while no grain is
+/// far from its course.
 struct alignas(16) Course {
-  float at[3], radius;     // m
+  float at[3], radius;  // m
   float step[3], unused;  // m per sub-step
 };
 
@@ -56,7 +56,7 @@ struct Ends {
 /// Columns of grains by index: own ones, then ghosts.
 struct GrainColumns {
   Column at[3], velocity[3], spin[3], size, mass;
-  float given = 0;         // radius that the script gave, m; 0: half of each one's size
+  float given = 0;  // radius that the script gave, m; 0: half of each one's size
   bool given_own = false;  // that is the radius of own grains alone
 };
 
@@ -64,7 +64,7 @@ struct GrainColumns {
 struct PlaceTask {
   const GrainColumns* columns = nullptr;
   const std::uint32_t* order = nullptr;  // index of each place
-  std::uint32_t own = 0, count = 0;      // indices from `count` on are images, which are not placed
+  std::uint32_t own = 0, count = 0;  // indices from `count` on are images, which are not placed
   Grain* grains = nullptr;
   const Course* courses = nullptr;  // null: there are none yet
   const Ends* ends = nullptr;
@@ -76,16 +76,16 @@ struct PlaceTask {
 /// Finds near pairs, pushes them apart, or sums pushes. All pairs are of one neighbour list.
 struct TouchTask {
   const double* numbers = nullptr;  // the action's
-  float dt = 0;                     // s
-  int side = 0;                     // as in Task
-  std::uint32_t now = 0;            // sub-step
+  float dt = 0;  // s
+  int side = 0;  // as in Task
+  std::uint32_t now = 0;  // sub-step
   const Ends* ends = nullptr;
-  bool apart = false;                    // each end has its own state, 2 * pair + end, and is computed alone
+  bool apart = false;  // each end has its own state, 2 * pair + end, and is computed alone
   const std::uint8_t* chosen = nullptr;  // which particles may change, by index; null: all
-  bool sums_alone = false;               // leave the grains' own velocity and spin out of the sums
+  bool sums_alone = false;  // leave the grains' own velocity and spin out of the sums
   const std::uint32_t* order = nullptr;
   const std::uint64_t* ids = nullptr;  // by place
-  std::uint32_t places = 0, own = 0;   // indices from `own` on are ghosts or images
+  std::uint32_t places = 0, own = 0;  // indices from `own` on are ghosts or images
   const std::uint32_t *listed_first = nullptr, *listed_second = nullptr;
   PairState* states = nullptr;  // by listed pair, as its first sees it
   const Grain* grains = nullptr;
@@ -106,9 +106,9 @@ struct GiveTask {
   const std::uint32_t* order = nullptr;
   std::uint32_t own = 0;
   const std::uint8_t* chosen = nullptr;  // which particles may change, by index; null: all
-  float* to[7] = {};                     // velocity, spin, contacts
+  float* to[7] = {};  // velocity, spin, contacts
   const std::uint8_t* adds_to = nullptr;  // whose contacts are added to earlier ones, by index
-  bool adds = false;                      // all are, if adds_to is null
+  bool adds = false;  // all are, if adds_to is null
   std::uint32_t from = 0, last = 0;  // places
 };
 

@@ -62,8 +62,7 @@ void NearPairs::place(const Placing& placing, threads::Pool& pool) {
   known_ = known_ && !stray_;
 }
 
-void NearPairs::find(TouchTask task, float reach, const std::vector<std::size_t>& parts,
-                     threads::Pool& pool) {
+void NearPairs::find(TouchTask task, float reach, const std::vector<std::size_t>& parts, threads::Pool& pool) {
   if (skin_ == 0) skin_ = reach / 256;
   skin_ = std::clamp(stray_ && age_ < kSteps / 2 ? skin_ * 1.5f : skin_ * 0.9f, reach * kThinnest, reach * kThickest);
   task.skin = skin_;

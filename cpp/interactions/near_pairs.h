@@ -1,6 +1,6 @@
 // Near pairs: those of a neighbour list that can touch within the next few sub-steps, found by where grains are and how
-// fast they move towards each other. Only these are looked at in each sub-step. Each rank finds its own: which pairs are
-// near does not show in any result.
+// fast they move towards each other. Only these are looked at in each sub-step. Each rank finds its own: which pairs
+// are near does not show in any result.
 #pragma once
 
 #include <cstddef>
@@ -54,8 +54,8 @@ class NearPairs {
   void place(const Placing& placing, threads::Pool& pool);
   const Grain* grains() const { return grains_.data(); }
 
-  /// Lets grains push each other. The task has the listed pairs and the law. Returns twice the number of touching pairs,
-  /// counting ends at other ranks' grains not.
+  /// Lets grains push each other. The task has the listed pairs and the law. Returns twice the number of touching
+  /// pairs, counting ends at other ranks' grains not.
   std::uint64_t act(TouchTask task, float reach, const Cells& cells, threads::Pool& pool);
   /// Returns what act() computed, by place.
   GrainPush* out() { return out_.data(); }
@@ -82,8 +82,8 @@ class NearPairs {
   std::vector<GrainPush> push_, out_;
   std::uint32_t count_ = 0;
   bool known_ = false, stray_ = false;
-  float age_ = 0;    // of the courses, sub-steps
-  float skin_ = 0;   // m
+  float age_ = 0;  // of the courses, sub-steps
+  float skin_ = 0;  // m
 };
 
 }  // namespace motes::interactions

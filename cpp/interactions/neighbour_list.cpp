@@ -110,8 +110,8 @@ bool NeighbourList::holds(const Crowd& own, const Radii& radii, std::uint32_t no
   return !out;
 }
 
-// Tries skins that let a list hold for one sub-step, two, and so on; that of the lowest cost per sub-step is the next. A
-// new list costs what the sweep over candidates does, which grow with the cube of the reach, and a sort. In each
+// Tries skins that let a list hold for one sub-step, two, and so on; that of the lowest cost per sub-step is the next.
+// A new list costs what the sweep over candidates does, which grow with the cube of the reach, and a sort. In each
 // sub-step, pairs are looked at: all of them, or only near ones. If the last list ended early for another reason, such
 // as births or migrants, a thinner skin suffices.
 float skin_of(const Wear& wear, float reach, bool near) {
@@ -222,9 +222,13 @@ void NeighbourList::find_pairs(const Crowd& crowd, const PlacedSpheres& spheres,
   columns[radius] = spheres.radius;
   const std::vector<std::size_t> cuts = parts_of(cells_, pool);
   begin_.assign(ids_.size() + 1, 0);
-  ListTask task{
-      {cells_.view(own_), columns, &crowd}, skin_, kind_.ghosts_alone, kind_.near, begin_.data() + 1, begin_.data(),
-      nullptr};
+  ListTask task{{cells_.view(own_), columns, &crowd},
+                skin_,
+                kind_.ghosts_alone,
+                kind_.near,
+                begin_.data() + 1,
+                begin_.data(),
+                nullptr};
   const auto run = [&] {
     pool.run(cuts.size() - 1, [&](std::size_t part, std::size_t) {
       const simd::FloatMode mode;

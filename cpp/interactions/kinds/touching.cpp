@@ -216,7 +216,7 @@ class Summing {
 // Which spheres a sweep is about.
 struct Grouping {
   bool of_clumps = false;  // spheres of clumps get sums of pushes
-  bool chosen = false;     // not all particles may change
+  bool chosen = false;  // not all particles may change
   int place = 0;  // 1, 2: the first or second of two systems, whose ghosts are all particles of the other
 
   // Where not all may change, one end of a pair may remember a touch that the other does not.

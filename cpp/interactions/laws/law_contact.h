@@ -45,9 +45,7 @@ struct Push {
 
   MOTES_INLINE Floats3 torque() const { return drags * arm - brakes; }
   /// Returns what the source gets: the opposite force, by bits the one that it would compute as a target.
-  MOTES_INLINE Push back() const {
-    return {force * -1.0f, drags, brakes * -1.0f, other_arm, other, unit, arm, own};
-  }
+  MOTES_INLINE Push back() const { return {force * -1.0f, drags, brakes * -1.0f, other_arm, other, unit, arm, own}; }
 };
 
 /// A spring's stiffness and damping. `scale`: 1/m, a power of two that makes its pulls comparable to 1.
@@ -93,7 +91,8 @@ struct Contact {
     const Floats mass = 1.0f / (own.inverse + other.inverse);
     const Floats stiff = min(max(stiffness * per_mass, all(1e-30f)), mass * (interactions::kMostStiff / (step * step)));
     const Floats damper = damping * sqrt(stiff * mass);
-    const Spring surface{stiff * kAlong, damper * kAlongDamping, inverse_power(power_of_two(min(own.radius, t.other.radius)))};
+    const Spring surface{stiff * kAlong, damper * kAlongDamping,
+                         inverse_power(power_of_two(min(own.radius, t.other.radius)))};
     const Floats3 apart = t.apart * unit, spin = t.spin * unit, other_spin = t.other_spin * unit;
     const Floats along = dot(apart, t.normal);
     const Floats far = min(own.radius, t.other.radius) * kFast;
@@ -110,8 +109,14 @@ struct Contact {
     const Floats3 roll = cross(spin - other_spin, t.normal) * both;
     rolled = rolled - t.normal * dot(rolled, t.normal);
     const Floats3 brake = held(surface, rolled, roll, rolling_friction * pressed);
-    return {drag - t.normal * out, cross(t.normal, drag), cross(t.normal, brake) * both, arm, own, per_mass,
-            other_arm, other};
+    return {drag - t.normal * out,
+            cross(t.normal, drag),
+            cross(t.normal, brake) * both,
+            arm,
+            own,
+            per_mass,
+            other_arm,
+            other};
   }
   /// Converts forces of a touch to newtons, and torques to newton metres.
   MOTES_INLINE Floats3 newtons(Floats3 force, const Push& push) const {

@@ -54,9 +54,10 @@ inline bool strays(const interactions::PlaceTask& task, const Grain& grain, cons
 /// Arranges grains; returns whether all are near their courses.
 inline bool place_grains(const interactions::PlaceTask& task) {
   const interactions::GrainColumns& columns = *task.columns;
-  const interactions::Column* const all_columns[11] = {&columns.at[0],       &columns.at[1],       &columns.at[2],   &columns.size,
-                                         &columns.velocity[0], &columns.velocity[1], &columns.velocity[2],
-                                         &columns.mass,        &columns.spin[0],     &columns.spin[1], &columns.spin[2]};
+  const interactions::Column* const all_columns[11] = {&columns.at[0],       &columns.at[1],       &columns.at[2],
+                                                       &columns.size,        &columns.velocity[0], &columns.velocity[1],
+                                                       &columns.velocity[2], &columns.mass,        &columns.spin[0],
+                                                       &columns.spin[1],     &columns.spin[2]};
   const float* own[11];
   std::uint32_t mask[11];
   for (int c = 0; c < 11; ++c) {
@@ -78,7 +79,7 @@ inline bool place_grains(const interactions::PlaceTask& task) {
     const bool heavy = v[7] >= interactions::kLeastMass;
     const float radius = !heavy ? 0.0f : given ? columns.given : v[3] > 0 ? 0.5f * v[3] : 0.0f;
     Grain& grain = task.grains[k];
-    grain = {{v[0], v[1], v[2]}, radius, {v[4], v[5], v[6]}, 1 / (heavy ? v[7] : interactions::kLeastMass),
+    grain = {{v[0], v[1], v[2]},  radius, {v[4], v[5], v[6]}, 1 / (heavy ? v[7] : interactions::kLeastMass),
              {v[8], v[9], v[10]}, 0};
     if (task.courses == nullptr) continue;
     const Course& course = task.courses[k];
@@ -97,8 +98,10 @@ inline void set_courses(const TouchTask& task) {
     const float x = grain.velocity[0] * task.dt, y = grain.velocity[1] * task.dt, z = grain.velocity[2] * task.dt;
     // Squares of longer ways would leave float32's range. Such a grain is far from its course at once.
     const bool moves = x * x + y * y + z * z < 1e30f;
-    task.courses[k] = {{grain.at[0], grain.at[1], grain.at[2]}, grain.radius,
-                       {moves ? x : 0.0f, moves ? y : 0.0f, moves ? z : 0.0f}, 0};
+    task.courses[k] = {{grain.at[0], grain.at[1], grain.at[2]},
+                       grain.radius,
+                       {moves ? x : 0.0f, moves ? y : 0.0f, moves ? z : 0.0f},
+                       0};
   }
 }
 
@@ -107,7 +110,8 @@ inline std::uint32_t find_near(const TouchTask& task) {
   std::uint32_t count = task.from;
   for (std::uint32_t n = task.from; n < task.to; n += kLanes) {
     const Mask here = first_lanes(task.to - n);
-    const Uints i = load_uints(task.listed_first + n) & (Uints)here, j = load_uints(task.listed_second + n) & (Uints)here;
+    const Uints i = load_uints(task.listed_first + n) & (Uints)here,
+                j = load_uints(task.listed_second + n) & (Uints)here;
     const LaneNumbers first(i), second(j);
     const auto step = [&](const LaneNumbers& of) __attribute__((always_inline)) {
       return three(load_fours([&](std::size_t lane) { return task.courses[of.of[lane]].step; }));
@@ -167,7 +171,8 @@ MOTES_INLINE Quads quads_of(const Floats3& v, Floats last) {
 
 /// Computes up to one vector of touches. `numbers`: 2 * near pair + the end that is the target.
 template <bool kApart>
-MOTES_INLINE void push_apart(const Contact& law, const TouchTask& task, const std::uint32_t* numbers, std::uint32_t count) {
+MOTES_INLINE void push_apart(const Contact& law, const TouchTask& task, const std::uint32_t* numbers,
+                             std::uint32_t count) {
   const Mask here = first_lanes(count);
   const Uints end = load_uints(numbers) & (Uints)here;
   const LaneNumbers number(end), n(end >> 1);
@@ -253,7 +258,8 @@ class TouchBatch {
 
   MOTES_INLINE void compute() {
     for (std::uint32_t n = 0; n < count_; n += kLanes)
-      push_apart<kApart>(law_, task_, number_ + n, count_ - n < kLanes ? count_ - n : static_cast<std::uint32_t>(kLanes));
+      push_apart<kApart>(law_, task_, number_ + n,
+                         count_ - n < kLanes ? count_ - n : static_cast<std::uint32_t>(kLanes));
     count_ = 0;
   }
 

@@ -21,21 +21,20 @@ inline std::uint32_t find_walls(const interactions::WallTask& task, interactions
       const Mask here = first_lanes(task.last - i);
       const FourWords at = load_fours([&](std::size_t lane) { return task.grains[i + lane].at; });
       const Floats radius = fourth(at);
-      feet.each(three(at),
-                [&](int face, const Foot& foot) __attribute__((always_inline)) {
-                  const Mask touches = foot.mask & here & (foot.distance < radius);
-                  if (!any(touches)) return;  // the usual case
-                  for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
-                    if (touches[lane] == 0 || !may_change(task, i + lane)) continue;
-                    const std::uint32_t n = found.count++;
-                    found.place[n] = i + lane;
-                    found.number[n] = task.number * kMostFaces + static_cast<std::uint32_t>(face);
-                    found.distance[n] = foot.distance[lane];
-                    found.towards[0][n] = foot.towards.x[lane];
-                    found.towards[1][n] = foot.towards.y[lane];
-                    found.towards[2][n] = foot.towards.z[lane];
-                  }
-                });
+      feet.each(three(at), [&](int face, const Foot& foot) __attribute__((always_inline)) {
+        const Mask touches = foot.mask & here & (foot.distance < radius);
+        if (!any(touches)) return;  // the usual case
+        for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+          if (touches[lane] == 0 || !may_change(task, i + lane)) continue;
+          const std::uint32_t n = found.count++;
+          found.place[n] = i + lane;
+          found.number[n] = task.number * kMostFaces + static_cast<std::uint32_t>(face);
+          found.distance[n] = foot.distance[lane];
+          found.towards[0][n] = foot.towards.x[lane];
+          found.towards[1][n] = foot.towards.y[lane];
+          found.towards[2][n] = foot.towards.z[lane];
+        }
+      });
     }
     next = i;
   });

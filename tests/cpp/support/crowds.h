@@ -198,8 +198,7 @@ struct Arranged {
 
 /// Lists the pairs of a flock and puts it in the list's order. `touches`: what the particles remember.
 inline interactions::NeighbourList listed(const MeetingBuild& build, const Law& law, const Flock& flock,
-                                          Arranged& arranged, const Remembered& touches,
-                                          motes::threads::Pool& pool) {
+                                          Arranged& arranged, const Remembered& touches, motes::threads::Pool& pool) {
   static const motes::particles::Schema schema;
   motes::particles::Store store(schema);
   store.grow(flock.own);
@@ -214,11 +213,9 @@ inline interactions::NeighbourList listed(const MeetingBuild& build, const Law& 
   return list;
 }
 
-/// Lets grains touch each other. `touches`: what they remember.
-inline Heard touched(const MeetingBuild& build, const Law& law, const Flock& flock, motes::threads::Pool& pool,
-                     const Remembered& touches) {
-  Arranged arranged(flock, law.reach, pool);
-  interactions::NeighbourList list = listed(build, law, flock, arranged, touches, pool);
+/// Lets the grains of a list touch each other.
+inline Heard touched(interactions::NeighbourList& list, const Law& law, const Flock& flock,
+                     motes::threads::Pool& pool) {
   std::vector<float> size = flock.column[interactions::radius], mass = flock.column[interactions::mass];
   for (float& diameter : size) diameter *= 2;
   const auto column = [&](const std::vector<float>& values) {
@@ -261,7 +258,11 @@ inline Heard touched(const MeetingBuild& build, const Law& law, const Flock& flo
 inline Heard heard(const MeetingBuild& build, const Law& law, const Flock& targets, const Flock& sources,
                    motes::threads::Pool& pool = motes::threads::alone(), Remembered touches = {}) {
   touches.resize(targets.own);
-  if (law.action.kind == motes::actions::Kind::contact) return touched(build, law, targets, pool, touches);
+  if (law.action.kind == motes::actions::Kind::contact) {
+    Arranged arranged(targets, law.reach, pool);
+    interactions::NeighbourList list = listed(build, law, targets, arranged, touches, pool);
+    return touched(list, law, targets, pool);
+  }
   const interactions::Law& known = build.kernels.law[static_cast<std::size_t>(law.action.kind)];
   Arranged seeing(targets, law.reach, pool);
   Arranged seen(sources, law.reach, pool);

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 
-#include "interactions/neighbour_list.h"
 #include "simd/float_mode.h"
 
 namespace motes::interactions {
